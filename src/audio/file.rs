@@ -27,12 +27,7 @@ impl SoundFile {
     /// # Errors
     /// There is one already, or the system refuses.
     pub fn begin(path: &Path, levels: &SoundLevels) -> io::Result<Self> {
-        let mut options = OpenOptions::new();
-        options.write(true).create_new(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        let spec = WavSpec { channels: 2, sample_rate: RATE_HZ, bits_per_sample: 16, sample_format: SampleFormat::Int };
-        let writer = WavWriter::new(BufWriter::new(options.open(path)?), spec).map_err(told)?;
+        let writer = new_wav(path, 2, RATE_HZ)?;
         Ok(Self { mixer: Mixer::new(levels, RATE_HZ as f32), writer, samples: vec![[0.0; 2]; SAMPLES] })
     }
 
@@ -57,7 +52,17 @@ impl SoundFile {
     }
 }
 
-fn told(error: hound::Error) -> io::Error {
+/// Begins a new file of 16 bits, private to the user.
+pub(super) fn new_wav(path: &Path, channels: u16, rate_hz: u32) -> io::Result<WavWriter<BufWriter<File>>> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let spec = WavSpec { channels, sample_rate: rate_hz, bits_per_sample: 16, sample_format: SampleFormat::Int };
+    WavWriter::new(BufWriter::new(options.open(path)?), spec).map_err(told)
+}
+
+pub(super) fn told(error: hound::Error) -> io::Error {
     match error {
         hound::Error::IoError(error) => error,
         other => io::Error::other(other.to_string()),

@@ -1,5 +1,6 @@
 //! Sound. In: the world after a tick, as [`SoundScene`], what there is to be heard. Out: stereo samples, to a device ([`Speaker`]) or
-//! to a file ([`SoundFile`]), by one [`Mixer`].
+//! to a file ([`SoundFile`]), by one [`Mixer`]. Spoken instructions go to the device by themselves ([`Voice`]); the room is recorded where a
+//! study asks for it ([`RoomRecording`]).
 //!
 //! [`Listener`] makes a [`SoundScene`] of snapshot and events. Engine: pitch by engine speed (speed times the gear's ratio), timbre by
 //! load. Tyres: by speed, on asphalt or grass. Wind: by speed. Other cars: by distance, side and speed. Horn, contact, and a
@@ -9,17 +10,21 @@
 mod engine;
 mod file;
 mod filtered_noise;
+mod microphone;
 mod mixer;
 mod one_shot;
 mod smoothing;
 mod sound_scene;
 mod speaker;
 mod traffic;
+mod voice;
 
 pub use file::{RATE_HZ, SoundFile};
+pub use microphone::{RoomRecording, RoomStatus};
 pub use mixer::Mixer;
 pub use sound_scene::{Listener, NEAR, NearbyVehicle, SoundScene};
 pub use speaker::{Speaker, SpeakerFault, output};
+pub use voice::{Voice, VoiceStatus};
 
 #[cfg(test)]
 #[path = "tests.rs"]

@@ -116,14 +116,7 @@ pub enum SpeakerFault {
 /// There is none that can be opened; why.
 pub fn output() -> Result<String, SpeakerFault> {
     let (device, config, format) = device()?;
-    let stream = build(
-        &device,
-        config,
-        format,
-        Mixer::new(&SoundLevels::default(), config.sample_rate as f32),
-        Arc::new(SharedScene::new()),
-    )?;
-    drop(stream);
+    drop(build(&device, config, format, |out: &mut [[f32; 2]]| out.fill([0.0; 2]))?);
     let name = device.description().map_or_else(|_| "an output".to_owned(), |about| about.name().to_owned());
     Ok(format!("{name}, {} Hz, {} channels", config.sample_rate, config.channels))
 }
@@ -145,7 +138,7 @@ fn device() -> Result<(cpal::Device, StreamConfig, SampleFormat), SpeakerFault> 
 }
 
 /// A card of the kernel's, or a socket of a sound server.
-fn there_may_be_sound() -> bool {
+pub(super) fn there_may_be_sound() -> bool {
     let card = std::fs::read_to_string("/proc/asound/cards").is_ok_and(|text| text.contains("]: "));
     let server = std::env::var_os("PULSE_SERVER").is_some()
         || std::env::var_os("XDG_RUNTIME_DIR").is_some_and(|folder| {
@@ -155,12 +148,22 @@ fn there_may_be_sound() -> bool {
 }
 
 fn start(levels: &SoundLevels, board: Arc<SharedScene>) -> Result<cpal::Stream, SpeakerFault> {
+    stream(|rate_hz| {
+        let (mut mixer, board) = (Mixer::new(levels, rate_hz as f32), Arc::clone(&board));
+        move |out: &mut [[f32; 2]]| mixer.render(&board.get(), out)
+    })
+}
+
+/// The output, playing what `source` makes for its rate.
+pub(super) fn stream<R>(source: impl Fn(u32) -> R) -> Result<cpal::Stream, SpeakerFault>
+where
+    R: FnMut(&mut [[f32; 2]]) + Send + 'static,
+{
     let (device, config, format) = device()?;
-    let mixer = || Mixer::new(levels, config.sample_rate as f32);
-    let stream = build(&device, config, format, mixer(), Arc::clone(&board)).or_else(|error| {
+    let stream = build(&device, config, format, source(config.sample_rate)).or_else(|error| {
         // Some devices name a range of buffers and take none of it.
         let usual = StreamConfig { buffer_size: cpal::BufferSize::Default, ..config };
-        build(&device, usual, format, mixer(), board).map_err(|_| error)
+        build(&device, usual, format, source(config.sample_rate)).map_err(|_| error)
     })?;
     stream.play()?;
     Ok(stream)
@@ -170,15 +173,14 @@ fn build(
     device: &cpal::Device,
     config: StreamConfig,
     format: SampleFormat,
-    mixer: Mixer,
-    board: Arc<SharedScene>,
+    render: impl FnMut(&mut [[f32; 2]]) + Send + 'static,
 ) -> Result<cpal::Stream, SpeakerFault> {
     match format {
-        SampleFormat::F32 => build_as::<f32>(device, config, mixer, board),
-        SampleFormat::I32 => build_as::<i32>(device, config, mixer, board),
-        SampleFormat::I16 => build_as::<i16>(device, config, mixer, board),
-        SampleFormat::U16 => build_as::<u16>(device, config, mixer, board),
-        SampleFormat::U8 => build_as::<u8>(device, config, mixer, board),
+        SampleFormat::F32 => build_as::<f32>(device, config, render),
+        SampleFormat::I32 => build_as::<i32>(device, config, render),
+        SampleFormat::I16 => build_as::<i16>(device, config, render),
+        SampleFormat::U16 => build_as::<u16>(device, config, render),
+        SampleFormat::U8 => build_as::<u8>(device, config, render),
         other => Err(SpeakerFault::Samples(other)),
     }
 }
@@ -186,15 +188,14 @@ fn build(
 fn build_as<T: SizedSample + FromSample<f32> + Send + 'static>(
     device: &cpal::Device,
     config: StreamConfig,
-    mut mixer: Mixer,
-    board: Arc<SharedScene>,
+    mut render: impl FnMut(&mut [[f32; 2]]) + Send + 'static,
 ) -> Result<cpal::Stream, SpeakerFault> {
     let channels = usize::from(config.channels.max(1));
     let fill = move |data: &mut [T], _: &cpal::OutputCallbackInfo| {
         let mut mixed = [[0.0; 2]; CHUNK];
         for part in data.chunks_mut(CHUNK * channels) {
             let count = part.len() / channels;
-            mixer.render(&board.get(), &mut mixed[..count]);
+            render(&mut mixed[..count]);
             for (frame, sample) in part.chunks_mut(channels).zip(&mixed) {
                 put(frame, *sample);
             }

@@ -12,7 +12,9 @@ mod settings;
 pub mod theme;
 
 pub use history::{SpeedHistory, SpeedSample};
-pub use overlay::{contact_flash::contact_flash, key_list::show as key_list, recording_sign, seek_bar};
+pub use overlay::{
+    contact_flash::contact_flash, key_list::show as key_list, recording_sign, room_sign::room_sign, seek_bar,
+};
 pub use readout::{Readings, dropped_time};
 pub use rig::{
     calibration,

@@ -50,6 +50,8 @@ impl LiveSession {
             SessionCommand::Resume => self.hold(false, backend),
             SessionCommand::Stop(reason) => {
                 self.not_over()?;
+                self.hush();
+                self.write_voice()?;
                 self.leave("stopped", &reason, backend)?;
                 self.session.stop(&reason, &(self.utc)())?;
                 self.asked = false;

@@ -3,6 +3,7 @@
 
 use super::{BackendStatus, DriveBackend, wheel_navigation::WheelNavigation};
 use crate::{
+    audio::{RoomRecording, RoomStatus},
     desktop::DriverWindow,
     drive_loop::{RunError, drive::PATIENCE},
     input::{ControlSource, Devices, RigEvent},
@@ -13,6 +14,10 @@ use crate::{
     time::{DueTicks, Pace},
 };
 use std::{path::Path, time::Duration};
+
+/// The file of the room in a recording's folder, and the events that join its samples to the ticks.
+const ROOM_FILE: &str = "room.wav";
+const ROOM_EVENT: &str = "room_recording";
 
 /// What a session has on the road.
 pub struct SessionResources {
@@ -33,6 +38,11 @@ pub struct SessionResources {
     began: bool,
     /// What the experimenter has to know of the devices and the drive.
     news: Vec<String>,
+    /// The room is recorded during drives, and the recording that runs.
+    records_room: bool,
+    room: Option<RoomRecording>,
+    /// The start of that recording is in the drive's, or that there is none.
+    room_is_noted: bool,
     /// Contacts that the session's log does not have yet, in words.
     contacts: Vec<String>,
 }
@@ -51,7 +61,39 @@ impl SessionResources {
             brake: 0.0,
             began: false,
             news: Vec::new(),
+            records_room: false,
+            room: None,
+            room_is_noted: false,
             contacts: Vec::new(),
+        }
+    }
+
+    /// The same that records the room during every drive, where the study asks for it.
+    pub fn with_room(self, records_room: bool) -> Self {
+        Self { records_room, ..self }
+    }
+
+    /// True while the room is recorded.
+    pub fn hears_room(&self) -> bool {
+        self.room.as_ref().is_some_and(|room| matches!(room.status(), RoomStatus::Recording { .. }))
+    }
+
+    /// The drive's recording says at which tick the file of the room has how many samples; the experimenter, why there is none.
+    fn note_room(&mut self, what: &str) {
+        let (Some(room), Some(live)) = (&self.room, &mut self.live) else { return };
+        match room.status() {
+            RoomStatus::Opening => {}
+            RoomStatus::Recording { samples, rate_hz } => {
+                self.room_is_noted = true;
+                let words = format!("{what}: sample {samples} of {ROOM_FILE}, {rate_hz} a second");
+                live.note_value(ROOM_EVENT, &words, samples as f64);
+            }
+            RoomStatus::Failed(why) => {
+                self.room_is_noted = true;
+                live.note(ROOM_EVENT, &format!("not recorded: {why}"));
+                self.news.push(format!("the room is not recorded: {why}"));
+                self.room = None;
+            }
         }
     }
 
@@ -78,6 +120,9 @@ impl SessionResources {
         elapsed: Duration,
         mut watch: impl FnMut(&World),
     ) -> Result<(DueTicks, Vec<FormInput>), RunError> {
+        if !self.room_is_noted {
+            self.note_room("begins");
+        }
         let Self { live, devices, lab, navigation, in_range, brake, began, news, contacts, .. } = self;
         news.extend(lab.take_news());
         let Some(live) = live else {
@@ -171,6 +216,8 @@ impl DriveBackend for WindowBackend<'_> {
             live.begin_trial(&folder.file_name().unwrap_or_default().to_string_lossy())?;
             live.drive.clock.set_pace(Pace::RealTime);
             resources.began = true;
+            resources.room = resources.records_room.then(|| RoomRecording::begin(&folder.join(ROOM_FILE)));
+            resources.room_is_noted = resources.room.is_none();
         }
         Ok(())
     }
@@ -179,6 +226,8 @@ impl DriveBackend for WindowBackend<'_> {
         if let Some(live) = self.resources.live.as_mut().filter(|_| self.resources.began) {
             live.hold(held);
         }
+        // Ticks stand while the drive is held, and the room goes on.
+        self.resources.note_room(if held { "held" } else { "goes on" });
     }
 
     fn note(&mut self, kind: &str, detail: &str) {
@@ -206,6 +255,9 @@ impl DriveBackend for WindowBackend<'_> {
     fn end(&mut self) -> Result<(), RunError> {
         let resources = &mut *self.resources;
         resources.starting = None;
+        // The file is whole before the checksums of the recording are made.
+        resources.note_room("ends");
+        resources.room = None;
         let Some(mut live) = resources.live.take() else { return Ok(()) };
         let finished = live.finish_recording();
         resources.lab = live.take_lab();

@@ -7,6 +7,7 @@
 //! * [`wheel_navigation`]: wheel, pedals and buttons as inputs.
 //! * [`drives`]: drives as the window shows them.
 //! * `rating`: the sickness scale that is asked while driving.
+//! * [`voice`]: spoken instructions.
 //! * `command`: what the experimenter decides. `experimenter_view`: what the experimenter sees.
 //! * [`window`]: the two windows, and the one place that reads the clock.
 
@@ -15,6 +16,7 @@ pub mod drives;
 mod experimenter_view;
 mod overview;
 mod rating;
+pub mod voice;
 pub mod wheel_navigation;
 pub mod window;
 
@@ -131,6 +133,7 @@ pub struct LiveSession {
     asked: bool,
     /// The sickness scale of the drive that runs, where its segment asks it.
     fms: Option<FmsScale>,
+    voice: voice::SessionVoice,
     /// The countdown waits for a foot on the brake.
     lacks_brake: bool,
     error: Option<String>,
@@ -154,6 +157,7 @@ impl LiveSession {
             folder: PathBuf::new(),
             asked: false,
             fms: None,
+            voice: voice::SessionVoice::default(),
             lacks_brake: false,
             error: None,
             utc,
@@ -195,6 +199,7 @@ impl LiveSession {
     /// The session cannot be written.
     pub fn tick(&mut self, elapsed: Duration, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         self.elapsed_s += elapsed.as_secs_f64();
+        self.write_voice()?;
         if self.asked {
             // Whatever it is, it waits: the page, the loading, the countdown, the drive, the rest.
             return Ok(());
@@ -297,6 +302,8 @@ impl LiveSession {
     /// # Errors
     /// The disk refuses.
     pub fn close(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
+        self.hush();
+        self.write_voice()?;
         self.leave("closed", reason, backend)?;
         Ok(self.session.end(ItemOutcome::Cut, reason, &(self.utc)())?)
     }
@@ -332,6 +339,12 @@ impl LiveSession {
                 }
             }
             SessionState::Driving => self.rate(&input, backend)?,
+            // A page has nothing to go back to: that button hears it again.
+            SessionState::Text(_) | SessionState::Intro(_) | SessionState::Rest(..)
+                if matches!(input, FormInput::Again | FormInput::Back) =>
+            {
+                self.speak();
+            }
             _ if !matches!(input, FormInput::Next | FormInput::PageOn) || seen_for_s < PAGE_S => {}
             SessionState::Rest(_, left_s) if *left_s > 0.0 => {}
             SessionState::Text(_) | SessionState::Intro(_) | SessionState::Over | SessionState::Rest(..) => {
@@ -405,6 +418,7 @@ impl LiveSession {
     fn see(&mut self, at: SessionState) {
         self.at = at;
         self.seen_s = self.elapsed_s;
+        self.speak();
     }
 
     /// What runs, as planned.
@@ -425,6 +439,7 @@ impl LiveSession {
             return Ok(());
         }
         self.asked = true;
+        self.hush();
         if matches!(self.at, SessionState::Driving) {
             backend.hold(true);
         }

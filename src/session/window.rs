@@ -6,8 +6,10 @@ use super::{
     DriveBackend, LiveSession,
     drives::{SessionResources, WindowBackend},
     experimenter_view::ExperimenterView,
+    voice::VoiceOrder,
 };
 use crate::{
+    audio::Voice,
     desktop::{
         DriverWindow, ExperimenterWindow, WindowSetup,
         display::{self, WindowPlacement},
@@ -21,7 +23,10 @@ use crate::{
     },
     input::{Devices, WheelProfile},
     live_drive::lab::{LabDevices, LabSettings},
-    panel::{ScreenPainter, ScreenState, SessionCommand, contact_flash, experimenter::WheelHealth, key_list, theme},
+    panel::{
+        ScreenPainter, ScreenState, SessionCommand, contact_flash, experimenter::WheelHealth, key_list, room_sign,
+        theme,
+    },
     record,
     study::{
         Completion, DataSet, FormInput, ParticipantCode, Session, SessionError, Study, lock,
@@ -84,7 +89,8 @@ pub fn run(options: SessionOptions) -> Result<SessionOutcome, RunError> {
     let event_loop = event_loop::event_loop()?;
     let data = DataSet::open(&options.out, &options.study)?;
     let session = open_session(&options, &data)?;
-    let mut resources = SessionResources::new(Devices::open_with(options.wheel.clone()), &options.code);
+    let resources = SessionResources::new(Devices::open_with(options.wheel.clone()), &options.code);
+    let mut resources = resources.with_room(options.study.file.record_room);
     resources.lab = lab;
     let (frame, ended) = event_loop::run::<SessionWindows>(event_loop, (&options, session, resources), &options.stop);
     let left = frame.map(|mut frame| frame.leave(&data, &options)).transpose();
@@ -134,6 +140,8 @@ struct SessionWindows<'a> {
     resources: SessionResources,
     screens: ScreenPainter,
     experimenter_view: ExperimenterView,
+    /// What is spoken.
+    voice: Option<Voice>,
     making: Option<BaselineJob>,
     /// Baselines have been made, or there were none to make.
     made: bool,
@@ -173,6 +181,7 @@ impl<'a> Windows for SessionWindows<'a> {
             resources,
             screens: ScreenPainter::default(),
             experimenter_view: ExperimenterView::new(&options.study),
+            voice: None,
             making: None,
             made: false,
             data: DataSet::open(&options.out, &options.study)?,
@@ -226,6 +235,7 @@ impl SessionWindows<'_> {
         for words in self.resources.take_contacts() {
             self.live_session.note_contact(&words)?;
         }
+        self.speak();
         let (drove, prepared) = (self.live_session.drives(), self.resources.live.is_some());
         self.on_backend(|live_session, backend| live_session.tick(elapsed, backend))?;
         if let (Some(live), false) = (&self.resources.live, prepared) {
@@ -263,6 +273,23 @@ impl SessionWindows<'_> {
         Ok(LoopControl::GoOn)
     }
 
+    /// The voice does what the session asks, and the session hears how far it is.
+    fn speak(&mut self) {
+        match self.live_session.take_voice_order() {
+            Some(VoiceOrder::Play(text)) => {
+                // The one before lets go of the device first.
+                self.voice = None;
+                self.voice = Some(Voice::play(text.wav));
+            }
+            Some(VoiceOrder::Stop) => self.voice = None,
+            None => {}
+        }
+        let Some(status) = self.voice.as_ref().map(Voice::status) else { return };
+        if let Some(warning) = self.live_session.hear_voice(status) {
+            self.experimenter_view.say(super::BackendStatus::default(), &warning);
+        }
+    }
+
     /// Something that the session does with its road.
     fn on_backend<T>(&mut self, act: impl FnOnce(&mut LiveSession, &mut dyn DriveBackend) -> T) -> T {
         let Self { picture, resources, live_session, .. } = self;
@@ -278,7 +305,9 @@ impl SessionWindows<'_> {
             texts: &options.study.file.texts,
             progress: live_session.progress(),
             wheel: resources.wheel(),
+            spoken: live_session.is_spoken(),
         };
+        let room = resources.hears_room().then_some(options.study.file.texts.room.as_str());
         let mut inputs = Vec::new();
         let flash = resources.live.as_ref().map_or(0.0, |live| live.contacts().flash());
         let output = picture.overlay(|ui| {
@@ -288,6 +317,7 @@ impl SessionWindows<'_> {
             }
             inputs.extend(screens.show(ui, &state));
             contact_flash(ui, flash);
+            room_sign(ui, room);
             if *help_open {
                 key_list(ui.ctx(), &keys::list_of_participant());
             }
@@ -324,6 +354,7 @@ impl SessionWindows<'_> {
             Some(profile) => WheelHealth::There(profile.name.clone()),
             None => WheelHealth::None,
         };
+        let hears_room = resources.hears_room();
         let work = making.as_ref().map(BaselineJob::words).or(done);
         let mut commands = Vec::new();
         experimenter.draw(picture.gpu(), |ui| {
@@ -336,6 +367,7 @@ impl SessionWindows<'_> {
                 work.as_deref(),
                 seen,
             ));
+            room_sign(ui, hears_room.then_some("THE ROOM IS RECORDED"));
         });
         commands
     }

@@ -4,7 +4,7 @@
 pub use super::segment::{SegmentKind, StudySegment};
 
 use super::{
-    Questionnaire, StudyError,
+    Questionnaire, SpokenText, StudyError,
     conditions::{Condition, ExpectedDrives, changed, conditions},
     order,
 };
@@ -79,6 +79,11 @@ pub struct StudyFile {
     /// Sentences that the program says, in any language; what is not here is said in English.
     #[serde(default)]
     pub texts: ParticipantTexts,
+    /// The language that is spoken, as `spoken` of the segments names it.
+    pub language: Option<String>,
+    /// Records the room by the microphone during every drive, which a consent must come before.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub record_room: bool,
     /// A font (TTF, OTF) beside the study, for letters that the program's own have not: those know Latin, Greek and Cyrillic.
     pub font: Option<PathBuf>,
 }
@@ -137,6 +142,10 @@ pub struct ParticipantTexts {
     pub fms_low: String,
     /// Its upper end.
     pub fms_high: String,
+    /// What hears a spoken page once more.
+    pub again: String,
+    /// While the room is recorded.
+    pub room: String,
     /// While the experimenter has something to do.
     pub wait: String,
     /// While a drive is held.
@@ -194,6 +203,8 @@ impl Default for ParticipantTexts {
             fms: "How sick do you feel now?".into(),
             fms_low: "0 not at all".into(),
             fms_high: "20 very sick".into(),
+            again: "hear again".into(),
+            room: "the room is recorded".into(),
             wait: "Please wait a moment.".into(),
             paused: "A short pause. The drive will continue soon.".into(),
             asked: "You asked to stop. The experimenter will be with you in a moment.".into(),
@@ -252,6 +263,8 @@ pub struct Study {
     pub source: String,
     /// The bytes of its font.
     pub font: Option<Arc<[u8]>>,
+    /// Spoken instructions by the name of their segment.
+    pub spoken: BTreeMap<String, SpokenText>,
     pub(super) expected: ExpectedDrives,
 }
 
@@ -281,6 +294,7 @@ impl Study {
             file,
             source,
             font: None,
+            spoken: BTreeMap::new(),
             expected: ExpectedDrives::default(),
         };
         let fault =
@@ -290,12 +304,17 @@ impl Study {
             .map_err(|wrong| wrong.located(&study.source, &name))?;
         let conditions = conditions(&study.file);
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-        let mut questionnaires = BTreeMap::new();
+        let (mut questionnaires, mut spoken) = (BTreeMap::new(), BTreeMap::new());
         for (i, segment) in study.file.segment.iter().enumerate() {
             for (key, word) in segment.questionnaires() {
                 let found =
                     Questionnaire::find(word, &folder).map_err(|e| fault(&format!("segment.{i}.{key}"), e.0))?;
                 questionnaires.insert(word.to_owned(), found);
+            }
+            if let Some(files) = &segment.spoken {
+                let text = files.read(&folder, study.file.language.as_deref());
+                let text = text.map_err(|e| fault(&format!("segment.{i}.spoken"), e.to_string()))?;
+                spoken.insert(segment.name.clone(), text);
             }
         }
         let font = study.file.font.as_ref().map(|font| read_font(&folder.join(font))).transpose();
@@ -306,7 +325,7 @@ impl Study {
             let names: Vec<&str> = study.conditions.iter().map(|condition| condition.name.as_str()).collect();
             plan.check(&names).map_err(|wrong| fault(&wrong.key, wrong.message))?;
         }
-        study.questionnaires = questionnaires;
+        (study.questionnaires, study.spoken) = (questionnaires, spoken);
         study.check_rules().map_err(|(key, wrong)| {
             StudyError(toml_text::at(&study.source, &name, &key, KeyPart::Value, &wrong.to_string()))
         })?;
@@ -333,6 +352,13 @@ impl Study {
         file.lsl.check().map_err(|fault| (format!("lsl.{}", fault.key()), fault.to_string()))?;
         if let Some(triggers) = &file.triggers {
             triggers.check().map_err(|fault| (format!("triggers.{}", fault.key()), fault.to_string()))?;
+        }
+        let first_drive = file.segment.iter().position(StudySegment::has_drives).unwrap_or(file.segment.len());
+        let has_consent = file.segment[..first_drive].iter().any(|segment| segment.kind == SegmentKind::Consent);
+        if file.record_room && !has_consent {
+            let text = "a voice tells who somebody is: the room is recorded only after a segment of kind \"consent\" before the first drive, \
+                        whose text says so";
+            return wrong("record_room".into(), text.into());
         }
         if !file.factors.is_empty() && !file.condition.is_empty() {
             return wrong("condition".into(), "a study has either [factors] or [[condition]], not both".into());

@@ -22,6 +22,7 @@
 //! * `source`: what a data set keeps of the study's file.
 //! * [`checksums`]: the list of a data set's files with their SHA-256.
 //! * [`preregistration`]: the plan of study and analysis as a text to register, with the power.
+//! * [`spoken`]: instructions that are heard.
 //! * [`simulated`]: participants that nobody has to invite, for a rehearsal.
 
 mod answer_tables;
@@ -58,6 +59,7 @@ pub mod session_log;
 mod session_tests;
 pub mod simulated;
 mod source;
+pub mod spoken;
 pub mod stop_rule;
 
 pub use completion::Completion;
@@ -71,6 +73,7 @@ pub use questionnaire_form::{FormInput, QuestionnaireForm};
 pub use questions::Questionnaire;
 pub use session::Session;
 pub use session_log::ItemOutcome;
+pub use spoken::SpokenText;
 
 /// A mistake in a study, a questionnaire or a participant's code; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

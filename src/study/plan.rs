@@ -231,6 +231,25 @@ impl Study {
             let (minutes, words) = (planned.seconds / 60.0, planned.item.words());
             let _ = writeln!(out, "  {:>2}  {:<32} {minutes:>4.1} min  {words}", i + 1, planned.name);
         }
+        for segment in &self.file.segment {
+            let Some(spoken) = self.spoken.get(&segment.name) else { continue };
+            let read_s = reckoning::page_s(&segment.text);
+            let _ = writeln!(
+                out,
+                "\nSpoken in {}: {}; its text, read in about {read_s:.0} s:",
+                segment.name,
+                spoken.words()
+            );
+            for line in segment.text.trim().lines() {
+                let _ = writeln!(out, "  | {line}");
+            }
+        }
+        if self.file.record_room {
+            let _ = writeln!(
+                out,
+                "\nThe room is recorded during every drive (room.wav beside its tables): the consent must say so."
+            );
+        }
         let _ = writeln!(out, "\nparticipant   order of conditions");
         for index in 0..participants {
             let _ = writeln!(out, "{:>11}   {}", index + 1, self.plan(index).order.join(", "));

@@ -42,6 +42,8 @@ pub enum FormInput {
     PageOn,
     /// The page before.
     PageBack,
+    /// Hear the page once more.
+    Again,
     /// Mark this moment.
     Mark,
     /// Ask for the end of the drive, or of the session.
@@ -285,7 +287,7 @@ impl QuestionnaireForm {
                 self.give(name, answer, now_s);
             }
             FormInput::PageOn => self.turn_on(now_s),
-            FormInput::Mark | FormInput::Stop => {}
+            FormInput::Mark | FormInput::Stop | FormInput::Again => {}
         }
     }
 

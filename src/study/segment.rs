@@ -3,6 +3,7 @@
 
 use super::{
     file::{SettingChanges, check_word},
+    spoken::SpokenFiles,
     stop_rule::ScoreLimit,
 };
 use crate::scenario::Scenario;
@@ -42,6 +43,8 @@ pub struct StudySegment {
     /// Markdown that is shown (text, break) or shown before (consent, drive, trials, questions).
     #[serde(default)]
     pub text: String,
+    /// A WAV file beside the study that speaks `text`, or one a language; it plays when the page opens.
+    pub spoken: Option<SpokenFiles>,
     /// Settings of its drives (drive, trials).
     #[serde(default)]
     #[schemars(with = "Scenario")]
@@ -141,6 +144,10 @@ impl StudySegment {
             if needed && !is_there {
                 return Err(("kind".into(), format!("a segment of kind \"{kind}\" needs `{key}`")));
             }
+        }
+        if self.spoken.is_some() && self.text.is_empty() {
+            let text = "spoken instructions need `text`: the same words are shown, for whoever does not hear";
+            return Err(("spoken".into(), text.into()));
         }
         if self.stop_text.is_some() && !may_end {
             let text = "nothing ends the session here; `stop_text` goes with `stop_above` or `ends_if`";

@@ -8,6 +8,7 @@ mod people;
 mod rating;
 mod rig;
 mod standing_start;
+mod voice;
 mod wheel;
 
 use codrive::{

@@ -1,7 +1,7 @@
-//! The sickness scale while driving, as a participant sees it: where it stands, and which keys act.
+//! The sickness scale while driving, as a participant sees it: where it stands, and which keys act; and the sign that the room is recorded.
 
 use codrive::{
-    panel::{ParticipantScreen, ScreenPainter, ScreenState},
+    panel::{ParticipantScreen, ScreenPainter, ScreenState, room_sign},
     study::{FmsPrompt, FormInput, ParticipantTexts},
 };
 use egui::Key;
@@ -18,7 +18,7 @@ impl Asked {
     fn show(&mut self, ui: &mut egui::Ui) {
         let texts = ParticipantTexts::default();
         let screen = ParticipantScreen::Rating(FmsPrompt { value: 20, left_s: 9.0 });
-        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel: self.wheel };
+        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel: self.wheel, spoken: false };
         self.inputs.extend(self.screens.show(ui, &state));
     }
 }
@@ -35,10 +35,9 @@ fn the_scale_stands_beside_the_road_and_has_keys_that_do_not_drive() {
     for size in [[900.0, 600.0], [1280.0, 720.0], [1920.0, 1080.0]] {
         let mut harness = asked(size, false);
         let shown = harness.get_by_label("How sick do you feel now? 20").rect();
-        // The road ahead is in the middle three fifths of the picture; the mirror hangs in the upper quarter, the dial stands in the
-        // lower one.
-        assert!(shown.left() >= 0.0 && shown.right() < 0.27 * size[0], "{shown:?} of {size:?}");
-        assert!(shown.top() > 0.25 * size[1] && shown.bottom() < 0.75 * size[1], "{shown:?} of {size:?}");
+        // The bonnet begins at two thirds of the height: above it are road and mirror. The dial reaches to three fifths of the width.
+        assert!(shown.left() > 0.65 * size[0] && shown.right() < size[0], "{shown:?} of {size:?}");
+        assert!(shown.top() > 0.67 * size[1] && shown.bottom() < size[1], "{shown:?} of {size:?}");
         for key in [Key::ArrowUp, Key::ArrowDown, Key::ArrowLeft, Key::ArrowRight, Key::Space] {
             harness.key_press(key);
             harness.run();
@@ -54,4 +53,17 @@ fn the_scale_stands_beside_the_road_and_has_keys_that_do_not_drive() {
         assert_eq!(harness.state().inputs, [more.clone(), more, less.clone(), less, FormInput::Next]);
     }
     crate::screens::save(&mut asked([1280.0, 720.0], true), "rating");
+}
+
+#[test]
+fn a_window_says_in_red_that_the_room_is_recorded_and_only_then() {
+    for words in [None, Some("the room is recorded")] {
+        let mut harness =
+            crate::harness(words, [1280.0, 720.0], 1.0, |ui, words: &mut Option<&str>| room_sign(ui, *words));
+        harness.run();
+        let is_seen = harness.query_by_label("the room is recorded").is_some();
+        let picture = harness.render().expect("a picture");
+        let red = picture.pixels().filter(|pixel| pixel[0] > 150 && pixel[0] > 2 * pixel[1]).count();
+        assert_eq!((is_seen, red > 60), (words.is_some(), words.is_some()), "{red} red pixels");
+    }
 }

@@ -88,7 +88,7 @@ impl Desk {
             _ => ParticipantScreen::Drive(self.words),
         };
         let wheel = self.wheel;
-        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel };
+        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel, spoken: false };
         let inputs = self.screens.show(ui, &state);
         for input in inputs {
             self.inputs.push(input.clone());

@@ -4,4 +4,5 @@
 pub(super) mod contact_flash;
 pub(super) mod key_list;
 pub mod recording_sign;
+pub mod room_sign;
 pub mod seek_bar;

@@ -28,6 +28,8 @@ pub struct ScreenState<'a> {
     pub progress: [usize; 2],
     /// A wheel is there: hints name its buttons, not keys.
     pub wheel: bool,
+    /// The page is spoken, and can be heard again.
+    pub spoken: bool,
 }
 
 /// A screen.
@@ -117,12 +119,13 @@ impl ScreenPainter {
 }
 
 /// Keys of the screens, and what they do.
-pub const SCREEN_KEYS: [(&str, &str); 7] = [
+pub const SCREEN_KEYS: [(&str, &str); 8] = [
     ("Enter, Space", "next"),
     ("Arrow keys", "choose an answer"),
     ("Tab", "next question"),
     ("Backspace", "back"),
     ("Page Up, Page Down, Enter", "while driving: more, less, answer"),
+    ("R", "hear a spoken page again"),
     ("M", "mark this moment"),
     ("Esc", "ask to stop"),
 ];
@@ -156,6 +159,7 @@ fn keys(ui: &Ui, screen: &ParticipantScreen<'_>) -> Vec<FormInput> {
             on(Key::ArrowUp, &|| FormInput::Turn(-1));
             on(Key::ArrowRight, &|| FormInput::Turn(1));
             on(Key::ArrowDown, &|| FormInput::Turn(1));
+            on(Key::R, &|| FormInput::Again);
             on(Key::Space, &|| FormInput::Next);
             on(Key::M, &|| FormInput::Mark);
         }
@@ -202,7 +206,7 @@ fn hint(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
     } else {
         [texts.arrows.as_str(), "Enter", "Backspace"]
     };
-    let acts: Vec<(&str, &str)> = match state.screen {
+    let mut acts: Vec<(&str, &str)> = match state.screen {
         ParticipantScreen::Questions(form) if form.typing() => vec![("Enter", &texts.answer)],
         ParticipantScreen::Questions(_) => vec![(turn, &texts.choose), (next, &texts.answer), (back, &texts.back)],
         ParticipantScreen::Page(_) if state.wheel => vec![("", &texts.go_on)],
@@ -211,6 +215,9 @@ fn hint(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
         ParticipantScreen::Rest(_, left_s) if left_s <= 0.0 => vec![(next, &texts.next)],
         _ => Vec::new(),
     };
+    if state.spoken {
+        acts.push((if state.wheel { back } else { "R" }, &texts.again));
+    }
     // Laid out first, so that the line stands in the middle.
     let font = look.font(0.7);
     let lay = |text: &str, colour| ui.painter().layout_no_wrap(text.to_owned(), font.clone(), colour);

@@ -5,10 +5,8 @@ use super::style::{self, PageStyle};
 use crate::study::{FmsPrompt, ParticipantTexts, fms};
 use egui::{Align2, Color32, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
-/// Share of the picture's height at which the middle of the box stands: below the horizon, above the dial.
-const MIDDLE: f32 = 0.5;
-
-/// Draws the question at the left edge: the road ahead is in the middle, the mirror above it, the dial below.
+/// Draws the question in the lower right corner, over the bonnet: the road ahead goes to the left or the right above it, the mirror hangs
+/// at the top, and the dial is in the lower middle.
 pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPrompt, wheel: bool) {
     let whole = ui.max_rect();
     let painter = ui.painter();
@@ -25,8 +23,8 @@ pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPr
     let width = parts.iter().map(|part| part.size().x).fold(8.0 * look.em, f32::max);
     let height = parts.iter().map(|part| part.size().y).sum::<f32>() + 2.0 * bar;
     let edge = 0.7 * look.em;
-    let at = pos2(whole.left() + 1.5 * edge, whole.top() + MIDDLE * whole.height());
-    let rect = Align2::LEFT_CENTER.anchor_size(at, vec2(width, height));
+    let rect =
+        Align2::RIGHT_BOTTOM.anchor_size(whole.right_bottom() - vec2(1.5 * edge, 1.5 * edge), vec2(width, height));
     painter.rect_filled(rect.expand(edge), look.round(), Color32::from_black_alpha(185));
     let mut y = rect.top();
     for part in parts {

@@ -1,0 +1,185 @@
+//! A spoken text to a device. In: a WAV file in memory. Out: what the device plays, once, and how far that is. Opening and closing happen
+//! on a thread of their own, as a speaker's; without a device nothing is heard, and the reason is told.
+
+use super::speaker::{self, SpeakerFault};
+use hound::WavReader;
+use std::{
+    io::Cursor,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, RecvTimeoutError, Sender},
+    },
+    thread::JoinHandle,
+    time::Duration,
+};
+
+/// How often the thread looks whether the text is over; and how long a device may still play what it has taken.
+const LOOK: Duration = Duration::from_millis(20);
+const TAIL: Duration = Duration::from_millis(150);
+
+/// How far a spoken text is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum VoiceStatus {
+    /// The device is being opened.
+    Opening,
+    /// It is heard.
+    Playing,
+    /// It was heard to its end.
+    Ended,
+    /// It is not heard, and why.
+    Failed(String),
+}
+
+/// Why a text is not heard.
+#[derive(Debug, thiserror::Error)]
+enum VoiceFault {
+    #[error("{0}")]
+    Device(#[from] SpeakerFault),
+    #[error("the file cannot be read: {0}")]
+    File(#[from] hound::Error),
+}
+
+/// A text that is spoken; dropping it ends it.
+pub struct Voice {
+    status: Arc<Mutex<VoiceStatus>>,
+    close: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Voice {
+    /// Begins to speak in a while.
+    pub fn play(wav: Arc<[u8]>) -> Self {
+        let status = Arc::new(Mutex::new(VoiceStatus::Opening));
+        let (close, closed) = mpsc::channel::<()>();
+        let theirs = Arc::clone(&status);
+        let started = std::thread::Builder::new().name("voice".into()).spawn(move || {
+            let over = Arc::new(AtomicBool::new(false));
+            match start(&wav, Arc::clone(&over)) {
+                Ok(stream) => {
+                    put(&theirs, VoiceStatus::Playing);
+                    while !over.load(Ordering::Relaxed) {
+                        if closed.recv_timeout(LOOK) == Err(RecvTimeoutError::Disconnected) {
+                            return;
+                        }
+                    }
+                    let _ = closed.recv_timeout(TAIL);
+                    put(&theirs, VoiceStatus::Ended);
+                    drop(stream);
+                }
+                Err(why) => put(&theirs, VoiceStatus::Failed(why.to_string())),
+            }
+        });
+        let thread = started.map_err(|e| put(&status, VoiceStatus::Failed(format!("no thread for it: {e}")))).ok();
+        Self { status, close: Some(close), thread }
+    }
+
+    /// How far it is.
+    pub fn status(&self) -> VoiceStatus {
+        self.status.lock().map_or(VoiceStatus::Ended, |status| status.clone())
+    }
+}
+
+impl Drop for Voice {
+    fn drop(&mut self) {
+        self.close = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn put(status: &Mutex<VoiceStatus>, now: VoiceStatus) {
+    if let Ok(mut status) = status.lock() {
+        *status = now;
+    }
+}
+
+fn start(wav: &[u8], over: Arc<AtomicBool>) -> Result<cpal::Stream, VoiceFault> {
+    let text = WavSamples::read(wav)?;
+    Ok(speaker::stream(|rate_hz| {
+        let (mut playback, over) = (Playback::new(text.clone(), rate_hz), Arc::clone(&over));
+        move |out: &mut [[f32; 2]]| {
+            if !playback.fill(out) {
+                over.store(true, Ordering::Relaxed);
+            }
+        }
+    })?)
+}
+
+/// The samples of a file, left and right, as shares of full scale.
+#[derive(Clone, Debug)]
+struct WavSamples {
+    rate_hz: u32,
+    samples: Arc<[[f32; 2]]>,
+}
+
+impl WavSamples {
+    fn read(wav: &[u8]) -> Result<Self, hound::Error> {
+        let mut reader = WavReader::new(Cursor::new(wav))?;
+        let spec = reader.spec();
+        let full = (1_u64 << (spec.bits_per_sample - 1)) as f32;
+        let all: Vec<f32> =
+            reader.samples::<i32>().map(|s| Ok(s? as f32 / full)).collect::<Result<_, hound::Error>>()?;
+        let samples = all.chunks_exact(spec.channels.into()).map(|frame| [frame[0], frame[frame.len() - 1]]).collect();
+        Ok(Self { rate_hz: spec.sample_rate, samples })
+    }
+}
+
+/// A text at the rate of a device: samples between two of the file's are on the line between them.
+struct Playback {
+    text: WavSamples,
+    /// The next sample, counted in the file's.
+    at: f64,
+    step: f64,
+}
+
+impl Playback {
+    fn new(text: WavSamples, rate_hz: u32) -> Self {
+        let step = f64::from(text.rate_hz) / f64::from(rate_hz);
+        Self { text, at: 0.0, step }
+    }
+
+    /// What follows; silence after the end. False once the end has been reached.
+    fn fill(&mut self, out: &mut [[f32; 2]]) -> bool {
+        let samples = &self.text.samples;
+        for sample in out {
+            let (before, share) = (self.at as usize, self.at.fract() as f32);
+            let here = samples.get(before).copied().unwrap_or_default();
+            let next = samples.get(before + 1).copied().unwrap_or_default();
+            *sample = [0, 1].map(|side| here[side] + (next[side] - here[side]) * share);
+            self.at += self.step;
+        }
+        self.at < samples.len() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hound::{SampleFormat, WavSpec, WavWriter};
+
+    fn wav(channels: u16, rate_hz: u32, samples: &[i16]) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let spec = WavSpec { channels, sample_rate: rate_hz, bits_per_sample: 16, sample_format: SampleFormat::Int };
+        let mut writer = WavWriter::new(&mut bytes, spec).unwrap();
+        samples.iter().for_each(|sample| writer.write_sample(*sample).unwrap());
+        writer.finalize().unwrap();
+        bytes.into_inner()
+    }
+
+    #[test]
+    fn a_text_is_played_at_the_rate_of_the_device_to_its_end_and_then_there_is_silence() {
+        let text = WavSamples::read(&wav(2, 24_000, &[0, 16_384, 16_384, 0, -16_384, -32_768])).unwrap();
+        // Twice as many samples: each second one is half way between its neighbours.
+        let mut playback = Playback::new(text, 48_000);
+        let mut out = [[9.0; 2]; 5];
+        assert!(playback.fill(&mut out));
+        assert_eq!(out, [[0.0, 0.5], [0.25, 0.25], [0.5, 0.0], [0.0, -0.5], [-0.5, -1.0]]);
+        assert!(!playback.fill(&mut out));
+        assert_eq!(out[1..], [[0.0; 2]; 4], "nothing comes after the end");
+        let mono = WavSamples::read(&wav(1, 8000, &[16_384])).unwrap();
+        assert_eq!(mono.samples[..], [[0.5, 0.5]], "one channel is heard on both sides");
+        assert!(WavSamples::read(b"no file").is_err());
+    }
+}

@@ -1,0 +1,225 @@
+//! Spoken instructions. In: WAV files beside the study, one or one a language. Out: a [`SpokenText`] that a device can play, with its
+//! length; or why a file cannot be used. The words that it speaks are the segment's `text`, which is shown at the same time: whoever does
+//! not hear reads the same.
+
+use crate::file::read_bounded;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// The most that a file may hold, bytes: five minutes in stereo at 48 kHz and 16 bits take 58 MB.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// What a segment says of its instructions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SpokenFiles {
+    /// A file beside the study.
+    One(PathBuf),
+    /// One a language; the study's `language` chooses.
+    ByLanguage(BTreeMap<String, PathBuf>),
+}
+
+/// Instructions that can be played.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpokenText {
+    /// The file's name, without folders.
+    pub file: String,
+    /// Its length, seconds.
+    pub length_s: f64,
+    /// Samples a second.
+    pub rate_hz: u32,
+    /// 1 or 2.
+    pub channels: u16,
+    /// The file.
+    pub wav: Arc<[u8]>,
+}
+
+/// Why instructions cannot be spoken.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum SpokenFault {
+    /// Several languages, and none is chosen.
+    #[error("the instructions come in {0}; say at the top of the file which is spoken: language = \"...\"")]
+    NoLanguage(String),
+    /// The language that is chosen is not among them.
+    #[error("the study's language is \"{language}\"; the instructions come in {known}")]
+    OtherLanguage {
+        /// The study's.
+        language: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// The system does not give it.
+    #[error("{} cannot be read: {source}", file.display())]
+    Unreadable {
+        /// Which file.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Another kind of file.
+    #[error("{} is no WAV file of PCM samples ({why}); allowed: PCM of 8, 16, 24 or 32 bits, one or two channels", file.display())]
+    NoWav {
+        /// Which file.
+        file: PathBuf,
+        /// What is wrong.
+        why: &'static str,
+    },
+}
+
+impl SpokenFiles {
+    /// The file that is spoken in this language.
+    fn chosen(&self, language: Option<&str>) -> Result<&Path, SpokenFault> {
+        let files = match self {
+            Self::One(file) => return Ok(file),
+            Self::ByLanguage(files) => files,
+        };
+        let known = files.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let Some(language) = language else { return Err(SpokenFault::NoLanguage(known)) };
+        let other = || SpokenFault::OtherLanguage { language: language.into(), known };
+        files.get(language).map(PathBuf::as_path).ok_or_else(other)
+    }
+
+    /// Reads the file that is spoken, out of the study's folder.
+    pub(super) fn read(&self, folder: &Path, language: Option<&str>) -> Result<SpokenText, SpokenFault> {
+        let name = self.chosen(language)?;
+        let file = folder.join(name);
+        let bytes =
+            read_bounded(&file, MOST_BYTES).map_err(|source| SpokenFault::Unreadable { file: file.clone(), source })?;
+        let wav = WavHeader::of(&bytes).map_err(|why| SpokenFault::NoWav { file, why })?;
+        Ok(SpokenText {
+            file: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            length_s: wav.frames as f64 / f64::from(wav.rate_hz),
+            rate_hz: wav.rate_hz,
+            channels: wav.channels,
+            wav: bytes.into(),
+        })
+    }
+}
+
+impl SpokenText {
+    /// In words: `welcome.wav, 12.3 s, 48000 Hz, mono`.
+    pub fn words(&self) -> String {
+        let channels = if self.channels == 1 { "mono" } else { "stereo" };
+        format!("{}, {:.1} s, {} Hz, {channels}", self.file, self.length_s, self.rate_hz)
+    }
+}
+
+/// What a WAV file says of itself.
+struct WavHeader {
+    rate_hz: u32,
+    channels: u16,
+    /// Samples of each channel.
+    frames: u64,
+}
+
+impl WavHeader {
+    /// Reads the chunks of a RIFF file up to its samples.
+    fn of(bytes: &[u8]) -> Result<Self, &'static str> {
+        /// WAVE_FORMAT_PCM, and WAVE_FORMAT_EXTENSIBLE whose subformat begins with it.
+        const PCM: u16 = 1;
+        const EXTENSIBLE: u16 = 0xfffe;
+        if bytes.get(..4) != Some(b"RIFF") || bytes.get(8..12) != Some(b"WAVE") {
+            return Err("it does not begin with RIFF and WAVE");
+        }
+        let two = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
+        let four = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+        let (mut at, mut format) = (12, None);
+        while let (Some(name), Some(size)) = (bytes.get(at..at + 4), four(at + 4)) {
+            let body = at + 8;
+            match name {
+                b"fmt " => {
+                    let fields = (two(body), two(body + 2), four(body + 4), two(body + 14));
+                    let (Some(tag), Some(channels), Some(rate_hz), Some(bits)) = fields else {
+                        return Err("it is cut");
+                    };
+                    let tag = if tag == EXTENSIBLE { two(body + 24).ok_or("it is cut")? } else { tag };
+                    if tag != PCM {
+                        return Err("its samples are not PCM");
+                    }
+                    if !(1..=2).contains(&channels) || ![8, 16, 24, 32].contains(&bits) || rate_hz == 0 {
+                        return Err("its channels, rate or bits are others");
+                    }
+                    format = Some((rate_hz, channels, u64::from(channels) * u64::from(bits) / 8));
+                }
+                b"data" => {
+                    let Some((rate_hz, channels, frame)) = format else { return Err("its format is not said") };
+                    if (bytes.len() - body) < size as usize {
+                        return Err("it is cut");
+                    }
+                    return match u64::from(size) / frame {
+                        0 => Err("it is empty"),
+                        frames => Ok(Self { rate_hz, channels, frames }),
+                    };
+                }
+                _ => {}
+            }
+            // Chunks begin at even places.
+            at = body + size as usize + (size % 2) as usize;
+        }
+        Err("it has no samples")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A WAV file by the letter of the format: a chunk that nobody needs, the format, so many samples.
+    fn wav(tag: u16, channels: u16, rate_hz: u32, bits: u16, frames: u32) -> Vec<u8> {
+        let frame = channels * bits / 8;
+        let size = frames * u32::from(frame);
+        let mut bytes = b"RIFF\0\0\0\0WAVELIST\x03\0\0\0abc\0fmt \x10\0\0\0".to_vec();
+        bytes.extend([tag.to_le_bytes(), channels.to_le_bytes()].concat());
+        bytes.extend([rate_hz.to_le_bytes(), (rate_hz * u32::from(frame)).to_le_bytes()].concat());
+        bytes.extend([frame.to_le_bytes(), bits.to_le_bytes()].concat());
+        bytes.extend([b"data".as_slice(), &size.to_le_bytes()].concat());
+        bytes.resize(bytes.len() + size as usize, 0);
+        bytes
+    }
+
+    fn read(bytes: &[u8]) -> Result<SpokenText, String> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("it.wav"), bytes).unwrap();
+        SpokenFiles::One("it.wav".into()).read(folder.path(), None).map_err(|fault| fault.to_string())
+    }
+
+    #[test]
+    fn a_pcm_file_has_the_length_of_its_samples_and_another_file_is_refused_with_its_reason() {
+        // 66,150 samples at 44.1 kHz are a second and a half.
+        let said = read(&wav(1, 2, 44_100, 16, 66_150)).unwrap();
+        assert_eq!((said.words().as_str(), said.channels), ("it.wav, 1.5 s, 44100 Hz, stereo", 2));
+        assert_eq!(read(&wav(1, 1, 8000, 24, 4000)).unwrap().length_s, 0.5);
+        let cut = wav(1, 1, 8000, 16, 100);
+        for (bytes, has) in [
+            (wav(3, 1, 8000, 32, 10), "not PCM"),
+            (wav(1, 6, 8000, 16, 10), "channels, rate or bits"),
+            (wav(1, 1, 8000, 12, 10), "channels, rate or bits"),
+            (wav(1, 1, 8000, 16, 0), "it is empty"),
+            (cut[..cut.len() - 1].to_vec(), "it is cut"),
+            (cut[..30].to_vec(), "it is cut"),
+            (cut[..24].to_vec(), "no samples"),
+            (b"ID3 an mp3 file".to_vec(), "RIFF and WAVE"),
+            (Vec::new(), "RIFF and WAVE"),
+        ] {
+            let told = read(&bytes).unwrap_err();
+            assert!(told.contains(has) && told.contains("it.wav"), "{told}");
+        }
+    }
+
+    #[test]
+    fn the_studys_language_chooses_the_file() {
+        let files: BTreeMap<String, PathBuf> =
+            [("en", "a.wav"), ("de", "b.wav")].map(|(word, file)| (word.to_owned(), file.into())).into();
+        let files = SpokenFiles::ByLanguage(files);
+        assert_eq!(files.chosen(Some("de")).unwrap(), Path::new("b.wav"));
+        let told = files.chosen(None).unwrap_err().to_string();
+        assert!(told.contains("come in de, en; say at the top"), "{told}");
+        let told = files.chosen(Some("fr")).unwrap_err().to_string();
+        assert!(told.contains("language is \"fr\"; the instructions come in de, en"), "{told}");
+    }
+}
