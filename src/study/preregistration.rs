@@ -6,6 +6,7 @@ use crate::{
     analysis::{
         AnalysedRecording, AnalysisError, MEASURES, StudyParticipants,
         mixed_model::ModelFault,
+        normality::NormalityTest,
         plan::{AnalysisPlan, PlanHistory},
         planned::PlannedAnalysis,
         power::SimulatedDesign,
@@ -16,6 +17,8 @@ use std::fmt::Write;
 
 /// Simulated studies for each number of participants: the share has an error of 1.3 points at 80 %.
 const STUDIES: usize = 1000;
+/// Residuals whose W is less probable than this in normal samples are told of: t tests bear smaller departures.
+const FAR_FROM_NORMAL: f64 = 0.001;
 /// Smallest effects in residual standard deviations, where no rehearsal is given (Cohen 1988).
 const CONVENTIONAL: [f64; 3] = [0.2, 0.5, 0.8];
 /// Whole squares of orders up to which the power is reckoned, at least, and the participants.
@@ -62,6 +65,8 @@ pub enum OutcomeSpread {
         deviations: [f64; 2],
         /// The change from place to place.
         per_place: f64,
+        /// Normality of the residuals.
+        residuals: Option<NormalityTest>,
     },
 }
 
@@ -93,6 +98,7 @@ impl OutcomeSpread {
             is_simulated: people.is_rehearsal(),
             deviations: [fitted.model.sd_participant, fitted.model.sd_residual],
             per_place: fitted.place.map_or(0.0, |place| place.estimate),
+            residuals: fitted.normality[0],
         })
     }
 }
@@ -287,7 +293,14 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
             );
             (CONVENTIONAL.to_vec(), [1.0, 1.0], 0.0)
         }
-        OutcomeSpread::Rehearsed { title, counts: [people, trials], is_simulated, deviations, per_place } => {
+        OutcomeSpread::Rehearsed {
+            title,
+            counts: [people, trials],
+            is_simulated,
+            deviations,
+            per_place,
+            residuals,
+        } => {
             let kind = if *is_simulated {
                 "simulated participants, whose spread is not that of people"
             } else {
@@ -301,6 +314,15 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
                 figures(deviations[1]),
                 figures(*per_place)
             );
+            if let Some(test) = residuals.filter(|test| test.p < FAR_FROM_NORMAL) {
+                let _ = writeln!(
+                    out,
+                    "**The residuals there are far from normal** (Shapiro and Wilk's W = {:.3}, p < {FAR_FROM_NORMAL}), and the simulated ones \
+                     below are normal: the power may be another one. Look at the quantile-quantile plot of the report, and think of \
+                     another primary outcome or of its logarithm.\n",
+                    test.w
+                );
+            }
             (vec![plan.smallest_effect], *deviations, *per_place)
         }
     };
@@ -384,8 +406,10 @@ mod tests {
             is_simulated: true,
             deviations: [0.2, 0.4],
             per_place: -0.01,
+            residuals: Some(NormalityTest { w: 0.97, p: 0.2 }),
         };
         let text = written(&study, 12, &spread, 200).unwrap();
+        assert!(!text.contains("far from normal"));
         for part in [
             "12 participants, each with 3 trials, one in each of 3 conditions",
             "* `narrow` of `range`: `range_mph` = 0.5",
@@ -410,6 +434,13 @@ mod tests {
         let row = text.lines().find(|line| line.starts_with("| 48 |")).unwrap();
         let share: f64 = row.split('|').nth(3).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
         assert!((share - 95.3).abs() < 4.6, "{row}");
+        let OutcomeSpread::Rehearsed { title, counts, is_simulated, deviations, per_place, .. } = spread else {
+            return;
+        };
+        let residuals = Some(NormalityTest { w: 0.81, p: 1e-6 });
+        let skewed = OutcomeSpread::Rehearsed { title, counts, is_simulated, deviations, per_place, residuals };
+        let text = written(&study, 12, &skewed, 20).unwrap();
+        assert!(text.contains("far from normal** (Shapiro and Wilk's W = 0.810, p < 0.001)"), "{text}");
     }
 
     #[test]
