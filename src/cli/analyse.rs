@@ -93,7 +93,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     put("columns.json", &glossary::dictionary(&drives))?;
     if holdings.is_whole {
-        put("dataset_description.json", &bids::derived(&holdings.title))?;
+        bids::derived(&holdings.title).iter().try_for_each(|(name, text)| put(name, text))?;
         put("drivers.toml", &drivers::drivers_toml(&holdings.title, &fitted))?;
     }
     if let Some(planned) = &planned {

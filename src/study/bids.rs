@@ -136,8 +136,8 @@ pub fn task(name: &str, description: &str, instructions: &str, institution: Opti
     facts
 }
 
-/// `dataset_description.json` of what is derived from a data set.
-pub fn derived(title: &str) -> String {
+/// Files that make the folder of an analysis a derivative of BIDS: name and text. `title` is the study's.
+pub fn derived(title: &str) -> [(&'static str, String); 3] {
     let about = json!({
         "Name": format!("{title}: measures by codrive"),
         "BIDSVersion": VERSION,
@@ -147,8 +147,17 @@ pub fn derived(title: &str) -> String {
             "Version": env!("CARGO_PKG_VERSION"),
             "Description": "codrive analyse: measures of every drive (columns.json defines them), figures, report",
         }],
+        // The data set that this folder is in.
+        "SourceDatasets": [{ "URL": "../../" }],
     });
-    format!("{about:#}\n")
+    let readme = format!(
+        "# {title}: measures by codrive\n\nMade from the data set two folders above by `codrive analyse`, which makes it again.\n\n\
+         * `trials.csv`: one row a drive. `columns.json` defines the columns of all tables.\n\
+         * `report.html`, `methods.txt`, `figures/`: the report.\n"
+    );
+    // Tables with commas, figures and a report are none of BIDS's own files.
+    let ignored = "*.csv\n*.html\n*.txt\n*.toml\n*.svg\n*.png\ncolumns.json\nmodels.json\nfigures\n";
+    [("dataset_description.json", format!("{about:#}\n")), ("README.md", readme), (".bidsignore", ignored.into())]
 }
 
 #[cfg(test)]

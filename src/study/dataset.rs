@@ -50,8 +50,8 @@ const DESCRIPTION: &str = "dataset_description.json";
 /// The copy of the study's file.
 const STUDY: &str = "study.toml";
 
-/// What a validator of BIDS is not to look at.
-const BIDSIGNORE: &str = "study.toml\nstudy-changed.toml\nSHA256SUMS\nreport/\nanalysis/\n";
+/// What a validator of BIDS is not to look at. Of a folder with a slash at its end it ignores the files, and reports the folder.
+const BIDSIGNORE: &str = "study.toml\nstudy-changed.toml\nSHA256SUMS\nreport\nanalysis\n";
 
 /// One of `files`, whole or as a cut left it while the data set was made.
 fn is_begun(path: &Path, files: &[(&str, String)]) -> bool {

@@ -19,8 +19,16 @@ use std::{
 };
 
 /// Files at the top that are about nobody: they say what the rest is.
-const ABOUT: [&str; 5] =
-    ["dataset_description.json", "study.toml", "participants.json", event_table::SIDECAR, motion::CHANNELS_JSON];
+const ABOUT: [&str; 6] = [
+    "dataset_description.json",
+    ".bidsignore",
+    "study.toml",
+    "participants.json",
+    event_table::SIDECAR,
+    motion::CHANNELS_JSON,
+];
+/// The same of the folder of an analysis.
+const ABOUT_DERIVED: [&str; 4] = ["columns.json", "dataset_description.json", "README.md", ".bidsignore"];
 /// In the folder while it is made.
 const BEGUN: &str = "export-is-not-whole";
 
@@ -82,9 +90,10 @@ impl DataSet {
         for path in results.filter(|path| path.extension().is_some_and(|ending| ending == "csv")) {
             self.put_rows(&path, ',', &subject, to)?;
         }
-        let columns = derived.join("columns.json");
-        if root.join(&columns).is_file() {
-            copy(&root.join(&columns), &to.join(&columns))?;
+        for name in ABOUT_DERIVED.map(|name| derived.join(name)) {
+            if root.join(&name).is_file() {
+                copy(&root.join(&name), &to.join(&name))?;
+            }
         }
         Ok(record::replace(&to.join("README.md"), readme(code).as_bytes())?)
     }

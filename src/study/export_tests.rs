@@ -34,6 +34,7 @@ fn place() -> (tempfile::TempDir, DataSet) {
     let derived = data.root().join("derivatives/codrive");
     fs::create_dir_all(&derived).unwrap();
     fs::write(derived.join("trials.csv"), "participant,note\nsub-P1,\"two\nlines\"\nsub-P2,x\n").unwrap();
+    fs::write(derived.join("README.md"), "# Pages\n").unwrap();
     fs::write(derived.join("conditions.csv"), "condition,mean\na,1.5\n").unwrap();
     (folder, data)
 }
@@ -48,6 +49,7 @@ fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
     let to = folder.path().join("for-p1");
     let count = data.export(&code("P1"), &to).unwrap();
     let wanted = [
+        ".bidsignore",
         "README.md",
         "dataset_description.json",
         "events.json",
@@ -65,7 +67,7 @@ fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
         "tracksys-codrive_channels.json",
     ];
     assert_eq!((names(&to).as_slice(), count), (wanted.map(str::to_owned).as_slice(), wanted.len()));
-    for name in &wanted[1..] {
+    for name in wanted.iter().filter(|name| **name != "README.md") {
         assert!(!fs::read_to_string(to.join(name)).unwrap().contains("P2"), "{name}");
     }
     let same = |name: &str| assert_eq!(fs::read(to.join(name)).unwrap(), fs::read(data.root().join(name)).unwrap());
@@ -77,6 +79,7 @@ fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
     let trials = fs::read_to_string(to.join("derivatives/codrive/trials.csv")).unwrap();
     assert_eq!(trials, "participant,note\nsub-P1,\"two\nlines\"\n");
     assert!(!to.join("derivatives/codrive/conditions.csv").exists(), "means are of all");
+    assert_eq!(fs::read_to_string(to.join("derivatives/codrive/README.md")).unwrap(), "# Pages\n");
     assert_eq!(checksums::changes(&to).unwrap(), Some(Vec::new()));
     #[cfg(unix)]
     {

@@ -1,4 +1,4 @@
-//! The motion of the participant's car as BIDS has it (Motion-BIDS: <https://doi.org/10.1038/s41597-024-03559-8>): a table without
+//! The motion of the participant's car as BIDS has it (Motion-BIDS [Jeung 2024]): a table without
 //! a head, a row a tick. In: a recording. Out: `_motion.tsv`, what its channels are, and in which frames of reference.
 //!
 //! No row is made that was not recorded, and none is left out. What was lost of a recording leaves a step in the channel `latency`.

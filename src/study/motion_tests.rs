@@ -71,7 +71,9 @@ fn every_tick_is_a_row_and_every_cell_is_the_recordings_to_the_last_digit_that_i
     for (i, row) in rows.iter().enumerate() {
         assert!((row.len(), row[0]) == (14, i as f64 / 100.0), "{row:?}");
     }
-    // RotationOrder XYZ: about the standing axes, first x, then y, then z. Another order is off by a hundredth.
+    // About the standing axes, first x, then y, then z. Another order is off by a hundredth.
+    let frames: Value = serde_json::from_str(&reference_frames()).unwrap();
+    assert_eq!(frames["reference_frame"]["Levels"]["world"]["RotationOrder"], "XYZ");
     let [roll, pitch, yaw] = [4, 5, 6].map(|i: usize| rows[349][i] as f32);
     let by_angles = Mat3::from_rotation_z(yaw) * Mat3::from_rotation_y(pitch) * Mat3::from_rotation_x(roll);
     assert!(by_angles.abs_diff_eq(Mat3::from_quat(rotation), 1e-5), "{by_angles} {rotation}");

@@ -16,7 +16,7 @@ fn log(began: &[&str]) -> SessionLog {
 fn dates_lie_in_the_years_1902_to_1920_and_all_times_of_a_participant_move_alike() {
     let first = "2026-11-22T09:15:30Z";
     let drawn = |random| DateShift::drawn(first.parse().unwrap(), random).unwrap();
-    // From 1 January 1902 it is 45,616 days to that day and 6,940 to 1 January 1921 (the calendar module of Python).
+    // From 1902-01-01 it is 45,616 days to that day and 6,940 to 1921-01-01 (Python, datetime).
     assert_eq!([0, 6939, 6940].map(|random| drawn(random).days), [-45_616, -38_677, -45_616]);
     let first_and_last = [0, 6939].map(|random| drawn(random).shifted(first));
     assert_eq!(first_and_last, ["1902-01-01T09:15:30Z", "1920-12-31T09:15:30Z"]);
@@ -40,7 +40,7 @@ fn a_shift_is_drawn_once_and_kept_with_the_raw_data() {
     assert!((1902..=1920).contains(&year), "{year}");
     assert_eq!(of(&log).unwrap(), Some(shift), "the tables that are made again have the same dates");
     fs::write(&path, "{\"days\": -40000}\n").unwrap();
-    // 22 November 2026 less 40,000 days (the calendar module of Python).
+    // 2026-11-22 less 40,000 days (Python, datetime).
     assert_eq!(of(&log).unwrap().unwrap().shifted("2026-11-22T09:15:30Z"), "1917-05-18T09:15:30Z");
     fs::write(&path, "{\"days\": 1.5}").unwrap();
     let said = of(&log).unwrap_err().to_string();

@@ -4,19 +4,20 @@
 use crate::common::text;
 use serde_json::Value;
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::Command,
 };
 
-struct Place {
+/// A rehearsed study in a scratch folder.
+pub struct Place {
     folder: tempfile::TempDir,
 }
 
 impl Place {
     /// The study with trials of this length, rehearsed.
-    fn rehearsed(duration_s: f64, participants: usize) -> Self {
+    pub fn rehearsed(duration_s: f64, participants: usize) -> Self {
         let place = Self { folder: tempfile::tempdir().unwrap() };
         let study = place.folder.path().join("short.toml");
         fs::write(&study, crate::common::study(duration_s, 10.0, ["experience", "driving-experience"])).unwrap();
@@ -25,12 +26,12 @@ impl Place {
         place
     }
 
-    fn data(&self) -> PathBuf {
+    pub fn data(&self) -> PathBuf {
         self.folder.path().join("data")
     }
 
     /// The program with these arguments and the data set. What it said on standard error.
-    fn codrive(&self, arguments: &[&str]) -> String {
+    pub fn codrive(&self, arguments: &[&str]) -> String {
         let output = crate::common::codrive(&[arguments, &[self.data().to_str().unwrap()]].concat(), "warn");
         assert!(output.status.success(), "{}", text(&output));
         String::from_utf8_lossy(&output.stderr).into_owned()
@@ -55,12 +56,12 @@ impl Place {
     }
 }
 
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// A program with what `scripts/setup --test` installed for Python.
-fn outside(program: &str) -> Command {
+pub fn outside(program: &str) -> Command {
     let place = root().join(".test-python");
     assert!(place.join("wanted").exists(), ".test-python/ is not there; run scripts/setup --test");
     let mut command = Command::new(program);
@@ -68,29 +69,72 @@ fn outside(program: &str) -> Command {
     command
 }
 
-/// Errors that the validator finds in a data set; and how many participants and files it saw.
-pub fn errors(data: &Path) -> (Vec<String>, usize, u64) {
+/// What the validator finds in a data set.
+fn issues(data: &Path) -> Value {
     let arguments = ["-c", "from bids_validator_deno import cli; cli()", "--format", "json", "--max-rows", "-1"];
     let output = outside("python3").args(arguments).arg(data).output().unwrap();
-    let report: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", text(&output)));
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", text(&output)))
+}
+
+/// Errors that the validator finds in a data set; and how many participants and files it saw.
+pub fn errors(data: &Path) -> (Vec<String>, usize, u64) {
+    let report = issues(data);
     let issues = report["issues"]["issues"].as_array().unwrap();
     let found = issues.iter().filter(|issue| issue["severity"] == "error").map(Value::to_string).collect();
     let subjects = report["summary"]["subjects"].as_array().unwrap().len();
     (found, subjects, report["summary"]["totalFiles"].as_u64().unwrap())
 }
 
+/// Warnings of the validator that stay, with the reason. All are about what is recommended and nobody but the laboratory knows, or what
+/// there is none of.
+const WARNINGS: [(&str, &str, &str); 8] = [
+    ("JSON_KEY_RECOMMENDED", "License", "`licence` of the study's file, which the study of this test has not"),
+    ("TOO_FEW_AUTHORS", "", "`authors` of the study's file, which the study of this test has not"),
+    (
+        "SIDECAR_KEY_RECOMMENDED",
+        "InstitutionName",
+        "`institution` of the study's file, which the study of this test has not",
+    ),
+    (
+        "SIDECAR_KEY_RECOMMENDED",
+        "InstitutionAddress",
+        "the study's file does not ask for it: the name is enough to be found",
+    ),
+    ("SIDECAR_KEY_RECOMMENDED", "InstitutionalDepartmentName", "as the address"),
+    (
+        "SIDECAR_KEY_RECOMMENDED",
+        "DeviceSerialNumber",
+        "what tracks is a program: its version is in the sidecar, and it has no number",
+    ),
+    ("SIDECAR_KEY_RECOMMENDED", "CogAtlasID", "the Cognitive Atlas has no task of driving with advice"),
+    ("SIDECAR_KEY_RECOMMENDED", "CogPOID", "neither has the Cognitive Paradigm Ontology"),
+];
+
 #[test]
 fn the_validator_of_bids_finds_no_error_and_the_scripts_read_what_has_no_reactions() {
     let place = Place::rehearsed(4.0, 3);
     let (found, subjects, files) = errors(&place.data());
     assert!(found.is_empty(), "{found:#?}");
-    // Description, readme, participants and their sidecar, as much of two questionnaires; for each participant scans, 4 drives
-    // and 2 answers with a sidecar each.
-    assert_eq!((subjects, files), (3, 4 + 4 + 3 * 2 * (1 + 4 + 2)));
+    // Description, readme, participants and their sidecar, as much of two questionnaires, sidecars of events and channels; for each
+    // participant scans, 4 drives and 2 answers with a sidecar each, and of each drive motion and its events with a sidecar each, and
+    // the channels.
+    assert_eq!((subjects, files), (3, 4 + 4 + 2 + 3 * (2 * (1 + 4 + 2) + 4 * (2 + 2 + 1))));
+    let report = issues(&place.data());
+    let key = |issue: &Value| ["code", "subCode"].map(|key| issue[key].as_str().unwrap_or_default().to_owned());
+    let said: BTreeSet<[String; 2]> = report["issues"]["issues"].as_array().unwrap().iter().map(key).collect();
+    let explained = WARNINGS.map(|(code, sub, _)| [code.to_owned(), sub.to_owned()]);
+    assert_eq!(said, BTreeSet::from(explained), "warnings that are not explained, or explained and not there");
+    // Folders of results beside the data are none of BIDS.
+    for folder in ["report", "analysis"] {
+        fs::create_dir(place.data().join(folder)).unwrap();
+        fs::write(place.data().join(folder).join("report.html"), "none of BIDS").unwrap();
+    }
     let said = place.codrive(&["analyse"]);
     assert_eq!(said, "", "an analysis without any reaction has nothing to complain of");
-    let (found, ..) = errors(&place.data());
-    assert!(found.is_empty(), "with derivatives: {found:#?}");
+    for (folder, what) in [("", "with derivatives"), ("derivatives/codrive", "the derivatives themselves")] {
+        let (found, ..) = errors(&place.data().join(folder));
+        assert!(found.is_empty(), "{what}: {found:#?}");
+    }
 
     assert!(place.rows("advice.csv").iter().all(|row| row["reaction_s"].is_empty()), "too short for a reaction");
     let pandas = place.script("python3", "read_study.py");
@@ -98,11 +142,21 @@ fn the_validator_of_bids_finds_no_error_and_the_scripts_read_what_has_no_reactio
     let r = place.script("Rscript", "read_study.R");
     assert!(r.contains("3 participants, 9 trials") && r.contains("too few observations for a model: 0 of 0"), "{r}");
 
-    // The judge is awake: events without their onset are no events.
-    let events = place.data().join("sub-R01/beh/sub-R01_task-trial_run-1_events.tsv");
-    fs::write(&events, fs::read_to_string(&events).unwrap().replacen("onset", "when", 1)).unwrap();
-    let (found, ..) = errors(&place.data());
-    assert!(found.iter().any(|error| error.contains("sub-R01_task-trial_run-1_events.tsv")), "{found:#?}");
+    // The judge is awake: events without their onset are no events, motion without its rate is no motion, and a tag is a word of HED.
+    let motion = "sub-R02/motion/sub-R02_task-trial_tracksys-codrive_run-2_motion.json";
+    for (file, from, to, said) in [
+        ("sub-R01/beh/sub-R01_task-trial_run-1_events.tsv", "onset", "when", "sub-R01_task-trial_run-1_events.tsv"),
+        (motion, "\"SamplingFrequency\"", "\"Rate\"", "SamplingFrequency"),
+        ("events.json", "Collide-with", "Bump-into", "HED"),
+    ] {
+        let path = place.data().join(file);
+        let whole = fs::read_to_string(&path).unwrap();
+        assert!(whole.contains(from), "{file}: {whole}");
+        fs::write(&path, whole.replacen(from, to, 1)).unwrap();
+        let (found, ..) = errors(&place.data());
+        assert!(found.iter().any(|error| error.contains(said)), "{file}: {found:#?}");
+        fs::write(&path, whole).unwrap();
+    }
 }
 
 #[test]
@@ -147,6 +201,9 @@ fn one_participant_is_read_and_said_to_be_too_few() {
     let about = fs::read(place.data().join("derivatives/codrive/dataset_description.json")).unwrap();
     let about: serde_json::Value = serde_json::from_slice(&about).unwrap();
     assert_eq!((&about["DatasetType"], &about["GeneratedBy"][0]["Name"]), (&"derivative".into(), &"codrive".into()));
+    let source = about["SourceDatasets"][0]["URL"].as_str().unwrap();
+    let source = place.data().join("derivatives/codrive").join(source).join("participants.tsv");
+    assert!(source.is_file(), "{}", source.display());
     let r = place.script("Rscript", "read_study.R");
     assert!(r.contains("too few observations for a model: 3 of 1 participants in 3 conditions"), "{r}");
 }

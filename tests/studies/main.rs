@@ -8,6 +8,7 @@ mod fms;
 mod models;
 mod people;
 mod questionnaires;
+mod readers;
 mod session;
 mod shipped;
 mod study;

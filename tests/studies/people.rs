@@ -83,7 +83,13 @@ fn questionnaires_after_trials_stand_by_trial_and_condition_wherever_answers_sta
         let wanted = names.iter().map(|name| count(name) * number(name)).sum::<f64>() / 15.0;
         assert!((number("score_weighted-tlx") - wanted).abs() < 1e-5, "{row:?}");
     }
-    for scan in table(&data.join("sub-R02/sub-R02_scans.tsv")) {
+    let scans = table(&data.join("sub-R02/sub-R02_scans.tsv"));
+    // Answers about a trial are in the list with its place and condition, as the trial is.
+    let of_trial = |name: &str| scans.iter().filter(|scan| scan["filename"].contains(name)).collect::<Vec<_>>();
+    let places =
+        |name: &str| of_trial(name).iter().map(|s| [s["place"].clone(), s["condition"].clone()]).collect::<Vec<_>>();
+    assert_eq!(places("_task-trialTrust_"), places("_task-trial_"));
+    for scan in of_trial("_task-trial_") {
         let place = &scan["place"];
         let answers = table(&data.join(format!("sub-R02/beh/sub-R02_task-trialTrust_run-{place}_beh.tsv")));
         assert_eq!(answers.len(), 4);
