@@ -104,13 +104,15 @@ fn a_participant_is_listed_when_the_session_is_over() {
 fn raw_data_stay_as_they_were_listed_and_what_is_made_from_them_is_listed_anew() {
     let folder = data_set();
     let root = folder.path();
+    let sidecars = ["events.json", "tracksys-codrive_channels.json"];
+    sidecars.iter().for_each(|name| put(root, name, ""));
     for subject in ["sub-P1", "sub-P2"] {
         list(root, subject, true).unwrap();
     }
     // Somebody changed every file, and the data set is published once more with another participant.
-    DATA.iter().for_each(|name| put(root, name, "abc"));
+    DATA.iter().chain(&sidecars).for_each(|name| put(root, name, "abc"));
     list(root, "sub-P2", true).unwrap();
-    let anew = ["participants.tsv", "phenotype/ssq.tsv", "sub-P2/sub-P2_scans.tsv"];
+    let anew = ["participants.tsv", "phenotype/ssq.tsv", "sub-P2/sub-P2_scans.tsv", sidecars[0], sidecars[1]];
     for (name, sum) in listed(root) {
         assert_eq!(sum, if anew.contains(&name.as_str()) { OF_ABC } else { OF_NOTHING }, "{name}");
     }
