@@ -107,7 +107,10 @@ impl Library {
             // SAFETY: liblsl runs nothing at load time that asks anything of the caller.
             match unsafe { libloading::Library::new(place) } {
                 Ok(library) => return Self::of(library, &place.display().to_string()),
-                Err(error) => drop(first.get_or_insert_with(|| format!("{}: {error}", place.display()))),
+                Err(error) => drop(first.get_or_insert_with(|| {
+                    let source = std::error::Error::source(&error).map_or(error.to_string(), ToString::to_string);
+                    format!("{}: {source}", place.display())
+                })),
             }
         }
         Err(LslError::Absent(first.unwrap_or_else(|| "nowhere to look".into())))

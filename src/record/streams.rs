@@ -199,8 +199,10 @@ pub fn settle(recording: &Path, holes: &mut Vec<LostRows>) -> Result<(), RecordE
             journals.push(path);
         }
     }
-    journals.sort();
-    let clock = DriveClock::read(&folder.join(format!("{CLOCK}.{JOURNAL}")))?;
+    let clock = folder.join(format!("{CLOCK}.{JOURNAL}"));
+    // The clock's own goes last: until all tables are there, cut or not, it is needed.
+    journals.sort_by_key(|path| (*path == clock, path.clone()));
+    let clock = DriveClock::read(&clock)?;
     let mut whole = Vec::new();
     for journal in journals {
         let known = holes.len();
@@ -222,8 +224,9 @@ pub fn settle(recording: &Path, holes: &mut Vec<LostRows>) -> Result<(), RecordE
         }
     }
     files::sync_dir(&folder.join(CLOCK))?;
-    // The clock's own journal goes with the others, when every table that needs it is there.
     for journal in whole {
+        // In this order, also after a power cut.
+        files::sync_dir(&journal)?;
         fs::remove_file(&journal).map_err(RecordError::file(&journal))?;
     }
     files::sync_dir(&folder.join(CLOCK))

@@ -2,7 +2,11 @@
 
 use super::*;
 use crate::lsl::local_clock_s;
-use std::{io::Read, os::fd::AsRawFd};
+use nix::poll::{PollFd, PollFlags, poll};
+use std::{
+    io::Read,
+    os::fd::{AsFd, AsRawFd},
+};
 
 fn settings(device: PathBuf, return_to_zero_ms: f64) -> TriggerSettings {
     let codes = TriggerCodes { advice: Some(1), trial_start: Some(16), mark: Some(200), ..TriggerCodes::default() };
@@ -16,10 +20,16 @@ fn terminal() -> (std::fs::File, nix::pty::OpenptyResult, PathBuf) {
     (ends.master.try_clone().unwrap().into(), ends, device)
 }
 
-/// So many bytes, each with the time at which it was read.
+/// So many bytes, each with the time at which it was read; fails where one does not come within 5 s.
 fn read(mut from: &std::fs::File, count: usize) -> Vec<(u8, f64)> {
     let mut byte = [0];
-    (0..count).map(|_| from.read_exact(&mut byte).map(|()| (byte[0], local_clock_s())).unwrap()).collect()
+    let mut next = || {
+        let mut waits = [PollFd::new(from.as_fd(), PollFlags::POLLIN)];
+        assert_eq!(poll(&mut waits, 5_000_u16), Ok(1), "no byte came");
+        from.read_exact(&mut byte).unwrap();
+        (byte[0], local_clock_s())
+    };
+    (0..count).map(|_| next()).collect()
 }
 
 #[test]

@@ -2,15 +2,17 @@
 //! ([`LabSettings`]); ticks, frames and events of the drive. Out: samples with the time at which they happened, tables in the
 //! recording, what the experimenter has to know. Nothing here changes a drive, and its loop waits for none of it.
 //!
-//! * `outlets`: the drive's own streams. `stream_reader`: a stream of another device on its way into the recording.
+//! * `outlets`: the drive's own streams. `stream_reader`: a stream of another device on its way into the recording. `background`: a
+//!   table that a thread of its own writes.
 //!
 //! The time of a tick is that at which it was due: the time at which its frame began, less the ticks that came after it. All
 //! ticks of a frame are computed at once; their time stamps are 10 ms apart as the ticks are.
 
+mod background;
 mod outlets;
 mod stream_reader;
 
-use self::{outlets::DriveOutlets, stream_reader::StreamReader};
+use self::{background::BackgroundJournal, outlets::DriveOutlets, stream_reader::StreamReader};
 use crate::{
     controls::Controls,
     drive_loop::RunError,
@@ -121,9 +123,9 @@ struct TickRows {
 
 /// What goes into the recording of a drive beside the streams, which their own threads write.
 struct LabRecording {
-    clock: StreamJournal,
+    clock: BackgroundJournal,
     pairs: Vec<[f64; 2]>,
-    triggers: Option<StreamJournal>,
+    triggers: Option<BackgroundJournal>,
 }
 
 impl LabDevices {
@@ -161,10 +163,12 @@ impl LabDevices {
                 StreamColumn::number(STAMP, "s", "LSL's clock of this machine at the begin of a frame"),
                 StreamColumn::number(TIME, "s", "time of the drive then"),
             ];
-            let clock = StreamJournal::begin(recording, CLOCK, &columns)?;
-            let triggers =
-                self.triggers.is_some().then(|| StreamJournal::begin(recording, "triggers", &trigger_columns()));
-            self.recording = Some(LabRecording { clock, pairs: Vec::new(), triggers: triggers.transpose()? });
+            let table = |name: &str, columns: &[StreamColumn]| {
+                BackgroundJournal::new(StreamJournal::begin(recording, name, columns)?)
+            };
+            let clock = table(CLOCK, &columns)?;
+            let triggers = self.triggers.is_some().then(|| table("triggers", &trigger_columns())).transpose()?;
+            self.recording = Some(LabRecording { clock, pairs: Vec::new(), triggers });
             for reader in &self.readers {
                 reader.begin(recording);
             }
@@ -188,6 +192,7 @@ impl LabDevices {
         if let Some(port) = &mut self.triggers {
             result = result.and(recording.triggers(port.wait_written(), &mut self.news));
         }
+        result = result.and(recording.finish());
         for end in ended {
             result = result.and(end.wait());
         }
@@ -308,6 +313,11 @@ impl LabRecording {
         let pairs = std::mem::take(&mut self.pairs);
         let column = |k: usize| StreamValues::Numbers(pairs.iter().map(|pair| pair[k]).collect());
         self.clock.append(vec![column(0), column(1)])
+    }
+
+    fn finish(&mut self) -> Result<(), RecordError> {
+        let triggers = self.triggers.as_mut().map_or(Ok(()), BackgroundJournal::finish);
+        self.clock.finish().and(triggers)
     }
 
     fn triggers(&mut self, written: Vec<WrittenTrigger>, news: &mut Vec<String>) -> Result<(), RecordError> {

@@ -32,10 +32,13 @@ fn a_trial_has_its_triggers_on_the_wire_and_in_its_recording() {
     lab.end_trial().unwrap();
     lab.note("mark", "after the drive");
     assert!(lab.take_news().is_empty());
-    let mut amplifier: std::fs::File = ends.master.try_clone().unwrap().into();
-    let mut bytes = [0; 4];
-    amplifier.read_exact(&mut bytes).unwrap();
-    assert_eq!(bytes, [16, 4, 32, 4]);
+    let (sent, read) = std::sync::mpsc::channel();
+    let amplifier: std::fs::File = ends.master.try_clone().unwrap().into();
+    std::thread::spawn(move || {
+        std::io::BufReader::new(amplifier).bytes().map_while(Result::ok).try_for_each(|byte| sent.send(byte))
+    });
+    let next = || read.recv_timeout(std::time::Duration::from_secs(5)).unwrap();
+    assert_eq!([next(), next(), next(), next()], [16, 4, 32, 4]);
     crate::record::streams::settle(folder.path(), &mut Vec::new()).unwrap();
     let table = |name: &str| TableReader::parquet(&folder.path().join(FOLDER).join(name)).unwrap();
     let triggers = table("triggers.parquet");
