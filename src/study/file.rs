@@ -174,6 +174,8 @@ pub struct ParticipantTexts {
     pub arrows: String,
     /// What a hand does with a wheel to choose.
     pub wheel: String,
+    /// The pad of the wheel whose directions change a rating.
+    pub dpad: String,
     /// The button of the wheel that answers.
     pub answer_button: String,
     /// The button of the wheel that goes back.
@@ -219,6 +221,7 @@ impl Default for ParticipantTexts {
             answer: "answer".into(),
             arrows: "arrow keys".into(),
             wheel: "turn the wheel".into(),
+            dpad: "d-pad".into(),
             answer_button: "cross".into(),
             back_button: "triangle".into(),
         }

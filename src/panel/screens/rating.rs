@@ -16,8 +16,9 @@ pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPr
     let question = lay(&texts.fms, 0.8, style::TEXT);
     let number = lay(&prompt.value.to_string(), 2.2, Color32::WHITE);
     let ends = lay(&format!("{}, {}", texts.fms_low, texts.fms_high), 0.6, style::DIM);
-    let answer = if wheel { texts.answer_button.as_str() } else { "Enter" };
-    let hand = lay(&format!("{answer}: {}", texts.answer), 0.6, style::DIM);
+    let [change, answer] =
+        if wheel { [&texts.dpad, &texts.answer_button].map(String::as_str) } else { ["+ \u{2212}", "Enter"] };
+    let hand = lay(&format!("{change}: {}   {answer}: {}", texts.choose, texts.answer), 0.6, style::DIM);
     let parts = [&question, &number, &ends, &hand];
     let bar = 0.35 * look.em;
     let width = parts.iter().map(|part| part.size().x).fold(8.0 * look.em, f32::max);
