@@ -114,6 +114,25 @@ fn a_g29_at_rest_stays_at_rest_without_any_event() {
 }
 
 #[test]
+fn the_d_pad_of_a_g29_is_heard_as_its_hat_tells_it_and_drives_nothing() {
+    if std::env::var_os(WITHIN).is_none() {
+        // Up, let go, left, let go, then the cross: ABS_HAT0X is 0010, ABS_HAT0Y 0011.
+        let events = "E: 0.1 0003 0011 -1\nE: 0.1 0000 0000 0\nE: 0.2 0003 0011 0\nE: 0.2 0000 0000 0\n\
+                      E: 0.3 0003 0010 -1\nE: 0.3 0000 0000 0\nE: 0.4 0003 0010 0\nE: 0.4 0000 0000 0\n\
+                      E: 0.5 0001 0120 1\nE: 0.5 0000 0000 0\n";
+        again_within("the_d_pad_of_a_g29_is_heard_as_its_hat_tells_it_and_drives_nothing", Some(events));
+        return;
+    }
+    let mut devices = Devices::open();
+    let mut news = Vec::new();
+    let answered = RigEvent::Pressed(ButtonAction::Answer);
+    wait(&mut devices, &mut news, |_, news| news.contains(&answered));
+    let pressed: Vec<&RigEvent> = news.iter().filter(|n| matches!(n, RigEvent::Pressed(_))).collect();
+    assert_eq!(pressed, [&RigEvent::Pressed(ButtonAction::Up), &RigEvent::Pressed(ButtonAction::Left), &answered]);
+    assert_eq!(devices.controls(5.0, None), Controls::default());
+}
+
+#[test]
 fn a_horn_that_came_up_while_the_kernels_queue_ran_over_is_heard() {
     if std::env::var_os(WITHIN).is_none() {
         // The horn goes down; then events are lost (SYN_DROPPED, and what is left of a packet), and with them its coming up:
