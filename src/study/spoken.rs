@@ -201,7 +201,7 @@ mod tests {
             (wav(1, 1, 8000, 12, 10), "channels, rate or bits"),
             (wav(1, 1, 8000, 16, 0), "it is empty"),
             (cut[..cut.len() - 1].to_vec(), "it is cut"),
-            (cut[..30].to_vec(), "it is cut"),
+            (cut[..36].to_vec(), "it is cut"),
             (cut[..24].to_vec(), "no samples"),
             (b"ID3 an mp3 file".to_vec(), "RIFF and WAVE"),
             (Vec::new(), "RIFF and WAVE"),
