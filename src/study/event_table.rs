@@ -115,7 +115,8 @@ fn columns() -> Vec<TsvColumn> {
     let speed = |name: &str, about: &str, label: &str| {
         TsvColumn::new(name, about, "m/s").tagged(json!(format!("(Label/{label}, Speed/# m-per-s)")))
     };
-    let tags = WORDS.iter().map(|[word, _, tags]| ((*word).to_owned(), Value::from(*tags))).collect();
+    // In brackets, so that two events of one moment have no tag twice.
+    let tags = WORDS.iter().map(|[word, _, tags]| ((*word).to_owned(), Value::from(format!("({tags})")))).collect();
     vec![
         TsvColumn::new(
             "onset",
