@@ -94,14 +94,15 @@ impl Place {
     }
 }
 
-/// Strikes keys in a window again and again until something holds.
+/// Strikes keys in a window again and again until something holds. The window may be gone before it does: the program writes its tables
+/// after its windows are closed.
 fn strike_until(server: &Server, window: u32, keys: &[&[u8]], what: &str, holds: impl Fn() -> bool) {
     let mut next = keys.iter().cycle();
     wait_for(what, || {
         if holds() {
             return Some(());
         }
-        server.strike(window, next.next()?);
+        server.strike_if_there(window, next.next()?);
         sleep(Duration::from_millis(150));
         None
     });

@@ -139,6 +139,18 @@ impl Server {
     /// Presses keys together in a window: the first are held while the last is struck.
     pub fn strike(&self, window: Window, keys: &[u8]) {
         self.focus(window);
+        self.press(keys);
+    }
+
+    /// The same where the window is on the screen; nothing where it is not, or not any more.
+    pub fn strike_if_there(&self, window: Window, keys: &[u8]) {
+        let focus = self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME);
+        if focus.is_ok_and(|asked| asked.check().is_ok()) {
+            self.press(keys);
+        }
+    }
+
+    fn press(&self, keys: &[u8]) {
         keys.iter().for_each(|key| self.key(*key, true));
         sleep(Duration::from_millis(30));
         keys.iter().rev().for_each(|key| self.key(*key, false));
