@@ -49,6 +49,7 @@ fn the_shipped_study_compares_advice_with_none_and_with_a_sham_in_one_wave_from_
     assert!(hesitant.len() == 8 && hesitant.iter().all(|drive| (drive.idm.t, drive.idm.a) == (1.2, 0.8)));
     assert!(trials.iter().all(|(_, drive)| drive.standing_start && drive.wave_sd_mps >= 2.0));
     assert!(study.file.participants.is_multiple_of(16), "every order as often");
+    // A visit is booked for two hours: twenty minutes are for arriving, the information sheet and what goes wrong.
     assert!(study.plan(0).minutes() < 100.0, "{} min", study.plan(0).minutes());
     for study in [study, load("congestion-short")] {
         study.check_ranges("it").unwrap_or_else(|e| panic!("{e}"));
