@@ -404,6 +404,20 @@ pub const MEASURES: &[MeasureDefinition] = &[
         |s| all_cars(s.totals)?.fuel_l_100km(),
     ),
     measure(
+        "ego_fuel_sumo_l_100km",
+        "Fuel consumption of the ego vehicle, SUMO",
+        "l/100 km",
+        "fuel of the ego vehicle by SUMO's emission model (HBEFA 4.2, petrol, Euro 4)",
+        |s| s.totals.sumo_fuel[1].l_100km(),
+    ),
+    measure(
+        "fuel_sumo_l_100km",
+        "Fuel consumption of all vehicles, SUMO",
+        "l/100 km",
+        "fuel of all vehicles by SUMO's emission model (HBEFA 4.2, petrol, Euro 4)",
+        |s| s.totals.sumo_fuel[0].l_100km(),
+    ),
+    measure(
         "fuel_saved_l_100km",
         "Fuel saved over no advice",
         "l/100 km",

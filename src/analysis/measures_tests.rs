@@ -91,11 +91,15 @@ fn mean_speed_and_its_gain_are_means_over_cars_and_ticks() {
 }
 
 #[test]
-fn fuel_of_a_cruise_is_that_of_the_polynomial() {
+fn fuel_of_a_cruise_is_that_of_each_model() {
     // Kamal et al. at 10 m/s: 0.1569 + 0.245 - 0.07415 + 0.05975 = 0.3875 ml/s, 0.03875 ml/m, 3.875 l / 100 km.
     let found = Drive::new(1000, |_| 10.0, |_| 10.0).measures();
     assert!((get(&found, "ego_fuel_l_100km") - 3.875).abs() < 1e-4, "{}", get(&found, "ego_fuel_l_100km"));
     assert!((get(&found, "fuel_l_100km") - 3.875).abs() < 1e-4);
+    // SUMO's emissionsDrivingCycle at 10 m/s prints 582.51 mg/s: 0.78505 ml/s at 742 g/l.
+    for name in ["ego_fuel_sumo_l_100km", "fuel_sumo_l_100km"] {
+        assert!((get(&found, name) - 7.8505).abs() < 1e-3, "{name}: {}", get(&found, name));
+    }
 }
 
 #[test]

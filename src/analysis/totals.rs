@@ -11,7 +11,7 @@ use super::{
     trial::{EgoSample, TrafficStep},
 };
 use crate::{
-    metrics::{Approach, FlowTotals, MotionTotals},
+    metrics::{Approach, FlowTotals, MotionTotals, fuel::SumoFuelTotals},
     sim::is_in_lane,
     time::{TICK_S, TICKS_PER_S, Tick},
 };
@@ -111,6 +111,8 @@ pub struct DriveTotals {
     pub all_cars: FlowTotals,
     /// Speeds of the ego at the same steps.
     pub ego_alone: FlowTotals,
+    /// Fuel of all cars and of the ego by SUMO's model.
+    pub sumo_fuel: [SumoFuelTotals; 2],
     /// Mean speed of all vehicles over each whole second, m/s.
     pub per_second_mps: Vec<f64>,
     /// Length of the drive, seconds.
@@ -153,6 +155,7 @@ impl DriveTotals {
             square_jerk: RunningMean::default(),
             all_cars: FlowTotals::new(step_s),
             ego_alone: FlowTotals::new(step_s),
+            sumo_fuel: Default::default(),
             per_second_mps: Vec::new(),
             duration_s: 0.0,
             step_s,
@@ -270,6 +273,8 @@ impl DriveTotals {
         let speeds = || step.speed_mps.iter().map(|v| v.max(0.0) as f32);
         self.all_cars.add(speeds());
         self.ego_alone.add(speeds().take(1));
+        self.sumo_fuel[0].add(speeds(), self.step_s);
+        self.sumo_fuel[1].add(speeds().take(1), self.step_s);
         self.all_motion.add(speeds(), self.step_s);
         self.ego_motion.add(speeds().take(1), self.step_s);
         // A step back by more than half the route is one past its start.

@@ -226,7 +226,8 @@ impl LiveDrive {
     /// # Errors
     /// The disk is full or too slow; the drive must end, everything before is kept.
     pub fn flush(&mut self) -> Result<(), RunError> {
-        self.recording.flush()
+        self.recording.flush()?;
+        Ok(self.lab.flush()?)
     }
 
     /// Notes something in the recording that the world does not know of.

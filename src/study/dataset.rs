@@ -40,6 +40,7 @@ use serde_json::{Value, json};
 use std::{
     collections::BTreeSet,
     fs,
+    io::ErrorKind,
     path::{Path, PathBuf},
 };
 
@@ -115,17 +116,13 @@ impl DataSet {
     /// Keeps the file of now beside that of the first session where the plan of the analysis is another one.
     fn keep_plan(&self, was: &str, study: &Study) -> Result<(), SessionError> {
         let now = source::portable(&study.source);
-        let path = self.root.join(plan::CHANGED);
         if now != source::portable(was) {
             log::warn!(
                 "the plan of the analysis is not that of the first session; the report will say what was changed"
             );
             return self.put(plan::CHANGED, &now);
         }
-        if path.exists() {
-            fs::remove_file(&path).map_err(|why| RecordError::File { path, why })?;
-        }
-        Ok(())
+        self.remove(plan::CHANGED)
     }
 
     /// Its folder.
@@ -282,9 +279,11 @@ impl DataSet {
         let mut table = scans::table(study);
         let shift = DateShift::of(&self.source(&log.participant), log)?;
         let institution = study.file.institution.as_deref();
+        let mut stems = BTreeSet::new();
         for planned in &plan.items {
             let Some(passage) = log.done(&planned.name) else { continue };
             let name = format!("{subject}/beh/{}", file_name(&subject, planned));
+            stems.extend([name.clone(), format!("{subject}/motion/{}", motion_name(&subject, planned))]);
             match &planned.item {
                 PlanItem::Drive { scenario, levels, .. } => {
                     let Some(folder) = &passage.recording else { continue };
@@ -323,11 +322,37 @@ impl DataSet {
             let facts = bids::task(fms_table::TASK, fms_table::ABOUT, &study.file.texts.fms, institution);
             let name = format!("{subject}/beh/{subject}_task-{}_beh", fms_table::TASK);
             self.put_table(&name, &fms_table::table(study, &plan, log), facts)?;
+            stems.insert(name.trim_end_matches("_beh").to_owned());
         }
+        self.remove_others(&subject, &stems)?;
+        let scans = format!("{subject}/{subject}_scans");
         if table.rows.is_empty() {
-            return Ok(());
+            return ["tsv", "json"].into_iter().try_for_each(|ending| self.remove(&format!("{scans}.{ending}")));
         }
-        self.put_table(&format!("{subject}/{subject}_scans"), &table, json!({}))
+        self.put_table(&scans, &table, json!({}))
+    }
+
+    /// Removes tables of what was done when they were made and is not any more: a drive that was begun again, and then skipped. `stems`
+    /// are names from the top of the data set, without what kind of table it is.
+    fn remove_others(&self, subject: &str, stems: &BTreeSet<String>) -> Result<(), SessionError> {
+        for folder in ["beh", "motion"].map(|kind| format!("{subject}/{kind}")) {
+            for entry in fs::read_dir(self.root.join(&folder)).into_iter().flatten().flatten() {
+                let name = format!("{folder}/{}", entry.file_name().display());
+                if name.rsplit_once('_').is_none_or(|(stem, _)| !stems.contains(stem)) {
+                    self.remove(&name)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes a file of the data set, if it is there.
+    fn remove(&self, name: &str) -> Result<(), SessionError> {
+        let path = self.root.join(name);
+        match fs::remove_file(&path) {
+            Err(why) if why.kind() != ErrorKind::NotFound => Err(RecordError::File { path, why }.into()),
+            _ => Ok(()),
+        }
     }
 
     /// Writes a table of events; its columns are described at the top of the data set.
@@ -346,8 +371,7 @@ impl DataSet {
         events: &DriveEvents,
         facts: Value,
     ) -> Result<Option<String>, SessionError> {
-        let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
-        let stem = format!("{subject}_task-{}_tracksys-{}{run}", task(planned), motion::TRACKING_SYSTEM);
+        let stem = motion_name(subject, planned);
         let (within, name) = (format!("motion/{stem}"), format!("{subject}/motion/{stem}"));
         record::new_private_dir(&self.root.join(subject).join("motion"))?;
         let table = format!("{within}_motion.tsv");
@@ -380,6 +404,12 @@ fn task(planned: &PlannedItem) -> String {
 fn file_name(subject: &str, planned: &PlannedItem) -> String {
     let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
     format!("{subject}_task-{}{run}", task(planned))
+}
+
+/// `sub-P03_task-trial_tracksys-codrive_run-2`.
+fn motion_name(subject: &str, planned: &PlannedItem) -> String {
+    let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
+    format!("{subject}_task-{}_tracksys-{}{run}", task(planned), motion::TRACKING_SYSTEM)
 }
 
 fn description(study: &Study) -> String {

@@ -344,3 +344,29 @@ fn a_data_set_whose_description_names_no_version_of_tags_gets_none_and_its_descr
     assert!(!has_tags());
     assert_eq!(fs::read_to_string(&path).unwrap(), about.to_string());
 }
+
+#[test]
+fn what_was_done_and_is_not_any_more_has_no_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path().join("data");
+    let study = study();
+    let data = DataSet::open(&root, &study).unwrap();
+    let answers = json!({ "ssq-before": [answered("mental", json!(50), 1.0)] });
+    let code = ParticipantCode::new("P1").unwrap();
+    let there = |name: &str| root.join("sub-P1").join(name).exists();
+    let tables = ["sub-P1_scans.tsv", "beh/sub-P1_task-ssqBefore_beh.tsv", "beh/sub-P1_task-ssqBefore_beh.json"];
+    let passages = [passage("ssq-before", "done")];
+    save(&data, &log("P1", 0, json!({ "passages": passages, "answers": answers })));
+    data.publish(&study, &code).unwrap();
+    assert!(tables.iter().all(|table| there(table)));
+    // A table of a drive that the session had, and one that is still its own.
+    fs::create_dir_all(root.join("sub-P1/motion")).unwrap();
+    fs::write(root.join("sub-P1/motion/sub-P1_task-trial_tracksys-codrive_run-1_motion.tsv"), "0\n").unwrap();
+    data.publish(&study, &code).unwrap();
+    assert!(tables.iter().all(|table| there(table)));
+    assert!(!there("motion/sub-P1_task-trial_tracksys-codrive_run-1_motion.tsv"));
+    // Begun again, and then left out.
+    save(&data, &log("P1", 0, json!({ "passages": [passage("ssq-before", "skipped")], "answers": answers })));
+    data.publish(&study, &code).unwrap();
+    assert!(!tables.iter().any(|table| there(table)));
+}

@@ -129,6 +129,7 @@ fn written(
     conditions(&mut out, study);
     orders(&mut out, study, participants);
     exclusion(&mut out, plan);
+    early_ends(&mut out, study);
     outcomes(&mut out, plan);
     model(&mut out, plan);
     power(&mut out, study, participants, spread, studies);
@@ -232,6 +233,18 @@ fn exclusion(out: &mut String, plan: &AnalysisPlan) {
     out.push_str(
         "* The experimenter may exclude a participant; the data set keeps the reason, and the report names who was excluded.\n\n",
     );
+}
+
+/// The rules by which a session ends before its time, and what is asked for them while driving.
+fn early_ends(out: &mut String, study: &Study) {
+    let rules: Vec<String> = study.file.segment.iter().flat_map(|segment| segment.early_end_words()).collect();
+    out.push_str("## When a session ends early\n\nA participant may stop at any moment.\n\n");
+    rules.iter().for_each(|rule| {
+        let _ = writeln!(out, "* {rule}");
+    });
+    if !rules.is_empty() {
+        out.push('\n');
+    }
 }
 
 fn outcomes(out: &mut String, plan: &AnalysisPlan) {
@@ -385,10 +398,15 @@ mod tests {
     use std::path::Path;
 
     fn study(more: &str) -> Study {
+        study_with(more, "")
+    }
+
+    /// `trial` are lines of its only segment.
+    fn study_with(more: &str, trial: &str) -> Study {
         let text = format!(
             "title = \"Ranges\"\nparticipants = 12\n[base]\ntraffic = \"native\"\nduration_s = 60.0\n{more}\n[factors]\nrange = [{{ name = \
              \"narrow\", set = {{ range_mph = 0.5 }} }}, {{ name = \"middle\" }}, {{ name = \"wide\", set = {{ range_mph = 2.0 }} }}]\n\
-             [[segment]]\nkind = \"trials\"\nname = \"trial\"\n"
+             [[segment]]\nkind = \"trials\"\nname = \"trial\"\n{trial}"
         );
         Study::parse(text, Path::new("x.toml")).unwrap_or_else(|e| panic!("{e}"))
     }
@@ -441,6 +459,23 @@ mod tests {
         let skewed = OutcomeSpread::Rehearsed { title, counts, is_simulated, deviations, per_place, residuals };
         let text = written(&study, 12, &skewed, 20).unwrap();
         assert!(text.contains("far from normal** (Shapiro and Wilk's W = 0.810, p < 0.001)"), "{text}");
+    }
+
+    #[test]
+    fn the_rules_that_end_a_session_are_planned() {
+        let rules = "fms_every_s = 60\nstop_above = { score = \"fms\", value = 10 }\n";
+        let text = written(&study_with(PLAN, rules), 12, &OutcomeSpread::Unknown, 20).unwrap();
+        for part in [
+            "* `trial`: every 60 s of a drive the participant rates sickness on the fast motion sickness scale, 0 to 20",
+            "* `trial`: the session ends at that moment of the drive if the score `fms` is above 10.",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        assert!(
+            written(&study(PLAN), 12, &OutcomeSpread::Unknown, 20)
+                .unwrap()
+                .contains("may stop at any moment.\n\n## Outcomes")
+        );
     }
 
     #[test]

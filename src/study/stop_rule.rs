@@ -98,6 +98,33 @@ impl ScoreLimit {
     }
 }
 
+impl StudySegment {
+    /// What ends a session here, and what is asked for it while driving, in sentences for a plan.
+    pub fn early_end_words(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        let mut say = |what: String| all.push(format!("`{}`: {what}", self.name));
+        if self.kind == SegmentKind::Consent {
+            say("the session ends if the participant does not consent.".into());
+        }
+        for condition in &self.ends_if {
+            say(format!("the session ends if the answers say `{condition}`."));
+        }
+        if let Some(every_s) = self.fms_every_s {
+            say(format!(
+                "every {every_s} s of a drive the participant rates sickness on the fast motion sickness scale, 0 to {} (Keshavarz and \
+                 Hecht 2011), with {} s to answer.",
+                fms::HIGHEST,
+                fms::ANSWER_S
+            ));
+        }
+        if let Some(ScoreLimit { score, value }) = &self.stop_above {
+            let at_once = if score == fms::SCORE { " at that moment of the drive" } else { "" };
+            say(format!("the session ends{at_once} if the score `{score}` is above {value}."));
+        }
+        all
+    }
+}
+
 impl Study {
     /// Whether the rules of every segment can be followed. The key at fault and what is wrong.
     pub(super) fn check_rules(&self) -> Result<(), (String, RuleFault)> {

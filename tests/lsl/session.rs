@@ -6,14 +6,15 @@ use crate::{
     xserver::{Server, wait_for},
 };
 use codrive::{
-    record::{TableReader, streams},
+    record::{self, Table, TableReader, streams},
     study::{
         ItemOutcome,
         session::{FILE, SessionLog},
     },
+    time::TICK_S,
 };
 use serde_json::Value;
-use std::{fs, process::Command};
+use std::{fs, os::unix::process::ExitStatusExt, process::Command};
 
 /// Enter, as X numbers it.
 const ENTER: u8 = 36;
@@ -93,4 +94,37 @@ fn a_session_tells_of_its_trials_with_their_conditions_and_records_the_device_in
         let inside = table.numbers(streams::TIME).into_iter().flatten().count();
         assert!(inside >= 80, "{name}: {inside} samples of 2 s at 50 Hz");
     }
+}
+
+#[test]
+fn a_drive_killed_beside_a_device_keeps_the_samples_of_both_until_then() {
+    programs::on_loopback();
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("drive");
+    let mut heart = Program::python("send.py", &["heart", "50", "heart-10"]);
+    heart.wait_for("READY", 1);
+    let server = Server::start([640, 400]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    command
+        .args(["drive", "--traffic", "native", "--warm-up", "0", "--quality", "low", "--trees", "0"])
+        .args(["--lsl-record", "name='heart'", "--out"])
+        .arg(&out)
+        .env("RUST_LOG", "error")
+        // Twenty hand-overs to the disk, one each 0.2 s.
+        .env("CODRIVE_KILL_AT", "flush.synced:20");
+    let killed = server.start_program(&mut command).wait_with_output().unwrap();
+    assert_eq!(killed.status.signal(), Some(9), "{killed:?}");
+    heart.end();
+    let found = record::recover(&out).unwrap();
+    assert_eq!((found.was_whole, found.kept), (false, None));
+    let ticks = TableReader::parquet(&Table::Ego.parquet(&out)).unwrap().wholes("tick");
+    let driven_s = ticks.len() as f64 * TICK_S;
+    let heart = TableReader::parquet(&out.join(streams::FOLDER).join("heart.parquet")).unwrap();
+    let samples: Vec<f64> = heart.numbers("sample").into_iter().flatten().collect();
+    assert!(samples.windows(2).all(|pair| pair[1] == pair[0] + 1.0), "none lost, nothing twice: {samples:?}");
+    // The promise of the drive's own tables: a cut costs half a second at most. Samples count by the drive's clock.
+    let known_s = heart.numbers(streams::TIME).into_iter().flatten().fold(0.0, f64::max);
+    assert!(driven_s > 2.0 && known_s > driven_s - 0.5, "{known_s} of {driven_s} s");
+    let again = record::recover(&out).unwrap();
+    assert!(again.was_whole, "recovered once");
 }

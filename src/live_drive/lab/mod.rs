@@ -32,9 +32,6 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Rows of the drive's clock that go to the disk together: one a frame, some seconds of a drive.
-const CLOCK_ROWS: usize = 200;
-
 /// What a drive has to do with other devices: the tables `[lsl]` and `[triggers]` of a study's file, or of a file of their own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -241,8 +238,15 @@ impl LabDevices {
         let Some(recording) = &mut self.recording else { return Ok(()) };
         recording.pairs.push([self.frame_s, now_ticks * TICK_S]);
         let written = self.triggers.as_mut().map(TriggerPort::take_written).unwrap_or_default();
-        let told = recording.triggers(written, &mut self.news);
-        if recording.pairs.len() >= CLOCK_ROWS { told.and(recording.flush()) } else { told }
+        recording.triggers(written, &mut self.news)
+    }
+
+    /// Hands the drive's clock to the disk, without which a device's samples have no time in the drive; as often as the drive itself.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub(super) fn flush(&mut self) -> Result<(), RecordError> {
+        self.recording.as_mut().filter(|recording| !recording.pairs.is_empty()).map_or(Ok(()), LabRecording::flush)
     }
 
     fn push(&mut self, rows: &TickRows, stamp_s: f64) {
