@@ -9,7 +9,7 @@ use codrive::{
     scenario::Scenario,
     sim::World,
     space::CAR_LENGTH_M,
-    traffic::{self, EngineChoice, ExternalVehicleState, ModelMixture, TrafficSetup},
+    traffic::{self, EngineChoice, ExternalVehicleState, ModelMixture, NoiseStreams, TrafficSetup},
 };
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -88,6 +88,7 @@ fn a_step_of_either_engine_asks_for_no_memory() {
             mixture: ModelMixture::default(),
             step_s: STEP_S,
             seed: 1,
+            noise_streams: NoiseStreams::Own,
             timeout_s: 5.0,
             lateral_accel_mps2: None,
         };

@@ -77,6 +77,7 @@ fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
         mixture: ModelMixture::default(),
         step_s: scenario.step_s,
         seed: scenario.seed,
+        noise_streams: scenario.noise_streams,
         timeout_s: scenario.traffic_timeout_s,
         lateral_accel_mps2: None,
     })

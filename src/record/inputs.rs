@@ -11,6 +11,7 @@ use crate::{
     settings::SettingsError,
     sim::World,
     toml_text,
+    traffic::NoiseStreams,
 };
 use std::{
     fs,
@@ -94,10 +95,14 @@ pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
 pub fn scenario(recording: &Path) -> Result<Scenario, SettingsError> {
     let file = recording.join(SCENARIO);
     let mut scenario = Scenario::from_file(&file)?;
-    // Before it was a setting, the other cars knew of no bends.
-    let names = ["lateral_accel_mps2", "bend_mps2"];
-    if read_text(&file, SETTINGS_BYTES).is_ok_and(|text| !names.iter().any(|name| toml_text::has(&text, name))) {
+    // What was no setting yet was as it is said here.
+    let text = read_text(&file, SETTINGS_BYTES);
+    let has = |names: &[&str]| !text.as_ref().is_ok_and(|text| !names.iter().any(|name| toml_text::has(text, name)));
+    if !has(&["lateral_accel_mps2", "bend_mps2"]) {
         scenario.lateral_accel_mps2 = 100.0;
+    }
+    if !has(&["noise_streams"]) {
+        scenario.noise_streams = NoiseStreams::Shared;
     }
     for name in [&mut scenario.map, &mut scenario.policy] {
         let path = Path::new(name.as_str());

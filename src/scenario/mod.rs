@@ -15,7 +15,7 @@ use crate::{
     map::Route,
     policy::{self, Hold},
     settings::flat_settings,
-    traffic::{EngineChoice, FollowingModel},
+    traffic::{EngineChoice, FollowingModel, NoiseStreams},
     units::SpeedUnit,
 };
 use schemars::JsonSchema;
@@ -69,6 +69,9 @@ flat_settings! {
             /// Seed of everything random: noise, simulated driver, trees
             #[schemars(range(min = 0, max = 9007199254740991_u64))]
             seed: u64 = 1,
+            /// Where the noise of the other cars comes from: own (each car has a stream of random numbers) or shared (all draw in turn
+            /// from one, as in recordings from before 2026-11-23)
+            noise_streams: NoiseStreams = NoiseStreams::Own,
             /// Advising policy: auto (the one shipped for the map, two-phase where there is none), none, constant, two-phase,
             /// follower-stopper, pi, linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),

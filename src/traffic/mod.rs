@@ -17,6 +17,7 @@ pub use choice::{EngineChoice, UnknownEngine};
 pub use interrupt::{Interruption, interrupt, is_interrupted};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
+pub use noise::NoiseStreams;
 
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
 use std::{sync::Arc, time::Duration};
@@ -78,6 +79,8 @@ pub struct TrafficSetup {
     pub step_s: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// Where the noise of a car comes from.
+    pub noise_streams: NoiseStreams,
     /// How long a SUMO that runs elsewhere may take for the connection and for each answer, seconds.
     pub timeout_s: f64,
     /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as the car-following model knows none.

@@ -117,7 +117,7 @@ impl NativeTraffic {
             let before_mps = self.speed_mps[i];
             let wanted_mps = before_mps + self.accel_mps2[i] * self.step_s;
             let chosen_mps = if wanted_mps < CREEP_MPS2 * self.step_s { 0.0 } else { wanted_mps };
-            let after_mps = self.noise.push(chosen_mps);
+            let after_mps = self.noise.push(self.cars[i].id, chosen_mps);
             if i < first {
                 continue;
             }

@@ -9,6 +9,7 @@ use codrive::{
     record::{Manifest, inputs},
     replay, settings,
     study::Study,
+    traffic::NoiseStreams,
     train::TrainConfig,
 };
 use std::{
@@ -40,6 +41,15 @@ fn a_recording_of_2026_is_driven_again_with_what_it_was_driven_with() {
     assert_eq!((driver.reaction_s, driver.speed_bias_mps, driver.deadband_mps), (1.0, 0.3, 0.1));
     let changes = replay::changes(&["bend_mps2=2.0".into(), "lateral-accel=2.0".into()]).unwrap();
     assert_eq!(changes[0], changes[1]);
+}
+
+#[test]
+fn a_recording_of_2026_replays_to_the_bit() {
+    // From before every car had a stream of noise of its own.
+    let drive = earlier("study/sourcedata/sub-R01/trial-1-bends");
+    assert_eq!(inputs::scenario(&drive).unwrap().noise_streams, NoiseStreams::Shared);
+    let (code, text) = said(&mut codrive(&["replay", drive.to_str().unwrap()]));
+    assert!(code == 0 && text.contains("all 200 ticks are the same to the bit"), "{code}: {text}");
 }
 
 #[test]

@@ -1,12 +1,13 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives,
 //! `noise` about its strength, `sumo` about SUMO alone, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
-//! socket, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
+//! socket, `fuel` about the emission model, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
 //! Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation in a process, so every test holds [`alone`].
 
 mod contract;
 mod ended;
+mod fuel;
 mod imposed;
 mod networks;
 mod noise;
@@ -19,7 +20,8 @@ use codrive::{
     map::RoadMap,
     space::CAR_LENGTH_M,
     traffic::{
-        self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, ModelMixture, Traffic, TrafficSetup, start,
+        self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, ModelMixture, NoiseStreams, Traffic,
+        TrafficSetup, start,
     },
 };
 use std::{
@@ -58,7 +60,18 @@ fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
     let map = Arc::new(RoadMap::load(map).expect("the map is in the project"));
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
     let mixture = ModelMixture::default();
-    TrafficSetup { map, cars, idm, mixture, step_s: STEP_S, seed: 1, timeout_s: 5.0, lateral_accel_mps2: None }
+    let noise_streams = NoiseStreams::Own;
+    TrafficSetup {
+        map,
+        cars,
+        idm,
+        mixture,
+        step_s: STEP_S,
+        seed: 1,
+        noise_streams,
+        timeout_s: 5.0,
+        lateral_accel_mps2: None,
+    }
 }
 
 /// The paper's ring: 22 cars at its speed.

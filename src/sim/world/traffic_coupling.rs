@@ -49,6 +49,7 @@ impl TrafficCoupling {
             mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
             step_s: scenario.step_s,
             seed: scenario.seed,
+            noise_streams: scenario.noise_streams,
             timeout_s: scenario.traffic_timeout_s,
             lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
         };

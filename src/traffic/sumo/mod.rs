@@ -338,7 +338,7 @@ impl Traffic for SumoTraffic {
         self.asked = None;
         for i in 0..self.cars.len() {
             let chosen_mps = self.records[i].speed_mps;
-            let noisy_mps = self.noise.push(chosen_mps);
+            let noisy_mps = self.noise.push(self.cars[i].id, chosen_mps);
             let after_mps = if self.has_other_model[i] { chosen_mps } else { noisy_mps };
             match &ego {
                 Some((report, point)) if i == EGO.0 as usize => {

@@ -8,7 +8,9 @@ use crate::{
     data_folders, file,
     map::{RoadMap, limits::MOST_BYTES},
     space::CAR_LENGTH_M,
-    traffic::{ExternalVehicleState, ModelMixture, Traffic, TrafficError, TrafficSetup, is_interrupted, start},
+    traffic::{
+        ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, is_interrupted, start,
+    },
 };
 use sha2::{Digest, Sha256};
 use std::{
@@ -180,6 +182,7 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
         mixture: ModelMixture::default(),
         step_s,
         seed: 1,
+        noise_streams: NoiseStreams::Own,
         timeout_s: 1.0,
         lateral_accel_mps2: None,
     };
