@@ -55,7 +55,7 @@ pub fn speeds(title: &str, drive: &DriveTrajectories, trial: &RecordedTrial) -> 
     figures::speeds(title, &drive.speeds, drive.range_mps, TIME, "", more)
 }
 
-/// Mean speed of all cars over time, with advice and without.
+/// Mean speed of all cars over time, as driven (a trial may be one without advice) and in the same drive without advice.
 pub fn gain(title: &str, drive: &AnalysedRecording) -> String {
     let smooth_s = smooth_s([drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
     let line = |name: &str, style: LineStyle, values: &[f64]| PlotLine {
@@ -64,7 +64,7 @@ pub fn gain(title: &str, drive: &AnalysedRecording) -> String {
         points: smooth(values, smooth_s),
         band: Vec::new(),
     };
-    let mut lines = vec![line("with advice", LineStyle::solid(COLOURS[0]), &drive.per_second_mps)];
+    let mut lines = vec![line("as driven", LineStyle::solid(COLOURS[0]), &drive.per_second_mps)];
     if !drive.baseline_per_second_mps.is_empty() {
         let style = LineStyle { dash: "5 3", ..LineStyle::solid("#777777") };
         lines.push(line("without advice", style, &drive.baseline_per_second_mps));
@@ -118,7 +118,9 @@ pub fn over_time(drives: &[AnalysedRecording]) -> Option<String> {
             band: estimates.iter().map(|e| [e.1.low, e.1.high]).collect(),
         }
     };
-    let lengths = drives.iter().flat_map(|drive| [drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
+    // Practice is in no condition: the axis ends with the trials.
+    let drawn = conditions.iter().flat_map(|(_, of)| of.iter());
+    let lengths = drawn.flat_map(|drive| [drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
     let seconds = lengths.clone().max().unwrap_or_default();
     let smooth_s = smooth_s(lengths);
     let without: Vec<Vec<[f64; 2]>> = conditions

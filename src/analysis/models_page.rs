@@ -135,6 +135,11 @@ fn probability(p: f64) -> String {
     if p < 0.001 { "<0.001".into() } else { format!("{p:.3}") }
 }
 
+/// What a measure is called.
+fn measure_title(name: &str) -> &'static str {
+    MEASURES.iter().find(|measure| measure.name == name).map_or("", |measure| measure.title)
+}
+
 fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutcome, &FittedOutcome)]) {
     page.paragraph("lead", &format!("{} gives the variances and checks of the models.", page.table_links(1)));
     let said =
@@ -149,7 +154,7 @@ fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutco
         row.extend(of.normality.map(said));
         row
     };
-    let of_covariates = covariates.iter().map(|name| format!("With {}", name.replace('_', " ")));
+    let of_covariates = covariates.iter().map(|name| format!("With {}", measure_title(name).to_lowercase()));
     let head: Vec<String> = ["Outcome", "SD between", "SD within", "From place to place"]
         .map(str::to_owned)
         .into_iter()
@@ -280,8 +285,6 @@ pub(super) fn paragraph(planned: &PlannedAnalysis) -> String {
     } else {
         format!("The plan of the analysis was changed after the first session. {}", planned.changes.join(" "))
     };
-    let measure_title =
-        |name: &str| MEASURES.iter().find(|measure| measure.name == name).map_or("", |measure| measure.title);
     let title = measure_title(&plan.primary);
     let contrasts: Vec<String> = plan.contrasts.iter().map(PlannedContrast::label).collect();
     let covariates = plan.covariates.iter().map(|name| measure_title(name).to_lowercase());

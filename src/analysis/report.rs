@@ -357,7 +357,7 @@ fn one_by_one(page: &mut ReportPage, drives: &[AnalysedRecording], is_compared: 
     Ok(())
 }
 
-/// Figures of a drive: speeds, ways, mean speed with and without advice; and what is to be said of contacts.
+/// Figures of a drive: speeds, ways, mean speed as driven and without advice; and what is to be said of contacts.
 fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<ReportFigure>, String), AnalysisError> {
     let trial = RecordedTrial::open(&drive.found.recording)?;
     let traces = DriveTrajectories::of(&trial)?;
@@ -386,11 +386,11 @@ fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<Rep
             ),
         });
         let compared = if baseline.is_some() {
-            "; above with advice, below the same from the same seed without advice, driven by the car-following model"
+            "; above as driven, below the same from the same seed without advice, driven by the car-following model"
         } else {
             ""
         };
-        let title = if baseline.is_some() { "With advice" } else { "" };
+        let title = if baseline.is_some() { "As driven" } else { "" };
         figures.push(ReportFigure {
             name: format!("space-time-{number}"),
             svg: figures::space_time(title, &traces, baseline.as_ref()),
@@ -400,7 +400,7 @@ fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<Rep
             ),
         });
     }
-    let without = if drive.baseline_per_second_mps.is_empty() { "" } else { " with advice and without" };
+    let without = if drive.baseline_per_second_mps.is_empty() { "" } else { " as driven, and without advice" };
     figures.push(ReportFigure {
         name: format!("mean-speed-{number}"),
         svg: figures::gain("", drive),

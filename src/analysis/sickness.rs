@@ -105,7 +105,9 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
         let number = |value: Option<f64>| value.map_or("–".into(), short);
         let counts = [of.len(), values.len()].map(|n| n.to_string());
         let [asked, answered] = counts;
-        vec![(*who).to_owned(), asked, answered, number(mean), number(highest), number(values.last().copied())]
+        // Ratings are whole numbers; their mean is none.
+        let whole = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.0}"));
+        vec![(*who).to_owned(), asked, answered, number(mean), whole(highest), whole(values.last().copied())]
     };
     let head = ["Participant", "Asked", "Answered", "Mean", "Highest", "Last"].map(str::to_owned).to_vec();
     page.table(
@@ -147,8 +149,8 @@ fn figure(list: &[(&str, Vec<&SicknessRating>)]) -> String {
         }));
     }
     let most = list.iter().map(|(_, of)| of.len()).max().unwrap_or(1);
-    let x = Axis::even("question in the session", [0.5, most as f64 + 0.5]);
-    let y = Axis::even("rating of sickness, 0 to 20", [0.0, HIGHEST]);
+    let x = Axis::whole("question in the session", [0.5, most as f64 + 0.5]);
+    let y = Axis::whole("rating of sickness, 0 to 20", [0.0, HIGHEST]);
     picture(&[Chart { lines, ..Chart::new("", x, y, 180.0) }], "")
 }
 
@@ -193,7 +195,7 @@ mod tests {
         let mut page = ReportPage::default();
         section(&mut page, &people);
         // Asked 3, answered 2: mean 5.5, highest and last 11.
-        assert!(page.html.contains("<td>3</td><td>2</td><td>5.50</td><td>11.0</td><td>11.0</td>"), "{}", page.html);
+        assert!(page.html.contains("<td>3</td><td>2</td><td>5.50</td><td>11</td><td>11</td>"), "{}", page.html);
         assert_eq!(page.figures.len(), 1);
         assert!(paragraph(&people).contains("2 of 3 questions were answered"));
         let none = StudyParticipants::default();

@@ -8,6 +8,8 @@ use super::text::{LINE, SIZE, minus, width, wrapped};
 pub enum AxisScale {
     /// Even differences.
     Even,
+    /// The same of whole numbers: ticks stand at none but those.
+    Whole,
     /// Even ratios.
     Ratios,
     /// Names at 1, 2, 3, ...
@@ -45,6 +47,11 @@ impl Axis {
     /// An axis of even differences.
     pub fn even(label: &str, range: [f64; 2]) -> Self {
         Self { label: label.into(), range: widened(range), scale: AxisScale::Even }
+    }
+
+    /// An axis of even differences of whole numbers, such as ratings and counts.
+    pub fn whole(label: &str, range: [f64; 2]) -> Self {
+        Self { scale: AxisScale::Whole, ..Self::even(label, range) }
     }
 
     /// An axis of even ratios with a margin at either end; `range` is above 0.
@@ -89,7 +96,8 @@ impl Axis {
         let found = if self.scale == AxisScale::Ratios {
             (0..8).map(|coarser| numbered(&self.ratio_ticks(coarser))).find(|ticks| has_room(ticks))
         } else {
-            let steps = steps_from((self.range[1] - self.range[0]) / 8.0);
+            let is_whole = |step: &f64| self.scale != AxisScale::Whole || *step >= 1.0 && step.fract() == 0.0;
+            let steps = steps_from((self.range[1] - self.range[0]) / 8.0).filter(is_whole);
             steps.take(24).map(|step| numbered(&self.even_ticks(step))).find(|ticks| has_room(ticks))
         };
         found.unwrap_or_default()
@@ -195,6 +203,17 @@ mod tests {
         let ticks = Axis::even("", [-0.3, 0.1]).ticks(110.0, AxisSide::Left { names: 0.0 });
         assert_eq!(words(&ticks), ["−0.3", "−0.2", "−0.1", "0.0", "0.1"]);
         assert_eq!(Axis::even("", [3.0, 3.0]).range, [2.5, 3.5]);
+    }
+
+    #[test]
+    fn ticks_of_whole_numbers_stand_at_none_but_those() {
+        // Nineteen questions, and ratings of 0 to 20, as an even axis has them at 2.5, 5.0 and so on.
+        let of = |range: [f64; 2], length: f64, side: AxisSide| {
+            words(&Axis::whole("", range).ticks(length, side)).into_iter().map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert_eq!(of([0.5, 19.5], 640.0, AxisSide::Bottom), ["5", "10", "15"]);
+        assert_eq!(of([0.0, 20.0], 180.0, AxisSide::Left { names: 0.0 }), ["0", "5", "10", "15", "20"]);
+        assert_eq!(of([0.5, 3.5], 640.0, AxisSide::Bottom), ["1", "2", "3"]);
     }
 
     #[test]
