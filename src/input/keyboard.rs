@@ -90,6 +90,11 @@ impl Keyboard {
         *self = Self { down: self.down, ..Self::default() };
     }
 
+    /// In Drive, whatever was struck: before a drive begins the brake's key brakes, however often.
+    pub fn stay_in_drive(&mut self) {
+        (self.selector, self.swapped, self.since_brake_s) = (Selector::Drive, false, TWICE_S);
+    }
+
     /// Drive to reverse and back; the gearbox refuses it while the car rolls.
     pub fn toggle_reverse(&mut self) {
         self.selector = if self.selector == Selector::Reverse { Selector::Drive } else { Selector::Reverse };
@@ -204,6 +209,23 @@ mod tests {
         assert_eq!((last.throttle, last.brake), (0.0, 0.6), "the brake wins");
         keyboard.release_all();
         assert_eq!(run(&mut keyboard, 0.25, 5.0)[24], Controls::default(), "up at once");
+    }
+
+    #[test]
+    fn before_a_drive_begins_the_brakes_key_brakes_however_often_it_is_struck() {
+        let mut keyboard = Keyboard::default();
+        for stroke in 0..12 {
+            keyboard.set(DriveKey::Brake, stroke % 2 == 1);
+            keyboard.stay_in_drive();
+            keyboard.tick(0.0, None);
+        }
+        keyboard.toggle_reverse();
+        let mut held = Controls::default();
+        for _ in 0..100 {
+            keyboard.stay_in_drive();
+            held = keyboard.tick(0.0, None);
+        }
+        assert_eq!((held.selector, held.throttle, held.brake), (Selector::Drive, 0.0, 0.6));
     }
 
     #[test]

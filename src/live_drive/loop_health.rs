@@ -61,6 +61,7 @@ impl LoopHealth {
             frame_ms: [self.frame_ms(), ms(longest)],
             dropped_s: [self.dropped.as_secs_f64(), fresh.as_secs_f64()],
             latency_ms: live.latency().input_to_frame().map(|spread| [spread.median_s, spread.p99_s].map(|s| 1e3 * s)),
+            will_record: false,
             recording: live.writer_status().map(|writer_status| RecordingHealth {
                 waiting: writer_status.waiting(),
                 free_gb: writer_status.free_bytes().map(|bytes| bytes as f64 / 1e9),

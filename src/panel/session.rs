@@ -247,7 +247,7 @@ impl SessionPanel {
             SessionPhase::Experimenter => ("waiting for you: press Go", theme::AMBER),
             SessionPhase::Participant => ("waiting for the participant", theme::TEXT),
             SessionPhase::Driving => ("driving", theme::GREEN),
-            SessionPhase::Held => ("Paused", theme::AMBER),
+            SessionPhase::Held => ("paused", theme::AMBER),
             SessionPhase::Resting => ("resting", theme::TEXT),
             SessionPhase::Over => ("the session is over", theme::GREEN),
         };
@@ -446,7 +446,9 @@ fn list(ui: &mut Ui, state: &SessionPanelState<'_>) {
                 ui.label(RichText::new(word).color(colour));
                 let earlier = if item.earlier.is_empty() { String::new() } else { format!("before: {}", item.earlier) };
                 ui.label(RichText::new(earlier).color(theme::DIM));
-                let what = item.condition.as_ref().map_or_else(|| item.what.clone(), |c| format!("{c}: {}", item.what));
+                // Most names have their condition in them.
+                let condition = item.condition.as_ref().filter(|condition| !item.name.contains(condition.as_str()));
+                let what = condition.map_or_else(|| item.what.clone(), |c| format!("{c}: {}", item.what));
                 ui.add(egui::Label::new(RichText::new(what).color(theme::DIM)).truncate());
                 ui.end_row();
             }

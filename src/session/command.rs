@@ -16,7 +16,7 @@ impl LiveSession {
     /// # Errors
     /// The session cannot be written.
     pub fn command(&mut self, command: SessionCommand, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
-        self.error = None;
+        (self.error, self.drive_failed) = (None, false);
         match self.obey(command, backend) {
             Ok(()) => Ok(()),
             Err(CommandRefusal::Say(text)) => {

@@ -139,6 +139,7 @@ impl SessionResources {
             watch(world);
         })?;
         if !*began {
+            live.devices.keyboard.stay_in_drive();
             *brake = f64::from(live.devices.controls(0.0, None).brake);
         }
         news.extend(live.take_news());

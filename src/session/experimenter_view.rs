@@ -85,10 +85,15 @@ impl ExperimenterView {
         let Self { panel, experimenter, live_session: part, log, loop_health, engine, base, empty } = self;
         let between = || DriveHealth {
             wheel: wheel.clone(),
-            error: live_session.error().map(str::to_owned),
+            error: live_session.drive_fault().map(str::to_owned),
             ..DriveHealth::default()
         };
-        let health = live.map_or_else(between, |live| loop_health.health(live, engine, live_session.error()));
+        // Every drive of a session is recorded, from its first tick on.
+        let of_drive = |live: &LiveDrive| DriveHealth {
+            will_record: live.recorded_in().is_none(),
+            ..loop_health.health(live, engine, live_session.drive_fault())
+        };
+        let health = live.map_or_else(between, of_drive);
         let clock = live.map(|live| &live.drive.clock);
         let drive = PanelState {
             scenario: live.map_or(&*base, |live| live.drive.world.scenario()),

@@ -144,7 +144,7 @@ fn between_drives_it_names_the_person_the_plan_the_wheel_and_what_goes_on_beside
         "0:30",
         "Plan: 0 of 2 done; about 2 min left",
         "trial-1-narrow",
-        "narrow: 90 s on ring-250, 6 cars, policy constant",
+        "90 s on ring-250, 6 cars, policy constant",
         "Logitech G29",
         "2 of 4 baselines",
         "no drive yet",
@@ -179,6 +179,17 @@ fn in_a_drive_it_shows_that_drive_its_engine_and_what_is_left_of_it_and_keeps_it
         sheet.experimenter_view.log.as_ref().unwrap().history.samples().is_empty(),
         "another drive begins with nothing"
     );
+}
+
+/// A command that was refused is said once, beside the commands: the lamp of the traffic is for drives that could not go on.
+#[test]
+fn what_is_refused_is_no_fault_of_the_traffic() {
+    let mut sheet = Sheet::new();
+    let refused = SessionCommand::Repeat { item: "nothing".into(), reason: "x".into() };
+    sheet.live_session.command(refused, &mut NoRoad).unwrap();
+    let error = sheet.live_session.error().unwrap().to_owned();
+    let (words, _) = sheet.pass(&[], None, BackendStatus::default());
+    assert_eq!(words.matches(error.lines().next().unwrap()).count(), 1, "{words}");
 }
 
 #[test]

@@ -137,6 +137,8 @@ pub struct LiveSession {
     /// The countdown waits for a foot on the brake.
     lacks_brake: bool,
     error: Option<String>,
+    /// That was a drive which could not go on.
+    drive_failed: bool,
     /// The time of day, UTC.
     utc: fn() -> String,
 }
@@ -160,6 +162,7 @@ impl LiveSession {
             voice: voice::SessionVoice::default(),
             lacks_brake: false,
             error: None,
+            drive_failed: false,
             utc,
         };
         if fresh {
@@ -290,6 +293,7 @@ impl LiveSession {
             _ => text.clone(),
         };
         let kept = self.session.end(ItemOutcome::Aborted, &reason, &(self.utc)());
+        self.drive_failed = true;
         self.error = Some(match kept {
             Ok(()) => text,
             Err(also) => format!("{text}\nThe session's log: {also}"),

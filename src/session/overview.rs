@@ -151,7 +151,12 @@ impl LiveSession {
         }
     }
 
-    /// What went wrong last.
+    /// What ended a drive that could not go on; a command that was refused and the end by a rule are no fault of one.
+    pub fn drive_fault(&self) -> Option<&str> {
+        self.error().filter(|_| self.drive_failed && !self.is_over())
+    }
+
+    /// What went wrong last, or why the session ended.
     pub fn error(&self) -> Option<&str> {
         self.error.as_deref()
     }

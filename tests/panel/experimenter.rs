@@ -41,6 +41,8 @@ pub struct Bench {
     health: DriveHealth,
     picture: Option<egui::TextureHandle>,
     plan: Option<&'static str>,
+    /// There has been no drive yet.
+    before_drives: bool,
     folder: tempfile::TempDir,
     commands: Vec<Command>,
 }
@@ -120,6 +122,7 @@ impl Bench {
             frame_ms: [16.7, 21.0],
             dropped_s: [0.0, 0.0],
             latency_ms: Some([31.0, 44.0]),
+            will_record: false,
             recording: Some(RecordingHealth { waiting: [0, 32], free_gb: Some(61.4) }),
             wheel: WheelHealth::There("Logitech G29".into()),
             contacts: ContactHealth::default(),
@@ -136,6 +139,7 @@ impl Bench {
             health,
             picture: None,
             plan: None,
+            before_drives: false,
             folder,
             commands: Vec::new(),
         }
@@ -171,7 +175,8 @@ impl Bench {
             ui.label(words.unwrap_or_default());
         };
         let plan: Option<&mut dyn FnMut(&mut egui::Ui)> = if words.is_some() { Some(&mut plan) } else { None };
-        let asked = self.experimenter.show(ui, &state, Some(&self.log), &mut self.panel, plan);
+        let log = (!self.before_drives).then_some(&self.log);
+        let asked = self.experimenter.show(ui, &state, log, &mut self.panel, plan);
         self.commands.extend(asked);
     }
 }
@@ -372,6 +377,20 @@ fn in_a_study_the_plan_is_on_the_left_and_the_drive_is_not_the_panels_to_command
         assert_eq!(press(&mut harness, Modifiers::COMMAND, key), [], "the session's own commands are the only ones");
     }
     assert!(harness.query_by_label("Mark").is_none() && harness.query_by_label("Note").is_none());
+}
+
+/// Before the first drive nothing but the participant's pages is there to be seen: they are as large as the window lets them be.
+#[test]
+fn pages_are_read_over_the_participants_shoulder_until_there_is_a_drive() {
+    let seen = |before_drives: bool| {
+        let bench = Bench { before_drives, plan: Some("consent"), ..Bench::after(100) };
+        let harness = harness(bench, [1920.0, 1080.0], 1.0);
+        assert_eq!(harness.query_by_label("From above").is_some(), !before_drives);
+        harness.get_by_label("The driver's picture").rect().width()
+    };
+    let [page, drive] = [seen(true), seen(false)];
+    // Half of the window: letters of a 25th of the page's height are 22 points then, and read as easily as the window's own.
+    assert!(page > 0.5 * 1920.0 && drive < 0.35 * 1920.0, "{page} {drive}");
 }
 
 #[test]

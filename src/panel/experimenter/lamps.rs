@@ -13,6 +13,8 @@ pub struct DriveHealth {
     pub dropped_s: [f64; 2],
     /// Time from input to the picture that shows it, median and 99th percentile, milliseconds; `None` without input.
     pub latency_ms: Option<[f64; 2]>,
+    /// True while a drive that will be recorded has not begun.
+    pub will_record: bool,
     /// The recording; `None` if the drive is not recorded.
     pub recording: Option<RecordingHealth>,
     /// What the participant steers with.
@@ -173,6 +175,7 @@ fn recorder(health: &DriveHealth) -> Lamp {
     let name = "Recorder";
     match health.recording {
         None if health.engine.is_empty() => Lamp { name, light: LampColour::Off, words: "no drive yet".into(), tip },
+        None if health.will_record => Lamp { name, light: LampColour::Off, words: "begins with the drive".into(), tip },
         None => Lamp { name, light: LampColour::Amber, words: "this drive is not recorded".into(), tip },
         Some(RecordingHealth { waiting: [waiting, most], .. }) => {
             let light = LampColour::of(waiting as f64, [most as f64 / 4.0, most as f64 / 2.0]);
@@ -301,6 +304,7 @@ mod tests {
             frame_ms: [16.7, 18.0],
             dropped_s: [0.0, 0.0],
             latency_ms: Some([31.0, 44.0]),
+            will_record: false,
             recording: Some(RecordingHealth { waiting: [0, 32], free_gb: Some(120.0) }),
             wheel: WheelHealth::There("G29 Racing Wheel".into()),
             contacts: ContactHealth::default(),
@@ -360,5 +364,7 @@ mod tests {
         assert_eq!(light(&health, "Frames"), LampColour::Off);
         assert_eq!(light(&health, "Disk"), LampColour::Off);
         assert_eq!(light(&health, "Recorder"), LampColour::Amber);
+        // One that will be recorded has not begun: nothing is wrong.
+        assert_eq!(light(&DriveHealth { will_record: true, ..health }, "Recorder"), LampColour::Off);
     }
 }

@@ -40,6 +40,9 @@ pub const KEYS: [(&str, &str); 8] = [
 /// Width of the window from which on everything is seen at once, points.
 const WIDE: f32 = 1060.0;
 
+/// The share of a wide window that the left part takes at first: a line of a plan is read to its end.
+const PLAN_SHARE: f32 = 0.25;
+
 /// Height of a line over a picture, points.
 const HEADING: f32 = 22.0;
 
@@ -120,14 +123,17 @@ impl ExperimenterPanel {
             (false, _) => {}
         }
         if ui.available_width() >= WIDE {
-            egui::Panel::left("plan").default_size(360.0).min_size(300.0).show(ui, |ui| left(ui, &mut commands));
+            let wide = (PLAN_SHARE * ui.available_width()).clamp(360.0, 560.0);
+            egui::Panel::left("plan").default_size(wide).min_size(300.0).show(ui, |ui| left(ui, &mut commands));
             egui::Panel::right("lamps").default_size(312.0).min_size(270.0).show(ui, |ui| {
                 self.right(ui, state, &lamps, may_drive, &mut commands);
             });
             egui::CentralPanel::default().show(ui, |ui| {
                 let height = ui.available_height();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    let top = self.pictures(ui, state, log, 0.3 * height);
+                    // Without a drive there is nothing below: pages are read over the participant's shoulder.
+                    let most = if log.is_some() { 0.3 * height } else { height };
+                    let top = self.pictures(ui, state, log, most);
                     self.plots(ui, state, log, height - top);
                 });
             });
@@ -214,12 +220,12 @@ impl ExperimenterPanel {
         }
     }
 
-    /// What the driver sees, and the road from above, at most about `most` high. Returns the height that they take.
+    /// What the driver sees, and the road from above where there is one, at most about `most` high. Returns the height that they take.
     fn pictures(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&DriveLog>, most: f32) -> f32 {
         let begin = ui.cursor().top();
         let room = ui.available_width();
         // Side by side where both are large enough.
-        let beside = room > 480.0;
+        let beside = room > 480.0 && log.is_some();
         let width = if beside { (room - 8.0) * 0.6 } else { room };
         let height = (width * 9.0 / 16.0).min((most - HEADING).max(130.0));
         let both = |ui: &mut Ui, this: &mut Self| {
@@ -232,6 +238,7 @@ impl ExperimenterPanel {
                     picture(ui, state.picture, vec2(width, height));
                 });
             });
+            let Some(log) = log else { return };
             ui.vertical(|ui| {
                 let width = if beside { room - width - 8.0 } else { room };
                 ui.horizontal(|ui| {
@@ -240,10 +247,7 @@ impl ExperimenterPanel {
                     ui.checkbox(&mut this.by_speed, RichText::new("by speed").size(12.0))
                         .on_hover_text("Colour the other cars by their speed");
                 });
-                match log {
-                    Some(log) => map::show(ui, log, state.snapshot, this.by_speed, width, height),
-                    None => nothing(ui, vec2(width, height), "no drive yet"),
-                }
+                map::show(ui, log, state.snapshot, this.by_speed, width, height);
             });
         };
         if beside {
