@@ -112,7 +112,7 @@ pub struct ConditionLevel {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ParticipantTexts {
-    /// Below a page.
+    /// Below a page, with a wheel in hands; `{button}` stands for the button that answers.
     pub go_on: String,
     /// Before a drive that begins at a standstill.
     pub ready: String,
@@ -185,7 +185,7 @@ pub struct ParticipantTexts {
 impl Default for ParticipantTexts {
     fn default() -> Self {
         Self {
-            go_on: "Press a button on the wheel to continue.".into(),
+            go_on: "Press {button} on the wheel to continue.".into(),
             ready: "The drive begins soon. Hands on the wheel, foot on the brake.".into(),
             rolling: "The drive begins soon, at {speed}. Hands on the wheel.".into(),
             brake: "Press the brake pedal and hold it.".into(),
@@ -221,9 +221,9 @@ impl Default for ParticipantTexts {
             answer: "answer".into(),
             arrows: "arrow keys".into(),
             wheel: "turn the wheel".into(),
-            dpad: "d-pad".into(),
-            answer_button: "cross".into(),
-            back_button: "triangle".into(),
+            dpad: "arrow buttons".into(),
+            answer_button: "× (cross)".into(),
+            back_button: "Δ (triangle)".into(),
         }
     }
 }

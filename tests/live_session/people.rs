@@ -57,7 +57,8 @@ fn words(rig: &mut Rig) -> String {
 fn until_trials(rig: &mut Rig) {
     rig.next();
     pick(rig, &[0]);
-    pick(rig, &[0, 0, 0]);
+    pick(rig, &[0, 0]);
+    pick(rig, &[0]);
     pick(rig, &[1, 1, 1]);
     assert_eq!(rig.running(), "trial-1-narrow");
 }
@@ -96,7 +97,8 @@ fn a_screening_ends_the_session_by_the_answer_that_its_file_names() {
     let mut rig = Rig::of(STUDY);
     rig.next();
     pick(&mut rig, &[0]);
-    pick(&mut rig, &[0, 2, 0]);
+    pick(&mut rig, &[0, 2]);
+    pick(&mut rig, &[0]);
     pick(&mut rig, &[1, 1, 1]);
     assert!(rig.live_session().is_over());
     let log = rig.log();

@@ -66,6 +66,85 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
     assert!(rig.log().notes.iter().any(|note| note.kind == "mark" && note.text == "by the participant"));
 }
 
+/// The shipped sickness questionnaire and a page after it, by the d-pad and two buttons alone: no key, no mouse, no turn of the wheel.
+#[test]
+fn a_questionnaire_is_answered_corrected_and_left_by_the_d_pad_and_two_buttons() {
+    const STUDY: &str = r#"title = "Pad"
+participants = 1
+order = "fixed"
+[base]
+traffic = "native"
+duration_s = 8.0
+[[condition]]
+name = "only"
+[[segment]]
+kind = "questions"
+name = "ssq"
+text = "How do you feel?"
+questionnaire = "ssq"
+[[segment]]
+kind = "text"
+name = "done"
+text = "The drives come next."
+[[segment]]
+kind = "trials"
+name = "trial"
+"#;
+    // ABS_HAT0X and ABS_HAT0Y, BTN_TRIGGER and BTN_TOP2 of Linux's input-event-codes.h: the G29's d-pad, cross and triangle.
+    const HAT_X: u16 = 16;
+    const HAT_Y: u16 = 17;
+    const CROSS: u16 = 288;
+    const TRIANGLE: u16 = 291;
+    let (to, told) = std::sync::mpsc::channel();
+    let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
+    let profile = profiles::named("g29").unwrap();
+    let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
+    to.send(WheelMessage::Connected(Box::new(found))).unwrap();
+    let mut kit =
+        SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &ParticipantCode::new("P03").unwrap());
+    let mut rig = Rig::of(STUDY);
+    let mut push = |rig: &mut Rig, code: u16, way: i32| {
+        rig.pass(0.5);
+        let down = |down: bool| match code {
+            CROSS | TRIANGLE => WheelMessage::Button { code, down, at: None },
+            _ => WheelMessage::Axis { code, raw: if down { way } else { 0 }, at: None },
+        };
+        for one in [down(true), down(false)] {
+            to.send(one).unwrap();
+            let (_, inputs) = kit.frame(Duration::ZERO, |_| ()).unwrap();
+            inputs.into_iter().for_each(|input| rig.input(input));
+        }
+    };
+    push(&mut rig, CROSS, 0);
+    assert_eq!(rig.sees(), "questions ssq, page 1 of 2");
+    // Without an answer the question stays.
+    push(&mut rig, CROSS, 0);
+    // None: right is the first of the list. One too far, and back.
+    for (code, way) in [(HAT_X, 1), (HAT_X, 1), (HAT_X, -1), (CROSS, 0)] {
+        push(&mut rig, code, way);
+    }
+    // Slight for fatigue, down as right; then thought better of: back, and none.
+    for (code, way) in [(HAT_Y, 1), (HAT_Y, 1), (CROSS, 0), (TRIANGLE, 0), (HAT_Y, -1), (CROSS, 0)] {
+        push(&mut rig, code, way);
+    }
+    // The six that are left of the first page, its button, the eight of the second: severe, which left reaches at once.
+    for page in [6, 8] {
+        for _ in 0..page {
+            push(&mut rig, HAT_X, -1);
+            push(&mut rig, CROSS, 0);
+        }
+        push(&mut rig, CROSS, 0);
+    }
+    assert_eq!(rig.running(), "done");
+    let answers: Vec<String> = rig.log().answers["ssq"].iter().map(|a| a.answer.to_string()).collect();
+    assert_eq!(answers.len(), 16);
+    assert!(answers[..2].iter().all(|answer| *answer == answers[0]), "none twice: {answers:?}");
+    assert!(answers[2..].iter().all(|answer| *answer == answers[2]) && answers[2] != answers[0], "severe: {answers:?}");
+    push(&mut rig, CROSS, 0);
+    assert!(rig.sees().starts_with("words before trial"), "{}", rig.sees());
+}
+
 #[test]
 fn between_drives_a_wheel_that_is_plugged_in_or_out_is_news_and_its_pedals_answer_where_no_button_does() {
     let (to, told) = std::sync::mpsc::channel();

@@ -2,6 +2,7 @@
 
 mod drive;
 mod experimenter;
+mod pages;
 mod rating;
 mod screens;
 mod timeline;

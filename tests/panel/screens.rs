@@ -36,21 +36,21 @@ const EVERY_KIND: &str = r#"{ "title": "You and this drive", "pages": [
   ] } ] }"#;
 
 /// What a screen of the program has around it.
-struct Desk {
-    screens: ScreenPainter,
-    form: Option<QuestionnaireForm>,
-    page: Option<&'static str>,
-    rest_s: Option<f64>,
-    countdown: Option<u32>,
+pub struct Desk {
+    pub screens: ScreenPainter,
+    pub form: Option<QuestionnaireForm>,
+    pub page: Option<&'static str>,
+    pub rest_s: Option<f64>,
+    pub countdown: Option<u32>,
     /// Speed at the start, mph.
-    rolls: u32,
-    words: Option<&'static str>,
-    wheel: bool,
-    inputs: Vec<FormInput>,
+    pub rolls: u32,
+    pub words: Option<&'static str>,
+    pub wheel: bool,
+    pub inputs: Vec<FormInput>,
 }
 
 impl Desk {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             screens: ScreenPainter::default(),
             form: None,
@@ -64,17 +64,17 @@ impl Desk {
         }
     }
 
-    fn questions(text: &str) -> Self {
+    pub fn questions(text: &str) -> Self {
         let questionnaire = Questionnaire::parse(text, "test.json").unwrap();
         Self { form: Some(QuestionnaireForm::new(&questionnaire, 0.0)), ..Self::new() }
     }
 
-    fn shipped(name: &str) -> Self {
+    pub fn shipped(name: &str) -> Self {
         let questionnaire = Questionnaire::find(name, Path::new(".")).unwrap();
         Self { form: Some(QuestionnaireForm::new(&questionnaire, 0.0)), ..Self::new() }
     }
 
-    fn form(&self) -> &QuestionnaireForm {
+    pub fn form(&self) -> &QuestionnaireForm {
         self.form.as_ref().unwrap()
     }
 
@@ -99,7 +99,7 @@ impl Desk {
     }
 }
 
-fn harness(desk: Desk, size: [f32; 2], scale: f32) -> Harness<'static, Desk> {
+pub fn harness(desk: Desk, size: [f32; 2], scale: f32) -> Harness<'static, Desk> {
     crate::harness(desk, size, scale, |ui, desk| desk.show(ui))
 }
 
@@ -107,7 +107,7 @@ fn tall(desk: Desk) -> Harness<'static, Desk> {
     harness(desk, [900.0, 600.0], 1.0)
 }
 
-fn keys<State>(harness: &mut Harness<'static, State>, list: &[Key]) {
+pub fn keys<State>(harness: &mut Harness<'static, State>, list: &[Key]) {
     for key in list {
         harness.key_press(*key);
         harness.run();
@@ -456,6 +456,7 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
     harness.get_by_label("3:12");
     harness.get_by_label("before: broken off");
     harness.get_by_label("Plan: 3 of 5 done; about 16 min left");
+    harness.get_by_label("300 s on ring-250, 22 cars, policy ring-250-speed");
     for (name, word) in [("welcome", "done"), ("trial-1-narrow", "now"), ("ssq-before", "skipped")] {
         let line = harness.get_by_label(name).rect().center().y;
         assert!(harness.get_all_by_label(word).any(|node| (node.rect().center().y - line).abs() < 4.0), "{name}");

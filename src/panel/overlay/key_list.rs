@@ -7,22 +7,30 @@ use crate::panel::theme;
 /// The key of every window of an experimenter.
 pub(in crate::panel) const FULL_SCREEN: (&str, &str) = ("F11", "full screen");
 
-/// Height of a line and of what is around them, points.
+/// Height of a line, of what is around the lines, and width of the list, points, before it grows with the window.
 const LINE: f32 = 22.0;
 const AROUND: f32 = 70.0;
+const WIDTH: f32 = 620.0;
+/// The largest letters, in heights of the window: those of a page.
+const LARGEST: f32 = 0.028;
+/// The share of the window's height that the list takes where it grows.
+const SHARE: f32 = 0.8;
 
-/// Shows the keys in the middle of the window: in two columns of small letters where one would be too high.
+/// Shows the keys in the middle of the window, as large as a participant reads them from a chair; in two columns of small letters where one
+/// would be too high.
 pub fn show<K: AsRef<str>>(ctx: &Context, keys: &[(K, &str)]) {
     let room = ctx.content_rect().size();
-    let columns = if keys.len() as f32 * LINE + AROUND > room.y { 2 } else { 1 };
+    let height = keys.len() as f32 * LINE + AROUND;
+    let columns = if height > room.y { 2 } else { 1 };
     let rows = keys.len().div_ceil(columns);
-    let (size, apart) = if columns > 1 { (11.0, vec2(12.0, 2.0)) } else { (14.0, vec2(24.0, 5.0)) };
+    let grown = (SHARE * room.y / height).min(room.x / WIDTH).min(LARGEST * room.y / 14.0).max(1.0);
+    let (size, apart) = if columns > 1 { (11.0, vec2(12.0, 2.0)) } else { (14.0 * grown, vec2(24.0, 5.0) * grown) };
     // What a key does breaks into lines rather than leave the window.
     let width = if columns > 1 { 0.5 * room.x - 140.0 } else { f32::INFINITY };
     let area = egui::Area::new(egui::Id::unique("keys")).order(egui::Order::Foreground);
     area.anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0)).interactable(false).show(ctx, |ui| {
         Frame::window(ui.style()).fill(theme::PANEL.gamma_multiply(0.96)).show(ui, |ui| {
-            ui.heading("Keys");
+            ui.label(RichText::new("Keys").size(if columns > 1 { 16.0 } else { 16.0 * grown }));
             ui.add_space(if columns > 1 { 0.0 } else { 6.0 });
             egui::Grid::new("keys").num_columns(2 * columns).spacing(apart).show(ui, |ui| {
                 for row in 0..rows {

@@ -4,16 +4,20 @@
 //! One column, large and calm: text is a 25th of the window's height, 2.7 cm on a television of 55 inches, four times what
 //! is needed at 1 m. What acts stands in the last line.
 
+mod hint;
+mod keys;
 mod page;
 mod questionnaire;
 mod rating;
 mod style;
 
+pub use keys::SCREEN_KEYS;
+
 use crate::{
     study::{FmsPrompt, FormInput, ParticipantTexts, QuestionnaireForm},
     units::SpeedUnit,
 };
-use egui::{Key, Modifiers, Rect, Ui, UiBuilder, pos2, vec2};
+use egui::{Rect, Ui, UiBuilder, pos2};
 use egui_commonmark::CommonMarkCache;
 use style::PageStyle;
 
@@ -68,7 +72,7 @@ pub struct ScreenPainter {
 impl ScreenPainter {
     /// Shows a screen in the root [`Ui`] of a pass, and tells what keys and mouse did.
     pub fn show(&mut self, ui: &mut Ui, state: &ScreenState<'_>) -> Vec<FormInput> {
-        let mut inputs = keys(ui, &state.screen);
+        let mut inputs = keys::inputs(ui, &state.screen);
         let whole = ui.max_rect();
         let look = PageStyle::of(whole.size());
         match state.screen {
@@ -91,7 +95,7 @@ impl ScreenPainter {
         ui.painter().rect_filled(whole, 0, style::BACK);
         look.apply_style(ui);
         dots(ui, &look, state.progress);
-        hint(ui, &look, state);
+        hint::show(ui, &look, state);
         let width = (30.0 * look.em).min(0.9 * whole.width());
         let column = Rect::from_min_max(
             pos2(whole.center().x - 0.5 * width, whole.top() + 2.2 * look.em),
@@ -118,68 +122,6 @@ impl ScreenPainter {
     }
 }
 
-/// Keys of the screens, and what they do.
-pub const SCREEN_KEYS: [(&str, &str); 8] = [
-    ("Enter, Space", "next"),
-    ("Arrow keys", "choose an answer"),
-    ("Tab", "next question"),
-    ("Backspace", "back"),
-    ("Page Up, Page Down, Enter", "while driving: more, less, answer"),
-    ("R", "hear a spoken page again"),
-    ("M", "mark this moment"),
-    ("Esc", "ask to stop"),
-];
-
-/// What the keys ask for. Letters and arrows belong to a text while one is typed.
-fn keys(ui: &Ui, screen: &ParticipantScreen<'_>) -> Vec<FormInput> {
-    let form = if let ParticipantScreen::Questions(form) = screen { Some(*form) } else { None };
-    let typing = form.is_some_and(QuestionnaireForm::typing);
-    let text_is_empty = form.is_some_and(|form| {
-        let stops = form.stops();
-        stops.get(form.focus()).is_some_and(|stop| form.answer(&stop.name()).is_none())
-    });
-    let focus = form.map_or(0, QuestionnaireForm::focus);
-    // The arrows drive while the picture of a drive is seen.
-    let drives = matches!(screen, ParticipantScreen::Drive(_) | ParticipantScreen::Rating(_));
-    ui.input_mut(|input| {
-        let mut inputs = Vec::new();
-        let mut on = |key: Key, made: &dyn Fn() -> FormInput| {
-            inputs.extend((0..input.count_and_consume_key(Modifiers::NONE, key)).map(|_| made()));
-        };
-        if drives {
-            for key in [Key::PageUp, Key::Plus] {
-                on(key, &|| FormInput::Turn(1));
-            }
-            for key in [Key::PageDown, Key::Minus] {
-                on(key, &|| FormInput::Turn(-1));
-            }
-            on(Key::M, &|| FormInput::Mark);
-        } else if !typing {
-            on(Key::ArrowLeft, &|| FormInput::Turn(-1));
-            on(Key::ArrowUp, &|| FormInput::Turn(-1));
-            on(Key::ArrowRight, &|| FormInput::Turn(1));
-            on(Key::ArrowDown, &|| FormInput::Turn(1));
-            on(Key::R, &|| FormInput::Again);
-            on(Key::Space, &|| FormInput::Next);
-            on(Key::M, &|| FormInput::Mark);
-        }
-        if !typing || text_is_empty {
-            on(Key::Backspace, &|| FormInput::Back);
-        }
-        on(Key::Enter, &|| FormInput::Next);
-        on(Key::Escape, &|| FormInput::Stop);
-        on(Key::PageDown, &|| FormInput::PageOn);
-        on(Key::PageUp, &|| FormInput::PageBack);
-        if form.is_some() {
-            on(Key::Tab, &|| FormInput::Focus(focus + 1));
-            if input.consume_key(Modifiers::SHIFT, Key::Tab) {
-                inputs.push(FormInput::Focus(focus.saturating_sub(1)));
-            }
-        }
-        inputs
-    })
-}
-
 /// One dot a point of the session: behind, here, ahead.
 fn dots(ui: &Ui, look: &PageStyle, [behind, all]: [usize; 2]) {
     let whole = ui.max_rect();
@@ -190,64 +132,8 @@ fn dots(ui: &Ui, look: &PageStyle, [behind, all]: [usize; 2]) {
         let (radius, colour) = match i.cmp(&behind) {
             std::cmp::Ordering::Less => (0.16, style::DIM),
             std::cmp::Ordering::Equal => (0.26, style::CHOSEN),
-            std::cmp::Ordering::Greater => (0.16, style::CARD),
+            std::cmp::Ordering::Greater => (0.16, style::EDGE),
         };
         ui.painter().circle_filled(at, radius * look.em, colour);
     }
-}
-
-/// The last line: which keys and buttons act, and how.
-fn hint(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
-    let texts = state.texts;
-    let whole = ui.max_rect();
-    let y = whole.bottom() - 1.2 * look.em;
-    let [turn, next, back] = if state.wheel {
-        [texts.wheel.as_str(), texts.answer_button.as_str(), texts.back_button.as_str()]
-    } else {
-        [texts.arrows.as_str(), "Enter", "Backspace"]
-    };
-    let mut acts: Vec<(&str, &str)> = match state.screen {
-        ParticipantScreen::Questions(form) if form.typing() => vec![("Enter", &texts.answer)],
-        ParticipantScreen::Questions(_) => vec![(turn, &texts.choose), (next, &texts.answer), (back, &texts.back)],
-        ParticipantScreen::Page(_) if state.wheel => vec![("", &texts.go_on)],
-        ParticipantScreen::Rest(_, left_s) if left_s <= 0.0 && state.wheel => vec![("", &texts.go_on)],
-        ParticipantScreen::Page(_) => vec![(next, &texts.next)],
-        ParticipantScreen::Rest(_, left_s) if left_s <= 0.0 => vec![(next, &texts.next)],
-        _ => Vec::new(),
-    };
-    if state.spoken {
-        acts.push((if state.wheel { back } else { "R" }, &texts.again));
-    }
-    // Laid out first, so that the line stands in the middle.
-    let font = look.font(0.7);
-    let lay = |text: &str, colour| ui.painter().layout_no_wrap(text.to_owned(), font.clone(), colour);
-    let parts: Vec<_> = acts
-        .iter()
-        .map(|(key, what)| (lay(key, style::TEXT), lay(&small(key, what), style::DIM), key.is_empty()))
-        .collect();
-    let (cap, gap, between) = (0.35 * look.em, 0.4 * look.em, 1.4 * look.em);
-    let wide = |(key, what, bare): &(std::sync::Arc<egui::Galley>, std::sync::Arc<egui::Galley>, bool)| {
-        if *bare { what.size().x } else { key.size().x + 2.0 * cap + gap + what.size().x }
-    };
-    let sum: f32 = parts.iter().map(wide).sum::<f32>() + between * parts.len().saturating_sub(1) as f32;
-    let mut x = whole.center().x - 0.5 * sum;
-    for part in parts {
-        let width = wide(&part);
-        let (key, what, bare) = part;
-        let mut text_x = x;
-        if !bare {
-            let size = key.size();
-            let rect = Rect::from_min_size(pos2(x, y - 0.5 * size.y), size + vec2(2.0 * cap, 0.0));
-            ui.painter().rect_filled(rect.expand2(vec2(0.0, 0.12 * look.em)), look.round(), style::CARD);
-            ui.painter().galley(pos2(x + cap, y - 0.5 * size.y), key, style::TEXT);
-            text_x = rect.right() + gap;
-        }
-        ui.painter().galley(pos2(text_x, y - 0.5 * what.size().y), what, style::DIM);
-        x += width + between;
-    }
-}
-
-/// What a key does, in small letters as a hint; a sentence stays as it is.
-fn small(key: &str, what: &str) -> String {
-    if key.is_empty() { what.to_owned() } else { what.to_lowercase() }
 }

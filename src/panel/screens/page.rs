@@ -108,9 +108,9 @@ fn paint_button(ui: &Ui, look: &PageStyle, word: &str, here: bool, rect: Rect, r
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, word));
     let fill = if here { style::CHOSEN } else { style::CARD };
     ui.painter().rect_filled(rect, look.round(), if response.hovered() { fill.gamma_multiply(1.15) } else { fill });
-    if here {
-        ui.painter().rect_stroke(rect, look.round(), look.ring(), egui::StrokeKind::Outside);
-    }
+    let (line, side) =
+        if here { (look.ring(), egui::StrokeKind::Outside) } else { (look.edge(), egui::StrokeKind::Inside) };
+    ui.painter().rect_stroke(rect, look.round(), line, side);
     ui.painter().text(rect.center(), Align2::CENTER_CENTER, word, look.font(1.0), Color32::WHITE);
 }
 

@@ -50,7 +50,7 @@ pub fn show(ui: &mut Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &Par
         for element in form.elements() {
             let of = stops.iter().enumerate().filter(|(_, stop)| std::ptr::eq(stop.element, element));
             page.question(ui, element, &of.collect::<Vec<_>>());
-            ui.add_space(0.5 * look.em);
+            ui.add_space(0.4 * look.em);
         }
         page.follow(ui);
     });
@@ -94,6 +94,8 @@ impl QuestionsPage<'_> {
         let needed = if element.is_required { " *" } else { "" };
         let title = ui.label(RichText::new(format!("{}{needed}", element.title)).font(look.font(1.0)));
         if !element.description.is_empty() {
+            // It belongs to its title.
+            ui.add_space(-0.25 * look.em);
             ui.label(RichText::new(&element.description).font(look.font(0.8)).color(style::DIM));
         }
         let usual = ui.spacing().item_spacing.y;
@@ -104,6 +106,7 @@ impl QuestionsPage<'_> {
         for (index, stop) in stops {
             let begin = ui.cursor().top();
             match element.kind {
+                ElementKind::Radiogroup if element.choices.len() == 2 => self.pair(ui, *index, stop),
                 ElementKind::Radiogroup | ElementKind::Checkbox => self.list(ui, *index, stop),
                 ElementKind::Boolean => self.yes_or_no(ui, *index, stop),
                 ElementKind::Rating => self.scale(ui, *index, stop),
@@ -155,9 +158,9 @@ impl QuestionsPage<'_> {
         };
         let painter = ui.painter();
         painter.rect_filled(rect, look.round(), fill);
-        if at {
-            painter.rect_stroke(rect, look.round(), look.ring(), egui::StrokeKind::Outside);
-        }
+        let (line, side) =
+            if at { (look.ring(), egui::StrokeKind::Outside) } else { (look.edge(), egui::StrokeKind::Inside) };
+        painter.rect_stroke(rect, look.round(), line, side);
         let colour = if chosen { Color32::WHITE } else { style::TEXT };
         let Some(many) = many else {
             // A cell: its words in the middle, smaller if they would not fit.
@@ -222,6 +225,14 @@ impl QuestionsPage<'_> {
         }
     }
 
+    /// One of two: side by side, as they are compared.
+    fn pair(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
+        let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.look.em)).1;
+        let labels: Vec<_> =
+            stop.element.choices.iter().map(|choice| (choice.text.clone(), choice.text.clone())).collect();
+        self.cells(ui, rect, index, &labels);
+    }
+
     fn yes_or_no(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let width = (14.0 * self.look.em).min(ui.available_width());
         let rect = ui.allocate_space(vec2(width, 1.65 * self.look.em)).1;
@@ -261,6 +272,8 @@ impl QuestionsPage<'_> {
         if low.is_empty() && high.is_empty() {
             return;
         }
+        // The ends belong to their scale: three scales with their words fit a page.
+        ui.add_space(-0.4 * self.look.em);
         let rect = ui.allocate_space(vec2(ui.available_width(), 0.9 * self.look.em)).1;
         let font = self.look.font(0.75);
         ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, low, font.clone(), style::DIM);
@@ -281,6 +294,7 @@ impl QuestionsPage<'_> {
         let apart = inner.width() / (rates.len() - 1) as f32;
         let y = rect.center().y;
         ui.painter().rect_filled(rect, self.look.round(), style::CARD);
+        ui.painter().rect_stroke(rect, self.look.round(), self.look.edge(), egui::StrokeKind::Inside);
         ui.painter().hline(inner.x_range(), y, (0.06 * em, style::DIM));
         for (i, rate) in rates.iter().enumerate() {
             let at = pos2(inner.left() + apart * i as f32, y);
@@ -321,6 +335,8 @@ impl QuestionsPage<'_> {
         let here = self.form.focus() == index;
         if here {
             ui.painter().rect_stroke(response.rect, self.look.round(), self.look.ring(), egui::StrokeKind::Outside);
+        } else {
+            ui.painter().rect_stroke(response.rect, self.look.round(), self.look.edge(), egui::StrokeKind::Inside);
         }
         match (here, response.has_focus()) {
             (false, true) if response.gained_focus() => self.inputs.push(FormInput::Focus(index)),
@@ -330,28 +346,41 @@ impl QuestionsPage<'_> {
         }
     }
 
-    /// Where the hand was when the questionnaire was shown last: its title, the page, the stop.
-    fn before(ui: &Ui) -> Option<(String, usize, usize)> {
+    /// What the page showed in the pass before.
+    fn before(ui: &Ui) -> Option<PageSeen> {
         ui.data(|data| data.get_temp(Id::unique("questionnaire")))
     }
 
     /// True if another page was shown before, or another questionnaire.
     fn is_fresh(&self, ui: &Ui) -> bool {
-        Self::before(ui).is_none_or(|(title, page, _)| title != self.form.title() || page != self.form.progress().0)
+        Self::before(ui).is_none_or(|before| before.title != self.form.title() || before.page != self.form.progress().0)
     }
 
-    /// Brings the place of the hand to sight when it has gone on. The first place of a page is in sight, with the headings
-    /// above it.
+    /// Brings the place of the hand to sight when it has gone on, or when words came to it that an answer is missing. The first place of a
+    /// page is in sight, with the headings above it.
     fn follow(&self, ui: &Ui) {
-        let now = (self.form.title().to_owned(), self.form.progress().0, self.form.focus());
+        let (title, page, focus) = (self.form.title().to_owned(), self.form.progress().0, self.form.focus());
+        let is_missing = self.form.stops().get(focus).is_some_and(|stop| self.form.is_missing(&stop.name()));
+        let now = PageSeen { title, page, focus, is_missing };
         let fresh = self.is_fresh(ui);
         if Self::before(ui).as_ref() != Some(&now) {
             ui.data_mut(|data| data.insert_temp(Id::unique("questionnaire"), now));
-            if let (Some(rect), true) = (self.here, !fresh || self.form.focus() > 0) {
+            if let (Some(rect), true) = (self.here, !fresh || focus > 0) {
                 ui.scroll_to_rect(rect.expand(self.look.em), None);
             }
         }
     }
+}
+
+/// What a page of questions showed in one pass.
+#[derive(Clone, Debug, PartialEq)]
+struct PageSeen {
+    title: String,
+    page: usize,
+    /// The stop where the hand is.
+    focus: usize,
+    /// An answer is asked for there.
+    is_missing: bool,
 }
 
 /// The words of an html text.

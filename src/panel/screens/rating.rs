@@ -18,7 +18,9 @@ pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPr
     let ends = lay(&format!("{}, {}", texts.fms_low, texts.fms_high), 0.6, style::DIM);
     let [change, answer] =
         if wheel { [&texts.dpad, &texts.answer_button].map(String::as_str) } else { ["+ \u{2212}", "Enter"] };
-    let hand = lay(&format!("{change}: {}   {answer}: {}", texts.choose, texts.answer), 0.6, style::DIM);
+    // The names of a wheel's buttons are longer than a line.
+    let between = if wheel { "\n" } else { "   " };
+    let hand = lay(&format!("{change}: {}{between}{answer}: {}", texts.choose, texts.answer), 0.6, style::DIM);
     let parts = [&question, &number, &ends, &hand];
     let bar = 0.35 * look.em;
     let width = parts.iter().map(|part| part.size().x).fold(8.0 * look.em, f32::max);

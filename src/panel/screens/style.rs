@@ -13,6 +13,8 @@ pub const DIM: Color32 = Color32::from_rgb(148, 158, 170);
 pub const CARD: Color32 = Color32::from_rgb(36, 43, 53);
 /// The same under the mouse.
 pub const CARD_HOVERED: Color32 = Color32::from_rgb(50, 59, 72);
+/// The edge of what can be chosen, and what is still ahead: seen against what is behind it.
+pub const EDGE: Color32 = Color32::from_rgb(98, 108, 121);
 /// What is chosen.
 pub const CHOSEN: Color32 = Color32::from_rgb(46, 116, 181);
 /// Where the hand is.
@@ -48,6 +50,11 @@ impl PageStyle {
         Stroke::new((0.12 * self.em).max(1.5), CURSOR)
     }
 
+    /// The edge of a card.
+    pub fn edge(&self) -> Stroke {
+        Stroke::new((0.05 * self.em).max(1.0), EDGE)
+    }
+
     /// Sets the style of what is drawn from here on.
     pub fn apply_style(&self, ui: &mut Ui) {
         let style = ui.style_mut();
@@ -70,6 +77,36 @@ impl PageStyle {
         #[cfg(debug_assertions)]
         {
             style.debug.show_unaligned = false;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Contrast of two colours, 1 to 21, as WCAG 2.1 defines it.
+    fn contrast(one: Color32, other: Color32) -> f64 {
+        let linear = |channel: u8| {
+            let share = f64::from(channel) / 255.0;
+            if share <= 0.03928 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+        };
+        let luminance = |c: Color32| 0.2126 * linear(c.r()) + 0.7152 * linear(c.g()) + 0.0722 * linear(c.b());
+        let [a, b] = [luminance(one), luminance(other)];
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    /// `docs/references.md: contrast`: 4.5 for words, 3 for the edges of what acts and for what shows where one is.
+    #[test]
+    fn words_and_edges_are_told_from_what_is_behind_them() {
+        assert!((contrast(Color32::WHITE, Color32::BLACK) - 21.0).abs() < 1e-9);
+        // An example of the standard's authors: #767676 is the darkest grey that passes on white.
+        assert!((contrast(Color32::from_rgb(0x76, 0x76, 0x76), Color32::WHITE) - 4.54).abs() < 0.01);
+        for (words, behind) in [(TEXT, BACK), (TEXT, CARD), (DIM, BACK), (MISSING, BACK), (Color32::WHITE, CHOSEN)] {
+            assert!(contrast(words, behind) >= 4.5, "{words:?} on {behind:?}: {}", contrast(words, behind));
+        }
+        for part in [EDGE, CHOSEN, CURSOR, DIM] {
+            assert!(contrast(part, BACK) >= 3.0, "{part:?}: {}", contrast(part, BACK));
         }
     }
 }

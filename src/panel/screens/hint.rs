@@ -1,0 +1,154 @@
+//! The last line of the participant's screens: which keys or buttons act now, and what they do. In: a [`ScreenState`]. Out: paint.
+
+use super::{
+    ParticipantScreen, ScreenState,
+    style::{self, PageStyle},
+};
+use crate::study::QuestionnaireForm;
+use egui::{Rect, Ui, pos2, vec2};
+use std::sync::Arc;
+
+/// A key or button, and what it does; a sentence has no key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct KeyHint {
+    key: String,
+    action: String,
+}
+
+impl KeyHint {
+    fn new(key: &str, action: &str) -> Self {
+        Self { key: key.to_owned(), action: action.to_lowercase() }
+    }
+}
+
+/// What acts on this screen: nothing that would do nothing.
+fn hints(state: &ScreenState<'_>) -> Vec<KeyHint> {
+    let texts = state.texts;
+    let [choose, next, back] = if state.wheel {
+        [texts.wheel.as_str(), texts.answer_button.as_str(), texts.back_button.as_str()]
+    } else {
+        [texts.arrows.as_str(), "Enter", "Backspace"]
+    };
+    let mut hints = match state.screen {
+        ParticipantScreen::Questions(form) => {
+            let is_at_button = form.focus() >= form.stops().len();
+            let mut hints = Vec::new();
+            if !is_at_button && !form.typing() {
+                hints.push(KeyHint::new(choose, &texts.choose));
+            }
+            hints.push(KeyHint::new(next, if is_at_button { &texts.next } else { &texts.answer }));
+            if goes_back(form, state.wheel) {
+                hints.push(KeyHint::new(back, &texts.back));
+            }
+            hints
+        }
+        ParticipantScreen::Rest(_, left_s) if left_s > 0.0 => Vec::new(),
+        ParticipantScreen::Page(_) | ParticipantScreen::Rest(..) if state.wheel => {
+            vec![KeyHint { key: String::new(), action: texts.go_on.replace("{button}", &texts.answer_button) }]
+        }
+        ParticipantScreen::Page(_) | ParticipantScreen::Rest(..) => vec![KeyHint::new(next, &texts.next)],
+        _ => Vec::new(),
+    };
+    if state.spoken {
+        hints.push(KeyHint::new(if state.wheel { back } else { "R" }, &texts.again));
+    }
+    hints
+}
+
+/// True if something is before the place of the hand. Backspace takes a letter where words stand; a button does not.
+fn goes_back(form: &QuestionnaireForm, wheel: bool) -> bool {
+    let is_first = form.focus() == 0 && form.progress().0 == 0;
+    !is_first && (wheel || !form.typing() || super::keys::has_no_answer(form))
+}
+
+/// Draws the line, in the middle of the window's foot.
+pub fn show(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
+    let whole = ui.max_rect();
+    let y = whole.bottom() - 1.2 * look.em;
+    // Laid out first, so that the line stands in the middle.
+    let font = look.font(0.7);
+    let lay = |text: &str, colour| ui.painter().layout_no_wrap(text.to_owned(), font.clone(), colour);
+    let parts: Vec<_> = hints(state)
+        .iter()
+        .map(|hint| (lay(&hint.key, style::TEXT), lay(&hint.action, style::DIM), hint.key.is_empty()))
+        .collect();
+    let (cap, gap, between) = (0.35 * look.em, 0.4 * look.em, 1.4 * look.em);
+    let wide = |(key, action, bare): &(Arc<egui::Galley>, Arc<egui::Galley>, bool)| {
+        if *bare { action.size().x } else { key.size().x + 2.0 * cap + gap + action.size().x }
+    };
+    let sum: f32 = parts.iter().map(wide).sum::<f32>() + between * parts.len().saturating_sub(1) as f32;
+    let mut x = whole.center().x - 0.5 * sum;
+    for part in parts {
+        let width = wide(&part);
+        let (key, action, bare) = part;
+        let mut text_x = x;
+        if !bare {
+            let size = key.size();
+            let rect = Rect::from_min_size(pos2(x, y - 0.5 * size.y), size + vec2(2.0 * cap, 0.0));
+            let cap_rect = rect.expand2(vec2(0.0, 0.12 * look.em));
+            ui.painter().rect_filled(cap_rect, look.round(), style::CARD);
+            ui.painter().rect_stroke(cap_rect, look.round(), look.edge(), egui::StrokeKind::Inside);
+            ui.painter().galley(pos2(x + cap, y - 0.5 * size.y), key, style::TEXT);
+            text_x = rect.right() + gap;
+        }
+        ui.painter().galley(pos2(text_x, y - 0.5 * action.size().y), action, style::DIM);
+        x += width + between;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::{FormInput, ParticipantTexts, Questionnaire};
+
+    const QUESTIONS: &str = r#"{ "title": "T", "pages": [
+      { "elements": [ { "type": "text", "name": "age", "title": "Age" },
+                      { "type": "boolean", "name": "well", "title": "Well?", "isRequired": true } ] },
+      { "elements": [ { "type": "text", "name": "more", "title": "More" } ] } ] }"#;
+
+    fn words(form: &QuestionnaireForm, wheel: bool) -> String {
+        let texts = ParticipantTexts::default();
+        let screen = ParticipantScreen::Questions(form);
+        let state = ScreenState { screen, texts: &texts, progress: [0, 1], wheel, spoken: false };
+        let hints = hints(&state);
+        hints.iter().map(|hint| format!("{}: {}", hint.key, hint.action)).collect::<Vec<_>>().join("; ")
+    }
+
+    #[test]
+    fn a_key_or_button_is_named_only_where_it_does_something() {
+        let mut form = QuestionnaireForm::new(&Questionnaire::parse(QUESTIONS, "test.json").unwrap(), 0.0);
+        let mut after = |inputs: &[FormInput]| {
+            inputs.iter().for_each(|input| form.take(input.clone(), 1.0));
+            [words(&form, false), words(&form, true)]
+        };
+        // Nothing is before the first question; words are typed, not chosen.
+        assert_eq!(after(&[]), ["Enter: answer", "× (cross): answer"]);
+        assert_eq!(
+            after(&[FormInput::Next]),
+            [
+                "arrow keys: choose; Enter: answer; Backspace: back",
+                "turn the wheel: choose; × (cross): answer; Δ (triangle): back"
+            ]
+        );
+        assert_eq!(
+            after(&[FormInput::Turn(1), FormInput::Next]),
+            ["Enter: next; Backspace: back", "× (cross): next; Δ (triangle): back"]
+        );
+        assert_eq!(after(&[FormInput::Next])[0], "Enter: answer; Backspace: back", "an empty text of the second page");
+        // Backspace takes a letter away now; the button of the wheel still goes back.
+        let typed = FormInput::Type { stop: 0, text: "a".into() };
+        assert_eq!(after(&[typed]), ["Enter: answer", "× (cross): answer; Δ (triangle): back"]);
+    }
+
+    #[test]
+    fn a_page_names_the_button_that_goes_on_and_a_rest_none_before_its_end() {
+        let texts = ParticipantTexts::default();
+        let of = |screen, wheel| hints(&ScreenState { screen, texts: &texts, progress: [0, 1], wheel, spoken: false });
+        assert_eq!(of(ParticipantScreen::Page("x"), false), [KeyHint::new("Enter", "next")]);
+        let sentence = KeyHint { key: String::new(), action: "Press × (cross) on the wheel to continue.".into() };
+        assert_eq!(of(ParticipantScreen::Page("x"), true), std::slice::from_ref(&sentence));
+        assert_eq!(of(ParticipantScreen::Rest("x", 0.0), true), [sentence]);
+        assert_eq!(of(ParticipantScreen::Rest("x", 3.0), false), []);
+        assert_eq!(of(ParticipantScreen::Wait("x"), false), []);
+    }
+}

@@ -1,0 +1,87 @@
+//! Keys of the participant's screens. In: the keys of a pass, in the order in which they were pressed. Out: [`FormInput`]s in that order.
+//! What a text that is being typed needs is left to it.
+
+use super::ParticipantScreen;
+use crate::study::{FormInput, QuestionnaireForm};
+use egui::{Event, Key, Modifiers, Ui};
+
+/// Keys of the screens, and what they do.
+pub const SCREEN_KEYS: [(&str, &str); 8] = [
+    ("Enter, Space", "next"),
+    ("Arrow keys", "choose an answer"),
+    ("Tab", "next question"),
+    ("Backspace", "back"),
+    ("Page Up, Page Down, Enter", "while driving: more, less, answer"),
+    ("R", "hear a spoken page again"),
+    ("M", "mark this moment"),
+    ("Esc", "ask to stop"),
+];
+
+/// What decides on the meaning of a key.
+struct KeyContext {
+    /// The picture of a drive is seen: the arrows drive.
+    drives: bool,
+    /// Words are typed: letters and arrows belong to them.
+    types: bool,
+    /// There are no words yet.
+    is_empty: bool,
+    /// Where the hand is, of a page of questions.
+    focus: Option<usize>,
+}
+
+impl KeyContext {
+    fn of(screen: &ParticipantScreen<'_>) -> Self {
+        let form = if let ParticipantScreen::Questions(form) = screen { Some(*form) } else { None };
+        Self {
+            drives: matches!(screen, ParticipantScreen::Drive(_) | ParticipantScreen::Rating(_)),
+            types: form.is_some_and(QuestionnaireForm::typing),
+            is_empty: form.is_some_and(has_no_answer),
+            focus: form.map(QuestionnaireForm::focus),
+        }
+    }
+
+    fn meaning(&self, key: Key, modifiers: Modifiers) -> Option<FormInput> {
+        let on_page = !self.drives && !self.types;
+        Some(match key {
+            Key::PageUp | Key::Plus if self.drives => FormInput::Turn(1),
+            Key::PageDown | Key::Minus if self.drives => FormInput::Turn(-1),
+            Key::ArrowLeft | Key::ArrowUp if on_page => FormInput::Turn(-1),
+            Key::ArrowRight | Key::ArrowDown if on_page => FormInput::Turn(1),
+            Key::R if on_page => FormInput::Again,
+            Key::Space if on_page => FormInput::Next,
+            Key::M if !self.types => FormInput::Mark,
+            Key::Backspace if !self.types || self.is_empty => FormInput::Back,
+            // Shift+Enter is a new line of a text.
+            Key::Enter if !(self.types && modifiers.shift) => FormInput::Next,
+            Key::Escape => FormInput::Stop,
+            Key::PageDown => FormInput::PageOn,
+            Key::PageUp => FormInput::PageBack,
+            Key::Tab => {
+                let focus = self.focus?;
+                FormInput::Focus(if modifiers.shift { focus.saturating_sub(1) } else { focus + 1 })
+            }
+            _ => return None,
+        })
+    }
+}
+
+/// True if nothing stands where the hand is.
+pub fn has_no_answer(form: &QuestionnaireForm) -> bool {
+    form.stops().get(form.focus()).is_some_and(|stop| form.answer(&stop.name()).is_none())
+}
+
+/// What the keys ask for. A key that is held down moves a choice on and on, but neither answers nor turns a page again.
+pub fn inputs(ui: &Ui, screen: &ParticipantScreen<'_>) -> Vec<FormInput> {
+    let context = KeyContext::of(screen);
+    let mut inputs = Vec::new();
+    ui.input_mut(|input| {
+        input.events.retain(|event| {
+            let Event::Key { key, pressed: true, repeat, modifiers, .. } = event else { return true };
+            let asked = if modifiers.command { None } else { context.meaning(*key, *modifiers) };
+            let is_taken = asked.is_some();
+            inputs.extend(asked.filter(|asked| !repeat || matches!(asked, FormInput::Turn(_))));
+            !is_taken
+        });
+    });
+    inputs
+}

@@ -1,0 +1,184 @@
+//! Pages from a participant's chair: keys in their order, what is in sight, letters that grow with the picture, from a laptop to a television
+//! of 3840 x 2160.
+
+use crate::screens::{Desk, harness, keys};
+use codrive::{
+    panel::{key_list, room_sign},
+    study::{FormInput, ParticipantTexts, questionnaire_form::FormPosition, questions::ElementKind},
+};
+use egui::{Event, Key, Modifiers, Rect};
+use egui_kittest::kittest::Queryable;
+use serde_json::json;
+
+const SIZES: [[f32; 2]; 4] = [[640.0, 360.0], [1280.0, 720.0], [1920.0, 1080.0], [3840.0, 2160.0]];
+
+const YES_NO: &str = r#"{ "title": "Two", "pages": [ { "elements": [
+  { "type": "boolean", "name": "first", "title": "One?", "isRequired": true },
+  { "type": "boolean", "name": "second", "title": "Two?", "isRequired": true },
+  { "type": "comment", "name": "more", "title": "More?" } ] } ] }"#;
+
+fn event(key: Key, pressed: bool) -> Event {
+    Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE }
+}
+
+/// A slow picture must not turn answers round: several keys of one pass count one after the other.
+#[test]
+fn keys_of_one_picture_act_in_the_order_in_which_they_were_pressed() {
+    use Key::{ArrowRight, Enter};
+    let mut harness = harness(Desk::questions(YES_NO), [900.0, 600.0], 1.0);
+    let pressed = [ArrowRight, Enter, ArrowRight, ArrowRight, Enter];
+    harness.input_mut().events.extend(pressed.into_iter().flat_map(|key| [event(key, true), event(key, false)]));
+    harness.run();
+    let form = harness.state().form();
+    assert_eq!((form.answer("first"), form.answer("second")), (Some(&json!(true)), Some(&json!(false))));
+}
+
+#[test]
+fn a_key_that_is_held_down_answers_once() {
+    let mut harness = harness(Desk { page: Some("# Welcome"), ..Desk::new() }, [900.0, 600.0], 1.0);
+    for _ in 0..5 {
+        // A key that was not let go between two presses repeats.
+        harness.event(event(Key::Enter, true));
+        harness.run();
+    }
+    assert_eq!(harness.state().inputs, [FormInput::Next]);
+    harness.event(event(Key::Enter, false));
+    harness.event(event(Key::Enter, true));
+    harness.run();
+    assert_eq!(harness.state().inputs, [FormInput::Next, FormInput::Next]);
+}
+
+#[test]
+fn shift_and_enter_begin_a_new_line_of_a_text() {
+    let mut harness = harness(Desk::questions(YES_NO), [900.0, 600.0], 1.0);
+    keys(&mut harness, &[Key::Tab, Key::Tab]);
+    harness.event(Event::Text("one".into()));
+    harness.run();
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::Enter);
+    harness.run();
+    harness.event(Event::Text("two".into()));
+    harness.run();
+    assert_eq!(harness.state().form().answer("more"), Some(&json!("one\ntwo")));
+}
+
+/// What is asked is seen whole where the hand is, with the words that an answer is missing.
+#[test]
+fn the_question_where_the_hand_is_is_in_sight_with_all_its_answers() {
+    use Key::{ArrowDown, ArrowRight, Enter};
+    for size in SIZES {
+        let em = size[1] / 25.0;
+        let in_sight = Rect::from_min_max([0.0, 2.0 * em].into(), [size[0], size[1] - 2.5 * em].into());
+        let mut harness = harness(Desk::shipped("demographics"), size, 1.0);
+        let sees = |harness: &mut egui_kittest::Harness<'static, Desk>, labels: &[&str]| {
+            harness.run_steps(40);
+            for label in labels {
+                let rect = harness.get_by_label(label).rect();
+                assert!(in_sight.contains_rect(rect), "{label} at {rect:?} of {size:?}");
+            }
+        };
+        sees(&mut harness, &["How old are you?"]);
+        keys(&mut harness, &[Enter]);
+        sees(&mut harness, &["What is your gender?", "Woman", "In my own words", "I would rather not say"]);
+        keys(&mut harness, &[ArrowDown, ArrowDown, Enter, Enter]);
+        sees(&mut harness, &["On how many days did you drive in the last week? *", "None", "4 to 7"]);
+        keys(&mut harness, &[Enter]);
+        sees(&mut harness, &["4 to 7", "Please answer this question."]);
+        keys(&mut harness, &[ArrowRight, Enter, Enter]);
+        assert!(harness.state().form().is_over());
+    }
+}
+
+/// On a television of 3840 x 2160 all letters have the share of the height that they have at 1920 x 1080.
+#[test]
+fn letters_have_the_same_share_of_the_height_at_1080_and_2160_lines() {
+    let shares = |size: [f32; 2]| {
+        let share = |desk: Desk, label: &str| harness(desk, size, 1.0).get_by_label(label).rect().height() / size[1];
+        let mut over = crate::harness((), size, 1.0, |ui, ()| {
+            key_list(ui.ctx(), &[("Enter", "next"), ("Esc", "ask to stop")]);
+            room_sign(ui, Some("the room is recorded"));
+        });
+        over.run();
+        [
+            share(Desk { page: Some("A page."), ..Desk::new() }, "A page."),
+            share(Desk { rest_s: Some(75.0), ..Desk::new() }, "1:15"),
+            share(
+                Desk { countdown: Some(3), ..Desk::new() },
+                "The drive begins soon. Hands on the wheel, foot on the brake. 3",
+            ),
+            share(Desk::shipped("trust"), "I could rely on the advice. *"),
+            over.get_by_label("ask to stop").rect().height() / size[1],
+            over.get_by_label("the room is recorded").rect().height() / size[1],
+        ]
+    };
+    let [hd, uhd] = [shares([1920.0, 1080.0]), shares([3840.0, 2160.0])];
+    for (i, (hd, uhd)) in hd.into_iter().zip(uhd).enumerate() {
+        assert!((uhd / hd - 1.0).abs() < 0.03, "{i}: {hd} and {uhd} of the height");
+        // 13 mm on a television of 55 inches (685 mm high): 30 minutes of arc at 1.5 m, letters of half that height.
+        assert!(hd > 0.019, "{i}: {hd} of the height");
+    }
+}
+
+/// The last thing that can be chosen at a stop, by its name for a reader of the screen.
+fn last_option(stop: &FormPosition<'_>) -> String {
+    let element = stop.element;
+    match element.kind {
+        ElementKind::Boolean => format!("{}: No", element.title),
+        ElementKind::Rating => format!("{}: {}", element.title, stop.options().last().unwrap()),
+        ElementKind::Matrix => format!("{}: {}", stop.row.unwrap().text, element.columns.last().unwrap().text),
+        ElementKind::Radiogroup | ElementKind::Checkbox => element.choices.last().unwrap().text.clone(),
+        ElementKind::Text | ElementKind::Comment | ElementKind::Html => element.title.clone(),
+    }
+}
+
+/// Whoever reads a page knows how much is asked: each page of the shipped questionnaires is seen whole when it comes, from its first
+/// question to the last answer.
+#[test]
+fn every_page_of_the_shipped_questionnaires_is_seen_whole() {
+    let mut cut = Vec::new();
+    for name in [
+        "consent",
+        "screening",
+        "demographics",
+        "ssq",
+        "trust",
+        "raw-tlx",
+        "nasa-tlx",
+        "acceptance",
+        "van-der-laan",
+        "driving-experience",
+    ] {
+        let mut harness = harness(Desk::shipped(name), [1280.0, 720.0], 1.0);
+        while !harness.state().form().is_over() {
+            harness.run_steps(30);
+            let form = harness.state().form();
+            let (page, stops) = (form.progress().0, form.stops());
+            let last = last_option(stops.last().unwrap());
+            let bottom = harness.get_all_by_label(&last).map(|node| node.rect().bottom()).fold(0.0, f32::max);
+            // Below a scale are the words of its ends.
+            let is_scale = stops.last().unwrap().element.kind == ElementKind::Rating;
+            let bottom = bottom + if is_scale { 0.95 / 25.0 * 720.0 } else { 0.0 };
+            // The last line begins there.
+            if bottom > 720.0 - 2.6 / 25.0 * 720.0 {
+                cut.push(format!("{name}, page {}: {last} ends at {:.2} of the height", page + 1, bottom / 720.0));
+            }
+            let inputs: Vec<FormInput> = (0..stops.len()).map(|stop| FormInput::Pick { stop, option: 0 }).collect();
+            let form = harness.state_mut().form.as_mut().unwrap();
+            inputs.into_iter().chain([FormInput::PageOn]).for_each(|input| form.take(input, 1.0));
+        }
+    }
+    assert!(cut.is_empty(), "{cut:#?}");
+}
+
+#[test]
+fn the_programs_font_has_every_letter_of_the_programs_own_words() {
+    let texts = serde_json::to_value(ParticipantTexts::default()).unwrap();
+    let words: Vec<String> =
+        texts.as_object().unwrap().values().map(|text| text.as_str().unwrap().to_owned()).collect();
+    let harness = crate::harness((), [640.0, 360.0], 1.0, |_, ()| ());
+    for text in words {
+        let has =
+            |letter: char| harness.ctx.fonts_mut(|fonts| fonts.has_glyph(&egui::FontId::proportional(20.0), letter));
+        let missing: String = text.chars().filter(|letter| !has(*letter)).collect();
+        assert!(missing.is_empty(), "{text:?} has {missing:?}, which the font has not");
+    }
+}
