@@ -219,13 +219,18 @@ mod tests {
             keyboard.stay_in_drive();
             keyboard.tick(0.0, None);
         }
-        keyboard.toggle_reverse();
-        let mut held = Controls::default();
-        for _ in 0..100 {
-            keyboard.stay_in_drive();
-            held = keyboard.tick(0.0, None);
+        // Nor does the key that asks for reverse.
+        for toggles in [false, true] {
+            if toggles {
+                keyboard.toggle_reverse();
+            }
+            let mut held = Controls::default();
+            for _ in 0..100 {
+                keyboard.stay_in_drive();
+                held = keyboard.tick(0.0, None);
+            }
+            assert_eq!((held.selector, held.throttle, held.brake), (Selector::Drive, 0.0, 0.6), "{toggles}");
         }
-        assert_eq!((held.selector, held.throttle, held.brake), (Selector::Drive, 0.0, 0.6));
     }
 
     #[test]

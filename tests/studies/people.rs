@@ -60,7 +60,7 @@ fn questionnaires_after_trials_stand_by_trial_and_condition_wherever_answers_sta
 
     let (code, plan) = said(&["study", &file, "--check"]);
     assert!(
-        code == 0 && plan.contains("trial-2-wide-nasa-tlx") && plan.contains(" 0.6 min  questions: trust"),
+        code == 0 && plan.contains("trial-2-wide-nasa-tlx") && plan.contains(" 0.7 min  questions: trust"),
         "{plan}"
     );
     let (code, words) = said(&["study", &file, "--rehearse", "--out", out]);
