@@ -4,6 +4,7 @@
 
 mod bends;
 mod choice;
+mod demand;
 mod ego;
 mod interrupt;
 mod mixture;
@@ -12,12 +13,15 @@ mod native;
 mod noise;
 pub mod start;
 pub mod sumo;
+mod vehicles;
 
 pub use choice::{EngineChoice, UnknownEngine};
+pub use demand::{Demand, DemandFault, Flow, KindShare};
 pub use interrupt::{Interruption, interrupt, is_interrupted};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
 pub use noise::NoiseStreams;
+pub use vehicles::{Departure, NetworkVehicle, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps, vehicle_of};
 
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
 use std::{sync::Arc, time::Duration};

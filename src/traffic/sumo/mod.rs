@@ -12,7 +12,9 @@
 
 mod link;
 mod locate;
+mod network;
 mod network_check;
+mod network_shim;
 mod options;
 mod remote;
 mod shim;
@@ -20,6 +22,7 @@ mod simulation;
 mod wire;
 
 pub use locate::{home, program};
+pub use network::{EgoReport, EgoStart, NetworkSetup, SumoNetwork};
 pub use network_check::{COMMAND as CHECK_NETWORK, try_network};
 pub use remote::VERSION;
 

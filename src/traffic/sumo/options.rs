@@ -6,7 +6,7 @@ use crate::{
     idm::IdmParams,
     map::Route,
     space::{CAR_LENGTH_M, CAR_WIDTH_M},
-    traffic::{EMERGENCY_BRAKING_MPS2, FollowingModel, TrafficError, TrafficSetup},
+    traffic::{Demand, EMERGENCY_BRAKING_MPS2, FollowingModel, TrafficError, TrafficSetup},
 };
 use std::{
     fs::{self, OpenOptions},
@@ -22,6 +22,28 @@ const ENDLESS_M: f64 = 1.0e6;
 
 /// Options of SUMO's command line.
 pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>, seed: u64) -> Vec<String> {
+    let mut options = common(net, step_s, seed);
+    // Starting places are ours to choose.
+    options.extend(["--insertion-checks", "none"].map(String::from));
+    if let Some(types) = types {
+        options.extend(["--additional-files".to_string(), types.display().to_string()]);
+    }
+    options
+}
+
+/// The same on a road network: with these files of demand, and changes of lanes that take so long, seconds.
+pub(super) fn network_options(net: &str, step_s: f64, routes: &[&Path], lane_change_s: f64, seed: u64) -> Vec<String> {
+    let mut options = common(net, step_s, seed);
+    if !routes.is_empty() {
+        let files: Vec<String> = routes.iter().map(|file| file.display().to_string()).collect();
+        options.extend(["--route-files".to_string(), files.join(",")]);
+    }
+    options.extend(["--lanechange.duration".to_string(), lane_change_s.to_string()]);
+    options
+}
+
+/// What all simulations have.
+fn common(net: &str, step_s: f64, seed: u64) -> Vec<String> {
     let step = format!("{step_s:.3}");
     let mut options: Vec<String> = [
         ("--net-file", net),
@@ -29,9 +51,8 @@ pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>, seed: u64) -
         ("--default.carfollowmodel", "IDM"),
         // Numbers go through text when the type is made: all digits.
         ("--precision", "16"),
-        // A jam must stand, and starting places are ours to choose.
+        // A jam must stand.
         ("--time-to-teleport", "-1"),
-        ("--insertion-checks", "none"),
         // The default would teleport a car that the ego touches. Contacts are found by the ego's physics.
         ("--collision.action", "none"),
         ("--xml-validation", "never"),
@@ -45,9 +66,6 @@ pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>, seed: u64) -
     .collect();
     // Its own random numbers are those of other models than the IDM. SUMO takes 31 bits.
     options.extend(["--seed".to_string(), (seed % (1 << 31)).to_string()]);
-    if let Some(types) = types {
-        options.extend(["--additional-files".to_string(), types.display().to_string()]);
-    }
     options
 }
 
@@ -108,14 +126,25 @@ impl TypeFile {
             let model = other.sumo_name();
             types += &format!("  <vType id=\"{OTHER_TYPE_IN_FILE}\" carFollowModel=\"{model}\"/>\n");
         }
-        if types.is_empty() { Ok(None) } else { Self::write(&types).map(Some) }
+        let text = format!("<additional>\n{types}</additional>\n");
+        if types.is_empty() { Ok(None) } else { Self::write("add", &text).map(Some) }
     }
 
-    fn write(types: &str) -> Result<Self, TrafficError> {
+    /// One with the flows of a demand, where it has any, and the types of their vehicles: cars drive by this model.
+    pub fn of_demand(demand: &Demand, idm: &IdmParams) -> Result<Option<Self>, TrafficError> {
+        let IdmParams { v0, t, a, b, delta, s0, .. } = idm;
+        let car = format!(
+            "carFollowModel=\"IDM\" length=\"{CAR_LENGTH_M}\" width=\"{CAR_WIDTH_M}\" maxSpeed=\"{v0}\" tau=\"{t}\" accel=\"{a}\" \
+             decel=\"{b}\" delta=\"{delta}\" minGap=\"{s0}\" emergencyDecel=\"{}\"",
+            EMERGENCY_BRAKING_MPS2.max(*b)
+        );
+        if demand.flows.is_empty() { Ok(None) } else { Self::write("rou", &demand.flows_xml(&car)).map(Some) }
+    }
+
+    fn write(kind: &str, text: &str) -> Result<Self, TrafficError> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("codrive-{}-{number}.add.xml", std::process::id()));
-        let text = format!("<additional>\n{types}</additional>\n");
+        let path = std::env::temp_dir().join(format!("codrive-{}-{number}.{kind}.xml", std::process::id()));
         let written = OpenOptions::new().write(true).create_new(true).open(&path);
         let written = written.and_then(|mut file| file.write_all(text.as_bytes()));
         written.map_err(|error| TrafficError::Setup(format!("{}: {error}", path.display())))?;

@@ -1,25 +1,20 @@
 // C interface over libsumo. Vehicles and lanes are numbers here: their names are given once. Every function returns 0, or 1 with a message in cs_error(); no exception
 // leaves this file. Metres, m/s, compass degrees. Used by one thread at a time (src/traffic/sumo/shim.rs).
-#include <libsumo/libsumo.h>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <exception>
-#include <stdexcept>
-#include <string>
-#include <vector>
+#include "shim.h"
 
-namespace sim = libsumo;
-#define API extern "C" __attribute__((visibility("default")))
+#include <cmath>
+
+using shim::guard;
+using shim::strings;
 
 namespace {
 
 // What both sides have to agree on before anything else is called: the number of this interface, raised with every change of
-// a function or of a structure below, and the sizes of those. Same layout as `Interface` in shim.rs.
+// a function or of a structure here and in network_shim.cpp, and the sizes of those here. Same layout as `Interface` in shim.rs.
 struct Interface {
     uint32_t number, command_bytes, record_bytes, vehicle_type_bytes;
 };
-constexpr uint32_t INTERFACE = 1;
+constexpr uint32_t INTERFACE = 2;
 
 // Same layout as `Command`, `Record` and `VehicleType` in shim.rs.
 struct Command {
@@ -41,22 +36,9 @@ struct Car {
     double lane_pos;  // likewise
 };
 
-thread_local std::string error_text, answer;
+thread_local std::string answer;
 std::vector<Car> cars;
 std::vector<std::string> lanes;
-
-template <class F>
-int guard(F body) noexcept {
-    try {
-        body();
-        return 0;
-    } catch (const std::exception& e) {
-        error_text = e.what();
-    } catch (...) {
-        error_text = "unknown C++ exception";
-    }
-    return 1;
-}
 
 int32_t lane_number(const std::string& id, int32_t guess) {
     const auto n = static_cast<int32_t>(lanes.size());
@@ -93,13 +75,11 @@ void read(Record* out, double step_s) {
     }
 }
 
-std::vector<std::string> strings(const char* const* items, size_t n) { return {items, items + n}; }
-
 }  // namespace
 
 API void cs_interface(Interface* out) { *out = {INTERFACE, sizeof(Command), sizeof(Record), sizeof(VehicleType)}; }
 
-API const char* cs_error() { return error_text.c_str(); }
+API const char* cs_error() { return shim::error_text.c_str(); }
 
 // Begins a simulation with the options of the command line; argv[0] is ignored.
 API int cs_start(const char* const* argv, size_t n) {

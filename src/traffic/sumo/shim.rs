@@ -1,7 +1,7 @@
-//! The C interface of `shim.cpp`, opened at run time. In: names, numbers and commands. Out: records, or SUMO's message.
+//! The C interface of `shim.cpp` and `network_shim.cpp`, opened at run time. In: names, numbers and commands. Out: records, or SUMO's message.
 //! A [`Shim`] is the right to use SUMO in this process: there is one at a time.
 
-use super::locate;
+use super::{locate, network_shim::NetworkApi};
 use crate::{space::SumoPose, traffic::TrafficError};
 use glam::DVec2;
 use std::{
@@ -80,7 +80,7 @@ struct Interface {
 impl Interface {
     /// This program's side.
     const OWN: Self = Self {
-        number: 1,
+        number: 2,
         command_bytes: size_of::<Command>() as u32,
         record_bytes: size_of::<Record>() as u32,
         vehicle_type_bytes: size_of::<VehicleType>() as u32,
@@ -98,11 +98,11 @@ impl Interface {
     }
 }
 
-type Text = *const c_char;
-type Texts = *const *const c_char;
+pub(super) type Text = *const c_char;
+pub(super) type Texts = *const *const c_char;
 
 /// The functions of one shim; `_library` keeps them loaded. Never unloaded: SUMO's libraries have static state.
-struct Api {
+pub(super) struct Api {
     error: unsafe extern "C" fn() -> Text,
     start: unsafe extern "C" fn(Texts, usize) -> c_int,
     close: unsafe extern "C" fn() -> c_int,
@@ -116,6 +116,7 @@ struct Api {
     bare_step: unsafe extern "C" fn() -> c_int,
     read: unsafe extern "C" fn(*mut Record) -> c_int,
     pose: unsafe extern "C" fn(u32, *mut f64, *mut f64, *mut f64) -> c_int,
+    pub(super) network: NetworkApi,
     _library: libloading::Library,
     /// libsumocpp itself, loaded first from where SUMO is now.
     _sumo: libloading::Library,
@@ -126,7 +127,7 @@ static BUSY: AtomicBool = AtomicBool::new(false);
 
 /// The right to use the library; given back when dropped.
 pub(super) struct Shim {
-    api: &'static Api,
+    pub(super) api: &'static Api,
     cars: usize,
 }
 
@@ -150,7 +151,7 @@ impl Api {
         let library = open(&path)?;
         macro_rules! symbol {
             ($name:literal) => {
-                // SAFETY: the types above are those of shim.cpp, which build.rs compiled with this program.
+                // SAFETY: the types above are those of the shim, which build.rs compiled with this program.
                 *unsafe { library.get($name) }
                     .map_err(|error| TrafficError::Absent(format!("{}: {error}", path.display())))?
             };
@@ -175,6 +176,13 @@ impl Api {
             bare_step: symbol!(b"cs_bare_step\0"),
             read: symbol!(b"cs_read\0"),
             pose: symbol!(b"cs_pose\0"),
+            network: NetworkApi {
+                begin: symbol!(b"cs_network_begin\0"),
+                add: symbol!(b"cs_network_add\0"),
+                step: symbol!(b"cs_network_step\0"),
+                look: symbol!(b"cs_network_look\0"),
+                end: symbol!(b"cs_network_end\0"),
+            },
             _library: library,
             _sumo: sumo,
         })
@@ -182,11 +190,11 @@ impl Api {
 }
 
 /// Text without a zero byte; one inside is dropped, which no name of a file or lane has.
-fn c_text(text: &str) -> CString {
+pub(super) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', "")).expect("no zero byte is left")
 }
 
-fn with_texts<T>(texts: &[String], call: impl FnOnce(Texts, usize) -> T) -> T {
+pub(super) fn with_texts<T>(texts: &[String], call: impl FnOnce(Texts, usize) -> T) -> T {
     let owned: Vec<CString> = texts.iter().map(|text| c_text(text)).collect();
     let pointers: Vec<Text> = owned.iter().map(|text| text.as_ptr()).collect();
     call(pointers.as_ptr(), pointers.len())
@@ -213,7 +221,7 @@ impl Shim {
         Ok(Self { api: LOADED.get().expect("set above"), cars: 0 })
     }
 
-    fn check(&self, code: c_int) -> Result<(), TrafficError> {
+    pub(super) fn check(&self, code: c_int) -> Result<(), TrafficError> {
         if code == 0 {
             return Ok(());
         }

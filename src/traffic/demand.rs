@@ -1,0 +1,204 @@
+//! Which vehicles come to a road network, where from, where to and how many. In: files of SUMO's, or flows of a scenario. Out: what an
+//! engine is given. Each vehicle finds its way itself (SUMO's router, when it departs).
+
+use super::VehicleKind;
+use serde::{Deserialize, Serialize};
+use std::{fmt::Write, path::PathBuf};
+
+/// The most vehicles an hour that a flow may bring: a lane carries some 2,000.
+pub const MOST_PER_HOUR: f64 = 100_000.0;
+
+/// Demand for a road network.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Demand {
+    /// Files as SUMO has them (`rou.xml`: vehicles, trips, flows, routes, types), by ascending time of departure.
+    pub files: Vec<PathBuf>,
+    /// Flows from edge to edge.
+    pub flows: Vec<Flow>,
+}
+
+/// Vehicles that come at random times, as many an hour on average.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Flow {
+    /// Edge on which they come.
+    pub from: String,
+    /// Edge at whose end they go.
+    pub to: String,
+    /// How many an hour.
+    pub per_hour: f64,
+    /// Shares of the kinds; all cars where there are none. They need not add up to one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mix: Vec<KindShare>,
+}
+
+/// A share of a kind.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KindShare {
+    /// The kind.
+    pub kind: VehicleKind,
+    /// Its share.
+    pub share: f64,
+}
+
+/// A flow that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DemandFault {
+    /// Its rate.
+    #[error("flow {flow}: per_hour is {value}; allowed: a number above 0, at most {MOST_PER_HOUR}")]
+    Rate {
+        /// Number of the flow, from 1.
+        flow: usize,
+        /// The rate.
+        value: f64,
+    },
+    /// A share.
+    #[error("flow {flow}: the share of {} is {value}; allowed: a number from 0, one of them above it", .kind.name())]
+    Share {
+        /// Number of the flow, from 1.
+        flow: usize,
+        /// Of which kind.
+        kind: VehicleKind,
+        /// The share.
+        value: f64,
+    },
+    /// An edge.
+    #[error(
+        "flow {flow}: {side} is \"{edge}\"; allowed: the id of an edge of this network that is open to such vehicles{near}"
+    )]
+    Edge {
+        /// Number of the flow, from 1.
+        flow: usize,
+        /// `from` or `to`.
+        side: &'static str,
+        /// The edge.
+        edge: String,
+        /// The nearest name that exists, as a question; empty where none is near.
+        near: String,
+    },
+}
+
+impl Demand {
+    /// Fails if a flow cannot be. `edges` are those of the network.
+    ///
+    /// # Errors
+    /// The first fault.
+    pub fn check<'a>(
+        &self,
+        edges: impl Fn(&str) -> bool,
+        near: impl Fn(&str) -> Option<&'a str>,
+    ) -> Result<(), DemandFault> {
+        for (flow, at) in self.flows.iter().zip(1..) {
+            if !(flow.per_hour > 0.0 && flow.per_hour <= MOST_PER_HOUR) {
+                return Err(DemandFault::Rate { flow: at, value: flow.per_hour });
+            }
+            let sum: f64 = flow.mix.iter().map(|part| part.share).sum();
+            let bad = |part: &&KindShare| !(part.share >= 0.0 && part.share.is_finite()) || sum <= 0.0;
+            if let Some(part) = flow.mix.iter().find(bad) {
+                return Err(DemandFault::Share { flow: at, kind: part.kind, value: part.share });
+            }
+            for (side, edge) in [("from", &flow.from), ("to", &flow.to)] {
+                if !edges(edge) {
+                    let near = near(edge).map_or(String::new(), |name| format!(" (did you mean {name}?)"));
+                    return Err(DemandFault::Edge { flow: at, side, edge: edge.clone(), near });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The flows as SUMO reads them, with `car` as attributes of the type of passenger cars. Every kind of a flow is a flow of its own:
+    /// exponential times between vehicles stay exponential when they are split.
+    pub(super) fn flows_xml(&self, car: &str) -> String {
+        let mut text = String::from("<routes>\n");
+        for kind in VehicleKind::ALL {
+            let model = if kind == VehicleKind::Car { car } else { "" };
+            push(
+                &mut text,
+                format_args!("  <vType id=\"{}\" vClass=\"{}\" {model}/>\n", type_name(kind), kind.sumo_class()),
+            );
+        }
+        const CARS: [KindShare; 1] = [KindShare { kind: VehicleKind::Car, share: 1.0 }];
+        for (k, flow) in self.flows.iter().enumerate() {
+            let mix = if flow.mix.is_empty() { &CARS[..] } else { &flow.mix };
+            let sum: f64 = mix.iter().map(|part| part.share).sum();
+            for part in mix.iter().filter(|part| part.share > 0.0) {
+                let per_s = flow.per_hour * part.share / sum / 3600.0;
+                let (name, kind) = (part.kind.name(), type_name(part.kind));
+                let (from, to) = (escaped(&flow.from), escaped(&flow.to));
+                push(
+                    &mut text,
+                    format_args!(
+                        "  <flow id=\"flow{k}.{name}\" type=\"{kind}\" begin=\"0\" end=\"1000000\" period=\"exp({per_s:.9})\" from=\"{from}\" \
+                         to=\"{to}\" departLane=\"best\" departSpeed=\"desired\" departPos=\"base\"/>\n"
+                    ),
+                );
+            }
+        }
+        text + "</routes>\n"
+    }
+}
+
+/// Name of the type of vehicles of a kind.
+fn type_name(kind: VehicleKind) -> String {
+    format!("codrive.{}", kind.name())
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('"', "&quot;").replace('<', "&lt;")
+}
+
+fn push(text: &mut String, arguments: std::fmt::Arguments) {
+    text.write_fmt(arguments).expect("a String takes all text");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flow(per_hour: f64, mix: Vec<KindShare>) -> Demand {
+        let flow = Flow { from: "a".into(), to: "b".into(), per_hour, mix };
+        Demand { files: Vec::new(), flows: vec![flow] }
+    }
+
+    #[test]
+    fn faults_name_the_flow_the_value_and_what_is_allowed() {
+        let share = |kind, share| KindShare { kind, share };
+        let fault = |demand: &Demand| {
+            demand.check(|edge| edge == "a" || edge == "b", |_| Some("b")).map_err(|fault| fault.to_string())
+        };
+        assert_eq!(fault(&flow(600.0, Vec::new())), Ok(()));
+        for rate in [0.0, -1.0, f64::NAN, 1e9] {
+            let text = fault(&flow(rate, Vec::new())).unwrap_err();
+            assert!(text.starts_with(&format!("flow 1: per_hour is {rate}; allowed: a number above 0")), "{text}");
+        }
+        let none = fault(&flow(1.0, vec![share(VehicleKind::Car, 0.0)])).unwrap_err();
+        assert!(none.contains("the share of car is 0"), "{none}");
+        let mut elsewhere = flow(1.0, Vec::new());
+        elsewhere.flows[0].to = "bb".into();
+        let text = fault(&elsewhere).unwrap_err();
+        assert!(text.starts_with("flow 1: to is \"bb\"") && text.ends_with("(did you mean b?)"), "{text}");
+    }
+
+    #[test]
+    fn a_mix_is_split_into_flows_by_its_shares() {
+        let mix = vec![
+            KindShare { kind: VehicleKind::Car, share: 3.0 },
+            KindShare { kind: VehicleKind::Truck, share: 1.0 },
+            KindShare { kind: VehicleKind::Bus, share: 0.0 },
+        ];
+        let text = flow(720.0, mix).flows_xml("carFollowModel=\"IDM\"");
+        // 540 and 180 an hour.
+        assert!(
+            text.contains("type=\"codrive.car\" begin=\"0\" end=\"1000000\" period=\"exp(0.150000000)\""),
+            "{text}"
+        );
+        assert!(
+            text.contains("type=\"codrive.truck\" begin=\"0\" end=\"1000000\" period=\"exp(0.050000000)\""),
+            "{text}"
+        );
+        assert_eq!(text.matches("<flow ").count(), 2);
+        assert!(text.contains("<vType id=\"codrive.car\" vClass=\"passenger\" carFollowModel=\"IDM\"/>"), "{text}");
+    }
+}

@@ -1,0 +1,215 @@
+// C interface over libsumo for roads on which vehicles come and go. Lanes, signals and vehicles are numbers here; a vehicle's number is
+// given when it departs and never again. One call makes a step and reads everything into columns that stand until the next. As in
+// shim.cpp every function returns 0, or 1 with a message in cs_error(). Metres, m/s, compass degrees.
+#include "shim.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+using shim::guard;
+using shim::strings;
+
+namespace {
+
+// Same layout as in network_shim.rs.
+struct Command {
+    uint32_t vehicle, kind;
+    int32_t lane;  // where it is to be, as SUMO's own guess may be a lane that crosses; -1: anywhere
+    double a, b, c;
+};
+struct Record {
+    double x, y, z;  // front bumper
+    double angle_deg, speed, lane_pos, lateral;
+    uint32_t number;
+    int32_t lane;  // -1: none
+    uint32_t lamps;
+};
+struct Departure {
+    double length, width, height;
+    uint32_t number;
+    const char *id, *kind, *type;
+};
+struct Step {
+    const Record* records;
+    const Departure* departures;
+    const uint32_t* arrivals;
+    const char* signals;  // the states of all signals, one after the other
+    size_t record_count, departure_count, arrival_count, signal_bytes;
+};
+enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3, MAX_SPEED = 4, LAMPS = 5, LANE_CHANGES = 6 };
+
+struct Lane {
+    std::string id, edge;
+    int index;
+};
+struct Mobile {
+    std::string id;
+    uint32_t number;
+    int32_t lane;  // where it was last
+};
+struct Birth {
+    std::string id, kind, type;
+};
+
+std::vector<Lane> lanes;
+std::unordered_map<std::string, int32_t> lane_numbers;
+std::vector<std::string> signals;
+// By ascending number: those that came later stand behind.
+std::vector<Mobile> vehicles;
+std::unordered_map<std::string, uint32_t> numbers;
+uint32_t next_number = 0;
+bool changes_take_time = false;
+
+std::vector<Record> records;
+std::vector<Departure> departures;
+std::vector<Birth> births;
+std::vector<uint32_t> arrivals;
+std::string signal_states;
+
+Mobile& vehicle(uint32_t number) {
+    const auto found = std::lower_bound(vehicles.begin(), vehicles.end(), number,
+                                        [](const Mobile& v, uint32_t n) { return v.number < n; });
+    if (found == vehicles.end() || found->number != number) throw std::invalid_argument("a vehicle is no longer there");
+    return *found;
+}
+
+void obey(const Command& c) {
+    const std::string& id = vehicle(c.vehicle).id;
+    switch (c.kind) {
+        case MOVE_TO_XY: {
+            const bool hinted = c.lane >= 0;
+            const Lane none{"", "", -1};
+            const Lane& lane = hinted ? lanes.at(c.lane) : none;
+            sim::Vehicle::moveToXY(id, lane.edge, lane.index, c.a, c.b, c.c, 2, 20.);
+            break;
+        }
+        case PREVIOUS_SPEED: sim::Vehicle::setPreviousSpeed(id, c.a); break;
+        case SPEED: sim::Vehicle::setSpeed(id, c.a); break;
+        case SPEED_MODE: sim::Vehicle::setSpeedMode(id, static_cast<int>(c.a)); break;
+        case MAX_SPEED: sim::Vehicle::setMaxSpeed(id, c.a); break;
+        case LAMPS: sim::Vehicle::setSignals(id, static_cast<int>(c.a)); break;
+        case LANE_CHANGES: sim::Vehicle::setLaneChangeMode(id, static_cast<int>(c.a)); break;
+        default: throw std::invalid_argument("unknown command");
+    }
+}
+
+void depart(const std::string& id) {
+    if (numbers.count(id)) return;
+    const uint32_t number = next_number++;
+    numbers.emplace(id, number);
+    vehicles.push_back(Mobile{id, number, -1});
+    births.push_back(Birth{id, sim::Vehicle::getVehicleClass(id), sim::Vehicle::getTypeID(id)});
+    departures.push_back(Departure{sim::Vehicle::getLength(id), sim::Vehicle::getWidth(id), sim::Vehicle::getHeight(id), number, nullptr,
+                                   nullptr, nullptr});
+}
+
+void read() {
+    records.clear();
+    for (Mobile& v : vehicles) {
+        const auto place = sim::Vehicle::getPosition3D(v.id);
+        if (place.x == sim::INVALID_DOUBLE_VALUE) {
+            v.lane = -1;  // neither on a lane nor beside one: it is on its way to elsewhere
+            continue;
+        }
+        // Most are on the lane where they were: a comparison costs less than a look-up.
+        const std::string lane = sim::Vehicle::getLaneID(v.id);
+        if (v.lane < 0 || lanes[v.lane].id != lane) {
+            const auto found = lane_numbers.find(lane);
+            v.lane = found == lane_numbers.end() ? -1 : found->second;
+        }
+        const double lateral = changes_take_time ? sim::Vehicle::getLateralLanePosition(v.id) : 0.;
+        records.push_back(Record{place.x, place.y, place.z, sim::Vehicle::getAngle(v.id), sim::Vehicle::getSpeed(v.id),
+                                 sim::Vehicle::getLanePosition(v.id), lateral, v.number, v.lane,
+                                 static_cast<uint32_t>(sim::Vehicle::getSignals(v.id))});
+    }
+}
+
+void look() {
+    births.clear();
+    departures.clear();
+    arrivals.clear();
+    for (const std::string& id : sim::Simulation::getDepartedIDList()) depart(id);
+    for (const std::string& id : sim::Simulation::getArrivedIDList()) {
+        const auto found = numbers.find(id);
+        if (found != numbers.end()) arrivals.push_back(found->second);
+    }
+    if (!arrivals.empty()) {
+        std::sort(arrivals.begin(), arrivals.end());
+        const auto is_over = [](const Mobile& v) { return std::binary_search(arrivals.begin(), arrivals.end(), v.number); };
+        for (const Mobile& v : vehicles) {
+            if (is_over(v)) numbers.erase(v.id);
+        }
+        vehicles.erase(std::remove_if(vehicles.begin(), vehicles.end(), is_over), vehicles.end());
+    }
+    for (size_t i = 0; i < births.size(); i++) {
+        departures[i].id = births[i].id.c_str();
+        departures[i].kind = births[i].kind.c_str();
+        departures[i].type = births[i].type.c_str();
+    }
+    read();
+    signal_states.clear();
+    for (const std::string& id : signals) signal_states += sim::TrafficLight::getRedYellowGreenState(id);
+}
+
+void tell(Step* out) {
+    *out = {records.data(), departures.data(), arrivals.data(), signal_states.data(), records.size(), departures.size(), arrivals.size(),
+            signal_states.size()};
+}
+
+}  // namespace
+
+// After cs_start. `lateral`: changes of lanes take time, so that vehicles stand beside the middle of a lane.
+API int cs_network_begin(const char* const* lane_ids, size_t lane_count, const char* const* signal_ids, size_t signal_count, int lateral) {
+    return guard([&] {
+        vehicles.clear();
+        numbers.clear();
+        lanes.clear();
+        lane_numbers.clear();
+        next_number = 0;
+        changes_take_time = lateral != 0;
+        for (const std::string& id : strings(lane_ids, lane_count)) {
+            const size_t mark = id.rfind('_');
+            if (mark == std::string::npos) throw std::invalid_argument("lane '" + id + "' is of no edge");
+            lane_numbers.emplace(id, static_cast<int32_t>(lanes.size()));
+            lanes.push_back(Lane{id, id.substr(0, mark), std::stoi(id.substr(mark + 1))});
+        }
+        signals = strings(signal_ids, signal_count);
+    });
+}
+
+// Puts a vehicle on a lane at once, whatever SUMO's checks on insertion say. Its route is one of edges that was made before.
+API int cs_network_add(const char* id, const char* route, const char* type, size_t lane, double pos, double speed, uint32_t* number) {
+    return guard([&] {
+        sim::Vehicle::add(id, route, type, "now", "0", "0", "0");
+        sim::Vehicle::moveTo(id, lanes.at(lane).id, pos);
+        sim::Vehicle::setPreviousSpeed(id, speed, 0.);
+        numbers.emplace(id, next_number);
+        vehicles.push_back(Mobile{id, next_number, static_cast<int32_t>(lane)});
+        *number = next_number++;
+    });
+}
+
+// The commands, one step, and everything that it changed.
+API int cs_network_step(const Command* commands, size_t n, Step* out) {
+    return guard([&] {
+        for (size_t i = 0; i < n; i++) obey(commands[i]);
+        sim::Simulation::step();
+        look();
+        tell(out);
+    });
+}
+
+// Everything as it is, without a step.
+API int cs_network_look(Step* out) {
+    return guard([&] {
+        look();
+        tell(out);
+    });
+}
+
+// Forgets all vehicles; with the simulation's end.
+API void cs_network_end() {
+    vehicles.clear();
+    numbers.clear();
+    signals.clear();
+}

@@ -1,0 +1,258 @@
+//! SUMO on road networks, against SUMO's own program with the same options: what it writes of every vehicle at every step is what the
+//! engine tells. The networks are made here by SUMO's own tools.
+
+use super::*;
+use codrive::traffic::{
+    Demand, Flow, KindShare, NetworkVehicle, TrafficError, VehicleKind,
+    sumo::{self, NetworkSetup, SumoNetwork},
+};
+use roxmltree::Document;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+use tempfile::TempDir;
+
+/// A network in a folder of its own.
+struct Town {
+    folder: TempDir,
+    net: PathBuf,
+}
+
+/// Runs a program of SUMO's.
+fn run(program: &str, arguments: &[&str]) {
+    let home = sumo::home().expect("SUMO is here");
+    let done = Command::new(home.join("bin").join(program)).env("SUMO_HOME", &home).args(arguments).output();
+    let done = done.expect("SUMO's programs run");
+    assert!(done.status.success(), "{program}: {}", String::from_utf8_lossy(&done.stderr));
+}
+
+impl Town {
+    /// Three by three junctions with signals, two lanes each way.
+    fn grid() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let net = folder.path().join("grid.net.xml");
+        let file = net.to_str().expect("plain");
+        let of = ["--grid", "--grid.number", "3", "--grid.length", "120", "--grid.attach-length", "120", "-L", "2"];
+        run("netgenerate", &[&of[..], &["--tls.guess", "--no-turnarounds", "--output-file", file]].concat());
+        Self { folder, net }
+    }
+
+    fn ids(&self, element: &str, attribute: &str) -> Vec<String> {
+        let text = fs::read_to_string(&self.net).expect("read");
+        let document = Document::parse(&text).expect("XML");
+        let ids = document
+            .descendants()
+            .filter(|node| node.has_tag_name(element))
+            .filter_map(|node| node.attribute(attribute));
+        ids.map(str::to_owned).collect()
+    }
+
+    fn setup(&self, demand: Demand) -> NetworkSetup {
+        NetworkSetup {
+            net_file: self.net.clone(),
+            lanes: self.ids("lane", "id"),
+            signals: self.ids("tlLogic", "id"),
+            corner: glam::DVec2::ZERO,
+            demand,
+            egos: Vec::new(),
+            idm: model(0.0),
+            step_s: STEP_S,
+            seed: 7,
+        }
+    }
+
+    /// A file of demand: cars that cross the town in four directions, a bus, a truck and a motorcycle among them.
+    fn trips(&self) -> Demand {
+        let file = self.folder.path().join("trips.rou.xml");
+        let mut text = String::from("<routes>\n");
+        for kind in ["bus", "truck", "motorcycle"] {
+            text += &format!("<vType id=\"{kind}\" vClass=\"{kind}\"/>\n");
+        }
+        let ways = [("left0A0", "C2right2"), ("bottom1B0", "B2top1"), ("right1C1", "A1left1"), ("top0A2", "C0bottom2")];
+        for k in 0..240 {
+            let (from, to) = ways[k % 4];
+            let kind = ["DEFAULT_VEHTYPE", "DEFAULT_VEHTYPE", "bus", "DEFAULT_VEHTYPE", "truck", "motorcycle"][k % 6];
+            text += &format!(
+                "<trip id=\"v{k}\" type=\"{kind}\" depart=\"{}\" from=\"{from}\" to=\"{to}\" departLane=\"best\"/>\n",
+                k / 2
+            );
+        }
+        fs::write(&file, text + "</routes>\n").expect("written");
+        Demand { files: vec![file], flows: Vec::new() }
+    }
+}
+
+/// What SUMO's program writes of a vehicle.
+#[derive(Debug)]
+struct Written {
+    place: [f64; 2],
+    angle_deg: f64,
+    speed_mps: f64,
+    lane: String,
+    lane_pos_m: f64,
+}
+
+/// All vehicles of every step by SUMO's own program.
+fn written(town: &Town, setup: &NetworkSetup, steps: usize) -> Vec<BTreeMap<String, Written>> {
+    let out = town.folder.path().join("fcd.xml");
+    let demand = setup.demand.files[0].to_str().expect("plain");
+    let end = (steps as f64 * STEP_S).to_string();
+    let (net, out_file) = (town.net.to_str().expect("plain"), out.to_str().expect("plain"));
+    run(
+        "sumo",
+        &[
+            "--net-file",
+            net,
+            "--route-files",
+            demand,
+            "--step-length",
+            "0.100",
+            "--default.carfollowmodel",
+            "IDM",
+            "--precision",
+            "16",
+            "--time-to-teleport",
+            "-1",
+            "--collision.action",
+            "none",
+            "--no-step-log",
+            "--no-warnings",
+            "--seed",
+            "7",
+            "--lanechange.duration",
+            "4",
+            "--fcd-output",
+            out_file,
+            "--end",
+            &end,
+        ],
+    );
+    let text = fs::read_to_string(&out).expect("read");
+    let document = Document::parse(&text).expect("XML");
+    let steps = document.root_element().children().filter(|node| node.has_tag_name("timestep"));
+    steps
+        .map(|step| {
+            let vehicles = step.children().filter(|node| node.has_tag_name("vehicle"));
+            vehicles
+                .map(|node| {
+                    let text = |name| node.attribute(name).expect("FCD has it").to_owned();
+                    let number = |name| text(name).parse::<f64>().expect("a number");
+                    let written = Written {
+                        place: [number("x"), number("y")],
+                        angle_deg: number("angle"),
+                        speed_mps: number("speed"),
+                        lane: text("lane"),
+                        lane_pos_m: number("pos"),
+                    };
+                    (text("id"), written)
+                })
+                .collect()
+        })
+        .collect()
+}
+
+#[test]
+fn every_vehicle_of_every_step_is_as_the_program_of_sumo_writes_it() {
+    const STEPS: usize = 2500;
+    let _alone = alone();
+    let town = Town::grid();
+    let setup = town.setup(town.trips());
+    let wanted = written(&town, &setup, STEPS);
+    assert_eq!(wanted.len(), STEPS);
+    let mut traffic = SumoNetwork::start(&setup).expect("it starts");
+    let mut names = BTreeMap::new();
+    let (mut compared, mut changes_of_lane, mut arrived, mut most) = (0, 0, 0, 0);
+    let mut lanes_before: BTreeMap<u32, u32> = BTreeMap::new();
+    for (step, wanted) in wanted.iter().enumerate() {
+        traffic.step(&[]).expect("a step");
+        for new in &traffic.changes().departed {
+            assert!(names.insert(new.id.0, new.clone()).is_none(), "no number is given twice");
+        }
+        arrived += traffic.changes().arrived.len();
+        assert!(traffic.vehicles().windows(2).all(|pair| pair[0].id < pair[1].id));
+        assert_eq!(traffic.vehicles().len(), wanted.len(), "step {step}");
+        most = most.max(wanted.len());
+        for vehicle in traffic.vehicles() {
+            let departure = &names[&vehicle.id.0];
+            let written = &wanted[&departure.name];
+            compare(vehicle, written, &setup, step);
+            compared += 1;
+            let lane = vehicle.lane.expect("on a lane");
+            let before = lanes_before.insert(vehicle.id.0, lane);
+            let edge = |lane: u32| setup.lanes[lane as usize].rsplit_once('_').expect("edge_index").0;
+            changes_of_lane += usize::from(before.is_some_and(|before| before != lane && edge(before) == edge(lane)));
+        }
+        // Sixteen links a junction with signals, of red, yellow and green.
+        assert_eq!(traffic.signals().len(), 16 * setup.signals.len(), "{}", String::from_utf8_lossy(traffic.signals()));
+        assert!(traffic.signals().iter().all(|state| b"rgGyY".contains(state)));
+    }
+    let kinds: Vec<VehicleKind> = names.values().map(|new| new.body.kind).collect();
+    for kind in [VehicleKind::Car, VehicleKind::Bus, VehicleKind::Truck, VehicleKind::Motorcycle] {
+        assert!(kinds.iter().filter(|other| **other == kind).count() >= 30, "{}", kind.name());
+    }
+    let in_all: BTreeSet<&String> = wanted.iter().flat_map(BTreeMap::keys).collect();
+    assert_eq!(names.values().map(|new| &new.name).collect::<BTreeSet<_>>(), in_all);
+    println!("{compared} states, {changes_of_lane} changes of lane, {arrived} arrived, at most {most} at once");
+    assert!(arrived > 100 && changes_of_lane > 20 && most > 40);
+}
+
+fn compare(found: &NetworkVehicle, written: &Written, setup: &NetworkSetup, step: usize) {
+    let what = || format!("step {step}: {found:?} instead of {written:?}");
+    let front = found.pose.front(found.body.length_m);
+    assert!(front.distance(glam::DVec2::from(written.place)) < 1e-9, "{}", what());
+    let apart = codrive::space::wrap_angle(found.pose.yaw_rad - (90.0 - written.angle_deg).to_radians());
+    assert!(apart.abs() < 1e-9 && (found.speed_mps - written.speed_mps).abs() < 1e-9, "{}", what());
+    assert!((found.s_m - written.lane_pos_m).abs() < 1e-9, "{}", what());
+    assert_eq!(found.lane.map(|lane| setup.lanes[lane as usize].as_str()), Some(written.lane.as_str()), "{}", what());
+}
+
+#[test]
+fn flows_bring_as_many_vehicles_of_each_kind_as_they_say() {
+    let _alone = alone();
+    let town = Town::grid();
+    let share = |kind, share| KindShare { kind, share };
+    let flow = Flow {
+        from: "left1A1".into(),
+        to: "C1right1".into(),
+        per_hour: 900.0,
+        mix: vec![share(VehicleKind::Car, 2.0), share(VehicleKind::Van, 1.0), share(VehicleKind::Truck, 1.0)],
+    };
+    let setup = town.setup(Demand { files: Vec::new(), flows: vec![flow] });
+    let mut traffic = SumoNetwork::start(&setup).expect("it starts");
+    let mut found: BTreeMap<&str, f64> = BTreeMap::new();
+    for _ in 0..12_000 {
+        traffic.step(&[]).expect("a step");
+        for new in &traffic.changes().departed {
+            *found.entry(new.body.kind.name()).or_default() += 1.0;
+        }
+    }
+    // 300 in 20 minutes, Poisson: four standard deviations.
+    for (kind, wanted) in [("car", 150.0), ("van", 75.0), ("truck", 75.0)] {
+        let count = found.get(kind).copied().unwrap_or_default();
+        assert!((count - wanted).abs() < 4.0 * f64::sqrt(wanted), "{count} of {wanted} {kind}s");
+    }
+}
+
+#[test]
+fn a_demand_that_cannot_be_is_refused_with_its_words() {
+    let _alone = alone();
+    let town = Town::grid();
+    let refused = |demand: Demand| {
+        let mut traffic = SumoNetwork::start(&town.setup(demand))?;
+        for _ in 0..20 {
+            traffic.step(&[])?;
+        }
+        Ok(())
+    };
+    let nowhere = town.folder.path().join("nowhere.rou.xml");
+    fs::write(&nowhere, "<routes><trip id=\"lost\" depart=\"0\" from=\"left1A1\" to=\"no_such_edge\"/></routes>")
+        .unwrap();
+    let of = |file: &Path| Demand { files: vec![file.into()], flows: Vec::new() };
+    let error: TrafficError = refused(of(&nowhere)).expect_err("there is no such edge");
+    assert!(error.to_string().contains("no_such_edge"), "{error}");
+    let absent = refused(of(Path::new("absent.rou.xml"))).expect_err("there is no such file");
+    assert!(absent.to_string().contains("absent.rou.xml"), "{absent}");
+}
