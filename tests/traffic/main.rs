@@ -1,5 +1,5 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives,
-//! `noise` about its strength, `sumo` about SUMO alone, `network` about roads on which vehicles come and go, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
+//! `noise` about its strength, `sumo` about SUMO alone, `network` about roads on which vehicles come and go, `network_ego` about an ego there, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
 //! socket, `fuel` about the emission model, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
 //! Metres, m/s, steps of 0.1 s.
 //!
@@ -10,6 +10,7 @@ mod ended;
 mod fuel;
 mod imposed;
 mod network;
+mod network_ego;
 mod networks;
 mod noise;
 mod remote;

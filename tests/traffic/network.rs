@@ -16,13 +16,13 @@ use std::{
 use tempfile::TempDir;
 
 /// A network in a folder of its own.
-struct Town {
-    folder: TempDir,
-    net: PathBuf,
+pub struct Town {
+    pub folder: TempDir,
+    pub net: PathBuf,
 }
 
 /// Runs a program of SUMO's.
-fn run(program: &str, arguments: &[&str]) {
+pub fn run(program: &str, arguments: &[&str]) {
     let home = sumo::home().expect("SUMO is here");
     let done = Command::new(home.join("bin").join(program)).env("SUMO_HOME", &home).args(arguments).output();
     let done = done.expect("SUMO's programs run");
@@ -31,7 +31,7 @@ fn run(program: &str, arguments: &[&str]) {
 
 impl Town {
     /// Three by three junctions with signals, two lanes each way.
-    fn grid() -> Self {
+    pub fn grid() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let net = folder.path().join("grid.net.xml");
         let file = net.to_str().expect("plain");
@@ -50,7 +50,7 @@ impl Town {
         ids.map(str::to_owned).collect()
     }
 
-    fn setup(&self, demand: Demand) -> NetworkSetup {
+    pub fn setup(&self, demand: Demand) -> NetworkSetup {
         NetworkSetup {
             net_file: self.net.clone(),
             lanes: self.ids("lane", "id"),

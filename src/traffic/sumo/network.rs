@@ -56,7 +56,7 @@ pub struct NetworkSetup {
 }
 
 /// Where an ego starts. Its id is its place in the list.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EgoStart {
     /// Index of the lane.
     pub lane: u32,
@@ -64,6 +64,9 @@ pub struct EgoStart {
     pub s_m: f64,
     /// Speed, m/s.
     pub speed_mps: f64,
+    /// Edges along which it is expected to drive, that of the lane first: others give way to it, or take theirs, by where it will cross
+    /// their path. Empty where nothing is known but the lane.
+    pub route: Vec<String>,
 }
 
 /// What an ego does in a step.
@@ -75,6 +78,8 @@ pub struct EgoReport {
     pub state: ExternalVehicleState,
     /// The lane on which it will be: where lanes cross, SUMO cannot know. `None` beside all lanes: nobody sees it there.
     pub lane: Option<u32>,
+    /// It heads against that lane's direction. Others are told of one that stands there: SUMO's vehicles know of none that comes towards them.
+    pub is_wrong_way: bool,
     /// Its lamps.
     pub lamps: VehicleLamps,
 }
@@ -126,7 +131,8 @@ impl SumoNetwork {
                 return Err(TrafficError::Setup(format!("the network has no lane {} for an ego", ego.lane)));
             };
             let name = format!("ego{k}");
-            shim.shim.add_route(&name, &[edge.to_owned()])?;
+            let route = if ego.route.is_empty() { vec![edge.to_owned()] } else { ego.route.clone() };
+            shim.shim.add_route(&name, &route)?;
             shim.add((&name, &name, super::NAME), ego.lane as usize, ego.s_m, ego.speed_mps)?;
         }
         let body = VehicleBody {
@@ -226,7 +232,8 @@ impl SumoNetwork {
             front = self.corner;
         }
         self.push(ego.id, NetworkCommandKind::MoveToXy, lane, [front.x, front.y, angle_deg]);
-        self.push(ego.id, NetworkCommandKind::PreviousSpeed, -1, [ego.state.speed_mps.max(0.0), 0.0, 0.0]);
+        let told_mps = if ego.is_wrong_way { 0.0 } else { ego.state.speed_mps.max(0.0) };
+        self.push(ego.id, NetworkCommandKind::PreviousSpeed, -1, [told_mps, 0.0, 0.0]);
         let VehicleLamps { brake, left, right, .. } = ego.lamps;
         let bits = [(brake, BRAKE), (left, LEFT), (right, RIGHT)];
         let lamps: u32 = bits.into_iter().map(|(lit, bit)| if lit { bit } else { 0 }).sum();
