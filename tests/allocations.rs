@@ -9,11 +9,16 @@ use codrive::{
     scenario::Scenario,
     sim::World,
     space::CAR_LENGTH_M,
-    traffic::{self, EngineChoice, ExternalVehicleState, ModelMixture, NoiseStreams, TrafficSetup},
+    traffic::{
+        self, Demand, EngineChoice, ExternalVehicleState, ModelMixture, NoiseStreams, TrafficSetup,
+        sumo::{self, NetworkSetup, SumoNetwork},
+    },
 };
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     cell::Cell,
+    fs,
+    process::Command,
     sync::{Arc, Mutex, MutexGuard},
 };
 
@@ -104,6 +109,75 @@ fn a_step_of_either_engine_asks_for_no_memory() {
             assert!(step == 0 || times == 0, "{engine:?}, step {step}: {times} times");
         }
     }
+}
+
+#[test]
+fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
+    let _guard = alone();
+    let folder = tempfile::tempdir().expect("a folder");
+    let home = sumo::home().expect("SUMO is here");
+    let net_file = folder.path().join("grid.net.xml");
+    let made = Command::new(home.join("bin/netgenerate"))
+        .env("SUMO_HOME", &home)
+        .args([
+            "--grid",
+            "--grid.number",
+            "3",
+            "--grid.attach-length",
+            "100",
+            "-L",
+            "2",
+            "--tls.guess",
+            "--output-file",
+        ])
+        .arg(&net_file)
+        .output()
+        .expect("SUMO's programs run");
+    assert!(made.status.success());
+    let text = fs::read_to_string(&net_file).expect("read");
+    let document = roxmltree::Document::parse(&text).expect("XML");
+    let ids = |tag: &str| -> Vec<String> {
+        document
+            .descendants()
+            .filter(|n| n.has_tag_name(tag))
+            .filter_map(|n| n.attribute("id"))
+            .map(Into::into)
+            .collect()
+    };
+    // Sixty vehicles in half a minute, and as many in the half minute after the next.
+    let ways = [("left0A0", "C2right2"), ("bottom1B0", "B2top1"), ("right1C1", "A1left1")];
+    let trip = |k: usize| {
+        let (from, to) = ways[k % 3];
+        let at = k as f64 / 2.0 + if k < 60 { 0.0 } else { 30.0 };
+        format!("<trip id=\"v{k}\" depart=\"{at}\" from=\"{from}\" to=\"{to}\" departLane=\"best\"/>")
+    };
+    let demand = folder.path().join("trips.rou.xml");
+    fs::write(&demand, format!("<routes>{}</routes>", (0..120).map(trip).collect::<String>())).expect("written");
+    let setup = NetworkSetup {
+        lanes: ids("lane"),
+        signals: ids("tlLogic"),
+        net_file,
+        corner: glam::DVec2::ZERO,
+        demand: Demand { files: vec![demand], flows: Vec::new() },
+        egos: Vec::new(),
+        idm: IdmParams::default(),
+        step_s: 0.1,
+        seed: 1,
+    };
+    let mut traffic = SumoNetwork::start(&setup).expect("it starts");
+    let (mut most, mut quiet, mut gone) = (0, 0, 0);
+    for step in 0..2400 {
+        let times = asked(|| traffic.step(&[]).unwrap());
+        let now = traffic.vehicles().len();
+        gone += traffic.changes().arrived.len();
+        if now <= most && traffic.changes().departed.is_empty() {
+            assert_eq!(times, 0, "step {step}: {times} times, {now} vehicles");
+            quiet += 1;
+        }
+        most = most.max(now);
+    }
+    println!("{quiet} steps, at most {most} vehicles, {gone} arrived");
+    assert!(quiet > 1500 && most > 30 && gone > 60);
 }
 
 /// What rapier 0.36 makes anew in each of its steps, of which a tick has four: the list of changed bodies, one of the pairs

@@ -1,7 +1,7 @@
 //! What needs no graphics: steps of the traffic engines, ticks of the ego and of the whole world. In: a scenario. Out: a
 //! [`SimulationReport`].
 
-use super::{TimeStatistics, now};
+use super::{TimeStatistics, network::network_step, now};
 use crate::{
     controls::Controls,
     drive_loop::{RunError, offline::OfflineDrive},
@@ -33,6 +33,8 @@ pub struct SumoTimes {
 pub struct SimulationReport {
     /// SUMO; `None` where it is not here.
     pub sumo_step: Option<SumoTimes>,
+    /// SUMO on a network of ten by ten junctions, and how many vehicles there were; `None` where it is not here.
+    pub network_step: Option<(SumoTimes, f64)>,
     /// A step of the native engine.
     pub native_step: TimeStatistics,
     /// A tick of the ego's physics among all cars.
@@ -49,22 +51,29 @@ pub struct SimulationReport {
 /// The scenario cannot be simulated.
 pub fn simulation(scenario: &Scenario) -> Result<SimulationReport, RunError> {
     let native = Scenario { traffic: EngineChoice::Native, ..scenario.clone() };
-    let sumo_step = match sumo(scenario) {
-        Ok(times) => Some(times),
-        Err(WorldError::Traffic(TrafficError::Absent(why))) => {
-            log::warn!("no SUMO to measure: {why}");
-            None
-        }
-        Err(error) => return Err(error.into()),
-    };
+    let sumo_step = if_here(sumo(scenario))?;
+    let network_step = if_here(network_step().map_err(WorldError::from))?;
     let (world_tick, times_real_time) = world(&native)?;
     Ok(SimulationReport {
         sumo_step,
+        network_step,
         native_step: native_steps(&native)?,
         ego_tick: ego(&native)?,
         world_tick,
         times_real_time,
     })
+}
+
+/// A measurement of SUMO; `None`, with a warning, where that is not on this machine.
+fn if_here<T>(times: Result<T, WorldError>) -> Result<Option<T>, WorldError> {
+    match times {
+        Ok(times) => Ok(Some(times)),
+        Err(WorldError::Traffic(TrafficError::Absent(why))) => {
+            log::warn!("no SUMO to measure: {why}");
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
 }
 
 fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {

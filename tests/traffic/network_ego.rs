@@ -342,7 +342,8 @@ fn those_who_change_lanes_see_a_slow_ego_and_pass_it() {
     let (lanes, slowest, nearest) = meets(&town, &vehicle("there", 20, ""), start(), 600, place);
     println!("{lanes:?}, at least {slowest:.2} m/s, {nearest:.2} m");
     assert!(lanes.starts_with(&[Some(right), Some(left)]), "{lanes:?}");
-    assert!(slowest > 5.0, "it does not queue: {slowest}");
+    // The ego drives at 3 m/s.
+    assert!(slowest > 3.5, "it does not queue: {slowest}");
     assert!(nearest > 3.0, "nor touch: {nearest}");
     // Beside all lanes nobody sees it, and it is where it is.
     let beside = |step: usize| (Pose::new(glam::dvec2(147.5 + 0.3 * step as f64, -12.0), 0.0), 3.0, None, false);

@@ -197,6 +197,12 @@ fn words(
             sumo.engine, sumo.full.median_us, sumo.bare.median_us, sumo.ratio
         ));
     }
+    if let Some((sumo, vehicles)) = &simulation.network_step {
+        lines.push(format!(
+            "the same, {vehicles:.0} vehicles on a grid of 10 x 10   {:.0} us, bare {:.0} us: ratio {:.3}",
+            sumo.full.median_us, sumo.bare.median_us, sumo.ratio
+        ));
+    }
     let row =
         |name: &str, times: &TimeStatistics| format!("{name}{:.1} us, 99 % below {:.1}", times.median_us, times.p99_us);
     lines.push(row("step of native traffic   ", &simulation.native_step));

@@ -152,8 +152,7 @@ impl SumoNetwork {
             description,
             shim,
         };
-        let seen = traffic.shim.look()?;
-        traffic.state.take(&seen, traffic.step_s)?;
+        traffic.read()?;
         Ok(traffic)
     }
 
@@ -208,6 +207,15 @@ impl SumoNetwork {
     /// SUMO failed.
     pub fn bare_step(&mut self) -> Result<(), TrafficError> {
         self.shim.shim.bare_step()
+    }
+
+    /// All vehicles and signals as they are, without a step: what has come and gone in a bare one.
+    ///
+    /// # Errors
+    /// SUMO failed.
+    pub fn read(&mut self) -> Result<(), TrafficError> {
+        let seen = self.shim.look()?;
+        self.state.take(&seen, self.step_s)
     }
 
     /// From the next step on SUMO drives a vehicle at this speed without regard to others; `None` gives it back to its model.
