@@ -164,7 +164,7 @@ impl SumoNetwork {
         for ego in egos {
             self.command(ego)?;
         }
-        let seen = self.shim.step(&self.commands)?;
+        let seen = self.shim.step(&self.commands, self.step_s)?;
         self.commands.clear();
         self.state.take(&seen, self.step_s)?;
         for ego in egos {

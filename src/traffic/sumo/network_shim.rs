@@ -96,7 +96,7 @@ impl Default for RawStep {
 pub(super) struct NetworkApi {
     pub begin: unsafe extern "C" fn(Texts, usize, Texts, usize, c_int) -> c_int,
     pub add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64, *mut u32) -> c_int,
-    pub step: unsafe extern "C" fn(*const NetworkCommand, usize, *mut RawStep) -> c_int,
+    pub step: unsafe extern "C" fn(*const NetworkCommand, usize, f64, *mut RawStep) -> c_int,
     pub look: unsafe extern "C" fn(*mut RawStep) -> c_int,
     pub end: unsafe extern "C" fn(),
 }
@@ -186,10 +186,10 @@ impl NetworkShim {
         Ok(number)
     }
 
-    /// The commands, one step, and what it has changed.
-    pub fn step(&mut self, commands: &[NetworkCommand]) -> Result<NetworkStep<'_>, TrafficError> {
+    /// The commands, one step of this length, and what it has changed.
+    pub fn step(&mut self, commands: &[NetworkCommand], step_s: f64) -> Result<NetworkStep<'_>, TrafficError> {
         let mut raw = RawStep::default();
-        let code = unsafe { (self.shim.api.network.step)(commands.as_ptr(), commands.len(), &raw mut raw) };
+        let code = unsafe { (self.shim.api.network.step)(commands.as_ptr(), commands.len(), step_s, &raw mut raw) };
         self.shim.check(code)?;
         Ok(Self::seen(&raw))
     }
