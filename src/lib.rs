@@ -12,6 +12,10 @@
 //!   scenario may change it), the step of traffic and policy. **hold**: how long one advice stands, a whole number of
 //!   steps. **frame**: one picture. **space**: a frame of reference ([`space`]).
 //! * **ego**: the participant's car. **traffic**: all other cars. **leader/follower**: the car ahead/behind in the lane.
+//! * **network**: all roads of a file. **edge**: lanes side by side in one direction. **lane**: a centre line with width, speed limit and
+//!   permissions. **junction**: an area where lanes meet, crossed on **internal lanes**. **connection**: from lane to lane, with right of way
+//!   and signal. **signal**: a program of phases over links ([`map::network`]).
+//! * **lane position**: lane, declared metres from its start, offset to the left. **path**: lanes that follow each other, open or closed.
 //! * **gap**: own front bumper to the leader's rear bumper. **headway**: front bumper to front bumper (SAE J2944).
 //! * **action**: what a policy puts out, an acceleration or a speed. **advice**: the target shown to the driver with
 //!   its acceptable **range**, its issue time and its hold ([`policy::Advice`]).
@@ -30,7 +34,7 @@
 //! lsl                          alone / mistakes in TOML / Lab Streaming Layer: streams of this program and of other devices
 //! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets /
 //! triggers                     bytes on a serial port, for amplifiers
-//! map                          road network as data: SUMO net.xml, parametric rings; lane <-> world
+//! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
 //! metrics                      results of a drive, means with intervals, figures

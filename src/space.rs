@@ -4,7 +4,7 @@
 //! bumper* and of a compass heading in degrees (0 north, clockwise): [`Pose::from_sumo`] and [`Pose::to_sumo`] are the
 //! only places where the two meet.
 
-use glam::{DVec2, dvec2};
+use glam::{DVec2, DVec3, dvec2};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Length of every car on screen, in rapier and in SUMO, metres (HC22): the gap that a driver sees is the gap that the
@@ -20,6 +20,29 @@ pub struct Pose {
     pub position: DVec2,
     /// Heading, radians, counter-clockwise from east, in (-pi, pi].
     pub yaw_rad: f64,
+}
+
+/// Place and heading on a road that may rise, world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose3 {
+    /// Where, metres.
+    pub position: DVec3,
+    /// Heading, radians, counter-clockwise from east, in (-pi, pi].
+    pub yaw_rad: f64,
+    /// Grade in the direction of the heading: the tangent of the slope's angle, positive uphill.
+    pub grade: f64,
+}
+
+impl Pose3 {
+    /// Angle of the slope, radians, positive uphill.
+    pub fn slope_rad(&self) -> f64 {
+        self.grade.atan()
+    }
+
+    /// The same on the ground plane.
+    pub fn flat(&self) -> Pose {
+        Pose { position: self.position.truncate(), yaw_rad: self.yaw_rad }
+    }
 }
 
 /// A vehicle's place as SUMO gives and takes it.

@@ -1,14 +1,17 @@
 //! The maps that exist on this machine. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a
 //! folder `maps/<name>/` with `net.xml` and `map.toml`, among the program's data or the person's.
 
-use super::{MapError, RoadMap, limits::MOST_BYTES, loop_search::route_of, net_xml::RoadNetwork};
+use super::{MapError, RoadMap, limits::MOST_BYTES, loop_search::route_of, network::Network};
 use crate::{
     data_folders,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     toml_text,
 };
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// A map of the folder `maps/`.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,23 +100,40 @@ fn is_path(name_or_path: &str) -> bool {
     name_or_path.contains(['/', '\\']) || name_or_path.ends_with(".xml")
 }
 
+/// Where the map of a name, or of a path, is: a folder, or a `net.xml`.
+fn place_of(name_or_path: &str) -> Result<PathBuf, MapError> {
+    let (path, is_path) = (Path::new(name_or_path), is_path(name_or_path));
+    let of_name = || folders().map(|folder| folder.join(name_or_path)).find(|folder| folder.join("net.xml").exists());
+    let place = if is_path { Some(path.to_path_buf()) } else { of_name() };
+    let place = place.unwrap_or_else(|| data_folders::root().join(MAPS).join(name_or_path));
+    if is_path || place.join("net.xml").exists() {
+        return Ok(place);
+    }
+    let maps = list();
+    let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();
+    let near = toml_text::did_you_mean(name_or_path, &known);
+    Err(MapError::UnknownMap { name: name_or_path.into(), near, known: super::listed(&known) })
+}
+
+impl Network {
+    /// Reads the network of a map, which need not have a closed route; named as for [`RoadMap::load`].
+    ///
+    /// # Errors
+    /// If there is no such map, or its network cannot be used; the message names file, line, value and remedy.
+    pub fn load(name_or_path: &str) -> Result<Self, MapError> {
+        let place = place_of(name_or_path)?;
+        let file = if place.is_dir() { place.join("net.xml") } else { place };
+        Self::read(&file, &read(&file, MOST_BYTES)?)
+    }
+}
+
 impl RoadMap {
     /// Loads a map by the name of its folder in `maps/`, or by the path of a `net.xml` or of a folder with one.
     ///
     /// # Errors
     /// If there is no such map, or its files cannot be used; the message names file, line, value and remedy.
     pub fn load(name_or_path: &str) -> Result<Self, MapError> {
-        let (path, is_path) = (Path::new(name_or_path), is_path(name_or_path));
-        let of_name =
-            || folders().map(|folder| folder.join(name_or_path)).find(|folder| folder.join("net.xml").exists());
-        let folder = if is_path { Some(path.to_path_buf()) } else { of_name() };
-        let folder = folder.unwrap_or_else(|| data_folders::root().join(MAPS).join(name_or_path));
-        if !is_path && !folder.join("net.xml").exists() {
-            let maps = list();
-            let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();
-            let near = toml_text::did_you_mean(name_or_path, &known);
-            return Err(MapError::UnknownMap { name: name_or_path.into(), near, known: super::listed(&known) });
-        }
+        let folder = place_of(name_or_path)?;
         match folder.parent() {
             _ if folder.is_dir() => Self::load_folder(&folder),
             // The net.xml of a map's folder is that map, with its title and its route.
@@ -140,11 +160,11 @@ impl RoadMap {
     /// Loads a `net.xml` with the edges of its route, or with the longest loop that it has.
     fn load_file(net_file: &Path, route: Option<&[String]>) -> Result<Self, MapError> {
         let text = read(net_file, MOST_BYTES)?;
-        let net = RoadNetwork::parse(net_file, &text)?;
-        let route = route_of(net_file, &net, route)?;
+        let network = Network::read(net_file, &text)?;
+        let route = route_of(net_file, &network, route)?;
         let file_name = net_file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let name = file_name.trim_end_matches(".xml").trim_end_matches(".net").to_owned();
-        Ok(Self { title: name.clone(), name, net_file: net_file.into(), route })
+        Ok(Self { title: name.clone(), name, net_file: net_file.into(), route, network: Arc::new(network) })
     }
 }
 

@@ -13,7 +13,7 @@ pub const MOST_IMPORT_BYTES: u64 = 256 << 20;
 /// The most tags, opening and closing: 88 bytes each once they are read.
 const MOST_TAGS: usize = 400_000;
 /// The most attributes: 72 bytes each once they are read.
-const MOST_ATTRIBUTES: usize = 1_200_000;
+const MOST_ATTRIBUTES: usize = 1_400_000;
 /// The most attributes of one element: the parser compares each with each.
 const MOST_ATTRIBUTES_OF_ONE: usize = 256;
 /// The most namespaces: the parser keeps them anew for each element below.

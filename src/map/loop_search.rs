@@ -1,10 +1,10 @@
-//! Finding a closed route in a network. In: a [`RoadNetwork`] and, if a person chose, its edges in order. Out: the lanes to
+//! Finding a closed route in a network. In: a [`Network`] and, if a person chose, its edges in order. Out: the lanes to
 //! drive, insides of junctions included, ready for [`Route`]. Deterministic: ties go to what the file names first.
 
 use super::{
     MapError, Route, RouteLane,
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
-    net_xml::RoadNetwork,
+    network::{Connection, Edge, JunctionId, Lane, LaneId, Network},
 };
 use crate::toml_text::did_you_mean;
 use glam::DVec2;
@@ -13,13 +13,13 @@ use std::{
     path::Path,
 };
 
-/// How many lanes the search for the longest loop may session in all; 2 million take about 0.1 s.
+/// How many lanes the search for the longest loop may visit in all; 2 million take about 0.1 s.
 const SEARCH_STEPS: usize = 2_000_000;
 /// Lanes further apart than this are joined by a curve, metres: netconvert rounds to 0.01 m.
 const GAP_M: f64 = 0.05;
 
-/// The closed route of `net`: along `edges` if given, else the longest loop that sessions no junction twice.
-pub(super) fn route_of(file: &Path, net: &RoadNetwork, edges: Option<&[String]>) -> Result<Route, MapError> {
+/// The closed route of `net`: along `edges` if given, else the longest loop that visits no junction twice.
+pub(super) fn route_of(file: &Path, net: &Network, edges: Option<&[String]>) -> Result<Route, MapError> {
     let chain = match edges {
         Some(edges) => along(file, net, edges)?,
         None => longest_loop(file, net)?,
@@ -30,18 +30,50 @@ pub(super) fn route_of(file: &Path, net: &RoadNetwork, edges: Option<&[String]>)
         let next = chain[(k + 1) % chain.len()];
         let left = lane_towards(net, entered, next);
         for lane in [entered, left] {
-            check_stretch(file, &net.lanes[lane].lane)?;
+            check_stretch(file, &route_lane(net, lane))?;
         }
         // A change of lanes makes a point each 2 m.
-        declared_m += net.lanes[entered].lane.length_m.max(net.lanes[left].lane.length_m);
+        declared_m += lane_at(net, entered).length_m.max(lane_at(net, left).length_m);
         check_length(file, declared_m)?;
-        lanes.push(change_lanes(&net.lanes[entered].lane, &net.lanes[left].lane));
-        lanes.extend(inside(net, left, next).into_iter().map(|lane| net.lanes[lane].lane.clone()));
+        lanes.push(change_lanes(&route_lane(net, entered), &route_lane(net, left)));
+        lanes.extend(inside(net, left, next).into_iter().map(|lane| route_lane(net, lane)));
     }
     extend_points(&mut lanes);
     check_gaps(file, &lanes)?;
     bridge_gaps(&mut lanes);
     Ok(Route::new(lanes))
+}
+
+fn lane_at(net: &Network, lane: usize) -> &Lane {
+    net.lane(LaneId::from_index(lane))
+}
+
+fn edge_at(net: &Network, lane: usize) -> &Edge {
+    net.edge_of(LaneId::from_index(lane))
+}
+
+/// True of a lane of a street that is open to passenger cars.
+fn drivable(net: &Network, lane: usize) -> bool {
+    lane_at(net, lane).admits_cars() && edge_at(net, lane).kind.is_street()
+}
+
+/// A lane on the ground plane: routes are flat.
+fn route_lane(net: &Network, lane: usize) -> RouteLane {
+    let (lane, edge) = (lane_at(net, lane), edge_at(net, lane));
+    RouteLane {
+        id: lane.id.clone(),
+        edge: edge.id.clone(),
+        start_s_m: 0.0,
+        length_m: lane.length_m,
+        speed_limit_mps: lane.speed_limit_mps,
+        width_m: lane.width_m,
+        shape: lane.shape().iter().map(|point| point.truncate()).collect(),
+    }
+}
+
+/// The first connection between two lanes.
+fn connection(net: &Network, from: usize, to: usize) -> Option<&Connection> {
+    net.connections_from(LaneId::from_index(from)).iter().find(|connection| connection.to.index() == to)
 }
 
 fn check_length(file: &Path, length_m: f64) -> Result<(), MapError> {
@@ -96,34 +128,34 @@ struct AllowedLinks {
 }
 
 /// All lanes of the edge that `lane` belongs to, for cars.
-fn beside(net: &RoadNetwork, lane: usize) -> impl Iterator<Item = usize> {
-    net.edges[net.lanes[lane].edge].lanes.clone().filter(|&lane| net.lanes[lane].passenger)
+fn beside(net: &Network, lane: usize) -> impl Iterator<Item = usize> {
+    edge_at(net, lane).lanes().map(LaneId::index).filter(|&lane| lane_at(net, lane).admits_cars())
 }
 
 /// Lanes that can be entered next, by the lane that was entered; the right-most goal first.
-fn links_by_lane(net: &RoadNetwork, allowed: AllowedLinks) -> Vec<Vec<usize>> {
-    let mut next = vec![Vec::new(); net.lanes.len()];
-    let outside = |lane: usize| net.lanes[lane].passenger && !net.edges[net.lanes[lane].edge].internal;
-    for link in &net.links {
-        if outside(link.from) && outside(link.to) && (allowed.turnarounds || !link.turnaround) {
-            let entered = beside(net, link.from).filter(|&lane| allowed.changes || lane == link.from);
-            entered.for_each(|lane| next[lane].push(link.to));
+fn links_by_lane(net: &Network, allowed: AllowedLinks) -> Vec<Vec<usize>> {
+    let mut next = vec![Vec::new(); net.lanes().len()];
+    for link in net.connections() {
+        let (from, to) = (link.from.index(), link.to.index());
+        if drivable(net, from) && drivable(net, to) && (allowed.turnarounds || !link.is_turnaround()) {
+            let entered = beside(net, from).filter(|&lane| allowed.changes || lane == from);
+            entered.for_each(|lane| next[lane].push(to));
         }
     }
     for goals in &mut next {
-        goals.sort_by_key(|&lane| (lane - net.edges[net.lanes[lane].edge].lanes.start, lane));
+        goals.sort_by_key(|&lane| (net.index_in_edge(LaneId::from_index(lane)), lane));
         goals.dedup();
     }
     next
 }
 
 /// The lane by which an edge is left for `next`: the one that was entered if it leads there, else the right-most that does.
-fn lane_towards(net: &RoadNetwork, entered: usize, next: usize) -> usize {
-    let leads = |lane: &usize| net.link(*lane, next).is_some();
+fn lane_towards(net: &Network, entered: usize, next: usize) -> usize {
+    let leads = |lane: &usize| connection(net, *lane, next).is_some();
     std::iter::once(entered).chain(beside(net, entered)).find(leads).unwrap_or(entered)
 }
 
-fn longest_loop(file: &Path, net: &RoadNetwork) -> Result<Vec<usize>, MapError> {
+fn longest_loop(file: &Path, net: &Network) -> Result<Vec<usize>, MapError> {
     // Best first: keeping the lane, then changing lanes; crossing oneself and turning on the spot only where it must be.
     let links = |changes, turnarounds| links_by_lane(net, AllowedLinks { changes, turnarounds });
     let found = longest_without_crossing(net, &links(false, false))
@@ -131,7 +163,7 @@ fn longest_loop(file: &Path, net: &RoadNetwork) -> Result<Vec<usize>, MapError> 
         .or_else(|| any_loop(&links(true, false)))
         .or_else(|| any_loop(&links(true, true)));
     let mut found = found.ok_or_else(|| {
-        let lanes = net.lanes.iter().filter(|lane| lane.passenger && !net.edges[lane.edge].internal).count();
+        let lanes = (0..net.lanes().len()).filter(|&lane| drivable(net, lane)).count();
         let detail = format!("{lanes} lanes are open to passenger cars, and no chain of them returns to its start");
         MapError::NoRoute { file: file.into(), detail }
     })?;
@@ -141,16 +173,18 @@ fn longest_loop(file: &Path, net: &RoadNetwork) -> Result<Vec<usize>, MapError> 
     Ok(found)
 }
 
-/// Depth first from every lane, each with an equal share of the steps; the longest loop that sessions no junction twice.
-fn longest_without_crossing(net: &RoadNetwork, next: &[Vec<usize>]) -> Option<Vec<usize>> {
+/// Depth first from every lane, each with an equal share of the steps; the longest loop that visits no junction twice.
+fn longest_without_crossing(net: &Network, next: &[Vec<usize>]) -> Option<Vec<usize>> {
     let next = peel(next);
     let starts: Vec<usize> = (0..next.len()).filter(|&lane| !next[lane].is_empty()).collect();
     let share = (SEARCH_STEPS / starts.len().max(1)).clamp(1_000, 200_000);
-    let junction = |lane: usize| net.edges[net.lanes[lane].edge].to_junction;
+    // An edge that ends in no junction ends alone.
+    let alone = |lane: usize| net.junctions().len() + lane_at(net, lane).edge.index();
+    let junction = |lane: usize| edge_at(net, lane).to.map_or_else(|| alone(lane), JunctionId::index);
     // An edge counts as long as its right-most lane, so that an outer lane does not win over the right-most.
-    let weight_m = |lane: usize| net.lanes[net.edges[net.lanes[lane].edge].lanes.start].lane.length_m;
+    let weight_m = |lane: usize| edge_at(net, lane).lanes().next().map_or(0.0, |first| net.lane(first).length_m);
     let mut best: (f64, Option<Vec<usize>>) = (0.0, None);
-    let mut visited = vec![false; net.edges.len()];
+    let mut visited = vec![false; net.junctions().len() + net.edges().len()];
     for start in starts {
         let mut path = vec![(start, 0)];
         let mut length_m = weight_m(start);
@@ -245,14 +279,14 @@ fn on_a_loop(next: &[Vec<usize>], mut lane: usize) -> usize {
 }
 
 /// The lanes along the edges that a person named, the right-most that lead all the way round.
-fn along(file: &Path, net: &RoadNetwork, edges: &[String]) -> Result<Vec<usize>, MapError> {
-    let outside = net.edges.iter().enumerate().filter(|(_, edge)| !edge.internal);
-    let index_of: BTreeMap<&str, usize> = outside.map(|(index, edge)| (edge.id.as_str(), index)).collect();
+fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, MapError> {
+    let streets = || net.edges().iter().filter(|edge| edge.kind.is_street());
+    let edge_of_id: BTreeMap<&str, &Edge> = streets().map(|edge| (edge.id.as_str(), edge)).collect();
     let mut named = BTreeSet::new();
-    let mut indices = Vec::new();
+    let mut chosen = Vec::new();
     for id in edges {
         let bad = |problem| {
-            let known: Vec<&str> = net.edges.iter().filter(|e| !e.internal).map(|e| e.id.as_str()).collect();
+            let known: Vec<&str> = streets().map(|edge| edge.id.as_str()).collect();
             let is_there = known.contains(&id.as_str());
             let near = if is_there { String::new() } else { did_you_mean(id, &known) };
             MapError::RouteEdge { file: file.into(), edge: id.clone(), problem, near, known: super::listed(&known) }
@@ -260,14 +294,14 @@ fn along(file: &Path, net: &RoadNetwork, edges: &[String]) -> Result<Vec<usize>,
         if !named.insert(id) {
             return Err(bad("is named twice"));
         }
-        indices.push(*index_of.get(id.as_str()).ok_or_else(|| bad("does not exist"))?);
+        chosen.push(*edge_of_id.get(id.as_str()).ok_or_else(|| bad("does not exist"))?);
     }
     let mut furthest = 0;
     for changes in [false, true] {
         let next = links_by_lane(net, AllowedLinks { changes, turnarounds: true });
         let lanes_of = |k: usize| {
-            let edge = &net.edges[indices[k % indices.len()]];
-            edge.lanes.clone().filter(|&lane| net.lanes[lane].passenger)
+            let lanes = chosen[k % chosen.len()].lanes().map(LaneId::index);
+            lanes.filter(|&lane| lane_at(net, lane).admits_cars())
         };
         for start in (0..edges.len().min(1)).flat_map(lanes_of) {
             // All chains at once: which lanes of edge k can be reached, and from where.
@@ -304,13 +338,14 @@ fn along(file: &Path, net: &RoadNetwork, edges: &[String]) -> Result<Vec<usize>,
 }
 
 /// The lanes inside the junction between two lanes that are linked, in driving order.
-fn inside(net: &RoadNetwork, from: usize, to: usize) -> Vec<usize> {
+fn inside(net: &Network, from: usize, to: usize) -> Vec<usize> {
     let mut lanes = Vec::new();
-    let mut via = net.link(from, to).and_then(|link| link.via);
+    let via_of = |lane: usize| connection(net, lane, to).and_then(|link| link.via).map(LaneId::index);
+    let mut via = via_of(from);
     // netconvert makes two or three of them; a network that leads in circles inside a junction is not followed.
     while let Some(lane) = via.filter(|lane| lanes.len() < 16 && !lanes.contains(lane)) {
         lanes.push(lane);
-        via = net.link(lane, to).and_then(|link| link.via);
+        via = via_of(lane);
     }
     lanes
 }

@@ -1,8 +1,9 @@
-//! The road network as data. In: a map's name or a SUMO `net.xml`. Out: a [`RoadMap`]: one closed [`Route`] of lanes
-//! with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
+//! The road network as data. In: a map's name or a SUMO `net.xml`. Out: a [`RoadMap`]: the whole [`Network`](network::Network), and one
+//! closed [`Route`] of its lanes, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
-//! `net_xml` reads a network, `cycle` finds the closed route in it, `catalog` knows the folder `maps/`, [`import()`] fills
-//! it from other formats; [`ring`] and [`circuit`] make new networks and `write` writes them as SUMO reads them.
+//! [`network`] reads and writes networks, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
+//! closed route, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
+//! networks and `write` writes them as SUMO reads them.
 
 mod catalog;
 pub mod circuit;
@@ -16,6 +17,7 @@ mod net_check;
 #[cfg(test)]
 mod net_tests;
 mod net_xml;
+pub mod network;
 pub mod ring;
 mod route;
 #[cfg(test)]
@@ -28,7 +30,8 @@ pub use import::import;
 pub use route::{Route, RouteLane, RoutePosition};
 
 use glam::DVec2;
-use std::path::PathBuf;
+use network::Network;
+use std::{path::PathBuf, sync::Arc};
 
 /// Asphalt beyond the lane's edge on either side, metres: what is drawn and what the tyres feel.
 pub const SHOULDER_M: f64 = 0.4;
@@ -44,6 +47,8 @@ pub struct RoadMap {
     pub net_file: PathBuf,
     /// The closed route.
     pub route: Route,
+    /// All roads of the file.
+    pub network: Arc<Network>,
 }
 
 impl RoadMap {

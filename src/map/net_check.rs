@@ -16,7 +16,11 @@ const SIGNAL_TYPES: &str = "static actuated delay_based NEMA railSignal railCros
                             sotl_request sotl_wave sotl_marching swarm deterministic";
 const SIGNALS: &str = "rRgGyYoOsSuU";
 const LINK_STATES: &str = "-=oOrRgGyYuUmMswaZ";
-const DIRECTIONS: &str = "s t l r L R invalid";
+/// "T" turns back with left-hand traffic.
+const DIRECTIONS: &str = "s t T l r L R invalid";
+
+/// The most links of a junction in SUMO.
+const MOST_LINKS: usize = 256;
 
 /// What elements may refer to.
 #[derive(Default)]
@@ -26,6 +30,8 @@ struct KnownNames<'a> {
     junctions: BTreeSet<&'a str>,
     /// Lengths of the shortest state of each signal.
     signals: BTreeMap<&'a str, usize>,
+    /// Junctions of railways, whose signals SUMO makes itself where the file has none.
+    railways: BTreeSet<&'a str>,
 }
 
 /// What connections have to agree with.
@@ -75,6 +81,9 @@ pub(super) fn check<'input>(reader: &NetReader<'_, 'input>, root: Node<'_, 'inpu
                 if !names.junctions.insert(id) {
                     return Err(reader.value(node, "id", "a name that no other junction has"));
                 }
+                if matches!(node.attribute("type"), Some("rail_signal" | "rail_crossing")) {
+                    names.railways.insert(id);
+                }
             }
             "tlLogic" => signal(reader, node, &mut names)?,
             "location" => {
@@ -90,6 +99,9 @@ pub(super) fn check<'input>(reader: &NetReader<'_, 'input>, root: Node<'_, 'inpu
             }
             _ => {}
         }
+    }
+    for id in &names.railways {
+        names.signals.entry(id).or_insert(MOST_LINKS);
     }
     let version = root.attribute("version").and_then(|version| version.split_once('.'));
     let versioned = version.is_some_and(|(a, b)| a.parse::<u16>().is_ok() && b.parse::<u16>().is_ok());
@@ -358,7 +370,8 @@ fn connection<'a, 'input>(
         };
         for attribute in ["linkIndex", "linkIndex2"] {
             let text = node.attribute(attribute);
-            let inside = text.is_some_and(|text| text.trim().parse().is_ok_and(|k: usize| k < *length));
+            let free = names.railways.contains(signal) && text.is_some_and(|text| text.trim() == "-1");
+            let inside = free || text.is_some_and(|text| text.trim().parse().is_ok_and(|k: usize| k < *length));
             if !inside && (text.is_some() || attribute == "linkIndex") {
                 return Err(reader.value(node, attribute, "the place of a letter in the states of its signal"));
             }

@@ -80,7 +80,7 @@ pub(super) mod tests {
     use super::*;
     use crate::map::{Route, RouteLane};
     use glam::{DVec2, dvec2};
-    use std::f64::consts::TAU;
+    use std::{f64::consts::TAU, sync::Arc};
 
     fn map(name: &str, shape: Vec<DVec2>, width_m: f64) -> RoadMap {
         let lane = RouteLane {
@@ -92,7 +92,13 @@ pub(super) mod tests {
             width_m,
             shape,
         };
-        RoadMap { name: name.into(), title: name.into(), net_file: "none".into(), route: Route::new(vec![lane]) }
+        RoadMap {
+            name: name.into(),
+            title: name.into(),
+            net_file: "none".into(),
+            route: Route::new(vec![lane]),
+            network: Arc::default(),
+        }
     }
 
     /// A ring of this circumference, driven counter-clockwise, 3.2 m wide.

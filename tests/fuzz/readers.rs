@@ -6,7 +6,10 @@ use super::mutate;
 use codrive::{
     driver::{DriverParams, DriversFile},
     input::{WheelProfile, profiles},
-    map::{RoadMap, circuit},
+    map::{
+        RoadMap, circuit,
+        network::{LanePosition, Network as RoadNetwork},
+    },
     policy::{Network, Observation, OnnxPolicy, Policy},
     record::{self, Manifest, Table},
     rng::Stream,
@@ -121,6 +124,24 @@ fn used(map: &RoadMap) {
         assert!(point.is_finite() && yaw.is_finite(), "{point} {yaw} at {s_m} of {length_m}");
         assert!(map.route.project(point, Some(s_m)).s_m.is_finite());
     }
+}
+
+/// Finds places on a network's lanes, counts what it has, and writes it.
+fn used_network(network: &RoadNetwork) {
+    let every = network.lanes().len().div_ceil(40).max(1);
+    for lane in network.lane_ids().step_by(every) {
+        for (s_m, offset_m) in [(0.0, 0.0), (0.4 * network.lane(lane).length_m, 1.0)] {
+            let pose = network.pose(LanePosition { lane, s_m, offset_m });
+            assert!(pose.position.is_finite() && pose.yaw_rad.is_finite() && pose.grade.is_finite(), "{pose:?}");
+            for hint in [None, Some(lane)] {
+                let found = network.locate(pose.position, hint);
+                assert!(found.is_none_or(|at| at.s_m.is_finite() && at.offset_m.is_finite()), "{found:?}");
+            }
+        }
+    }
+    assert!(network.census().lanes <= network.lanes().len());
+    let again = RoadNetwork::read(Path::new("again.net.xml"), &network.to_net_xml());
+    assert!(again.is_ok_and(|again| again == *network), "what was written is not what was read");
 }
 
 fn with_file(file: PathBuf, read: impl Fn(&Path) -> bool + 'static) -> Read {
@@ -267,6 +288,26 @@ fn networks(folder: &Path) -> Vec<Reader> {
                 RoadMap::load(file.to_str().unwrap()).is_ok_and(|map| {
                     used(&map);
                     true
+                })
+            }),
+        },
+        Reader {
+            name: "network",
+            good: shipped(
+                &["figure-eight", "hill", "one-way", "ramps", "town", "track"]
+                    .map(|name| format!("tests/data/networks/{name}.net.xml"))
+                    .each_ref()
+                    .map(String::as_str),
+            ),
+            change: mutate::text,
+            share: 500,
+            read: Box::new(|bytes| {
+                let read = text(bytes).map(|text| RoadNetwork::read(Path::new("fuzz.net.xml"), text));
+                read.is_some_and(|read| {
+                    read.is_ok_and(|network| {
+                        used_network(&network);
+                        true
+                    })
                 })
             }),
         },

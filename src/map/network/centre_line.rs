@@ -1,0 +1,261 @@
+//! The centre line of a lane, and the two ways between it and the world. In: the shape of a lane and its declared length. Out:
+//! the pose at a place in the lane, and the place nearest to a point. Metres; s in declared metres, offset positive to the left.
+//!
+//! A lane is a strip. Where its line has a corner, the strip is mitred: both sides meet on the line that halves the angle, as the
+//! edges of a road do. Each piece of the strip is a quadrilateral whose sides run along its segment, so that both ways are a few
+//! multiplications and each is exactly the inverse of the other. It is not where the quadrilateral is turned inside out, beyond the offsets
+//! of [`CentreLine::unfolded`]; and where a strip reaches over itself, on the inside of tight bends, a point has two places, of
+//! which the one that is nearer to the line is found.
+
+use crate::space::{Pose3, wrap_angle};
+use glam::{DVec2, DVec3};
+
+/// Points closer than this on the ground are one, metres.
+const SAME_M: f64 = 1e-6;
+/// A line that is one point gets this extent, metres: netconvert writes the inside of a junction of no size so.
+const EXTENT_M: f64 = 1e-4;
+/// The most that a mitre leans, as the tangent of half the turn: a corner of 150 degrees. Beyond, the strip has a gap.
+const MOST_LEAN: f64 = 3.732;
+
+/// A lane's centre line: points with their positions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CentreLine {
+    /// At least two, no two in a row the same on the ground.
+    points: Box<[DVec3]>,
+    /// Position of each point, declared metres; the last is the lane's length.
+    positions_m: Box<[f64]>,
+}
+
+/// The place on a line that is nearest to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Foot {
+    /// Position, declared metres.
+    pub s_m: f64,
+    /// Metres from the line, positive to the left.
+    pub offset_m: f64,
+    /// How far the place found is from the point on the ground, metres: 0 but for points before the start or beyond the end.
+    pub miss_m: f64,
+    /// How far the point is above the line, metres.
+    pub above_m: f64,
+    /// Distance between the point and the line, metres; where the point is in no piece of the strip, what is missed counts twice.
+    pub distance_m: f64,
+    /// Heading of the line there, radians.
+    pub yaw_rad: f64,
+}
+
+/// One segment: where it begins, its direction on the ground, its length there and how its two ends lean.
+struct Segment {
+    start: DVec3,
+    along: DVec2,
+    length_m: f64,
+    rise_m: f64,
+    lean_start: f64,
+    lean_end: f64,
+}
+
+impl Segment {
+    /// Length of the parallel at `offset_m`, metres; not positive where the piece is turned inside out.
+    fn parallel_m(&self, offset_m: f64) -> f64 {
+        self.length_m + offset_m * (self.lean_end - self.lean_start)
+    }
+}
+
+impl CentreLine {
+    /// The line through `shape`. One that is a single point gets an extent of 0.1 mm in the direction `heading`.
+    pub(super) fn new(shape: &[DVec3], length_m: f64, heading: DVec2) -> Self {
+        let mut points: Vec<DVec3> = Vec::with_capacity(shape.len());
+        for point in shape {
+            if points.last().is_none_or(|last| last.truncate().distance(point.truncate()) >= SAME_M) {
+                points.push(*point);
+            }
+        }
+        if points.len() < 2 {
+            let point = points.first().copied().unwrap_or_default();
+            points = vec![point - (heading * EXTENT_M).extend(0.0), point];
+        }
+        let drawn_m: f64 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+        let mut positions_m = Vec::with_capacity(points.len());
+        let mut so_far_m = 0.0;
+        positions_m.push(0.0);
+        for pair in points.windows(2) {
+            so_far_m += pair[0].distance(pair[1]);
+            positions_m.push(so_far_m / drawn_m * length_m);
+        }
+        if let Some(last) = positions_m.last_mut() {
+            *last = length_m;
+        }
+        Self { points: points.into(), positions_m: positions_m.into() }
+    }
+
+    /// The points, no two in a row the same.
+    pub fn points(&self) -> &[DVec3] {
+        &self.points
+    }
+
+    /// Declared length, metres.
+    pub fn length_m(&self) -> f64 {
+        self.positions_m[self.positions_m.len() - 1]
+    }
+
+    /// Length as drawn, heights included, metres.
+    pub fn drawn_m(&self) -> f64 {
+        self.points.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
+    }
+
+    /// Direction at the end on the ground, unit length.
+    pub fn end_direction(&self) -> DVec2 {
+        self.direction(self.segments() - 1)
+    }
+
+    /// Direction at the start on the ground, unit length.
+    pub fn start_direction(&self) -> DVec2 {
+        self.direction(0)
+    }
+
+    /// Number of segments.
+    pub fn segments(&self) -> usize {
+        self.points.len() - 1
+    }
+
+    fn direction(&self, k: usize) -> DVec2 {
+        (self.points[k + 1] - self.points[k]).truncate().normalize_or(DVec2::X)
+    }
+
+    /// Tangent of half the turn at point `k`, positive to the left: how far the mitre there leans.
+    fn lean(&self, k: usize) -> f64 {
+        if k == 0 || k == self.segments() {
+            return 0.0;
+        }
+        let (before, after) = (self.direction(k - 1), self.direction(k));
+        let halved = 1.0 + before.dot(after);
+        (before.perp_dot(after) / halved.max(1e-12)).clamp(-MOST_LEAN, MOST_LEAN)
+    }
+
+    fn segment(&self, k: usize) -> Segment {
+        let (start, end) = (self.points[k], self.points[k + 1]);
+        let step = (end - start).truncate();
+        let length_m = step.length();
+        Segment {
+            start,
+            along: step / length_m,
+            length_m,
+            rise_m: end.z - start.z,
+            lean_start: self.lean(k),
+            lean_end: -self.lean(k + 1),
+        }
+    }
+
+    fn segment_at(&self, s_m: f64) -> usize {
+        let after = self.positions_m.partition_point(|position| *position <= s_m);
+        after.clamp(1, self.segments()) - 1
+    }
+
+    /// The pose at a position, brought into the lane, and an offset.
+    pub fn pose(&self, s_m: f64, offset_m: f64) -> Pose3 {
+        let s_m = s_m.clamp(0.0, self.length_m());
+        let k = self.segment_at(s_m);
+        let segment = self.segment(k);
+        let (from_m, to_m) = (self.positions_m[k], self.positions_m[k + 1]);
+        let fraction = if to_m > from_m { ((s_m - from_m) / (to_m - from_m)).clamp(0.0, 1.0) } else { 0.0 };
+        let along_m = offset_m * segment.lean_start + fraction * segment.parallel_m(offset_m);
+        let ground = segment.start.truncate() + segment.along * along_m + segment.along.perp() * offset_m;
+        Pose3 {
+            position: ground.extend(segment.start.z + fraction * segment.rise_m),
+            yaw_rad: self.yaw_at(k, s_m),
+            grade: segment.rise_m / segment.length_m,
+        }
+    }
+
+    /// Direction at `s_m` in segment `here`, smooth across the joints as that of [`Route`](crate::map::Route): around each it turns
+    /// evenly, over half of either segment but no further than the other one is long. At the lane's ends it is the segment's own.
+    fn yaw_at(&self, here: usize, s_m: f64) -> f64 {
+        let length_m = |k: usize| self.positions_m[k + 1] - self.positions_m[k];
+        let yaw = |k: usize| self.direction(k).to_angle();
+        let after_start_m = s_m - self.positions_m[here];
+        let (from, to, past_joint_m) = if after_start_m < length_m(here) / 2.0 {
+            if here == 0 {
+                return yaw(here);
+            }
+            (here - 1, here, after_start_m)
+        } else {
+            if here + 1 == self.segments() {
+                return yaw(here);
+            }
+            (here, here + 1, after_start_m - length_m(here))
+        };
+        let before_joint_m = (length_m(from) / 2.0).min(length_m(to));
+        let after_joint_m = (length_m(to) / 2.0).min(length_m(from));
+        let around_m = before_joint_m + after_joint_m;
+        let fraction = if around_m > 0.0 { ((past_joint_m + before_joint_m) / around_m).clamp(0.0, 1.0) } else { 0.0 };
+        wrap_angle(yaw(from) + wrap_angle(yaw(to) - yaw(from)) * fraction)
+    }
+
+    /// Distance on the ground between a point and segment `k`, metres: cheap, and at most four times what
+    /// [`CentreLine::foot`] finds there (a mitre of 150 degrees is 3.9 times as long as its strip is wide).
+    pub(super) fn rough_distance_m(&self, k: usize, point: DVec3) -> f64 {
+        let (start, end) = (self.points[k].truncate(), self.points[k + 1].truncate());
+        let (step, there) = (end - start, point.truncate() - start);
+        let fraction = (there.dot(step) / step.length_squared()).clamp(0.0, 1.0);
+        (there - step * fraction).length()
+    }
+
+    /// The place in segment `k` that is nearest to a point.
+    pub(super) fn foot(&self, k: usize, point: DVec3) -> Foot {
+        let segment = self.segment(k);
+        let there = (point - segment.start).truncate();
+        let offset_m = segment.along.perp_dot(there);
+        let along_m = segment.along.dot(there);
+        let parallel_m = segment.parallel_m(offset_m);
+        let fraction = if parallel_m > SAME_M * segment.length_m {
+            (along_m - offset_m * segment.lean_start) / parallel_m
+        } else {
+            along_m / segment.length_m
+        };
+        let beside = (0.0..=1.0).contains(&fraction);
+        let fraction = fraction.clamp(0.0, 1.0);
+        let beyond_m = along_m - offset_m * segment.lean_start - fraction * parallel_m;
+        let above_m = point.z - segment.start.z - fraction * segment.rise_m;
+        let (from_m, to_m) = (self.positions_m[k], self.positions_m[k + 1]);
+        Foot {
+            s_m: from_m + fraction * (to_m - from_m),
+            offset_m,
+            miss_m: beyond_m.abs(),
+            above_m,
+            // In a piece it is as far as its parallel. Pieces of a wavy line reach over each other by a little, and a place that is the
+            // point's goes before a place near it.
+            distance_m: if beside { offset_m.abs() } else { self.rough_distance_m(k, point) + beyond_m.abs() }
+                .hypot(above_m),
+            yaw_rad: segment.along.to_angle(),
+        }
+    }
+
+    /// The place on the line that is nearest to a point.
+    pub(super) fn nearest(&self, point: DVec3) -> Foot {
+        let mut best = self.foot(0, point);
+        for k in 1..self.segments() {
+            if self.rough_distance_m(k, point) <= 4.0 * best.distance_m {
+                let foot = self.foot(k, point);
+                if foot.distance_m < best.distance_m {
+                    best = foot;
+                }
+            }
+        }
+        best
+    }
+
+    /// Offsets between which no piece of the strip is turned inside out, metres: right (negative) and left. On the inside of a
+    /// tight bend a wide lane reaches beyond them, and a place there is not that of one position alone.
+    pub fn unfolded(&self) -> (f64, f64) {
+        let mut limits = (f64::NEG_INFINITY, f64::INFINITY);
+        for k in 0..self.segments() {
+            let segment = self.segment(k);
+            let leans = segment.lean_end - segment.lean_start;
+            if leans < 0.0 {
+                limits.1 = limits.1.min(segment.length_m / -leans);
+            } else if leans > 0.0 {
+                limits.0 = limits.0.max(-segment.length_m / leans);
+            }
+        }
+        limits
+    }
+}

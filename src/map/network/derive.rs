@@ -1,0 +1,120 @@
+//! What follows from a network's elements once all are read: who leads into a lane, which connection is which link, what each signal
+//! rules, directions of lanes that are points, and the grid. In: a network with its lists filled. Out: the same, complete.
+
+use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, JunctionId, LaneId, Network, grid::SegmentGrid};
+use glam::DVec2;
+
+impl Network {
+    /// Fills what follows from the lists.
+    pub(super) fn derive(&mut self) {
+        self.order_ids();
+        self.chain_lanes();
+        self.turn_points();
+        self.name_links();
+        self.list_signals();
+        self.grid = SegmentGrid::new(self);
+    }
+
+    fn order_ids(&mut self) {
+        let mut lanes: Vec<LaneId> = self.lane_ids().collect();
+        lanes.sort_by_key(|lane| &self.lane(*lane).id);
+        let mut edges: Vec<EdgeId> = self.edge_ids().collect();
+        edges.sort_by_key(|edge| &self.edge(*edge).id);
+        let mut junctions: Vec<JunctionId> = (0..self.junctions.len()).map(JunctionId::from_index).collect();
+        junctions.sort_by_key(|junction| &self.junction(*junction).id);
+        (self.lanes_by_id, self.edges_by_id, self.junctions_by_id) = (lanes, edges, junctions);
+    }
+
+    fn chain_lanes(&mut self) {
+        let n = self.lanes.len();
+        let starts = |of: &dyn Fn(usize) -> usize| {
+            let mut starts = vec![0u32; n + 1];
+            (0..self.connections.len()).for_each(|k| starts[of(k) + 1] += 1);
+            for lane in 0..n {
+                starts[lane + 1] += starts[lane];
+            }
+            starts
+        };
+        let (outgoing, incoming_starts) =
+            (starts(&|k| self.connections[k].from.index()), starts(&|k| self.connections[k].next().index()));
+        let mut free = incoming_starts.clone();
+        let mut incoming = vec![LaneId::from_index(0); self.connections.len()];
+        for connection in &self.connections {
+            let place = &mut free[connection.next().index()];
+            incoming[*place as usize] = connection.from;
+            *place += 1;
+        }
+        (self.outgoing, self.incoming, self.incoming_starts) = (outgoing, incoming, incoming_starts);
+    }
+
+    /// A lane that is one point gets the direction in which it is entered, or else left.
+    fn turn_points(&mut self) {
+        for lane in 0..self.lanes.len() {
+            let id = LaneId::from_index(lane);
+            let shape = self.lanes[lane].shape();
+            if shape.iter().any(|point| point.truncate() != shape[0].truncate()) {
+                continue;
+            }
+            let before = self.predecessors(id).first().map(|lane| self.lane(*lane).line.end_direction());
+            let after = || self.successors(id).next().map(|lane| self.lane(lane).line.start_direction());
+            let heading = before.or_else(after).unwrap_or(DVec2::X);
+            let line = CentreLine::new(self.lanes[lane].shape(), self.lanes[lane].length_m, heading);
+            self.lanes[lane].line = line;
+        }
+    }
+
+    /// SUMO counts the links of a junction through its incoming lanes, and through the connections of each; ways onto a walking area
+    /// are none. Where that is not as many as the junction has rules, the lanes inside it say which link is which.
+    fn name_links(&mut self) {
+        for junction in 0..self.junctions.len() {
+            let n = self.junctions[junction].links.len();
+            if n == 0 {
+                continue;
+            }
+            let kind = |lane: LaneId| self.edge_of(lane).kind;
+            let is_link = |k: usize| {
+                let (from, to) = (kind(self.connections[k].from), kind(self.connections[k].to));
+                to != EdgeKind::WalkingArea && (from != EdgeKind::WalkingArea || to == EdgeKind::Crossing)
+            };
+            let ways = |lane: &LaneId| self.outgoing[lane.index()] as usize..self.outgoing[lane.index() + 1] as usize;
+            let counted: Vec<usize> =
+                self.junctions[junction].incoming.iter().flat_map(ways).filter(|k| is_link(*k)).collect();
+            let links: Vec<Option<usize>> = if counted.len() == n {
+                counted.into_iter().map(Some).collect()
+            } else {
+                let inside = |link: usize| self.junctions[junction].inside.get(link).copied();
+                let find = |link| {
+                    inside(link).and_then(|lane| counted.iter().copied().find(|&k| self.connections[k].next() == lane))
+                };
+                (0..n).map(find).collect()
+            };
+            for (link, k) in links.into_iter().enumerate() {
+                self.junctions[junction].links[link].connection = k.map(ConnectionId::from_index);
+                if let Some(k) = k {
+                    self.connections[k].link = u32::try_from(link).ok();
+                }
+            }
+        }
+    }
+
+    fn list_signals(&mut self) {
+        for signal in &mut self.signals {
+            let letters =
+                signal.programs.iter().filter_map(|program| program.phases.first()).map(|phase| phase.state.len());
+            signal.links = vec![Vec::new(); letters.min().unwrap_or(0)];
+        }
+        for (k, connection) in self.connections.iter().enumerate() {
+            let Some(ruled) = connection.signal else { continue };
+            let signal = &mut self.signals[ruled.signal.index()];
+            for link in [ruled.index, ruled.second].into_iter().flatten().map(|link| link as usize) {
+                // A signal without a program, as SUMO makes it for railways, has as many links as are named: 256 at most.
+                if signal.programs.is_empty() && link >= signal.links.len() {
+                    signal.links.resize(link + 1, Vec::new());
+                }
+                if let Some(connections) = signal.links.get_mut(link) {
+                    connections.push(ConnectionId::from_index(k));
+                }
+            }
+        }
+    }
+}

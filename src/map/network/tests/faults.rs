@@ -1,0 +1,91 @@
+//! What is wrong with a network is said with file, line and value, and what is odd but sound is read.
+
+use super::*;
+use std::fmt::Write;
+
+fn text_of(name: &str) -> String {
+    fs::read_to_string(networks_folder().join(format!("{name}.net.xml"))).unwrap()
+}
+
+/// Reads a network of `tests/data/networks` in which the first `from` is `to`.
+fn changed(name: &str, from: &str, to: &str) -> Result<Network, String> {
+    let text = text_of(name);
+    assert!(text.contains(from), "{name} has no {from}");
+    Network::read(FilePath::new("bad.net.xml"), &text.replacen(from, to, 1)).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_value_that_cannot_be_is_refused_with_file_line_element_and_what_is_allowed() {
+    let signal = "<tlLogic id=\"c\" type=\"static\" programID=\"0\" offset=\"0\"><phase duration=\"3\" state=\"rrrrrrrrrrrrrrrrrrrrr\"/></tlLogic>";
+    let twice = format!("{signal}<junction id=\"c\"");
+    for (name, from, to, expected) in [
+        ("ramps", "length=\"", "length=\"0\" was=\"", "length is \"0\"; allowed: a number from 0.001 to 100000 m"),
+        ("ramps", "<connection from=\"before\"", "<connection from=\"nowhere\"", "the id of an edge of this network"),
+        ("track", "<connection from=\"ab\" to=\"bc\"", "<connection from=\"ab\" to=\"nowhere\"", "to is \"nowhere\""),
+        ("track", "toLane=\"0\" via=\":b_1_0\"", "toLane=\"7\" via=\":b_1_0\"", "toLane is \"7\""),
+        ("town", "<neigh lane=\"", "<neigh lane=\"x", "allowed: the id of a lane of this network"),
+        ("town", "crossingEdges=\"", "crossingEdges=\"x ", "crossingEdges is \"x "),
+        ("town", "<junction id=\"c\"", &twice, "allowed: a name that no other program of this signal has"),
+        ("town", "tl=\"c\" linkIndex=\"0\"", "tl=\"c\" linkIndex=\"99\"", "linkIndex is \"99\""),
+        ("town", "tl=\"c\" linkIndex=\"0\"", "tl=\"d\" linkIndex=\"0\"", "tl is \"d\"; allowed: the id of a tlLogic"),
+        ("one-way", "spreadType=\"center\"", "spreadType=\"left\"", "allowed: right, center or roadCenter"),
+        ("hill", "z=\"", "z=\"1e9\" was=\"", "z is \"1e9\"; allowed: a number from -1e7 to 1e7 m"),
+        ("track", "state=\"Z\"", "state=\"Z\" keepClear=\"maybe\"", "keepClear is \"maybe\"; allowed: 0 or 1"),
+    ] {
+        let said = changed(name, from, to).map(|net| net.census()).unwrap_err();
+        assert!(said.contains("bad.net.xml:") && said.contains(expected), "{expected:?} is not in: {said}");
+    }
+}
+
+#[test]
+fn signals_without_lanes_islands_and_unknown_classes_are_read_and_counted() {
+    let idle = "<tlLogic id=\"idle\" type=\"static\" programID=\"a\" offset=\"begin\"><phase duration=\"30\" state=\"Gr\" name=\"go\"/>\
+                <phase duration=\"5\" minDur=\"3\" maxDur=\"9\" state=\"ry\"/><param key=\"k\" value=\"v\"/></tlLogic><junction id=\"b\"";
+    let net = changed("track", "<junction id=\"b\"", idle).unwrap();
+    let census = net.census();
+    assert_eq!((census.signals, census.idle_signals), (net.signals().len(), 1));
+    let signal = net.signals().iter().find(|signal| signal.id == "idle").unwrap();
+    assert!(signal.rules_nothing());
+    let program = &signal.programs[0];
+    assert_eq!((program.cycle_s(), program.offset_s, program.phases[1].max_s), (35.0, None, Some(9.0)));
+    assert_eq!(program.phases[0].light(0), Some(SignalLight::GreenMajor));
+    assert_eq!((program.phases[1].light(1), program.phases[1].light(2)), (Some(SignalLight::Yellow), None));
+    assert!(Network::read(FilePath::new("again"), &net.to_net_xml()).unwrap() == net);
+    // A class of a later SUMO: nobody that is known drives there.
+    let net = changed("track", "allow=\"tram rail\"", "allow=\"hovercraft\"").unwrap();
+    assert!(net.lanes().iter().any(|lane| lane.permissions.is_empty()));
+    assert!(Network::read(FilePath::new("again"), &net.to_net_xml()).unwrap() == net);
+}
+
+#[test]
+fn a_network_without_junctions_knows_which_edges_meet_by_their_names() {
+    let text = "<net><edge id=\"a\" from=\"n\" to=\"m\"><lane id=\"a_0\" speed=\"9\" length=\"50\" shape=\"0,0 50,0\"/></edge>\
+                <edge id=\"b\" from=\"m\" to=\"n\"><lane id=\"b_0\" speed=\"9\" length=\"50\" shape=\"50,5,3 0,5,1\"/></edge>\
+                <connection from=\"a\" to=\"b\" fromLane=\"0\" toLane=\"0\"/></net>";
+    let net = Network::read(FilePath::new("n"), text).unwrap();
+    let (a, b) = (net.edge(net.edge_named("a").unwrap()), net.edge(net.edge_named("b").unwrap()));
+    assert_eq!((a.to, a.from), (b.from, b.to));
+    assert!(net.junctions().iter().all(|junction| !junction.declared) && net.junctions().len() == 2);
+    assert_eq!(net.successors(lane(&net, "a_0")).collect::<Vec<_>>(), [lane(&net, "b_0")]);
+    assert_eq!((net.census().ends, net.census().islands), (1, 1));
+    assert!(Network::read(FilePath::new("again"), &net.to_net_xml()).unwrap() == net);
+}
+
+#[test]
+fn coordinates_and_shapes_at_the_limits_of_the_file_are_found_and_take_little_memory() {
+    // A lane from end to end of the earth, another of 20,000 points in one place.
+    let mut text = String::from(
+        "<net><edge id=\"a\" to=\"m\"><lane id=\"a_0\" speed=\"9\" length=\"100000\" shape=\"-1e7,-1e7 1e7,1e7\"/></edge>\
+         <edge id=\"b\" to=\"n\"><lane id=\"b_0\" speed=\"9\" length=\"5\" shape=\"",
+    );
+    for k in 0..20_000 {
+        let _ = write!(text, "{},{} ", f64::from(k) * 2e-6, f64::from(k % 2) * 3e-6);
+    }
+    text += "\"/></edge></net>";
+    let net = Network::read(FilePath::new("n"), &text).unwrap();
+    assert!(net.grid.bytes() < 16 << 20, "{} bytes", net.grid.bytes());
+    let at = LanePosition { lane: lane(&net, "a_0"), s_m: 75_000.0, offset_m: 1.0 };
+    let found = net.locate(net.pose(at).position, None).unwrap();
+    assert!(found.lane == at.lane && (found.s_m - at.s_m).abs() < 1e-6, "{found:?}");
+    assert_eq!(net.locate(glam::dvec3(0.02, 0.0, 0.0), Some(lane(&net, "b_0"))).unwrap().lane, lane(&net, "b_0"));
+}

@@ -1,0 +1,249 @@
+//! Places in lanes and points in the world are each other's inverse, and where lanes overlap it is said which is meant.
+
+use super::*;
+use crate::{map::RoadMap, space::wrap_angle};
+use glam::{DVec2, DVec3, dvec3};
+
+/// What a place may be wrong by after both ways: the promise, 1 mm.
+const MOST_M: f64 = 0.001;
+
+/// Places over a lane: positions over its length, offsets over its width.
+fn places(net: &Network, lane: LaneId) -> impl Iterator<Item = LanePosition> {
+    let (length_m, half_m) = (net.lane(lane).length_m, net.lane(lane).half_width_m());
+    (0..=24).flat_map(move |k| {
+        [-0.98, -0.5, 0.0, 0.37, 0.98].map(move |share| LanePosition {
+            lane,
+            s_m: length_m * f64::from(k) / 24.0,
+            offset_m: half_m * share,
+        })
+    })
+}
+
+fn is_walking_area(net: &Network, lane: LaneId) -> bool {
+    net.edge_of(lane).kind == EdgeKind::WalkingArea
+}
+
+#[test]
+fn a_place_in_a_lane_is_found_again_to_a_millimetre_with_its_lane_as_the_hint() {
+    // Of streets, and of insides of junctions and crossings.
+    let (mut tried, mut folded) = ([0, 0], [0, 0]);
+    for file in files() {
+        let net = read(&file);
+        for lane in net.lane_ids().filter(|lane| !is_walking_area(&net, *lane)) {
+            let line = &net.lane(lane).line;
+            let (right_m, left_m) = line.unfolded();
+            let inside = usize::from(!net.edge_of(lane).kind.is_street());
+            for at in places(&net, lane) {
+                let point = net.pose(at).position;
+                assert!(point.is_finite(), "{} {at:?}", file.display());
+                tried[inside] += 1;
+                let found = net.locate(point, Some(lane)).unwrap();
+                // On the inside of a bend that is tighter than the lane is wide.
+                if at.offset_m <= right_m || at.offset_m >= left_m {
+                    folded[inside] += 1;
+                    continue;
+                }
+                // Where the strip reaches over itself: another place that is this point, too, and is nearer to the line.
+                let other = found.lane == lane && found.offset_m.abs() < at.offset_m.abs() - 1e-6;
+                if other && net.pose(found).position.distance(point) < MOST_M {
+                    folded[inside] += 1;
+                    continue;
+                }
+                let same = found.lane == lane
+                    && (found.s_m - at.s_m).abs() < MOST_M
+                    && (found.offset_m - at.offset_m).abs() < MOST_M;
+                assert!(same, "{}: {} {at:?}, found {found:?}", file.display(), net.lane(lane).id);
+            }
+        }
+    }
+    // Streets have no such bends. Of the ways through a junction one in four turns on the spot, and a third of its width is inside.
+    assert!(
+        tried[0] > 25_000 && tried[1] > 25_000 && folded[0] == 0 && folded[1] * 12 < tried[1],
+        "{folded:?} of {tried:?}"
+    );
+}
+
+#[test]
+fn a_place_in_a_lane_is_found_without_a_hint_on_a_lane_that_reaches_it() {
+    for file in files() {
+        let net = read(&file);
+        let (mut same, mut all) = (0, 0);
+        for lane in net.lane_ids().filter(|lane| net.edge_of(*lane).kind.is_street()) {
+            for at in places(&net, lane) {
+                let point = net.pose(at).position;
+                let found = net.locate(point, None).unwrap();
+                let apart = net.pose(found).position - point;
+                // Lanes that overlap on a slope are not equally high.
+                let same_place = apart.truncate().length() < MOST_M && apart.z.abs() < 0.5;
+                assert!(same_place, "{}: {at:?}, found {found:?}, {apart} m off", file.display());
+                assert!(found.offset_m.abs() < at.offset_m.abs() + 1e-9, "{}: {at:?}, found {found:?}", file.display());
+                all += 1;
+                same += usize::from(found.lane == lane);
+            }
+        }
+        // Streets overlap at most at their ends, where the next one begins.
+        assert!(same * 10 >= all * 9, "{}: {same} of {all}", file.display());
+    }
+}
+
+/// A lane of two parts at a right angle that climbs by one metre in ten, declared twice as long as drawn.
+fn corner() -> CentreLine {
+    let rise = 100f64.sqrt() / 10.0;
+    let shape = [dvec3(0.0, 0.0, 0.0), dvec3(10.0, 0.0, rise), dvec3(10.0, 10.0, 2.0 * rise)];
+    CentreLine::new(&shape, 2.0 * 2.0 * 101f64.sqrt(), DVec2::X)
+}
+
+#[test]
+fn the_strip_of_a_corner_is_mitred_and_positions_are_declared_metres() {
+    let line = corner();
+    let quarter_m = line.length_m() / 4.0;
+    // By hand: half of the first part is at (5, 0), half a metre up; the line of the corner is the diagonal.
+    for (s_m, offset_m, at) in [
+        (quarter_m, 0.0, dvec3(5.0, 0.0, 0.5)),
+        (2.0 * quarter_m, 0.0, dvec3(10.0, 0.0, 1.0)),
+        (2.0 * quarter_m, 2.0, dvec3(8.0, 2.0, 1.0)),
+        (2.0 * quarter_m, -2.0, dvec3(12.0, -2.0, 1.0)),
+        (3.0 * quarter_m, -2.0, dvec3(12.0, 4.0, 1.5)),
+        (4.0 * quarter_m, 1.0, dvec3(9.0, 10.0, 2.0)),
+    ] {
+        let pose = line.pose(s_m, offset_m);
+        assert!(pose.position.distance(at) < 1e-9, "{s_m} {offset_m}: {pose:?}");
+        assert!((pose.grade - 0.1).abs() < 1e-12 && (pose.slope_rad() - 0.1f64.atan()).abs() < 1e-12);
+    }
+    // It turns over half of either part: a quarter of the right angle before the corner by a quarter of the part.
+    let yaw_deg = |s_m: f64| line.pose(s_m, 0.0).yaw_rad.to_degrees();
+    assert!(yaw_deg(0.0).abs() < 1e-9 && (yaw_deg(2.0 * quarter_m) - 45.0).abs() < 1e-9);
+    assert!((yaw_deg(1.5 * quarter_m) - 22.5).abs() < 1e-9 && (yaw_deg(4.0 * quarter_m) - 90.0).abs() < 1e-9);
+    assert_eq!(line.unfolded(), (f64::NEG_INFINITY, 10.0));
+}
+
+#[test]
+fn where_lanes_cross_the_hint_decides_and_else_the_heading() {
+    let net = named("figure-eight");
+    let (one, other) = (lane(&net, ":x_0_0"), lane(&net, ":x_1_0"));
+    let crossing = |lane: LaneId| net.lane(lane).line.pose(net.lane(lane).length_m / 2.0, 0.0);
+    let (a, b) = (crossing(one), crossing(other));
+    assert!(a.position.distance(b.position) < 0.5 && wrap_angle(a.yaw_rad - b.yaw_rad).abs() > 1.0, "{a:?} {b:?}");
+    for hint in [one, other] {
+        assert_eq!(net.locate(a.position, Some(hint)).unwrap().lane, hint);
+        // The lane before it leads on to it.
+        let before = net.predecessors(hint)[0];
+        let inside = net.lane(hint).line.pose(1.0, 0.0);
+        assert_eq!(net.locate(inside.position, Some(before)).unwrap().lane, hint);
+    }
+    assert_eq!(net.locate_pose(&a, None).unwrap().lane, one);
+    assert_eq!(net.locate_pose(&b, None).unwrap().lane, other);
+    // Back along a street of two directions: its own lane on the other side, not the one that is nearer.
+    let net = named("spider");
+    let (there, back) = net
+        .edge_ids()
+        .filter(|edge| net.edge(*edge).kind.is_street())
+        .find_map(|edge| Some((edge, net.other_direction(edge)?)))
+        .map(|(there, back)| (net.edge(there).lanes().next().unwrap(), net.edge(back).lanes().next().unwrap()))
+        .unwrap();
+    let mut pose = net.lane(there).line.pose(net.lane(there).length_m / 2.0, 0.3);
+    assert_eq!(net.locate_pose(&pose, None).unwrap().lane, there);
+    pose.yaw_rad = wrap_angle(pose.yaw_rad + std::f64::consts::PI);
+    assert_eq!(net.locate_pose(&pose, None).unwrap().lane, back);
+}
+
+#[test]
+fn a_bridge_and_the_road_below_are_told_apart_by_height() {
+    let net = named("hill");
+    let (up, tunnel) = (lane(&net, "up_0"), lane(&net, "tunnel_0"));
+    let at = net.lane(tunnel).line.nearest(net.lane(up).line.pose(net.lane(up).length_m * 0.72, 0.0).position);
+    let below = net.lane(tunnel).line.pose(at.s_m, 0.0).position;
+    let above = net.lane(up).line.nearest(below.truncate().extend(20.0));
+    let above = net.lane(up).line.pose(above.s_m, 0.0).position;
+    assert!(below.truncate().distance(above.truncate()) < 3.0 && above.z - below.z > 10.0, "{below} {above}");
+    assert_eq!(net.locate(below, None).unwrap().lane, tunnel);
+    assert_eq!(net.locate(above, None).unwrap().lane, up);
+    // Grade of the climb's first part by hand: 3 m up over 50 m along and 5 m across.
+    let grade = net.lane(up).line.pose(1.0, 0.0).grade;
+    assert!((grade - 3.0 / 2525f64.sqrt()).abs() < 0.002, "{grade}");
+    let census = net.census();
+    assert!(census.has_heights() && census.heights_m.0 < -3.0 && census.heights_m.1 > 20.0, "{census:?}");
+}
+
+#[test]
+fn a_point_far_from_every_road_is_in_no_lane() {
+    let net = named("one-way");
+    let (_, high) = net.bounds();
+    assert_eq!(net.locate(high + dvec3(50.0, 50.0, 0.0), None), None);
+    assert_eq!(net.locate(dvec3(1e7, -1e7, 0.0), Some(lane(&net, "ab_0"))), None);
+    assert_eq!(Network::default().locate(DVec3::ZERO, None), None);
+    // Beside the road by less than the reach, and by more.
+    let beside = |offset_m: f64| net.locate(net.lane(lane(&net, "island_0")).line.pose(50.0, offset_m).position, None);
+    assert_eq!(beside(REACH_M - 0.01).unwrap().lane, lane(&net, "island_0"));
+    assert_eq!(beside(REACH_M + 0.01), None);
+}
+
+#[test]
+fn the_neighbour_on_the_left_lies_on_the_left() {
+    let mut pairs = 0;
+    for file in files() {
+        let net = read(&file);
+        for here in net.lane_ids().filter(|lane| net.edge_of(*lane).kind.is_street()) {
+            for (side, sign) in [(Side::Left, 1.0), (Side::Right, -1.0)] {
+                let Some(beside) = net.neighbour(here, side) else { continue };
+                let back = if side == Side::Left { Side::Right } else { Side::Left };
+                assert_eq!(net.neighbour(beside, back), Some(here));
+                let (here_lane, beside_lane) = (net.lane(here), net.lane(beside));
+                let middle = here_lane.line.pose(here_lane.length_m / 2.0, 0.0);
+                let across = beside_lane.line.nearest(middle.position);
+                // Half of both widths, as SUMO spreads lanes, to a share of what bends and ramps take.
+                let apart_m = here_lane.half_width_m() + beside_lane.half_width_m();
+                assert!(
+                    (-across.offset_m - sign * apart_m).abs() < 0.2 * apart_m,
+                    "{} {}",
+                    file.display(),
+                    here_lane.id
+                );
+                pairs += 1;
+            }
+        }
+    }
+    assert!(pairs > 50, "{pairs}");
+}
+
+#[test]
+fn the_ring_is_one_closed_path_as_long_as_its_route() {
+    for name in ["ring-250", "ring-641", "practice"] {
+        let map = RoadMap::load(name).unwrap();
+        let net = &map.network;
+        let lanes: Vec<LaneId> = map.route.lanes().iter().map(|of| lane(net, &of.id)).collect();
+        let path = Path::new(net, lanes.clone(), true).unwrap();
+        assert!((path.length_m() - map.route.length_m()).abs() < 1e-9 && path.is_closed());
+        for k in 0..500 {
+            let s_m = path.length_m() * f64::from(k) / 499.0 * 1.5 - 40.0;
+            let at = path.lane_position(s_m, 0.7).unwrap();
+            assert!((path.position_of(at, s_m).unwrap() - map.route.wrap(s_m)).abs() < 1e-9);
+            // The route is flat and draws the same line.
+            let point = net.pose(LanePosition { offset_m: 0.0, ..at }).position.truncate();
+            assert!(point.distance(map.route.point_at(s_m)) < 1e-9, "{name} {s_m}");
+        }
+        let open = Path::new(net, lanes, false).unwrap();
+        assert_eq!(open.lane_position(-0.1, 0.0), None);
+        assert_eq!(open.lane_position(open.length_m() + 0.1, 0.0), None);
+        assert_eq!(open.lane_position(open.length_m(), 0.0).unwrap().lane, *open.lanes().last().unwrap());
+    }
+}
+
+#[test]
+fn a_path_that_comes_over_a_lane_twice_is_where_it_was_last() {
+    let net = named("figure-eight");
+    let streets = ["xr_0", "rx_0", "xl_0", "lx_0"].map(|id| lane(&net, id));
+    let once = Path::through(&net, &streets, true).unwrap();
+    // Two lanes inside junction x and one in each of the others.
+    assert_eq!(once.lanes().len(), 8);
+    let twice: Vec<LaneId> = once.lanes().iter().chain(once.lanes()).copied().collect();
+    let twice = Path::new(&net, twice, false).unwrap();
+    let at = twice.lane_position(once.length_m() + 5.0, 0.0).unwrap();
+    assert!((twice.position_of(at, 20.0).unwrap() - 5.0).abs() < 1e-9);
+    assert!((twice.position_of(at, once.length_m()).unwrap() - once.length_m() - 5.0).abs() < 1e-9);
+    assert_eq!(Path::new(&net, Vec::new(), true), Err(PathError::Empty));
+    let broken = Path::through(&net, &[streets[0], streets[2]], false).unwrap_err().to_string();
+    assert_eq!(broken, "lane \"xr_0\" does not lead to lane \"xl_0\"; it leads to: :r_0_0");
+    let open = Path::through(&net, &streets[..2], true).unwrap_err();
+    assert!(matches!(open, PathError::Gap { .. }), "{open}");
+}
