@@ -1,4 +1,4 @@
-//! `codrive map`: make, import and list road networks.
+//! `codrive map`: make, import, list and count road networks.
 
 use super::{CliError, out};
 use crate::map;
@@ -19,10 +19,15 @@ pub(super) fn command() -> Command {
         Arg::new(id).long(id).value_name(name).value_parser(parser).default_value(default.to_string())
     };
     Command::new("map")
-        .about("Make, import and list road networks")
+        .about("Make, import, list and count road networks")
         .after_help(format!("Limits: {}; a file to import has at most 256 MiB.", map::limits::IN_WORDS))
         .subcommand_required(true)
         .subcommand(Command::new("list").about("List the maps that --map knows"))
+        .subcommand(
+            Command::new("show")
+                .about("Say what a network has, and what of it the closed route leaves out")
+                .arg(Arg::new("map").required(true).value_name("MAP").help("Name of a map, or the path of a net.xml")),
+        )
         .subcommand(
             Command::new("ring")
                 .about("Make a ring road of any length")
@@ -58,6 +63,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         Some(("ring", m)) => ring(m),
         Some(("circuit", m)) => circuit(m),
         Some(("import", m)) => import(m),
+        Some(("show", m)) => show(m),
         _ => list(),
     }
 }
@@ -121,6 +127,39 @@ fn tell(made: &map::RoadMap, drive: &str) -> Result<(), CliError> {
         made.route.lanes().len()
     ))?;
     out::line(format_args!("drive it with: codrive --map {drive}"))
+}
+
+fn show(matches: &ArgMatches) -> Result<(), CliError> {
+    let Some(name) = matches.get_one::<String>("map") else { return Ok(()) };
+    let network = map::network::Network::load(name)?;
+    let census = network.census();
+    let sides = if network.is_left_hand() { ", left-hand traffic" } else { "" };
+    out::line(format_args!(
+        "streets        {}, in {} parts that no connection joins{sides}",
+        census.streets, census.islands
+    ))?;
+    out::line(format_args!("lanes          {}, {:.0} m; {} end a road", census.lanes, census.lanes_m, census.ends))?;
+    let (inside, connections) = (census.insides, census.connections);
+    out::line(format_args!("junctions      {}, {inside} lanes inside, {connections} connections", census.junctions))?;
+    let (signalled, idle) = (census.signalled, census.idle_signals);
+    out::line(format_args!("signals        {} at {signalled} junctions; {idle} rule no lane", census.signals))?;
+    out::line(format_args!("on foot        {} crossings, {} walking areas", census.crossings, census.walking_areas))?;
+    match (census.has_heights(), census.heights_m) {
+        (true, (low_m, high_m)) => out::line(format_args!("heights        {low_m:.1} to {high_m:.1} m"))?,
+        (false, _) => out::line(format_args!("heights        none: flat"))?,
+    }
+    let map = match map::RoadMap::load(name) {
+        Ok(map) => map,
+        Err(map::MapError::NoRoute { .. }) => {
+            return out::line(format_args!("closed route   none: it cannot be driven yet"));
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let on_route = |lane: &str| map.route.lanes().iter().any(|of| of.id == lane);
+    let streets = network.lane_ids().filter(|lane| network.edge_of(*lane).kind.is_street());
+    let left_out = streets.filter(|lane| !on_route(&network.lane(*lane).id)).count();
+    let length_m = map.route.length_m();
+    out::line(format_args!("closed route   {length_m:.0} m; it leaves out {left_out} of {} lanes", census.lanes))
 }
 
 fn list() -> Result<(), CliError> {

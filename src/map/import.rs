@@ -116,7 +116,15 @@ fn fill(folder: &Path, netconvert: &Path, file: &Path, name: &str, bounds: &Impo
         let options = ["--opendrive.curve-resolution", "1", "--opendrive.internal-shapes", "true"];
         convert(netconvert, "--opendrive-files", file, &net, &options, bounds)?;
     } else if source_name.ends_with(".osm") || source_name.ends_with(".osm.xml") {
-        let options = ["--keep-edges.by-vclass", "passenger", "--remove-edges.isolated", "--junctions.join"];
+        // Heights are those that the file states; one without any stays flat.
+        let options = [
+            "--keep-edges.by-vclass",
+            "passenger",
+            "--remove-edges.isolated",
+            "--junctions.join",
+            "--osm.elevation",
+            "true",
+        ];
         convert(netconvert, "--osm-files", file, &net, &options, bounds)?;
     } else if source_name.ends_with("net.xml") {
         let copied = read_bounded(file, MOST_BYTES).and_then(|bytes| private::replace(&net, &bytes));

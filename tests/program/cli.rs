@@ -279,6 +279,22 @@ fn a_ring_of_any_length_can_be_made_and_driven() {
     );
 }
 
+#[test]
+fn a_network_is_counted_with_what_its_closed_route_leaves_out() {
+    let shown = |name: &str| {
+        let file = format!("{}/tests/data/networks/{name}.net.xml", env!("CARGO_MANIFEST_DIR"));
+        String::from_utf8(codrive(&["map", "show", &file]).output().unwrap().stdout).unwrap()
+    };
+    // A loop of four streets, the first of two lanes, a dead end and an island.
+    let text = shown("one-way");
+    for part in
+        ["streets        6, in 2 parts", "lanes          7,", "heights        none", "it leaves out 3 of 7 lanes"]
+    {
+        assert!(text.contains(part), "{part:?} is not in:\n{text}");
+    }
+    assert!(shown("ramps").contains("closed route   none"), "{}", shown("ramps"));
+}
+
 /// Commands that print, each of which can be run again and again: with every path they need.
 fn talkative(folder: &Path) -> Vec<Vec<String>> {
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
