@@ -1,5 +1,6 @@
 //! How large a network may be. In: the text of a `net.xml`, before it is parsed. Out: the parsed document, or which limit
-//! it breaks. All limits lie far above a road that is worth driving, and below what fills 256 MiB.
+//! it breaks. All limits lie far above a road that is worth driving, and below what fills 256 MiB: 34 MB of text, 94 of attributes, 70 of
+//! tags and what is between them, 70 for the network that is made of them.
 
 use super::MapError;
 use crate::foreign::guarded;
@@ -12,8 +13,8 @@ pub const MOST_BYTES: u64 = 32 << 20;
 pub const MOST_IMPORT_BYTES: u64 = 256 << 20;
 /// The most tags, opening and closing: 88 bytes each once they are read.
 const MOST_TAGS: usize = 400_000;
-/// The most attributes: 72 bytes each once they are read.
-const MOST_ATTRIBUTES: usize = 1_400_000;
+/// The most attributes: 72 bytes each once they are read. A grid of 9,800 edges with all insides of its junctions has 1.23 million.
+const MOST_ATTRIBUTES: usize = 1_300_000;
 /// The most attributes of one element: the parser compares each with each.
 const MOST_ATTRIBUTES_OF_ONE: usize = 256;
 /// The most namespaces: the parser keeps them anew for each element below.

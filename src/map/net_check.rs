@@ -1,7 +1,7 @@
 //! Checks a network for errors on which SUMO would crash. In: a `net.xml` as XML. Out: nothing, or the first element whose
-//! value cannot be: SUMO takes much of this on trust, and breaks down with the whole program where it does not hold. What
-//! the program itself reads of lanes is checked where it is read (`net_xml`); here is what only SUMO reads: junctions and
-//! their rules, signals, connections, boundaries.
+//! value cannot be: SUMO takes much of this on trust, and breaks down with the whole program where it does not hold. Values
+//! of lanes are checked where they are read (`network`); here is what refers to something else: junctions and their rules,
+//! signals, connections, boundaries.
 
 use super::{MapError, limits::MOST_LANES_OF_ONE, net_xml::NetReader};
 use roxmltree::Node;

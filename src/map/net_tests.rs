@@ -258,3 +258,33 @@ fn open_street_map_open_drive_and_sumo_files_are_imported_whole_or_not_at_all() 
     left.sort();
     assert_eq!(left, ["block", "copy", "drive"]);
 }
+
+#[test]
+fn heights_that_an_open_street_map_states_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let netconvert = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo/bin/netconvert");
+    let osm = folder.path().join("hill.osm");
+    let node = |id, lat, lon, ele: &str| format!("<node id=\"{id}\" lat=\"{lat}\" lon=\"{lon}\">{ele}</node>");
+    let write = |ele: &dyn Fn(f64) -> String| {
+        let corners = [
+            node(1, 52.0, 13.0, &ele(30.0)),
+            node(2, 52.0, 13.003, &ele(42.0)),
+            node(3, 52.002, 13.003, &ele(55.0)),
+            node(4, 52.002, 13.0, &ele(42.0)),
+        ];
+        let nodes: String = [1, 2, 3, 4, 1].map(|id| format!("<nd ref=\"{id}\"/>")).concat();
+        let way = format!("<way id=\"10\">{nodes}<tag k=\"highway\" v=\"residential\"/></way>");
+        fs::write(&osm, format!("<osm version=\"0.6\">{}{way}</osm>", corners.concat())).unwrap();
+    };
+    let import = |name: &str| import::import_into(folder.path(), &netconvert, &osm, name, &bounds(60)).unwrap();
+    write(&|height_m| format!("<tag k=\"ele\" v=\"{height_m}\"/>"));
+    let hill = import("hill").network;
+    // From 30 to 55 m; lanes end a little before the corners.
+    let (low_m, high_m) = hill.census().heights_m;
+    assert!((low_m - 30.0).abs() < 0.5 && (high_m - 55.0).abs() < 0.5, "{low_m} {high_m}");
+    // 12 m up over 206 m of longitude: somewhere on the way it is that steep.
+    let steepest = hill.lanes().iter().map(|lane| lane.line.pose(lane.length_m / 2.0, 0.0).grade).fold(0.0, f64::max);
+    assert!((0.04..0.08).contains(&steepest), "{steepest}");
+    write(&|_| String::new());
+    assert!(!import("flat").network.census().has_heights());
+}

@@ -292,7 +292,7 @@ fn networks(folder: &Path) -> Vec<Reader> {
             }),
         },
         Reader {
-            name: "network",
+            name: "roads",
             good: shipped(
                 &["figure-eight", "hill", "one-way", "ramps", "town", "track"]
                     .map(|name| format!("tests/data/networks/{name}.net.xml"))

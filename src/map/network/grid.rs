@@ -6,25 +6,33 @@
 use super::{EdgeKind, LaneId, Network, locate::REACH_M};
 use glam::DVec2;
 
-/// Side of a cell, metres; larger where a network is so long that the table would be.
+/// Side of a cell, metres; larger where lanes are longer than 2,000 km together, so that the table stays small.
 const CELL_M: f64 = 20.0;
-/// The most pieces that long segments are cut into, for all lanes together.
-const MOST_PIECES: f64 = 400_000.0;
+/// The most pieces that long segments are cut into, for all lanes together: see [`CELL_M`].
+const MOST_PIECES: f64 = 100_000.0;
 
-/// A segment of a lane's centre line.
+/// Segments of a lane's centre line that follow each other in one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LaneSegment {
+pub(super) struct SegmentRun {
     pub lane: LaneId,
-    pub segment: u32,
+    // A lane has at most 20,000 points.
+    first: u16,
+    last: u16,
+}
+
+impl SegmentRun {
+    pub fn segments(self) -> std::ops::RangeInclusive<usize> {
+        usize::from(self.first)..=usize::from(self.last)
+    }
 }
 
 /// The table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct SegmentGrid {
     cell_m: f64,
-    /// Where the segments of each place of the table begin; one more at the end. The number of places is a power of two.
+    /// Where the runs of each place of the table begin; one more at the end. The number of places is a power of two.
     starts: Vec<u32>,
-    segments: Vec<LaneSegment>,
+    runs: Vec<SegmentRun>,
 }
 
 impl SegmentGrid {
@@ -32,49 +40,65 @@ impl SegmentGrid {
         let lanes = || net.lane_ids().filter(|lane| net.edge_of(*lane).kind != EdgeKind::WalkingArea);
         let drawn_m: f64 = lanes().map(|lane| net.lane(lane).line.drawn_m()).sum();
         let cell_m = CELL_M.max(drawn_m / MOST_PIECES);
-        let mut listed: Vec<((i64, i64), LaneSegment)> = Vec::new();
+        // Counted first and filled then: a list of all would be three times as large as the table.
         let mut cells = Vec::new();
-        for lane in lanes() {
-            let points = net.lane(lane).line.points();
-            for (k, pair) in points.windows(2).enumerate() {
-                cells.clear();
-                cells_near(pair[0].truncate(), pair[1].truncate(), cell_m, &mut cells);
-                let segment = LaneSegment { lane, segment: k as u32 };
-                listed.extend(cells.iter().map(|cell| (*cell, segment)));
+        let mut each_run = |what: &mut dyn FnMut((i64, i64), SegmentRun)| {
+            for lane in lanes() {
+                runs_of(net, lane, cell_m, &mut cells, what);
             }
-        }
-        let places = (listed.len() / 4).next_power_of_two();
+        };
+        let mut n = 0usize;
+        each_run(&mut |_, _| n += 1);
+        let places = (n / 2).next_power_of_two();
         let mut starts = vec![0u32; places + 1];
-        for (cell, _) in &listed {
-            starts[place(*cell, places) + 1] += 1;
-        }
+        each_run(&mut |cell, _| starts[place(cell, places) + 1] += 1);
         for k in 0..places {
             starts[k + 1] += starts[k];
         }
         let mut free = starts.clone();
-        let mut segments = vec![LaneSegment { lane: LaneId::from_index(0), segment: 0 }; listed.len()];
-        for (cell, segment) in &listed {
-            let at = &mut free[place(*cell, places)];
-            segments[*at as usize] = *segment;
+        let mut runs = vec![SegmentRun { lane: LaneId::from_index(0), first: 0, last: 0 }; n];
+        each_run(&mut |cell, run| {
+            let at = &mut free[place(cell, places)];
+            runs[*at as usize] = run;
             *at += 1;
-        }
-        Self { cell_m, starts, segments }
+        });
+        Self { cell_m, starts, runs }
     }
 
     /// The segments that may be within reach of a point; each at least once.
-    pub fn near(&self, point: DVec2) -> &[LaneSegment] {
+    pub fn near(&self, point: DVec2) -> &[SegmentRun] {
         let places = self.starts.len().saturating_sub(1);
         if places == 0 {
             return &[];
         }
         let k = place(cell(point, self.cell_m), places);
-        &self.segments[self.starts[k] as usize..self.starts[k + 1] as usize]
+        &self.runs[self.starts[k] as usize..self.starts[k + 1] as usize]
     }
 
     /// Memory that it holds, bytes.
     #[cfg(test)]
     pub fn bytes(&self) -> usize {
-        self.starts.len() * size_of::<u32>() + self.segments.len() * size_of::<LaneSegment>()
+        self.starts.len() * size_of::<u32>() + self.runs.len() * size_of::<SegmentRun>()
+    }
+}
+
+/// The runs of a lane, cell by cell.
+fn runs_of(
+    net: &Network,
+    lane: LaneId,
+    cell_m: f64,
+    cells: &mut Vec<((i64, i64), u16)>,
+    what: &mut dyn FnMut((i64, i64), SegmentRun),
+) {
+    cells.clear();
+    for (k, pair) in net.lane(lane).line.points().windows(2).enumerate() {
+        cells_near(pair[0].truncate(), pair[1].truncate(), cell_m, k as u16, cells);
+    }
+    cells.sort_unstable();
+    cells.dedup();
+    for run in cells.chunk_by(|(cell, k), (next_cell, next)| cell == next_cell && *next == k + 1) {
+        let ((cell, first), (_, last)) = (run[0], run[run.len() - 1]);
+        what(cell, SegmentRun { lane, first, last });
     }
 }
 
@@ -90,18 +114,16 @@ fn place((x, y): (i64, i64), places: usize) -> usize {
     ((mixed >> 32) as usize) & (places - 1)
 }
 
-/// The cells within reach of a segment, each once.
-fn cells_near(from: DVec2, to: DVec2, cell_m: f64, cells: &mut Vec<(i64, i64)>) {
+/// The cells within reach of segment `k`, some more than once.
+fn cells_near(from: DVec2, to: DVec2, cell_m: f64, k: u16, cells: &mut Vec<((i64, i64), u16)>) {
     let pieces = (from.distance(to) / cell_m).ceil().max(1.0);
-    for k in 0..pieces as usize {
-        let (a, b) = (from.lerp(to, k as f64 / pieces), from.lerp(to, (k + 1) as f64 / pieces));
+    for piece in 0..pieces as usize {
+        let (a, b) = (from.lerp(to, piece as f64 / pieces), from.lerp(to, (piece + 1) as f64 / pieces));
         let (low, high) = (cell(a.min(b) - REACH_M, cell_m), cell(a.max(b) + REACH_M, cell_m));
         for x in low.0..=high.0 {
             for y in low.1..=high.1 {
-                cells.push((x, y));
+                cells.push(((x, y), k));
             }
         }
     }
-    cells.sort_unstable();
-    cells.dedup();
 }

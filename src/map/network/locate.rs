@@ -83,13 +83,14 @@ impl Network {
 
     fn anywhere(&self, point: DVec3, yaw_rad: Option<f64>) -> Option<(LaneId, Foot)> {
         let mut best = Best::none(self, yaw_rad);
-        for near in self.grid.near(point.truncate()) {
-            let line = &self.lane(near.lane).line;
-            let k = near.segment as usize;
-            let rough_m = line.rough_distance_m(k, point);
-            // One that is further than four times the best cannot be nearer, but it may fit where the best does not.
-            if rough_m <= REACH_M && (!best.fits || rough_m <= 4.0 * best.cost_m) {
-                best.offer(near.lane, line.foot(k, point));
+        for run in self.grid.near(point.truncate()) {
+            let line = &self.lane(run.lane).line;
+            for k in run.segments() {
+                let rough_m = line.rough_distance_m(k, point);
+                // One that is further than four times the best cannot be nearer, but it may fit where the best does not.
+                if rough_m <= REACH_M && (!best.fits || rough_m <= 4.0 * best.cost_m) {
+                    best.offer(run.lane, line.foot(k, point));
+                }
             }
         }
         best.found.filter(|(_, foot)| foot.distance_m <= REACH_M)

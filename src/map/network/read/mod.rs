@@ -35,6 +35,14 @@ impl Network {
     /// If it is not XML or not a network, is larger than the limits of [`limits`], or has a value that cannot be; the message names
     /// file, line, element and value.
     pub fn read(file: &Path, text: &str) -> Result<Self, MapError> {
+        // The document is gone before the grid is made: together they would take half as much again.
+        let mut net = Self::elements(file, text)?;
+        net.derive();
+        Ok(net)
+    }
+
+    /// The lists of a network, without what follows from them.
+    fn elements(file: &Path, text: &str) -> Result<Self, MapError> {
         let document = limits::parse(file, text)?;
         let root = document.root_element();
         let reader = NetReader { file, document: &document };
@@ -85,8 +93,6 @@ impl Network {
             let roundabout = names.roundabout(node)?;
             net.roundabouts.push(roundabout);
         }
-        drop(names);
-        net.derive();
         Ok(net)
     }
 }

@@ -244,6 +244,10 @@ fn a_path_that_comes_over_a_lane_twice_is_where_it_was_last() {
     assert_eq!(Path::new(&net, Vec::new(), true), Err(PathError::Empty));
     let broken = Path::through(&net, &[streets[0], streets[2]], false).unwrap_err().to_string();
     assert_eq!(broken, "lane \"xr_0\" does not lead to lane \"xl_0\"; it leads to: :r_0_0");
+    // Sound as an open path, but its end does not lead to its start.
+    let part = once.lanes()[..5].to_vec();
+    assert!(Path::new(&net, part.clone(), false).is_ok());
+    assert!(matches!(Path::new(&net, part, true), Err(PathError::Gap { .. })));
     let open = Path::through(&net, &streets[..2], true).unwrap_err();
     assert!(matches!(open, PathError::Gap { .. }), "{open}");
 }

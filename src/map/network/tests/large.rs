@@ -35,7 +35,8 @@ fn ten_thousand_edges_are_read_and_a_lane_is_found_among_as_few_as_in_a_small_ne
             let (near, free) = (net.locate(point, Some(lane)).unwrap(), net.locate(point, None).unwrap());
             assert!(near.lane == lane && (near.s_m - at.s_m).abs() < 0.001, "{at:?} {near:?}");
             assert!(net.pose(free).position.distance(point) < 0.001, "{at:?} {free:?}");
-            most = most.max(net.grid.near(point.truncate()).len());
+            let segments = net.grid.near(point.truncate()).iter().map(|run| run.segments().count());
+            most = most.max(segments.sum());
         }
         most_near.push(most);
     }
