@@ -133,12 +133,16 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(name) = matches.get_one::<String>("map") else { return Ok(()) };
     let network = map::network::Network::load(name)?;
     let census = network.census();
-    let sides = if network.is_left_hand() { ", left-hand traffic" } else { "" };
+    let sides = if network.is_left_hand() { "; left-hand traffic" } else { "" };
+    let parts = match census.islands {
+        0 | 1 => String::new(),
+        parts => format!(", in {parts} parts that no connection joins"),
+    };
+    out::line(format_args!("streets        {}{parts}{sides}", census.streets))?;
     out::line(format_args!(
-        "streets        {}, in {} parts that no connection joins{sides}",
-        census.streets, census.islands
+        "lanes          {}, {:.0} m; {} without a way on",
+        census.lanes, census.lanes_m, census.ends
     ))?;
-    out::line(format_args!("lanes          {}, {:.0} m; {} end a road", census.lanes, census.lanes_m, census.ends))?;
     let (inside, connections) = (census.insides, census.connections);
     out::line(format_args!("junctions      {}, {inside} lanes inside, {connections} connections", census.junctions))?;
     let (signalled, idle) = (census.signalled, census.idle_signals);

@@ -1,4 +1,4 @@
-//! The road network as data. In: a map's name or a SUMO `net.xml`. Out: a [`RoadMap`]: the whole [`Network`](network::Network), and one
+//! The road network as data. In: a map's name or a SUMO `net.xml`. Out: a [`RoadMap`]: the whole [`Network`], and one
 //! closed [`Route`] of its lanes, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
 //! [`network`] reads and writes networks, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the

@@ -195,6 +195,32 @@ fn links_of_a_junction_are_the_lanes_inside_it() {
 }
 
 #[test]
+fn each_letter_of_a_signal_has_the_connections_that_name_it() {
+    let mut letters = 0;
+    for file in files() {
+        let net = read(&file);
+        for (k, connection) in net.connections().iter().enumerate() {
+            let Some(SignalLink { signal, index: Some(index), .. }) = connection.signal else { continue };
+            assert!(
+                net.signal(signal).links[index as usize].contains(&ConnectionId::from_index(k)),
+                "{}",
+                file.display()
+            );
+            letters += 1;
+        }
+        for signal in net.signals() {
+            for program in &signal.programs {
+                assert!(program.phases.iter().all(|phase| phase.state.len() == signal.links.len()));
+                assert!((0..signal.links.len() as u32).all(|link| program.phases[0].light(link).is_some()));
+            }
+            assert!(!signal.rules_nothing(), "{}: {}", file.display(), signal.id);
+        }
+    }
+    // The crossings of the grid and of the two towns.
+    assert!(letters > 100, "{letters}");
+}
+
+#[test]
 fn what_a_network_has_is_counted() {
     // Counted in the descriptions of `tests/data/networks/source`.
     let town = named("town").census();
