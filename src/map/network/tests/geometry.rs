@@ -151,13 +151,17 @@ fn where_lanes_cross_the_hint_decides_and_else_the_heading() {
 fn a_bridge_and_the_road_below_are_told_apart_by_height() {
     let net = named("hill");
     let (up, tunnel) = (lane(&net, "up_0"), lane(&net, "tunnel_0"));
-    let at = net.lane(tunnel).line.nearest(net.lane(up).line.pose(net.lane(up).length_m * 0.72, 0.0).position);
-    let below = net.lane(tunnel).line.pose(at.s_m, 0.0).position;
-    let above = net.lane(up).line.nearest(below.truncate().extend(20.0));
-    let above = net.lane(up).line.pose(above.s_m, 0.0).position;
-    assert!(below.truncate().distance(above.truncate()) < 3.0 && above.z - below.z > 10.0, "{below} {above}");
-    assert_eq!(net.locate(below, None).unwrap().lane, tunnel);
-    assert_eq!(net.locate(above, None).unwrap().lane, up);
+    let (over, under) = (&net.lane(up).line, &net.lane(tunnel).line);
+    // Where the two lines cross on the ground.
+    let off_m = |s_m: f64| over.nearest(under.pose(s_m, 0.0).position).offset_m.abs();
+    let places = (0..40_000).map(|k| under.length_m() * f64::from(k) / 40_000.0);
+    let s_m = places.min_by(|a, b| off_m(*a).total_cmp(&off_m(*b))).unwrap();
+    let above_s_m = over.nearest(under.pose(s_m, 0.0).position).s_m;
+    let (above, below) = (over.pose(above_s_m, 0.0).position, under.pose(s_m, 0.0).position);
+    assert!(above.truncate().distance(below.truncate()) < 0.02 && above.z - below.z > 10.0, "{above} {below}");
+    // Beside the one there the other is nearer on the ground.
+    assert_eq!(net.locate(over.pose(above_s_m, 0.5).position, None).unwrap().lane, up);
+    assert_eq!(net.locate(under.pose(s_m, 0.5).position, None).unwrap().lane, tunnel);
     // Grade of the climb's first part by hand: 3 m up over 50 m along and 5 m across.
     let grade = net.lane(up).line.pose(1.0, 0.0).grade;
     assert!((grade - 3.0 / 2525f64.sqrt()).abs() < 0.002, "{grade}");

@@ -133,3 +133,18 @@ fn netconvert_makes_the_same_of_what_is_written_as_of_the_network_itself() {
         }
     }
 }
+
+#[test]
+fn sumo_takes_what_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = folder.path().join("written.net.xml");
+    let (sumo, _) = netconvert();
+    for file in files() {
+        fs::write(&written, read(&file).to_net_xml()).unwrap();
+        let mut run = Command::new(sumo.join("bin/sumo"));
+        run.arg("-n").arg(&written).args(["--end", "1", "--no-step-log", "true", "--xml-validation", "never"]);
+        let done = run.env("SUMO_HOME", &sumo).output().unwrap();
+        let words = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(done.status.success() && words.is_empty(), "{}: {words}", file.display());
+    }
+}
