@@ -5,7 +5,7 @@
 use codrive::{
     driver::{SimulatedDriver, preset},
     idm::IdmParams,
-    map::RoadMap,
+    map::{RoadMap, network::Network},
     scenario::Scenario,
     sim::World,
     space::CAR_LENGTH_M,
@@ -134,16 +134,7 @@ fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
         .output()
         .expect("SUMO's programs run");
     assert!(made.status.success());
-    let text = fs::read_to_string(&net_file).expect("read");
-    let document = roxmltree::Document::parse(&text).expect("XML");
-    let ids = |tag: &str| -> Vec<String> {
-        document
-            .descendants()
-            .filter(|n| n.has_tag_name(tag))
-            .filter_map(|n| n.attribute("id"))
-            .map(Into::into)
-            .collect()
-    };
+    let network = Arc::new(Network::load(net_file.to_str().expect("plain")).expect("it can be read"));
     // Sixty vehicles in half a minute, and as many in the half minute after the next.
     let ways = [("left0A0", "C2right2"), ("bottom1B0", "B2top1"), ("right1C1", "A1left1")];
     let trip = |k: usize| {
@@ -154,10 +145,8 @@ fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
     let demand = folder.path().join("trips.rou.xml");
     fs::write(&demand, format!("<routes>{}</routes>", (0..120).map(trip).collect::<String>())).expect("written");
     let setup = NetworkSetup {
-        lanes: ids("lane"),
-        signals: ids("tlLogic"),
+        network,
         net_file,
-        corner: glam::DVec2::ZERO,
         demand: Demand { files: vec![demand], flows: Vec::new() },
         egos: Vec::new(),
         idm: IdmParams::default(),

@@ -4,14 +4,14 @@
 use super::{TimeStatistics, now, simulation::SumoTimes};
 use crate::{
     idm::IdmParams,
+    map::network::{EdgeKind, Network},
     private, rng,
     traffic::{
         Demand, TrafficError,
         sumo::{self, NetworkSetup, SumoNetwork},
     },
 };
-use glam::DVec2;
-use std::{fmt::Write, fs, path::Path, process::Command, time::Duration};
+use std::{fmt::Write, fs, path::Path, process::Command, sync::Arc, time::Duration};
 
 /// Vehicles that come, ten a second, and steps in which they do: by then about a thousand are there.
 const TRIPS: usize = 1500;
@@ -82,21 +82,13 @@ fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
     if !made.status.success() {
         return Err(failed(String::from_utf8_lossy(&made.stderr).into_owned()));
     }
-    let text = fs::read_to_string(&net_file).map_err(|error| failed(error.to_string()))?;
-    let document = roxmltree::Document::parse(&text).map_err(|error| failed(error.to_string()))?;
-    let ids = |tag: &str| -> Vec<String> {
-        let nodes = document.descendants().filter(|node| node.has_tag_name(tag));
-        nodes.filter_map(|node| node.attribute("id")).map(str::to_owned).collect()
-    };
+    let network = Network::load(&net_file.to_string_lossy()).map_err(|error| failed(error.to_string()))?;
     // Edges are named by the junctions at their ends: those that come in from a side, and those that lead out to one.
     let sides = ["left", "right", "top", "bottom"];
     let starts = |id: &&String| sides.iter().any(|side| id.starts_with(side));
-    let edges = ids("edge");
-    let from: Vec<&String> = edges.iter().filter(starts).collect();
-    let to: Vec<&String> = edges
-        .iter()
-        .filter(|id| !starts(id) && !id.starts_with(':') && sides.iter().any(|side| id.contains(side)))
-        .collect();
+    let edges = || network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal).map(|edge| &edge.id);
+    let from: Vec<&String> = edges().filter(starts).collect();
+    let to: Vec<&String> = edges().filter(|id| !starts(id) && sides.iter().any(|side| id.contains(side))).collect();
     let mut stream = rng::stream(1, "bench");
     let mut trips = String::from("<routes>\n");
     for k in 0..TRIPS {
@@ -108,10 +100,8 @@ fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
     let file = folder.join("trips.rou.xml");
     fs::write(&file, trips + "</routes>\n").map_err(|error| failed(error.to_string()))?;
     Ok(NetworkSetup {
-        lanes: ids("lane"),
-        signals: ids("tlLogic"),
+        network: Arc::new(network),
         net_file,
-        corner: DVec2::ZERO,
         demand: Demand { files: vec![file], flows: Vec::new() },
         egos: Vec::new(),
         idm: IdmParams::default(),

@@ -2,6 +2,7 @@
 //! engine is given. Each vehicle finds its way itself (SUMO's router, when it departs).
 
 use super::VehicleKind;
+use crate::toml_text::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::{fmt::Write, path::PathBuf};
 
@@ -65,7 +66,7 @@ pub enum DemandFault {
     },
     /// An edge.
     #[error(
-        "flow {flow}: {side} is \"{edge}\"; allowed: the id of an edge of this network that is open to such vehicles{near}"
+        "flow {flow}: {side} is \"{edge}\"; allowed: the id of an edge of this network that is no part of a junction{near}"
     )]
     Edge {
         /// Number of the flow, from 1.
@@ -80,15 +81,11 @@ pub enum DemandFault {
 }
 
 impl Demand {
-    /// Fails if a flow cannot be. `edges` are those of the network.
+    /// Fails if a flow cannot be. `edges` are the ids of those that vehicles can depart from.
     ///
     /// # Errors
     /// The first fault.
-    pub fn check<'a>(
-        &self,
-        edges: impl Fn(&str) -> bool,
-        near: impl Fn(&str) -> Option<&'a str>,
-    ) -> Result<(), DemandFault> {
+    pub fn check(&self, edges: &[&str]) -> Result<(), DemandFault> {
         for (flow, at) in self.flows.iter().zip(1..) {
             if !(flow.per_hour > 0.0 && flow.per_hour <= MOST_PER_HOUR) {
                 return Err(DemandFault::Rate { flow: at, value: flow.per_hour });
@@ -99,8 +96,8 @@ impl Demand {
                 return Err(DemandFault::Share { flow: at, kind: part.kind, value: part.share });
             }
             for (side, edge) in [("from", &flow.from), ("to", &flow.to)] {
-                if !edges(edge) {
-                    let near = near(edge).map_or(String::new(), |name| format!(" (did you mean {name}?)"));
+                if !edges.contains(&edge.as_str()) {
+                    let near = did_you_mean(edge, edges);
                     return Err(DemandFault::Edge { flow: at, side, edge: edge.clone(), near });
                 }
             }
@@ -165,9 +162,7 @@ mod tests {
     #[test]
     fn faults_name_the_flow_the_value_and_what_is_allowed() {
         let share = |kind, share| KindShare { kind, share };
-        let fault = |demand: &Demand| {
-            demand.check(|edge| edge == "a" || edge == "b", |_| Some("b")).map_err(|fault| fault.to_string())
-        };
+        let fault = |demand: &Demand| demand.check(&["a", "b", "bridge"]).map_err(|fault| fault.to_string());
         assert_eq!(fault(&flow(600.0, Vec::new())), Ok(()));
         for rate in [0.0, -1.0, f64::NAN, 1e9] {
             let text = fault(&flow(rate, Vec::new())).unwrap_err();
@@ -176,9 +171,9 @@ mod tests {
         let none = fault(&flow(1.0, vec![share(VehicleKind::Car, 0.0)])).unwrap_err();
         assert!(none.contains("the share of car is 0"), "{none}");
         let mut elsewhere = flow(1.0, Vec::new());
-        elsewhere.flows[0].to = "bb".into();
+        elsewhere.flows[0].to = "brigde".into();
         let text = fault(&elsewhere).unwrap_err();
-        assert!(text.starts_with("flow 1: to is \"bb\"") && text.ends_with("(did you mean b?)"), "{text}");
+        assert!(text.starts_with("flow 1: to is \"brigde\"") && text.ends_with("(did you mean bridge?)"), "{text}");
     }
 
     #[test]

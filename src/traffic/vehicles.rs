@@ -2,7 +2,7 @@
 //! ascending id. Metres, m/s, world axes.
 
 use super::VehicleId;
-use crate::space::Pose;
+use crate::{map::network::LaneId, space::Pose};
 use serde::{Deserialize, Serialize};
 
 /// What kind of vehicle it is: which model stands for it in the picture.
@@ -95,8 +95,8 @@ pub struct NetworkVehicle {
     pub id: VehicleId,
     /// Size and kind.
     pub body: VehicleBody,
-    /// Index of its lane in the network's list; `None` beside all lanes.
-    pub lane: Option<u32>,
+    /// Its lane; `None` beside all lanes.
+    pub lane: Option<LaneId>,
     /// Front bumper along that lane, declared metres from its start.
     pub s_m: f64,
     /// Beside the lane's middle, metres, positive to the left.

@@ -2,6 +2,7 @@
 //! engine tells. The networks are made here by SUMO's own tools.
 
 use super::*;
+use codrive::map::network::{LaneId, LanePosition, Network, SignalId, SignalLight};
 use codrive::traffic::{
     Demand, Flow, KindShare, NetworkVehicle, TrafficError, VehicleKind,
     sumo::{self, NetworkSetup, SumoNetwork},
@@ -40,22 +41,10 @@ impl Town {
         Self { folder, net }
     }
 
-    fn ids(&self, element: &str, attribute: &str) -> Vec<String> {
-        let text = fs::read_to_string(&self.net).expect("read");
-        let document = Document::parse(&text).expect("XML");
-        let ids = document
-            .descendants()
-            .filter(|node| node.has_tag_name(element))
-            .filter_map(|node| node.attribute(attribute));
-        ids.map(str::to_owned).collect()
-    }
-
     pub fn setup(&self, demand: Demand) -> NetworkSetup {
         NetworkSetup {
+            network: Arc::new(Network::load(self.net.to_str().expect("plain")).expect("it can be read")),
             net_file: self.net.clone(),
-            lanes: self.ids("lane", "id"),
-            signals: self.ids("tlLogic", "id"),
-            corner: glam::DVec2::ZERO,
             demand,
             egos: Vec::new(),
             idm: model(0.0),
@@ -123,7 +112,7 @@ fn written(town: &Town, setup: &NetworkSetup, steps: usize) -> Vec<BTreeMap<Stri
             "--seed",
             "7",
             "--lanechange.duration",
-            "4",
+            "5",
             "--fcd-output",
             out_file,
             "--end",
@@ -165,7 +154,8 @@ fn every_vehicle_of_every_step_is_as_the_program_of_sumo_writes_it() {
     let mut traffic = SumoNetwork::start(&setup).expect("it starts");
     let mut names = BTreeMap::new();
     let (mut compared, mut changes_of_lane, mut arrived, mut most) = (0, 0, 0, 0);
-    let mut lanes_before: BTreeMap<u32, u32> = BTreeMap::new();
+    let network = &setup.network;
+    let mut lanes_before: BTreeMap<u32, LaneId> = BTreeMap::new();
     for (step, wanted) in wanted.iter().enumerate() {
         traffic.step(&[]).expect("a step");
         for new in &traffic.changes().departed {
@@ -182,12 +172,17 @@ fn every_vehicle_of_every_step_is_as_the_program_of_sumo_writes_it() {
             compared += 1;
             let lane = vehicle.lane.expect("on a lane");
             let before = lanes_before.insert(vehicle.id.0, lane);
-            let edge = |lane: u32| setup.lanes[lane as usize].rsplit_once('_').expect("edge_index").0;
+            let edge = |lane: LaneId| network.lane(lane).edge;
             changes_of_lane += usize::from(before.is_some_and(|before| before != lane && edge(before) == edge(lane)));
         }
         // Sixteen links a junction with signals, of red, yellow and green.
-        assert_eq!(traffic.signals().len(), 16 * setup.signals.len(), "{}", String::from_utf8_lossy(traffic.signals()));
-        assert!(traffic.signals().iter().all(|state| b"rgGyY".contains(state)));
+        for k in 0..network.signals().len() {
+            let signal = SignalId::from_index(k);
+            assert_eq!(traffic.signal(signal).len(), 16);
+            use SignalLight::{GreenMajor, GreenMinor, Red, Yellow};
+            let light = |link| traffic.light(signal, link).expect("it has that link");
+            assert!((0..16).map(light).all(|light| [Red, Yellow, GreenMinor, GreenMajor].contains(&light)));
+        }
     }
     let kinds: Vec<VehicleKind> = names.values().map(|new| new.body.kind).collect();
     for kind in [VehicleKind::Car, VehicleKind::Bus, VehicleKind::Truck, VehicleKind::Motorcycle] {
@@ -206,7 +201,12 @@ fn compare(found: &NetworkVehicle, written: &Written, setup: &NetworkSetup, step
     let apart = codrive::space::wrap_angle(found.pose.yaw_rad - (90.0 - written.angle_deg).to_radians());
     assert!(apart.abs() < 1e-9 && (found.speed_mps - written.speed_mps).abs() < 1e-9, "{}", what());
     assert!((found.s_m - written.lane_pos_m).abs() < 1e-9, "{}", what());
-    assert_eq!(found.lane.map(|lane| setup.lanes[lane as usize].as_str()), Some(written.lane.as_str()), "{}", what());
+    // The network's own place there is SUMO's, but where the vehicle changes lanes: SUMO moves it sideways by the lane's direction.
+    let lane = found.lane.expect("on a lane");
+    let place = LanePosition { lane, s_m: found.s_m, offset_m: found.offset_m };
+    let point = setup.network.pose(place).position.truncate();
+    assert!(point.distance(front) < if found.offset_m == 0.0 { 1e-6 } else { 0.2 }, "{point}: {}", what());
+    assert_eq!(found.lane.map(|lane| setup.network.lane(lane).id.as_str()), Some(written.lane.as_str()), "{}", what());
 }
 
 #[test]

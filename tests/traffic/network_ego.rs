@@ -6,6 +6,7 @@ use super::{
     *,
 };
 use codrive::{
+    map::network::LaneId,
     space::Pose,
     traffic::{
         Demand, NetworkVehicle, VehicleId, VehicleLamps,
@@ -251,7 +252,7 @@ fn a_vehicle_that_has_to_give_way_waits_for_the_ego_and_goes_when_it_has_passed(
                     edges=\"main out\"/></vehicle>";
         let setup =
             town.setup(town.demand("minor", &if who == "sumo" { format!("{main}{minor}") } else { minor.to_owned() }));
-        let lane = |id: &str| setup.lanes.iter().position(|lane| lane == id).expect("a lane") as u32;
+        let lane = |id: &str| setup.network.lane_named(id).expect("a lane");
         let [main, out, minor] = ["main_0", "out_0", "minor_0"].map(lane);
         let start = EgoStart { lane: main, s_m: 135.0, speed_mps: 8.0, route: vec!["main".into(), "out".into()] };
         let setup = NetworkSetup { egos: if who == "ego" { vec![start] } else { Vec::new() }, ..setup };
@@ -302,8 +303,8 @@ fn meets(
     vehicle: &str,
     start: EgoStart,
     steps: usize,
-    place: impl Fn(usize) -> (Pose, f64, Option<u32>, bool),
-) -> (Vec<Option<u32>>, f64, f64) {
+    place: impl Fn(usize) -> (Pose, f64, Option<LaneId>, bool),
+) -> (Vec<Option<LaneId>>, f64, f64) {
     let setup = NetworkSetup { egos: vec![start], ..town.setup(town.demand("one", vehicle)) };
     let history = drive(&setup, steps, |step, _| {
         let (pose, speed_mps, ..) = place(step);
@@ -312,7 +313,7 @@ fn meets(
         vec![EgoReport { id: FIRST, state, lane, is_wrong_way, lamps: VehicleLamps::default() }]
     });
     let of = |vehicles: &Vec<NetworkVehicle>| vehicles.iter().find(|v| v.id == VehicleId(1)).copied();
-    let mut lanes: Vec<Option<u32>> = history.iter().filter_map(of).map(|v| v.lane).collect();
+    let mut lanes: Vec<Option<LaneId>> = history.iter().filter_map(of).map(|v| v.lane).collect();
     lanes.dedup();
     let slowest = history.iter().filter_map(of).map(|v| v.speed_mps).fold(f64::INFINITY, f64::min);
     let distance = |(step, vehicles): (usize, &Vec<NetworkVehicle>)| {
@@ -334,7 +335,7 @@ fn those_who_change_lanes_see_a_slow_ego_and_pass_it() {
     let _alone = alone();
     let town = street(2);
     let setup = town.setup(Demand::default());
-    let lane = |id: &str| setup.lanes.iter().position(|lane| lane == id).expect("a lane") as u32;
+    let lane = |id: &str| setup.network.lane_named(id).expect("a lane");
     let [right, left] = ["there_0", "there_1"].map(lane);
     let start = || EgoStart { lane: right, s_m: 150.0, speed_mps: 3.0, route: vec!["there".into()] };
     // The right lane's middle lies 4.8 m beside the road's.
@@ -356,7 +357,7 @@ fn an_oncoming_vehicle_stops_before_an_ego_on_its_lane() {
     let _alone = alone();
     let town = street(1);
     let setup = town.setup(Demand::default());
-    let lane = |id: &str| setup.lanes.iter().position(|lane| lane == id).expect("a lane") as u32;
+    let lane = |id: &str| setup.network.lane_named(id).expect("a lane");
     let [there, back] = ["there_0", "back_0"].map(lane);
     let start = EgoStart { lane: there, s_m: 300.0, speed_mps: 2.0, route: vec!["there".into()] };
     // It overtakes nothing and stays on the lane of those that come, 1.6 m to the left of the road's middle, until it stands.

@@ -14,6 +14,7 @@ use super::{
 };
 use crate::{
     idm::IdmParams,
+    map::network::{EdgeKind, LaneId, Network, SignalId, SignalLight},
     space::{CAR_LENGTH_M, Pose, SumoPose},
     traffic::{
         Demand, Departure, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleBody, VehicleChanges, VehicleId,
@@ -21,10 +22,13 @@ use crate::{
     },
 };
 use glam::{DVec2, dvec2};
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
-/// A change of lanes takes so long, seconds: 3 to 6 s are usual (Toledo and Zohar 2007 give a mean of 4.6 s).
-const LANE_CHANGE_S: f64 = 4.0;
+/// A change of lanes takes so long, seconds: 5 to 6 s are the mean of drivers (Toledo 2007).
+const LANE_CHANGE_S: f64 = 5.0;
 /// SUMO's bits of lamps (docs: TraCI, vehicle signalling).
 const RIGHT: u32 = 1;
 const LEFT: u32 = 1 << 1;
@@ -35,14 +39,10 @@ const EMERGENCY: u32 = (1 << 11) | (1 << 12) | (1 << 13);
 /// Everything that traffic on a network needs to begin.
 #[derive(Clone, Debug)]
 pub struct NetworkSetup {
-    /// The network as SUMO reads it.
+    /// The network.
+    pub network: Arc<Network>,
+    /// The same as SUMO reads it.
     pub net_file: PathBuf,
-    /// Ids of all its lanes: a lane is known by its index here.
-    pub lanes: Vec<String>,
-    /// Ids of all its signals, in the order in which their states are told.
-    pub signals: Vec<String>,
-    /// A point of the network, for an ego that is nowhere.
-    pub corner: DVec2,
     /// Who comes.
     pub demand: Demand,
     /// Vehicles that persons or simulated drivers move.
@@ -58,8 +58,8 @@ pub struct NetworkSetup {
 /// Where an ego starts. Its id is its place in the list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EgoStart {
-    /// Index of the lane.
-    pub lane: u32,
+    /// The lane.
+    pub lane: LaneId,
     /// Front bumper along it, metres.
     pub s_m: f64,
     /// Speed, m/s.
@@ -77,7 +77,7 @@ pub struct EgoReport {
     /// Where it is and will be.
     pub state: ExternalVehicleState,
     /// The lane on which it will be: where lanes cross, SUMO cannot know. `None` beside all lanes: nobody sees it there.
-    pub lane: Option<u32>,
+    pub lane: Option<LaneId>,
     /// It heads against that lane's direction. Others are told of one that stands there: SUMO's vehicles know of none that comes towards them.
     pub is_wrong_way: bool,
     /// Its lamps.
@@ -88,7 +88,8 @@ pub struct EgoReport {
 pub struct SumoNetwork {
     shim: NetworkShim,
     step_s: f64,
-    corner: DVec2,
+    /// Where an ego is put that nobody shall see.
+    nowhere: DVec2,
     commands: Vec<NetworkCommand>,
     state: NetworkState,
     description: String,
@@ -101,7 +102,9 @@ struct NetworkState {
     /// Those of the step before.
     before: Vec<NetworkVehicle>,
     changes: VehicleChanges,
+    /// States of all signals, one after the other, and where each begins; one more at the end.
     signals: Vec<u8>,
+    signal_starts: Vec<u32>,
     /// Bodies of all vehicles that are there, those too that are on no lane now.
     bodies: Vec<(VehicleId, VehicleBody)>,
 }
@@ -116,6 +119,10 @@ impl SumoNetwork {
     }
 
     fn start_from(home: &Path, setup: &NetworkSetup) -> Result<Self, TrafficError> {
+        let network = &setup.network;
+        let normal = network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
+        let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
+        setup.demand.check(&edges).map_err(|fault| TrafficError::Setup(fault.to_string()))?;
         let mut shim = Shim::open(home)?;
         let flows = TypeFile::of_demand(&setup.demand, &setup.idm)?;
         let routes: Vec<&Path> =
@@ -124,16 +131,15 @@ impl SumoNetwork {
         shim.start(&options::network_options(&net, setup.step_s, &routes, LANE_CHANGE_S, setup.seed))?;
         let description = format!("{} in process", shim.version()?);
         shim.add_type("DEFAULT_VEHTYPE", super::NAME, &options::vehicle_type(&setup.idm))?;
-        let mut shim = NetworkShim::begin(shim, &setup.lanes, &setup.signals, LANE_CHANGE_S > 0.0)?;
+        let lanes: Vec<String> = network.lanes().iter().map(|lane| lane.id.clone()).collect();
+        let signals: Vec<String> = network.signals().iter().map(|signal| signal.id.clone()).collect();
+        let mut shim = NetworkShim::begin(shim, &lanes, &signals, LANE_CHANGE_S > 0.0)?;
         for (k, ego) in setup.egos.iter().enumerate() {
-            let lane = setup.lanes.get(ego.lane as usize).and_then(|id| id.rsplit_once('_'));
-            let Some((edge, _)) = lane else {
-                return Err(TrafficError::Setup(format!("the network has no lane {} for an ego", ego.lane)));
-            };
             let name = format!("ego{k}");
-            let route = if ego.route.is_empty() { vec![edge.to_owned()] } else { ego.route.clone() };
+            let edge = network.edge_of(ego.lane).id.clone();
+            let route = if ego.route.is_empty() { vec![edge] } else { ego.route.clone() };
             shim.shim.add_route(&name, &route)?;
-            shim.add((&name, &name, super::NAME), ego.lane as usize, ego.s_m, ego.speed_mps)?;
+            shim.add((&name, &name, super::NAME), ego.lane.index(), ego.s_m, ego.speed_mps)?;
         }
         let body = VehicleBody {
             kind: VehicleKind::Car,
@@ -143,7 +149,7 @@ impl SumoNetwork {
         };
         let mut traffic = Self {
             step_s: setup.step_s,
-            corner: setup.corner - dvec2(1000.0, 1000.0),
+            nowhere: network.bounds().0.truncate() - dvec2(1000.0, 1000.0),
             commands: Vec::new(),
             state: NetworkState {
                 bodies: (0..setup.egos.len() as u32).map(|k| (VehicleId(k), body)).collect(),
@@ -191,9 +197,15 @@ impl SumoNetwork {
         &self.state.changes
     }
 
-    /// States of all signals, one after the other, a letter a link (SUMO's: r, y, g, G and so on).
-    pub fn signals(&self) -> &[u8] {
-        &self.state.signals
+    /// What the links of a signal are shown, one of SUMO's letters each.
+    pub fn signal(&self, id: SignalId) -> &[u8] {
+        let [from, to] = [id.index(), id.index() + 1].map(|k| self.state.signal_starts[k] as usize);
+        &self.state.signals[from..to]
+    }
+
+    /// What one link of a signal is shown; `None` for one that it has not.
+    pub fn light(&self, id: SignalId, link: u32) -> Option<SignalLight> {
+        SignalLight::from_letter(*self.signal(id).get(link as usize)?)
     }
 
     /// Name and version, for recordings and messages.
@@ -235,9 +247,9 @@ impl SumoNetwork {
     fn command(&mut self, ego: &EgoReport) -> Result<(), TrafficError> {
         ego.state.check()?;
         let SumoPose { mut front, angle_deg } = ego.state.next_pose.to_sumo(CAR_LENGTH_M);
-        let lane = ego.lane.map_or(-1, |lane| lane as i32);
+        let lane = ego.lane.map_or(-1, |lane| lane.index() as i32);
         if ego.lane.is_none() {
-            front = self.corner;
+            front = self.nowhere;
         }
         self.push(ego.id, NetworkCommandKind::MoveToXy, lane, [front.x, front.y, angle_deg]);
         let told_mps = if ego.is_wrong_way { 0.0 } else { ego.state.speed_mps.max(0.0) };
@@ -286,6 +298,8 @@ impl NetworkState {
         }
         self.signals.clear();
         self.signals.extend_from_slice(seen.signals);
+        self.signal_starts.clear();
+        self.signal_starts.extend_from_slice(seen.signal_starts);
         Ok(())
     }
 }
@@ -306,7 +320,7 @@ fn vehicle(
     Ok(NetworkVehicle {
         id: VehicleId(record.number),
         body,
-        lane: u32::try_from(record.lane).ok(),
+        lane: usize::try_from(record.lane).ok().map(LaneId::from_index),
         s_m: record.lane_pos_m,
         offset_m: record.lateral_m,
         pose: Pose::from_sumo(front, body.length_m),

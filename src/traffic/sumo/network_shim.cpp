@@ -34,8 +34,9 @@ struct Step {
     const Record* records;
     const Departure* departures;
     const uint32_t* arrivals;
-    const char* signals;  // the states of all signals, one after the other
-    size_t record_count, departure_count, arrival_count, signal_bytes;
+    const char* signals;            // the states of all signals, one after the other
+    const uint32_t* signal_starts;  // where each begins; one more at the end
+    size_t record_count, departure_count, arrival_count, signal_count;
 };
 enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3, MAX_SPEED = 4, LAMPS = 5, LANE_CHANGES = 6 };
 
@@ -67,6 +68,7 @@ std::vector<Departure> departures;
 std::vector<Birth> births;
 std::vector<uint32_t> arrivals;
 std::string signal_states;
+std::vector<uint32_t> signal_starts;
 
 Mobile& vehicle(uint32_t number) {
     const auto found = std::lower_bound(vehicles.begin(), vehicles.end(), number,
@@ -170,12 +172,16 @@ void look(double step_s) {
     }
     read(step_s);
     signal_states.clear();
-    for (const std::string& id : signals) signal_states += sim::TrafficLight::getRedYellowGreenState(id);
+    signal_starts.assign(1, 0);
+    for (const std::string& id : signals) {
+        signal_states += sim::TrafficLight::getRedYellowGreenState(id);
+        signal_starts.push_back(static_cast<uint32_t>(signal_states.size()));
+    }
 }
 
 void tell(Step* out) {
-    *out = {records.data(), departures.data(), arrivals.data(), signal_states.data(), records.size(), departures.size(), arrivals.size(),
-            signal_states.size()};
+    *out = {records.data(), departures.data(), arrivals.data(),   signal_states.data(), signal_starts.data(),
+            records.size(), departures.size(), arrivals.size(), signals.size()};
 }
 
 }  // namespace

@@ -5,7 +5,7 @@ use super::shim::{Shim, Text, Texts, c_text, with_texts};
 use crate::traffic::TrafficError;
 use std::{
     ffi::{CStr, c_char, c_int},
-    slice,
+    ptr, slice,
 };
 
 /// What shall be done to a vehicle before the step; numbered as in network_shim.cpp.
@@ -77,18 +77,26 @@ pub(super) struct RawStep {
     departures: *const RawDeparture,
     arrivals: *const u32,
     signals: *const c_char,
+    signal_starts: *const u32,
     record_count: usize,
     departure_count: usize,
     arrival_count: usize,
-    signal_bytes: usize,
+    signal_count: usize,
 }
 
 impl Default for RawStep {
     fn default() -> Self {
-        let none = (std::ptr::null(), std::ptr::null(), std::ptr::null(), std::ptr::null());
-        let (records, departures, arrivals, signals) = none;
-        let (record_count, departure_count, arrival_count, signal_bytes) = (0, 0, 0, 0);
-        Self { records, departures, arrivals, signals, record_count, departure_count, arrival_count, signal_bytes }
+        Self {
+            records: ptr::null(),
+            departures: ptr::null(),
+            arrivals: ptr::null(),
+            signals: ptr::null(),
+            signal_starts: ptr::null(),
+            record_count: 0,
+            departure_count: 0,
+            arrival_count: 0,
+            signal_count: 0,
+        }
     }
 }
 
@@ -125,6 +133,8 @@ pub(super) struct NetworkStep<'a> {
     pub arrivals: &'a [u32],
     /// States of all signals, one after the other, a letter a link.
     pub signals: &'a [u8],
+    /// Where each signal's begin; one more at the end.
+    pub signal_starts: &'a [u32],
 }
 
 /// C's array; of none there may be no address.
@@ -205,11 +215,13 @@ impl NetworkShim {
     /// What the shim has told. It stands until the next call, which needs `&mut self`.
     fn seen<'a>(raw: &RawStep) -> NetworkStep<'a> {
         unsafe {
+            let signal_starts: &[u32] = array(raw.signal_starts, raw.signal_count + 1);
             NetworkStep {
                 records: array(raw.records, raw.record_count),
                 departures: array(raw.departures, raw.departure_count),
                 arrivals: array(raw.arrivals, raw.arrival_count),
-                signals: array(raw.signals.cast(), raw.signal_bytes),
+                signals: array(raw.signals.cast(), signal_starts.last().map_or(0, |end| *end as usize)),
+                signal_starts,
             }
         }
     }
