@@ -4,7 +4,7 @@
 //!   improved fuel economy" (IEEE Trans. Control Systems Technology 21, 2013): what cruising takes, and what accelerating adds. Idling
 //!   takes 0.157 ml/s; braking saves nothing. It judges policies.
 //! * [`sumo_rate_ml_s`]: SUMO's own, so that recordings of every engine compare with SUMO's outputs: its default for passenger cars,
-//!   `HBEFA4/PC_petrol_Euro-4` of 1500 kg ([HBEFA] 4.2 as SUMO 1.28 fits it). A car in gear that slows down by more than coasting takes
+//!   `HBEFA4/PC_petrol_Euro-4` of 1500 kg (HBEFA 4.2 as SUMO 1.28 fits it; docs/references.md). A car in gear that slows down by more than coasting takes
 //!   nothing; idling takes 0.665 ml/s. `tests/traffic/fuel.rs` holds it against SUMO's program.
 //!
 //! They may differ in sign: by Kamal's polynomial a wave takes more than the same way at an even speed, by SUMO's it takes less at 4 m/s,
