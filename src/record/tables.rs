@@ -255,7 +255,7 @@ impl CarRow {
             yaw_rad: at.yaw_rad,
             speed_mps: car.speed_mps,
             accel_mps2: car.accel_mps2,
-            braking: car.braking,
+            braking: car.lamps.brake,
         }
     }
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     ego::EgoState,
     policy::{Action, DriverEstimate, DriverTraits},
-    sim::{EndReason, Leader, Pitch},
+    sim::{EndReason, Leader},
     space::Pose,
     traffic::VehicleId,
 };
@@ -77,10 +77,10 @@ fn snapshot() -> Snapshot {
         ego_before: EgoState { accel_mps2: 1.25, ..ego },
         ego_s_m: 77.5,
         lane_offset_m: -0.5,
-        cars: Vec::new(),
         leader: Some(Leader { id: VehicleId(7), gap_m: 10.0, speed_mps: 4.0 }),
         advice: Some(ADVISED),
         mean_speed_mps: 3.25,
+        ..Snapshot::default()
     }
 }
 
@@ -186,8 +186,7 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
         speed_mps: 2.5,
         accel_mps2: -1.0,
         odometer_m: 60.0,
-        braking: false,
-        pitch: Pitch::default(),
+        ..VehicleSnapshot::default()
     };
     let car = [
         ("tick", "120"),

@@ -158,7 +158,7 @@ impl Playback {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ego::EgoState, sim::Pitch, space::Pose, time::Tick, traffic::VehicleId};
+    use crate::{ego::EgoState, time::Tick, traffic::VehicleId};
     use glam::DVec3;
 
     fn snapshot(tick: u64) -> Snapshot {
@@ -167,17 +167,7 @@ mod tests {
             speed_mps: tick as f64 / 100.0,
             ..EgoState::default()
         };
-        Snapshot {
-            tick: Tick(tick),
-            ego,
-            ego_before: ego,
-            ego_s_m: 0.0,
-            lane_offset_m: 0.0,
-            cars: Vec::new(),
-            leader: None,
-            advice: None,
-            mean_speed_mps: 0.0,
-        }
+        Snapshot { tick: Tick(tick), ego, ego_before: ego, ..Snapshot::default() }
     }
 
     #[test]
@@ -218,17 +208,7 @@ mod tests {
     #[test]
     fn a_film_holds_two_hours_of_22_cars_and_fewer_steps_of_more_cars() {
         let room = |others: usize| {
-            let car = VehicleSnapshot {
-                id: VehicleId(1),
-                pose: Pose::default(),
-                pose_before: Pose::default(),
-                s_m: 0.0,
-                speed_mps: 0.0,
-                accel_mps2: 0.0,
-                odometer_m: 0.0,
-                braking: false,
-                pitch: Pitch::default(),
-            };
+            let car = VehicleSnapshot { id: VehicleId(1), ..VehicleSnapshot::default() };
             let first = Snapshot { cars: vec![car; others], ..snapshot(0) };
             SnapshotTimeline::new(first, 0.1).room
         };

@@ -133,7 +133,7 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &S
         position: pose.position.as_vec2().extend(0.0),
         rotation: Quat::from_rotation_z(pose.yaw_rad as f32) * lean,
         colour,
-        brake: f32::from(u8::from(car.braking)),
+        brake: f32::from(u8::from(car.lamps.brake)),
         // The wheels stay on the road.
         hubs: stage.hubs.map(|hub| lean.inverse() * hub),
         steer_rad: (WHEELBASE_M * bend_per_m).atan(),
@@ -217,6 +217,7 @@ mod tests {
     use crate::scene::static_scene::tests::{circuit, ring};
     use crate::space::CAR_LENGTH_M;
     use crate::time::Tick;
+    use crate::traffic::VehicleLamps;
 
     const ASPECT: f32 = 16.0 / 9.0;
 
@@ -240,8 +241,8 @@ mod tests {
             speed_mps: 10.0,
             accel_mps2: 0.0,
             odometer_m: 100.0,
-            braking: k == 0,
-            pitch: Default::default(),
+            lamps: VehicleLamps { brake: k == 0, ..VehicleLamps::default() },
+            ..VehicleSnapshot::default()
         };
         Snapshot {
             tick: Tick(200),
@@ -250,9 +251,8 @@ mod tests {
             ego_s_m: s_m,
             lane_offset_m: 0.0,
             cars: ahead_m.iter().enumerate().map(car).collect(),
-            leader: None,
-            advice: None,
             mean_speed_mps: 10.0,
+            ..Snapshot::default()
         }
     }
 

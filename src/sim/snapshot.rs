@@ -2,15 +2,16 @@
 
 use crate::{
     ego::EgoState,
+    map::network::SignalStates,
     policy::Advice,
     rng,
     space::{CAR_WIDTH_M, Pose},
     time::Tick,
-    traffic::VehicleId,
+    traffic::{VehicleBody, VehicleId, VehicleLamps},
 };
 
 /// One car of the traffic at a tick, between two steps of its engine.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VehicleSnapshot {
     /// Which car; never the ego.
     pub id: VehicleId,
@@ -26,8 +27,12 @@ pub struct VehicleSnapshot {
     pub accel_mps2: f64,
     /// Way driven since the start, metres: wheels turn by it.
     pub odometer_m: f64,
-    /// True while the brake lamps are lit.
-    pub braking: bool,
+    /// Size and kind.
+    pub body: VehicleBody,
+    /// Height of the road under it, metres.
+    pub height_m: f64,
+    /// Its lamps.
+    pub lamps: VehicleLamps,
     /// How the body leans on its springs; only for the picture.
     pub pitch: Pitch,
 }
@@ -60,7 +65,7 @@ impl Pitch {
 }
 
 /// Everything at one tick.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
     /// When.
     pub tick: Tick,
@@ -74,6 +79,8 @@ pub struct Snapshot {
     pub lane_offset_m: f64,
     /// All other cars, by ascending id.
     pub cars: Vec<VehicleSnapshot>,
+    /// What the signals of the network show; empty where there are none.
+    pub signals: SignalStates,
     /// The leader: its id, the gap in metres (bumper to bumper) and its speed in m/s. `None` if the ego is alone.
     pub leader: Option<Leader>,
     /// Advice that stands now.
@@ -150,7 +157,7 @@ impl Snapshot {
             put("place", car.id.0, car.s_m);
             put("speed", car.id.0, car.speed_mps);
             put("acceleration", car.id.0, car.accel_mps2);
-            put("brake lamps", car.id.0, f64::from(u8::from(car.braking)));
+            put("brake lamps", car.id.0, f64::from(u8::from(car.lamps.brake)));
         }
         if let Some(advice) = self.advice {
             put("target", 0, advice.target_mps);
@@ -170,7 +177,9 @@ impl VehicleSnapshot {
             speed_mps: car.speed_mps,
             accel_mps2: car.accel_mps2,
             odometer_m: 0.0,
-            braking: car.braking,
+            body: VehicleBody::CAR,
+            height_m: 0.0,
+            lamps: VehicleLamps { brake: car.braking, ..VehicleLamps::default() },
             pitch: Pitch::default(),
         }
     }

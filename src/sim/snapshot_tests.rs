@@ -39,9 +39,8 @@ fn snapshot(cars: u32) -> Snapshot {
         ego_s_m: 0.0,
         lane_offset_m: 0.25,
         cars: (1..=cars).map(car).collect(),
-        leader: None,
-        advice: None,
         mean_speed_mps: 3.5,
+        ..Snapshot::default()
     }
 }
 
@@ -99,7 +98,7 @@ fn fingerprints_are_fnv_1a_chained_over_every_number() {
         |s| s.cars[1].s_m += 0.1,
         |s| s.cars[1].speed_mps += 0.1,
         |s| s.cars[0].accel_mps2 += 0.1,
-        |s| s.cars[0].braking = true,
+        |s| s.cars[0].lamps.brake = true,
     ];
     for (i, change) in changes.iter().enumerate() {
         let mut other = one.clone();

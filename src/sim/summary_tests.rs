@@ -6,36 +6,24 @@ use crate::{
     policy::{Action, Advice},
     sim::{
         event::{Event, EventKind},
-        snapshot::{Leader, Pitch, VehicleSnapshot},
+        snapshot::{Leader, VehicleSnapshot},
     },
-    space::Pose,
     time::Tick,
     traffic::VehicleId,
 };
 
 fn snapshot(tick: u64, ego_mps: f64, car_mps: f64, gap_m: Option<f64>, target_mps: Option<f64>) -> Snapshot {
     let ego = EgoState { speed_mps: ego_mps, ..EgoState::default() };
-    let car = VehicleSnapshot {
-        id: VehicleId(1),
-        pose: Pose::default(),
-        pose_before: Pose::default(),
-        s_m: 0.0,
-        speed_mps: car_mps,
-        accel_mps2: 0.0,
-        odometer_m: 0.0,
-        braking: false,
-        pitch: Pitch::default(),
-    };
+    let car = VehicleSnapshot { id: VehicleId(1), speed_mps: car_mps, ..VehicleSnapshot::default() };
     Snapshot {
         tick: Tick(tick),
         ego,
         ego_before: ego,
-        ego_s_m: 0.0,
-        lane_offset_m: 0.0,
         cars: vec![car],
         leader: gap_m.map(|gap_m| Leader { id: VehicleId(1), gap_m, speed_mps: car_mps }),
         advice: target_mps.map(advice),
         mean_speed_mps: 0.5 * (ego_mps + car_mps),
+        ..Snapshot::default()
     }
 }
 

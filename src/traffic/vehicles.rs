@@ -2,7 +2,10 @@
 //! ascending id. Metres, m/s, world axes.
 
 use super::VehicleId;
-use crate::{map::network::LaneId, space::Pose};
+use crate::{
+    map::network::LaneId,
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
+};
 use serde::{Deserialize, Serialize};
 
 /// What kind of vehicle it is: which model stands for it in the picture.
@@ -73,6 +76,17 @@ pub struct VehicleBody {
     pub width_m: f64,
     /// Height, metres.
     pub height_m: f64,
+}
+
+impl Default for VehicleBody {
+    fn default() -> Self {
+        Self::CAR
+    }
+}
+
+impl VehicleBody {
+    /// The passenger car that all vehicles of a ring are.
+    pub const CAR: Self = Self { kind: VehicleKind::Car, length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M, height_m: 1.5 };
 }
 
 /// What of its lamps is lit.

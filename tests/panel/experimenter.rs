@@ -12,7 +12,7 @@ use codrive::{
     },
     policy::{Action, Advice},
     scenario::Scenario,
-    sim::{Leader, Pitch, Snapshot, VehicleSnapshot},
+    sim::{Leader, Snapshot, VehicleSnapshot},
     space::Pose,
     time::Tick,
     traffic::VehicleId,
@@ -61,17 +61,7 @@ fn snapshot(step: u64) -> Snapshot {
     let car = |id: u32| {
         let s_m = place(f64::from(id));
         let (pose, speed_mps) = (on_ring(s_m), speed(s_m));
-        VehicleSnapshot {
-            id: VehicleId(id),
-            pose,
-            pose_before: pose,
-            s_m,
-            speed_mps,
-            accel_mps2: 0.0,
-            odometer_m: 0.0,
-            braking: false,
-            pitch: Pitch::default(),
-        }
+        VehicleSnapshot { id: VehicleId(id), pose, pose_before: pose, s_m, speed_mps, ..VehicleSnapshot::default() }
     };
     let cars: Vec<VehicleSnapshot> = (1..=CARS).map(car).collect();
     let (ego_s_m, pose) = (place(0.0), on_ring(place(0.0)));
@@ -102,6 +92,7 @@ fn snapshot(step: u64) -> Snapshot {
         leader,
         advice: (step > 200).then_some(advice),
         mean_speed_mps: mean,
+        ..Snapshot::default()
     }
 }
 

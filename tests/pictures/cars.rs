@@ -129,7 +129,7 @@ fn the_birds_eye_view_shows_one_red_and_21_green_cars_at_their_places() {
     const PLAN: [u32; 2] = [480, 300];
     let mut snapshot = full_ring();
     // A lit brake lamp is as red as the ego.
-    snapshot.cars.iter_mut().for_each(|car| car.braking = false);
+    snapshot.cars.iter_mut().for_each(|car| car.lamps.brake = false);
     let view = view(&snapshot, ViewKind::Birdseye, &Default::default());
     let image = draw(&view, true, PLAN);
     // On the road: some trees are as green as the cars.
@@ -304,7 +304,7 @@ fn at_60_m_brake_lamps_are_far_brighter_than_running_lamps() {
         let ego = on_lane(0.0, 0.0);
         let pose = Pose::new(ego.position + ego.forward() * (5.0 + level_gap_m), ego.yaw_rad);
         let mut leader = car(1, pose);
-        leader.braking = braking;
+        leader.lamps.brake = braking;
         let mut options = ViewOptions { cockpit: CockpitView::Off, ..Default::default() };
         options.paint_overrides.insert(leader.id, [0.03; 3]);
         let view = view(&snapshot(vec![leader]), ViewKind::Driver, &options);

@@ -227,7 +227,7 @@ fn a_lit_brake_lamp_at_60_m_is_several_times_as_bright_as_a_running_one() {
         let ego = on_lane(0.0, 0.0);
         let at = ego.position + ego.forward() * 62.0;
         let mut leader = car(1, codrive::space::Pose::new(at, ego.yaw_rad));
-        leader.braking = braking;
+        leader.lamps.brake = braking;
         let view = view(&snapshot(vec![leader]), ViewKind::Driver, &marked_green());
         let image = draw(&view, false, [1280, 720]);
         let centre = view.camera.project(at.as_vec2().extend(0.8), 1280.0 / 720.0).expect("ahead");

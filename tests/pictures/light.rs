@@ -62,7 +62,7 @@ fn shadows_that_were_drawn_in_parts_are_those_drawn_at_once() {
 fn lit_brake_lamps_are_brighter_and_redder() {
     let red = |braking: bool| {
         let mut leader = car(1, on_lane(5.0 + 6.0, 0.0));
-        leader.braking = braking;
+        leader.lamps.brake = braking;
         let image = draw(&view(&snapshot(vec![leader]), ViewKind::Driver, &Default::default()), false, SIZE);
         pixels(&image, |[r, g, b]| r > 0.85 && r > 2.0 * g && r > 2.0 * b).len()
     };

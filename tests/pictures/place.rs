@@ -59,10 +59,8 @@ pub fn car(id: u32, pose: Pose) -> VehicleSnapshot {
         pose_before: pose,
         s_m,
         speed_mps: 4.0,
-        accel_mps2: 0.0,
         odometer_m: s_m,
-        braking: false,
-        pitch: Default::default(),
+        ..VehicleSnapshot::default()
     }
 }
 
@@ -86,19 +84,16 @@ pub fn snapshot(cars: Vec<VehicleSnapshot>) -> Snapshot {
         tick: Tick(500),
         ego,
         ego_before: ego,
-        ego_s_m: 0.0,
-        lane_offset_m: 0.0,
         cars,
-        leader: None,
-        advice: None,
         mean_speed_mps: 4.0,
+        ..Snapshot::default()
     }
 }
 
 /// The full ring: 22 cars at equal distances, every third one braking.
 pub fn full_ring() -> Snapshot {
     let mut cars: Vec<VehicleSnapshot> = (1..22).map(|i| car(i, on_lane(f64::from(i) * RING_M / 22.0, 0.0))).collect();
-    cars.iter_mut().step_by(3).for_each(|car| car.braking = true);
+    cars.iter_mut().step_by(3).for_each(|car| car.lamps.brake = true);
     snapshot(cars)
 }
 

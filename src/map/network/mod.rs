@@ -2,7 +2,7 @@
 //! the file's text. Out: a [`Network`], which nothing changes any more: it is shared behind an [`Arc`](std::sync::Arc), and what it
 //! holds is named by index. Metres, m/s, seconds; world axes as in [`crate::space`], heights included.
 //!
-//! `read` reads it and `write` writes it; `edge`, `junction`, `connection` and `signal` are its data; `centre_line` has the geometry of a
+//! `read` reads it and `write` writes it; `edge`, `junction`, `connection` and `signal` are its data, `signal_states` what its signals show; `centre_line` has the geometry of a
 //! lane, `grid` and `locate` find the lane at a point, `path` chains lanes, `marking` says what is painted between them and
 //! `census` what a network has.
 
@@ -19,6 +19,7 @@ mod marking;
 mod path;
 mod read;
 mod signal;
+mod signal_states;
 #[cfg(test)]
 mod tests;
 mod vehicle_classes;
@@ -35,6 +36,7 @@ pub use locate::REACH_M;
 pub use marking::Marking;
 pub use path::{Path, PathError};
 pub use signal::{ProgramKind, Signal, SignalLight, SignalPhase, SignalProgram};
+pub use signal_states::SignalStates;
 pub use vehicle_classes::VehicleClasses;
 
 use crate::space::Pose3;

@@ -130,12 +130,9 @@ mod tests {
             tick: Tick(tick),
             ego: EgoState { speed_mps, ..EgoState::default() },
             ego_before: EgoState::default(),
-            ego_s_m: 0.0,
-            lane_offset_m: 0.0,
-            cars: Vec::new(),
-            leader: None,
             advice,
             mean_speed_mps: speed_mps,
+            ..Snapshot::default()
         }
     }
 

@@ -2,7 +2,7 @@
 //! place on the road, its leader and the mean speed; an event when it leaves its lane or is back. Metres, m/s.
 
 use crate::{
-    map::Route,
+    map::{Route, network::SignalStates},
     sim::{
         Event, EventKind, Snapshot,
         snapshot::{Leader, VehicleSnapshot},
@@ -24,6 +24,7 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64, others: &
         ego_s_m,
         lane_offset_m: 0.0,
         cars: others.iter().map(VehicleSnapshot::at_start).collect(),
+        signals: SignalStates::default(),
         leader: None,
         advice: None,
         mean_speed_mps: 0.0,

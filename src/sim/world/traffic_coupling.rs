@@ -122,7 +122,7 @@ impl TrafficCoupling {
             view.pose = route.pose_of_front(s_m, CAR_LENGTH_M);
             view.speed_mps = from.speed_mps + (to.speed_mps - from.speed_mps) * fraction;
             view.accel_mps2 = to.accel_mps2;
-            view.braking = to.braking;
+            view.lamps.brake = to.braking;
             view.pitch = view.pitch.step(view.accel_mps2, TICK_S);
             self.obstacles.push(Obstacle { pose: view.pose, speed_mps: view.speed_mps });
         }

@@ -141,18 +141,12 @@ impl SumoNetwork {
             shim.shim.add_route(&name, &route)?;
             shim.add((&name, &name, super::NAME), ego.lane.index(), ego.s_m, ego.speed_mps)?;
         }
-        let body = VehicleBody {
-            kind: VehicleKind::Car,
-            length_m: CAR_LENGTH_M,
-            width_m: crate::space::CAR_WIDTH_M,
-            height_m: 1.5,
-        };
         let mut traffic = Self {
             step_s: setup.step_s,
             nowhere: network.bounds().0.truncate() - dvec2(1000.0, 1000.0),
             commands: Vec::new(),
             state: NetworkState {
-                bodies: (0..setup.egos.len() as u32).map(|k| (VehicleId(k), body)).collect(),
+                bodies: (0..setup.egos.len() as u32).map(|k| (VehicleId(k), VehicleBody::CAR)).collect(),
                 ..NetworkState::default()
             },
             description,
