@@ -1,9 +1,9 @@
 //! Pages from a participant's chair: keys in their order, what is in sight, letters that grow with the picture, from a laptop to a television
 //! of 3840 x 2160.
 
-use crate::screens::{Desk, harness, keys};
+use crate::screens::{Desk, harness, keys, save};
 use codrive::{
-    panel::{key_list, room_sign},
+    panel::{SCREEN_KEYS, key_list, room_sign},
     study::{FormInput, ParticipantTexts, questionnaire_form::FormPosition, questions::ElementKind},
 };
 use egui::{Event, Key, Modifiers, Rect};
@@ -31,6 +31,20 @@ fn keys_of_one_picture_act_in_the_order_in_which_they_were_pressed() {
     harness.run();
     let form = harness.state().form();
     assert_eq!((form.answer("first"), form.answer("second")), (Some(&json!(true)), Some(&json!(false))));
+}
+
+/// Words and the keys after them, all in one slow picture: the words are kept, and the keys are the next question's.
+#[test]
+fn keys_after_words_of_one_picture_go_on_to_the_next_question() {
+    use Key::{ArrowRight, Enter};
+    let mut harness = harness(Desk::shipped("demographics"), [900.0, 600.0], 1.0);
+    let strokes = |key: Key| [event(key, true), event(key, false)];
+    let words = ["3", "4"].map(|digit| Event::Text(digit.into()));
+    let after = [Enter, ArrowRight, ArrowRight, Enter].into_iter().flat_map(strokes);
+    harness.input_mut().events.extend(words.into_iter().chain(after));
+    harness.run();
+    let form = harness.state().form();
+    assert_eq!((form.answer("age"), form.answer("gender")), (Some(&json!("34")), Some(&json!("man"))));
 }
 
 #[test]
@@ -94,10 +108,11 @@ fn letters_have_the_same_share_of_the_height_at_1080_and_2160_lines() {
     let shares = |size: [f32; 2]| {
         let share = |desk: Desk, label: &str| harness(desk, size, 1.0).get_by_label(label).rect().height() / size[1];
         let mut over = crate::harness((), size, 1.0, |ui, ()| {
-            key_list(ui.ctx(), &[("Enter", "next"), ("Esc", "ask to stop")]);
+            key_list(ui.ctx(), &SCREEN_KEYS);
             room_sign(ui, Some("the room is recorded"));
         });
         over.run();
+        save(&mut over, &format!("keys-{}", size[1]));
         [
             share(Desk { page: Some("A page."), ..Desk::new() }, "A page."),
             share(Desk { rest_s: Some(75.0), ..Desk::new() }, "1:15"),

@@ -32,7 +32,7 @@ fn asked(size: [f32; 2], wheel: bool) -> Harness<'static, Asked> {
 
 #[test]
 fn the_scale_stands_beside_the_road_and_has_keys_that_do_not_drive() {
-    for size in [[900.0, 600.0], [1280.0, 720.0], [1920.0, 1080.0]] {
+    for size in [[900.0, 600.0], [1280.0, 720.0], [1920.0, 1080.0], [3840.0, 2160.0]] {
         let mut harness = asked(size, false);
         let shown = harness.get_by_label("How sick do you feel now? 20").rect();
         // The bonnet begins at two thirds of the height: above it are road and mirror. The dial reaches to three fifths of the width.
@@ -53,6 +53,7 @@ fn the_scale_stands_beside_the_road_and_has_keys_that_do_not_drive() {
         assert_eq!(harness.state().inputs, [more.clone(), more, less.clone(), less, FormInput::Next]);
     }
     crate::screens::save(&mut asked([1280.0, 720.0], true), "rating");
+    crate::screens::save(&mut asked([3840.0, 2160.0], false), "rating-television");
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Keys of the participant's screens. In: the keys of a pass, in the order in which they were pressed. Out: [`FormInput`]s in that order.
-//! What a text that is being typed needs is left to it.
+//! What a text that is being typed needs is left to it; what was struck after words, or after a key that leaves them, waits for the next
+//! pass, when the words are kept and it is known where the hand is.
 
 use super::ParticipantScreen;
 use crate::study::{FormInput, QuestionnaireForm};
-use egui::{Event, Key, Modifiers, Ui};
+use egui::{Event, Id, Key, Modifiers, Ui};
 
 /// Keys of the screens, and what they do.
 pub const SCREEN_KEYS: [(&str, &str); 8] = [
@@ -73,15 +74,47 @@ pub fn has_no_answer(form: &QuestionnaireForm) -> bool {
 /// What the keys ask for. A key that is held down moves a choice on and on, but neither answers nor turns a page again.
 pub fn inputs(ui: &Ui, screen: &ParticipantScreen<'_>) -> Vec<FormInput> {
     let context = KeyContext::of(screen);
+    let waiting = Id::unique("keys for the next pass");
+    let mut events: Vec<Event> = ui.data_mut(|data| data.remove_temp(waiting)).unwrap_or_default();
     let mut inputs = Vec::new();
+    let mut later = Vec::new();
     ui.input_mut(|input| {
-        input.events.retain(|event| {
-            let Event::Key { key, pressed: true, repeat, modifiers, .. } = event else { return true };
-            let asked = if modifiers.command { None } else { context.meaning(*key, *modifiers) };
-            let is_taken = asked.is_some();
-            inputs.extend(asked.filter(|asked| !repeat || matches!(asked, FormInput::Turn(_))));
-            !is_taken
-        });
+        events.append(&mut input.events);
+        let (mut has_words, mut has_left) = (false, false);
+        for event in events {
+            if !matches!(event, Event::Key { .. } | Event::Text(_) | Event::Paste(_) | Event::Cut | Event::Ime(_)) {
+                input.events.push(event);
+                continue;
+            }
+            if has_left {
+                later.push(event);
+                continue;
+            }
+            let asked = match &event {
+                Event::Key { key, pressed: true, modifiers, .. } if !modifiers.command => {
+                    context.meaning(*key, *modifiers)
+                }
+                _ => None,
+            };
+            match (asked, &event) {
+                (Some(_), _) if has_words => {
+                    has_left = true;
+                    later.push(event);
+                }
+                (Some(asked), Event::Key { repeat, .. }) => {
+                    has_left = context.types;
+                    inputs.extend((!repeat || matches!(asked, FormInput::Turn(_))).then_some(asked));
+                }
+                _ => {
+                    has_words |= context.types && !matches!(event, Event::Key { pressed: false, .. });
+                    input.events.push(event);
+                }
+            }
+        }
     });
+    if !later.is_empty() {
+        ui.data_mut(|data| data.insert_temp(waiting, later));
+        ui.ctx().request_repaint();
+    }
     inputs
 }
