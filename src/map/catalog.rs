@@ -1,7 +1,7 @@
 //! The maps that exist on this machine. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a
 //! folder `maps/<name>/` with `net.xml` and `map.toml`, among the program's data or the person's.
 
-use super::{MapError, RoadMap, limits::MOST_BYTES, loop_search::route_of, network::Network};
+use super::{MapError, RoadMap, edge_path::along_edges, limits::MOST_BYTES, loop_search::route_of, network::Network};
 use crate::{
     data_folders,
     file::{SETTINGS_BYTES, read_bounded, read_text},
@@ -144,12 +144,28 @@ impl RoadMap {
         }
     }
 
+    /// Loads a map as [`RoadMap::load`] does, with the open route along these edges.
+    ///
+    /// # Errors
+    /// As there, and if an edge is not there, is closed to cars, or does not lead to the next.
+    pub fn load_along(name_or_path: &str, edges: &[&str]) -> Result<Self, MapError> {
+        let place = place_of(name_or_path)?;
+        let (net_file, folder) = if place.is_dir() {
+            (place.join("net.xml"), Some(place.as_path()))
+        } else {
+            (place.clone(), place.parent().filter(|_| place.ends_with("net.xml")))
+        };
+        let about = folder.map_or(Ok(None), read_map_file)?;
+        let network = Network::read(&net_file, &read(&net_file, MOST_BYTES)?)?;
+        let route = along_edges(&net_file, &network, edges)?;
+        let stem = || stem_of(&net_file);
+        let name = folder.filter(|_| place.is_dir() || about.is_some()).map_or_else(stem, name_of);
+        let title = about.map_or_else(|| name.clone(), |file| file.title);
+        Ok(Self { name, title, net_file, route, network: Arc::new(network) })
+    }
+
     fn load_folder(folder: &Path) -> Result<Self, MapError> {
-        let name = folder
-            .canonicalize()
-            .ok()
-            .and_then(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
-            .unwrap_or_else(|| folder.display().to_string());
+        let name = name_of(folder);
         let file = read_map_file(folder)?;
         let route = file.as_ref().and_then(|file| file.route.as_deref());
         let map = Self::load_file(&folder.join("net.xml"), route)?;
@@ -162,10 +178,21 @@ impl RoadMap {
         let text = read(net_file, MOST_BYTES)?;
         let network = Network::read(net_file, &text)?;
         let route = route_of(net_file, &network, route)?;
-        let file_name = net_file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let name = file_name.trim_end_matches(".xml").trim_end_matches(".net").to_owned();
+        let name = stem_of(net_file);
         Ok(Self { title: name.clone(), name, net_file: net_file.into(), route, network: Arc::new(network) })
     }
+}
+
+/// The name of a map's folder.
+fn name_of(folder: &Path) -> String {
+    let name = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
+    name.unwrap_or_else(|| folder.display().to_string())
+}
+
+/// What a network's file is called without its endings.
+fn stem_of(net_file: &Path) -> String {
+    let name = net_file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    name.trim_end_matches(".xml").trim_end_matches(".net").to_owned()
 }
 
 /// The text of a file of at most `limit` bytes.

@@ -96,6 +96,48 @@ pub enum MapError {
         /// The edges that exist.
         known: String,
     },
+    /// A path names an edge that cannot be driven along.
+    #[error("{}: path: edge \"{edge}\" {problem}{near}; edges that cars may drive on: {known}\n  remedy: name ids of such edges in the order in which they are driven", file.display())]
+    PathEdge {
+        /// The network's file.
+        file: PathBuf,
+        /// Which edge.
+        edge: String,
+        /// What is wrong with it.
+        problem: &'static str,
+        /// The nearest edge that exists, as a question; empty where none is near.
+        near: String,
+        /// The edges that can be named.
+        known: String,
+    },
+    /// Two edges of a path do not follow each other.
+    #[error("{}: path: edge \"{from}\" does not lead to edge \"{to}\" for cars; it leads to: {onwards}\n  remedy: name every edge on the way, each connected to the next", file.display())]
+    PathGap {
+        /// The network's file.
+        file: PathBuf,
+        /// The first.
+        from: String,
+        /// The second.
+        to: String,
+        /// Where the first does lead.
+        onwards: String,
+    },
+    /// A path without an edge.
+    #[error("{}: the path names no edge\n  remedy: name the edges to drive along, the first one first", file.display())]
+    EmptyPath {
+        /// The network's file.
+        file: PathBuf,
+    },
+    /// The start on a path is not on it.
+    #[error("{}: the ego starts {start_m} m along its path; allowed: less than {length_m:.1} m, the path's length\n  remedy: a smaller path_start_m, or more edges in path", file.display())]
+    PathStart {
+        /// The network's file.
+        file: PathBuf,
+        /// Where it shall start, metres.
+        start_m: f64,
+        /// The path's length, metres.
+        length_m: f64,
+    },
     /// No map of this name.
     #[error(
         "there is no map \"{name}\"{near}; maps here: {known}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"

@@ -352,7 +352,7 @@ fn inside(net: &Network, from: usize, to: usize) -> Vec<usize> {
 
 /// The lane driven on an edge that is entered by one lane and left by another: it goes over evenly in between. It has the
 /// id of the lane that is left.
-fn change_lanes(entered: &RouteLane, left: &RouteLane) -> RouteLane {
+pub(super) fn change_lanes(entered: &RouteLane, left: &RouteLane) -> RouteLane {
     if entered.id == left.id {
         return entered.clone();
     }
@@ -394,24 +394,28 @@ fn extend_points(lanes: &mut [RouteLane]) {
 /// the road has no hole. SUMO's declared lengths stay as they are.
 fn bridge_gaps(lanes: &mut [RouteLane]) {
     for k in 0..lanes.len() {
-        let next = (k + 1) % lanes.len();
-        let (from, to) = (lanes[k].shape[lanes[k].shape.len() - 1], lanes[next].shape[0]);
-        let gap_m = from.distance(to);
-        if gap_m < GAP_M {
-            continue;
-        }
-        let reversed: Vec<DVec2> = lanes[next].shape.iter().rev().copied().collect();
-        let (out, back) = (end_direction(&lanes[k].shape), end_direction(&reversed));
-        let (a, b) = (from + out * gap_m * 0.4, to + back * gap_m * 0.4);
-        let halves = gap_m.ceil() as usize;
-        let point = |i: usize| {
-            let t = i as f64 / (2 * halves) as f64;
-            let u = 1.0 - t;
-            from * (u * u * u) + a * (3.0 * u * u * t) + b * (3.0 * u * t * t) + to * (t * t * t)
-        };
-        lanes[k].shape.extend((1..=halves).map(point));
-        lanes[next].shape.splice(0..0, (halves..2 * halves).map(point));
+        bridge_gap(lanes, k, (k + 1) % lanes.len());
     }
+}
+
+/// The same for the gap between two lanes.
+pub(super) fn bridge_gap(lanes: &mut [RouteLane], k: usize, next: usize) {
+    let (from, to) = (lanes[k].shape[lanes[k].shape.len() - 1], lanes[next].shape[0]);
+    let gap_m = from.distance(to);
+    if gap_m < GAP_M {
+        return;
+    }
+    let reversed: Vec<DVec2> = lanes[next].shape.iter().rev().copied().collect();
+    let (out, back) = (end_direction(&lanes[k].shape), end_direction(&reversed));
+    let (a, b) = (from + out * gap_m * 0.4, to + back * gap_m * 0.4);
+    let halves = gap_m.ceil() as usize;
+    let point = |i: usize| {
+        let t = i as f64 / (2 * halves) as f64;
+        let u = 1.0 - t;
+        from * (u * u * u) + a * (3.0 * u * u * t) + b * (3.0 * u * t * t) + to * (t * t * t)
+    };
+    lanes[k].shape.extend((1..=halves).map(point));
+    lanes[next].shape.splice(0..0, (halves..2 * halves).map(point));
 }
 
 /// Unit direction at the end of a shape.

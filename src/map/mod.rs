@@ -1,12 +1,13 @@
-//! The road network as data. In: a map's name or a SUMO `net.xml`. Out: a [`RoadMap`]: the whole [`Network`], and one
-//! closed [`Route`] of its lanes, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
+//! The road network as data. In: a map's name or a SUMO `net.xml`, and the edges to drive along if a person names them. Out: a
+//! [`RoadMap`]: the whole [`Network`], and one [`Route`] of its lanes, closed or open, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
 //! [`network`] reads and writes networks, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
-//! closed route, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
+//! closed route, `edge_path` the open one along edges, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
 //! networks and `write` writes them as SUMO reads them.
 
 mod catalog;
 pub mod circuit;
+mod edge_path;
 mod error;
 pub mod import;
 #[cfg(test)]
@@ -36,7 +37,7 @@ use std::{path::PathBuf, sync::Arc};
 /// Asphalt beyond the lane's edge on either side, metres: what is drawn and what the tyres feel.
 pub const SHOULDER_M: f64 = 0.4;
 
-/// A road network with one closed route to drive.
+/// A road network with one route to drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadMap {
     /// Name of its folder in `maps/`, or the file's stem.
@@ -45,7 +46,7 @@ pub struct RoadMap {
     pub title: String,
     /// The network as SUMO reads it.
     pub net_file: PathBuf,
-    /// The closed route.
+    /// The route: closed, or open along the edges of a path.
     pub route: Route,
     /// All roads of the file.
     pub network: Arc<Network>,

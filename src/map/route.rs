@@ -1,7 +1,9 @@
-//! A closed route of single lanes, and the two ways between it and the world. `s_m` is the distance along the route in
-//! the network's *declared* lane lengths (SUMO's lane positions add up to it), 0 at the start of the first lane and
-//! wrapping at [`Route::length_m`]; the lateral offset is positive to the left.
+//! A route of single lanes, closed or open, and the two ways between it and the world. `s_m` is the distance along the route in
+//! the network's *declared* lane lengths (SUMO's lane positions add up to it), 0 at the start of the first lane; on a closed
+//! route it wraps at [`Route::length_m`], an open one goes on straight beyond its ends: a place before its start is below 0, and what is
+//! behind is behind. The lateral offset is positive to the left.
 
+use super::network::{LaneId, Network, Path};
 use crate::space::{Pose, wrap_angle};
 use glam::DVec2;
 
@@ -24,22 +26,41 @@ pub struct RouteLane {
     pub shape: Vec<DVec2>,
 }
 
+impl RouteLane {
+    /// A lane of a network on the ground plane.
+    pub(super) fn of(net: &Network, id: LaneId) -> Self {
+        let lane = net.lane(id);
+        Self {
+            id: lane.id.clone(),
+            edge: net.edge(lane.edge).id.clone(),
+            start_s_m: 0.0,
+            length_m: lane.length_m,
+            speed_limit_mps: lane.speed_limit_mps,
+            width_m: lane.width_m,
+            shape: lane.line.points().iter().map(|point| point.truncate()).collect(),
+        }
+    }
+}
+
 /// A point of the world as the route sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoutePosition {
-    /// Distance along the route, metres, in `0..length_m`.
+    /// Distance along the route, metres: in `0..length_m` of a closed one.
     pub s_m: f64,
     /// Lateral offset from the centre line, metres, positive to the left.
     pub offset_m: f64,
 }
 
-/// A closed chain of lanes: the end of the last is the start of the first.
+/// A chain of lanes. The end of the last is the start of the first, if it is closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
     lanes: Vec<RouteLane>,
     /// All segments of all shapes in order, for searching.
     segments: Vec<ShapeSegment>,
     length_m: f64,
+    closed: bool,
+    /// Places along the route and the heights there, ascending; none of a flat route.
+    heights: Vec<(f64, f64)>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -57,7 +78,41 @@ impl Route {
     /// # Panics
     /// If there is no lane, or a lane has fewer than two distinct points or a length that is not positive: readers of files check
     /// that first.
-    pub fn new(mut lanes: Vec<RouteLane>) -> Self {
+    pub fn new(lanes: Vec<RouteLane>) -> Self {
+        Self::chained(lanes, true)
+    }
+
+    /// Joins lanes to an open route: it ends where the last of them does.
+    ///
+    /// # Panics
+    /// As [`Route::new`].
+    pub fn open(lanes: Vec<RouteLane>) -> Self {
+        Self::chained(lanes, false)
+    }
+
+    /// The route over the lanes of a path, with their heights.
+    pub fn of_path(net: &Network, path: &Path) -> Self {
+        let lanes = path.lanes().iter().map(|lane| RouteLane::of(net, *lane)).collect();
+        Self::chained(lanes, path.is_closed()).with_heights(net)
+    }
+
+    /// The same with the heights of the lanes of a network, found by their ids.
+    #[must_use]
+    pub fn with_heights(mut self, net: &Network) -> Self {
+        self.heights.clear();
+        for lane in &self.lanes {
+            let Some(line) = net.lane_named(&lane.id).map(|id| &net.lane(id).line) else { continue };
+            let share = lane.length_m / line.length_m();
+            let of = |(s_m, point): (&f64, &glam::DVec3)| (lane.start_s_m + s_m * share, point.z);
+            self.heights.extend(line.positions_m().iter().zip(line.points()).map(of));
+        }
+        if self.heights.iter().all(|(_, z)| *z == 0.0) {
+            self.heights.clear();
+        }
+        self
+    }
+
+    fn chained(mut lanes: Vec<RouteLane>, closed: bool) -> Self {
         assert!(!lanes.is_empty(), "a route has at least one lane");
         let mut segments = Vec::new();
         let mut length_m = 0.0;
@@ -77,7 +132,12 @@ impl Route {
                 last.end_s_m = length_m;
             }
         }
-        Self { lanes, segments, length_m }
+        Self { lanes, segments, length_m, closed, heights: Vec::new() }
+    }
+
+    /// True if its end is its start.
+    pub fn is_closed(&self) -> bool {
+        self.closed
     }
 
     /// The lanes in driving order.
@@ -85,37 +145,43 @@ impl Route {
         &self.lanes
     }
 
-    /// Length of one lap, metres: the sum of the declared lane lengths.
+    /// Its length, metres, of a closed one that of a lap: the sum of the declared lane lengths.
     pub fn length_m(&self) -> f64 {
         self.length_m
     }
 
-    /// `s_m` brought into `0..length_m`.
+    /// `s_m` brought into `0..length_m` of a closed route; on an open one it stays as it is, beyond the ends too.
     pub fn wrap(&self, s_m: f64) -> f64 {
         // Nearly always; the remainder costs 10 ns.
-        if (0.0..self.length_m).contains(&s_m) {
+        if !self.closed || (0.0..self.length_m).contains(&s_m) {
             return s_m;
         }
         let wrapped = s_m.rem_euclid(self.length_m);
         if wrapped < self.length_m { wrapped } else { 0.0 }
     }
 
-    /// The way ahead from one route distance to another, metres, in `0..length_m`.
+    /// The way ahead from one route distance to another, metres: in `0..length_m` of a closed route; on an open one it is below 0 to
+    /// what is behind.
     pub fn ahead(&self, from_s_m: f64, to_s_m: f64) -> f64 {
         self.wrap(to_s_m - from_s_m)
     }
 
-    /// The shorter signed way from one route distance to another, metres, positive ahead.
+    /// The signed way from one route distance to another, metres, positive ahead; on a closed route the shorter one.
     pub fn difference(&self, from_s_m: f64, to_s_m: f64) -> f64 {
         let ahead = self.ahead(from_s_m, to_s_m);
-        if ahead > self.length_m / 2.0 { ahead - self.length_m } else { ahead }
+        if self.closed && ahead > self.length_m / 2.0 { ahead - self.length_m } else { ahead }
     }
 
-    /// Index of the lane at `s_m` and the position on it, metres.
+    /// Index of the lane at `s_m` and the position on it, metres; beyond the ends of an open route that of the end.
     pub fn lane_at(&self, s_m: f64) -> (usize, f64) {
-        let s_m = self.wrap(s_m);
+        let s_m = self.within(s_m);
         let index = self.lanes.partition_point(|lane| lane.start_s_m <= s_m) - 1;
         (index, (s_m - self.lanes[index].start_s_m).min(self.lanes[index].length_m))
+    }
+
+    /// `s_m` wrapped, or that of the nearer end of an open route.
+    fn within(&self, s_m: f64) -> f64 {
+        if self.closed { self.wrap(s_m) } else { s_m.clamp(0.0, self.length_m) }
     }
 
     /// Route distance of a position on a lane, if the lane, or another lane of its edge, belongs to the route.
@@ -137,25 +203,65 @@ impl Route {
         self.lanes[self.lane_at(s_m).0].width_m
     }
 
-    /// Point of the centre line, world axes.
+    /// Point of the centre line, world axes; beyond the ends of an open route straight on.
     pub fn point_at(&self, s_m: f64) -> DVec2 {
         let s_m = self.wrap(s_m);
-        let segment = &self.segments[self.segment_at(s_m)];
+        let here = self.segment_at(self.within(s_m));
+        let segment = &self.segments[here];
         let fraction = (s_m - segment.start_s_m) / (segment.end_s_m - segment.start_s_m);
+        if self.is_beyond(here, fraction) {
+            let beyond_m = if fraction < 0.0 { s_m } else { s_m - self.length_m };
+            let beyond = DVec2::from_angle(segment.yaw()) * beyond_m;
+            return if fraction < 0.0 { segment.start } else { segment.end } + beyond;
+        }
         segment.start.lerp(segment.end, fraction.clamp(0.0, 1.0))
+    }
+
+    /// True of a place before the first segment of an open route or beyond its last, by the fraction along that segment.
+    fn is_beyond(&self, segment: usize, fraction: f64) -> bool {
+        !self.closed && ((segment == 0 && fraction < 0.0) || (segment + 1 == self.segments.len() && fraction > 1.0))
+    }
+
+    /// Height of the centre line at `s_m`, metres; 0 everywhere on a route that has no heights.
+    pub fn height_m(&self, s_m: f64) -> f64 {
+        let s_m = self.within(s_m);
+        self.heights_around(s_m).map_or(0.0, |[from, to]| {
+            let fraction = if to.0 > from.0 { ((s_m - from.0) / (to.0 - from.0)).clamp(0.0, 1.0) } else { 0.0 };
+            from.1 + (to.1 - from.1) * fraction
+        })
+    }
+
+    /// Grade at `s_m`, the tangent of the slope's angle, positive uphill.
+    pub fn grade(&self, s_m: f64) -> f64 {
+        let around = self.heights_around(self.within(s_m)).filter(|[from, to]| to.0 > from.0);
+        around.map_or(0.0, |[from, to]| {
+            let ground_m = self.point_at(from.0).distance(self.point_at(to.0));
+            if ground_m > 0.0 { (to.1 - from.1) / ground_m } else { 0.0 }
+        })
+    }
+
+    /// The two places around one within the route whose heights are known, and these.
+    fn heights_around(&self, s_m: f64) -> Option<[(f64, f64); 2]> {
+        let last = self.heights.len().checked_sub(1)?;
+        let after = self.heights.partition_point(|(at_m, _)| *at_m <= s_m).clamp(1, last.max(1));
+        Some([self.heights[after - 1], *self.heights.get(after)?])
     }
 
     /// Direction of the centre line at `s_m`, radians from east, smooth across the joints of the shape: around each joint
     /// it turns evenly from one segment's direction to the next, over half of either segment but no further than the
-    /// other one is long, so that a bend of short chords does not reach far into a straight.
+    /// other one is long, so that a bend of short chords does not reach far into a straight. At the ends of an open route, and
+    /// beyond, it is that of the first or last segment.
     pub fn yaw_at(&self, s_m: f64) -> f64 {
-        let s_m = self.wrap(s_m);
+        let s_m = self.within(s_m);
         let n = self.segments.len();
         let here = self.segment_at(s_m);
         let length_m = |i: usize| self.segments[i].end_s_m - self.segments[i].start_s_m;
         let after_start_m = s_m - self.segments[here].start_s_m;
-        let (from, to) =
-            if after_start_m < length_m(here) / 2.0 { ((here + n - 1) % n, here) } else { (here, (here + 1) % n) };
+        let in_first_half = after_start_m < length_m(here) / 2.0;
+        if !self.closed && ((in_first_half && here == 0) || (!in_first_half && here + 1 == n)) {
+            return self.segments[here].yaw();
+        }
+        let (from, to) = if in_first_half { ((here + n - 1) % n, here) } else { (here, (here + 1) % n) };
         let before_joint_m = (length_m(from) / 2.0).min(length_m(to));
         let after_joint_m = (length_m(to) / 2.0).min(length_m(from));
         let past_joint_m = if to == here { after_start_m } else { after_start_m - length_m(here) };
@@ -196,15 +302,20 @@ impl Route {
         let n = self.segments.len();
         let (first, count) = match near_s_m {
             Some(s_m) if self.length_m > 2.0 * WINDOW_M => {
-                let first = self.segment_at(self.wrap(s_m - WINDOW_M));
-                let last = self.segment_at(self.wrap(s_m + WINDOW_M));
+                let first = self.segment_at(self.within(s_m - WINDOW_M));
+                let last = self.segment_at(self.within(s_m + WINDOW_M));
                 (first, (last + n - first) % n + 1)
             }
             _ => (0, n),
         };
         let mut best = (f64::INFINITY, 0, 0.0);
         for index in (0..count).map(|i| (first + i) % n) {
-            let (distance, fraction) = self.segments[index].nearest(point);
+            let (mut distance, mut fraction) = self.segments[index].nearest(point);
+            let segment = &self.segments[index];
+            let straight_on = if self.closed { fraction } else { segment.foot(point) };
+            if self.is_beyond(index, straight_on) {
+                (distance, fraction) = (point.distance(segment.start.lerp(segment.end, straight_on)), straight_on);
+            }
             if distance < best.0 {
                 best = (distance, index, fraction);
             }
@@ -212,10 +323,13 @@ impl Route {
         let segment = &self.segments[best.1];
         let along = segment.end - segment.start;
         let side = along.perp_dot(point - segment.start).signum();
-        RoutePosition {
-            s_m: self.wrap(segment.start_s_m + best.2 * (segment.end_s_m - segment.start_s_m)),
-            offset_m: side * best.0,
-        }
+        let declared_m = if self.is_beyond(best.1, best.2) {
+            // Beyond the ends a metre is a metre.
+            if best.2 < 0.0 { best.2 * along.length() } else { segment.end_s_m + (best.2 - 1.0) * along.length() }
+        } else {
+            segment.start_s_m + best.2 * (segment.end_s_m - segment.start_s_m)
+        };
+        RoutePosition { s_m: self.wrap(declared_m), offset_m: side * best.0 }
     }
 
     fn segment_at(&self, wrapped_s_m: f64) -> usize {
@@ -234,68 +348,20 @@ impl ShapeSegment {
         along.y.atan2(along.x)
     }
 
+    /// The fraction along the segment of a point's foot on its line, below 0 before it and above 1 beyond it.
+    fn foot(&self, point: DVec2) -> f64 {
+        let along = self.end - self.start;
+        (point - self.start).dot(along) / along.length_squared()
+    }
+
     /// Distance of `point` and the fraction along the segment of its foot.
     fn nearest(&self, point: DVec2) -> (f64, f64) {
         let along = self.end - self.start;
-        let fraction = ((point - self.start).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        let fraction = self.foot(point).clamp(0.0, 1.0);
         (point.distance(self.start + along * fraction), fraction)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::f64::consts::TAU;
-
-    /// A circle of 100 m declared length in two lanes, 200 points.
-    fn circle() -> Route {
-        let r = 100.0 / TAU;
-        let lane = |k: usize| RouteLane {
-            id: format!("e{k}_0"),
-            edge: format!("e{k}"),
-            start_s_m: 0.0,
-            length_m: 50.0,
-            speed_limit_mps: 30.0,
-            width_m: 3.2,
-            shape: (0..=100).map(|i| DVec2::from_angle(TAU * (k * 100 + i) as f64 / 200.0) * r).collect(),
-        };
-        Route::new(vec![lane(0), lane(1)])
-    }
-
-    #[test]
-    fn lengths_add_up_and_positions_wrap() {
-        let route = circle();
-        assert_eq!(route.length_m(), 100.0);
-        assert_eq!(route.lane_at(-1.0), (1, 49.0));
-        assert_eq!(route.s_of("e1_0", 3.0), Some(53.0));
-        assert_eq!(route.difference(99.0, 2.0), 3.0);
-        assert_eq!(route.difference(2.0, 99.0), -3.0);
-        assert_eq!(route.wrap(-1e-18), 0.0);
-    }
-
-    #[test]
-    fn a_point_projects_back_to_where_it_came_from() {
-        let route = circle();
-        for i in 0..1000 {
-            let s_m = i as f64 * 0.1;
-            let left = DVec2::from_angle(route.yaw_at(s_m)).perp();
-            for near in [None, Some(s_m + 20.0)] {
-                let found = route.project(route.point_at(s_m) + left * 1.5, near);
-                // Half a segment (0.25 m) seen from 1.5 m off a 15.9 m radius: 0.0236 m.
-                assert!(route.difference(found.s_m, s_m).abs() < 0.024, "{s_m} {found:?}");
-                assert!((found.offset_m - 1.5).abs() < 0.002, "{s_m} {found:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn heading_and_curvature_of_a_circle_are_the_circles() {
-        let route = circle();
-        for i in 0..997 {
-            let s_m = i as f64 * 0.1003;
-            let expected = wrap_angle(TAU * s_m / 100.0 + TAU / 4.0);
-            assert!(wrap_angle(route.yaw_at(s_m) - expected).abs() < 1e-6, "{s_m}");
-            assert!((route.curvature_at(s_m, 4.0) - TAU / 100.0).abs() < 1e-6, "{s_m}");
-        }
-    }
-}
+#[path = "route_tests.rs"]
+mod tests;

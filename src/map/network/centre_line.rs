@@ -92,6 +92,11 @@ impl CentreLine {
         &self.points
     }
 
+    /// Position of each point, declared metres; the last is the lane's length.
+    pub fn positions_m(&self) -> &[f64] {
+        &self.positions_m
+    }
+
     /// Declared length, metres.
     pub fn length_m(&self) -> f64 {
         self.positions_m[self.positions_m.len() - 1]

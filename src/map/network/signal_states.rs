@@ -38,6 +38,11 @@ impl SignalStates {
         self.starts.extend_from_slice(starts);
     }
 
+    /// SUMO's letters of all signals, one a link, signal after signal.
+    pub fn all_letters(&self) -> &[u8] {
+        &self.letters
+    }
+
     /// SUMO's letters of a signal, one a link; none for a signal that is not known.
     pub fn letters(&self, id: SignalId) -> &[u8] {
         let end = |k: usize| self.starts.get(k).map(|at| *at as usize);

@@ -1,0 +1,195 @@
+//! The open route along edges that a person names. In: a [`Network`] and edges in the order in which they are driven. Out: the lanes to
+//! drive, insides of junctions included, as an open [`Route`]; or what does not fit, with the remedy. Deterministic: the fewest
+//! changes of lanes, and of those the outermost lanes.
+
+use super::{
+    MapError, Route, RouteLane,
+    limits::LONGEST_ROUTE_M,
+    loop_search::{bridge_gap, change_lanes},
+    network::{EdgeId, LaneId, Network},
+};
+use crate::toml_text::did_you_mean;
+use std::{collections::BTreeMap, path::Path};
+
+/// The best way on from a lane by which an edge is entered.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct WayOn {
+    /// Changes of lanes from here to the end.
+    changes: usize,
+    /// Those of them on this edge.
+    changes_here: usize,
+    /// The lane by which the edge is left.
+    exit: LaneId,
+    /// The lane by which the next one is entered; that itself on the last.
+    next: LaneId,
+}
+
+/// The route along `edges` of the network of `file`.
+pub(super) fn along_edges(file: &Path, net: &Network, edges: &[&str]) -> Result<Route, MapError> {
+    let chosen = edges.iter().map(|id| street(file, net, id)).collect::<Result<Vec<_>, _>>()?;
+    let ways = ways_on(file, net, &chosen)?;
+    let first = ways.first().and_then(|lanes| lanes.iter().min_by_key(|(lane, way)| (way.changes, **lane)));
+    let Some((&first, _)) = first else {
+        return Err(MapError::EmptyPath { file: file.into() });
+    };
+    let mut lanes = Vec::new();
+    let mut entered = first;
+    for (k, ways) in ways.iter().enumerate() {
+        let WayOn { exit, next, .. } = ways[&entered];
+        lanes.push(change_lanes(&RouteLane::of(net, entered), &RouteLane::of(net, exit)));
+        if k + 1 < chosen.len() {
+            lanes.extend(inside(net, exit, next).map(|lane| RouteLane::of(net, lane)));
+        }
+        entered = next;
+    }
+    let length_m: f64 = lanes.iter().map(|lane| lane.length_m).sum();
+    if length_m > LONGEST_ROUTE_M {
+        let (what, value) = ("the length of the path".into(), format!("{length_m:.0} m"));
+        return Err(MapError::Limit {
+            file: file.into(),
+            what,
+            value,
+            allowed: format!("at most {LONGEST_ROUTE_M} m"),
+        });
+    }
+    for k in 1..lanes.len() {
+        bridge_gap(&mut lanes, k - 1, k);
+    }
+    Ok(Route::open(lanes).with_heights(net))
+}
+
+/// The edge of an id that a person wrote.
+fn street(file: &Path, net: &Network, id: &str) -> Result<EdgeId, MapError> {
+    let is_open = |edge: &EdgeId| cars_lanes(net, *edge).next().is_some();
+    let found = net.edge_named(id).filter(|edge| net.edge(*edge).kind.is_street());
+    if let Some(edge) = found.filter(is_open) {
+        return Ok(edge);
+    }
+    let streets = net.edge_ids().filter(|edge| net.edge(*edge).kind.is_street() && is_open(edge));
+    let known: Vec<&str> = streets.map(|edge| net.edge(edge).id.as_str()).collect();
+    let problem = if found.is_some() { "has no lane that is open to cars" } else { "does not exist" };
+    let near = if found.is_some() { String::new() } else { did_you_mean(id, &known) };
+    Err(MapError::PathEdge { file: file.into(), edge: id.into(), problem, near, known: super::listed(&known) })
+}
+
+/// The lanes of an edge that are open to cars, the outermost first.
+fn cars_lanes(net: &Network, edge: EdgeId) -> impl Iterator<Item = LaneId> {
+    net.edge(edge).lanes().filter(|lane| net.lane(*lane).admits_cars())
+}
+
+/// From each lane of each edge the best way on to the end.
+fn ways_on(file: &Path, net: &Network, chosen: &[EdgeId]) -> Result<Vec<BTreeMap<LaneId, WayOn>>, MapError> {
+    let mut ways: Vec<BTreeMap<LaneId, WayOn>> = Vec::new();
+    for (k, edge) in chosen.iter().enumerate().rev() {
+        let here: BTreeMap<LaneId, WayOn> = match ways.last() {
+            None => cars_lanes(net, *edge)
+                .map(|lane| (lane, WayOn { changes: 0, changes_here: 0, exit: lane, next: lane }))
+                .collect(),
+            Some(on) => {
+                let best = |lane: LaneId| {
+                    let exits = cars_lanes(net, *edge).flat_map(|exit| net.connections_from(exit));
+                    let ways = exits.filter_map(|connection| {
+                        let changes_here = connection.from.index().abs_diff(lane.index());
+                        let changes = on.get(&connection.to)?.changes + changes_here;
+                        Some(WayOn { changes, changes_here, exit: connection.from, next: connection.to })
+                    });
+                    Some((lane, ways.min()?))
+                };
+                cars_lanes(net, *edge).filter_map(best).collect()
+            }
+        };
+        if here.is_empty() {
+            let name = |edge: EdgeId| net.edge(edge).id.clone();
+            let beyond = net.edge(*edge).lanes().flat_map(|lane| net.connections_from(lane));
+            let mut onwards: Vec<&str> = beyond
+                .filter(|connection| {
+                    net.lane(connection.to).admits_cars() && net.edge_of(connection.to).kind.is_street()
+                })
+                .map(|connection| net.edge_of(connection.to).id.as_str())
+                .collect();
+            onwards.sort_unstable();
+            onwards.dedup();
+            return Err(MapError::PathGap {
+                file: file.into(),
+                from: name(*edge),
+                to: name(chosen[k + 1]),
+                onwards: super::listed(&onwards),
+            });
+        }
+        ways.push(here);
+    }
+    ways.reverse();
+    Ok(ways)
+}
+
+/// The lanes inside the junction between two lanes that are connected, in driving order.
+fn inside(net: &Network, from: LaneId, to: LaneId) -> impl Iterator<Item = LaneId> {
+    let next = move |at: LaneId| {
+        let way = net.connections_from(at).iter().find(|connection| connection.to == to);
+        way.map(super::network::Connection::next).filter(|lane| *lane != to)
+    };
+    // netconvert makes two or three of them; a network that leads in circles inside a junction is not followed.
+    std::iter::successors(next(from), move |at| next(*at)).take(16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::RoadMap;
+    use glam::DVec2;
+
+    const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+
+    fn along(edges: &[&str]) -> Result<Route, String> {
+        RoadMap::load_along(GRID, edges).map(|map| map.route).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_path_starts_on_the_outermost_lane_from_which_it_goes_on_and_joins_the_insides_of_junctions() {
+        let net = Network::load(GRID).unwrap();
+        let route = along(&["A0B0", "B0C0", "C0C1"]).unwrap();
+        let ids: Vec<&str> = route.lanes().iter().map(|lane| lane.id.as_str()).collect();
+        let streets: Vec<&str> = ids.iter().copied().filter(|id| !id.starts_with(':')).collect();
+        assert_eq!(streets.len(), 3);
+        // Each lane leads to the next: SUMO's own connections say so.
+        for pair in route.lanes().windows(2) {
+            let [from, to] = [&pair[0], &pair[1]].map(|lane| net.lane_named(&lane.id).unwrap());
+            assert!(net.successors(from).any(|next| next == to), "{ids:?}");
+            assert!(pair[0].shape.last().unwrap().distance(pair[1].shape[0]) < 0.05, "{ids:?}");
+        }
+        assert!(!route.is_closed());
+    }
+
+    #[test]
+    fn a_path_that_needs_another_lane_goes_over_to_it_evenly() {
+        // Right at B1, then left at C1 from the inner lane: whichever lane is entered, one edge has a change.
+        let net = Network::load(GRID).unwrap();
+        let turns = |lane: &str, to: &str| {
+            net.connections_from(net.lane_named(lane).unwrap()).iter().any(|way| net.edge_of(way.to).id == to)
+        };
+        assert!(turns("B0B1_0", "B1C1") && !turns("B1C1_0", "C1C2") && turns("B1C1_1", "C1C2"), "what SUMO says");
+        let route = along(&["B0B1", "B1C1", "C1C2"]).unwrap();
+        let change = route.lanes().iter().position(|lane| lane.edge == "B1C1").unwrap();
+        let lane = &route.lanes()[change];
+        assert_eq!(lane.id, "B1C1_1");
+        let entered = net.lane(net.lane_named("B1C1_0").unwrap()).line.points()[0].truncate();
+        let left = net.lane(net.lane_named("B1C1_1").unwrap()).line.points().last().unwrap().truncate();
+        assert!(lane.shape[0].distance(entered) < 1e-9 && lane.shape.last().unwrap().distance(left) < 1e-9);
+        // Nowhere a corner of more than 20 degrees.
+        let sharpest = lane.shape.windows(3).map(|p| (p[1] - p[0]).angle_to(p[2] - p[1]).abs()).fold(0.0, f64::max);
+        assert!(sharpest < 0.35, "{sharpest}");
+        let heading: DVec2 = lane.shape[1] - lane.shape[0];
+        assert!(heading.length() > 0.0);
+    }
+
+    #[test]
+    fn an_edge_that_is_not_there_and_a_step_that_does_not_connect_are_named_with_the_remedy() {
+        let text = along(&["A0B0", "B0C9"]).unwrap_err();
+        assert!(text.contains("path: edge \"B0C9\" does not exist (did you mean B0C0?)"), "{text}");
+        let text = along(&["A0B0", "B1C1"]).unwrap_err();
+        assert!(text.contains("path: edge \"A0B0\" does not lead to edge \"B1C1\"") && text.contains("B0B1"), "{text}");
+        assert!(text.contains("remedy"), "{text}");
+        assert!(along(&[":B1_0"]).unwrap_err().contains("does not exist"));
+        assert!(along(&[]).unwrap_err().contains("names no edge"));
+    }
+}
