@@ -16,6 +16,7 @@
 //!   permissions. **junction**: an area where lanes meet, crossed on **internal lanes**. **connection**: from lane to lane, with right of way
 //!   and signal. **signal**: a program of phases over links ([`map::network`]).
 //! * **lane position**: lane, declared metres from its start, offset to the left. **path**: lanes that follow each other, open or closed.
+//!   **route**: the path that the ego drives ([`map::Route`]). **demand**: which vehicles come to a network, where from and where to.
 //! * **gap**: own front bumper to the leader's rear bumper. **headway**: front bumper to front bumper (SAE J2944).
 //! * **action**: what a policy puts out, an acceleration or a speed. **advice**: the target shown to the driver with
 //!   its acceptable **range**, its issue time and its hold ([`policy::Advice`]).

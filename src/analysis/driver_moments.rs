@@ -5,7 +5,6 @@
 use super::{AnalysisError, RecordedTrial, trial::ThinnedValues};
 use crate::{
     driver::{DriverParams, bend_speed_mps},
-    map::RoadMap,
     space::CAR_LENGTH_M,
     time::TICK_S,
 };
@@ -83,7 +82,7 @@ impl DriverStretches {
     /// The table cannot be read, or is not as this program writes it.
     pub fn of(trial: &RecordedTrial) -> Result<Self, AnalysisError> {
         // A road that is gone from this machine has no bends: its drives are taken as if on a straight one.
-        let map = RoadMap::load(&trial.setup.scenario.map).ok();
+        let map = trial.setup.scenario.load_map().ok();
         let usual = DriverParams::default();
         let mut cutter = StretchCutter::new();
         for sample in trial.following()? {

@@ -7,7 +7,6 @@ use super::{
     events::{AdviceChange, ChangeFinder, DriveOnsets, OnsetFinder},
 };
 use crate::{
-    map::RoadMap,
     record::{self, RecordError, Table, TableParts, TableReader, tables::PUT_BACK},
     time::{TICKS_PER_S, Tick},
 };
@@ -135,7 +134,7 @@ impl RecordedTrial {
             recording: recording.into(),
             ended: manifest.ended.clone().unwrap_or_default(),
             setup: DriveSetup {
-                route_m: RoadMap::load(&scenario.map).map_or(0.0, |map| map.route.length_m()),
+                route_m: scenario.load_map().map_or(0.0, |map| map.route.length_m()),
                 manifest,
                 scenario,
             },

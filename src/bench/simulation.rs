@@ -137,7 +137,8 @@ fn ego(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
     let length_m = crate::space::CAR_LENGTH_M;
     let obstacles: Vec<Obstacle> = setup.cars[1..]
         .iter()
-        .map(|car| Obstacle { pose: route.pose_of_front(car.s_m, length_m), speed_mps: 0.0 })
+        .zip(1..)
+        .map(|(car, id)| Obstacle { id, pose: route.pose_of_front(car.s_m, length_m), ..Obstacle::default() })
         .collect();
     let start = route.pose_of_front(setup.cars[0].s_m, length_m);
     let mut ego = EgoCar::new(&CarParams::default(), start, 0.0, obstacles.len()).map_err(WorldError::from)?;

@@ -1,14 +1,22 @@
 //! A drive's summary as text, for a terminal. In: a [`Summary`]. Out: lines.
 
-use crate::{scenario::Scenario, sim::Summary, units::SpeedUnit};
+use crate::{
+    scenario::Scenario,
+    sim::{EndReason, Summary},
+    units::SpeedUnit,
+};
 
 /// The summary of a drive, a line a figure; `who` drove, advised by `policy`.
 pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summary: &Summary) -> String {
     let unit = scenario.display.units;
     let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
     let in_range = summary.time_in_range.map_or("- (no advice)".into(), |share| format!("{:.1} %", 100.0 * share));
+    let cars = match scenario.is_on_network() {
+        true => "vehicles that come and go".to_owned(),
+        false => format!("{} cars", scenario.vehicles),
+    };
     let mut lines = vec![
-        format!("{} cars on {}, {engine}, driver {who}, policy {policy}", scenario.vehicles, scenario.map),
+        format!("{cars} on {}, {engine}, driver {who}, policy {policy}", scenario.map),
         format!("window                   {:.1} s to {:.1} s", summary.window_s[0], summary.window_s[1]),
         format!("mean speed, all cars     {}", speed(summary.mean_speed_mps)),
         format!("its standard deviation   {}", speed(summary.speed_sd_mps)),
@@ -24,6 +32,9 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summa
     match &summary.failure {
         Some(_) => {
             lines.push(format!("broken off               at {:.1} s: {}", summary.duration_s, summary.end_in_words()))
+        }
+        None if summary.ended == Some(EndReason::PathEnd) => {
+            lines.push(format!("at the end of its path   at {:.1} s", summary.duration_s));
         }
         None if summary.ended.is_none() => {
             lines.push(format!("stopped                  at {:.1} s", summary.duration_s));
@@ -41,7 +52,7 @@ fn both(speed_mps: f64, unit: SpeedUnit) -> String {
 mod tests {
     use super::*;
     use crate::scenario::DisplaySettings;
-    use crate::sim::{ContactRecord, EndReason, SummaryAccumulator};
+    use crate::sim::{ContactRecord, SummaryAccumulator};
 
     #[test]
     fn a_drive_is_told_line_by_line_in_the_units_of_its_scenario() {

@@ -46,6 +46,8 @@ pub struct Perception {
     pub lane: LaneView,
     /// The car ahead, if there is one.
     pub leader: Option<SeenLeader>,
+    /// Way from the front bumper to a line that must not be crossed now, metres: a signal that is not green.
+    pub stop_ahead_m: Option<f64>,
     /// The advice on the speedometer, if there is one.
     pub advice: Option<Advice>,
     /// Speed limit, m/s.
@@ -157,6 +159,7 @@ impl SimulatedDriver {
         let advised_mps = now.advice.map(|advice| advice.target_mps);
         let seen_mps = self.advice.see(advised_mps, now.leader.map(|leader| leader.speed_mps));
         let (target_mps, leader) = self.senses.see(now, seen_mps);
+        let stop_ahead_m = self.senses.see_stop(now);
         let wander_mps = self.speed_wander.next();
         let p = &self.params;
         let reach =
@@ -182,7 +185,9 @@ impl SimulatedDriver {
             let off_mps = wanted_mps - now.speed_mps;
             reach(wanted_mps - off_mps.clamp(-p.deadband_mps, p.deadband_mps))
         });
-        behind.min(advised).min(bend)
+        // As behind a leader that stands on the line, whatever rule holds behind cars.
+        let stop = stop_ahead_m.map_or(f64::INFINITY, |gap_m| follow(gap_m, 0.0));
+        behind.min(advised).min(bend).min(stop)
     }
 }
 

@@ -44,12 +44,19 @@ pub(super) struct DelayedPerception {
     advice: DelayLine<Option<f64>>,
     /// The leader, and the own way driven until then in metres.
     leader: DelayLine<(Option<SeenLeader>, f64)>,
+    /// The line to stop at, and the own way driven until then in metres.
+    stop: DelayLine<(Option<f64>, f64)>,
     way_m: f64,
 }
 
 impl DelayedPerception {
     pub fn new(advice_s: f64, leader_s: f64) -> Self {
-        Self { advice: DelayLine::new(advice_s), leader: DelayLine::new(leader_s), way_m: 0.0 }
+        Self {
+            advice: DelayLine::new(advice_s),
+            leader: DelayLine::new(leader_s),
+            stop: DelayLine::new(leader_s),
+            way_m: 0.0,
+        }
     }
 
     /// Takes in this tick and the advised speed that the driver has in mind. Returns the one that he acts upon, and the leader.
@@ -59,6 +66,13 @@ impl DelayedPerception {
         let index = self.leader.push((now.leader, self.way_m));
         let leader = self.leader.moments[index].0.map(|leader| self.anticipate(index, leader));
         (self.advice.moments[advised], leader)
+    }
+
+    /// Takes in the line to stop at, after [`DelayedPerception::see`]. Returns how far it is now, if it was there a reaction time ago.
+    pub fn see_stop(&mut self, now: &Perception) -> Option<f64> {
+        let index = self.stop.push((now.stop_ahead_m, self.way_m));
+        let (seen_m, way_m) = self.stop.moments[index];
+        seen_m.map(|seen_m| seen_m - (self.way_m - way_m)).filter(|ahead_m| *ahead_m >= 0.0)
     }
 
     /// Where the leader of moment `index` is now, if he goes on as he did then; only his braking is extrapolated, not

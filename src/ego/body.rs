@@ -21,8 +21,8 @@ const ROOF_M: f32 = 1.4;
 const CLEARANCE_M: f32 = 0.25;
 /// Half height of the other cars' boxes, metres: as walls they push an overlapping ego sideways, never into the road.
 const WALL_M: f32 = 4.0;
-/// Cars farther away (centre to centre) take no part in the physics, metres: two lengths and what two cars at 60 m/s
-/// close within a tick leave room to spare.
+/// Cars farther away take no part in the physics, metres from centre to centre beyond half of the other's length more than a car's:
+/// two lengths and what two cars at 60 m/s close within a tick leave room to spare.
 const NEAR_M: f64 = 15.0;
 /// A car that moves farther within a tick was set there, metres: it gets no velocity of 100 times that a second.
 const JUMP_M: f64 = 1.5;
@@ -45,7 +45,12 @@ pub(super) struct CarBody {
     vehicle: DynamicRayCastVehicleController,
     chassis: RigidBodyHandle,
     shell: ColliderHandle,
+    /// Bodies of other cars, those too that stand for none now.
     cars: Vec<ObstacleBody>,
+    /// The body of each obstacle of this tick, by its place in the list.
+    slots: Vec<usize>,
+    /// Weight of a kilogram, N, in axes whose plane is the road's.
+    gravity: Vec3,
     /// World position of the frame's origin.
     origin: DVec2,
     mass_kg: f32,
@@ -56,6 +61,11 @@ pub(super) struct CarBody {
 /// Another car.
 struct ObstacleBody {
     body: RigidBodyHandle,
+    collider: ColliderHandle,
+    /// Which car it stands for now, if for any.
+    id: Option<u32>,
+    /// Length and width, metres.
+    size_m: [f64; 2],
     /// Where it was at the end of the last tick; `None` before the first.
     pose: Option<Pose>,
     speed_mps: f64,
@@ -69,14 +79,7 @@ impl CarBody {
         // Weight is given as an impulse beside the springs' (see `springs`), so that a standing car stands exactly.
         world.gravity = Vector::ZERO;
         world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).friction(0.6));
-        let half = vec3(CAR_LENGTH_M as f32 / 2.0, CAR_WIDTH_M as f32 / 2.0, (ROOF_M - CLEARANCE_M) / 2.0);
-        let shell = |half_height_m: f32| {
-            ColliderBuilder::cuboid(half.x, half.y, half_height_m)
-                .translation(vec3(0.0, 0.0, CLEARANCE_M + half.z))
-                .density(0.0)
-                .friction(0.3)
-                .restitution(0.05)
-        };
+        let half_z = (ROOF_M - CLEARANCE_M) / 2.0;
         let b = &p.body;
         let [roll, pitch, yaw] = b.inertia_kgm2.map(|i| i as f32);
         let cg = vec3(cg_x(p), 0.0, b.cg_height_m as f32);
@@ -88,15 +91,9 @@ impl CarBody {
                 .linvel((forward * start_speed_mps).as_vec2().extend(0.0))
                 .additional_mass_properties(MassProperties::new(cg, b.mass_kg as f32, vec3(roll, pitch, yaw)))
                 .can_sleep(false),
-            shell(half.z),
+            shell(half_z),
         );
-        let cars = (0..cars)
-            .map(|i| {
-                let body = RigidBodyBuilder::kinematic_position_based().enabled(false).can_sleep(false);
-                let (body, _) = world.insert(body, shell(WALL_M).user_data(i as u128 + 1));
-                ObstacleBody { body, pose: None, speed_mps: 0.0, touched: None }
-            })
-            .collect();
+        let cars = (0..cars).map(|slot| ObstacleBody::new(&mut world, slot)).collect();
         let anti_roll_npm = p.suspension.anti_roll_npm.map(|k| k as f32);
         let vehicle = vehicle(chassis, p);
         Self {
@@ -105,6 +102,8 @@ impl CarBody {
             chassis,
             shell: shell_handle,
             cars,
+            slots: Vec::new(),
+            gravity: vec3(0.0, 0.0, -GRAVITY),
             origin,
             mass_kg: b.mass_kg as f32,
             anti_roll_npm,
@@ -121,22 +120,32 @@ impl CarBody {
         self.origin + dvec2(f64::from(point.x), f64::from(point.y))
     }
 
+    /// The road under the car rises by so much a metre to the east and to the north: rapier's plane is that of the road, and the weight
+    /// leans in it.
+    pub fn set_gradient(&mut self, gradient: DVec2) {
+        let cos = 1.0 / (1.0 + gradient.length_squared()).sqrt();
+        self.gravity = if gradient == DVec2::ZERO {
+            vec3(0.0, 0.0, -GRAVITY)
+        } else {
+            (-gradient * cos).extend(-cos).as_vec3() * GRAVITY
+        };
+    }
+
     /// Before the sub-steps of a tick: keeps the frame near the car, and wakes the cars that are near.
-    ///
-    /// # Panics
-    /// If the number of obstacles is not the one given at the start.
     pub fn begin_tick(&mut self, obstacles: &[Obstacle]) {
-        assert_eq!(obstacles.len(), self.cars.len(), "the number of other cars is fixed at the start of a drive");
+        self.assign(obstacles);
         self.rebase();
         let here = self.world_from_frame(self.chassis().translation());
-        for (car, obstacle) in self.cars.iter_mut().zip(obstacles) {
+        for (slot, obstacle) in self.slots.iter().zip(obstacles) {
+            let car = &mut self.cars[*slot];
             car.touched = None;
             if car.pose.is_none() {
                 car.speed_mps = obstacle.speed_mps;
             }
             let from = car.pose.filter(|pose| pose.position.distance(obstacle.pose.position) < JUMP_M);
             let from = *car.pose.insert(from.unwrap_or(obstacle.pose));
-            let near = obstacle.pose.is_finite() && obstacle.pose.position.distance(here) < NEAR_M;
+            let near = obstacle.pose.is_finite()
+                && obstacle.pose.position.distance(here) < NEAR_M + (obstacle.length_m - CAR_LENGTH_M) / 2.0;
             // rapier lists every body that is asked for as one to change: only those that are.
             let enabled = self.world.bodies[car.body].is_enabled();
             if near || enabled {
@@ -151,6 +160,39 @@ impl CarBody {
         }
     }
 
+    /// A body for each obstacle: that which stood for it before, or one that stands for none.
+    fn assign(&mut self, obstacles: &[Obstacle]) {
+        let stays = |(slot, obstacle): (&usize, &Obstacle)| self.cars[*slot].id == Some(obstacle.id);
+        if self.slots.len() == obstacles.len() && self.slots.iter().zip(obstacles).all(stays) {
+            return;
+        }
+        for car in &mut self.cars {
+            if car.id.is_some_and(|id| obstacles.iter().all(|obstacle| obstacle.id != id)) {
+                (car.id, car.pose, car.touched) = (None, None, None);
+                if self.world.bodies[car.body].is_enabled() {
+                    self.world.bodies[car.body].set_enabled(false);
+                }
+            }
+        }
+        self.slots.clear();
+        for obstacle in obstacles {
+            let known = self.cars.iter().position(|car| car.id == Some(obstacle.id));
+            let slot = known.or_else(|| self.cars.iter().position(|car| car.id.is_none())).unwrap_or(self.cars.len());
+            if slot == self.cars.len() {
+                self.cars.push(ObstacleBody::new(&mut self.world, slot));
+            }
+            let car = &mut self.cars[slot];
+            car.id = Some(obstacle.id);
+            let size_m = [obstacle.length_m, obstacle.width_m];
+            if car.size_m != size_m {
+                car.size_m = size_m;
+                let [x, y] = size_m.map(|size_m| size_m as f32 / 2.0);
+                self.world.colliders[car.collider].set_shape(SharedShape::cuboid(x, y, WALL_M));
+            }
+            self.slots.push(slot);
+        }
+    }
+
     /// Weight and springs of one sub-step. Returns what each wheel stands on.
     pub fn springs(&mut self) -> [WheelContact; 4] {
         let world = &mut self.world;
@@ -162,7 +204,7 @@ impl CarBody {
         );
         self.vehicle.update_vehicle(self.dt, queries);
         // After the springs: before them, their dampers would take the weight's impulse for a movement.
-        let weight = vec3(0.0, 0.0, -GRAVITY * self.mass_kg * self.dt);
+        let weight = self.gravity * self.mass_kg * self.dt;
         self.world.bodies[self.chassis].apply_impulse(weight, true);
         let wheels = self.vehicle.wheels();
         let mut rays: [WheelContact; 4] = std::array::from_fn(|i| {
@@ -193,7 +235,8 @@ impl CarBody {
 
     /// Moves everything by one sub-step; the other cars to `fraction` of their way in this tick.
     pub fn step(&mut self, obstacles: &[Obstacle], fraction: f64) {
-        for (car, obstacle) in self.cars.iter().zip(obstacles) {
+        for (slot, obstacle) in self.slots.iter().zip(obstacles) {
+            let car = &self.cars[*slot];
             let enabled = self.world.bodies[car.body].is_enabled();
             if let Some(from) = car.pose.filter(|_| enabled) {
                 let body = &mut self.world.bodies[car.body];
@@ -213,9 +256,10 @@ impl CarBody {
     /// After the sub-steps: the cars touched in this tick, and what they did before it.
     pub fn end_tick(&mut self, ego_speed_mps: f64, obstacles: &[Obstacle], contacts: &mut Vec<Contact>) {
         contacts.clear();
-        for (index, (car, obstacle)) in self.cars.iter_mut().zip(obstacles).enumerate() {
+        for (slot, obstacle) in self.slots.iter().zip(obstacles) {
+            let car = &mut self.cars[*slot];
             if let Some(closing_mps) = car.touched {
-                contacts.push(Contact { car: index, ego_speed_mps, car_speed_mps: car.speed_mps, closing_mps });
+                contacts.push(Contact { car: obstacle.id, ego_speed_mps, car_speed_mps: car.speed_mps, closing_mps });
             }
             car.pose = Some(obstacle.pose);
             car.speed_mps = obstacle.speed_mps;
@@ -227,12 +271,13 @@ impl CarBody {
             let (other, sign) =
                 if pair.collider1 == self.shell { (pair.collider2, 1.0) } else { (pair.collider1, -1.0) };
             let Some(index) = (self.world.colliders[other].user_data as usize).checked_sub(1) else { continue };
+            let Some(at) = self.slots.iter().position(|slot| *slot == index) else { continue };
             let Some((manifold, deepest)) = pair.find_deepest_contact() else { continue };
             // rapier keeps pairs that will touch within the next step; touching is a force or an overlap.
             if self.cars[index].touched.is_some() || (pair.total_impulse_magnitude() <= 0.0 && deepest.dist > 0.0) {
                 continue;
             }
-            let obstacle = &obstacles[index];
+            let obstacle = &obstacles[at];
             let car = (obstacle.pose.forward() * self.cars[index].speed_mps).as_vec2().extend(0.0);
             let closing = (before.linvel - car).dot(manifold.data.normal) * sign;
             self.cars[index].touched = Some(f64::from(closing.max(0.0)));
@@ -249,6 +294,33 @@ impl CarBody {
         self.origin += shift;
         self.world.bodies[self.chassis].set_translation(here - shift.as_vec2().extend(0.0), true);
     }
+}
+
+impl ObstacleBody {
+    /// A body that stands for none yet, as long and wide as the ego.
+    fn new(world: &mut PhysicsWorld, slot: usize) -> Self {
+        let body = RigidBodyBuilder::kinematic_position_based().enabled(false).can_sleep(false);
+        let (body, collider) = world.insert(body, shell(WALL_M).user_data(slot as u128 + 1));
+        Self {
+            body,
+            collider,
+            id: None,
+            size_m: [CAR_LENGTH_M, CAR_WIDTH_M],
+            pose: None,
+            speed_mps: 0.0,
+            touched: None,
+        }
+    }
+}
+
+/// The box of a car, of this half height in metres.
+fn shell(half_height_m: f32) -> ColliderBuilder {
+    let [half_x, half_y] = [CAR_LENGTH_M as f32 / 2.0, CAR_WIDTH_M as f32 / 2.0];
+    ColliderBuilder::cuboid(half_x, half_y, half_height_m)
+        .translation(vec3(0.0, 0.0, CLEARANCE_M + (ROOF_M - CLEARANCE_M) / 2.0))
+        .density(0.0)
+        .friction(0.3)
+        .restitution(0.05)
 }
 
 /// Centre of gravity ahead of the middle of the body, metres.

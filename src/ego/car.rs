@@ -2,7 +2,7 @@
 //! prediction for the traffic.
 
 use super::{
-    Contact, EgoError, EgoState, GroundModel, GroundSurface, Obstacle, WheelPose,
+    Contact, EgoError, EgoState, GroundModel, GroundShape, GroundSurface, Obstacle, WheelPose,
     body::{CarBody, GRAVITY, WheelContact},
     params::CarParams,
     powertrain::Powertrain,
@@ -13,7 +13,7 @@ use crate::{
     space::{Pose, wrap_angle},
     time::TICK_S,
 };
-use glam::{DVec2, DVec3, Vec3, vec3};
+use glam::{DVec2, DVec3, Quat, Vec3, vec3};
 
 /// Steps of the physics in a tick. Four of 2.5 ms: a standing tyre swings with 25 rad/s, a converter settles within 20 ms.
 const SUBSTEPS: u32 = 4;
@@ -32,6 +32,8 @@ pub struct EgoCar {
     /// Brake force after the hydraulics' lag, share of a floored pedal.
     brake: f32,
     steering_torque_nm: f32,
+    /// The ground under it.
+    ground: GroundShape,
     state: EgoState,
     contacts: Vec<Contact>,
 }
@@ -44,7 +46,7 @@ struct BodyAxes {
 
 impl EgoCar {
     /// A car at rest on its springs at `start`, or moving there with `start_speed_mps` forwards; `obstacles` is the
-    /// number of other cars, the same in every tick.
+    /// number of other cars for which bodies are made ready; more are made when they come.
     ///
     /// # Errors
     /// If a number of the car is outside of what can be simulated.
@@ -66,6 +68,7 @@ impl EgoCar {
             wheels: [WheelPose::default(); 4],
             brake: 0.0,
             steering_torque_nm: 0.0,
+            ground: GroundShape::default(),
             state: EgoState::default(),
             contacts: Vec::new(),
         };
@@ -88,14 +91,19 @@ impl EgoCar {
         &self.state
     }
 
-    /// Advances by one tick. `obstacles` are the other cars at the end of it. Returns the cars touched, each once.
-    ///
-    /// # Panics
-    /// If the number of obstacles is not that of [`EgoCar::new`].
+    /// Stands on the ground of a place that is not flat or not at height 0, before its first tick.
+    pub fn stand_on(&mut self, ground: GroundShape) {
+        self.ground = ground;
+        self.state = self.observe();
+    }
+
+    /// Advances by one tick. `obstacles` are the other cars at the end of it; they may come and go. Returns the cars touched, each once.
     pub fn tick(&mut self, controls: &Controls, ground: &dyn GroundModel, obstacles: &[Obstacle]) -> &[Contact] {
         let controls = controls.sane();
         let before = self.state;
         self.body.begin_tick(obstacles);
+        self.ground = ground.shape(before.position.truncate());
+        self.body.set_gradient(self.ground.gradient);
         for wheel in &mut self.wheels {
             let hub = before.rotation * wheel.hub;
             wheel.surface = ground.surface(before.position.truncate() + hub.truncate().as_dvec2());
@@ -262,9 +270,14 @@ impl EgoCar {
         let place = chassis.translation();
         let velocity = chassis.velocity_at_point(place);
         let on_plane = self.body.world_from_frame(place);
+        let GroundShape { height_m, gradient } = self.ground;
+        let mut rotation = *chassis.rotation();
+        if gradient != DVec2::ZERO {
+            rotation = Quat::from_rotation_arc(Vec3::Z, (-gradient).extend(1.0).normalize().as_vec3()) * rotation;
+        }
         EgoState {
-            position: DVec3::new(on_plane.x, on_plane.y, f64::from(place.z)),
-            rotation: *chassis.rotation(),
+            position: DVec3::new(on_plane.x, on_plane.y, f64::from(place.z) + height_m),
+            rotation,
             velocity,
             speed_mps: f64::from(velocity.dot(self.axes().forward)),
             accel_mps2: 0.0,

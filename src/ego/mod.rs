@@ -16,7 +16,7 @@ pub use params::{
     TyreParams,
 };
 
-use crate::space::Pose;
+use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose};
 use glam::{DVec2, DVec3, EulerRot, Quat, Vec3};
 
 /// What lies under a wheel.
@@ -47,7 +47,7 @@ pub struct WheelPose {
 /// The ego after a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EgoState {
-    /// Centre of the car on the ground (z 0 at rest on flat ground), world axes, metres.
+    /// Centre of the car on the ground (z is the ground's height at rest), world axes, metres.
     pub position: DVec3,
     /// Rotation of the body: body x forward, y left, z up to world.
     pub rotation: Quat,
@@ -82,19 +82,32 @@ impl EgoState {
 }
 
 /// Another car as the ego can touch it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
+    /// Which car; each has another number.
+    pub id: u32,
     /// Pose of its centre at the end of this tick.
     pub pose: Pose,
     /// Its speed, m/s.
     pub speed_mps: f64,
+    /// Bumper to bumper, metres.
+    pub length_m: f64,
+    /// Width, metres.
+    pub width_m: f64,
+}
+
+impl Default for Obstacle {
+    /// A car like the ego that stands in the origin.
+    fn default() -> Self {
+        Self { id: 0, pose: Pose::default(), speed_mps: 0.0, length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M }
+    }
 }
 
 /// The ego touched another car in this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Index of the other car in the slice of obstacles.
-    pub car: usize,
+    /// Number of the other car.
+    pub car: u32,
     /// Ego's speed just before, m/s.
     pub ego_speed_mps: f64,
     /// Other car's speed just before, m/s.
@@ -103,10 +116,25 @@ pub struct Contact {
     pub closing_mps: f64,
 }
 
-/// The ground as the tyres feel it. The world is flat; only its surface differs.
+/// How high the ground is, and how it rises.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GroundShape {
+    /// Height, metres.
+    pub height_m: f64,
+    /// Rise a metre to the east and to the north.
+    pub gradient: DVec2,
+}
+
+/// The ground as the car feels it: its surface under each wheel, and one plane under the whole car. A bend of the road's grade is
+/// none of the springs': it takes no time.
 pub trait GroundModel {
     /// Surface at a point of the world plane.
     fn surface(&self, point: DVec2) -> GroundSurface;
+
+    /// The plane under a car whose middle is at a point of the world plane; flat ground at height 0 unless it says otherwise.
+    fn shape(&self, _middle: DVec2) -> GroundShape {
+        GroundShape::default()
+    }
 }
 
 /// The same surface everywhere: test tracks, and maps that have no meadow.

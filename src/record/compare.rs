@@ -131,10 +131,11 @@ impl TableComparison {
         let found = self.ego.compare(EGO, &EgoRow::of(snapshot, &controls.sane(), None, self.hash))?;
         self.note(found);
         if snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
-            let found = self.cars.compare(CARS, &CarRow::ego(snapshot))?;
+            let network = &world.map().network;
+            let found = self.cars.compare(CARS, &CarRow::ego(snapshot, network))?;
             self.note(found);
             for car in &snapshot.cars {
-                let found = self.cars.compare(CARS, &CarRow::of(snapshot.tick, car))?;
+                let found = self.cars.compare(CARS, &CarRow::of(snapshot.tick, car, network))?;
                 self.note(found);
             }
         }

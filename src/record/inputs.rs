@@ -1,4 +1,4 @@
-//! The input files of a drive, copied into its recording. In: a scenario whose map or policy is the author's own. Out:
+//! The input files of a drive, copied into its recording. In: a scenario whose map, policy or demand is the author's own. Out:
 //! copies in `inputs/`, and the scenario with their place in the recording instead: it can be driven again on another
 //! machine, and does not tell where its author keeps things. Maps and policies that the program brings keep their names.
 
@@ -15,7 +15,7 @@ use crate::{
 };
 use std::{
     fs,
-    path::{Component, Path},
+    path::{Component, Path, PathBuf},
 };
 
 /// Folder of the copies.
@@ -30,7 +30,17 @@ pub fn portable(world: &World) -> Scenario {
         // What a name came to here, it might not come to elsewhere.
         _ => world.policy().name.clone(),
     };
-    Scenario { map, policy, ..scenario.clone() }
+    let mut kept = Scenario { map, policy, ..scenario.clone() };
+    for (k, file) in kept.demand.files.iter_mut().enumerate() {
+        *file = demand_place(k, file);
+    }
+    kept
+}
+
+/// Where a recording keeps a file of demand, the `k`-th that is named: two may be called the same.
+fn demand_place(k: usize, file: &Path) -> PathBuf {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    Path::new(INPUTS).join("demand").join(format!("{k}-{name}"))
 }
 
 fn map_place(world: &World) -> String {
@@ -56,6 +66,9 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
         if net.ends_with("net.xml") && about.is_file() {
             copy(&about, &folder.join("map.toml"))?;
         }
+    }
+    for (k, file) in scenario.demand.files.iter().enumerate() {
+        copy(file, &recording.join(demand_place(k, file)))?;
     }
     if policy::is_path(&scenario.policy) {
         let (own, place) = (Path::new(&scenario.policy), recording.join(portable(world).policy));
@@ -129,7 +142,6 @@ mod tests {
     use super::*;
     use crate::data_folders;
     use crate::traffic::EngineChoice;
-    use std::path::PathBuf;
 
     /// A map of the author's own: the shipped ring under another name, as a folder or as a bare network.
     fn own_map(folder: &Path, net: &str) -> PathBuf {

@@ -16,6 +16,7 @@
 //! with its unit. Nothing is ever overwritten, and files are the user's alone. Names and contact data never come in here.
 
 mod block;
+mod car_table;
 mod checksums;
 mod compare;
 mod files;

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::{
     controls::Controls,
+    map::network::Network,
     scenario::Scenario,
     sim::{EventKind, HASH_START, Snapshot, Summary, World},
     time::Tick,
@@ -157,17 +158,23 @@ impl Recorder {
             }
             self.batch.events.extend(EventRow::of(event));
         }
-        self.add(snapshot, controls, scenario.step_ticks())?;
+        self.add(snapshot, controls, scenario.step_ticks(), &world.map().network)?;
         fail_point!("tick");
         Ok(())
     }
 
-    fn add(&mut self, snapshot: &Snapshot, controls: &Controls, step_ticks: u64) -> Result<(), RecordError> {
+    fn add(
+        &mut self,
+        snapshot: &Snapshot,
+        controls: &Controls,
+        step_ticks: u64,
+        network: &Network,
+    ) -> Result<(), RecordError> {
         self.hash = snapshot.hash(self.hash);
         self.batch.ego.push(EgoRow::of(snapshot, &controls.sane(), self.wheel_force_nm, self.hash));
         if snapshot.tick.0.is_multiple_of(step_ticks) {
-            self.batch.cars.push(CarRow::ego(snapshot));
-            self.batch.cars.extend(snapshot.cars.iter().map(|car| CarRow::of(snapshot.tick, car)));
+            self.batch.cars.push(CarRow::ego(snapshot, network));
+            self.batch.cars.extend(snapshot.cars.iter().map(|car| CarRow::of(snapshot.tick, car, network)));
         }
         if self.batch.ego.len() >= MOST_TICKS { self.hand_over(true) } else { Ok(()) }
     }

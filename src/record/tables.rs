@@ -1,12 +1,14 @@
-//! The tables of a recording and their columns. In: what the loop has at a tick or a frame. Out: rows. SI units; places in
+//! The tables of a recording and their columns (that of the cars is in `car_table`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
 //! world axes (x east, y north).
+
+pub use super::car_table::{CARS, CarRow};
 
 use super::table::{ColumnValue, TableColumn};
 use crate::{
     controls::{Controls, Selector},
     ego::EgoState,
     policy::{Action, Advice},
-    sim::{Event, EventKind, Snapshot, VehicleSnapshot},
+    sim::{Event, EventKind, Snapshot},
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
 };
@@ -135,7 +137,7 @@ pub fn selector_word(selector: Selector) -> &'static str {
     }
 }
 
-const fn number<R>(
+pub(super) const fn number<R>(
     name: &'static str,
     unit: &'static str,
     about: &'static str,
@@ -144,7 +146,12 @@ const fn number<R>(
     TableColumn { name, unit, about, get: ColumnValue::Number(get) }
 }
 
-const fn column<R>(name: &'static str, unit: &'static str, about: &'static str, get: ColumnValue<R>) -> TableColumn<R> {
+pub(super) const fn column<R>(
+    name: &'static str,
+    unit: &'static str,
+    about: &'static str,
+    get: ColumnValue<R>,
+) -> TableColumn<R> {
     TableColumn { name, unit, about, get }
 }
 
@@ -217,76 +224,6 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "torque that the steering wheel's motor was sent, positive to the left; empty where there is no force",
         |r| r.wheel_force_nm,
     ),
-];
-
-/// A car at a step; the ego is car 0.
-#[derive(Clone, Copy, Debug)]
-pub struct CarRow {
-    /// When.
-    pub tick: Tick,
-    /// Which.
-    pub car: u32,
-    /// Front bumper along the route, metres.
-    pub s_m: f64,
-    /// Centre, metres.
-    pub x_m: f64,
-    /// Centre, metres.
-    pub y_m: f64,
-    /// Heading, radians.
-    pub yaw_rad: f64,
-    /// Speed, m/s.
-    pub speed_mps: f64,
-    /// Acceleration, m/s2.
-    pub accel_mps2: f64,
-    /// Brake lamps.
-    pub braking: bool,
-}
-
-impl CarRow {
-    /// A car of the traffic.
-    pub fn of(tick: Tick, car: &VehicleSnapshot) -> Self {
-        let at = car.pose;
-        Self {
-            tick,
-            car: car.id.0,
-            s_m: car.s_m,
-            x_m: at.position.x,
-            y_m: at.position.y,
-            yaw_rad: at.yaw_rad,
-            speed_mps: car.speed_mps,
-            accel_mps2: car.accel_mps2,
-            braking: car.lamps.brake,
-        }
-    }
-
-    /// The ego.
-    pub fn ego(snapshot: &Snapshot) -> Self {
-        let (ego, pose) = (&snapshot.ego, snapshot.ego.pose());
-        Self {
-            tick: snapshot.tick,
-            car: crate::traffic::EGO.0,
-            s_m: snapshot.ego_s_m,
-            x_m: pose.position.x,
-            y_m: pose.position.y,
-            yaw_rad: pose.yaw_rad,
-            speed_mps: ego.speed_mps,
-            accel_mps2: ego.accel_mps2,
-            braking: ego.braking,
-        }
-    }
-}
-
-/// One row a car and step.
-pub const CARS: &[TableColumn<CarRow>] = &[
-    column("tick", "", "tick at the end of the step", ColumnValue::Whole(|r| r.tick.0)),
-    column("car", "", "number of the car; 0 is the ego", ColumnValue::Id(|r| Some(r.car))),
-    number("s_m", "m", "front bumper along the route", |r| Some(r.s_m)),
-    number("x_m", "m", "centre, to the east", |r| Some(r.x_m)),
-    number("y_m", "m", "centre, to the north", |r| Some(r.y_m)),
-    number("yaw_rad", "rad", "heading, 0 east, positive to the left", |r| Some(r.yaw_rad)),
-    number("speed_mps", "m/s", "speed", |r| Some(r.speed_mps)),
-    number("accel_mps2", "m/s2", "acceleration", |r| Some(r.accel_mps2)),
-    column("braking", "", "the brake lamps are lit", ColumnValue::Flag(|r| Some(r.braking))),
 ];
 
 /// An advice.
@@ -456,7 +393,7 @@ impl EventRow {
             }
             EventKind::BackOnRoad => row("back_on_road", String::new(), None, None),
             EventKind::PutBack { s_m } => row(PUT_BACK, format!("at {s_m:.2} m of the route"), None, None),
-            EventKind::Ended(reason) => row("ended", format!("{reason:?}").to_lowercase(), None, None),
+            EventKind::Ended(reason) => row("ended", reason.name().into(), None, None),
         }
     }
 }

@@ -3,8 +3,9 @@
 use super::*;
 use crate::{
     ego::EgoState,
+    map::network::{LanePosition, Network},
     policy::{Action, DriverEstimate, DriverTraits},
-    sim::{EndReason, Leader},
+    sim::{EndReason, Leader, VehicleSnapshot},
     space::Pose,
     traffic::VehicleId,
 };
@@ -175,14 +176,20 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
         ("speed_mps", "6.000000"),
         ("accel_mps2", "1.500000"),
         ("braking", "true"),
+        ("lane", ""),
+        ("lane_s_m", "-"),
+        ("lane_offset_m", "-"),
     ];
-    is(CARS, &CarRow::ego(&snapshot()), &ego);
+    is(CARS, &CarRow::ego(&snapshot(), &Network::default()), &ego);
     let pose = Pose::new(dvec2(8.0, 9.0), -0.25);
+    let network = Network::load("tests/data/networks/grid-signals.net.xml").unwrap();
+    let lane = network.lane_named("B0C0_1").map(|lane| LanePosition { lane, s_m: 3.5, offset_m: -0.25 });
     let view = VehicleSnapshot {
         id: VehicleId(4),
+        lane,
         pose,
         pose_before: Pose::new(dvec2(7.0, 9.5), -0.5),
-        s_m: 12.5,
+        s_m: Some(12.5),
         speed_mps: 2.5,
         accel_mps2: -1.0,
         odometer_m: 60.0,
@@ -198,8 +205,11 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
         ("speed_mps", "2.500000"),
         ("accel_mps2", "-1.000000"),
         ("braking", "false"),
+        ("lane", "B0C0_1"),
+        ("lane_s_m", "3.500000"),
+        ("lane_offset_m", "-0.250000"),
     ];
-    is(CARS, &CarRow::of(Tick(120), &view), &car);
+    is(CARS, &CarRow::of(Tick(120), &view, &network), &car);
 
     let advice = AdviceRow { advice: ADVISED, speed_mps: 5.5, shown_frame: Some(8), shown_wall_s: Some(1.125) };
     let expected = [

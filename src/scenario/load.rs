@@ -17,12 +17,17 @@ impl Scenario {
         settings::fields_of::<Self>()
     }
 
-    /// Reads a scenario file; settings that it does not name keep their default.
+    /// Reads a scenario file; settings that it does not name keep their default. Files that it names are beside it.
     ///
     /// # Errors
     /// As [`settings::from_file`].
     pub fn from_file(path: &Path) -> Result<Self, SettingsError> {
-        settings::from_file(path)
+        let mut scenario: Self = settings::from_file(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for file in &mut scenario.demand.files {
+            *file = folder.join(&file);
+        }
+        Ok(scenario)
     }
 
     /// The same for text; `name` is what messages call it.
@@ -60,6 +65,18 @@ impl Settings for Scenario {
                 "other_model is {model}; allowed: idm with traffic {engine}; only traffic sumo has other models"
             );
             return Err(("other_model", text));
+        }
+        if self.is_on_network() && self.traffic != EngineChoice::Sumo {
+            let text = format!(
+                "traffic is {}; allowed with a path or a demand: sumo; only SUMO in this program moves vehicles on a network\n  \
+                 remedy: traffic sumo, or neither path nor [demand]",
+                self.traffic
+            );
+            return Err(("traffic", text));
+        }
+        if self.is_on_network() && self.sham_advice {
+            let text = "sham_advice is true; allowed with a path or a demand: false; it is that of another drive on a closed route";
+            return Err(("sham_advice", text.into()));
         }
         if let Err(fault) = Hold::new(self.hold_s, self.step_s) {
             return Err(("hold_s", format!("{fault}, at least one")));

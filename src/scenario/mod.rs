@@ -12,10 +12,10 @@ pub use sound::SoundLevels;
 
 use crate::{
     idm::IdmParams,
-    map::Route,
+    map::{MapError, RoadMap, Route},
     policy::{self, Hold},
     settings::flat_settings,
-    traffic::{EngineChoice, FollowingModel, NoiseStreams},
+    traffic::{Demand, EngineChoice, FollowingModel, NoiseStreams},
     units::SpeedUnit,
 };
 use schemars::JsonSchema;
@@ -35,6 +35,18 @@ flat_settings! {
             /// How long a SUMO elsewhere may take for the connection and for each answer; then the drive ends, and is kept
             #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
             traffic_timeout_s: f64 = 5.0,
+            /// Edges of the road's network along which the ego drives, in order, spaces between their ids: the drive is on the network,
+            /// and over at the end of the last; empty drives the closed route of the road
+            path: String = String::new(),
+            /// Where on its path, or on a network on the closed route, the ego's front starts; less than 5 starts a car's length from
+            /// its beginning
+            #[schemars(range(min = 0.0, max = 100_000.0), extend("unit" = "m"))]
+            path_start_m: f64 = 0.0,
+            /// Who comes to the road's network, where from and where to: files of SUMO's, flows from edge to edge. With it the drive is
+            /// on the network
+            #[schemars(skip)]
+            #[serde(skip_serializing_if = "Demand::is_empty")]
+            demand: Demand = Demand::default(),
             /// Car-following model of the other cars: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
             /// Car-following model of a share of the other cars, SUMO's own with its own numbers and noise; all but idm need traffic sumo
@@ -228,6 +240,20 @@ impl Scenario {
             set if set <= 0.0 => (!route.is_ring()).then_some(COMFORTABLE_MPS2),
             set => (set < NONE_MPS2).then_some(set),
         }
+    }
+
+    /// True if the drive is on a network, where vehicles come and go; false on a closed route with a fixed number of cars.
+    pub fn is_on_network(&self) -> bool {
+        !self.path.trim().is_empty() || !self.demand.is_empty()
+    }
+
+    /// The road of the drive, with the route along its path if it has one.
+    ///
+    /// # Errors
+    /// As [`RoadMap::load`] and [`RoadMap::load_along`].
+    pub fn load_map(&self) -> Result<RoadMap, MapError> {
+        let edges: Vec<&str> = self.path.split_whitespace().collect();
+        if edges.is_empty() { RoadMap::load(&self.map) } else { RoadMap::load_along(&self.map, &edges) }
     }
 
     /// Half width of the acceptable range, m/s.

@@ -127,7 +127,7 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &S
     let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
     let spin = ((car.odometer_m - rest_m) / f64::from(WHEEL_RADIUS_M)).rem_euclid(TAU);
     // Ackermann: the angle that rolls the car round the bend under its centre.
-    let bend_per_m = stage.bend_per_m(car.s_m - crate::space::CAR_LENGTH_M / 2.0);
+    let bend_per_m = car.s_m.map_or(0.0, |s_m| stage.bend_per_m(s_m - crate::space::CAR_LENGTH_M / 2.0));
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
     CarInstance {
         position: pose.position.as_vec2().extend(0.0),
@@ -237,7 +237,7 @@ mod tests {
             id: VehicleId(k as u32 + 1),
             pose: map.route.pose_of_front(s_m + ahead_m, CAR_LENGTH_M),
             pose_before: map.route.pose_of_front(s_m + ahead_m - 0.1, CAR_LENGTH_M),
-            s_m: s_m + ahead_m,
+            s_m: Some(s_m + ahead_m),
             speed_mps: 10.0,
             accel_mps2: 0.0,
             odometer_m: 100.0,

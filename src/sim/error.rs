@@ -11,6 +11,17 @@ pub enum WorldError {
     /// The traffic cannot start or go on.
     #[error(transparent)]
     Traffic(#[from] TrafficError),
+    /// The policy aims for a speed of a closed route, and the drive is on a network.
+    #[error(
+        "policy {policy} needs a closed route with a fixed number of cars: it {why}; this drive is on a network\n  remedy: --policy none, or \
+         constant, follower-stopper, pi or linear-feedback with --policy-speed"
+    )]
+    PolicyNeedsRing {
+        /// Its name.
+        policy: String,
+        /// What of such a route it needs.
+        why: &'static str,
+    },
     /// The policy is unknown or its file cannot be used.
     #[error(transparent)]
     Policy(#[from] PolicyError),
@@ -26,8 +37,12 @@ impl WorldError {
     /// Keys of the scenario that decide on it, the likeliest first.
     pub fn settings(&self) -> &'static [&'static str] {
         match self {
+            Self::Map(MapError::PathEdge { .. } | MapError::PathGap { .. } | MapError::EmptyPath { .. }) => {
+                &["path", "map"]
+            }
+            Self::Map(MapError::PathStart { .. }) => &["path_start_m", "path"],
             Self::Map(_) => &["map"],
-            Self::Policy(_) => &["policy"],
+            Self::Policy(_) | Self::PolicyNeedsRing { .. } => &["policy"],
             Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
             Self::Traffic(_) => &["traffic"],
             Self::Driver(_) => &["sham_advice"],

@@ -55,6 +55,20 @@ pub enum EndReason {
     Duration,
     /// A contact, and the scenario ends with it.
     Contact,
+    /// The ego has come to the end of its path.
+    PathEnd,
     /// The traffic engine failed: see [`super::Summary::failure`].
     Failed,
+}
+
+impl EndReason {
+    /// In a word or two, as recordings and messages have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Duration => "duration",
+            Self::Contact => "contact",
+            Self::PathEnd => "end of the path",
+            Self::Failed => "failed",
+        }
+    }
 }

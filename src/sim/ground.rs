@@ -1,10 +1,14 @@
-//! The ground under the ego's wheels, from the map: asphalt on lane and shoulder, grass beyond.
+//! The ground under the ego's wheels, from the map: asphalt on lanes, their shoulders and in junctions, grass beyond. On a network it has
+//! the height and the grade of the lane where the car is.
 
 use crate::{
-    ego::{GroundModel, GroundSurface},
-    map::{Route, SHOULDER_M},
+    ego::{GroundModel, GroundShape, GroundSurface},
+    map::{
+        Route, SHOULDER_M,
+        network::{LaneId, Network},
+    },
 };
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// The route's ground near one place.
 pub(super) struct RoadGround<'a> {
@@ -21,9 +25,69 @@ impl GroundModel for RoadGround<'_> {
     }
 }
 
+/// A network's ground near one place.
+pub(super) struct NetworkGround<'a> {
+    pub network: &'a Network,
+    /// The lane where the ego is.
+    pub near: Option<LaneId>,
+    /// Height of the road there, metres: a bridge is no ground of the road below it.
+    pub height_m: f64,
+}
+
+impl NetworkGround<'_> {
+    /// True if a place is in the lane found near `hint`, or on its shoulder.
+    fn is_on_lane(&self, at: DVec3, hint: Option<LaneId>) -> bool {
+        self.network.locate(at, hint).is_some_and(|found| {
+            let beyond_m = self.network.pose(found).position.truncate().distance(at.truncate());
+            let half_m = self.network.lane(found.lane).half_width_m();
+            found.offset_m.abs() <= half_m + SHOULDER_M && beyond_m <= SHOULDER_M
+        })
+    }
+
+    /// True if a place is in the area of the junction that the ego is in, comes to or comes from.
+    fn is_in_junction(&self, at: DVec2) -> bool {
+        let Some(lane) = self.near else { return false };
+        let edge = self.network.edge_of(lane);
+        let around = [edge.from, edge.to, edge.junction].into_iter().flatten();
+        around.into_iter().any(|junction| {
+            let outline = &self.network.junction(junction).shape;
+            is_inside(at, outline)
+        })
+    }
+}
+
+impl GroundModel for NetworkGround<'_> {
+    fn surface(&self, point: DVec2) -> GroundSurface {
+        let at = point.extend(self.height_m);
+        let is_road = self.is_on_lane(at, self.near) || self.is_in_junction(point) || self.is_on_lane(at, None);
+        if is_road { GroundSurface::Asphalt } else { GroundSurface::Grass }
+    }
+
+    fn shape(&self, middle: DVec2) -> GroundShape {
+        let Some(found) = self.network.locate(middle.extend(self.height_m), self.near) else {
+            return GroundShape { height_m: self.height_m, gradient: DVec2::ZERO };
+        };
+        let road = self.network.pose(found);
+        GroundShape { height_m: road.position.z, gradient: DVec2::from_angle(road.yaw_rad) * road.grade }
+    }
+}
+
+/// True of a point within a polygon: a ray to the east crosses its outline an odd number of times.
+fn is_inside(point: DVec2, outline: &[DVec3]) -> bool {
+    let mut inside = false;
+    for k in 0..outline.len() {
+        let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
+        if (a.y > point.y) != (b.y > point.y) && point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x) {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::network::LanePosition;
 
     #[test]
     fn asphalt_reaches_over_the_shoulder_on_either_side_and_grass_begins_there() {
@@ -37,5 +101,44 @@ mod tests {
             assert_eq!([0.0, 1.5, edge_m - 0.02].map(at), [GroundSurface::Asphalt; 3]);
             assert_eq!([edge_m + 0.02, 4.0].map(at), [GroundSurface::Grass; 2]);
         }
+    }
+
+    #[test]
+    fn on_a_network_lanes_and_junctions_are_asphalt_with_the_height_and_the_grade_of_the_road() {
+        let net = Network::load("tests/data/networks/grid-signals.net.xml").expect("a network");
+        // Lanes of 3.2 m; the grid's crossings lie 100 m apart, B1 in its middle. C1B1 comes to it from the east.
+        let lane = net.lane_named("C1B1_0").expect("a lane");
+        let near = Some(lane);
+        let ground = NetworkGround { network: &net, near, height_m: 0.0 };
+        let line = net.pose(LanePosition { lane, s_m: 40.0, offset_m: 0.0 });
+        let (middle, left) = (line.position.truncate(), DVec2::from_angle(line.yaw_rad).perp());
+        let at = |offset_m: f64| ground.surface(middle + left * offset_m);
+        // Its neighbour and the two lanes the other way are road too; beyond them and beside the shoulder there is grass.
+        assert_eq!([0.0, -1.9, 3.2, 6.4, 9.6, 11.5].map(at), [GroundSurface::Asphalt; 6]);
+        assert_eq!([-2.1, 11.7].map(at), [GroundSurface::Grass; 2]);
+        let junction = net.junction(net.junction_named("B1").expect("a junction"));
+        assert_eq!(ground.surface(junction.position.truncate()), GroundSurface::Asphalt);
+        assert_eq!(ground.shape(middle), GroundShape::default());
+
+        let hill = Network::load("tests/data/networks/hill.net.xml").expect("a network");
+        let lane = hill.lane_named("up_1").expect("a lane");
+        let ground = NetworkGround { network: &hill, near: Some(lane), height_m: 9.0 };
+        // Between the second and third point of its shape in the file, 62.1 m apart on the ground and 9 m in height.
+        let (a, b) = (DVec2::new(50.2751, 103.4195), DVec2::new(110.4934, 118.4741));
+        let shape = ground.shape((a + b) / 2.0);
+        assert!((shape.height_m - 9.5).abs() < 0.01, "{shape:?}");
+        let along = (b - a).normalize() * 9.0 / a.distance(b);
+        assert!(shape.gradient.distance(along) < 0.01, "{shape:?} {along}");
+    }
+
+    #[test]
+    fn a_point_is_inside_an_outline_that_goes_round_it() {
+        let outline: Vec<DVec3> =
+            [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (2.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 7.0)).into();
+        assert_eq!(
+            [(1.0, 0.2), (3.9, 3.0), (2.0, 2.0), (5.0, 1.0)].map(|(x, y)| is_inside(DVec2::new(x, y), &outline)),
+            [true, true, false, false]
+        );
+        assert!(!is_inside(DVec2::ZERO, &[]));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     ego::EgoState,
-    map::network::SignalStates,
+    map::network::{LanePosition, SignalStates},
     policy::Advice,
     rng,
     space::{CAR_WIDTH_M, Pose},
@@ -19,8 +19,10 @@ pub struct VehicleSnapshot {
     pub pose: Pose,
     /// Pose one tick earlier, so that a frame can be drawn between the two.
     pub pose_before: Pose,
-    /// Front bumper along the route, metres.
-    pub s_m: f64,
+    /// Front bumper along the ego's route, metres; `None` beside it. On a closed route with a fixed number of cars all are on it.
+    pub s_m: Option<f64>,
+    /// Where it is on a network; `None` on a closed route, and beside all lanes.
+    pub lane: Option<LanePosition>,
     /// Speed, m/s.
     pub speed_mps: f64,
     /// Acceleration, m/s2.
@@ -75,6 +77,8 @@ pub struct Snapshot {
     pub ego_before: EgoState,
     /// Ego's front bumper along the route, metres.
     pub ego_s_m: f64,
+    /// Lane of the ego's front bumper on a network; `None` on a closed route, and beside all lanes.
+    pub ego_lane: Option<LanePosition>,
     /// Ego's lateral offset from the lane's centre line, metres, positive to the left.
     pub lane_offset_m: f64,
     /// All other cars, by ascending id.
@@ -154,11 +158,21 @@ impl Snapshot {
         put("steering torque", 0, ego.steering_torque_nm.into());
         put("lane offset", 0, self.lane_offset_m);
         for car in &self.cars {
-            put("place", car.id.0, car.s_m);
+            // On a closed route that is all there is to its place.
+            if let Some(s_m) = car.s_m {
+                put("place", car.id.0, s_m);
+            }
+            if car.lane.is_some() || car.s_m.is_none() {
+                let (place, lamps) = (car.pose, car.lamps);
+                let numbers = [("x", place.position.x), ("y", place.position.y), ("heading", place.yaw_rad)];
+                numbers.iter().for_each(|(name, value)| put(name, car.id.0, *value));
+                put("indicators", car.id.0, f64::from(u8::from(lamps.left) + 2 * u8::from(lamps.right)));
+            }
             put("speed", car.id.0, car.speed_mps);
             put("acceleration", car.id.0, car.accel_mps2);
             put("brake lamps", car.id.0, f64::from(u8::from(car.lamps.brake)));
         }
+        self.signals.all_letters().iter().for_each(|letter| put("signal", 0, (*letter).into()));
         if let Some(advice) = self.advice {
             put("target", 0, advice.target_mps);
             put("issue time", 0, advice.issued.seconds());
@@ -173,7 +187,8 @@ impl VehicleSnapshot {
             id: car.id,
             pose: car.pose,
             pose_before: car.pose,
-            s_m: car.s_m,
+            s_m: Some(car.s_m),
+            lane: None,
             speed_mps: car.speed_mps,
             accel_mps2: car.accel_mps2,
             odometer_m: 0.0,

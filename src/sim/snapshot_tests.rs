@@ -50,7 +50,7 @@ fn the_first_number_that_differs_is_named_with_its_car_and_both_values() {
     assert_eq!(one.first_difference(&one.clone()), None);
     let mut other = one.clone();
     other.cars[1].accel_mps2 = 0.75;
-    other.cars[2].s_m = 99.0;
+    other.cars[2].s_m = Some(99.0);
     assert_eq!(one.first_difference(&other), Some(("acceleration of car 2".into(), 0.5, 0.75)));
     assert_eq!(other.first_difference(&one), Some(("acceleration of car 2".into(), 0.75, 0.5)));
     // Equal as numbers, not as bits.
@@ -84,7 +84,7 @@ fn fingerprints_are_fnv_1a_chained_over_every_number() {
     let one = snapshot(2);
     assert_eq!(one.hash(HASH_START), one.clone().hash(HASH_START));
     assert_ne!(one.hash(HASH_START), one.hash(one.hash(HASH_START)), "what was before counts");
-    let changes: [fn(&mut Snapshot); 14] = [
+    let changes: [fn(&mut Snapshot); 15] = [
         |s| s.tick = Tick(51),
         |s| s.ego.position.y = 0.1,
         |s| s.ego.rotation.z = 0.1,
@@ -95,7 +95,8 @@ fn fingerprints_are_fnv_1a_chained_over_every_number() {
         |s| s.ego.engine_rpm += 1.0,
         |s| s.ego.steering_torque_nm += 0.1,
         |s| s.lane_offset_m += 0.1,
-        |s| s.cars[1].s_m += 0.1,
+        |s| s.cars[1].s_m = s.cars[1].s_m.map(|s_m| s_m + 0.1),
+        |s| s.cars[1].s_m = None,
         |s| s.cars[1].speed_mps += 0.1,
         |s| s.cars[0].accel_mps2 += 0.1,
         |s| s.cars[0].lamps.brake = true,

@@ -61,7 +61,7 @@ impl Summary {
     pub fn end_in_words(&self) -> String {
         match (self.ended, &self.failure) {
             (_, Some(why)) => format!("failed: {}", why.split_once("\n  remedy").map_or(why.as_str(), |(why, _)| why)),
-            (Some(end), None) => format!("{end:?}").to_lowercase(),
+            (Some(end), None) => end.name().into(),
             (None, None) => "stopped".into(),
         }
     }

@@ -2,15 +2,20 @@
 //!
 //! Traffic runs one step ahead (docs/decisions.md: 3): at the first tick of step k the engine is asked for k+1, told
 //! where the ego is and where it will be; until then the other cars move evenly from where they were to where they will
-//! be (`traffic_coupling`). The ego is simulated tick by tick in between. What it touches is in `contacts`, where it is on the
+//! be (`traffic_coupling`: on a closed route `ring_coupling`, on a network `network_coupling`). The ego is simulated tick by tick in between. What it touches is in `contacts`, where it is on the
 //! road in `derived_state`, what policies and drivers know in `advice` and `perception`.
 
 mod advice;
 mod contacts;
 mod derived_state;
+mod ego_insertion;
 mod hand_over;
+mod network_coupling;
+mod network_view;
+mod path_lanes;
 mod perception;
 mod put_back;
+mod ring_coupling;
 mod sham;
 mod traffic_coupling;
 
@@ -21,7 +26,7 @@ pub use put_back::NotPutBack;
 use super::{Event, EventKind, Snapshot, WorldError, event::EndReason, ground::RoadGround};
 use crate::{
     controls::Controls,
-    ego::{CarParams, EgoCar},
+    ego::{CarParams, EgoCar, GroundModel, GroundSurface},
     map::RoadMap,
     policy,
     scenario::{OnContact, Scenario},
@@ -31,6 +36,7 @@ use crate::{
 use advice::AdviceSource;
 use contacts::ContactTracker;
 use derived_state::LaneMonitor;
+use network_view::NetworkView;
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 use traffic_coupling::TrafficCoupling;
 
@@ -43,6 +49,8 @@ pub struct World {
     advice: AdviceSource,
     contacts: ContactTracker,
     lane: LaneMonitor,
+    /// What there is of the road beside the route; `None` on a closed route with a fixed number of cars.
+    network: Option<NetworkView>,
     /// The next tick has the ego on its lane.
     wants_back: bool,
     /// Controls on their way to the car, oldest first; as many as the scenario's extra delay has ticks.
@@ -58,21 +66,27 @@ impl World {
     /// # Errors
     /// See [`WorldError`]; the messages name the remedy.
     pub fn new(scenario: &Scenario) -> Result<Self, WorldError> {
-        let map = Arc::new(RoadMap::load(&scenario.map)?);
+        let map = Arc::new(scenario.load_map()?);
         let advice = AdviceSource::new(scenario, &map)?;
-        let traffic = TrafficCoupling::start(scenario, &map)?;
-        let (start, others) = traffic.at_next_step();
+        let mut traffic = TrafficCoupling::start(scenario, &map)?;
+        let start = traffic.ego_start();
         let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
-        let ego = EgoCar::new(&car_params(scenario), pose, start.speed_mps, others.len())?;
-        let snapshot = derived_state::first_snapshot(ego.state(), start.s_m, others);
+        let mut ego = EgoCar::new(&car_params(scenario), pose, start.speed_mps, traffic.bodies())?;
+        let network = scenario.is_on_network().then(|| NetworkView::new(&map));
+        if let Some(network) = &network {
+            ego.stand_on(network.ground_at(&map, start.s_m).shape(pose.position));
+        }
+        let mut snapshot = derived_state::first_snapshot(ego.state(), start.s_m);
+        traffic.first_view(&mut snapshot);
         let mut world = Self {
             scenario: scenario.clone(),
-            contacts: ContactTracker::new(others.len()),
+            contacts: ContactTracker::default(),
             map,
             ego,
             traffic,
             advice,
             lane: LaneMonitor::new(),
+            network,
             wants_back: false,
             control_delay: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
             snapshot,
@@ -99,15 +113,18 @@ impl World {
             self.begin_step();
         }
         let fraction = (within + 1) as f64 / step_ticks as f64;
-        self.traffic.move_cars(&mut self.snapshot.cars, &self.map.route, fraction);
+        self.traffic.move_cars(&mut self.snapshot, &self.map, fraction);
         self.stand_on_lane()?;
         self.control_delay.push_back(*controls);
         let arrived = self.control_delay.pop_front().unwrap_or(*controls);
         self.move_ego(&arrived);
         self.snapshot.tick.0 += 1;
         self.update_derived_state();
+        if self.network.as_ref().is_some_and(|network| network.is_at_end(&self.snapshot, &self.map)) {
+            self.end(EndReason::PathEnd);
+        }
         let duration_s = self.scenario.duration_s;
-        if duration_s > 0.0 && self.snapshot.tick >= Tick::at_seconds(duration_s) {
+        if self.ended.is_none() && duration_s > 0.0 && self.snapshot.tick >= Tick::at_seconds(duration_s) {
             self.end(EndReason::Duration);
         }
         Ok(())
@@ -125,7 +142,7 @@ impl World {
         if !self.traffic.is_asked() {
             let limit_mps = self.map.route.speed_limit_mps(self.snapshot.ego_s_m);
             self.advice.ask(self.snapshot.tick, &self.observe(), limit_mps);
-            self.traffic.ask(&self.ego, self.scenario.step_s)?;
+            self.traffic.ask(&self.ego, &self.snapshot, self.scenario.step_s)?;
         }
         Ok(self.traffic.wait(patience)?)
     }
@@ -139,15 +156,17 @@ impl World {
             self.snapshot.advice = None;
             self.events.push(Event { tick: self.snapshot.tick, kind: EventKind::AdviceWithheld });
         }
-        self.traffic.begin_step();
+        self.traffic.begin_step(&self.snapshot);
     }
 
     fn move_ego(&mut self, controls: &Controls) {
-        let ground = RoadGround { route: &self.map.route, near_s_m: self.snapshot.ego_s_m };
+        let on_route = RoadGround { route: &self.map.route, near_s_m: self.snapshot.ego_s_m };
+        let on_network = self.network.as_ref().map(|network| network.ground(&self.map, &self.snapshot));
+        let ground: &dyn GroundModel = on_network.as_ref().map_or(&on_route, |ground| ground);
         self.snapshot.ego_before = *self.ego.state();
-        let touches = self.ego.tick(controls, &ground, self.traffic.obstacles());
+        let touches = self.ego.tick(controls, ground, self.traffic.obstacles());
         let known = self.events.len();
-        self.events.extend(self.contacts.begun(touches, Tick(self.snapshot.tick.0 + 1), &self.snapshot.cars));
+        self.events.extend(self.contacts.begun(touches, Tick(self.snapshot.tick.0 + 1)));
         self.snapshot.ego = *self.ego.state();
         if self.events.len() > known && self.scenario.contact == OnContact::End {
             self.end(EndReason::Contact);
@@ -155,8 +174,15 @@ impl World {
     }
 
     fn update_derived_state(&mut self) {
-        derived_state::update(&mut self.snapshot, &self.map.route, &self.ego.predict(0.0).0);
-        self.events.extend(self.lane.watch(&self.snapshot, &self.map.route));
+        let ego = self.ego.predict(0.0).0;
+        derived_state::update(&mut self.snapshot, &self.map.route, &ego);
+        let Some(network) = &mut self.network else {
+            self.events.extend(self.lane.watch(&self.snapshot, &self.map.route));
+            return;
+        };
+        network.update(&mut self.snapshot, &self.map, &ego);
+        let under = network.ground(&self.map, &self.snapshot).surface(ego.position);
+        self.events.extend(self.lane.watch_network(&self.snapshot, under == GroundSurface::Asphalt));
     }
 
     fn end(&mut self, reason: EndReason) {
@@ -179,7 +205,7 @@ impl World {
     /// Another engine from the next step on: to test what waits for one.
     #[cfg(test)]
     pub(crate) fn set_traffic(&mut self, traffic: Box<dyn crate::traffic::Traffic>) {
-        self.traffic.set_engine(traffic);
+        self.traffic.ring().set_engine(traffic);
     }
 
     /// True once [`World::stop_traffic`] was called.
@@ -219,7 +245,7 @@ impl World {
 
     /// How traffic was when the driver took over.
     pub fn hand_over(&self) -> HandOver {
-        self.traffic.hand_over
+        self.traffic.hand_over()
     }
 
     /// The ego's car.

@@ -36,7 +36,7 @@ fn a_policy_observes_its_own_car_the_one_ahead_and_the_ring() {
     assert_eq!((seen.vehicles, seen.circumference_m.round()), (22, 250.0));
     let ahead = snapshot.cars.iter().find(|car| car.id.0 == 1).expect("the car ahead");
     assert_eq!(seen.leader_speed_mps, ahead.speed_mps);
-    let gap_m = (ahead.s_m - snapshot.ego_s_m).rem_euclid(seen.circumference_m) - 5.0;
+    let gap_m = (ahead.s_m.unwrap() - snapshot.ego_s_m).rem_euclid(seen.circumference_m) - 5.0;
     assert!((seen.gap_m - gap_m).abs() < 1e-9, "{} and {gap_m}", seen.gap_m);
 }
 
@@ -86,10 +86,10 @@ fn lane_help_looks_a_fifth_of_a_second_ahead() {
 fn an_engine_that_was_let_go_keeps_its_cars_and_drives_no_further() {
     let mut world = ring();
     drive(&mut world, 20);
-    let before = world.traffic.cars().to_vec();
+    let before = world.traffic.ring().cars().to_vec();
     assert_eq!(before.len(), 22, "the ego among them");
     world.stop_traffic();
-    assert_eq!(world.traffic.cars(), before);
+    assert_eq!(world.traffic.ring().cars(), before);
     assert_eq!(world.traffic_engine(), "native IDM", "a summary says which it was");
     let ends = (0..20).find_map(|_| world.tick(&Controls::default()).err()).expect("no step follows");
     assert!(ends.to_string().contains("this drive was stopped"), "{ends}");
@@ -125,15 +125,15 @@ fn a_policy_aims_at_the_speed_at_which_the_even_ring_flows() {
 #[test]
 fn cars_move_evenly_within_a_step_and_their_wheels_turn_by_the_way() {
     let mut world = ring();
-    let start: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m).collect();
+    let start: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m.unwrap()).collect();
     drive(&mut world, 305);
     let length_m = world.map.route.length_m();
     let step = world.scenario().step_ticks();
     let fraction = f64::from((world.snapshot().tick.0 % step) as u32) / step as f64;
-    for ((car, from), (begin, end)) in
-        world.snapshot().cars.iter().zip(&start).zip(world.traffic.from[1..].iter().zip(&world.traffic.to[1..]))
-    {
-        let way_m = (car.s_m - from).rem_euclid(length_m);
+    let ring = world.traffic.ring();
+    let (from, to) = (ring.from.clone(), ring.to.clone());
+    for ((car, from), (begin, end)) in world.snapshot().cars.iter().zip(&start).zip(from[1..].iter().zip(&to[1..])) {
+        let way_m = (car.s_m.unwrap() - from).rem_euclid(length_m);
         assert!((car.odometer_m - way_m).abs() < 1e-6, "{} and {way_m}", car.odometer_m);
         let speed = begin.speed_mps + fraction * (end.speed_mps - begin.speed_mps);
         assert!((car.speed_mps - speed).abs() < 1e-9, "{} and {speed} at {fraction} of the step", car.speed_mps);

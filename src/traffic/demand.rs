@@ -10,11 +10,14 @@ use std::{fmt::Write, path::PathBuf};
 pub const MOST_PER_HOUR: f64 = 100_000.0;
 
 /// Demand for a road network.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Demand {
     /// Files as SUMO has them (`rou.xml`: vehicles, trips, flows, routes, types), by ascending time of departure.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<PathBuf>,
     /// Flows from edge to edge.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub flows: Vec<Flow>,
 }
 
@@ -81,6 +84,11 @@ pub enum DemandFault {
 }
 
 impl Demand {
+    /// True if nobody comes.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty() && self.flows.is_empty()
+    }
+
     /// Fails if a flow cannot be. `edges` are the ids of those that vehicles can depart from.
     ///
     /// # Errors

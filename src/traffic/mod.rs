@@ -223,6 +223,17 @@ pub enum TrafficError {
     /// The program was told to end while it waited.
     #[error("interrupted while waiting for SUMO")]
     Interrupted,
+    /// There is no room for the ego where it shall start.
+    #[error(
+        "no room for the ego on edge \"{edge}\" within {waited_s} s: other vehicles are there all the time\n  remedy: another place \
+         (--path-start), fewer vehicles in the demand, or a longer wait (--wave-wait)"
+    )]
+    NoRoom {
+        /// Where it starts.
+        edge: String,
+        /// How long it was waited, seconds.
+        waited_s: f64,
+    },
     /// Other models are SUMO's, and this engine is not SUMO in this process.
     #[error("other cars cannot follow by {}: only SUMO in this program has that model\n  remedy: --traffic sumo, or --other-model idm", .0.name())]
     NoSuchModel(FollowingModel),

@@ -61,7 +61,14 @@ fn snapshot(step: u64) -> Snapshot {
     let car = |id: u32| {
         let s_m = place(f64::from(id));
         let (pose, speed_mps) = (on_ring(s_m), speed(s_m));
-        VehicleSnapshot { id: VehicleId(id), pose, pose_before: pose, s_m, speed_mps, ..VehicleSnapshot::default() }
+        VehicleSnapshot {
+            id: VehicleId(id),
+            pose,
+            pose_before: pose,
+            s_m: Some(s_m),
+            speed_mps,
+            ..VehicleSnapshot::default()
+        }
     };
     let cars: Vec<VehicleSnapshot> = (1..=CARS).map(car).collect();
     let (ego_s_m, pose) = (place(0.0), on_ring(place(0.0)));

@@ -57,7 +57,7 @@ pub fn car(id: u32, pose: Pose) -> VehicleSnapshot {
         id: VehicleId(id),
         pose,
         pose_before: pose,
-        s_m,
+        s_m: Some(s_m),
         speed_mps: 4.0,
         odometer_m: s_m,
         ..VehicleSnapshot::default()
@@ -80,14 +80,7 @@ pub fn snapshot(cars: Vec<VehicleSnapshot>) -> Snapshot {
         wheels,
         ..Default::default()
     };
-    Snapshot {
-        tick: Tick(500),
-        ego,
-        ego_before: ego,
-        cars,
-        mean_speed_mps: 4.0,
-        ..Snapshot::default()
-    }
+    Snapshot { tick: Tick(500), ego, ego_before: ego, cars, mean_speed_mps: 4.0, ..Snapshot::default() }
 }
 
 /// The full ring: 22 cars at equal distances, every third one braking.

@@ -4,6 +4,7 @@
 mod disk;
 mod former_names;
 mod kills;
+mod network;
 mod tampering;
 
 use assert_cmd::Command;

@@ -91,11 +91,16 @@ impl OfflineDrive<'_> {
                     speed_mps: state.speed_mps,
                     lane: driver.look(self.route, &state, Some(s_m)),
                     leader: leader.map(|l| SeenLeader { gap_m: gap_m(l), speed_mps: l.1 }),
+                    stop_ahead_m: None,
                     advice,
                     speed_limit_mps: 30.0,
                 });
                 let obstacles: Vec<Obstacle> = leader_at(t + TICK_S)
-                    .map(|(s, speed_mps)| Obstacle { pose: self.route.pose_of_front(s, CAR_LENGTH_M), speed_mps })
+                    .map(|(s, speed_mps)| Obstacle {
+                        pose: self.route.pose_of_front(s, CAR_LENGTH_M),
+                        speed_mps,
+                        ..Obstacle::default()
+                    })
                     .into_iter()
                     .collect();
                 let contact = !ego.tick(&controls, &UniformGround(GroundSurface::Asphalt), &obstacles).is_empty();

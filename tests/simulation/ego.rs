@@ -10,7 +10,7 @@ use codrive::{
 };
 use glam::{DVec2, EulerRot, dvec2};
 
-const ROAD: UniformGround = UniformGround(GroundSurface::Asphalt);
+pub const ROAD: UniformGround = UniformGround(GroundSurface::Asphalt);
 const MEADOW: UniformGround = UniformGround(GroundSurface::Grass);
 
 fn car(speed_mps: f64) -> EgoCar {
@@ -21,7 +21,7 @@ fn throttle(throttle: f32) -> Controls {
     Controls { throttle, ..Controls::default() }
 }
 
-fn brake(brake: f32) -> Controls {
+pub fn brake(brake: f32) -> Controls {
     Controls { brake, ..Controls::default() }
 }
 
@@ -349,7 +349,7 @@ fn the_prediction_meets_the_future() {
 /// A car standing across the way at 30 m, its side or tail turned by `yaw_rad`.
 fn run_into(speed_mps: f64, yaw_rad: f64) -> (EgoCar, Vec<(usize, Contact)>) {
     let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), speed_mps, 1).unwrap();
-    let obstacle = [Obstacle { pose: Pose::new(dvec2(30.0, 0.2), yaw_rad), speed_mps: 0.0 }];
+    let obstacle = [Obstacle { pose: Pose::new(dvec2(30.0, 0.2), yaw_rad), speed_mps: 0.0, ..Obstacle::default() }];
     let mut contacts = Vec::new();
     for i in 0..800 {
         contacts.extend(ego.tick(&throttle(0.3), &ROAD, &obstacle).iter().map(|c| (i, *c)));
@@ -387,7 +387,7 @@ fn a_car_that_drives_into_it_pushes_it() {
         for i in 0..2500 {
             let x = (-8.0 + speed * f64::from(i) * TICK_S).min(5.0);
             let pose = Pose::new(dvec2(x, 0.3), 0.0);
-            let pusher = [Obstacle { pose, speed_mps: if x < 5.0 { speed } else { 0.0 } }];
+            let pusher = [Obstacle { pose, speed_mps: if x < 5.0 { speed } else { 0.0 }, ..Obstacle::default() }];
             first = first.or(ego.tick(&brake(0.3), &ROAD, &pusher).first().copied());
             fastest = fastest.max(ego.state().velocity.length());
         }
@@ -403,7 +403,7 @@ fn a_car_that_appears_on_top_of_it_does_no_harm() {
     let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
     for i in 0..500 {
         let x = if i < 50 { 400.0 } else { 3.0 };
-        let jumper = [Obstacle { pose: Pose::new(dvec2(x, 0.0), 0.0), speed_mps: 0.0 }];
+        let jumper = [Obstacle { pose: Pose::new(dvec2(x, 0.0), 0.0), speed_mps: 0.0, ..Obstacle::default() }];
         ego.tick(&brake(0.5), &ROAD, &jumper);
         assert!(ego.state().velocity.length() < 6.0, "{}", ego.state().velocity);
     }
@@ -420,7 +420,7 @@ fn a_car_that_turns_past_west_pushes_no_harder() {
         let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
         for i in 0..200 {
             let pose = Pose::new(dvec2(5.1, 0.0), heading - 0.2 + 0.002 * f64::from(i));
-            ego.tick(&brake(0.5), &ROAD, &[Obstacle { pose, speed_mps: 0.0 }]);
+            ego.tick(&brake(0.5), &ROAD, &[Obstacle { pose, speed_mps: 0.0, ..Obstacle::default() }]);
             assert!(ego.state().velocity.length() < 0.6, "{heading} tick {i}: {}", ego.state().velocity);
         }
     }
@@ -451,7 +451,7 @@ fn random_drive(seed: u64, ticks: usize, start: DVec2) -> Vec<EgoState> {
         }
         let ground = if draw.index(5) == 0 { MEADOW } else { ROAD };
         let near = start + dvec2(i as f64 * 0.05, 4.0 * (i as f64 * 0.01).sin());
-        let other = [Obstacle { pose: Pose::new(near, i as f64 * 0.02), speed_mps: 5.0 }];
+        let other = [Obstacle { pose: Pose::new(near, i as f64 * 0.02), speed_mps: 5.0, ..Obstacle::default() }];
         ego.tick(&controls, &ground, &other);
         states.push(*ego.state());
     }

@@ -3,6 +3,8 @@
 
 mod driver;
 mod ego;
+mod network;
+mod obstacles;
 #[cfg(feature = "onnx")]
 mod onnx;
 mod policies;

@@ -16,7 +16,7 @@ use std::{
 /// libsumo's state belongs to the process: one world with SUMO at a time.
 static SUMO: Mutex<()> = Mutex::new(());
 
-fn one_at_a_time() -> MutexGuard<'static, ()> {
+pub fn one_at_a_time() -> MutexGuard<'static, ()> {
     SUMO.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
@@ -78,7 +78,8 @@ fn a_car_beside_the_road_or_turned_around_is_put_back_into_the_gap_where_it_left
     let route = &world.map().route;
     assert!((snapshot.ego_s_m - s_m).abs() < 0.5 && route.difference(left_at_m, s_m).abs() < 40.0);
     let leader = snapshot.leader.unwrap();
-    let behind_m = snapshot.cars.iter().map(|car| route.ahead(car.s_m, s_m) - CAR_LENGTH_M).fold(f64::MAX, f64::min);
+    let behind_m =
+        snapshot.cars.iter().map(|car| route.ahead(car.s_m.unwrap(), s_m) - CAR_LENGTH_M).fold(f64::MAX, f64::min);
     assert!(leader.gap_m > 0.5 && behind_m > 0.5, "{} m ahead, {behind_m} m behind", leader.gap_m);
     assert!(snapshot.ego.speed_mps <= leader.speed_mps + 0.2, "not faster than who is ahead");
     for _ in 0..300 {
@@ -158,13 +159,13 @@ fn sumo_moves_21_cars_and_the_native_engine_moves_them_alike() {
 #[test]
 fn traffic_is_where_the_engine_wants_it_at_each_step_and_moves_evenly_between() {
     let mut world = World::new(&scenario("native")).unwrap();
-    let mut before: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m).collect();
+    let mut before: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m.unwrap()).collect();
     let route = world.map().route.clone();
     for step in 0..100 {
         let moved: Vec<Vec<f64>> = (0..10)
             .map(|_| {
                 world.tick(&Controls { throttle: 0.15, ..Controls::default() }).unwrap();
-                let now: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m).collect();
+                let now: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m.unwrap()).collect();
                 let way = now.iter().zip(&before).map(|(now, then)| route.difference(*then, *now)).collect();
                 before = now;
                 way
@@ -230,9 +231,9 @@ fn the_queue_stands_behind_an_ego_that_stands_and_nobody_passes_through() {
         let route = &world.map().route;
         let mut ahead = snapshot.ego_s_m;
         for car in snapshot.cars.iter().rev() {
-            let gap_m = route.ahead(car.s_m, ahead) - CAR_LENGTH_M;
+            let gap_m = route.ahead(car.s_m.unwrap(), ahead) - CAR_LENGTH_M;
             assert!((1.0..4.5).contains(&gap_m), "{engine}: car {} stands {gap_m} m behind", car.id.0);
-            ahead = car.s_m;
+            ahead = car.s_m.unwrap();
         }
     }
 }

@@ -29,8 +29,10 @@ pub struct DriveLog {
     pub space_time: SpaceTime,
     /// Speeds of all cars in the last [`WINDOW_S`].
     pub speeds: VecDeque<SpeedRow>,
-    /// Centre line of the road, closed, metres.
+    /// Centre line of the road, metres.
     pub road: Vec<[f64; 2]>,
+    /// Its end is its start.
+    pub is_closed: bool,
     /// Width of the road, metres.
     pub road_width_m: f64,
     /// Speed at which colours are at their end, m/s.
@@ -53,16 +55,17 @@ impl DriveLog {
         let points = (length_m / 3.0).ceil().clamp(24.0, 2000.0) as usize;
         let point = |i: usize| route.point_at(i as f64 / points as f64 * length_m).to_array();
         let log = Self::on((0..points).map(point).collect(), length_m, route.width_m(0.0), top_mps);
-        Self { duration_s: world.scenario().duration_s, ..log }
+        Self { duration_s: world.scenario().duration_s, is_closed: route.is_closed(), ..log }
     }
 
-    /// The same for a road that is given by its centre line.
+    /// The same for a closed road that is given by its centre line.
     pub fn on(road: Vec<[f64; 2]>, length_m: f64, road_width_m: f64, top_mps: f64) -> Self {
         Self {
             history: SpeedHistory::default(),
             space_time: SpaceTime::new(length_m, top_mps),
             speeds: VecDeque::new(),
             road,
+            is_closed: true,
             road_width_m,
             top_mps,
             duration_s: 0.0,
@@ -89,7 +92,7 @@ impl DriveLog {
         let time_s = snapshot.tick.seconds();
         let target = snapshot.advice.map(|advice| advice.target_mps);
         self.history.push(time_s, snapshot.mean_speed_mps, snapshot.ego.speed_mps, target);
-        let others = snapshot.cars.iter().map(|car| (car.s_m, car.speed_mps));
+        let others = snapshot.cars.iter().filter_map(|car| Some((car.s_m?, car.speed_mps)));
         self.space_time.add(time_s, (snapshot.ego_s_m, snapshot.ego.speed_mps), others);
         if self.speeds.back().is_none_or(|row| time_s - row.time_s > EVERY_S - 1e-6) {
             let all = std::iter::once(snapshot.ego.speed_mps).chain(snapshot.cars.iter().map(|car| car.speed_mps));

@@ -42,7 +42,8 @@ pub fn show(ui: &mut Ui, log: &DriveLog, snapshot: Option<&Snapshot>, by_speed: 
     let Some(place) = placing(&log.road, log.road_width_m, field) else { return };
     let line: Vec<Pos2> = log.road.iter().map(|point| place.of(*point)).collect();
     let road = (log.road_width_m as f32 * place.points_a_m).max(3.0);
-    painter.add(Shape::closed_line(line, Stroke::new(road, Color32::from_rgb(62, 66, 74))));
+    let stroke = Stroke::new(road, Color32::from_rgb(62, 66, 74));
+    painter.add(if log.is_closed { Shape::closed_line(line, stroke) } else { Shape::line(line, stroke) });
     let Some(now) = snapshot else { return };
     for car in &now.cars {
         let fill = if by_speed { shade(car.speed_mps / log.top_mps) } else { OTHERS };

@@ -36,7 +36,7 @@ impl AdviceSource {
     /// Builds the scenario's policy for this road.
     pub fn new(scenario: &Scenario, map: &RoadMap) -> Result<Self, WorldError> {
         let settings = policy_settings(scenario, &map.route);
-        let resolved = policy::resolve(&scenario.policy, map);
+        let resolved = resolve(scenario, map)?;
         let policy = policy::build(&resolved.name, &settings)?;
         if policy.as_deref().is_some_and(Policy::must_be_told_who_drives) {
             return Err(PolicyError::MustBeTold { name: resolved.name }.into());
@@ -80,8 +80,34 @@ impl AdviceSource {
     }
 }
 
+/// The policy of a scenario. Nobody has trained one for networks, where there is no even flow of a ring to aim for.
+fn resolve(scenario: &Scenario, map: &RoadMap) -> Result<policy::ResolvedPolicy, WorldError> {
+    if !scenario.is_on_network() {
+        return Ok(policy::resolve(&scenario.policy, map));
+    }
+    let name = scenario.policy.clone();
+    if name == policy::AUTO {
+        let why = format!("{}: no policy is shipped for networks", policy::AUTO);
+        return Ok(policy::ResolvedPolicy { name: "none".into(), why: Some(why) });
+    }
+    let is_rule = policy::NAMES.contains(&name.as_str()) && name != "two-phase";
+    let why = match (is_rule, scenario.policy_speed_mps > 0.0) {
+        (true, true) => return Ok(policy::ResolvedPolicy { name, why: None }),
+        (true, false) if name == "none" => return Ok(policy::ResolvedPolicy { name, why: None }),
+        (true, false) => "aims for the speed at which an even ring flows",
+        (false, _) if name == "two-phase" => "calms the wave of a ring",
+        (false, _) => "was made for one",
+    };
+    Err(WorldError::PolicyNeedsRing { policy: name, why })
+}
+
 /// The speed at which an even ring of this scenario's cars flows, m/s, and what else a policy is built from.
 pub(super) fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySettings {
+    if scenario.is_on_network() {
+        // A free road: its limit.
+        let equilibrium_mps = limited_idm(scenario, route).v0;
+        return PolicySettings { aim_mps: scenario.policy_speed_mps, equilibrium_mps, step_s: scenario.step_s };
+    }
     let gap_m = route.length_m() / f64::from(scenario.vehicles) - CAR_LENGTH_M;
     PolicySettings {
         aim_mps: scenario.policy_speed_mps,

@@ -1,45 +1,55 @@
 //! Which touches of other cars are contacts of their own. In: the cars that the ego touches in a tick. Out: an event for each
-//! contact that begins.
+//! contact that begins. Cars are known by their numbers: they may come and go.
 
 use crate::{
     ego::Contact,
-    sim::{Event, EventKind, snapshot::VehicleSnapshot},
+    sim::{Event, EventKind},
     time::{TICKS_PER_S, Tick},
+    traffic::VehicleId,
 };
+use std::collections::BTreeMap;
 
 /// A contact that begins again sooner than this after the last one with the same car is the same contact, ticks.
 const SAME_CONTACT_TICKS: u64 = TICKS_PER_S as u64 / 2;
 
-/// When the ego last touched each car.
+/// When the ego last touched each car that it has touched.
+#[derive(Default)]
 pub(super) struct ContactTracker {
-    last: Vec<Option<Tick>>,
+    last: BTreeMap<VehicleId, Tick>,
 }
 
 impl ContactTracker {
-    /// None of so many cars was touched yet.
-    pub fn new(cars: usize) -> Self {
-        Self { last: vec![None; cars] }
-    }
-
     /// The contacts that begin at `now`, of all touches of this tick.
-    pub fn begun<'a>(
-        &'a mut self,
-        touches: &'a [Contact],
-        now: Tick,
-        cars: &'a [VehicleSnapshot],
-    ) -> impl Iterator<Item = Event> + 'a {
+    pub fn begun<'a>(&'a mut self, touches: &'a [Contact], now: Tick) -> impl Iterator<Item = Event> + 'a {
         touches.iter().filter_map(move |contact| {
-            let before = self.last[contact.car].replace(now);
+            let car = VehicleId(contact.car);
+            let before = self.last.insert(car, now);
             if before.is_some_and(|last| now.0 - last.0 <= SAME_CONTACT_TICKS) {
                 return None;
             }
             let kind = EventKind::Contact {
-                car: cars[contact.car].id,
+                car,
                 ego_speed_mps: contact.ego_speed_mps,
                 car_speed_mps: contact.car_speed_mps,
                 closing_mps: contact.closing_mps,
             };
             Some(Event { tick: now, kind })
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_touch_is_a_contact_of_its_own_by_the_cars_number_whoever_else_comes_and_goes() {
+        let mut tracker = ContactTracker::default();
+        let touch = |car| Contact { car, ego_speed_mps: 3.0, car_speed_mps: 1.0, closing_mps: 2.0 };
+        let mut begun = |tick, touches: &[Contact]| tracker.begun(touches, Tick(tick)).count();
+        assert_eq!(begun(1, &[touch(70), touch(8)]), 2);
+        assert_eq!(begun(2, &[touch(8), touch(900)]), 1);
+        assert_eq!(begun(51, &[touch(8)]), 0, "within half a second of the last touch");
+        assert_eq!(begun(53, &[touch(70)]), 1);
     }
 }

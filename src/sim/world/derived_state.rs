@@ -7,23 +7,23 @@ use crate::{
         Event, EventKind, Snapshot,
         snapshot::{Leader, VehicleSnapshot},
     },
-    space::{CAR_LENGTH_M, Pose},
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
     time::Tick,
-    traffic::CarState,
 };
 
 /// How far inside the lane's edge the ego is back on the road, metres: no flicker of events at the edge.
 const BACK_INSIDE_M: f64 = 0.2;
 
-/// Tick 0 with the cars where their engine has them; what follows from that is not derived yet.
-pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64, others: &[CarState]) -> Snapshot {
+/// Tick 0 without other cars; what follows from where all are is not derived yet.
+pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapshot {
     Snapshot {
         tick: Tick(0),
         ego: *ego,
         ego_before: *ego,
         ego_s_m,
+        ego_lane: None,
         lane_offset_m: 0.0,
-        cars: others.iter().map(VehicleSnapshot::at_start).collect(),
+        cars: Vec::new(),
         signals: SignalStates::default(),
         leader: None,
         advice: None,
@@ -37,14 +37,27 @@ pub(super) fn update(snapshot: &mut Snapshot, route: &Route, ego: &Pose) {
     let middle = route.project(ego.position, Some(place.s_m));
     snapshot.ego_s_m = place.s_m;
     snapshot.lane_offset_m = middle.offset_m;
-    snapshot.leader = snapshot
-        .cars
-        .iter()
-        .map(|car| (route.ahead(place.s_m, car.s_m), car))
+    // On an open route those behind are at a negative way ahead.
+    let on_route = snapshot.cars.iter().filter_map(|car| match car.s_m {
+        Some(s_m) => Some((route.ahead(place.s_m, s_m) - car.body.length_m, car.speed_mps, car)),
+        None => in_the_way(car, route, place.s_m),
+    });
+    snapshot.leader = on_route
+        .filter(|(gap_m, _, car)| route.is_closed() || *gap_m >= -car.body.length_m)
         .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(headway_m, car)| Leader { id: car.id, gap_m: headway_m - CAR_LENGTH_M, speed_mps: car.speed_mps });
+        .map(|(gap_m, speed_mps, car)| Leader { id: car.id, gap_m, speed_mps });
     let sum: f64 = snapshot.cars.iter().map(|car| car.speed_mps).sum();
     snapshot.mean_speed_mps = (sum + snapshot.ego.speed_mps) / (snapshot.cars.len() + 1) as f64;
+}
+
+/// Of a vehicle whose front has left the ego's route while its tail still stands in it: the gap to its tail, metres, and its speed
+/// along the route, m/s.
+fn in_the_way<'a>(car: &'a VehicleSnapshot, route: &Route, ego_s_m: f64) -> Option<(f64, f64, &'a VehicleSnapshot)> {
+    let tail = route.project(car.pose.rear(car.body.length_m), Some(ego_s_m));
+    let gap_m = route.difference(ego_s_m, tail.s_m);
+    let is_in_it = tail.offset_m.abs() < (CAR_WIDTH_M + car.body.width_m) / 2.0;
+    let along = (car.pose.yaw_rad - route.yaw_at(tail.s_m)).cos();
+    (is_in_it && gap_m > 0.0).then_some((gap_m, (car.speed_mps * along).max(0.0), car))
 }
 
 /// Whether the middle of the ego is in its lane.
@@ -67,9 +80,18 @@ impl LaneMonitor {
     pub fn watch(&mut self, snapshot: &Snapshot, route: &Route) -> Option<Event> {
         let half_m = route.width_m(snapshot.ego_s_m) / 2.0;
         let off_m = snapshot.lane_offset_m.abs();
-        let kind = if self.is_in_lane && off_m > half_m {
+        self.watch_place(snapshot, off_m > half_m, off_m < half_m - BACK_INSIDE_M)
+    }
+
+    /// The same on a network, where other lanes are road too: `is_on_road` of the ego's middle.
+    pub fn watch_network(&mut self, snapshot: &Snapshot, is_on_road: bool) -> Option<Event> {
+        self.watch_place(snapshot, !is_on_road, is_on_road)
+    }
+
+    fn watch_place(&mut self, snapshot: &Snapshot, is_off: bool, is_back: bool) -> Option<Event> {
+        let kind = if self.is_in_lane && is_off {
             EventKind::LeftRoad { s_m: snapshot.ego_s_m, offset_m: snapshot.lane_offset_m }
-        } else if !self.is_in_lane && off_m < half_m - BACK_INSIDE_M {
+        } else if !self.is_in_lane && is_back {
             EventKind::BackOnRoad
         } else {
             return None;

@@ -35,6 +35,7 @@ impl World {
             speed_mps: snapshot.ego.speed_mps,
             lane: driver.look(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m)),
             leader: snapshot.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps }),
+            stop_ahead_m: self.network.as_ref().and_then(|network| network.stop_ahead_m(snapshot, &self.map)),
             advice: snapshot.advice,
             speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
         }

@@ -4,7 +4,7 @@
 
 use super::{World, WorldError, car_params};
 use crate::{
-    ego::EgoCar,
+    ego::{EgoCar, GroundModel},
     sim::{Event, EventKind},
     space::CAR_LENGTH_M,
     time::Tick,
@@ -59,6 +59,9 @@ impl World {
         let Some((s_m, speed_mps)) = self.room() else { return Ok(()) };
         let pose = self.map.route.pose_of_front(s_m, CAR_LENGTH_M);
         self.ego = EgoCar::new(&car_params(&self.scenario), pose, speed_mps, self.snapshot.cars.len())?;
+        if let Some(network) = &self.network {
+            self.ego.stand_on(network.ground(&self.map, &self.snapshot).shape(pose.position));
+        }
         self.snapshot.ego_s_m = s_m;
         let tick = Tick(self.snapshot.tick.0 + 1);
         self.events.push(Event { tick, kind: EventKind::PutBack { s_m } });
@@ -68,16 +71,19 @@ impl World {
     /// Where the ego's front can stand, nearest to where it is along the route, and the speed that fits there.
     fn room(&self) -> Option<(f64, f64)> {
         let (route, here_m) = (&self.map.route, self.snapshot.ego_s_m);
-        let cars = &self.snapshot.cars;
-        let ahead = cars
-            .iter()
-            .map(|car| (route.ahead(here_m, car.s_m) - CAR_LENGTH_M, car.speed_mps))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        let behind =
-            cars.iter().map(|car| (route.ahead(car.s_m, here_m), car.speed_mps)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let (Some((ahead_m, ahead_mps)), Some((behind_m, behind_mps))) = (ahead, behind) else {
-            return Some((here_m, 0.0));
+        let cars = || self.snapshot.cars.iter().filter_map(|car| Some((car, car.s_m?)));
+        // On an open route those behind are at a negative way ahead.
+        let nearest = |ways: &mut dyn Iterator<Item = (f64, f64, f64)>| {
+            ways.filter(|(way_m, ..)| *way_m >= 0.0).min_by(|a, b| (a.0 - a.2).total_cmp(&(b.0 - b.2)))
         };
+        let ahead = nearest(&mut cars().map(|(car, s_m)| (route.ahead(here_m, s_m), car.speed_mps, car.body.length_m)));
+        let behind = nearest(&mut cars().map(|(car, s_m)| (route.ahead(s_m, here_m), car.speed_mps, 0.0)));
+        if ahead.is_none() && behind.is_none() {
+            return Some((here_m, 0.0));
+        }
+        // Nobody ahead, or nobody behind, on an open route.
+        let (ahead_m, ahead_mps) = ahead.map_or((f64::INFINITY, 0.0), |(way_m, mps, length_m)| (way_m - length_m, mps));
+        let (behind_m, behind_mps) = behind.map_or((f64::INFINITY, 0.0), |(way_m, mps, _)| (way_m, mps));
         let [first_m, last_m] = [CAR_LENGTH_M + MARGIN_M - behind_m, ahead_m - MARGIN_M];
         let s_m = route.wrap(here_m + 0.0_f64.clamp(first_m.min(last_m), last_m));
         (first_m <= last_m).then_some((s_m, ahead_mps.min(behind_mps)))

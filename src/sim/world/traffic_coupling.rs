@@ -1,192 +1,159 @@
-//! The other cars of a drive between two steps of their engine. In: once a step, where the ego is and where it will be; once
-//! a tick, how much of the step has passed. Out: the other cars' places at that tick, and the engine's answer to wait for.
-//! Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
+//! The other vehicles of a drive between two steps of their engine, on a closed route with a fixed number of cars (`ring_coupling`) or
+//! on a network where they come and go (`network_coupling`). In: once a step, where the ego is and where it will be; once a tick, how
+//! much of the step has passed. Out: the other vehicles in the snapshot of that tick, and those that the ego can touch. Metres, m/s.
 
-use super::hand_over::{HandOver, HandOverGate};
+use super::{WorldError, hand_over::HandOver, network_coupling::NetworkCoupling, ring_coupling::RingCoupling};
 use crate::{
     ego::{EgoCar, Obstacle},
-    map::{RoadMap, Route},
-    scenario::{Scenario, StartLayout},
-    sim::snapshot::VehicleSnapshot,
-    space::CAR_LENGTH_M,
-    time::TICK_S,
-    traffic::{
-        self, CarState, ExternalVehicleState, InitialVehicle, ModelMixture, Traffic, TrafficError, TrafficSetup,
-    },
+    map::RoadMap,
+    scenario::Scenario,
+    sim::{Snapshot, snapshot::VehicleSnapshot},
+    traffic::TrafficError,
 };
 use std::{sync::Arc, time::Duration};
 
-/// A traffic engine and the two steps that the present tick lies between.
-pub(super) struct TrafficCoupling {
-    engine: Box<dyn Traffic>,
-    /// All cars at the last step and at the next, the ego first.
-    pub from: Vec<CarState>,
-    pub to: Vec<CarState>,
-    /// The next step, once the engine was asked for it.
-    asked: Option<Answer>,
-    /// The other cars at this tick, as the ego can touch them.
-    obstacles: Vec<Obstacle>,
-    is_stopped: bool,
-    /// How traffic was when the driver took over.
-    pub hand_over: HandOver,
+/// Where the ego is put on the road.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EgoPlacement {
+    /// Front bumper along the route, metres.
+    pub s_m: f64,
+    /// Speed, m/s.
+    pub speed_mps: f64,
 }
 
-/// How far an engine is that was asked for a step.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Answer {
-    Awaited,
-    Here,
+/// Traffic, of either kind.
+pub(super) enum TrafficCoupling {
+    /// A fixed number of cars on a closed route.
+    Ring(Box<RingCoupling>),
+    /// Vehicles that come and go on a network.
+    Network(Box<NetworkCoupling>),
 }
 
 impl TrafficCoupling {
-    /// Starts the engine with all cars where the scenario has them, and lets it run for the scenario's warm-up and until traffic
-    /// is as the scenario wants it at the hand-over.
-    pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, TrafficError> {
-        let setup = TrafficSetup {
-            cars: start_cars(scenario, &map.route)?,
-            map: Arc::clone(map),
-            idm: scenario.idm,
-            mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
-            step_s: scenario.step_s,
-            seed: scenario.seed,
-            noise_streams: scenario.noise_streams,
-            timeout_s: scenario.traffic_timeout_s,
-            lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
-        };
-        let mut engine = traffic::start(&scenario.traffic, setup)?;
-        for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
-            engine.step(None)?;
-        }
-        let mut gate = HandOverGate::new(scenario);
-        let hand_over = loop {
-            if let Some(hand_over) = gate.look(engine.cars()) {
-                break hand_over;
-            }
-            engine.step(None)?;
-        };
-        let to = engine.cars().to_vec();
-        let obstacles = Vec::with_capacity(to.len() - 1);
-        Ok(Self { engine, from: to.clone(), to, asked: None, obstacles, is_stopped: false, hand_over })
+    /// Starts the traffic of a scenario and lets it run until the ego is put in.
+    pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
+        Ok(if scenario.is_on_network() {
+            Self::Network(Box::new(NetworkCoupling::start(scenario, map)?))
+        } else {
+            Self::Ring(Box::new(RingCoupling::start(scenario, map)?))
+        })
     }
 
-    /// The ego's car and all others at the next step.
-    pub fn at_next_step(&self) -> (&CarState, &[CarState]) {
-        self.to.split_first().expect("traffic has the ego")
+    /// Where the ego is put.
+    pub fn ego_start(&self) -> EgoPlacement {
+        match self {
+            Self::Ring(ring) => {
+                let (ego, _) = ring.at_next_step();
+                EgoPlacement { s_m: ego.s_m, speed_mps: ego.speed_mps }
+            }
+            Self::Network(network) => network.ego_start(),
+        }
+    }
+
+    /// How many bodies of other vehicles the ego's physics makes ready.
+    pub fn bodies(&self) -> usize {
+        match self {
+            Self::Ring(ring) => ring.at_next_step().1.len(),
+            Self::Network(_) => 0,
+        }
+    }
+
+    /// Puts all vehicles, and what signals show, into a snapshot of the first tick.
+    pub fn first_view(&mut self, snapshot: &mut Snapshot) {
+        match self {
+            Self::Ring(ring) => {
+                snapshot.cars = ring.at_next_step().1.iter().map(VehicleSnapshot::at_start).collect();
+            }
+            Self::Network(network) => network.first_view(snapshot),
+        }
     }
 
     /// True if the engine was asked for the next step.
     pub fn is_asked(&self) -> bool {
-        self.asked.is_some()
+        match self {
+            Self::Ring(ring) => ring.is_asked(),
+            Self::Network(network) => network.is_asked(),
+        }
     }
 
     /// Asks the engine for the next step, and tells it where the ego is and where it will be at its end.
-    pub fn ask(&mut self, ego: &EgoCar, step_s: f64) -> Result<(), TrafficError> {
-        let (pose, speed_mps) = ego.predict(0.0);
-        let (next_pose, next_speed_mps) = ego.predict(step_s);
-        // Engines know no reverse gear: a car that rolls backwards stands for them.
-        let report = ExternalVehicleState {
-            pose,
-            speed_mps: speed_mps.max(0.0),
-            next_pose,
-            next_speed_mps: next_speed_mps.max(0.0),
-        };
-        self.engine.begin_step(Some(&report))?;
-        self.asked = Some(Answer::Awaited);
-        Ok(())
+    pub fn ask(&mut self, ego: &EgoCar, snapshot: &Snapshot, step_s: f64) -> Result<(), TrafficError> {
+        match self {
+            Self::Ring(ring) => ring.ask(ego, step_s),
+            Self::Network(network) => network.ask(ego, snapshot),
+        }
     }
 
     /// True once the step that was asked for is here; waits for that for `patience` at most.
     pub fn wait(&mut self, patience: Duration) -> Result<bool, TrafficError> {
-        if self.asked == Some(Answer::Awaited) && self.engine.finish_step(patience)? {
-            self.asked = Some(Answer::Here);
+        match self {
+            Self::Ring(ring) => ring.wait(patience),
+            Self::Network(_) => Ok(true),
         }
-        Ok(self.asked != Some(Answer::Awaited))
     }
 
     /// The step that was asked for begins.
-    pub fn begin_step(&mut self) {
-        self.asked = None;
-        std::mem::swap(&mut self.from, &mut self.to);
-        self.to.clear();
-        self.to.extend_from_slice(self.engine.cars());
-    }
-
-    /// All other cars go to the place that they have `fraction` of the way through the step.
-    pub fn move_cars(&mut self, cars: &mut [VehicleSnapshot], route: &Route, fraction: f64) {
-        self.obstacles.clear();
-        for ((view, from), to) in cars.iter_mut().zip(&self.from[1..]).zip(&self.to[1..]) {
-            let s_m = route.wrap(from.s_m + route.difference(from.s_m, to.s_m) * fraction);
-            view.odometer_m += route.difference(view.s_m, s_m);
-            view.s_m = s_m;
-            view.pose_before = view.pose;
-            view.pose = route.pose_of_front(s_m, CAR_LENGTH_M);
-            view.speed_mps = from.speed_mps + (to.speed_mps - from.speed_mps) * fraction;
-            view.accel_mps2 = to.accel_mps2;
-            view.lamps.brake = to.braking;
-            view.pitch = view.pitch.step(view.accel_mps2, TICK_S);
-            self.obstacles.push(Obstacle { pose: view.pose, speed_mps: view.speed_mps });
+    pub fn begin_step(&mut self, snapshot: &Snapshot) {
+        match self {
+            Self::Ring(ring) => ring.begin_step(),
+            Self::Network(network) => network.begin_step(snapshot),
         }
     }
 
-    /// The other cars where [`TrafficCoupling::move_cars`] has put them.
+    /// All other vehicles go to the place that they have `fraction` of the way through the step.
+    pub fn move_cars(&mut self, snapshot: &mut Snapshot, map: &RoadMap, fraction: f64) {
+        match self {
+            Self::Ring(ring) => ring.move_cars(snapshot, &map.route, fraction),
+            Self::Network(network) => network.move_vehicles(snapshot, fraction),
+        }
+    }
+
+    /// The other vehicles near the ego where [`TrafficCoupling::move_cars`] has put them.
     pub fn obstacles(&self) -> &[Obstacle] {
-        &self.obstacles
+        match self {
+            Self::Ring(ring) => ring.obstacles(),
+            Self::Network(network) => network.obstacles(),
+        }
+    }
+
+    /// How traffic was when the driver took over.
+    pub fn hand_over(&self) -> HandOver {
+        match self {
+            Self::Ring(ring) => ring.hand_over,
+            Self::Network(network) => network.hand_over,
+        }
     }
 
     /// Lets go of the engine; no step follows.
     pub fn stop(&mut self) {
-        self.engine = Box::new(StoppedEngine { cars: self.to.clone(), description: self.engine.describe() });
-        self.is_stopped = true;
+        match self {
+            Self::Ring(ring) => ring.stop(),
+            Self::Network(network) => network.stop(),
+        }
     }
 
     /// True once [`TrafficCoupling::stop`] was called.
     pub fn is_stopped(&self) -> bool {
-        self.is_stopped
+        match self {
+            Self::Ring(ring) => ring.is_stopped(),
+            Self::Network(network) => network.is_stopped(),
+        }
     }
 
     /// The engine's name and version.
     pub fn describe(&self) -> String {
-        self.engine.describe()
+        match self {
+            Self::Ring(ring) => ring.describe(),
+            Self::Network(network) => network.describe(),
+        }
     }
 
-    /// Another engine from the next step on.
+    /// The coupling of a closed route.
     #[cfg(test)]
-    pub fn set_engine(&mut self, engine: Box<dyn Traffic>) {
-        self.engine = engine;
-    }
-
-    /// All cars as the engine has them.
-    #[cfg(test)]
-    pub fn cars(&self) -> &[CarState] {
-        self.engine.cars()
-    }
-}
-
-/// Where all cars stand at the start.
-fn start_cars(scenario: &Scenario, route: &Route) -> Result<Vec<InitialVehicle>, TrafficError> {
-    let layout = match scenario.start {
-        StartLayout::Even => traffic::start::even,
-        StartLayout::Bunched => traffic::start::bunched,
-    };
-    layout(scenario.vehicles as usize, route.length_m(), scenario.idm.s0, 0.0)
-}
-
-/// What is left of an engine that was let go.
-struct StoppedEngine {
-    cars: Vec<CarState>,
-    description: String,
-}
-
-impl Traffic for StoppedEngine {
-    fn step(&mut self, _ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
-        Err(TrafficError::Setup("this drive was stopped".into()))
-    }
-
-    fn cars(&self) -> &[CarState] {
-        &self.cars
-    }
-
-    fn describe(&self) -> String {
-        self.description.clone()
+    pub fn ring(&mut self) -> &mut RingCoupling {
+        match self {
+            Self::Ring(ring) => ring,
+            Self::Network(_) => panic!("this drive is on a network"),
+        }
     }
 }

@@ -7,7 +7,7 @@
 //! vehicles before.
 
 use super::{
-    locate,
+    locate, network_check,
     network_shim::{NetworkCommand, NetworkCommandKind, NetworkRecord, NetworkShim, NetworkStep},
     options::{self, TypeFile},
     shim::Shim,
@@ -115,10 +115,14 @@ impl SumoNetwork {
     /// # Errors
     /// SUMO is not here or in use, or it refuses the network or the demand.
     pub fn start(setup: &NetworkSetup) -> Result<Self, TrafficError> {
-        Self::start_from(&locate::home()?, setup)
+        let home = locate::home()?;
+        locate::library(&home)?;
+        network_check::check(&home, &setup.net_file)?;
+        Self::start_unchecked(&home, setup)
     }
 
-    fn start_from(home: &Path, setup: &NetworkSetup) -> Result<Self, TrafficError> {
+    /// The same without a look at the network: where SUMO breaks down on it, so does this process.
+    pub(super) fn start_unchecked(home: &Path, setup: &NetworkSetup) -> Result<Self, TrafficError> {
         let network = &setup.network;
         let normal = network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
         let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
@@ -195,6 +199,11 @@ impl SumoNetwork {
     pub fn signal(&self, id: SignalId) -> &[u8] {
         let [from, to] = [id.index(), id.index() + 1].map(|k| self.state.signal_starts[k] as usize);
         &self.state.signals[from..to]
+    }
+
+    /// What all signals show: the letters of all, and where those of each begin; one more at the end.
+    pub fn signals(&self) -> (&[u8], &[u32]) {
+        (&self.state.signals, &self.state.signal_starts)
     }
 
     /// What one link of a signal is shown; `None` for one that it has not.

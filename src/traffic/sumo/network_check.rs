@@ -3,13 +3,21 @@
 //! by byte, is read by our own reader first and then driven a little by a child process, within limits of time and memory.
 //! The result holds for the bytes of the file as long as the program runs.
 
-use super::SumoTraffic;
+use super::{
+    SumoTraffic,
+    network::{EgoStart, NetworkSetup, SumoNetwork},
+};
 use crate::{
     data_folders, file,
-    map::{RoadMap, limits::MOST_BYTES},
+    map::{
+        MapError, RoadMap,
+        limits::MOST_BYTES,
+        network::{LaneId, Network},
+    },
     space::CAR_LENGTH_M,
     traffic::{
-        ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, is_interrupted, start,
+        Demand, ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, is_interrupted,
+        start,
     },
 };
 use sha2::{Digest, Sha256};
@@ -77,8 +85,8 @@ pub(super) fn check(home: &Path, net_file: &Path) -> Result<(), TrafficError> {
         return result.clone().map_err(|fault| about(fault.to_string()));
     }
     // Not kept: its message names the line, and it costs little.
-    let map = RoadMap::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
-    let result = try_in_child(home, &map.net_file)?;
+    Network::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
+    let result = try_in_child(home, net_file)?;
     known.insert(hash, result.clone());
     result.map_err(|fault| about(fault.to_string()))
 }
@@ -168,8 +176,11 @@ fn own_program() -> Result<PathBuf, TrafficError> {
 /// Our reader or SUMO refuses the network.
 pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     limit();
-    let map = RoadMap::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
-    let map = Arc::new(map);
+    let map = match RoadMap::load(&net_file.to_string_lossy()) {
+        Ok(map) => Arc::new(map),
+        Err(MapError::NoRoute { .. }) => return try_roads(net_file),
+        Err(error) => return Err(TrafficError::Setup(error.to_string())),
+    };
     let length_m = map.route.length_m();
     let idm = crate::idm::IdmParams::default();
     let fit = (length_m / (2.0 * CAR_LENGTH_M + idm.s0)) as usize;
@@ -198,6 +209,31 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
         traffic.step(report.as_ref())?;
     }
     Ok(())
+}
+
+/// The same for a network without a closed route: cars that SUMO drives from streets to the next.
+fn try_roads(net_file: &Path) -> Result<(), TrafficError> {
+    let network = Network::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
+    let network = Arc::new(network);
+    let start = |lane: LaneId| {
+        let way = network.connections_from(lane).iter().find(|way| network.lane(way.to).admits_cars())?;
+        let is_street = network.edge_of(lane).kind.is_street() && network.lane(lane).admits_cars();
+        let route = [lane, way.to].map(|lane| network.edge_of(lane).id.clone());
+        let s_m = network.lane(lane).length_m.min(2.0 * CAR_LENGTH_M);
+        is_street.then(|| EgoStart { lane, s_m, speed_mps: 0.0, route: route.into() })
+    };
+    let egos = network.lane_ids().filter_map(start).take(MOST_CARS).collect();
+    let setup = NetworkSetup {
+        network: Arc::clone(&network),
+        net_file: net_file.into(),
+        demand: Demand::default(),
+        egos,
+        idm: crate::idm::IdmParams::default(),
+        step_s: 0.1,
+        seed: 1,
+    };
+    let mut traffic = SumoNetwork::start_unchecked(&super::home()?, &setup)?;
+    (0..STEPS).try_for_each(|_| traffic.step(&[]))
 }
 
 /// Bounds the memory of this process, and keeps a breakdown from leaving an image of it on the disk.

@@ -1,0 +1,109 @@
+//! The table of the cars and its columns. In: the world at the end of a step. Out: a row a car. SI units; places in world axes (x east,
+//! y north). On a network cars come and go in it.
+
+use super::{
+    table::{ColumnValue, TableColumn},
+    tables::{column, number},
+};
+use crate::{
+    map::network::{LanePosition, Network},
+    sim::{Snapshot, VehicleSnapshot},
+    time::Tick,
+};
+
+/// A car at a step; the ego is car 0.
+#[derive(Clone, Debug)]
+pub struct CarRow {
+    /// When.
+    pub tick: Tick,
+    /// Which.
+    pub car: u32,
+    /// Front bumper along the ego's route, metres; `None` beside it.
+    pub s_m: Option<f64>,
+    /// Centre, metres.
+    pub x_m: f64,
+    /// Centre, metres.
+    pub y_m: f64,
+    /// Heading, radians.
+    pub yaw_rad: f64,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+    /// Acceleration, m/s2.
+    pub accel_mps2: f64,
+    /// Brake lamps.
+    pub braking: bool,
+    /// SUMO's id of its lane on a network; empty elsewhere.
+    pub lane: String,
+    /// Front bumper along that lane, metres.
+    pub lane_s_m: Option<f64>,
+    /// Beside that lane's middle, metres, positive to the left.
+    pub lane_offset_m: Option<f64>,
+}
+
+impl CarRow {
+    /// A car of the traffic.
+    pub fn of(tick: Tick, car: &VehicleSnapshot, network: &Network) -> Self {
+        let at = car.pose;
+        let (lane, lane_s_m, lane_offset_m) = in_lane(car.lane, network);
+        Self {
+            lane,
+            lane_s_m,
+            lane_offset_m,
+            tick,
+            car: car.id.0,
+            s_m: car.s_m,
+            x_m: at.position.x,
+            y_m: at.position.y,
+            yaw_rad: at.yaw_rad,
+            speed_mps: car.speed_mps,
+            accel_mps2: car.accel_mps2,
+            braking: car.lamps.brake,
+        }
+    }
+
+    /// The ego.
+    pub fn ego(snapshot: &Snapshot, network: &Network) -> Self {
+        let (ego, pose) = (&snapshot.ego, snapshot.ego.pose());
+        let (lane, lane_s_m, lane_offset_m) = in_lane(snapshot.ego_lane, network);
+        Self {
+            lane,
+            lane_s_m,
+            lane_offset_m,
+            tick: snapshot.tick,
+            car: crate::traffic::EGO.0,
+            s_m: Some(snapshot.ego_s_m),
+            x_m: pose.position.x,
+            y_m: pose.position.y,
+            yaw_rad: pose.yaw_rad,
+            speed_mps: ego.speed_mps,
+            accel_mps2: ego.accel_mps2,
+            braking: ego.braking,
+        }
+    }
+}
+
+/// The name of a lane, and a place in it.
+fn in_lane(at: Option<LanePosition>, network: &Network) -> (String, Option<f64>, Option<f64>) {
+    at.map_or((String::new(), None, None), |at| (network.lane(at.lane).id.clone(), Some(at.s_m), Some(at.offset_m)))
+}
+
+/// One row a car and step.
+pub const CARS: &[TableColumn<CarRow>] = &[
+    column("tick", "", "tick at the end of the step", ColumnValue::Whole(|r| r.tick.0)),
+    column("car", "", "number of the car; 0 is the ego", ColumnValue::Id(|r| Some(r.car))),
+    number("s_m", "m", "front bumper along the ego's route; empty beside it", |r| r.s_m),
+    number("x_m", "m", "centre, to the east", |r| Some(r.x_m)),
+    number("y_m", "m", "centre, to the north", |r| Some(r.y_m)),
+    number("yaw_rad", "rad", "heading, 0 east, positive to the left", |r| Some(r.yaw_rad)),
+    number("speed_mps", "m/s", "speed", |r| Some(r.speed_mps)),
+    number("accel_mps2", "m/s2", "acceleration", |r| Some(r.accel_mps2)),
+    column("braking", "", "the brake lamps are lit", ColumnValue::Flag(|r| Some(r.braking))),
+    column(
+        "lane",
+        "",
+        "SUMO's id of the lane; empty on a closed route and beside all lanes",
+        ColumnValue::Word(|r| r.lane.clone()),
+    ),
+    number("lane_s_m", "m", "front bumper along the lane", |r| r.lane_s_m),
+    number("lane_offset_m", "m", "front bumper beside the lane's middle, positive to the left", |r| r.lane_offset_m),
+];

@@ -1,0 +1,100 @@
+//! How the ego comes onto a network on which vehicles drive already. In: the vehicles around the place where it starts. Out: the speed with
+//! which it fits in there, or that there is no room. Metres, m/s.
+//!
+//! Nobody is taken off the road for it: it waits, beside the road, until there is room, as SUMO has its own vehicles wait. There is
+//! room if it touches nobody, those behind can slow down to its speed comfortably, and it itself need not brake hard.
+
+use super::{hand_over::HandOver, path_lanes::PathLanes};
+use crate::{
+    driver::{DriverParams, bend_speed_mps},
+    map::RoadMap,
+    scenario::Scenario,
+    space::CAR_LENGTH_M,
+    traffic::NetworkVehicle,
+};
+
+/// A place where the ego shall start.
+pub(super) struct Insertion<'a> {
+    pub map: &'a RoadMap,
+    pub lanes: &'a PathLanes,
+    pub scenario: &'a Scenario,
+    /// Front bumper along the route, metres.
+    pub s_m: f64,
+    /// It starts as fast as fits; otherwise at a standstill.
+    pub is_moving: bool,
+}
+
+impl Insertion<'_> {
+    /// The speed with which it fits in among these vehicles; `None` while there is no room.
+    pub fn speed_mps(&self, vehicles: &[NetworkVehicle]) -> Option<f64> {
+        let (route, idm) = (&self.map.route, &self.scenario.idm);
+        let middle = route.pose_of_front(self.s_m, CAR_LENGTH_M).position;
+        let mut fits_mps = if self.is_moving { self.free_mps() } else { 0.0 };
+        let others = || vehicles.iter().filter(|vehicle| vehicle.id != crate::traffic::EGO);
+        for vehicle in others() {
+            // Bumper to bumper with whoever stands across.
+            let reach_m = (CAR_LENGTH_M + vehicle.body.length_m) / 2.0;
+            let is_level = (vehicle.height_m - route.height_m(self.s_m)).abs() < 3.0;
+            let is_beside = self.offset_m(vehicle) > (crate::space::CAR_WIDTH_M + vehicle.body.width_m) / 2.0;
+            if is_level && !is_beside && vehicle.pose.position.distance(middle) < reach_m + idm.s0 {
+                return None;
+            }
+            if let Some(gap_m) = self.gap_ahead_m(vehicle) {
+                let room_m = (gap_m - idm.s0).max(0.0);
+                fits_mps = fits_mps.min(room_m / idm.t).min((vehicle.speed_mps.powi(2) + 2.0 * idm.b * room_m).sqrt());
+            }
+        }
+        let is_clear = |vehicle: &NetworkVehicle| {
+            let Some(gap_m) = self.gap_behind_m(vehicle) else { return true };
+            let slows_m = (vehicle.speed_mps.powi(2) - fits_mps * fits_mps).max(0.0) / (2.0 * idm.b);
+            gap_m >= idm.s0 + vehicle.speed_mps * idm.t / 2.0 + slows_m
+        };
+        others().all(is_clear).then_some(fits_mps)
+    }
+
+    /// The speed with which it starts on an empty road: within the limit, comfortable in the bends ahead, and such that it can stop
+    /// comfortably before the first junction.
+    fn free_mps(&self) -> f64 {
+        let (route, idm) = (&self.map.route, &self.scenario.idm);
+        let limit_mps = route.speed_limit_mps(self.s_m).min(idm.v0);
+        let (index, at_m) = route.lane_at(self.s_m);
+        let to_junction_m = route.lanes()[index].length_m - at_m;
+        let bend_mps = bend_speed_mps(&DriverParams::default(), route, self.s_m, limit_mps);
+        limit_mps.min(bend_mps).min((2.0 * idm.b * to_junction_m).sqrt())
+    }
+
+    /// How far beside the route a vehicle's middle is, metres.
+    fn offset_m(&self, vehicle: &NetworkVehicle) -> f64 {
+        self.map.route.project(vehicle.pose.position, Some(self.s_m)).offset_m.abs()
+    }
+
+    /// Gap to a vehicle ahead on the route.
+    fn gap_ahead_m(&self, vehicle: &NetworkVehicle) -> Option<f64> {
+        let s_m = self.lanes.s_of(self.map, vehicle, self.s_m)?;
+        let ahead_m = self.map.route.difference(self.s_m, s_m);
+        (ahead_m >= 0.0).then_some(ahead_m - vehicle.body.length_m)
+    }
+
+    /// Gap of a vehicle behind, on the route or on a lane that leads to its start; the latter as the crow flies.
+    fn gap_behind_m(&self, vehicle: &NetworkVehicle) -> Option<f64> {
+        let route = &self.map.route;
+        if let Some(s_m) = self.lanes.s_of(self.map, vehicle, self.s_m) {
+            let behind_m = -route.difference(self.s_m, s_m);
+            return (behind_m > 0.0).then_some(behind_m - CAR_LENGTH_M);
+        }
+        let before = self.lanes.lanes_before(&self.map.network);
+        let leads_here = vehicle.lane.is_some_and(|lane| before.binary_search(&lane).is_ok());
+        let rear = route.pose_of_front(self.s_m, CAR_LENGTH_M).rear(CAR_LENGTH_M);
+        leads_here.then(|| vehicle.pose.front(vehicle.body.length_m).distance(rear))
+    }
+}
+
+/// How traffic was when the ego came.
+pub(super) fn hand_over(vehicles: &[NetworkVehicle], speed_mps: f64, waited_s: f64) -> HandOver {
+    let speeds =
+        || vehicles.iter().filter(|vehicle| vehicle.id != crate::traffic::EGO).map(|vehicle| vehicle.speed_mps);
+    let n = speeds().count().max(1) as f64;
+    let mean = speeds().sum::<f64>() / n;
+    let speed_sd_mps = (speeds().map(|speed| (speed - mean).powi(2)).sum::<f64>() / n).sqrt();
+    HandOver { waited_s, speed_sd_mps, speed_mps, is_as_asked: true }
+}

@@ -1,0 +1,316 @@
+//! The other vehicles on a network between two steps of SUMO. In: once a step, where the ego is and where it will be; once a tick, how
+//! much of the step has passed. Out: all vehicles at that tick, matched by their ids, and what signals show. Metres, m/s.
+//!
+//! A vehicle that departs in a step appears at its end, one that arrives is gone there; until then it drives on. What is at a step's
+//! end is what SUMO has.
+
+use super::{
+    WorldError,
+    ego_insertion::{self, Insertion},
+    hand_over::HandOver,
+    path_lanes::{PathLanes, is_against},
+    traffic_coupling::EgoPlacement,
+};
+use crate::{
+    ego::{EgoCar, Obstacle},
+    map::{
+        MapError, RoadMap,
+        network::{LanePosition, SignalStates},
+    },
+    scenario::Scenario,
+    sim::{Snapshot, snapshot::VehicleSnapshot},
+    space::{CAR_LENGTH_M, Pose},
+    time::TICK_S,
+    traffic::{
+        EGO, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleLamps,
+        sumo::{EgoReport, EgoStart, NetworkSetup, SumoNetwork},
+    },
+};
+use std::sync::Arc;
+
+/// Vehicles farther from the ego are no bodies of its physics, metres: none is there within a step.
+const TOUCHABLE_M: f64 = 100.0;
+/// A way within a step that no vehicle drives, metres beyond what its speeds explain: it was set there.
+const JUMP_M: f64 = 5.0;
+
+/// SUMO on a network, and the two steps that the present tick lies between.
+pub(super) struct NetworkCoupling {
+    /// `None` once it was let go.
+    engine: Option<SumoNetwork>,
+    description: String,
+    map: Arc<RoadMap>,
+    lanes: PathLanes,
+    step_s: f64,
+    start: EgoPlacement,
+    /// All others at the last step and at the next, by ascending id.
+    from: Vec<PlacedVehicle>,
+    to: Vec<PlacedVehicle>,
+    /// What signals show at the next step.
+    signals: SignalStates,
+    /// The others as they were seen in the last tick.
+    before: Vec<VehicleSnapshot>,
+    obstacles: Vec<Obstacle>,
+    is_asked: bool,
+    /// For SUMO the ego's way is over: it is reported no more.
+    ego_arrived: bool,
+    /// How traffic was when the driver took over.
+    pub hand_over: HandOver,
+}
+
+/// A vehicle, and where it is on the ego's route.
+#[derive(Clone, Copy, Debug)]
+struct PlacedVehicle {
+    vehicle: NetworkVehicle,
+    s_m: Option<f64>,
+}
+
+/// A vehicle within a step.
+struct Shown {
+    pose: Pose,
+    height_m: f64,
+    s_m: Option<f64>,
+    lane: Option<LanePosition>,
+    speed_mps: f64,
+}
+
+impl NetworkCoupling {
+    /// Starts SUMO, lets it run for the scenario's warm-up without the ego, and until there is room for it where it starts.
+    pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
+        let route = &map.route;
+        let s_m = scenario.path_start_m.max(CAR_LENGTH_M);
+        if s_m >= route.length_m() {
+            let (file, start_m) = (map.net_file.clone(), scenario.path_start_m);
+            return Err(MapError::PathStart { file, start_m, length_m: route.length_m() }.into());
+        }
+        let lanes = PathLanes::new(map);
+        let pose = route.pose_of_front(s_m, CAR_LENGTH_M);
+        let lane = lanes.ego_lane(map, &pose, route.height_m(s_m), s_m, None);
+        let lane = lane.ok_or_else(|| TrafficError::Setup("the ego's path begins on no lane of the network".into()))?;
+        let streets = route.lanes().iter().filter(|lane| !lane.edge.starts_with(':'));
+        let ego = EgoStart {
+            lane: lane.lane,
+            s_m: lane.s_m,
+            speed_mps: 0.0,
+            route: streets.map(|lane| lane.edge.clone()).collect(),
+        };
+        let setup = NetworkSetup {
+            network: Arc::clone(&map.network),
+            net_file: map.net_file.clone(),
+            demand: scenario.demand.clone(),
+            egos: vec![ego],
+            idm: scenario.idm,
+            step_s: scenario.step_s,
+            seed: scenario.seed,
+        };
+        let mut engine = SumoNetwork::start(&setup)?;
+        let warm_up = (scenario.warm_up_s / scenario.step_s).round() as u64;
+        // Nobody sees an ego that is beside all lanes.
+        let state = ExternalVehicleState { pose, speed_mps: 0.0, next_pose: pose, next_speed_mps: 0.0 };
+        let away = [EgoReport { id: EGO, state, lane: None, is_wrong_way: false, lamps: VehicleLamps::default() }];
+        for _ in 0..warm_up {
+            engine.step(&away)?;
+        }
+        let spot = Insertion { map, lanes: &lanes, scenario, s_m, is_moving: warm_up > 0 && !scenario.standing_start };
+        let mut waited = 0;
+        let speed_mps = loop {
+            if let Some(speed_mps) = spot.speed_mps(engine.vehicles()) {
+                break speed_mps;
+            }
+            let waited_s = f64::from(waited) * scenario.step_s;
+            if waited_s >= scenario.wave_wait_s {
+                return Err(TrafficError::NoRoom { edge: map.network.edge_of(lane.lane).id.clone(), waited_s }.into());
+            }
+            engine.step(&away)?;
+            waited += 1;
+        };
+        let hand_over = ego_insertion::hand_over(engine.vehicles(), speed_mps, f64::from(waited) * scenario.step_s);
+        let mut coupling = Self {
+            description: engine.describe().to_owned(),
+            engine: Some(engine),
+            map: Arc::clone(map),
+            lanes,
+            step_s: scenario.step_s,
+            start: EgoPlacement { s_m, speed_mps },
+            from: Vec::new(),
+            to: Vec::new(),
+            signals: SignalStates::default(),
+            before: Vec::new(),
+            obstacles: Vec::new(),
+            is_asked: false,
+            ego_arrived: false,
+            hand_over,
+        };
+        coupling.take(s_m);
+        Ok(coupling)
+    }
+
+    /// Where the ego is put.
+    pub fn ego_start(&self) -> EgoPlacement {
+        self.start
+    }
+
+    /// Puts all vehicles, and what signals show, into a snapshot of the first tick.
+    pub fn first_view(&mut self, snapshot: &mut Snapshot) {
+        self.move_vehicles(snapshot, 1.0);
+    }
+
+    /// True if SUMO was asked for the next step.
+    pub fn is_asked(&self) -> bool {
+        self.is_asked
+    }
+
+    /// SUMO's next step, with where the ego is and where it will be at its end.
+    pub fn ask(&mut self, ego: &EgoCar, snapshot: &Snapshot) -> Result<(), TrafficError> {
+        let Some(engine) = &mut self.engine else {
+            return Err(TrafficError::Setup("this drive was stopped".into()));
+        };
+        let (pose, speed_mps) = ego.predict(0.0);
+        let (next_pose, next_speed_mps) = ego.predict(self.step_s);
+        // SUMO knows no reverse gear: a car that rolls backwards stands for it.
+        let state = ExternalVehicleState {
+            pose,
+            speed_mps: speed_mps.max(0.0),
+            next_pose,
+            next_speed_mps: next_speed_mps.max(0.0),
+        };
+        let last = snapshot.ego_lane.map(|at| at.lane);
+        let height_m = snapshot.ego.position.z;
+        let lane = self.lanes.ego_lane(&self.map, &next_pose, height_m, snapshot.ego_s_m, last);
+        let report = EgoReport {
+            id: EGO,
+            state,
+            lane: lane.map(|at| at.lane),
+            is_wrong_way: lane.is_some_and(|at| is_against(&self.map.network, at, &next_pose)),
+            lamps: VehicleLamps { brake: ego.state().braking, ..VehicleLamps::default() },
+        };
+        let reports = [report];
+        engine.step(if self.ego_arrived { &[] } else { &reports })?;
+        self.ego_arrived |= engine.changes().arrived.contains(&EGO);
+        self.is_asked = true;
+        Ok(())
+    }
+
+    /// The step that was asked for begins.
+    pub fn begin_step(&mut self, snapshot: &Snapshot) {
+        self.is_asked = false;
+        std::mem::swap(&mut self.from, &mut self.to);
+        self.take(snapshot.ego_s_m);
+    }
+
+    /// What SUMO has now is the next step.
+    fn take(&mut self, ego_s_m: f64) {
+        let Some(engine) = &self.engine else { return };
+        self.to.clear();
+        let others = engine.vehicles().iter().filter(|vehicle| vehicle.id != EGO);
+        let (lanes, map) = (&self.lanes, &self.map);
+        let placed = others.map(|vehicle| PlacedVehicle { vehicle: *vehicle, s_m: lanes.s_of(map, vehicle, ego_s_m) });
+        self.to.extend(placed);
+        let (letters, starts) = engine.signals();
+        self.signals.set(letters, starts);
+    }
+
+    /// All other vehicles go to the place that they have `fraction` of the way through the step; signals change at its end.
+    pub fn move_vehicles(&mut self, snapshot: &mut Snapshot, fraction: f64) {
+        let is_end = fraction >= 1.0;
+        if is_end {
+            snapshot.signals.clone_from(&self.signals);
+        }
+        std::mem::swap(&mut self.before, &mut snapshot.cars);
+        snapshot.cars.clear();
+        self.obstacles.clear();
+        let (shown, others) = if is_end { (&self.to, &self.from) } else { (&self.from, &self.to) };
+        // All lists are by ascending id: one walk along them.
+        let (mut others, mut before) = (others.iter().peekable(), self.before.iter().peekable());
+        for here in shown {
+            let id = here.vehicle.id;
+            while others.next_if(|other| other.vehicle.id < id).is_some() {}
+            while before.next_if(|other| other.id < id).is_some() {}
+            let other = others.next_if(|other| other.vehicle.id == id);
+            let before = before.next_if(|other| other.id == id);
+            let (from, to) = if is_end { (other.unwrap_or(here), here) } else { (here, other.unwrap_or(here)) };
+            let mut at = self.between(from, to, fraction);
+            if other.is_none() && !is_end {
+                // It has arrived and drives on until the step's end.
+                at.pose.position += at.pose.forward() * (from.vehicle.speed_mps * fraction * self.step_s);
+            }
+            let accel_mps2 = to.vehicle.accel_mps2;
+            let pose_before = before.map_or(at.pose, |before| before.pose);
+            snapshot.cars.push(VehicleSnapshot {
+                id,
+                pose: at.pose,
+                pose_before,
+                s_m: at.s_m,
+                lane: at.lane,
+                speed_mps: at.speed_mps,
+                accel_mps2,
+                odometer_m: before.map_or(0.0, |before| before.odometer_m)
+                    + pose_before.position.distance(at.pose.position),
+                body: here.vehicle.body,
+                height_m: at.height_m,
+                lamps: to.vehicle.lamps,
+                pitch: before.map(|before| before.pitch).unwrap_or_default().step(accel_mps2, TICK_S),
+            });
+            if at.pose.position.distance(snapshot.ego.position.truncate()) < TOUCHABLE_M {
+                let body = here.vehicle.body;
+                self.obstacles.push(Obstacle {
+                    id: id.0,
+                    pose: at.pose,
+                    speed_mps: at.speed_mps,
+                    length_m: body.length_m,
+                    width_m: body.width_m,
+                });
+            }
+        }
+    }
+
+    fn between(&self, from: &PlacedVehicle, to: &PlacedVehicle, fraction: f64) -> Shown {
+        let (a, b) = (&from.vehicle, &to.vehicle);
+        let farthest_m = a.speed_mps.max(b.speed_mps) * self.step_s + JUMP_M;
+        let jumps = a.pose.position.distance(b.pose.position) > farthest_m;
+        let mix = |a: f64, b: f64| a + (b - a) * fraction;
+        let nearer = if fraction < 0.5 { from } else { to };
+        let place = |vehicle: &NetworkVehicle| {
+            vehicle.lane.map(|lane| LanePosition { lane, s_m: vehicle.s_m, offset_m: vehicle.offset_m })
+        };
+        let lane = match (place(a), place(b)) {
+            (Some(from), Some(to)) if from.lane == to.lane && !jumps => Some(LanePosition {
+                lane: to.lane,
+                s_m: mix(from.s_m, to.s_m),
+                offset_m: mix(from.offset_m, to.offset_m),
+            }),
+            _ => place(&nearer.vehicle),
+        };
+        let route = &self.map.route;
+        let s_m = match (from.s_m, to.s_m) {
+            (Some(from), Some(to)) if !jumps => Some(route.wrap(from + route.difference(from, to) * fraction)),
+            _ => nearer.s_m,
+        };
+        Shown {
+            pose: if jumps { nearer.vehicle.pose } else { a.pose.lerp(&b.pose, fraction) },
+            height_m: if jumps { nearer.vehicle.height_m } else { mix(a.height_m, b.height_m) },
+            s_m,
+            lane,
+            speed_mps: mix(a.speed_mps, b.speed_mps),
+        }
+    }
+
+    /// The other vehicles near the ego where [`NetworkCoupling::move_vehicles`] has put them.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles
+    }
+
+    /// Lets go of SUMO; no step follows.
+    pub fn stop(&mut self) {
+        self.engine = None;
+    }
+
+    /// True once [`NetworkCoupling::stop`] was called.
+    pub fn is_stopped(&self) -> bool {
+        self.engine.is_none()
+    }
+
+    /// SUMO's name and version.
+    pub fn describe(&self) -> String {
+        self.description.clone()
+    }
+}

@@ -1,0 +1,77 @@
+//! What a drive on a network knows beside the ego's route. In: the map and the snapshot. Out: the ego's lane, the ground under it, the line at
+//! a signal where it has to stop, whether it is at the end of its path. Metres, m/s.
+
+use super::path_lanes::PathLanes;
+use crate::{
+    map::{
+        RoadMap,
+        network::{LanePosition, SignalLight},
+    },
+    sim::{Snapshot, ground::NetworkGround},
+    space::Pose,
+};
+
+/// A driver stops for a yellow light if this is enough, m/s2 (the deceleration that German rules for times of yellow reckon with is
+/// 3.5, American ones 3.05).
+const STOPS_MPS2: f64 = 3.0;
+/// And for a red one if this is: who began to brake for yellow, late by a reaction time, goes on braking.
+const STOPS_FOR_RED_MPS2: f64 = 6.0;
+/// So far ahead a signal matters, metres.
+const SIGNAL_AHEAD_M: f64 = 300.0;
+
+/// The ego's path through a network.
+pub(super) struct NetworkView {
+    lanes: PathLanes,
+    /// The ego is on the last edge of its path, or was there until its front came to the end.
+    is_on_last: bool,
+}
+
+impl NetworkView {
+    /// The path of a map's route.
+    pub fn new(map: &RoadMap) -> Self {
+        Self { lanes: PathLanes::new(map), is_on_last: false }
+    }
+
+    /// Notes in the snapshot in which lane the ego's front is.
+    pub fn update(&mut self, snapshot: &mut Snapshot, map: &RoadMap, ego: &Pose) {
+        let last = snapshot.ego_lane.map(|at| at.lane);
+        let height_m = snapshot.ego.position.z;
+        snapshot.ego_lane = self.lanes.ego_lane(map, ego, height_m, snapshot.ego_s_m, last);
+        let edge = |at: LanePosition| map.network.edge_of(at.lane).id.as_str();
+        let is_on_last = snapshot.ego_lane.map(edge) == map.route.lanes().last().map(|lane| lane.edge.as_str());
+        let has_left = snapshot.ego_lane.is_none() || snapshot.ego_s_m < map.route.length_m();
+        self.is_on_last = is_on_last || (self.is_on_last && !has_left);
+    }
+
+    /// The ground around the ego.
+    pub fn ground<'a>(&self, map: &'a RoadMap, snapshot: &Snapshot) -> NetworkGround<'a> {
+        let lane = snapshot.ego_lane.map(|at| at.lane);
+        NetworkGround { network: &map.network, near: lane, height_m: snapshot.ego.position.z }
+    }
+
+    /// The ground at a place of the route, before the ego is there.
+    pub fn ground_at<'a>(&self, map: &'a RoadMap, s_m: f64) -> NetworkGround<'a> {
+        let near = map.network.lane_named(&map.route.lanes()[map.route.lane_at(s_m).0].id);
+        NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m) }
+    }
+
+    /// Way from the ego's front bumper to the line of the next signal of its path, if that must not be crossed now, metres.
+    pub fn stop_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
+        let route = &map.route;
+        let ahead = self.lanes.stop_lines().iter().map(|line| (route.ahead(snapshot.ego_s_m, line.s_m), line));
+        let (ahead_m, line) =
+            ahead.filter(|(ahead_m, _)| (0.0..SIGNAL_AHEAD_M).contains(ahead_m)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let brakes_mps2 = match snapshot.signals.light(line.signal, line.link)? {
+            SignalLight::Red | SignalLight::RedYellow => STOPS_FOR_RED_MPS2,
+            SignalLight::Yellow => STOPS_MPS2,
+            _ => return None,
+        };
+        let speed_mps = snapshot.ego.speed_mps.max(0.0);
+        (speed_mps * speed_mps <= 2.0 * brakes_mps2 * ahead_m).then_some(ahead_m)
+    }
+
+    /// True once the ego has come over the last edge of an open path to its end. Who crosses there on another way is not at it.
+    pub fn is_at_end(&self, snapshot: &Snapshot, map: &RoadMap) -> bool {
+        !map.route.is_closed() && self.is_on_last && snapshot.ego_s_m >= map.route.length_m()
+    }
+}

@@ -1,0 +1,229 @@
+//! Which lanes of a network the ego's route goes over. In: a [`RoadMap`]. Out: where on the route a vehicle in a lane is, the lane of the
+//! ego, the lines at signals. Metres.
+//!
+//! A vehicle is on the route if it is in a lane that the route goes along. Where the route changes lanes on an edge, it is on the
+//! route if its front is less than half a lane beside the route's line.
+
+use crate::{
+    map::{
+        RoadMap,
+        network::{LaneId, LanePosition, Network, SignalId},
+    },
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, Pose3},
+    traffic::NetworkVehicle,
+};
+use std::collections::BTreeMap;
+
+/// A line at the end of a lane of the route, ruled by a signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StopLine {
+    /// Where on the route, metres.
+    pub s_m: f64,
+    /// Which signal.
+    pub signal: SignalId,
+    /// Place of its letter.
+    pub link: u32,
+}
+
+/// One of the route's lanes that a network's lane stands for.
+#[derive(Clone, Copy, Debug)]
+struct RouteStretch {
+    /// Its place in the route.
+    index: usize,
+    /// A position in the lane is a position on the route: the lane is the route's own all along.
+    is_same: bool,
+}
+
+/// The lanes of a route.
+pub(super) struct PathLanes {
+    /// The network's lane of each of the route's, where it has one of its id.
+    lanes: Vec<Option<LaneId>>,
+    by_lane: BTreeMap<LaneId, Vec<RouteStretch>>,
+    stop_lines: Vec<StopLine>,
+}
+
+impl PathLanes {
+    /// The lanes of a map's route.
+    pub fn new(map: &RoadMap) -> Self {
+        let (net, route) = (&map.network, &map.route);
+        let lanes: Vec<Option<LaneId>> = route.lanes().iter().map(|lane| net.lane_named(&lane.id)).collect();
+        let mut by_lane: BTreeMap<LaneId, Vec<RouteStretch>> = BTreeMap::new();
+        for (index, (id, lane)) in lanes.iter().zip(route.lanes()).enumerate() {
+            let Some(id) = *id else { continue };
+            let begins = net.lane(id).line.points()[0].truncate();
+            // A change of lanes begins on another lane. Gaps that were bridged are let be: their lanes are the route's.
+            let changes = begins.distance(lane.shape[0]) > net.lane(id).half_width_m()
+                && lane.shape.iter().all(|point| point.distance(begins) > net.lane(id).half_width_m());
+            for other in net.edge_of(id).lanes() {
+                by_lane.entry(other).or_default().push(RouteStretch { index, is_same: other == id && !changes });
+            }
+        }
+        let stop_lines = stop_lines(map, &lanes);
+        Self { lanes, by_lane, stop_lines }
+    }
+
+    /// Front bumper of a vehicle along the route, metres; of several places that nearest to `near_s_m`. `None` beside the route.
+    pub fn s_of(&self, map: &RoadMap, vehicle: &NetworkVehicle, near_s_m: f64) -> Option<f64> {
+        let route = &map.route;
+        let places = self.by_lane.get(&vehicle.lane?)?.iter().filter_map(|stretch| {
+            let lane = &route.lanes()[stretch.index];
+            let along_m = lane.start_s_m + vehicle.s_m.min(lane.length_m);
+            if stretch.is_same {
+                return Some(along_m);
+            }
+            let found = route.project(vehicle.pose.front(vehicle.body.length_m), Some(along_m));
+            let is_near = found.offset_m.abs() < lane.width_m / 2.0 && route.lane_at(found.s_m).0 == stretch.index;
+            is_near.then_some(found.s_m)
+        });
+        let away_m = |s_m: f64| route.difference(near_s_m, s_m).abs();
+        places.min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
+    }
+
+    /// The lane in which the ego's front is: that of its route if it is in it, otherwise the one that it points along near `last`. `None` where
+    /// its body is in no lane. `height_m` is that of the road, `near_s_m` about where on the route it is.
+    pub fn ego_lane(
+        &self,
+        map: &RoadMap,
+        pose: &Pose,
+        height_m: f64,
+        near_s_m: f64,
+        last: Option<LaneId>,
+    ) -> Option<LanePosition> {
+        let net = &map.network;
+        let front = pose.front(CAR_LENGTH_M);
+        let at = Pose3 { position: front.extend(height_m), yaw_rad: pose.yaw_rad, grade: 0.0 };
+        let s_m = map.route.project(front, Some(near_s_m)).s_m;
+        let own = self.lanes[map.route.lane_at(s_m).0];
+        let on_path = own.and_then(|own| {
+            let found = net.locate(at.position, Some(own))?;
+            let is_own_edge = net.lane(found.lane).edge == net.lane(own).edge;
+            (is_own_edge && is_in(net, found, &at) && !is_against(net, found, pose)).then_some(found)
+        });
+        on_path.or_else(|| net.locate_pose(&at, last).filter(|found| is_in(net, *found, &at)))
+    }
+
+    /// The lines at signals, in driving order.
+    pub fn stop_lines(&self) -> &[StopLine] {
+        &self.stop_lines
+    }
+
+    /// The lanes that lead to the start of the route: those before it, and those before them.
+    pub fn lanes_before(&self, net: &Network) -> Vec<LaneId> {
+        let Some(first) = self.lanes.first().copied().flatten() else { return Vec::new() };
+        let mut before: Vec<LaneId> =
+            net.edge_of(first).lanes().flat_map(|lane| net.predecessors(lane).to_vec()).collect();
+        before.extend(before.clone().into_iter().flat_map(|lane| net.predecessors(lane).to_vec()));
+        before.sort_unstable();
+        before.dedup();
+        before
+    }
+}
+
+/// True if a part of the car's body is in the lane, as others see it on a ring.
+fn is_in(net: &Network, found: LanePosition, at: &Pose3) -> bool {
+    let lane = net.lane(found.lane);
+    let beyond_m = net.pose(found).position.truncate().distance(at.position.truncate());
+    found.offset_m.abs() <= (lane.width_m + CAR_WIDTH_M) / 2.0 && beyond_m < CAR_LENGTH_M
+}
+
+/// True if a car heads against the direction of the lane where it is.
+pub(super) fn is_against(net: &Network, at: LanePosition, pose: &Pose) -> bool {
+    (pose.yaw_rad - net.pose(at).yaw_rad).cos() < 0.0
+}
+
+/// The lines at the ends of the route's lanes from which a signal rules the way on.
+fn stop_lines(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<StopLine> {
+    let (net, route) = (&map.network, &map.route);
+    let n = lanes.len();
+    let pairs = (0..if route.is_closed() { n } else { n - 1 }).map(|k| (k, (k + 1) % n));
+    let line = |(k, next): (usize, usize)| {
+        let (from, to) = (lanes[k]?, lanes[next]?);
+        let ways = net.connections_from(from);
+        let way = ways.iter().find(|connection| connection.next() == to)?;
+        let ruled = way.signal?;
+        let lane = &route.lanes()[k];
+        let s_m = lane.start_s_m + lane.length_m - net.lane(from).end_offset_m;
+        Some(StopLine { s_m, signal: ruled.signal, link: ruled.index? })
+    };
+    let mut lines: Vec<StopLine> = pairs.filter_map(line).collect();
+    lines.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::traffic::{VehicleBody, VehicleId, VehicleLamps};
+
+    const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+
+    /// A car whose front is so far along a lane.
+    fn car(map: &RoadMap, lane: &str, s_m: f64) -> NetworkVehicle {
+        let lane = map.network.lane_named(lane).expect("a lane");
+        let front = map.network.pose(LanePosition { lane, s_m, offset_m: 0.0 });
+        let pose = Pose::new(front.position.truncate() - front.flat().forward() * 2.5, front.yaw_rad);
+        NetworkVehicle {
+            id: VehicleId(1),
+            body: VehicleBody::CAR,
+            lane: Some(lane),
+            s_m,
+            offset_m: 0.0,
+            pose,
+            height_m: 0.0,
+            speed_mps: 0.0,
+            accel_mps2: 0.0,
+            lamps: VehicleLamps::default(),
+        }
+    }
+
+    #[test]
+    fn a_vehicle_is_on_the_path_in_its_lanes_and_where_the_path_changes_lanes_beside_its_line() {
+        // At B1 to the right from the outer lane, at C1 to the left from the inner one: it changes lanes on B1C1.
+        let map = RoadMap::load_along(GRID, &["B0B1", "B1C1", "C1C2"]).expect("a path");
+        let lanes = PathLanes::new(&map);
+        let starts = |edge: &str| {
+            let lane = map.route.lanes().iter().find(|lane| lane.edge == edge).expect("on the path");
+            (lane.start_s_m, lane.length_m)
+        };
+        let s_of = |lane: &str, s_m: f64| lanes.s_of(&map, &car(&map, lane, s_m), 0.0);
+        assert_eq!(s_of("B0B1_0", 30.0), Some(30.0));
+        assert_eq!((s_of("B0B1_1", 30.0), s_of("B1B2_0", 30.0)), (None, None));
+        let (start_m, length_m) = starts("B1C1");
+        let near = |found: Option<f64>, s_m: f64| found.is_some_and(|found| (found - start_m - s_m).abs() < 1.0);
+        assert!(near(s_of("B1C1_0", 10.0), 10.0) && s_of("B1C1_1", 10.0).is_none(), "still in the outer lane");
+        let late_m = length_m - 10.0;
+        assert!(near(s_of("B1C1_1", late_m), late_m) && s_of("B1C1_0", late_m).is_none(), "in the inner one");
+    }
+
+    #[test]
+    fn the_lines_of_a_path_are_those_of_the_signals_that_rule_its_way() {
+        let map = RoadMap::load_along(GRID, &["B0B1", "B1C1", "C1C2"]).expect("a path");
+        let net = &map.network;
+        let lanes = PathLanes::new(&map);
+        let ids: Vec<&str> = lanes.stop_lines().iter().map(|line| net.signal(line.signal).id.as_str()).collect();
+        assert_eq!(ids, ["B1", "C1"]);
+        // The file's linkIndex of the connections from B0B1_0 to B1C1 and from B1C1_1 to C1C2.
+        for (line, (from, to)) in lanes.stop_lines().iter().zip([("B0B1_0", "B1C1"), ("B1C1_1", "C1C2")]) {
+            let text = std::fs::read_to_string(GRID).expect("the file");
+            let (edge, lane) = from.rsplit_once('_').expect("an index");
+            let of = |line: &&str| line.contains(&format!("from=\"{edge}\" to=\"{to}\" fromLane=\"{lane}\""));
+            let element = text.lines().find(of).expect("a connection");
+            assert!(element.contains(&format!("linkIndex=\"{}\"", line.link)), "{element} {line:?}");
+        }
+    }
+
+    #[test]
+    fn the_ego_in_a_junction_is_in_the_lane_of_its_path_and_beside_all_lanes_in_none() {
+        let map = RoadMap::load_along(GRID, &["B0B1", "B1C1"]).expect("a path");
+        let lanes = PathLanes::new(&map);
+        let inside = map.route.lanes().iter().find(|lane| lane.edge.starts_with(':')).expect("a junction");
+        let s_m = inside.start_s_m + inside.length_m / 2.0;
+        let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
+        let found = lanes.ego_lane(&map, &pose, 0.0, s_m, None).expect("in a lane");
+        assert_eq!(map.network.lane(found.lane).id, inside.id);
+        let away = Pose { position: pose.position + glam::DVec2::new(30.0, -30.0), ..pose };
+        assert_eq!(lanes.ego_lane(&map, &away, 0.0, s_m, None), None);
+        let back = Pose::new(pose.position, pose.yaw_rad + std::f64::consts::PI);
+        assert!(lanes.ego_lane(&map, &back, 0.0, s_m, None).is_none_or(|at| at.lane != found.lane));
+    }
+}

@@ -1,0 +1,193 @@
+//! The other cars of a closed route between two steps of their engine: all there from the start. In: once a step, where the ego is and where it will be; once
+//! a tick, how much of the step has passed. Out: the other cars' places at that tick, and the engine's answer to wait for.
+//! Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
+
+use super::hand_over::{HandOver, HandOverGate};
+use crate::{
+    ego::{EgoCar, Obstacle},
+    map::{RoadMap, Route},
+    scenario::{Scenario, StartLayout},
+    sim::Snapshot,
+    space::CAR_LENGTH_M,
+    time::TICK_S,
+    traffic::{
+        self, CarState, ExternalVehicleState, InitialVehicle, ModelMixture, Traffic, TrafficError, TrafficSetup,
+    },
+};
+use std::{sync::Arc, time::Duration};
+
+/// A traffic engine and the two steps that the present tick lies between.
+pub(super) struct RingCoupling {
+    engine: Box<dyn Traffic>,
+    /// All cars at the last step and at the next, the ego first.
+    pub from: Vec<CarState>,
+    pub to: Vec<CarState>,
+    /// The next step, once the engine was asked for it.
+    asked: Option<Answer>,
+    /// The other cars at this tick, as the ego can touch them.
+    obstacles: Vec<Obstacle>,
+    is_stopped: bool,
+    /// How traffic was when the driver took over.
+    pub hand_over: HandOver,
+}
+
+/// How far an engine is that was asked for a step.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Answer {
+    Awaited,
+    Here,
+}
+
+impl RingCoupling {
+    /// Starts the engine with all cars where the scenario has them, and lets it run for the scenario's warm-up and until traffic
+    /// is as the scenario wants it at the hand-over.
+    pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, TrafficError> {
+        let setup = TrafficSetup {
+            cars: start_cars(scenario, &map.route)?,
+            map: Arc::clone(map),
+            idm: scenario.idm,
+            mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
+            step_s: scenario.step_s,
+            seed: scenario.seed,
+            noise_streams: scenario.noise_streams,
+            timeout_s: scenario.traffic_timeout_s,
+            lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
+        };
+        let mut engine = traffic::start(&scenario.traffic, setup)?;
+        for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
+            engine.step(None)?;
+        }
+        let mut gate = HandOverGate::new(scenario);
+        let hand_over = loop {
+            if let Some(hand_over) = gate.look(engine.cars()) {
+                break hand_over;
+            }
+            engine.step(None)?;
+        };
+        let to = engine.cars().to_vec();
+        let obstacles = Vec::with_capacity(to.len() - 1);
+        Ok(Self { engine, from: to.clone(), to, asked: None, obstacles, is_stopped: false, hand_over })
+    }
+
+    /// The ego's car and all others at the next step.
+    pub fn at_next_step(&self) -> (&CarState, &[CarState]) {
+        self.to.split_first().expect("traffic has the ego")
+    }
+
+    /// True if the engine was asked for the next step.
+    pub fn is_asked(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Asks the engine for the next step, and tells it where the ego is and where it will be at its end.
+    pub fn ask(&mut self, ego: &EgoCar, step_s: f64) -> Result<(), TrafficError> {
+        let (pose, speed_mps) = ego.predict(0.0);
+        let (next_pose, next_speed_mps) = ego.predict(step_s);
+        // Engines know no reverse gear: a car that rolls backwards stands for them.
+        let report = ExternalVehicleState {
+            pose,
+            speed_mps: speed_mps.max(0.0),
+            next_pose,
+            next_speed_mps: next_speed_mps.max(0.0),
+        };
+        self.engine.begin_step(Some(&report))?;
+        self.asked = Some(Answer::Awaited);
+        Ok(())
+    }
+
+    /// True once the step that was asked for is here; waits for that for `patience` at most.
+    pub fn wait(&mut self, patience: Duration) -> Result<bool, TrafficError> {
+        if self.asked == Some(Answer::Awaited) && self.engine.finish_step(patience)? {
+            self.asked = Some(Answer::Here);
+        }
+        Ok(self.asked != Some(Answer::Awaited))
+    }
+
+    /// The step that was asked for begins.
+    pub fn begin_step(&mut self) {
+        self.asked = None;
+        std::mem::swap(&mut self.from, &mut self.to);
+        self.to.clear();
+        self.to.extend_from_slice(self.engine.cars());
+    }
+
+    /// All other cars go to the place that they have `fraction` of the way through the step.
+    pub fn move_cars(&mut self, snapshot: &mut Snapshot, route: &Route, fraction: f64) {
+        self.obstacles.clear();
+        for ((view, from), to) in snapshot.cars.iter_mut().zip(&self.from[1..]).zip(&self.to[1..]) {
+            let s_m = route.wrap(from.s_m + route.difference(from.s_m, to.s_m) * fraction);
+            view.odometer_m += route.difference(view.s_m.unwrap_or(s_m), s_m);
+            view.s_m = Some(s_m);
+            view.pose_before = view.pose;
+            view.pose = route.pose_of_front(s_m, CAR_LENGTH_M);
+            view.speed_mps = from.speed_mps + (to.speed_mps - from.speed_mps) * fraction;
+            view.accel_mps2 = to.accel_mps2;
+            view.lamps.brake = to.braking;
+            view.pitch = view.pitch.step(view.accel_mps2, TICK_S);
+            let (id, pose, speed_mps) = (view.id.0, view.pose, view.speed_mps);
+            self.obstacles.push(Obstacle { id, pose, speed_mps, ..Obstacle::default() });
+        }
+    }
+
+    /// The other cars where [`RingCoupling::move_cars`] has put them.
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles
+    }
+
+    /// Lets go of the engine; no step follows.
+    pub fn stop(&mut self) {
+        self.engine = Box::new(StoppedEngine { cars: self.to.clone(), description: self.engine.describe() });
+        self.is_stopped = true;
+    }
+
+    /// True once [`RingCoupling::stop`] was called.
+    pub fn is_stopped(&self) -> bool {
+        self.is_stopped
+    }
+
+    /// The engine's name and version.
+    pub fn describe(&self) -> String {
+        self.engine.describe()
+    }
+
+    /// Another engine from the next step on.
+    #[cfg(test)]
+    pub fn set_engine(&mut self, engine: Box<dyn Traffic>) {
+        self.engine = engine;
+    }
+
+    /// All cars as the engine has them.
+    #[cfg(test)]
+    pub fn cars(&self) -> &[CarState] {
+        self.engine.cars()
+    }
+}
+
+/// Where all cars stand at the start.
+fn start_cars(scenario: &Scenario, route: &Route) -> Result<Vec<InitialVehicle>, TrafficError> {
+    let layout = match scenario.start {
+        StartLayout::Even => traffic::start::even,
+        StartLayout::Bunched => traffic::start::bunched,
+    };
+    layout(scenario.vehicles as usize, route.length_m(), scenario.idm.s0, 0.0)
+}
+
+/// What is left of an engine that was let go.
+struct StoppedEngine {
+    cars: Vec<CarState>,
+    description: String,
+}
+
+impl Traffic for StoppedEngine {
+    fn step(&mut self, _ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
+        Err(TrafficError::Setup("this drive was stopped".into()))
+    }
+
+    fn cars(&self) -> &[CarState] {
+        &self.cars
+    }
+
+    fn describe(&self) -> String {
+        self.description.clone()
+    }
+}

@@ -1,0 +1,345 @@
+//! A drive on a road network: vehicles come and go around the ego, which follows its path, stops at signals and ends where the path
+//! does; hills act on it.
+
+use super::world::one_at_a_time;
+use codrive::{
+    controls::{Controls, Selector},
+    driver::{SimulatedDriver, preset},
+    map::{
+        Route,
+        network::{Network, SignalLight},
+    },
+    scenario::Scenario,
+    sim::{EndReason, EventKind, SummaryAccumulator, World},
+    space::CAR_LENGTH_M,
+    traffic::{Demand, EngineChoice, Flow, VehicleId},
+};
+use std::collections::{BTreeMap, BTreeSet};
+
+const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+const HILL: &str = "tests/data/networks/hill.net.xml";
+
+/// Flows across the grid, 2,400 vehicles an hour together.
+fn flows() -> Demand {
+    let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 600.0, mix: Vec::new() };
+    let flows = vec![flow("A0B0", "B2C2"), flow("C2C1", "A1A0"), flow("A2A1", "C0B0"), flow("B0B1", "B1B2")];
+    Demand { files: Vec::new(), flows }
+}
+
+fn scenario(path: &str, demand: Demand) -> Scenario {
+    Scenario { map: GRID.into(), path: path.into(), demand, duration_s: 120.0, ..Scenario::default() }
+}
+
+fn driver(world: &World) -> SimulatedDriver {
+    let params = preset(&world.scenario().driver).expect("a driver");
+    SimulatedDriver::new(&params, world.ego_params(), world.scenario().seed).expect("a driver")
+}
+
+/// Drives to the end; `see` is shown the world after each tick. What came of it.
+fn drive(scenario: &Scenario, mut see: impl FnMut(&World)) -> codrive::sim::Summary {
+    let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
+    let mut driver = driver(&world);
+    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    while world.ended().is_none() {
+        let controls = driver.controls(&world.perceived_by(&driver));
+        world.tick(&controls).expect("a tick");
+        tally.add(world.snapshot(), world.events());
+        see(&world);
+    }
+    tally.summary()
+}
+
+const ROUND: &str = "A0B0 B0B1 B1C1 C1C2 C2B2 B2A2 A2A1 A1A0 A0B0 B0B1 B1B2";
+
+#[test]
+fn vehicles_come_and_go_at_the_ends_of_steps_move_evenly_between_and_the_same_seed_gives_the_same_bits() {
+    let _alone = one_at_a_time();
+    let scenario = Scenario { warm_up_s: 30.0, ..scenario(ROUND, flows()) };
+    let step_ticks = scenario.step_ticks();
+    let mut ever: BTreeMap<VehicleId, u32> = BTreeMap::new();
+    let (mut here, mut gone): (BTreeSet<VehicleId>, BTreeSet<VehicleId>) = Default::default();
+    let (mut on_path, mut lanes) = (0, BTreeSet::new());
+    let first = drive(&scenario, |world| {
+        let snapshot = world.snapshot();
+        let now: BTreeSet<VehicleId> = snapshot.cars.iter().map(|car| car.id).collect();
+        assert_eq!(now.len(), snapshot.cars.len());
+        assert!(snapshot.cars.is_sorted_by_key(|car| car.id) && !now.contains(&VehicleId(0)));
+        if now != here && snapshot.tick.0 > 1 {
+            assert_eq!(snapshot.tick.0 % step_ticks, 0, "they come and go at the end of a step");
+        }
+        gone.extend(here.difference(&now));
+        assert!(gone.is_disjoint(&now), "nobody comes back");
+        here = now;
+        for car in &snapshot.cars {
+            *ever.entry(car.id).or_default() += 1;
+            // The front bumper goes its way by its speed, and somewhat more where it changes lanes in a bend. (The heading is SUMO's,
+            // which turns a car at once where it begins to change lanes right behind a bend.)
+            let [from, to] = [car.pose_before, car.pose].map(|pose| pose.front(car.body.length_m));
+            let way_m = from.distance(to);
+            assert!(way_m <= 1.5 * car.speed_mps * 0.01 + 0.01, "{way_m} m in a tick at {} m/s", car.speed_mps);
+            assert!((0.0..40.0).contains(&car.speed_mps));
+            on_path += usize::from(car.s_m.is_some());
+            lanes.extend(car.lane.map(|at| at.lane));
+        }
+        if let Some(place) = snapshot.ego_lane {
+            let net = &world.map().network;
+            // The place in the lane is where the front bumper is.
+            let front = snapshot.ego.pose().front(CAR_LENGTH_M);
+            assert!(net.pose(place).position.truncate().distance(front) < 1.0, "{place:?} {front}");
+        }
+    });
+    println!("{} vehicles, {} gone, {on_path} on the path, {} lanes; {first:?}", ever.len(), gone.len(), lanes.len());
+    assert!(ever.len() > 40 && gone.len() > 20 && on_path > 1000 && lanes.len() > 20);
+    assert_eq!((first.contact_count, first.left_road), (0, 0));
+    assert!(first.ego_mean_speed_mps > Some(3.0), "{first:?}");
+    let again = drive(&scenario, |_| ());
+    assert_eq!(first, again);
+    let other = drive(&Scenario { seed: 2, duration_s: 20.0, ..scenario }, |_| ());
+    assert_ne!(first.hash, other.hash);
+}
+
+#[test]
+fn a_drive_ends_where_its_path_does_and_says_so() {
+    let _alone = one_at_a_time();
+    let (mut ends, mut last_s_m, mut length_m) = (Vec::new(), 0.0, 0.0);
+    let summary = drive(&scenario("A0B0 B0C0", Demand::default()), |world| {
+        let ended = world.events().iter().filter(|event| matches!(event.kind, EventKind::Ended(_)));
+        ends.extend(ended.map(|event| event.kind));
+        (last_s_m, length_m) = (world.snapshot().ego_s_m, world.map().route.length_m());
+    });
+    assert_eq!(ends, [EventKind::Ended(EndReason::PathEnd)]);
+    assert_eq!((summary.ended, summary.end_in_words()), (Some(EndReason::PathEnd), "end of the path".into()));
+    // The two edges and the junction between, by SUMO's declared lengths.
+    let net = Network::load(GRID).expect("a network");
+    let streets = ["A0B0_0", "B0C0_0"].map(|lane| net.lane_named(lane).expect("a lane"));
+    let path = codrive::map::network::Path::through(&net, &streets, false).expect("a path");
+    assert!((length_m - path.length_m()).abs() < 1e-6);
+    // At most one tick beyond, at 14 m/s.
+    assert!((0.0..0.2).contains(&(last_s_m - length_m)), "{last_s_m} {length_m}");
+    assert!(summary.duration_s < 60.0 && summary.left_road == 0, "{summary:?}");
+}
+
+#[test]
+fn the_ego_stops_before_the_line_of_a_red_signal_and_goes_when_it_is_green() {
+    let _alone = one_at_a_time();
+    // The way round the grid passes a signal at every crossing.
+    let (mut crossed, mut stood_at_red, mut was) = (Vec::new(), 0, 0.0);
+    drive(&scenario(ROUND, Demand::default()), |world| {
+        let (snapshot, map) = (world.snapshot(), world.map());
+        let lanes = map.route.lanes();
+        for pair in lanes.windows(2) {
+            let line_m = pair[0].start_s_m + pair[0].length_m;
+            let net = &map.network;
+            let [from, to] = [&pair[0], &pair[1]].map(|lane| net.lane_named(&lane.id).expect("a lane"));
+            // Where the path changes lanes, a stretch has the lane by which it is left.
+            let way = net.connections_from(from).iter().find(|way| way.next() == to);
+            let Some(ruled) = way.and_then(|way| way.signal) else { continue };
+            let light = snapshot.signals.light(ruled.signal, ruled.index.expect("a link")).expect("a light");
+            let is_red = matches!(light, SignalLight::Red | SignalLight::RedYellow);
+            if was < line_m && snapshot.ego_s_m >= line_m {
+                crossed.push((snapshot.tick.0, light));
+            }
+            let to_line_m = line_m - snapshot.ego_s_m;
+            stood_at_red += u32::from(is_red && snapshot.ego.speed_mps.abs() < 0.05 && (0.0..5.0).contains(&to_line_m));
+        }
+        was = snapshot.ego_s_m;
+    });
+    println!("{crossed:?}, {stood_at_red} ticks at red");
+    assert!(crossed.len() >= 3 && stood_at_red > 100);
+    assert!(crossed.iter().all(|(_, light)| !matches!(light, SignalLight::Red | SignalLight::RedYellow)));
+}
+
+#[test]
+fn the_ego_comes_into_traffic_where_there_is_room() {
+    let _alone = one_at_a_time();
+    let busy = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 1500.0, mix: Vec::new() };
+    let demand = Demand { files: Vec::new(), flows: vec![busy("A0B0", "B0C0"), busy("A1A0", "A0B0")] };
+    for seed in 1..=4 {
+        let scenario = Scenario { warm_up_s: 40.0, seed, path_start_m: 60.0, ..scenario("A0B0 B0C0", demand.clone()) };
+        let mut world = World::new(&scenario).unwrap_or_else(|error| panic!("{error}"));
+        let nearest_m = |world: &World| {
+            let ego = world.snapshot().ego.pose().position;
+            world.snapshot().cars.iter().map(|car| car.pose.position.distance(ego)).fold(f64::INFINITY, f64::min)
+        };
+        println!("{:?}, {} cars, nearest {}", world.hand_over(), world.snapshot().cars.len(), nearest_m(&world));
+        assert!(world.snapshot().cars.len() > 3 && nearest_m(&world) > 3.0);
+        // Those behind it need not brake hard for it (SUMO's comfortable deceleration here is 1.5 m/s2), nor does it.
+        let mut driver = driver(&world);
+        for _ in 0..400 {
+            let controls = driver.controls(&world.perceived_by(&driver));
+            world.tick(&controls).expect("a tick");
+            assert!(world.events().iter().all(|event| !matches!(event.kind, EventKind::Contact { .. })));
+            for car in
+                world.snapshot().cars.iter().filter(|car| car.s_m.is_some_and(|s_m| s_m < world.snapshot().ego_s_m))
+            {
+                assert!(car.accel_mps2 > -4.5, "{car:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_driven_is_refused_with_what_where_and_the_remedy() {
+    let _alone = one_at_a_time();
+    let refused = |scenario: &Scenario| World::new(scenario).err().expect("it is refused").to_string();
+    for (path, words) in [
+        ("A0B0 C9C8", ["path: edge \"C9C8\" does not exist", "remedy: name ids"]),
+        ("A0B0 A1A2", ["edge \"A0B0\" does not lead to edge \"A1A2\"", "remedy: name every edge"]),
+    ] {
+        let text = refused(&scenario(path, Demand::default()));
+        assert!(text.contains("grid-signals.net.xml") && words.iter().all(|word| text.contains(word)), "{text}");
+    }
+    let far = Scenario { path_start_m: 5000.0, ..scenario("A0B0", Demand::default()) };
+    let text = refused(&far);
+    assert!(text.contains("starts 5000 m along its path; allowed: less than") && text.contains("remedy"), "{text}");
+    let strange = Flow { from: "A0B0".into(), to: "Z".into(), per_hour: 100.0, mix: Vec::new() };
+    let text = refused(&scenario("A0B0", Demand { files: Vec::new(), flows: vec![strange] }));
+    assert!(text.contains("flow 1: to is \"Z\""), "{text}");
+    for policy in ["two-phase", "pi", "ring-250-speed"] {
+        let text = refused(&Scenario { policy: policy.into(), ..scenario("A0B0", Demand::default()) });
+        assert!(text.contains(policy) && text.contains("remedy: --policy none"), "{text}");
+    }
+    for engine in ["native", "localhost:8813"] {
+        let text = format!("traffic = \"{engine}\"\npath = \"A0B0\"\n");
+        let text = Scenario::from_toml(&text, "town.toml").expect_err("refused").message;
+        assert!(text.starts_with("town.toml:1:11: traffic is") && text.contains("remedy: traffic sumo"), "{text}");
+    }
+}
+
+#[test]
+fn a_demand_stands_in_the_scenarios_file_and_its_files_beside_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("town.toml");
+    let text = "map = \"town\"\npath = \"a b\"\n\n[demand]\nfiles = [\"trips.rou.xml\"]\n\n[[demand.flows]]\nfrom = \"a\"\nto = \"b\"\n\
+                per_hour = 300.0\nmix = [{ kind = \"truck\", share = 1.0 }]\n";
+    std::fs::write(&file, text).expect("written");
+    let scenario = Scenario::from_file(&file).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(scenario.demand.files, [folder.path().join("trips.rou.xml")]);
+    assert_eq!((scenario.demand.flows[0].per_hour, scenario.traffic.clone()), (300.0, EngineChoice::Sumo));
+    assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").expect("its own file"), scenario);
+    // A drive without one says nothing of it: files of before are as they were.
+    assert!(!Scenario::default().to_toml().contains("demand"));
+    let typo = text.replace("per_hour", "per_hours");
+    let text = Scenario::from_toml(&typo, "town.toml").expect_err("refused").message;
+    assert!(text.starts_with("town.toml:10:1: unknown key `per_hours`"), "{text}");
+}
+
+/// The hill's steep piece: from 62 m to 112 m of the lane the road rises evenly, as its shape in the file says.
+fn slope(route: &Route) -> (f64, f64) {
+    let s_m = 90.0;
+    (s_m, route.grade(s_m))
+}
+
+/// A drive up the hill that begins on the steep piece.
+fn on_slope() -> Scenario {
+    let route = codrive::map::RoadMap::load_along(HILL, &["up"]).expect("the hill").route;
+    let path_start_m = slope(&route).0 + CAR_LENGTH_M / 2.0;
+    Scenario { map: HILL.into(), path: "up".into(), path_start_m, creep: false, ..Scenario::default() }
+}
+
+#[test]
+fn a_car_on_a_hill_in_neutral_rolls_back_by_g_times_the_sine_of_the_grade() {
+    let _alone = one_at_a_time();
+    let mut world = World::new(&on_slope()).unwrap_or_else(|error| panic!("{error}"));
+    let (_, grade) = slope(&world.map().route);
+    // 5 m to 14 m high over 62.52 m on the ground.
+    assert!((grade - 9.0 / 62.52).abs() < 0.002, "{grade}");
+    let z = world.snapshot().ego.position.z;
+    assert!((5.0..14.0).contains(&z), "it stands on the hill: {z}");
+    let neutral = Controls { selector: Selector::Neutral, ..Controls::default() };
+    for _ in 0..100 {
+        world.tick(&neutral).expect("a tick");
+    }
+    let before = world.snapshot().ego;
+    for _ in 0..100 {
+        world.tick(&neutral).expect("a tick");
+    }
+    let after = world.snapshot().ego;
+    let params = world.ego_params();
+    let (sin, cos) = (grade / grade.hypot(1.0), 1.0 / grade.hypot(1.0));
+    let rolling = params.tyres.asphalt_rolling;
+    let expected_mps2 = -9.81 * (sin - rolling * cos);
+    let rate_mps2 = after.speed_mps - before.speed_mps;
+    println!("{rate_mps2} {expected_mps2}, z {} {}", before.position.z, after.position.z);
+    // Air holds back by 1 % at 2 m/s at most.
+    assert!((rate_mps2 / expected_mps2 - 1.0).abs() < 0.01, "{rate_mps2} {expected_mps2}");
+    assert!(after.position.z < before.position.z, "downhill");
+    // It leans with the road, nose up.
+    let nose = (after.rotation * glam::Vec3::X).z;
+    assert!((f64::from(nose) - sin).abs() < 0.01, "{nose} {sin}");
+}
+
+#[test]
+fn on_a_hill_the_brake_holds_a_car_and_the_engine_at_idle_holds_it_with_the_pull_of_its_converter() {
+    let _alone = one_at_a_time();
+    let mut world = World::new(&Scenario { creep: true, ..on_slope() }).unwrap_or_else(|error| panic!("{error}"));
+    let (_, grade) = slope(&world.map().route);
+    let held = Controls { brake: 0.5, ..Controls::default() };
+    let start = world.snapshot().ego.position;
+    for _ in 0..300 {
+        world.tick(&held).expect("a tick");
+    }
+    let moved_m = world.snapshot().ego.position.distance(start);
+    assert!(moved_m < 0.05, "the brake holds it: {moved_m}");
+    let speeds: Vec<f64> = (0..200)
+        .map(|_| {
+            world.tick(&Controls::default()).expect("a tick");
+            world.snapshot().ego.speed_mps
+        })
+        .collect();
+    // A standing converter takes k w^2 at idle and multiplies it; first gear and final drive carry it to the axle.
+    let p = world.ego_params();
+    let idle_rad_s = p.engine.idle_rpm * std::f64::consts::TAU / 60.0;
+    let turbine_nm = p.gearbox.pump_nms2 * idle_rad_s * idle_rad_s * p.gearbox.stall_ratio * p.gearbox.efficiency;
+    let pull_n = turbine_nm * p.gearbox.ratios[0] * p.gearbox.final_drive / p.body.wheel_radius_m;
+    let (sin, cos) = (grade / grade.hypot(1.0), 1.0 / grade.hypot(1.0));
+    let expected_mps2 = -9.81 * (sin - p.tyres.asphalt_rolling * cos) + pull_n / p.body.mass_kg;
+    let rate_mps2 = speeds[199] - speeds[99];
+    println!("{rate_mps2} {expected_mps2}, pull {pull_n} N");
+    assert!(pull_n > 0.1 * 9.81 * p.body.mass_kg * sin, "it holds a good part");
+    assert!((rate_mps2 / expected_mps2 - 1.0).abs() < 0.02, "{rate_mps2} {expected_mps2}");
+}
+
+#[test]
+fn an_ego_that_takes_another_way_than_its_path_drives_on_and_is_seen_by_others() {
+    let _alone = one_at_a_time();
+    let flow = Flow { from: "A0B0".into(), to: "B1C1".into(), per_hour: 700.0, mix: Vec::new() };
+    let demand = Demand { files: Vec::new(), flows: vec![flow] };
+    let mut world =
+        World::new(&Scenario { path_start_m: 20.0, ..scenario("A0B0 B0C0 C0C1", demand) }).expect("a world");
+    // It turns left at B0, where its path goes on straight.
+    let other =
+        codrive::map::RoadMap::load_along(GRID, &["A0B0", "B0B1", "B1C1", "C1C2", "C2B2"]).expect("a way").route;
+    let mut driver = driver(&world);
+    let mut s_m = 20.0;
+    let (mut lanes, mut nearest_m, mut stood) = (BTreeSet::new(), f64::INFINITY, 0);
+    for _ in 0..9000 {
+        let ego = world.snapshot().ego;
+        s_m = other.project(ego.pose().front(CAR_LENGTH_M), Some(s_m)).s_m;
+        let mut seen = world.perceived_by(&driver);
+        (seen.lane, seen.leader, seen.stop_ahead_m) = (driver.look(&other, &ego, Some(s_m)), None, None);
+        // It stands still on the way that is not its path.
+        let stands = (190.0..230.0).contains(&s_m) && stood < 3000;
+        stood += u32::from(stands && ego.speed_mps < 0.1);
+        let controls = driver.controls(&seen);
+        let controls = if stands { Controls { throttle: 0.0, brake: 0.4, ..controls } } else { controls };
+        world.tick(&controls).expect("a tick");
+        lanes.extend(world.snapshot().ego_lane.map(|at| world.map().network.lane(at.lane).id.clone()));
+        let ego = world.snapshot().ego.pose().position;
+        let away = world.snapshot().cars.iter().map(|car| car.pose.position.distance(ego));
+        nearest_m = away.fold(nearest_m, f64::min);
+        for event in world.events() {
+            let strange =
+                matches!(event.kind, EventKind::Contact { .. } | EventKind::LeftRoad { .. } | EventKind::Ended(_));
+            assert!(!strange, "{event:?} at {s_m} m");
+        }
+        if s_m > other.length_m() - 20.0 {
+            break;
+        }
+    }
+    println!("{s_m} of {} m, {lanes:?}, nearest {nearest_m}, stood {stood}", other.length_m());
+    assert!(s_m > other.length_m() - 20.0 && stood == 3000);
+    assert!(["B0B1_0", "B1C1_0", "C1C2_1"].iter().all(|lane| lanes.contains(*lane)), "{lanes:?}");
+    // Somebody came up behind it, and stopped.
+    assert!((5.5..15.0).contains(&nearest_m), "{nearest_m}");
+}
