@@ -151,6 +151,9 @@ mod tests {
         let ids: Vec<&str> = route.lanes().iter().map(|lane| lane.id.as_str()).collect();
         let streets: Vec<&str> = ids.iter().copied().filter(|id| !id.starts_with(':')).collect();
         assert_eq!(streets.len(), 3);
+        // Both lanes lead all the way. At C1 only the inner one turns left: it is taken from the start, without a change.
+        assert_eq!(streets, ["A0B0_0", "B0C0_0", "C0C1_0"]);
+        assert_eq!(along(&["A1B1", "B1C1", "C1C2"]).unwrap().lanes()[0].id, "A1B1_1");
         // Each lane leads to the next: SUMO's own connections say so.
         for pair in route.lanes().windows(2) {
             let [from, to] = [&pair[0], &pair[1]].map(|lane| net.lane_named(&lane.id).unwrap());

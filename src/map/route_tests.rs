@@ -76,6 +76,8 @@ fn an_open_route_goes_straight_on_beyond_its_ends_and_what_is_behind_is_behind()
     assert!(!route.is_closed() && circle().is_closed());
     assert_eq!([-3.0, 170.0].map(|s_m| route.wrap(s_m)), [-3.0, 170.0]);
     assert_eq!([route.ahead(30.0, 10.0), route.difference(150.0, 5.0)], [-20.0, -145.0]);
+    // More than half of its length ahead is ahead still.
+    assert_eq!([route.ahead(5.0, 150.0), route.difference(5.0, 150.0)], [145.0, 145.0]);
     assert_eq!([route.lane_at(-3.0), route.lane_at(170.0)], [(0, 0.0), (1, 40.0)]);
     // Half as many metres as are declared on the first lane; beyond the ends a metre is a metre.
     for (s_m, x, y) in [(-3.0, -3.0, 0.0), (60.0, 30.0, 0.0), (130.0, 60.0, 10.0), (165.0, 60.0, 45.0)] {

@@ -114,7 +114,7 @@ mod tests {
         let (middle, left) = (line.position.truncate(), DVec2::from_angle(line.yaw_rad).perp());
         let at = |offset_m: f64| ground.surface(middle + left * offset_m);
         // Its neighbour and the two lanes the other way are road too; beyond them and beside the shoulder there is grass.
-        assert_eq!([0.0, -1.9, 3.2, 6.4, 9.6, 11.5].map(at), [GroundSurface::Asphalt; 6]);
+        assert_eq!([0.0, -1.9, 3.2, 5.4, 6.4, 9.6, 11.5].map(at), [GroundSurface::Asphalt; 7]);
         assert_eq!([-2.1, 11.7].map(at), [GroundSurface::Grass; 2]);
         let junction = net.junction(net.junction_named("B1").expect("a junction"));
         assert_eq!(ground.surface(junction.position.truncate()), GroundSurface::Asphalt);
@@ -129,6 +129,29 @@ mod tests {
         assert!((shape.height_m - 9.5).abs() < 0.01, "{shape:?}");
         let along = (b - a).normalize() * 9.0 / a.distance(b);
         assert!(shape.gradient.distance(along) < 0.01, "{shape:?} {along}");
+    }
+
+    #[test]
+    fn the_area_of_a_junction_is_asphalt_where_no_lane_is_drawn() {
+        // A network without insides of junctions.
+        let net = Network::load("tests/data/networks/random-8.net.xml").expect("a network");
+        let seen = |near| NetworkGround { network: &net, near, height_m: 0.0 };
+        let bare = net.junctions().iter().filter(|junction| {
+            let middle = junction.position.truncate();
+            is_inside(middle, &junction.shape) && seen(None).surface(middle) == GroundSurface::Grass
+        });
+        let mut compared = 0;
+        for junction in bare {
+            let Some(lane) = junction.incoming.first().copied() else { continue };
+            assert_eq!(
+                seen(Some(lane)).surface(junction.position.truncate()),
+                GroundSurface::Asphalt,
+                "{}",
+                junction.id
+            );
+            compared += 1;
+        }
+        assert!(compared > 0, "there are such junctions");
     }
 
     #[test]
