@@ -373,14 +373,28 @@ pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
     /// Kinds of events that the world makes; all others are made by people and windows.
-    pub(super) const KINDS_OF_WORLD: [&str; 6] =
-        [ADVICE_WITHHELD, "contact", "left_road", "back_on_road", PUT_BACK, "ended"];
+    pub(super) const KINDS_OF_WORLD: [&str; 13] = [
+        ADVICE_WITHHELD,
+        "contact",
+        "left_road",
+        "back_on_road",
+        "stop_line",
+        "red_light",
+        "wrong_way",
+        "right_way",
+        "speeding",
+        "within_limit",
+        "near_miss",
+        PUT_BACK,
+        "ended",
+    ];
 
     /// The row of an event of the world; advice has a table of its own.
     pub fn of(event: &Event) -> Option<Self> {
         let row = |kind: &str, detail: String, car: Option<u32>, value: Option<f64>| {
             Some(Self { tick: event.tick, kind: kind.into(), detail, car, value })
         };
+        let at = |s_m: f64| format!("at {s_m:.2} m of the route");
         match event.kind {
             EventKind::Advice(_) => None,
             EventKind::AdviceWithheld => row(ADVICE_WITHHELD, String::new(), None, None),
@@ -388,11 +402,16 @@ impl EventRow {
                 let detail = format!("ego at {ego_speed_mps:.3} m/s, car at {car_speed_mps:.3} m/s");
                 row("contact", detail, Some(car.0), Some(closing_mps))
             }
-            EventKind::LeftRoad { s_m, offset_m } => {
-                row("left_road", format!("at {s_m:.2} m of the route"), None, Some(offset_m))
-            }
+            EventKind::LeftRoad { s_m, offset_m } => row("left_road", at(s_m), None, Some(offset_m)),
             EventKind::BackOnRoad => row("back_on_road", String::new(), None, None),
-            EventKind::PutBack { s_m } => row(PUT_BACK, format!("at {s_m:.2} m of the route"), None, None),
+            EventKind::StopLine { s_m, speed_mps } => row("stop_line", at(s_m), None, Some(speed_mps)),
+            EventKind::RedLight { s_m, speed_mps } => row("red_light", at(s_m), None, Some(speed_mps)),
+            EventKind::WrongWay { s_m } => row("wrong_way", at(s_m), None, None),
+            EventKind::RightWay => row("right_way", String::new(), None, None),
+            EventKind::Speeding { s_m, over_mps } => row("speeding", at(s_m), None, Some(over_mps)),
+            EventKind::WithinLimit => row("within_limit", String::new(), None, None),
+            EventKind::NearMiss { car, time_s } => row("near_miss", String::new(), Some(car.0), Some(time_s)),
+            EventKind::PutBack { s_m } => row(PUT_BACK, at(s_m), None, None),
             EventKind::Ended(reason) => row("ended", reason.name().into(), None, None),
         }
     }
@@ -404,12 +423,19 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
     column(
         "event",
         "",
-        "advice_withheld, contact, left_road, back_on_road, put_back, ended, mark, note, pause, ...",
+        "advice_withheld, contact, left_road, back_on_road, stop_line, red_light, wrong_way, right_way, speeding, \
+         within_limit, near_miss, put_back, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),
     column("car", "", "the other car", ColumnValue::Id(|r| r.car)),
-    number("value", "m/s or m", "closing speed of a contact, offset where the road was left", |r| r.value),
+    number(
+        "value",
+        "m/s, m or s",
+        "closing speed of a contact, offset where the road was left, speed at a red light, speed over the limit, time to \
+         collision of a near miss",
+        |r| r.value,
+    ),
 ];
 
 #[cfg(test)]

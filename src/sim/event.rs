@@ -38,6 +38,43 @@ pub enum EventKind {
     },
     /// The middle of the ego is back in the lane.
     BackOnRoad,
+    /// The ego's front came over the line at a signal that shows it red.
+    StopLine {
+        /// Where along the route, metres.
+        s_m: f64,
+        /// Its speed, m/s.
+        speed_mps: f64,
+    },
+    /// The ego's middle followed while the signal was red.
+    RedLight {
+        /// Where along the route its front is, metres.
+        s_m: f64,
+        /// Its speed, m/s.
+        speed_mps: f64,
+    },
+    /// The ego drives against the direction of its lane.
+    WrongWay {
+        /// Where along the route, metres.
+        s_m: f64,
+    },
+    /// It does so no longer.
+    RightWay,
+    /// The ego is faster than the lane's limit.
+    Speeding {
+        /// Where along the route, metres.
+        s_m: f64,
+        /// By how much, m/s.
+        over_mps: f64,
+    },
+    /// It keeps the limit again.
+    WithinLimit,
+    /// The ego and another vehicle would have touched within 1.5 s, had both gone on as they were.
+    NearMiss {
+        /// Which vehicle.
+        car: VehicleId,
+        /// Time to collision, s.
+        time_s: f64,
+    },
     /// Somebody has put the ego back on its lane.
     PutBack {
         /// Where its front stands along the route, metres.

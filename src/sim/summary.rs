@@ -43,6 +43,12 @@ pub struct Summary {
     pub contact_count: u64,
     /// How often the ego left the road.
     pub left_road: u32,
+    /// How often the ego ran a red light: on networks with signals.
+    #[serde(skip_serializing_if = "is_none_of")]
+    pub red_lights: u32,
+    /// How often the ego and another vehicle missed each other narrowly: on networks.
+    #[serde(skip_serializing_if = "is_none_of")]
+    pub near_misses: u32,
     /// How many advices were issued.
     pub advices: u32,
     /// Length of the drive, seconds.
@@ -54,6 +60,11 @@ pub struct Summary {
     pub failure: Option<String>,
     /// Fingerprint of every snapshot of the drive: equal for equal bits.
     pub hash: String,
+}
+
+/// A summary does not speak of what a closed route has not.
+fn is_none_of(count: &u32) -> bool {
+    *count == 0
 }
 
 impl Summary {
@@ -82,6 +93,8 @@ pub struct SummaryAccumulator {
     contacts: Vec<ContactRecord>,
     contact_count: u64,
     left_road: u32,
+    red_lights: u32,
+    near_misses: u32,
     advices: u32,
     duration_s: f64,
     ended: Option<EndReason>,
@@ -105,6 +118,8 @@ impl SummaryAccumulator {
             contacts: Vec::new(),
             contact_count: 0,
             left_road: 0,
+            red_lights: 0,
+            near_misses: 0,
             advices: 0,
             duration_s: 0.0,
             ended: None,
@@ -148,7 +163,16 @@ impl SummaryAccumulator {
         match event.kind {
             EventKind::Advice(_) => self.advices += 1,
             EventKind::LeftRoad { .. } => self.left_road += 1,
-            EventKind::AdviceWithheld | EventKind::BackOnRoad | EventKind::PutBack { .. } => {}
+            EventKind::RedLight { .. } => self.red_lights += 1,
+            EventKind::NearMiss { .. } => self.near_misses += 1,
+            EventKind::AdviceWithheld
+            | EventKind::BackOnRoad
+            | EventKind::StopLine { .. }
+            | EventKind::WrongWay { .. }
+            | EventKind::RightWay
+            | EventKind::Speeding { .. }
+            | EventKind::WithinLimit
+            | EventKind::PutBack { .. } => {}
             EventKind::Ended(reason) => self.ended = Some(reason),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
                 self.contact_count += 1;
@@ -176,6 +200,8 @@ impl SummaryAccumulator {
             contacts: self.contacts.clone(),
             contact_count: self.contact_count,
             left_road: self.left_road,
+            red_lights: self.red_lights,
+            near_misses: self.near_misses,
             advices: self.advices,
             duration_s: self.duration_s,
             ended: self.ended,

@@ -16,7 +16,9 @@ mod path_lanes;
 mod perception;
 mod put_back;
 mod ring_coupling;
+mod road_rules;
 mod sham;
+mod time_to_collision;
 mod traffic_coupling;
 
 pub use advice::ExpectedSpeeds;
@@ -37,6 +39,7 @@ use advice::AdviceSource;
 use contacts::ContactTracker;
 use derived_state::LaneMonitor;
 use network_view::NetworkView;
+use road_rules::RoadRules;
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 use traffic_coupling::TrafficCoupling;
 
@@ -49,6 +52,8 @@ pub struct World {
     advice: AdviceSource,
     contacts: ContactTracker,
     lane: LaneMonitor,
+    /// Only on a network.
+    rules: RoadRules,
     /// What there is of the road beside the route; `None` on a closed route with a fixed number of cars.
     network: Option<NetworkView>,
     /// The next tick has the ego on its lane.
@@ -86,6 +91,7 @@ impl World {
             traffic,
             advice,
             lane: LaneMonitor::new(),
+            rules: RoadRules::default(),
             network,
             wants_back: false,
             control_delay: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
@@ -183,6 +189,7 @@ impl World {
         network.update(&mut self.snapshot, &self.map, &ego);
         let under = network.ground(&self.map, &self.snapshot).surface(ego.position);
         self.events.extend(self.lane.watch_network(&self.snapshot, under == GroundSurface::Asphalt));
+        self.rules.watch(&self.snapshot, &self.map, &ego, &mut self.events);
     }
 
     fn end(&mut self, reason: EndReason) {

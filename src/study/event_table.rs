@@ -14,7 +14,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// What can happen in a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 29] = [
+const WORDS: [[&str; 3]; 36] = [
     [
         "advice",
         "a new target stands on the speedometer",
@@ -40,6 +40,37 @@ const WORDS: [[&str; 3]; 29] = [
         "the middle of the car is back in the lane",
         "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Back-on-road",
     ],
+    [
+        "stop_line",
+        "the front of the car came over the line at a red light",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Stop-line",
+    ],
+    [
+        "red_light",
+        "the middle of the car followed while the light was red",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Red-light",
+    ],
+    [
+        "wrong_way",
+        "the car drives against the direction of its lane",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Wrong-way",
+    ],
+    [
+        "right_way",
+        "it does so no longer",
+        "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Right-way",
+    ],
+    [
+        "speeding",
+        "the car is faster than the speed limit",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Speeding",
+    ],
+    [
+        "within_limit",
+        "it keeps the speed limit again",
+        "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Within-limit",
+    ],
+    ["near_miss", "the car and another vehicle were less than 1.5 s from touching", "Data-feature, Label/Near-miss"],
     [
         "put_back",
         "the car was put back on its lane",

@@ -1,0 +1,136 @@
+//! What the ego does on a network that its rules forbid, and how near it comes to others. In: the snapshot of a tick. Out: an event where
+//! something begins or ends. Metres, m/s.
+//!
+//! * **stop line**: its front comes over the line of a link that shows red (or red and yellow). **red light**: its middle follows.
+//! * **wrong way**: its front is in a lane against whose direction it heads, for a second.
+//! * **speeding**: it is faster than its lane's limit by [`OVER_MPS`]; over once it keeps the limit.
+//! * **near miss**: the time to collision falls below [`NEAR_MISS_S`]; the same vehicle counts again once it was longer than 3 s.
+
+use super::{path_lanes::is_against, time_to_collision::MovingEgo};
+use crate::{
+    map::{
+        RoadMap,
+        network::{LaneId, LanePosition, Network, SignalId, SignalLight},
+    },
+    sim::{Event, EventKind, Snapshot},
+    space::{CAR_LENGTH_M, Pose},
+    time::{TICK_S, TICKS_PER_S},
+    traffic::VehicleId,
+};
+
+/// Faster than the limit by more than this is speeding, m/s: police takes 3 km/h off what it measures (German practice below 100 km/h), and a
+/// driver who keeps the limit swings a little about it.
+const OVER_MPS: f64 = 1.0;
+/// A time to collision below this is a near miss, s (docs/references.md: time to collision).
+const NEAR_MISS_S: f64 = 1.5;
+/// So long in a lane against its direction is wrong way, ticks: who backs out of a space is not.
+const WRONG_WAY_TICKS: u32 = TICKS_PER_S;
+/// How often near misses are looked for, ticks.
+const LOOK_TICKS: u64 = 10;
+
+/// What of all this goes on.
+#[derive(Debug, Default)]
+pub(super) struct RoadRules {
+    lane: Option<LanePosition>,
+    /// The front has come over the line of a red light.
+    crossed: Option<CrossedLine>,
+    against_ticks: u32,
+    is_wrong_way: bool,
+    is_speeding: bool,
+    /// Vehicles whose near miss is not over, by ascending id.
+    near: Vec<VehicleId>,
+}
+
+/// A line at a red light that the front is over.
+#[derive(Clone, Copy, Debug)]
+struct CrossedLine {
+    signal: SignalId,
+    link: u32,
+    /// The lane that the line ends.
+    before: LaneId,
+    /// How far the front is beyond it, metres.
+    beyond_m: f64,
+}
+
+impl RoadRules {
+    /// What begins or ends at this tick. `ego` is the pose of the ego's middle.
+    pub fn watch(&mut self, snapshot: &Snapshot, map: &RoadMap, ego: &Pose, events: &mut Vec<Event>) {
+        let mut put = |kind: EventKind| events.push(Event { tick: snapshot.tick, kind });
+        self.signals(snapshot, &map.network, &mut put);
+        self.direction(snapshot, &map.network, ego, &mut put);
+        self.limit(snapshot, &map.network, &mut put);
+        if snapshot.tick.0.is_multiple_of(LOOK_TICKS) {
+            self.others(snapshot, map, ego, &mut put);
+        }
+        self.lane = snapshot.ego_lane;
+    }
+
+    fn signals(&mut self, snapshot: &Snapshot, net: &Network, put: &mut impl FnMut(EventKind)) {
+        let speed_mps = snapshot.ego.speed_mps;
+        let is_red = |signal: SignalId, link: u32| {
+            matches!(snapshot.signals.light(signal, link), Some(SignalLight::Red | SignalLight::RedYellow))
+        };
+        if let (Some(before), Some(now)) = (self.lane, snapshot.ego_lane)
+            && before.lane != now.lane
+        {
+            let way = net.connections_from(before.lane).iter().find(|connection| connection.next() == now.lane);
+            let ruled = way.and_then(|way| way.signal.as_ref()).and_then(|ruled| Some((ruled.signal, ruled.index?)));
+            if let Some((signal, link)) = ruled.filter(|(signal, link)| is_red(*signal, *link)) {
+                self.crossed = Some(CrossedLine { signal, link, before: before.lane, beyond_m: 0.0 });
+                put(EventKind::StopLine { s_m: snapshot.ego_s_m, speed_mps });
+            }
+        }
+        let Some(crossed) = &mut self.crossed else { return };
+        crossed.beyond_m += speed_mps * TICK_S;
+        let is_back = snapshot.ego_lane.is_some_and(|at| at.lane == crossed.before);
+        if is_back || !is_red(crossed.signal, crossed.link) {
+            self.crossed = None;
+        } else if crossed.beyond_m > CAR_LENGTH_M / 2.0 {
+            self.crossed = None;
+            put(EventKind::RedLight { s_m: snapshot.ego_s_m, speed_mps });
+        }
+    }
+
+    fn direction(&mut self, snapshot: &Snapshot, net: &Network, ego: &Pose, put: &mut impl FnMut(EventKind)) {
+        let is_against = snapshot.ego_lane.is_some_and(|at| is_against(net, at, ego));
+        self.against_ticks = if is_against { (self.against_ticks + 1).min(WRONG_WAY_TICKS) } else { 0 };
+        let is_wrong_way = is_against && (self.is_wrong_way || self.against_ticks >= WRONG_WAY_TICKS);
+        if is_wrong_way != self.is_wrong_way {
+            self.is_wrong_way = is_wrong_way;
+            put(if is_wrong_way { EventKind::WrongWay { s_m: snapshot.ego_s_m } } else { EventKind::RightWay });
+        }
+    }
+
+    fn limit(&mut self, snapshot: &Snapshot, net: &Network, put: &mut impl FnMut(EventKind)) {
+        let Some(at) = snapshot.ego_lane else { return };
+        let (limit_mps, speed_mps) = (net.lane(at.lane).speed_limit_mps, snapshot.ego.speed_mps);
+        if !self.is_speeding && speed_mps > limit_mps + OVER_MPS {
+            self.is_speeding = true;
+            put(EventKind::Speeding { s_m: snapshot.ego_s_m, over_mps: speed_mps - limit_mps });
+        } else if self.is_speeding && speed_mps <= limit_mps {
+            self.is_speeding = false;
+            put(EventKind::WithinLimit);
+        }
+    }
+
+    fn others(&mut self, snapshot: &Snapshot, map: &RoadMap, ego: &Pose, put: &mut impl FnMut(EventKind)) {
+        let ego = MovingEgo::of(snapshot, map, ego, self.is_wrong_way);
+        for car in &snapshot.cars {
+            let ttc_s = ego.time_to_collision_s(map, car);
+            match (self.near.binary_search(&car.id), ttc_s) {
+                (Err(at), Some(ttc_s)) if ttc_s < NEAR_MISS_S => {
+                    self.near.insert(at, car.id);
+                    put(EventKind::NearMiss { car: car.id, time_s: ttc_s });
+                }
+                (Ok(at), None) => drop(self.near.remove(at)),
+                _ => {}
+            }
+        }
+        // Who has left the network is no longer near.
+        self.near.retain(|id| snapshot.cars.binary_search_by_key(id, |car| car.id).is_ok());
+    }
+}
+
+#[cfg(test)]
+#[path = "road_rules_tests.rs"]
+mod tests;

@@ -1,0 +1,175 @@
+//! Rules and near misses at a crossing whose places are read off its file: the ego comes from the south in x = 94.8, its front at y = 10.4 + s; who
+//! comes from the west drives in y = 85.2.
+
+use super::*;
+use crate::{
+    ego::EgoState,
+    map::network::SignalStates,
+    sim::snapshot::VehicleSnapshot,
+    time::Tick,
+    traffic::{VehicleBody, VehicleId},
+};
+use glam::{DVec2, dvec2};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+
+struct Drive {
+    map: RoadMap,
+    rules: RoadRules,
+    tick: u64,
+    signals: SignalStates,
+    turned_rad: f64,
+    cars: Vec<VehicleSnapshot>,
+}
+
+impl Drive {
+    /// Straight on at the crossing; every link of every signal shows `letter`.
+    fn straight_on(letter: u8) -> Self {
+        let map = RoadMap::load_along(GRID, &["B0B1", "B1B2"]).expect("a path");
+        let links: Vec<usize> = map.network.signals().iter().map(|signal| signal.links.len()).collect();
+        let starts: Vec<u32> = (0..=links.len()).map(|k| links[..k].iter().sum::<usize>() as u32).collect();
+        let mut signals = SignalStates::default();
+        signals.set(&vec![letter; starts[links.len()] as usize], &starts);
+        Self { map, rules: RoadRules::default(), tick: 0, signals, turned_rad: 0.0, cars: Vec::new() }
+    }
+
+    /// A tick at which the ego's front is here.
+    fn at(&mut self, s_m: f64, speed_mps: f64) -> Vec<EventKind> {
+        let route = &self.map.route;
+        let (index, on_lane_m) = route.lane_at(s_m);
+        let lane = self.map.network.lane_named(&route.lanes()[index].id).expect("a lane");
+        let middle = route.pose_of_front(s_m, CAR_LENGTH_M);
+        let pose = Pose { yaw_rad: middle.yaw_rad + self.turned_rad, ..middle };
+        self.tick += 1;
+        let snapshot = Snapshot {
+            tick: Tick(self.tick),
+            ego: EgoState { speed_mps, position: pose.position.extend(0.0), ..EgoState::default() },
+            ego_s_m: s_m,
+            ego_lane: Some(LanePosition { lane, s_m: on_lane_m, offset_m: 0.0 }),
+            cars: self.cars.clone(),
+            signals: self.signals.clone(),
+            ..Snapshot::default()
+        };
+        let mut events = Vec::new();
+        self.rules.watch(&snapshot, &self.map, &pose, &mut events);
+        events.into_iter().map(|event| event.kind).collect()
+    }
+
+    /// From one place to another at an even speed: what happens, and where the front was.
+    fn drive_along(&mut self, from_m: f64, to_m: f64, speed_mps: f64) -> Vec<(f64, EventKind)> {
+        let ticks = ((to_m - from_m) / (speed_mps * TICK_S)).round() as u32;
+        let places = (1..=ticks).map(|tick| from_m + f64::from(tick) * speed_mps * TICK_S);
+        places.flat_map(|s_m| self.at(s_m, speed_mps).into_iter().map(move |kind| (s_m, kind))).collect()
+    }
+}
+
+#[test]
+fn a_red_light_is_run_once_the_middle_of_the_car_is_over_the_line() {
+    // The lane ends 69.2 m on, and the line with it.
+    let found = Drive::straight_on(b'r').drive_along(60.0, 85.0, 10.0);
+    let [(line_m, EventKind::StopLine { .. }), (run_m, EventKind::RedLight { .. })] = found[..] else {
+        panic!("{found:?}")
+    };
+    assert!((69.2..69.35).contains(&line_m) && (run_m - 71.7).abs() < 0.25, "{line_m} {run_m}");
+    for letter in *b"Ggyo" {
+        assert_eq!(Drive::straight_on(letter).drive_along(60.0, 85.0, 10.0), [], "{}", char::from(letter));
+    }
+}
+
+#[test]
+fn who_stops_just_beyond_the_line_has_not_run_the_light() {
+    let mut drive = Drive::straight_on(b'r');
+    let found = drive.drive_along(68.0, 70.0, 5.0);
+    assert!(matches!(found[..], [(_, EventKind::StopLine { .. })]), "{found:?}");
+    assert!((0..300).all(|_| drive.at(70.0, 0.0).is_empty()));
+    // It turns green, and the car goes.
+    drive.signals = Drive::straight_on(b'G').signals;
+    assert_eq!(drive.drive_along(70.0, 80.0, 5.0), []);
+}
+
+#[test]
+fn a_second_against_the_lane_is_the_wrong_way() {
+    let mut drive = Drive::straight_on(b'G');
+    drive.turned_rad = PI;
+    let found: Vec<EventKind> = (0..300).flat_map(|_| drive.at(30.0, 5.0)).collect();
+    assert!(matches!(found[..], [EventKind::WrongWay { .. }]), "{found:?}");
+    drive.turned_rad = 0.0;
+    assert_eq!(drive.at(30.0, 5.0), [EventKind::RightWay]);
+    // Less than a second is none.
+    drive.turned_rad = PI;
+    assert!((0..99).all(|_| drive.at(30.0, 5.0).is_empty()));
+    drive.turned_rad = 0.0;
+    assert_eq!(drive.at(30.0, 5.0), []);
+}
+
+#[test]
+fn speeding_begins_a_little_above_the_limit_and_ends_at_it() {
+    // The file's limit is 13.89 m/s.
+    let mut drive = Drive::straight_on(b'G');
+    assert_eq!(drive.at(20.0, 14.8), []);
+    let found = drive.at(20.0, 15.89);
+    assert!(matches!(found[..], [EventKind::Speeding { over_mps, .. }] if (over_mps - 2.0).abs() < 1e-9), "{found:?}");
+    assert_eq!((drive.at(20.0, 16.0), drive.at(20.0, 14.0)), (vec![], vec![]));
+    assert_eq!(drive.at(20.0, 13.89), [EventKind::WithinLimit]);
+}
+
+/// A car whose front is here, in a lane of that name.
+fn car(map: &RoadMap, lane: &str, s_m: f64, front: DVec2, yaw_rad: f64, speed_mps: f64) -> VehicleSnapshot {
+    let lane = map.network.lane_named(lane).expect("a lane");
+    VehicleSnapshot {
+        id: VehicleId(7),
+        pose: Pose::new(front - DVec2::from_angle(yaw_rad) * (VehicleBody::CAR.length_m / 2.0), yaw_rad),
+        lane: Some(LanePosition { lane, s_m, offset_m: 0.0 }),
+        speed_mps,
+        ..VehicleSnapshot::default()
+    }
+}
+
+/// The near misses of ten ticks at one place.
+fn near_misses(drive: &mut Drive, s_m: f64, speed_mps: f64) -> Vec<f64> {
+    let kinds: Vec<EventKind> = (0..30).flat_map(|_| drive.at(s_m, speed_mps)).collect();
+    kinds
+        .iter()
+        .map(|kind| if let EventKind::NearMiss { time_s, .. } = kind { *time_s } else { panic!("{kind:?}") })
+        .collect()
+}
+
+#[test]
+fn two_that_cross_miss_each_other_narrowly_if_both_would_be_in_the_crossing_at_once() {
+    let mut drive = Drive::straight_on(b'G');
+    // The ego's front, at y = 74.4 with 10 m/s, is at the other's side (y = 84.3) after 0.99 s; its rear leaves it (y = 86.1) after 1.67 s.
+    // The other's front, at x = 84.4 with 10 m/s, is at the ego's side (x = 93.9) after 0.95 s.
+    drive.cars = vec![car(&drive.map, ":B1_16_0", 4.8, dvec2(84.4, 85.2), 0.0, 10.0)];
+    assert_eq!(near_misses(&mut drive, 64.0, 10.0), [1.0], "once, in steps of 0.1 s");
+    // 20 m behind that it comes to the ego's side after 2.95 s: the ego has gone.
+    let mut drive = Drive::straight_on(b'G');
+    drive.cars = vec![car(&drive.map, "A1B1_0", 54.0, dvec2(64.4, 85.2), 0.0, 10.0)];
+    assert!(near_misses(&mut drive, 64.0, 10.0).is_empty());
+}
+
+#[test]
+fn a_standing_car_ahead_is_a_near_miss_below_a_second_and_a_half_and_one_beside_never() {
+    for (gap_m, wanted) in [(13.5, vec![1.4]), (16.5, vec![])] {
+        let mut drive = Drive::straight_on(b'G');
+        // The ego's front at y = 30.4.
+        let front = dvec2(94.8, 30.4 + gap_m + 5.0);
+        drive.cars = vec![car(&drive.map, "B0B1_0", 20.0 + gap_m + 5.0, front, FRAC_PI_2, 0.0)];
+        assert_eq!(near_misses(&mut drive, 20.0, 10.0), wanted, "{gap_m}");
+    }
+    let mut drive = Drive::straight_on(b'G');
+    drive.cars = vec![car(&drive.map, "B0B1_1", 30.0, dvec2(91.6, 40.4), FRAC_PI_2, 0.0)];
+    assert!(near_misses(&mut drive, 20.0, 10.0).is_empty());
+}
+
+#[test]
+fn an_oncoming_car_in_its_own_lane_is_none_though_both_head_for_each_other_in_a_bend() {
+    // The ego turns right at B1 from south to east (:B1_10_0), the other comes the other way round the corner (C1B1 to B1B0, :B1_8_0 and on).
+    let map = RoadMap::load_along(GRID, &["B0B1", "B1C1"]).expect("a path");
+    let mut drive = Drive { map, ..Drive::straight_on(b'G') };
+    let front = dvec2(97.9, 91.24);
+    let mut other = car(&drive.map, ":B1_8_0", 2.52, front, PI + 0.142, 6.0);
+    other.speed_mps = 6.0;
+    drive.cars = vec![other];
+    assert!(near_misses(&mut drive, 69.4, 6.0).is_empty());
+}
