@@ -128,6 +128,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);
         light += select(0.0, glow, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
         light += select(0.0, DAYLIGHT, material == LAMP && in.colour.r > 0.8) * vec3f(0.95, 0.98, 1.0);
+        light += select(vec3f(0.0), in.paint.rgb, material == SIGNAL_LAMP);
         // A far body's windows are not seen through: they are as light as near ones with what is behind those, a dim cabin and
         // some of the land beyond it.
         let opaque = clamp(22.0 * in.colour.r, 0.05, 1.0);

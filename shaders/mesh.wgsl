@@ -26,6 +26,8 @@ const BARK = 9u;
 const LEAVES = 10u;
 const LAMP = 11u;
 const PLATE = 12u;
+const VERGE = 13u;
+const SIGNAL_LAMP = 14u;
 
 @vertex
 fn vertex(corner: Corner, at: Placed) -> Surface {

@@ -79,15 +79,19 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let paint = in.colour.r * vec3f(1.0, 1.0, 0.96) * (0.92 + 0.20 * (coarse.g - 0.5) + 0.18 * (fine.r - 0.5) + 0.25 * (broad.g - 0.5));
     let marking = mix(bare, paint, there * (0.30 + 0.70 * worn) * (1.0 - 0.65 * chipped));
 
-    // Gravel, and grass that grows into it from its edge: the verge falls from 0 over -2 cm to -14 cm.
-    let outwards = select(-0.5 - 40.0 * in.world.z, 0.3 - 11.0 * (in.world.z + 0.02), in.material == GRASS);
+    // Gravel, and grass that grows into it from its edge: the verge falls from 0 over -2 cm to -14 cm. Beside roads that rise it
+    // says itself how far out it is, in place of its blue.
+    let fallen = select(-0.5 - 40.0 * in.world.z, 0.3 - 11.0 * (in.world.z + 0.02), in.material == GRASS);
+    let says = in.material == VERGE;
+    let outwards = select(fallen, in.colour.b, says);
+    let meadow = vec3f(in.colour.rg, select(in.colour.b, 0.36 * in.colour.g, says));
     let grown = smoothstep(-0.10, 0.14, outwards - 0.34 + 1.3 * (coarse.g - 0.5) + 0.9 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5));
     // Stones of all sizes, some of them pale or rusty, earth between.
     let heap = 0.9 * (fine.r - 0.5) + 1.0 * (stones.r - 0.5) + 0.6 * (stones.g - 0.5);
     let pebbles = mix(vec3f(0.185, 0.172, 0.148), vec3f(0.22, 0.187, 0.140), coarse.g)
         * max(0.25, 1.0 + heap + 0.4 * (coarse.g - 0.5) + 0.8 * smoothstep(0.80, 0.97, stones.r));
     // As the meadow is seen from the road, see `land.wgsl`: its ears, and light that is softer than on a floor.
-    let grass = in.colour * vec3f(1.16, 1.09, 1.10) * max(0.3, 1.0 + 1.2 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5) + 0.7 * (coarse.g - 0.5));
+    let grass = meadow * vec3f(1.16, 1.09, 1.10) * max(0.3, 1.0 + 1.2 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5) + 0.7 * (coarse.g - 0.5));
     let verge = mix(pebbles, grass, grown);
 
     let tarred = in.material == ASPHALT || line;

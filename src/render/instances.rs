@@ -9,7 +9,7 @@ use super::{
     level_of_detail::{CarDetail, DetailShares, InstanceBatches, LEVELS, TreeDetail},
     models::{ModelMesh, ModelMeshes},
 };
-use crate::scene::{CarInstance, Cockpit, DriverSeat, StaticScene, TreePlace};
+use crate::scene::{CarInstance, Cockpit, DriverSeat, LitLamp, StaticScene, TreePlace};
 use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -19,6 +19,8 @@ const ROOT: f32 = 0.62;
 const ROOTS_M: f32 = 90.0;
 /// Radius of a ball that holds a car with its wheels, metres.
 const REACH_M: f32 = 3.3;
+/// Up to this distance lamps that are lit are drawn, metres: further off one is smaller than a pixel.
+const LAMPS_M: f32 = 700.0;
 /// Radius that stands for a car where its detail is chosen, metres: near up to some 20 m in a picture of 1280 pixels.
 const DETAIL_M: f32 = 1.9;
 
@@ -99,6 +101,8 @@ pub struct SceneContents<'a> {
     pub forest: Option<&'a PlacedTrees>,
     /// The ego, seen from inside.
     pub inside: Option<&'a DriverSeat>,
+    /// Lamps that are lit.
+    pub lamps: &'a [LitLamp],
 }
 
 /// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
@@ -139,8 +143,9 @@ impl InstanceCollector {
         self.instances.clear();
         self.instances.push(Instance::new(Affine3A::IDENTITY, [1.0; 3], 0.0));
         let level_of = |car: &CarInstance| {
-            seen(car.position, REACH_M)?;
-            Some(seen(car.position, DETAIL_M).unwrap_or(CarDetail::Far) as usize)
+            let size = car.scale.max_element();
+            seen(car.position, REACH_M * size)?;
+            Some(seen(car.position, DETAIL_M * size).unwrap_or(CarDetail::Far) as usize)
         };
         let at = |level: usize| cars.clone().filter(move |car| level_of(car) == Some(level));
         let seat = around.inside;
@@ -166,6 +171,14 @@ impl InstanceCollector {
             self.fill(|list| list.extend(mid.flat_map(wheels))),
             self.fill(|list| list.extend(far.chain(shade).flat_map(wheels))),
         ];
+        let lit = around.lamps.iter().filter(|lamp| {
+            // One that faces away is seen from behind, where it has no face.
+            let way = eye - lamp.position;
+            way.length_squared() < LAMPS_M * LAMPS_M
+                && way.dot(lamp.facing) > 0.0
+                && seen(lamp.position, lamp.radius_m).is_some()
+        });
+        let lamps = self.fill(|list| list.extend(lit.map(lit_lamp)));
         let tufts = around.forest.iter().flat_map(|forest| forest.tufts.0.iter().zip(&forest.tufts.1));
         let wanted = |(tuft, _): &(&BoundingSphere, &DrawnTree)| grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.filter(wanted).map(|(_, drawn)| drawn.instance)));
@@ -175,7 +188,7 @@ impl InstanceCollector {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        InstanceBatches { inside, housings, cars: all, bodies, wheels, tufts, roots, trees }
+        InstanceBatches { inside, housings, cars: all, bodies, wheels, lamps, tufts, roots, trees }
     }
 
     /// Makes the instances the source of the pass's draws, in `slot`.
@@ -264,7 +277,18 @@ fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
 fn body(car: &CarInstance) -> Instance {
     // In front of the point the number on its plates, behind it half of the lamps' light (`mesh.wgsl`).
     let plate_brake = f32::from(car.plate) + 0.5 * car.brake.clamp(0.0, 1.0);
-    Instance::new(Affine3A::from_rotation_translation(car.rotation, car.position), car.colour, plate_brake)
+    Instance::new(
+        Affine3A::from_scale_rotation_translation(car.scale, car.rotation, car.position),
+        car.colour,
+        plate_brake,
+    )
+}
+
+/// A lamp that is lit, in its own light.
+fn lit_lamp(lamp: &LitLamp) -> Instance {
+    let turn = Quat::from_rotation_arc(Vec3::X, lamp.facing);
+    let world = Affine3A::from_scale_rotation_translation(Vec3::splat(lamp.radius_m), turn, lamp.position);
+    Instance::new(world, lamp.light, 0.0)
 }
 
 /// The steering wheel, if it is seen.
@@ -295,7 +319,8 @@ fn wheels(car: &CarInstance) -> impl Iterator<Item = Instance> + '_ {
         let steer = if i < 2 { car.steer_rad } else { 0.0 };
         let (about, roll) = if i % 2 == 0 { (0.0, car.spin_rad) } else { (PI, -car.spin_rad) };
         let turn = Quat::from_rotation_z(steer + about) * Quat::from_rotation_y(roll);
-        Instance::new(world_from_body * Affine3A::from_rotation_translation(turn, *hub), [1.0; 3], 0.0)
+        let wheel = Affine3A::from_scale_rotation_translation(car.wheel_scale, turn, *hub);
+        Instance::new(world_from_body * wheel, [1.0; 3], 0.0)
     })
 }
 
@@ -310,6 +335,8 @@ mod tests {
             rotation: Quat::IDENTITY,
             colour: [1.0; 3],
             brake: 0.0,
+            scale: Vec3::ONE,
+            wheel_scale: Vec3::ONE,
             hubs: [(1.4, 0.8), (1.4, -0.8), (-1.4, 0.8), (-1.4, -0.8)].map(|(x, y)| Vec3::new(x, y, 0.3)),
             steer_rad: 0.0,
             spin_rad: 0.3,

@@ -18,6 +18,8 @@ pub struct InstanceBatches {
     pub bodies: Vec<[Range<u32>; CAR_LEVELS]>,
     /// Wheels by level.
     pub wheels: [Range<u32>; 3],
+    /// Lamps that are lit.
+    pub lamps: Range<u32>,
     /// Tufts of grass.
     pub tufts: Range<u32>,
     /// Patches of shade at the feet of trees.

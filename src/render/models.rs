@@ -42,8 +42,10 @@ pub struct ModelMeshes {
     pub road: GroundMesh,
     /// Meadow and far ground.
     pub land: GroundMesh,
-    /// Reflector posts.
+    /// Reflector posts, and what holds signals.
     pub posts: GroundMesh,
+    /// A lamp that is lit.
+    pub lamp: ModelMesh,
     /// A tuft of grass.
     pub tuft: ModelMesh,
     /// Cars without wheels, by style and [`CarDetail`](super::level_of_detail::CarDetail).
@@ -78,6 +80,7 @@ impl ModelMeshes {
         let ground = |mesh| GroundMesh(pieces(mesh).iter().map(&mut add).collect());
         let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
         let tuft = add(&stage.tuft);
+        let lamp = add(&stage.lit_lamp);
         let bodies = stage.cars.iter().map(|car| {
             let [near, mid, far] = &car.levels;
             [near, mid, far, &car.plan, &car.shade].map(&mut add)
@@ -110,6 +113,7 @@ impl ModelMeshes {
             road,
             land,
             posts,
+            lamp,
             tuft,
             bodies,
             glass,

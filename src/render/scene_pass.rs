@@ -257,6 +257,7 @@ impl ScenePass {
         pass.set_pipeline(&materials.bodies.car);
         models.draw_cars(pass, &batches);
         models.posts.draw(pass, seen);
+        models.lamp.draw(pass, batches.lamps.clone());
         pass.set_pipeline(&materials.plants.cover);
         models.draw_trees(pass, &batches.trees);
         pass.set_pipeline(&materials.plants.tree);
@@ -299,7 +300,7 @@ impl ScenePass {
             (&meshes.device, &meshes.queue),
             &meshes.models,
             cars,
-            SceneContents { forest: Some(&meshes.forest), inside },
+            SceneContents { forest: Some(&meshes.forest), inside, lamps: &view.lamps },
             |centre, radius_m| CarDetail::seen(optics, centre, radius_m),
             |centre, radius_m| match optics.sees(centre, radius_m) {
                 true => TreeDetail::shares(optics.pixels(centre, radius_m) * self.detail, self.samples),

@@ -103,6 +103,12 @@ impl TriangleSoup {
         Self { triangles: self.triangles.iter().map(|&([a, b, c], f)| ([flip(a), flip(c), flip(b)], f)).collect() }
     }
 
+    /// Everything moved, by a map that keeps which side is the outside.
+    pub fn moved(mut self, to: impl Fn(Vec3) -> Vec3) -> Self {
+        self.triangles.iter_mut().flat_map(|(corners, _)| corners).for_each(|corner| *corner = to(*corner));
+        self
+    }
+
     /// The corners of all triangles.
     #[cfg(test)]
     pub fn corners(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
@@ -240,7 +246,7 @@ pub(super) mod tests {
             assert!((Vec3::from(v.normal).length() - 1.0).abs() < 1e-3, "{name}: normal of {v:?}");
             assert!(v.position.iter().chain(&v.uv).all(|x| x.is_finite()), "{name}: {v:?}");
             assert!(
-                v.colour.iter().all(|c| (0.0..=1.0).contains(c)) && v.material <= Material::Plate as u32,
+                v.colour.iter().all(|c| (0.0..=1.0).contains(c)) && v.material <= Material::SignalLamp as u32,
                 "{name}: {v:?}"
             );
         }

@@ -1,5 +1,6 @@
 //! The scene on the CPU: what is to be seen. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each
-//! frame ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
+//! frame ([`View`]). A map whose network is one closed chain of lanes is drawn in one piece (`land`), any other lane by lane
+//! (`network`). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
 
 pub mod camera;
 pub mod car;
@@ -7,16 +8,19 @@ pub mod cockpit;
 mod land;
 mod mesh;
 mod mesh_simplification;
+mod network;
 mod options;
 mod point_key;
 mod scenario_options;
 mod static_scene;
 mod trees;
+mod vehicles;
 mod view;
 
 pub use cockpit::instrument_cluster::{CLUSTER_M, CLUSTER_RADIUS_M};
 pub use cockpit::mirrors::MirrorPane;
 pub use cockpit::{BONNET_EDGE, Cockpit};
+pub use network::signals::SignalHead;
 pub use options::{MirrorOptions, ViewOptions};
 pub use scenario_options::view_options;
 pub use view::view;
@@ -71,6 +75,10 @@ pub enum Material {
     Lamp = 11,
     /// A number plate: surface and signs, which turn into their mean where they are too small to be read.
     Plate = 12,
+    /// Gravel with grass growing into it: how far, from about -0.5 for bare gravel to 1 for grass, stands in place of blue.
+    Verge = 13,
+    /// A lamp that is lit: shines in the instance's colour.
+    SignalLamp = 14,
 }
 
 /// Triangles with shared corners.
@@ -135,8 +143,12 @@ pub struct StaticScene {
     pub tuft: Mesh,
     /// Where tufts stand; their `kind` is 0.
     pub tuft_places: Vec<TreePlace>,
-    /// Reflector posts along the road; world axes.
+    /// What stands beside the road: reflector posts, signals; world axes.
     pub posts: Mesh,
+    /// Heads of signals; none on a closed route.
+    pub signal_heads: Vec<SignalHead>,
+    /// A lamp that is lit, of radius 1, shining along x.
+    pub lit_lamp: Mesh,
     /// Body styles; [`CarInstance::style`] is an index into them.
     pub cars: Vec<CarModel>,
     /// What the driver sees of the own car.
@@ -149,10 +161,13 @@ pub struct StaticScene {
     pub centre: Vec2,
     /// See `centre`.
     pub radius_m: f32,
-    /// Curvature of the route at equal distances along it, 1/m, positive to the left: traffic's front wheels follow it.
+    /// Curvature of the closed route at equal distances along it, 1/m, positive to the left: traffic's front wheels follow it. Empty on a
+    /// network, where they follow each vehicle's own way.
     pub bends: Vec<f32>,
-    /// Length of the route, metres.
+    /// Length of the closed route, metres; 0 on a network.
     pub length_m: f32,
+    /// The network, unless the closed route is all there is: heights, and what signals show.
+    pub network: Option<std::sync::Arc<crate::map::network::Network>>,
 }
 
 /// One car in a picture.
@@ -166,8 +181,12 @@ pub struct CarInstance {
     pub colour: [f32; 3],
     /// Brake lamps, 0 dark to 1 lit.
     pub brake: f32,
-    /// Per wheel: hub in the body's frame.
+    /// Size of the body over that of the model, along its axes.
+    pub scale: Vec3,
+    /// Per wheel: hub in the body's frame, metres.
     pub hubs: [Vec3; 4],
+    /// Size of a wheel over that of the model, along its axes; y is the axle.
+    pub wheel_scale: Vec3,
     /// Angle of the front wheels, radians, positive to the left.
     pub steer_rad: f32,
     /// Rolled angle of the wheels, radians.
@@ -178,6 +197,19 @@ pub struct CarInstance {
     pub plate: u16,
     /// True for the participant's own car: not drawn in the driver's view or the mirror, where the eye sits inside it.
     pub is_ego: bool,
+}
+
+/// A lamp that is lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LitLamp {
+    /// Middle of its front, world axes.
+    pub position: Vec3,
+    /// Unit direction in which it shines.
+    pub facing: Vec3,
+    /// Radius, metres.
+    pub radius_m: f32,
+    /// Its light, linear; 1 is that of a white sheet in daylight.
+    pub light: [f32; 3],
 }
 
 /// Where a picture is taken from.
@@ -244,6 +276,8 @@ pub struct View {
     pub mirror: Option<Camera>,
     /// All cars, the ego among them.
     pub cars: Vec<CarInstance>,
+    /// Lamps that are lit: of signals, and indicators of vehicles.
+    pub lamps: Vec<LitLamp>,
     /// The own car around the driver's eye.
     pub seat: Option<DriverSeat>,
     /// Unit direction **towards** the sun.

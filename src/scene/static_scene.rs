@@ -1,29 +1,51 @@
-//! The static part of the scene, built once for a map. In: a map and a seed. Out: a [`StaticScene`].
+//! The static part of the scene, built once for a map. In: a map, or a network alone, and a seed. Out: a [`StaticScene`].
 
 use super::{
-    Cockpit, StaticScene,
+    CarModel, Cockpit, StaticScene,
     car::{self, wheel},
     land::{self, road, road_distance::RoadDistance, verge},
+    network::{self, signals},
     trees::{self, forest, leaf_cards::ModelDetail},
+    vehicles,
 };
-use crate::map::RoadMap;
+use crate::map::{RoadMap, Route, network::Network};
+use crate::space::{Pose, Pose3};
+use std::sync::Arc;
 
 /// Distance of the curvatures kept in [`StaticScene::bends`], metres at most.
 const BEND_STEP_M: f64 = 2.0;
 
 impl StaticScene {
-    /// Builds the place around a map's route: same map and seed, same bits.
+    /// Builds the place around a map's roads: same map and seed, same bits. Where the network is one closed chain of lanes, its route
+    /// is drawn in one piece; any other network lane by lane.
     pub fn build(map: &RoadMap, seed: u64) -> Self {
         Self::with_trees(map, seed, forest::MOST_TREES)
     }
 
     /// The same with at most `most_trees` trees, those on the horizon included (weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
-        let near = RoadDistance::new(&map.route);
+        if network::is_closed_route_alone(&map.network) {
+            Self::around(Roads::Route(&map.route), seed, most_trees)
+        } else {
+            Self::of_network(&map.network, seed, most_trees)
+        }
+    }
+
+    /// The place around all roads of a network, with at most `most_trees` trees.
+    pub fn of_network(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
+        Self::around(Roads::Network(network), seed, most_trees)
+    }
+
+    fn around(roads: Roads, seed: u64, most_trees: usize) -> Self {
+        let near = match roads {
+            Roads::Route(route) => RoadDistance::new(route),
+            Roads::Network(network) => RoadDistance::of_surfaces(network::surfaces(network)),
+        };
         let relief = land::Relief::new(&near, seed);
-        let length_m = map.route.length_m();
-        let n = (length_m / BEND_STEP_M).ceil().max(1.0);
-        let bends = (0..n as usize).map(|k| map.route.curvature_at(k as f64 * length_m / n, 4.0) as f32).collect();
+        let (length_m, bends) = match roads {
+            Roads::Route(route) => (route.length_m(), bends(route)),
+            Roads::Network(_) => (0.0, Vec::new()),
+        };
         let grown = |detail| move || trees::models(seed, detail);
         let woods = || {
             let trees = trees::models(seed, ModelDetail::Near);
@@ -32,16 +54,25 @@ impl StaticScene {
             (trees, forest::grounds(&places, &relief), places, distant)
         };
         // Every part stands for itself and has its own random numbers: made side by side, they are the same.
-        let vehicles = || rayon::join(car::models, || rayon::join(Cockpit::new, wheel::wheels));
-        let ground = || rayon::join(|| road::road(&map.route, &relief, seed), || land::land(&relief));
+        let vehicles = || rayon::join(models_of_vehicles, || rayon::join(Cockpit::new, wheel::wheels));
+        let paved = || match roads {
+            Roads::Route(route) => (road::road(route, &relief, seed), verge::posts(route), Vec::new()),
+            Roads::Network(network) => {
+                let (posts, heads) = near.surfaces().map(|roads| signals::heads(network, roads)).unwrap_or_default();
+                (network::road(network, &near, &relief, seed), posts, heads)
+            }
+        };
+        let ground = || rayon::join(paved, || land::land(&relief));
         let growth = || {
             rayon::join(
                 || rayon::join(woods, || verge::sow(&near, &relief, seed)),
                 || rayon::join(grown(ModelDetail::Mid), grown(ModelDetail::Shade)),
             )
         };
-        let (((woods, tuft_places), (trees_mid, trees_shade)), ((road, land), (cars, (cockpit, wheels)))) =
-            rayon::join(growth, || rayon::join(ground, vehicles));
+        let (
+            ((woods, tuft_places), (trees_mid, trees_shade)),
+            (((road, posts, signal_heads), land), (cars, (cockpit, wheels))),
+        ) = rayon::join(growth, || rayon::join(ground, vehicles));
         let (trees, tree_grounds, tree_places, far_tree_places) = woods;
         Self {
             road,
@@ -54,7 +85,9 @@ impl StaticScene {
             tree_places,
             tuft: verge::tuft(seed),
             tuft_places,
-            posts: verge::posts(&map.route),
+            posts,
+            signal_heads,
+            lit_lamp: signals::lit_lamp(),
             cars,
             cockpit,
             wheels,
@@ -63,16 +96,58 @@ impl StaticScene {
             radius_m: near.radius_m(),
             bends,
             length_m: length_m as f32,
+            network: match roads {
+                Roads::Route(_) => None,
+                Roads::Network(network) => Some(Arc::clone(network)),
+            },
         }
     }
 
-    /// Curvature of the route at `s_m`, 1/m, positive to the left.
+    /// Height of the road at a place of a network where something is about `height_m` high, and its grade in a direction; 0 on a
+    /// closed route, which is level.
+    pub fn road_at(&self, place: Pose, height_m: f64) -> (f32, f32) {
+        let on = |network: &Arc<Network>| {
+            let pose = Pose3 { position: place.position.extend(height_m), yaw_rad: place.yaw_rad, grade: 0.0 };
+            let road = network.pose(network.locate_pose(&pose, None)?);
+            let along = (place.yaw_rad - road.yaw_rad).cos();
+            Some((road.position.z as f32, (road.grade * along) as f32))
+        };
+        self.network.as_ref().and_then(on).unwrap_or((0.0, 0.0))
+    }
+
+    /// Height of the highest road, metres; 0 on a closed route.
+    pub fn highest_m(&self) -> f32 {
+        self.network.as_ref().map_or(0.0, |network| network.bounds().1.z.max(0.0) as f32)
+    }
+
+    /// Curvature of the closed route at `s_m`, 1/m, positive to the left.
     pub fn bend_per_m(&self, s_m: f64) -> f32 {
         let n = self.bends.len();
         let place = (s_m / f64::from(self.length_m)).rem_euclid(1.0) * n as f64;
         let (index, fraction) = (place as usize % n, place.fract() as f32);
         self.bends[index] + (self.bends[(index + 1) % n] - self.bends[index]) * fraction
     }
+}
+
+/// What the place is built around.
+#[derive(Clone, Copy)]
+enum Roads<'a> {
+    Route(&'a Route),
+    Network(&'a Arc<Network>),
+}
+
+/// Curvatures at equal distances along a route.
+fn bends(route: &Route) -> Vec<f32> {
+    let length_m = route.length_m();
+    let n = (length_m / BEND_STEP_M).ceil().max(1.0);
+    (0..n as usize).map(|k| route.curvature_at(k as f64 * length_m / n, 4.0) as f32).collect()
+}
+
+/// Cars, and after them vehicles of other kinds.
+fn models_of_vehicles() -> Vec<CarModel> {
+    let mut models = car::models();
+    models.extend(vehicles::models());
+    models
 }
 
 #[cfg(test)]

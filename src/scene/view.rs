@@ -2,14 +2,13 @@
 //! mirror's, what colours things have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::{
-    Camera, CarInstance, DriverSeat, Lens, StaticScene, View, ViewKind, ViewOptions,
-    car::{
-        materials::{WHEEL_RADIUS_M, WHEELBASE_M},
-        number_plate,
-    },
+    Camera, CarInstance, DriverSeat, Lens, LitLamp, StaticScene, View, ViewKind, ViewOptions,
+    car::{materials::WHEEL_RADIUS_M, number_plate},
     cockpit::mirrors,
+    vehicles,
 };
-use crate::space::wrap_angle;
+use crate::map::network::SignalStates;
+use crate::space::{Pose, wrap_angle};
 use crate::traffic::{EGO, VehicleId};
 use crate::{controls::STEERING_RATIO, ego::EgoState};
 use crate::{
@@ -43,19 +42,21 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         ViewKind::Driver => driver_camera(&ego, options),
         ViewKind::Mirror => mirror_camera(&ego, options),
         ViewKind::Birdseye => birdseye_camera(&ego, options, stage),
-        ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32),
+        ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32, stage),
     };
     let before_s = (1.0 - f64::from(fraction)) * crate::time::TICK_S;
+    let now_s = (snapshot.tick.seconds() - before_s).max(0.0);
     View {
         kind,
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
+        lamps: lit_lamps(snapshot, &cars[1..], now_s, stage),
         cars,
         seat,
         to_sun: options.to_sun(),
         visibility_m: options.visibility_m,
         wind_mps: options.wind_mps,
-        time_s: ((snapshot.tick.seconds() - before_s).max(0.0) % WIND_S) as f32,
+        time_s: (now_s % WIND_S) as f32,
         dial: None,
         palette: options.palette,
         patch: None,
@@ -106,7 +107,9 @@ impl EgoAt {
             rotation: self.rotation,
             colour,
             brake: f32::from(u8::from(self.braking)),
+            scale: Vec3::ONE,
             hubs: self.hubs,
+            wheel_scale: Vec3::ONE,
             steer_rad: self.steer_rad,
             spin_rad: self.spin_rad,
             style: 0,
@@ -125,29 +128,95 @@ impl EgoAt {
 fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &StaticScene) -> CarInstance {
     let pose = car.pose_before.lerp(&car.pose, f64::from(fraction));
     let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
-    let spin = ((car.odometer_m - rest_m) / f64::from(WHEEL_RADIUS_M)).rem_euclid(TAU);
-    // Ackermann: the angle that rolls the car round the bend under its centre.
-    let bend_per_m = car.s_m.map_or(0.0, |s_m| stage.bend_per_m(s_m - crate::space::CAR_LENGTH_M / 2.0));
+    let shape = vehicles::shape(&car.body, &stage.hubs);
+    let radius_m = WHEEL_RADIUS_M * shape.wheel_scale.x;
+    let spin = ((car.odometer_m - rest_m) / f64::from(radius_m)).rem_euclid(TAU);
+    // Ackermann: the angle that rolls the vehicle round the bend under its centre.
+    let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
+    let bend_per_m = bend_per_m(car, stage);
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
+    let mut rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
+    if stage.network.is_some() {
+        // Along the road's slope, with all wheels on it.
+        let (_, grade) = stage.road_at(pose, car.height_m);
+        rotation *= Quat::from_rotation_y(-grade.atan());
+    }
     CarInstance {
-        position: pose.position.as_vec2().extend(0.0),
-        rotation: Quat::from_rotation_z(pose.yaw_rad as f32) * lean,
+        position: pose.position.as_vec2().extend(car.height_m as f32),
+        rotation: rotation * lean,
         colour,
         brake: f32::from(u8::from(car.lamps.brake)),
+        scale: shape.scale,
         // The wheels stay on the road.
-        hubs: stage.hubs.map(|hub| lean.inverse() * hub),
-        steer_rad: (WHEELBASE_M * bend_per_m).atan(),
+        hubs: shape.hubs.map(|hub| lean.inverse() * hub),
+        wheel_scale: shape.wheel_scale,
+        steer_rad: (wheelbase_m * bend_per_m).atan(),
         spin_rad: spin as f32,
-        style: style(car.id, stage),
+        style: shape.style.unwrap_or_else(|| style(car.id)).min(stage.cars.len().saturating_sub(1)),
         plate: number_plate::number(car.id.0),
         is_ego: false,
     }
 }
 
 /// The same car always has the same body: half of them are saloons.
-fn style(id: VehicleId, stage: &StaticScene) -> usize {
-    let style = [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7];
-    style.min(stage.cars.len().saturating_sub(1))
+fn style(id: VehicleId) -> usize {
+    [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7]
+}
+
+/// Curvature of the way under a vehicle, 1/m, positive to the left: on a closed route that of the route, on a network that of the
+/// vehicle's own way in the last tick.
+fn bend_per_m(car: &VehicleSnapshot, stage: &StaticScene) -> f32 {
+    if stage.network.is_none() {
+        return car.s_m.map_or(0.0, |s_m| stage.bend_per_m(s_m - crate::space::CAR_LENGTH_M / 2.0));
+    }
+    // Wheels straighten as it comes to a stand, where a way of nothing has no direction.
+    const STANDING_M: f64 = 0.3 * crate::time::TICK_S;
+    // A turn within 5 m.
+    const MOST_PER_M: f64 = 0.2;
+    let way_m = car.pose_before.position.distance(car.pose.position);
+    let turn_rad = wrap_angle(car.pose.yaw_rad - car.pose_before.yaw_rad);
+    (turn_rad / way_m.max(STANDING_M)).clamp(-MOST_PER_M, MOST_PER_M) as f32
+}
+
+/// Light of an indicator, how long it is on and off together, and the share of that in which it is on.
+const INDICATOR: [f32; 3] = [3.4, 1.25, 0.02];
+const BLINK_S: f64 = 0.7;
+const BLINK_ON: f64 = 0.5;
+
+/// Lamps of signals, and indicators of the traffic, which blink. Where nothing says what signals show, as in a picture without a drive,
+/// it is what their first programs show.
+fn lit_lamps(snapshot: &Snapshot, cars: &[CarInstance], now_s: f64, stage: &StaticScene) -> Vec<LitLamp> {
+    let mut lamps = Vec::new();
+    if let Some(network) = stage.network.as_ref().filter(|_| !stage.signal_heads.is_empty()) {
+        let known = stage.signal_heads.iter().any(|head| !snapshot.signals.letters(head.signal).is_empty());
+        let by_program;
+        let states = if known {
+            &snapshot.signals
+        } else {
+            by_program = SignalStates::by_first_program(network, now_s);
+            &by_program
+        };
+        lamps.extend(stage.signal_heads.iter().flat_map(|head| head.lit(states, now_s)));
+    }
+    for (car, drawn) in snapshot.cars.iter().zip(cars) {
+        // Not all at once: each began at its own time.
+        let phase = now_s / BLINK_S + 0.37 * f64::from(car.id.0 % 8);
+        if (!car.lamps.left && !car.lamps.right) || phase.fract() > BLINK_ON {
+            continue;
+        }
+        let shape = vehicles::shape(&car.body, &stage.hubs);
+        for (side, _) in [(1.0, car.lamps.left), (-1.0, car.lamps.right)].into_iter().filter(|(_, lit)| *lit) {
+            for (at, facing) in shape.indicators.into_iter().zip([Vec3::X, Vec3::NEG_X]) {
+                lamps.push(LitLamp {
+                    position: drawn.position + drawn.rotation * (at * Vec3::new(1.0, side, 1.0)),
+                    facing: drawn.rotation * facing,
+                    radius_m: shape.indicator_radius_m,
+                    light: INDICATOR,
+                });
+            }
+        }
+    }
+    lamps
 }
 
 /// How far the driver's camera looks down where the car has instruments, radians: 6 degrees. With a level one a picture that
@@ -190,7 +259,7 @@ fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, stage: &StaticScene) -> C
         None => (stage.centre, stage.radius_m * 1.06 + 4.0),
     };
     Camera {
-        eye: centre.extend(BIRDSEYE_HEIGHT_M),
+        eye: centre.extend(BIRDSEYE_HEIGHT_M + stage.highest_m()),
         forward: -Vec3::Z,
         up: Vec3::Y,
         lens: Lens::Parallel { half_extent_m },
@@ -200,11 +269,14 @@ fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, stage: &StaticScene) -> C
 /// The chase camera lags behind a turning car by this time, so that it does not stiffly swing with it, seconds.
 const CHASE_LAG_S: f32 = 0.25;
 
-fn chase_camera(ego: &EgoAt, yaw_rate: f32) -> Camera {
+fn chase_camera(ego: &EgoAt, yaw_rate: f32, stage: &StaticScene) -> Camera {
     let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
     let at = ego.position.truncate();
-    let eye = (at - back * 7.5).extend(2.6);
-    let target = (at + back * 2.0).extend(0.8);
+    let under = Pose::new(at.as_dvec2(), f64::from(ego.yaw_rad));
+    let (road_m, grade) = stage.road_at(under, f64::from(ego.position.z));
+    // Behind on the same slope.
+    let eye = (at - back * 7.5).extend(2.6 + road_m - 7.5 * grade);
+    let target = (at + back * 2.0).extend(0.8 + road_m + 2.0 * grade);
     let forward = (target - eye).normalize();
     let right = forward.cross(Vec3::Z).normalize();
     Camera { eye, forward, up: right.cross(forward), lens: Lens::Perspective { fov_x_rad: 63f32.to_radians() } }

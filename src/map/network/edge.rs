@@ -137,4 +137,18 @@ impl Lane {
     pub fn admits_cars(&self) -> bool {
         self.permissions.contains(VehicleClasses::PASSENGER)
     }
+    /// True where people walk and nobody drives.
+    pub fn is_footway(&self) -> bool {
+        self.permissions.intersects(VehicleClasses::PEDESTRIAN)
+            && !self.permissions.intersects(VehicleClasses::ROAD_MOTOR)
+            && !self.permissions.intersects(VehicleClasses::BICYCLE)
+            && !self.permissions.intersects(VehicleClasses::RAIL)
+    }
+
+    /// True of a track on which nothing but trains and trams runs.
+    pub fn is_railway(&self) -> bool {
+        self.permissions.intersects(VehicleClasses::RAIL)
+            && !self.permissions.intersects(VehicleClasses::ROAD_MOTOR)
+            && !self.permissions.intersects(VehicleClasses::BICYCLE)
+    }
 }

@@ -40,7 +40,7 @@ impl Network {
         let here = self.lane(lane);
         match self.neighbour(lane, side) {
             Some(beside) => self.between(lane, beside, side),
-            None if is_footway(here.permissions) => Marking::None,
+            None if here.is_footway() => Marking::None,
             None if self.is_inner(side) && self.meets_other_direction(lane) => {
                 Marking::Centre { overtaking: here.opposite.is_some() }
             }
@@ -50,7 +50,7 @@ impl Network {
 
     fn between(&self, here: LaneId, beside: LaneId, side: Side) -> Marking {
         let (here, beside) = (self.lane(here), self.lane(beside));
-        match (is_footway(here.permissions), is_footway(beside.permissions)) {
+        match (here.is_footway(), beside.is_footway()) {
             (true, true) => return Marking::None,
             (false, false) => {}
             _ => return Marking::Kerb,
@@ -96,12 +96,4 @@ impl Network {
         back.into_iter()
             .find(|&other| other != edge && self.edge(other).from == here.to && self.edge(other).kind.is_street())
     }
-}
-
-/// True where people walk and nobody drives.
-fn is_footway(permissions: VehicleClasses) -> bool {
-    permissions.intersects(VehicleClasses::PEDESTRIAN)
-        && !permissions.intersects(VehicleClasses::ROAD_MOTOR)
-        && !permissions.intersects(VehicleClasses::BICYCLE)
-        && !permissions.intersects(VehicleClasses::RAIL)
 }

@@ -346,7 +346,7 @@ impl ShadowLayer {
     ) -> InstanceBatches {
         let (queue, light) = (&meshes.queue, cover.clip_from_world(size));
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
-        let around = SceneContents { forest: trees.map(|_| &meshes.forest), inside: None };
+        let around = SceneContents { forest: trees.map(|_| &meshes.forest), ..Default::default() };
         let cars = if trees.is_some() { &[][..] } else { &view.cars };
         let detail = trees.unwrap_or(TreeDetail::Shade);
         // Where a texel is as wide as a pillar, a lump has the same shadow.

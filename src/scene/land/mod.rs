@@ -10,7 +10,7 @@ use self::{
     noise::{mix, shade, smoothstep},
     road_distance::RoadDistance,
 };
-use super::{Material, Mesh, Vertex};
+use super::{Material, Mesh, Vertex, network::verge::VergeShape};
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
@@ -29,12 +29,15 @@ const RANGES_M: f32 = 9000.0;
 pub(in crate::scene) struct Relief<'a> {
     near: &'a RoadDistance,
     seed: u64,
+    /// Height of the meadow beside roads over them, metres.
+    beside_m: f32,
 }
 
 impl<'a> Relief<'a> {
     /// Ground around a road.
     pub fn new(near: &'a RoadDistance, seed: u64) -> Self {
-        Self { near, seed }
+        let beside_m = near.surfaces().map_or(BESIDE_ROAD_M, |surfaces| VergeShape::of(surfaces).meadow_m);
+        Self { near, seed, beside_m }
     }
 
     /// Height, metres.
@@ -49,7 +52,8 @@ impl<'a> Relief<'a> {
         // Ranges on the horizon, some kilometres away, the further the higher.
         let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
         let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 560.0 * range * range);
-        BESIDE_ROAD_M + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
+        let base_m = self.near.surfaces().map_or(self.beside_m, |roads| self.beside_m + roads.height_m(point));
+        base_m + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
     }
 
     /// Unit normal, from the heights around.
@@ -85,21 +89,37 @@ pub(in crate::scene) fn land(relief: &Relief) -> Mesh {
 
 /// Smallest cell, metres; cells are this times powers of two.
 const CELL_M: f32 = 4.0;
+/// The most of them beside the roads of a network, about.
+const MOST_CELLS: f32 = 40_000.0;
+
+/// The smallest cell of a place: larger where roads are so long that there would be too many.
+fn cell_m(near: &RoadDistance) -> f32 {
+    let Some(surfaces) = near.surfaces() else { return CELL_M };
+    // Cells are small up to 20 m and some beside a road; what roads share is counted once at most.
+    let around = 2.0 * near.radius_m();
+    let fine_m2 = (surfaces.length_m() * 45.0).min(around * around);
+    let mut cell_m = CELL_M;
+    while fine_m2 / (cell_m * cell_m) > MOST_CELLS {
+        cell_m *= 2.0;
+    }
+    cell_m
+}
 
 /// A grid of squares, each split while it is large for its distance from the road; squares next to smaller ones take in the
 /// corners on their edges, so that there are no cracks.
 fn ground(relief: &Relief) -> Mesh {
     let half = relief.near.radius_m() + REACH_M;
-    let levels = (2.0 * half / CELL_M).log2().ceil() as u32;
+    let cell_m = cell_m(relief.near);
+    let levels = (2.0 * half / cell_m).log2().ceil() as u32;
     let size = 1i32 << levels;
-    let origin = relief.near.centre() - Vec2::splat(CELL_M * size as f32 / 2.0);
-    let place = |at: IVec2| origin + at.as_vec2() * CELL_M;
+    let origin = relief.near.centre() - Vec2::splat(cell_m * size as f32 / 2.0);
+    let place = |at: IVec2| origin + at.as_vec2() * cell_m;
     let mut squares = Vec::new();
     let mut open = vec![(IVec2::ZERO, size)];
     while let Some((low, side)) = open.pop() {
-        let side_m = side as f32 * CELL_M;
+        let side_m = side as f32 * cell_m;
         let distance = relief.near.distance_m(place(low) + Vec2::splat(side_m / 2.0)) - side_m * 0.7;
-        if side > 1 && side_m > (distance - 20.0).max(0.0) * 0.22 + CELL_M {
+        if side > 1 && side_m > (distance - 20.0).max(0.0) * 0.22 + cell_m {
             let h = side / 2;
             open.extend([IVec2::ZERO, IVec2::X * h, IVec2::Y * h, IVec2::splat(h)].map(|d| (low + d, h)));
         } else if place(low).distance(relief.near.centre()) < half * 1.1 {
@@ -115,7 +135,7 @@ fn ground(relief: &Relief) -> Mesh {
     for &(low, side) in &squares {
         for d in [IVec2::ZERO, IVec2::X, IVec2::ONE, IVec2::Y] {
             let at = low + d * side;
-            numbers.entry(at.to_array()).or_insert_with(|| vertex(&mut mesh, place(at), side as f32 * CELL_M * 0.5));
+            numbers.entry(at.to_array()).or_insert_with(|| vertex(&mut mesh, place(at), side as f32 * cell_m * 0.5));
         }
     }
     for &(low, side) in &squares {
@@ -130,7 +150,7 @@ fn ground(relief: &Relief) -> Mesh {
             mesh.indices.extend([rim[0], rim[1], rim[2], rim[0], rim[2], rim[3]]);
             continue;
         }
-        let side_m = side as f32 * CELL_M;
+        let side_m = side as f32 * cell_m;
         let middle = vertex(&mut mesh, place(low) + Vec2::splat(side_m / 2.0), side_m * 0.5);
         for k in 0..rim.len() {
             mesh.indices.extend([middle, rim[k], rim[(k + 1) % rim.len()]]);

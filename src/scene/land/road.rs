@@ -22,8 +22,10 @@ const LINE_STRIP_M: [f32; 2] = [0.16, LINE_M + 0.22];
 /// How far the verge reaches beyond the asphalt, metres: gravel, then grass that dips under the meadow.
 pub const VERGE_M: f32 = 1.7;
 
-const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
-const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
+/// Dark asphalt, linear albedo.
+pub(in crate::scene) const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
+/// Paint of markings, linear albedo.
+pub(in crate::scene) const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
 
 /// One strip between two columns: offset from the lane's edge (negative inside the lane as a fraction of the half width,
 /// see `RoadColumn`), height and colour at both.

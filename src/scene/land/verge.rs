@@ -33,6 +33,8 @@ const CLOSE_M: f32 = 9.0;
 const STALKS: usize = VARIANTS - 1;
 /// Side of the lattice on which tufts are sown, metres.
 const TUFT_EVERY_M: f32 = 0.46;
+/// The most squares of the lattice for a network, about.
+const MOST_SQUARES: f32 = 400_000.0;
 /// The most tufts of a stage.
 const MOST_TUFTS: usize = 60_000;
 
@@ -70,10 +72,18 @@ pub(in crate::scene) fn tuft(seed: u64) -> Mesh {
 pub(in crate::scene) fn sow(near: &RoadDistance, relief: &Relief, seed: u64) -> Vec<TreePlace> {
     let mut random = rng::stream(seed, "tufts");
     let mut draw = |high: f32| random.uniform(0.0, f64::from(high)) as f32;
-    let reach = ((near.radius_m() + SHOULDER_M + TUFTS_M) / TUFT_EVERY_M).ceil() as i32;
+    // Over a whole network the lattice is wider: no more than a few tufts are drawn for each that stays.
+    let every_m = match near.surfaces() {
+        None => TUFT_EVERY_M,
+        Some(surfaces) => {
+            let squares = (surfaces.length_m() * TUFTS_M).min(4.0 * near.radius_m() * near.radius_m()) / MOST_SQUARES;
+            TUFT_EVERY_M.max(squares.sqrt())
+        }
+    };
+    let reach = ((near.radius_m() + SHOULDER_M + TUFTS_M) / every_m).ceil() as i32;
     // A square of the lattice is looked at closely only if its block of 16 x 16 is near the road.
     const BLOCK: i32 = 16;
-    let block_m = BLOCK as f32 * TUFT_EVERY_M;
+    let block_m = BLOCK as f32 * every_m;
     let blocks = reach / BLOCK + 1;
     let mut places = Vec::new();
     for (row, column) in (-blocks..blocks).flat_map(|row| (-blocks..blocks).map(move |column| (row, column))) {
@@ -84,7 +94,7 @@ pub(in crate::scene) fn sow(near: &RoadDistance, relief: &Relief, seed: u64) -> 
         for k in 0..BLOCK * BLOCK {
             let (luck, turn, size, tone) = (draw(1.0), draw(TAU), draw(1.0), draw(1.0));
             let cell = Vec2::new((k % BLOCK) as f32 + draw(1.0), (k / BLOCK) as f32 + draw(1.0));
-            let point = low + cell * TUFT_EVERY_M;
+            let point = low + cell * every_m;
             let beyond = near.distance_m(point) - near.half_lane_m() - SHOULDER_M;
             let drift = noise::fractal(seed ^ 0x67a5, point / 5.0);
             let edge = smoothstep(2.6, 0.7, beyond);

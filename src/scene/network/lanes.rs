@@ -1,0 +1,250 @@
+//! Lanes as ribbons side by side: asphalt with its tracks, markings in strips of their own, shoulder and verge beside the outermost,
+//! pavements a kerb higher, ballast under rails. In: a lane of the network. Out: ribbons.
+
+use super::{
+    Layer, SHOULDER,
+    strips::{Column, Ground, Paver},
+    verge::VergeShape,
+};
+use crate::{
+    map::network::{EdgeKind, Lane, LaneId, Marking, Network, Side},
+    scene::land::{noise::shade, road::ASPHALT},
+};
+use glam::Vec3;
+
+/// Paving of pavements, linear albedo.
+pub(super) const PAVING: [f32; 3] = [0.270, 0.262, 0.245];
+/// Kerb stones.
+const KERB: [f32; 3] = [0.36, 0.355, 0.34];
+/// Polished rails, and half the gauge, their width and height, metres.
+const RAIL: [f32; 3] = [0.030, 0.027, 0.025];
+const HALF_GAUGE_M: f64 = 0.7175;
+const RAIL_M: f64 = 0.07;
+const RAIL_HEIGHT_M: f32 = 0.05;
+/// Half the width of all lines, metres, and what their strips hold to the side of the line.
+const LINE_HALF_M: f64 = 0.06;
+const BARE_M: f64 = 0.16;
+/// Rows of corners are no further apart, metres: by them the colour varies.
+const ROW_M: f64 = 12.0;
+/// How far what closes seams reaches beyond a lane, metres.
+const SEAM_M: f64 = 0.15;
+
+/// Dash and gap of a broken line, metres: within towns, on roads outside and on motorways, as on German roads (RMS 1993).
+fn dashes_m(lane: &Lane) -> (f64, f64) {
+    match lane.speed_limit_mps {
+        // 50 and 100 km/h, and some for rounding.
+        limit if limit < 15.0 => (3.0, 6.0),
+        limit if limit < 28.0 => (4.0, 8.0),
+        _ => (6.0, 12.0),
+    }
+}
+
+/// A lane's line by metres as drawn.
+pub(super) struct LaneLine<'n> {
+    lane: &'n Lane,
+    /// Length as drawn, metres.
+    pub drawn_m: f64,
+    /// Places of the line's points, metres as drawn.
+    joints_m: Vec<f64>,
+}
+
+impl<'n> LaneLine<'n> {
+    pub fn new(lane: &'n Lane) -> Self {
+        let mut joints_m = vec![0.0];
+        for pair in lane.line.points().windows(2) {
+            joints_m.push(joints_m[joints_m.len() - 1] + pair[0].distance(pair[1]));
+        }
+        Self { lane, drawn_m: joints_m[joints_m.len() - 1], joints_m }
+    }
+
+    /// The place `row` metres along and `offset_m` to the left.
+    pub fn place(&self, row: f64, offset_m: f64) -> Vec3 {
+        self.lane.line.pose(row / self.drawn_m * self.lane.length_m, offset_m).position.as_vec3()
+    }
+
+    /// Rows between two places: their ends, the line's joints, and some between.
+    pub fn rows(&self, from_m: f64, to_m: f64) -> Vec<f64> {
+        let inner = self.joints_m.iter().copied().filter(|row| (from_m + 1e-3..to_m - 1e-3).contains(row));
+        let marks: Vec<f64> = [from_m].into_iter().chain(inner).chain([to_m]).collect();
+        let mut rows = vec![from_m];
+        for pair in marks.windows(2) {
+            let n = ((pair[1] - pair[0]) / ROW_M).ceil().max(1.0);
+            rows.extend((1..=n as usize).map(|k| pair[0] + (pair[1] - pair[0]) * k as f64 / n));
+        }
+        rows
+    }
+}
+
+/// Paves a lane.
+pub(super) fn pave(net: &Network, id: LaneId, paver: &mut Paver, verge: VergeShape) {
+    let lane = net.lane(id);
+    let line = LaneLine::new(lane);
+    let kind = net.edge_of(id).kind;
+    if kind == EdgeKind::WalkingArea {
+        return walking_area(lane, paver);
+    }
+    if kind == EdgeKind::Crossing || line.drawn_m < 0.01 {
+        return;
+    }
+    let (half_m, rows) = (lane.half_width_m(), line.rows(0.0, line.drawn_m));
+    let place = |row: f64, offset_m: f64| line.place(row, offset_m);
+    if lane.is_railway() {
+        return railway(&rows, &place, half_m, kind, paver, verge);
+    }
+    if kind == EdgeKind::Internal {
+        // The colour is that of the junction's area, which lies over most of it.
+        let columns = [-half_m, half_m].map(|at| Column::tarred(at, Layer::Way, super::plain_asphalt()));
+        return paver.ribbon(&rows, &place, columns, Ground::Tarred, None);
+    }
+    let markings = [Side::Right, Side::Left].map(|side| net.marking(id, side));
+    if lane.is_footway() {
+        return footway(net, id, &rows, &place, paver, verge);
+    }
+    // Repairs and cracks begin elsewhere in each lane.
+    let start = Some((id.index() % 61) as f64 * 71.0);
+    let inset = markings.map(inset_m);
+    let (right_m, left_m) = (-half_m + inset[0], half_m - inset[1]);
+    let tone = |share: f32| shade(ASPHALT, share);
+    let mut columns = vec![(right_m, tone(1.10)), (left_m, tone(1.10))];
+    if half_m > 1.2 {
+        // Tyres polish and darken two tracks; the middle keeps a film of oil.
+        let inner = [(-0.72, 1.06), (-0.45, 0.88), (0.0, 0.93), (0.45, 0.88), (0.72, 1.06)];
+        columns.splice(1..1, inner.map(|(at, share)| (at * half_m, tone(share))));
+    }
+    for pair in columns.windows(2) {
+        let columns = [pair[0], pair[1]].map(|(at, colour)| Column::tarred(at, Layer::Street, colour));
+        paver.ribbon(&rows, &place, columns, Ground::Tarred, start);
+    }
+    for (marking, side) in markings.into_iter().zip([-1.0, 1.0]) {
+        border(lane, &line, marking, side, paver, start);
+        let beyond_m = if marking == Marking::Edge { SHOULDER } else { 0.0 };
+        if marking == Marking::Edge {
+            let columns = [(half_m + LINE_HALF_M * 2.0 + 0.22, 1.10), (half_m + SHOULDER, 1.22)];
+            let columns = columns.map(|(at, share)| Column::tarred(side * at, Layer::Street, tone(share)));
+            paver.ribbon(&rows, &place, ordered(columns), Ground::Tarred, start);
+            verge.pave(paver, &rows, &place, half_m + beyond_m, side > 0.0);
+        } else {
+            let columns = [half_m - SEAM_M, half_m + SEAM_M];
+            let columns = columns.map(|at| Column::tarred(side * at, Layer::Seam, tone(1.10)));
+            paver.ribbon(&rows, &place, ordered(columns), Ground::Tarred, start);
+        }
+    }
+}
+
+/// The right one first.
+fn ordered([a, b]: [Column; 2]) -> [Column; 2] {
+    if a.offset_m <= b.offset_m { [a, b] } else { [b, a] }
+}
+
+/// How much of the lane the strip of a marking takes, metres.
+fn inset_m(marking: Marking) -> f64 {
+    match marking {
+        Marking::None | Marking::Kerb => 0.0,
+        Marking::Edge => BARE_M,
+        _ => LINE_HALF_M + BARE_M,
+    }
+}
+
+/// The strip of a marking on one side: -1 is the right, 1 the left.
+fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut Paver, start: Option<f64>) {
+    let half_m = lane.half_width_m();
+    // The line's middle and the strip's ends, metres from the lane's middle; and whether the line is broken.
+    let wide_m = LINE_HALF_M + BARE_M;
+    let (middle_m, outer_m, broken) = match marking {
+        Marking::None | Marking::Kerb => return,
+        Marking::Edge => (half_m + LINE_HALF_M, half_m + 2.0 * LINE_HALF_M + 0.22, false),
+        Marking::Broken | Marking::Centre { overtaking: true } => (half_m, half_m, true),
+        Marking::Solid | Marking::Centre { overtaking: false } => (half_m, half_m, false),
+        Marking::ChangeFromHere => (half_m - wide_m / 2.0, half_m, true),
+        Marking::ChangeToHere => (half_m - wide_m / 2.0, half_m, false),
+    };
+    let place = |row: f64, offset_m: f64| line.place(row, offset_m);
+    let ends = [half_m - inset_m(marking), outer_m];
+    let painted = ends.map(|at| Column::painted(side * at, Layer::Street, at - middle_m, LINE_HALF_M));
+    let bare = ends.map(|at| Column::tarred(side * at, Layer::Street, shade(ASPHALT, 1.10)));
+    let mut section = |from_m: f64, to_m: f64, is_painted: bool| {
+        let (columns, ground) = if is_painted { (painted, Ground::Painted) } else { (bare, Ground::Tarred) };
+        paver.ribbon(&line.rows(from_m, to_m), &place, ordered(columns), ground, start);
+    };
+    if !broken {
+        return section(0.0, line.drawn_m, true);
+    }
+    // Both directions see the same dashes: half a gap at either end.
+    let (dash_m, gap_m) = dashes_m(lane);
+    let n = (line.drawn_m / (dash_m + gap_m)).round().max(1.0);
+    let period_m = line.drawn_m / n;
+    let gap_m = period_m * gap_m / (dash_m + gap_m);
+    for k in 0..n as usize {
+        let at_m = k as f64 * period_m;
+        section(at_m, at_m + gap_m / 2.0, false);
+        section(at_m + gap_m / 2.0, at_m + period_m - gap_m / 2.0, true);
+        section(at_m + period_m - gap_m / 2.0, at_m + period_m, false);
+    }
+}
+
+/// A pavement: a kerb higher than what lies beside it.
+fn footway(
+    net: &Network,
+    id: LaneId,
+    rows: &[f64],
+    place: &dyn Fn(f64, f64) -> Vec3,
+    paver: &mut Paver,
+    verge: VergeShape,
+) {
+    let half_m = net.lane(id).half_width_m();
+    let columns = [-half_m, half_m].map(|at| Column::tarred(at, Layer::Pavement, PAVING));
+    paver.ribbon(rows, place, columns, Ground::Tarred, None);
+    for (side, sign) in [(Side::Right, -1.0), (Side::Left, 1.0)] {
+        let beside = net.neighbour(id, side);
+        if beside.is_some_and(|beside| net.lane(beside).is_footway()) {
+            continue;
+        }
+        // The face of the kerb looks outwards: seen from there, the upper column is on the left of the lower one.
+        let upper = Column::tarred(sign * half_m, Layer::Pavement, KERB);
+        let lower = Column { z_m: Layer::Verge.z_m(), ..upper };
+        paver.ribbon(rows, place, if sign > 0.0 { [upper, lower] } else { [lower, upper] }, Ground::Tarred, None);
+        if beside.is_none() {
+            verge.pave(paver, rows, place, half_m, sign > 0.0);
+        }
+    }
+}
+
+/// Where people wait and turn corners.
+fn walking_area(lane: &Lane, paver: &mut Paver) {
+    let outline = super::points(lane.shape());
+    paver.area(&outline, Layer::Pavement, PAVING);
+    let flat: Vec<_> = outline.iter().map(|point| point.truncate()).collect();
+    let round = super::triangulation::cleaned(&flat);
+    for (k, &from) in round.iter().enumerate() {
+        let to = round[(k + 1) % round.len()];
+        let place = |row: f64, _: f64| outline[from].lerp(outline[to], row as f32);
+        let upper = Column::tarred(0.0, Layer::Pavement, KERB);
+        let lower = Column { z_m: Layer::Verge.z_m(), ..upper };
+        // Counter-clockwise, the outside is on the right.
+        paver.ribbon(&[0.0, 1.0], &place, [lower, upper], Ground::Tarred, None);
+    }
+}
+
+/// Ballast with two rails; across roads the rails alone.
+fn railway(
+    rows: &[f64],
+    place: &dyn Fn(f64, f64) -> Vec3,
+    half_m: f64,
+    kind: EdgeKind,
+    paver: &mut Paver,
+    verge: VergeShape,
+) {
+    if kind.is_street() {
+        let columns = [-half_m, half_m].map(|at| Column::grown(at, Layer::Street.z_m(), -0.5));
+        paver.ribbon(rows, place, columns, Ground::Grown, None);
+        [false, true].into_iter().for_each(|left| verge.pave(paver, rows, place, half_m, left));
+    }
+    for middle_m in [-HALF_GAUGE_M, HALF_GAUGE_M] {
+        let rail =
+            |aside: f64, z_m: f32| Column { offset_m: middle_m + aside * RAIL_M / 2.0, z_m, colour: RAIL, share: 0.0 };
+        let top = if kind.is_street() { RAIL_HEIGHT_M } else { Layer::Paint.z_m() };
+        for pair in [rail(-1.0, 0.0), rail(-1.0, top), rail(1.0, top), rail(1.0, 0.0)].windows(2) {
+            paver.ribbon(rows, place, [pair[0], pair[1]], Ground::Tarred, None);
+        }
+    }
+}

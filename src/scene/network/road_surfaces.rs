@@ -1,0 +1,258 @@
+//! All that is paved in a network, for those who ask where a point of the land lies: how far from the nearest lane, and how high
+//! the ground is between roads of different heights. In: lines with their widths, outlines of areas. Out: metres. Exact up to
+//! [`NEAR_M`] from the roads; further off within the width of a cell of the first look.
+
+use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
+
+/// Up to this distance from a road the answer is exact, metres.
+const NEAR_M: f32 = 90.0;
+/// Side of a cell, metres; twice as large as often as there would be too many.
+const CELL_M: f32 = 16.0;
+const MOST_CELLS: usize = 1 << 20;
+/// Pieces of lines are no longer than this, metres: each counts with its height at the place that is nearest.
+const PIECE_M: f32 = 8.0;
+/// The most points of the first look.
+const MOST_COARSE: usize = 1000;
+/// Roads shape the ground up to this distance, metres.
+const SHAPED_M: f32 = 60.0;
+/// The ground is nowhere higher than a road up to this distance from its lanes, metres, and rises by 45 degrees from there: wider than a
+/// cell of the land beside roads, so that none of it comes through a road that lies below another.
+const CUTTING_M: f32 = 5.7;
+
+/// A straight piece of a lane, or of the outline of an area.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    from: Vec3,
+    to: Vec3,
+    half_width_m: f32,
+}
+
+impl Piece {
+    /// Distance from its edge on the ground, negative on it, and its height there.
+    fn beside(&self, point: Vec2) -> (f32, f32) {
+        let (from, along) = (self.from.truncate(), (self.to - self.from).truncate());
+        let share = ((point - from).dot(along) / along.length_squared().max(1e-9)).clamp(0.0, 1.0);
+        let off_m = point.distance(from + along * share) - self.half_width_m;
+        (off_m, self.from.z + (self.to.z - self.from.z) * share)
+    }
+}
+
+/// The surfaces while they are collected.
+#[derive(Debug, Default)]
+pub(in crate::scene) struct SurfaceCollector {
+    pieces: Vec<Piece>,
+    areas: Vec<Vec<Vec3>>,
+}
+
+impl SurfaceCollector {
+    /// A strip along a line, as wide on both sides.
+    pub fn line(&mut self, points: &[Vec3], half_width_m: f32) {
+        for pair in points.windows(2) {
+            let n = (pair[0].truncate().distance(pair[1].truncate()) / PIECE_M).ceil().max(1.0);
+            let at = |k: f32| pair[0].lerp(pair[1], k / n);
+            let cut = (0..n as usize).map(|k| (at(k as f32), at(k as f32 + 1.0)));
+            self.pieces.extend(cut.map(|(from, to)| Piece { from, to, half_width_m }));
+        }
+    }
+
+    /// An area by its outline, either way round.
+    pub fn area(&mut self, outline: &[Vec3]) {
+        if outline.len() < 3 {
+            return;
+        }
+        let closed: Vec<Vec3> = outline.iter().chain(outline.first()).copied().collect();
+        self.line(&closed, 0.0);
+        self.areas.push(outline.to_vec());
+    }
+}
+
+/// What is paved, by cells of a grid.
+#[derive(Debug)]
+pub(in crate::scene) struct RoadSurfaces {
+    pieces: Vec<Piece>,
+    areas: Vec<Vec<Vec3>>,
+    low: Vec2,
+    cell_m: f32,
+    columns: i32,
+    rows: i32,
+    /// Where the pieces and areas of each cell begin, one more at the end.
+    starts: Vec<u32>,
+    /// Pieces, and after them areas, by number.
+    members: Vec<u32>,
+    /// Some points of roads, at most one in a square.
+    coarse: Vec<Vec3>,
+    /// The height of all roads, if it is one.
+    level_m: Option<f32>,
+}
+
+impl RoadSurfaces {
+    /// Sorts what was collected into cells.
+    pub fn new(SurfaceCollector { pieces, areas }: SurfaceCollector) -> Self {
+        let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to]);
+        let low = points().reduce(Vec3::min).unwrap_or_default();
+        let high = points().reduce(Vec3::max).unwrap_or_default();
+        let level_m = (high.z - low.z < 0.01).then_some(low.z);
+        let widest_m = pieces.iter().map(|piece| piece.half_width_m).fold(0.0, f32::max);
+        let (low, high) = (low.truncate() - widest_m, high.truncate() + widest_m);
+        let mut cell_m = CELL_M;
+        let count = |cell_m: f32| ((high - low) / cell_m).ceil().max(Vec2::ONE);
+        while count(cell_m).element_product() as usize > MOST_CELLS {
+            cell_m *= 2.0;
+        }
+        let size = count(cell_m);
+        let (columns, rows) = (size.x as i32, size.y as i32);
+        let boxes = pieces.iter().map(|piece| {
+            let (a, b) = (piece.from.truncate(), piece.to.truncate());
+            (a.min(b) - piece.half_width_m, a.max(b) + piece.half_width_m)
+        });
+        let around = |area: &Vec<Vec3>| {
+            let corners = || area.iter().map(|p| p.truncate());
+            (corners().fold(Vec2::INFINITY, Vec2::min), corners().fold(Vec2::NEG_INFINITY, Vec2::max))
+        };
+        let boxes: Vec<(Vec2, Vec2)> = boxes.chain(areas.iter().map(around)).collect();
+        let mut of_cell: Vec<(u32, u32)> = Vec::new();
+        for (member, (from, to)) in (0u32..).zip(&boxes) {
+            let cell = |p: Vec2| ((p - low) / cell_m).floor().max(Vec2::ZERO).min(size - 1.0).as_ivec2();
+            let (from, to) = (cell(*from), cell(*to));
+            for y in from.y..=to.y {
+                of_cell.extend((from.x..=to.x).map(|x| ((y * columns + x) as u32, member)));
+            }
+        }
+        of_cell.sort_unstable();
+        let mut starts = vec![0u32; (columns * rows) as usize + 1];
+        of_cell.iter().for_each(|(cell, _)| starts[*cell as usize + 1] += 1);
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        let members = of_cell.into_iter().map(|(_, member)| member).collect();
+        let coarse = coarse(&pieces);
+        Self { pieces, areas, low, cell_m, columns, rows, starts, members, coarse, level_m }
+    }
+
+    /// The middle of the bounding box, and a radius around it that holds everything, metres.
+    pub fn circle(&self) -> (Vec2, f32) {
+        let centre = {
+            let points = || self.pieces.iter().flat_map(|piece| [piece.from, piece.to]).map(Vec3::truncate);
+            let low = points().reduce(Vec2::min).unwrap_or_default();
+            (low + points().reduce(Vec2::max).unwrap_or_default()) / 2.0
+        };
+        let reach = |piece: &Piece| {
+            let ends = [piece.from, piece.to].map(|end| end.truncate().distance(centre));
+            ends[0].max(ends[1]) + piece.half_width_m
+        };
+        (centre, self.pieces.iter().map(reach).fold(0.0, f32::max))
+    }
+
+    /// The height of all roads, if it is one.
+    pub fn level_m(&self) -> Option<f32> {
+        self.level_m
+    }
+
+    /// Length of all lines and outlines, metres.
+    pub fn length_m(&self) -> f32 {
+        self.pieces.iter().map(|piece| piece.from.distance(piece.to)).sum()
+    }
+
+    /// Distance from the nearest lane's edge or area, metres; 0 on it.
+    pub fn border_m(&self, point: Vec2) -> f32 {
+        let mut best_m = f32::INFINITY;
+        let rings = (NEAR_M / self.cell_m).ceil() as i32;
+        for ring in 0..=rings {
+            // Nothing in this ring is nearer than what lies inside it.
+            if best_m <= (ring - 1).max(0) as f32 * self.cell_m {
+                break;
+            }
+            for member in self.ring(point, ring) {
+                let distance_m = match self.pieces.get(member) {
+                    Some(piece) => piece.beside(point).0,
+                    None if contains(&self.areas[member - self.pieces.len()], point) => 0.0,
+                    None => f32::INFINITY,
+                };
+                best_m = best_m.min(distance_m);
+            }
+            if best_m <= 0.0 {
+                return 0.0;
+            }
+        }
+        if best_m <= NEAR_M {
+            return best_m;
+        }
+        let far = self.coarse.iter().map(|p| p.truncate().distance_squared(point)).fold(f32::INFINITY, f32::min);
+        far.sqrt().max(NEAR_M)
+    }
+
+    /// Height of the ground, metres: that of the road near by, in between a mean of those around, and never above a road that lies
+    /// below another.
+    pub fn height_m(&self, point: Vec2) -> f32 {
+        if let Some(level_m) = self.level_m {
+            return level_m;
+        }
+        let (mut sum, mut weights, mut most_m) = (0.0, 0.0, f32::INFINITY);
+        let mut add = |weight: f32, z_m: f32| {
+            sum += weight * z_m;
+            weights += weight;
+        };
+        // What is far off decides where nothing is near.
+        for far in &self.coarse {
+            add(1e-9 / (1.0 + far.truncate().distance_squared(point)), far.z);
+        }
+        for ring in 0..=(SHAPED_M / self.cell_m).ceil() as i32 {
+            for piece in self.ring(point, ring).filter_map(|member| self.pieces.get(member)) {
+                let (off_m, z_m) = piece.beside(point);
+                if off_m < SHAPED_M {
+                    // Shepard's weights, which end where a road's reach does.
+                    let near = off_m.max(0.0) + 0.3;
+                    add(((SHAPED_M + 0.3 - near) / (SHAPED_M * near)).powi(4), z_m);
+                    most_m = most_m.min(z_m + (off_m - CUTTING_M).max(0.0));
+                }
+            }
+        }
+        if weights > 0.0 { (sum / weights).min(most_m) } else { 0.0 }
+    }
+
+    /// Members of the cells at this many cells from that of a point; those of the grid's rim for points beyond it.
+    fn ring(&self, point: Vec2, ring: i32) -> impl Iterator<Item = usize> + '_ {
+        let at = ((point - self.low) / self.cell_m).floor().as_ivec2();
+        let row = move |y: i32| {
+            let whole = (y - at.y).abs() == ring;
+            let step = if whole { 1 } else { (2 * ring).max(1) };
+            (at.x - ring..=at.x + ring).step_by(step as usize).map(move |x| (x, y))
+        };
+        let cells = (at.y - ring..=at.y + ring).filter(|y| (0..self.rows).contains(y)).flat_map(row);
+        let inside = cells.filter(|(x, _)| (0..self.columns).contains(x));
+        inside.flat_map(move |(x, y)| {
+            let cell = (y * self.columns + x) as usize;
+            let members = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+            self.members[members].iter().map(|member| *member as usize)
+        })
+    }
+}
+
+/// At most one point in each square of a lattice as fine as [`MOST_COARSE`] allows.
+fn coarse(pieces: &[Piece]) -> Vec<Vec3> {
+    let mut side_m = 2.0 * CELL_M;
+    loop {
+        let mut squares: BTreeMap<[i32; 2], Vec3> = BTreeMap::new();
+        for piece in pieces {
+            let middle = (piece.from + piece.to) / 2.0;
+            squares.entry((middle.truncate() / side_m).floor().as_ivec2().to_array()).or_insert(middle);
+        }
+        if squares.len() <= MOST_COARSE {
+            return squares.into_values().collect();
+        }
+        side_m *= 1.5;
+    }
+}
+
+/// True if a point lies inside an outline.
+pub(in crate::scene) fn contains(outline: &[Vec3], point: Vec2) -> bool {
+    let mut inside = false;
+    for (k, a) in outline.iter().enumerate() {
+        let b = outline[(k + 1) % outline.len()];
+        if (a.y > point.y) != (b.y > point.y) && point.x < a.x + (b.x - a.x) * (point.y - a.y) / (b.y - a.y) {
+            inside = !inside;
+        }
+    }
+    inside
+}

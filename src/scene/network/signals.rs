@@ -1,0 +1,257 @@
+//! Heads of signals: three lamps one over the other in a dark housing on a dark board, on a pole beside the stop line, over the lanes
+//! further in on an arm, and once more across the junction, where the first vehicle at the line sees it. In: the network.
+//! Out: one mesh of what stands there, and where the lamps are, with the link whose light each head shows. Sizes as on German
+//! roads (RiLSA): lamps of 30 cm.
+
+use super::{paint::is_driven, road_surfaces::RoadSurfaces};
+use crate::{
+    map::network::{
+        Connection, EdgeId, LaneId, LanePosition, Network, SignalId, SignalLight, SignalStates, TurnDirection,
+    },
+    scene::{
+        LitLamp, Material, Mesh,
+        mesh::{SurfaceFinish, TriangleSoup},
+    },
+    space::Pose3,
+};
+use glam::{Mat3, Vec2, Vec3};
+use std::f32::consts::TAU;
+
+/// Radius of a lamp, and distance of two in a housing, metres.
+pub(in crate::scene) const LAMP_M: f32 = 0.15;
+const LAMP_EVERY_M: f32 = 0.36;
+/// Height of the middle lamp on a pole, over lanes, and across the junction, metres.
+const POLE_HEAD_M: f32 = 2.75;
+const ARM_HEAD_M: f32 = 5.6;
+/// Height of the arm over the middle of the heads that hang from it, metres.
+const ARM_OVER_M: f32 = 0.85;
+/// How far a pole stands beside the outermost lane, metres: beyond its shoulder.
+const BESIDE_M: f64 = 0.95;
+/// How far before the end of the lane heads stand, metres: at the far edge of the stop line.
+const BEFORE_END_M: f64 = 0.15;
+/// A head across the junction stands at most this far from the stop line, metres.
+const ACROSS_M: f32 = 45.0;
+
+const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.22);
+const HOUSING: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
+const RIM: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.62);
+/// Lamps that are dark, from the top.
+const DARK: [[f32; 3]; 3] = [[0.075, 0.006, 0.004], [0.075, 0.035, 0.003], [0.004, 0.050, 0.028]];
+/// Light of the lamps, from the top: red, yellow, green.
+const LIT: [[f32; 3]; 3] = [[3.6, 0.030, 0.012], [3.2, 1.35, 0.02], [0.05, 2.6, 0.95]];
+
+/// A head: what it shows, and where its lamps are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SignalHead {
+    /// The lane whose drivers it is for.
+    pub lane: LaneId,
+    /// Which signal.
+    pub signal: SignalId,
+    /// Which of its links.
+    pub link: u32,
+    /// Middle of the front of each lamp, world axes: red, yellow, green.
+    pub lamps: [Vec3; 3],
+    /// Unit direction in which they shine.
+    pub facing: Vec3,
+}
+
+impl SignalHead {
+    /// The lamps that are lit: `time_s` decides while they blink.
+    pub(in crate::scene) fn lit(&self, states: &SignalStates, time_s: f64) -> impl Iterator<Item = LitLamp> {
+        let lit: &[usize] = match states.light(self.signal, self.link) {
+            Some(SignalLight::Red) => &[0],
+            Some(SignalLight::RedYellow) => &[0, 1],
+            Some(SignalLight::Yellow) => &[1],
+            Some(SignalLight::GreenMinor | SignalLight::GreenMajor | SignalLight::GreenArrow) => &[2],
+            Some(SignalLight::OffBlinking) if time_s.rem_euclid(1.0) < 0.5 => &[1],
+            Some(SignalLight::OffBlinking | SignalLight::Off) | None => &[],
+        };
+        let (lamps, facing) = (self.lamps, self.facing);
+        lit.iter().map(move |&k| LitLamp { position: lamps[k], facing, radius_m: LAMP_M, light: LIT[k] })
+    }
+}
+
+/// The connection whose light stands for a lane: the way straight on, or else the one that needs the least turn.
+fn shown(net: &Network, lane: LaneId) -> Option<(&Connection, SignalId, u32)> {
+    let turn = |way: &Connection| match way.direction {
+        TurnDirection::Straight => 0,
+        TurnDirection::PartRight | TurnDirection::PartLeft => 1,
+        TurnDirection::Right => 2,
+        TurnDirection::Left => 3,
+        _ => 4,
+    };
+    let ruled = net.connections_from(lane).iter().filter_map(|way| {
+        let link = way.signal?;
+        Some((way, link.signal, link.index?))
+    });
+    ruled.min_by_key(|(way, ..)| turn(way))
+}
+
+/// All heads, and what holds them.
+pub(in crate::scene) fn heads(net: &Network, surfaces: &RoadSurfaces) -> (Mesh, Vec<SignalHead>) {
+    let mut soup = TriangleSoup::default();
+    let mut heads = Vec::new();
+    for edge in net.edge_ids() {
+        approach(net, edge, surfaces, &mut soup, &mut heads);
+    }
+    (soup.into_mesh(0.6), heads)
+}
+
+/// The heads for one street.
+fn approach(
+    net: &Network,
+    edge: EdgeId,
+    surfaces: &RoadSurfaces,
+    soup: &mut TriangleSoup,
+    heads: &mut Vec<SignalHead>,
+) {
+    let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| is_driven(net, *lane)).collect();
+    let ruled: Vec<_> = lanes.iter().filter_map(|&lane| Some((lane, shown(net, lane)?))).collect();
+    let (Some(&outermost), false) = (lanes.first(), ruled.is_empty()) else { return };
+    // The side of the pole: right, or left with left-hand traffic.
+    let side = if net.is_left_hand() { 1.0 } else { -1.0 };
+    let at = |lane: LaneId, offset_m: f64| {
+        let of = net.lane(lane);
+        let s_m = of.length_m - (BEFORE_END_M + of.end_offset_m) * of.length_m / of.line.drawn_m().max(1.0);
+        net.pose(LanePosition { lane, s_m, offset_m })
+    };
+    let beside = |lane: LaneId| side * (net.lane(lane).half_width_m() + BESIDE_M);
+    let foot = at(outermost, beside(outermost));
+    let mut arm_end: Option<Vec3> = None;
+    for (k, &(lane, (way, signal, link))) in ruled.iter().enumerate() {
+        let over = at(lane, 0.0);
+        let mut head = |middle: Vec3, soup: &mut TriangleSoup| {
+            let facing = -direction(&over);
+            heads.push(SignalHead { lane, signal, link, lamps: housing(soup, middle, facing), facing });
+        };
+        if k == 0 {
+            head(foot.position.as_vec3() + Vec3::Z * POLE_HEAD_M, soup);
+            if let Some(foot) = across(net, way, &over, side, surfaces) {
+                pole(soup, foot, POLE_HEAD_M + 0.7);
+                head(foot + Vec3::Z * POLE_HEAD_M, soup);
+            }
+        } else {
+            let middle = over.position.as_vec3() + Vec3::Z * ARM_HEAD_M;
+            head(middle, soup);
+            arm_end = Some(middle + Vec3::Z * ARM_OVER_M);
+            bar(soup, middle, middle + Vec3::Z * ARM_OVER_M, 0.03);
+        }
+    }
+    let foot = foot.position.as_vec3();
+    match arm_end {
+        Some(end) => {
+            // Behind the heads, as the pole is.
+            let back = direction(&at(outermost, 0.0)) * 0.22;
+            let top = end.z - foot.z;
+            pole(soup, foot + back, top + 0.15);
+            bar(soup, (foot + back).with_z(end.z), end + back, 0.07);
+        }
+        None => pole(soup, foot + direction(&at(outermost, 0.0)) * 0.22, POLE_HEAD_M + 0.7),
+    }
+}
+
+/// Where a head stands across the junction: beside the lane straight on, or on the far side of the road that is met.
+fn across(net: &Network, way: &Connection, line: &Pose3, side: f64, surfaces: &RoadSurfaces) -> Option<Vec3> {
+    let (from, ahead) = (line.position.as_vec3(), direction(line));
+    let near = |foot: &Vec3| foot.distance(from) < ACROSS_M && (*foot - from).dot(ahead) > 6.0;
+    if matches!(way.direction, TurnDirection::Straight | TurnDirection::PartLeft | TurnDirection::PartRight) {
+        let exit = net.edge_of(way.to).lanes().find(|lane| is_driven(net, *lane))?;
+        let beside_m = side * (net.lane(exit).half_width_m() + BESIDE_M);
+        let foot = |k: u32| {
+            let pose = net.pose(LanePosition { lane: exit, s_m: 0.3 + f64::from(k), offset_m: beside_m });
+            pose.position.as_vec3()
+        };
+        // Some metres further on where another lane is in the way.
+        let paved = net.edge_of(exit).lanes().any(|lane| net.lane(lane).is_footway());
+        let free = |foot: &Vec3| paved || surfaces.border_m(foot.truncate()) > 0.5;
+        return (0..8).map(foot).find(free).filter(near);
+    }
+    let foot = |k: u32| from + ahead * (6.0 + 0.5 * k as f32);
+    (0..60).map(foot).find(|foot| surfaces.border_m(foot.truncate()) > 0.7).filter(near)
+}
+
+fn direction(pose: &Pose3) -> Vec3 {
+    Vec2::from_angle(pose.yaw_rad as f32).extend(0.0)
+}
+
+/// A pole from the ground.
+fn pole(soup: &mut TriangleSoup, foot: Vec3, height_m: f32) {
+    bar(soup, foot - Vec3::Z * 0.5, foot + Vec3::Z * height_m, 0.06);
+}
+
+/// A round bar.
+fn bar(soup: &mut TriangleSoup, from: Vec3, to: Vec3, radius_m: f32) {
+    const SIDES: usize = 8;
+    let along = (to - from).normalize_or(Vec3::Z);
+    let (right, up) = along.any_orthonormal_pair();
+    let ring = |k: usize| {
+        let centre = if k == 0 { from } else { to };
+        let corner = |i: usize| {
+            let (sin, cos) = (TAU * i as f32 / SIDES as f32).sin_cos();
+            centre + (right * cos + up * -sin) * radius_m
+        };
+        (0..SIDES).map(corner).collect()
+    };
+    soup.bar(2, ring, STEEL);
+}
+
+/// A housing about its middle lamp; gives the middles of the lamps' fronts.
+fn housing(soup: &mut TriangleSoup, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
+    let left = Vec3::Z.cross(facing);
+    let turn = Mat3::from_cols(facing, left, Vec3::Z);
+    let mut head = TriangleSoup::default();
+    let [high, wide] = [LAMP_EVERY_M * 1.5 + 0.03, 0.20];
+    head.cuboid(Vec3::new(-0.10, 0.0, 0.0), Vec3::new(0.10, wide, high), HOUSING);
+    // The board, and its pale rim.
+    head.cuboid(Vec3::new(-0.02, 0.0, 0.0), Vec3::new(0.012, wide + 0.16, high + 0.16), HOUSING);
+    head.cuboid(Vec3::new(-0.034, 0.0, 0.0), Vec3::new(0.012, wide + 0.20, high + 0.20), RIM);
+    let heights = [LAMP_EVERY_M, 0.0, -LAMP_EVERY_M];
+    for (height_m, colour) in heights.into_iter().zip(DARK) {
+        lens(&mut head, height_m, SurfaceFinish::new(Material::Lamp, colour));
+        hood(&mut head, height_m);
+    }
+    soup.append(head.moved(|p| middle + turn * p));
+    heights.map(|height_m| middle + turn * Vec3::new(0.022, 0.0, height_m))
+}
+
+/// A lamp's glass.
+fn lens(head: &mut TriangleSoup, height_m: f32, finish: SurfaceFinish) {
+    const SIDES: usize = 16;
+    let rim = |k: usize| {
+        let (sin, cos) = (TAU * k as f32 / SIDES as f32).sin_cos();
+        Vec3::new(0.004, LAMP_M * cos, height_m + LAMP_M * sin)
+    };
+    for k in 0..SIDES {
+        head.triangle([Vec3::new(0.014, 0.0, height_m), rim(k), rim(k + 1)], finish);
+    }
+}
+
+/// A hood over a lamp, seen from both sides.
+fn hood(head: &mut TriangleSoup, height_m: f32) {
+    const SIDES: usize = 10;
+    let edge = |k: usize, out_m: f32| {
+        // From a little below the middle on one side over the top to the other.
+        let angle = TAU * (-0.04 + 0.58 * k as f32 / SIDES as f32);
+        Vec3::new(out_m, 1.08 * LAMP_M * angle.cos(), height_m + 1.08 * LAMP_M * angle.sin())
+    };
+    for k in 0..SIDES {
+        let corners = [edge(k, 0.0), edge(k, 0.20), edge(k + 1, 0.20), edge(k + 1, 0.0)];
+        head.quad(corners, HOUSING);
+        head.quad([corners[3], corners[2], corners[1], corners[0]], HOUSING);
+    }
+}
+
+/// A lamp that is lit, of radius 1, shining along x: its light is the instance's colour.
+pub(in crate::scene) fn lit_lamp() -> Mesh {
+    const SIDES: usize = 16;
+    let finish = SurfaceFinish::grey(Material::SignalLamp, 0.02);
+    let mut soup = TriangleSoup::default();
+    let rim = |k: usize| {
+        let (sin, cos) = (TAU * k as f32 / SIDES as f32).sin_cos();
+        Vec3::new(-0.06, cos, sin)
+    };
+    for k in 0..SIDES {
+        soup.triangle([Vec3::ZERO, rim(k), rim(k + 1)], finish);
+    }
+    soup.into_mesh(1.0)
+}
