@@ -26,8 +26,9 @@ pub struct ModelMesh {
 #[derive(Clone, Debug)]
 pub struct GroundMesh(Vec<ModelMesh>);
 
-/// The most triangles in a piece of ground.
+/// The most triangles in a piece of ground, and the most pieces of ground where there are more triangles: each is a draw.
 const PIECE: usize = 600;
+const MOST_PIECES: usize = 250;
 /// Corners of a square of half side 1, and of a triangle around the circle of radius 1: on software rendering a small tree
 /// costs by its triangles, and from above it fills no more than that circle.
 const SQUARE: [Vec2; 4] = [vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0)];
@@ -211,15 +212,16 @@ impl GroundMesh {
     }
 }
 
-/// Cuts a mesh into compact pieces of at most [`PIECE`] triangles, by halving along the longer side again and again.
+/// Cuts a mesh into compact pieces of at most [`PIECE`] triangles, of a very large mesh into about [`MOST_PIECES`], by halving along the longer side again and again.
 fn pieces(mesh: &Mesh) -> Vec<Mesh> {
     let corner = |index: u32| Vec3::from(mesh.vertices[index as usize].position);
     let middle = |t: &[u32; 3]| (corner(t[0]) + corner(t[1]) + corner(t[2])) / 3.0;
     let mut whole: Vec<[u32; 3]> = mesh.indices.as_chunks().0.to_vec();
+    let most = PIECE.max(whole.len() / MOST_PIECES);
     let mut todo = vec![whole.as_mut_slice()];
     let mut done = Vec::new();
     while let Some(part) = todo.pop() {
-        if part.len() <= PIECE {
+        if part.len() <= most {
             done.push(extract(mesh, part));
             continue;
         }

@@ -166,6 +166,8 @@ pub struct StaticScene {
     pub bends: Vec<f32>,
     /// Length of the closed route, metres; 0 on a network.
     pub length_m: f32,
+    /// Height of the highest road, metres; 0 on a closed route.
+    pub highest_m: f32,
     /// The network, unless the closed route is all there is: heights, and what signals show.
     pub network: Option<std::sync::Arc<crate::map::network::Network>>,
 }

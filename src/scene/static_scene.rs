@@ -96,6 +96,7 @@ impl StaticScene {
             radius_m: near.radius_m(),
             bends,
             length_m: length_m as f32,
+            highest_m: near.surfaces().map_or(0.0, |surfaces| surfaces.highest_m()),
             network: match roads {
                 Roads::Route(_) => None,
                 Roads::Network(network) => Some(Arc::clone(network)),
@@ -113,11 +114,6 @@ impl StaticScene {
             Some((road.position.z as f32, (road.grade * along) as f32))
         };
         self.network.as_ref().and_then(on).unwrap_or((0.0, 0.0))
-    }
-
-    /// Height of the highest road, metres; 0 on a closed route.
-    pub fn highest_m(&self) -> f32 {
-        self.network.as_ref().map_or(0.0, |network| network.bounds().1.z.max(0.0) as f32)
     }
 
     /// Curvature of the closed route at `s_m`, 1/m, positive to the left.
@@ -207,7 +203,12 @@ pub(super) mod tests {
     fn every_mesh_is_sound() {
         for map in [ring(250.0), circuit()] {
             let stage = StaticScene::build(&map, 1);
-            let cars = stage.cars.iter().flat_map(|car| car.levels.iter().chain(&car.glass));
+            // Windows of vehicles other than cars are part of their bodies.
+            let glass =
+                |car: &'_ CarModel| car.glass.iter().filter(|glass| !glass.indices.is_empty()).cloned().collect();
+            let glass: Vec<Vec<crate::scene::Mesh>> = stage.cars.iter().map(glass).collect();
+            assert_eq!(glass.iter().map(Vec::len).sum::<usize>(), 6, "three styles of cars at two levels");
+            let cars = stage.cars.iter().flat_map(|car| &car.levels).chain(glass.iter().flatten());
             let all =
                 [&stage.road, &stage.land, &stage.cockpit.bonnet, &stage.cockpit.shelf, &stage.tuft, &stage.posts];
             for mesh in all

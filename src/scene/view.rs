@@ -178,7 +178,7 @@ fn bend_per_m(car: &VehicleSnapshot, stage: &StaticScene) -> f32 {
     (turn_rad / way_m.max(STANDING_M)).clamp(-MOST_PER_M, MOST_PER_M) as f32
 }
 
-/// Light of an indicator, how long it is on and off together, and the share of that in which it is on.
+/// Light of an indicator, how long it is on and off together, and the share of that in which it is on (`docs/references.md: roads`).
 const INDICATOR: [f32; 3] = [3.4, 1.25, 0.02];
 const BLINK_S: f64 = 0.7;
 const BLINK_ON: f64 = 0.5;
@@ -259,7 +259,7 @@ fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, stage: &StaticScene) -> C
         None => (stage.centre, stage.radius_m * 1.06 + 4.0),
     };
     Camera {
-        eye: centre.extend(BIRDSEYE_HEIGHT_M + stage.highest_m()),
+        eye: centre.extend(BIRDSEYE_HEIGHT_M + stage.highest_m),
         forward: -Vec3::Z,
         up: Vec3::Y,
         lens: Lens::Parallel { half_extent_m },

@@ -8,6 +8,7 @@ mod daylight;
 mod dial;
 mod ground;
 mod light;
+mod network;
 mod pixels;
 mod place;
 mod plates;

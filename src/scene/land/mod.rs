@@ -97,8 +97,10 @@ fn cell_m(near: &RoadDistance) -> f32 {
     let Some(surfaces) = near.surfaces() else { return CELL_M };
     // Cells are small up to 20 m and some beside a road; what roads share is counted once at most.
     let around = 2.0 * near.radius_m();
+    // Where roads rise, cells have to follow them.
+    let finest_m = if surfaces.level_m().is_some() { CELL_M } else { CELL_M / 2.0 };
     let fine_m2 = (surfaces.length_m() * 45.0).min(around * around);
-    let mut cell_m = CELL_M;
+    let mut cell_m = finest_m;
     while fine_m2 / (cell_m * cell_m) > MOST_CELLS {
         cell_m *= 2.0;
     }

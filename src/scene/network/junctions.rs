@@ -5,7 +5,7 @@ use super::{
     Layer, SHOULDER, points,
     strips::{Column, Ground, Paver},
     triangulation,
-    verge::VergeShape,
+    verge::Roadside,
 };
 use crate::{
     map::network::{JunctionKind, LanePosition, Network},
@@ -72,7 +72,7 @@ fn area(shape: &[Vec3], ends: &[LaneEnd]) -> Option<JunctionArea> {
 }
 
 /// Paves an area, its shoulder and its verge.
-pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, verge: VergeShape) {
+pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, roadside: Roadside) {
     let JunctionArea { outline, open } = area;
     paver.area(outline, Layer::Junction, super::plain_asphalt());
     let n = outline.len();
@@ -106,6 +106,6 @@ pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, verge: VergeShape) {
         let columns =
             [(-SHOULDER, 1.22), (0.05, 1.04)].map(|(at, share)| Column::tarred(at, Layer::Apron, tone(share)));
         paver.ribbon(&rows, &place, columns, Ground::Tarred, None);
-        verge.pave(paver, &rows, &place, SHOULDER, false);
+        roadside.pave(paver, &rows, &place, SHOULDER, false);
     }
 }

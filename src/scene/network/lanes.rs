@@ -3,19 +3,23 @@
 
 use super::{
     Layer, SHOULDER,
+    road_surfaces::contains,
     strips::{Column, Ground, Paver},
-    verge::VergeShape,
+    verge::{Place, Roadside},
 };
 use crate::{
-    map::network::{EdgeKind, Lane, LaneId, Marking, Network, Side},
+    map::network::{EdgeKind, JunctionId, Lane, LaneId, Marking, Network, Side, TurnDirection},
     scene::land::{noise::shade, road::ASPHALT},
 };
-use glam::Vec3;
+use glam::{Vec2, Vec3};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Paving of pavements, linear albedo.
 pub(super) const PAVING: [f32; 3] = [0.270, 0.262, 0.245];
 /// Kerb stones.
 const KERB: [f32; 3] = [0.36, 0.355, 0.34];
+/// From this far on from a kerb there is road, metres.
+const KERB_TO_M: f32 = 0.3;
 /// Polished rails, and half the gauge, their width and height, metres.
 const RAIL: [f32; 3] = [0.030, 0.027, 0.025];
 const HALF_GAUGE_M: f64 = 0.7175;
@@ -26,10 +30,12 @@ const LINE_HALF_M: f64 = 0.06;
 const BARE_M: f64 = 0.16;
 /// Rows of corners are no further apart, metres: by them the colour varies.
 const ROW_M: f64 = 12.0;
+/// And where a lane rises: by them it is told where a bridge begins.
+const RISING_ROW_M: f64 = 4.0;
 /// How far what closes seams reaches beyond a lane, metres.
 const SEAM_M: f64 = 0.15;
 
-/// Dash and gap of a broken line, metres: within towns, on roads outside and on motorways, as on German roads (RMS 1993).
+/// Dash and gap of a broken line, metres: within towns, on roads outside and on motorways, (`docs/references.md: roads`).
 fn dashes_m(lane: &Lane) -> (f64, f64) {
     match lane.speed_limit_mps {
         // 50 and 100 km/h, and some for rounding.
@@ -46,6 +52,8 @@ pub(super) struct LaneLine<'n> {
     pub drawn_m: f64,
     /// Places of the line's points, metres as drawn.
     joints_m: Vec<f64>,
+    /// The furthest that rows are apart.
+    row_m: f64,
 }
 
 impl<'n> LaneLine<'n> {
@@ -54,7 +62,10 @@ impl<'n> LaneLine<'n> {
         for pair in lane.line.points().windows(2) {
             joints_m.push(joints_m[joints_m.len() - 1] + pair[0].distance(pair[1]));
         }
-        Self { lane, drawn_m: joints_m[joints_m.len() - 1], joints_m }
+        let points = lane.line.points();
+        let is_level = points.iter().all(|point| point.z == points[0].z);
+        let row_m = if is_level { ROW_M } else { RISING_ROW_M };
+        Self { lane, drawn_m: joints_m[joints_m.len() - 1], joints_m, row_m }
     }
 
     /// The place `row` metres along and `offset_m` to the left.
@@ -68,7 +79,7 @@ impl<'n> LaneLine<'n> {
         let marks: Vec<f64> = [from_m].into_iter().chain(inner).chain([to_m]).collect();
         let mut rows = vec![from_m];
         for pair in marks.windows(2) {
-            let n = ((pair[1] - pair[0]) / ROW_M).ceil().max(1.0);
+            let n = ((pair[1] - pair[0]) / self.row_m).ceil().max(1.0);
             rows.extend((1..=n as usize).map(|k| pair[0] + (pair[1] - pair[0]) * k as f64 / n));
         }
         rows
@@ -76,12 +87,12 @@ impl<'n> LaneLine<'n> {
 }
 
 /// Paves a lane.
-pub(super) fn pave(net: &Network, id: LaneId, paver: &mut Paver, verge: VergeShape) {
+pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut Paver, roadside: Roadside) {
     let lane = net.lane(id);
     let line = LaneLine::new(lane);
     let kind = net.edge_of(id).kind;
     if kind == EdgeKind::WalkingArea {
-        return walking_area(lane, paver);
+        return walking_area(lane, shared.lanes.contains(&id), paver, roadside);
     }
     if kind == EdgeKind::Crossing || line.drawn_m < 0.01 {
         return;
@@ -89,17 +100,26 @@ pub(super) fn pave(net: &Network, id: LaneId, paver: &mut Paver, verge: VergeSha
     let (half_m, rows) = (lane.half_width_m(), line.rows(0.0, line.drawn_m));
     let place = |row: f64, offset_m: f64| line.place(row, offset_m);
     if lane.is_railway() {
-        return railway(&rows, &place, half_m, kind, paver, verge);
+        let inside = kind == EdgeKind::Internal;
+        if !inside || leads_straight_on(net, id) {
+            railway(&rows, &place, half_m, inside, paver, roadside);
+        }
+        return;
     }
-    if kind == EdgeKind::Internal {
+    if lane.is_footway() && kind.is_street() {
+        return footway(net, id, &rows, &place, paver, roadside);
+    }
+    let through = through_markings(net, id).filter(|_| kind == EdgeKind::Internal);
+    if kind == EdgeKind::Internal && through.is_none() {
         // The colour is that of the junction's area, which lies over most of it.
-        let columns = [-half_m, half_m].map(|at| Column::tarred(at, Layer::Way, super::plain_asphalt()));
-        return paver.ribbon(&rows, &place, columns, Ground::Tarred, None);
+        let junction = net.edge_of(id).junction;
+        let layer =
+            if junction.is_some_and(|at| shared.junctions.contains(&at)) { Layer::SharedWay } else { Layer::Way };
+        let columns = [-half_m, half_m].map(|at| Column::tarred(at, layer, super::plain_asphalt()));
+        return paver.ribbon(&rows, &place, columns, Ground::Even, None);
     }
-    let markings = [Side::Right, Side::Left].map(|side| net.marking(id, side));
-    if lane.is_footway() {
-        return footway(net, id, &rows, &place, paver, verge);
-    }
+    let markings = through.unwrap_or_else(|| [Side::Right, Side::Left].map(|side| net.marking(id, side)));
+    roadside.pave_deck(paver, &rows, &place, half_m);
     // Repairs and cracks begin elsewhere in each lane.
     let start = Some((id.index() % 61) as f64 * 71.0);
     let inset = markings.map(inset_m);
@@ -117,18 +137,42 @@ pub(super) fn pave(net: &Network, id: LaneId, paver: &mut Paver, verge: VergeSha
     }
     for (marking, side) in markings.into_iter().zip([-1.0, 1.0]) {
         border(lane, &line, marking, side, paver, start);
-        let beyond_m = if marking == Marking::Edge { SHOULDER } else { 0.0 };
         if marking == Marking::Edge {
             let columns = [(half_m + LINE_HALF_M * 2.0 + 0.22, 1.10), (half_m + SHOULDER, 1.22)];
             let columns = columns.map(|(at, share)| Column::tarred(side * at, Layer::Street, tone(share)));
             paver.ribbon(&rows, &place, ordered(columns), Ground::Tarred, start);
-            verge.pave(paver, &rows, &place, half_m + beyond_m, side > 0.0);
+            if through.is_none() {
+                roadside.pave(paver, &rows, &place, half_m + SHOULDER, side > 0.0);
+            }
         } else {
             let columns = [half_m - SEAM_M, half_m + SEAM_M];
             let columns = columns.map(|at| Column::tarred(side * at, Layer::Seam, tone(1.10)));
             paver.ribbon(&rows, &place, ordered(columns), Ground::Tarred, start);
         }
     }
+}
+
+/// Markings on the right and the left of a way through a junction on which nobody meets: where a street bends, or lanes begin and end,
+/// lines go on. `None` elsewhere.
+fn through_markings(net: &Network, id: LaneId) -> Option<[Marking; 2]> {
+    let junction = net.junction(net.edge_of(id).junction?);
+    let meets = junction.links.iter().any(|link| link.crosses.iter().next().is_some());
+    let (&[before], mut after) = (net.predecessors(id), net.successors(id)) else { return None };
+    let (after, None) = (after.next()?, after.next()) else { return None };
+    let streets = [before, after].iter().all(|lane| super::paint::is_driven(net, *lane));
+    let one_width = (net.lane(before).width_m - net.lane(after).width_m).abs() < 0.05;
+    let way = net.connections_from(before).iter().find(|way| way.next() == id)?;
+    if meets || junction.kind.has_signals() || !streets || !one_width || way.is_turnaround() {
+        return None;
+    }
+    let of = |side: Side| match (net.marking(before, side), net.marking(after, side)) {
+        (Marking::Edge, Marking::Broken) | (Marking::Broken, Marking::Edge) => Marking::Broken,
+        // Both directions do not bend about one middle.
+        (Marking::Centre { .. }, _) => Marking::None,
+        (one, other) if one == other => one,
+        _ => Marking::None,
+    };
+    Some([of(Side::Right), of(Side::Left)])
 }
 
 /// The right one first.
@@ -169,8 +213,11 @@ fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut
     if !broken {
         return section(0.0, line.drawn_m, true);
     }
-    // Both directions see the same dashes: half a gap at either end.
     let (dash_m, gap_m) = dashes_m(lane);
+    if line.drawn_m < dash_m + gap_m / 2.0 {
+        return section(0.0, line.drawn_m, false);
+    }
+    // Both directions see the same dashes: half a gap at either end.
     let n = (line.drawn_m / (dash_m + gap_m)).round().max(1.0);
     let period_m = line.drawn_m / n;
     let gap_m = period_m * gap_m / (dash_m + gap_m);
@@ -183,14 +230,7 @@ fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut
 }
 
 /// A pavement: a kerb higher than what lies beside it.
-fn footway(
-    net: &Network,
-    id: LaneId,
-    rows: &[f64],
-    place: &dyn Fn(f64, f64) -> Vec3,
-    paver: &mut Paver,
-    verge: VergeShape,
-) {
+fn footway(net: &Network, id: LaneId, rows: &[f64], place: Place, paver: &mut Paver, roadside: Roadside) {
     let half_m = net.lane(id).half_width_m();
     let columns = [-half_m, half_m].map(|at| Column::tarred(at, Layer::Pavement, PAVING));
     paver.ribbon(rows, place, columns, Ground::Tarred, None);
@@ -199,24 +239,72 @@ fn footway(
         if beside.is_some_and(|beside| net.lane(beside).is_footway()) {
             continue;
         }
+        if beside.is_none() {
+            roadside.pave(paver, rows, place, half_m, sign > 0.0);
+            continue;
+        }
         // The face of the kerb looks outwards: seen from there, the upper column is on the left of the lower one.
         let upper = Column::tarred(sign * half_m, Layer::Pavement, KERB);
         let lower = Column { z_m: Layer::Verge.z_m(), ..upper };
         paver.ribbon(rows, place, if sign > 0.0 { [upper, lower] } else { [lower, upper] }, Ground::Tarred, None);
-        if beside.is_none() {
-            verge.pave(paver, rows, place, half_m, sign > 0.0);
-        }
     }
 }
 
+/// True of a way across a junction that leads straight on.
+fn leads_straight_on(net: &Network, id: LaneId) -> bool {
+    let ways = net.predecessors(id).iter().flat_map(|before| net.connections_from(*before));
+    ways.into_iter().any(|way| way.next() == id && way.direction == TurnDirection::Straight)
+}
+
+/// Areas for people that vehicles drive across, because the network has no crossing there, and the junctions that have some.
+#[derive(Debug, Default)]
+pub(super) struct SharedAreas {
+    lanes: BTreeSet<LaneId>,
+    junctions: BTreeSet<JunctionId>,
+}
+
+/// All shared areas of a network.
+pub(super) fn shared_areas(net: &Network) -> SharedAreas {
+    // Of each junction, points in the middle of vehicles' ways.
+    let mut driven: BTreeMap<JunctionId, Vec<Vec3>> = BTreeMap::new();
+    let of_kind = |kind: EdgeKind| net.lane_ids().filter(move |id| net.edge_of(*id).kind == kind);
+    for id in of_kind(EdgeKind::Internal) {
+        if let Some(junction) = net.edge_of(id).junction {
+            let lane = net.lane(id);
+            let at = |share: f64| lane.line.pose(share * lane.length_m, 0.0).position.as_vec3();
+            driven.entry(junction).or_default().extend([0.2, 0.5, 0.8].map(at));
+        }
+    }
+    let mut shared = SharedAreas::default();
+    for id in of_kind(EdgeKind::WalkingArea) {
+        let Some(junction) = net.edge_of(id).junction else { continue };
+        let outline = super::points(net.lane(id).shape());
+        let ways = driven.get(&junction).into_iter().flatten();
+        if ways.into_iter().any(|at| contains(&outline, at.truncate())) {
+            shared.lanes.insert(id);
+            shared.junctions.insert(junction);
+        }
+    }
+    shared
+}
+
 /// Where people wait and turn corners.
-fn walking_area(lane: &Lane, paver: &mut Paver) {
+fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, roadside: Roadside) {
     let outline = super::points(lane.shape());
+    if is_shared {
+        return paver.area(&outline, Layer::Shared, PAVING);
+    }
     paver.area(&outline, Layer::Pavement, PAVING);
     let flat: Vec<_> = outline.iter().map(|point| point.truncate()).collect();
     let round = super::triangulation::cleaned(&flat);
     for (k, &from) in round.iter().enumerate() {
         let to = round[(k + 1) % round.len()];
+        // A kerb stands towards the road only.
+        let along = flat[to] - flat[from];
+        let outside = (flat[from] + flat[to]) / 2.0 + Vec2::new(along.y, -along.x).normalize_or_zero() * KERB_TO_M;
+        if roadside.surfaces.border_m(outside) > 0.0 {
+            continue;
+        }
         let place = |row: f64, _: f64| outline[from].lerp(outline[to], row as f32);
         let upper = Column::tarred(0.0, Layer::Pavement, KERB);
         let lower = Column { z_m: Layer::Verge.z_m(), ..upper };
@@ -226,23 +314,16 @@ fn walking_area(lane: &Lane, paver: &mut Paver) {
 }
 
 /// Ballast with two rails; across roads the rails alone.
-fn railway(
-    rows: &[f64],
-    place: &dyn Fn(f64, f64) -> Vec3,
-    half_m: f64,
-    kind: EdgeKind,
-    paver: &mut Paver,
-    verge: VergeShape,
-) {
-    if kind.is_street() {
+fn railway(rows: &[f64], place: Place, half_m: f64, inside: bool, paver: &mut Paver, roadside: Roadside) {
+    if !inside {
         let columns = [-half_m, half_m].map(|at| Column::grown(at, Layer::Street.z_m(), -0.5));
         paver.ribbon(rows, place, columns, Ground::Grown, None);
-        [false, true].into_iter().for_each(|left| verge.pave(paver, rows, place, half_m, left));
+        [false, true].into_iter().for_each(|left| roadside.pave(paver, rows, place, half_m, left));
     }
     for middle_m in [-HALF_GAUGE_M, HALF_GAUGE_M] {
         let rail =
             |aside: f64, z_m: f32| Column { offset_m: middle_m + aside * RAIL_M / 2.0, z_m, colour: RAIL, share: 0.0 };
-        let top = if kind.is_street() { RAIL_HEIGHT_M } else { Layer::Paint.z_m() };
+        let top = if inside { Layer::Paint.z_m() } else { RAIL_HEIGHT_M };
         for pair in [rail(-1.0, 0.0), rail(-1.0, top), rail(1.0, top), rail(1.0, 0.0)].windows(2) {
             paver.ribbon(rows, place, [pair[0], pair[1]], Ground::Tarred, None);
         }

@@ -12,6 +12,8 @@ mod paint;
 pub(super) mod road_surfaces;
 pub(super) mod signals;
 mod strips;
+#[cfg(test)]
+mod tests;
 mod triangulation;
 pub(super) mod verge;
 
@@ -38,6 +40,10 @@ pub(super) enum Layer {
     Paint,
     /// Pavements and the corners where people wait.
     Pavement,
+    /// Ways across junctions where people walk on the same ground.
+    SharedWay,
+    /// Where people walk and vehicles cross.
+    Shared,
     /// Lanes of streets, with their markings.
     Street,
     /// Areas of junctions.
@@ -56,8 +62,10 @@ impl Layer {
     fn z_m(self) -> f32 {
         match self {
             Self::Paint => 0.006,
-            Self::Pavement => 0.06,
+            Self::Pavement => 0.03,
             Self::Street => 0.0,
+            Self::SharedWay => -0.002,
+            Self::Shared => -0.004,
             Self::Junction => -0.006,
             Self::Apron => -0.009,
             Self::Way => -0.012,
@@ -121,12 +129,13 @@ pub(super) fn surfaces(net: &Network) -> RoadSurfaces {
 /// The paved surfaces with their markings, and the verges beside them.
 pub(super) fn road(net: &Network, near: &RoadDistance, relief: &Relief, seed: u64) -> Mesh {
     let Some(surfaces) = near.surfaces() else { return Mesh::default() };
-    let verge = verge::VergeShape::of(surfaces);
+    let roadside = verge::Roadside::new(surfaces);
     let mut paver = Paver::new(relief, seed, near.centre() - near.radius_m());
     let areas = junctions::areas(net);
-    areas.iter().for_each(|area| junctions::pave(area, &mut paver, verge));
+    areas.iter().for_each(|area| junctions::pave(area, &mut paver, roadside));
+    let shared = lanes::shared_areas(net);
     for lane in net.lane_ids() {
-        lanes::pave(net, lane, &mut paver, verge);
+        lanes::pave(net, lane, &shared, &mut paver, roadside);
     }
     paint::stop_lines(net, &mut paver);
     paint::crossings(net, &mut paver);

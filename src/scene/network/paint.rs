@@ -1,5 +1,5 @@
 //! What is painted across lanes: stop lines, lines to yield at, crossings. In: right of way and signals of the network. Out: strips
-//! of paint just over the asphalt. Widths as on German roads (RMS 1993).
+//! of paint just over the asphalt. Widths are those of `docs/references.md: roads`.
 
 use super::{lanes::LaneLine, strips::Paver};
 use crate::map::network::{EdgeKind, Lane, LaneId, LinkState, Network};

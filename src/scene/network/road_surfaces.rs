@@ -2,6 +2,7 @@
 //! the ground is between roads of different heights. In: lines with their widths, outlines of areas. Out: metres. Exact up to
 //! [`NEAR_M`] from the roads; further off within the width of a cell of the first look.
 
+use crate::scene::land::noise::smoothstep;
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
 
@@ -15,10 +16,12 @@ const PIECE_M: f32 = 8.0;
 /// The most points of the first look.
 const MOST_COARSE: usize = 1000;
 /// Roads shape the ground up to this distance, metres.
-const SHAPED_M: f32 = 60.0;
-/// The ground is nowhere higher than a road up to this distance from its lanes, metres, and rises by 45 degrees from there: wider than a
-/// cell of the land beside roads, so that none of it comes through a road that lies below another.
+const SHAPED_M: f32 = 90.0;
+/// Beside a road that lies below another, the ground is as low as that road up to this distance from its lanes, metres, and rises by 45
+/// degrees from there: wider than a cell of the land, so that none of it comes through the lower road.
 const CUTTING_M: f32 = 5.7;
+/// How much lower a road lies than the ground around until it is one below another and not the same one some metres on, metres.
+const BELOW_M: [f32; 2] = [1.0, 2.0];
 
 /// A straight piece of a lane, or of the outline of an area.
 #[derive(Clone, Copy, Debug)]
@@ -149,6 +152,11 @@ impl RoadSurfaces {
         self.level_m
     }
 
+    /// Height of the highest road, metres, 0 at least.
+    pub fn highest_m(&self) -> f32 {
+        self.pieces.iter().map(|piece| piece.from.z.max(piece.to.z)).fold(0.0, f32::max)
+    }
+
     /// Length of all lines and outlines, metres.
     pub fn length_m(&self) -> f32 {
         self.pieces.iter().map(|piece| piece.from.distance(piece.to)).sum()
@@ -188,14 +196,15 @@ impl RoadSurfaces {
         if let Some(level_m) = self.level_m {
             return level_m;
         }
-        let (mut sum, mut weights, mut most_m) = (0.0, 0.0, f32::INFINITY);
+        let (mut sum, mut weights, mut lowest_m) = (0.0, 0.0, f32::INFINITY);
         let mut add = |weight: f32, z_m: f32| {
             sum += weight * z_m;
             weights += weight;
         };
-        // What is far off decides where nothing is near.
+        // What is far off decides where nothing is near: about from 50 m on.
+        let share = 3e-5 / self.coarse.len() as f32;
         for far in &self.coarse {
-            add(1e-9 / (1.0 + far.truncate().distance_squared(point)), far.z);
+            add(share / (1.0 + far.truncate().distance_squared(point)), far.z);
         }
         for ring in 0..=(SHAPED_M / self.cell_m).ceil() as i32 {
             for piece in self.ring(point, ring).filter_map(|member| self.pieces.get(member)) {
@@ -204,11 +213,13 @@ impl RoadSurfaces {
                     // Shepard's weights, which end where a road's reach does.
                     let near = off_m.max(0.0) + 0.3;
                     add(((SHAPED_M + 0.3 - near) / (SHAPED_M * near)).powi(4), z_m);
-                    most_m = most_m.min(z_m + (off_m - CUTTING_M).max(0.0));
+                    lowest_m = lowest_m.min(z_m + (off_m - CUTTING_M).max(0.0));
                 }
             }
         }
-        if weights > 0.0 { (sum / weights).min(most_m) } else { 0.0 }
+        let mean_m = if weights > 0.0 { sum / weights } else { 0.0 };
+        let above_m = (mean_m - lowest_m).max(0.0);
+        mean_m - above_m * smoothstep(BELOW_M[0], BELOW_M[1], above_m)
     }
 
     /// Members of the cells at this many cells from that of a point; those of the grid's rim for points beyond it.

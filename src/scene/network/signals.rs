@@ -1,7 +1,7 @@
 //! Heads of signals: three lamps one over the other in a dark housing on a dark board, on a pole beside the stop line, over the lanes
 //! further in on an arm, and once more across the junction, where the first vehicle at the line sees it. In: the network.
-//! Out: one mesh of what stands there, and where the lamps are, with the link whose light each head shows. Sizes as on German
-//! roads (RiLSA): lamps of 30 cm.
+//! Out: one mesh of what stands there, and where the lamps are, with the link whose light each head shows. Sizes are
+//! those of `docs/references.md: roads`.
 
 use super::{paint::is_driven, road_surfaces::RoadSurfaces};
 use crate::{
@@ -117,6 +117,8 @@ fn approach(
     };
     let beside = |lane: LaneId| side * (net.lane(lane).half_width_m() + BESIDE_M);
     let foot = at(outermost, beside(outermost));
+    // Poles and arms are behind the heads.
+    let behind = direction(&at(outermost, 0.0)) * 0.22;
     let mut arm_end: Option<Vec3> = None;
     for (k, &(lane, (way, signal, link))) in ruled.iter().enumerate() {
         let over = at(lane, 0.0);
@@ -127,26 +129,23 @@ fn approach(
         if k == 0 {
             head(foot.position.as_vec3() + Vec3::Z * POLE_HEAD_M, soup);
             if let Some(foot) = across(net, way, &over, side, surfaces) {
-                pole(soup, foot, POLE_HEAD_M + 0.7);
+                pole(soup, foot + behind, POLE_HEAD_M + 0.7);
                 head(foot + Vec3::Z * POLE_HEAD_M, soup);
             }
         } else {
             let middle = over.position.as_vec3() + Vec3::Z * ARM_HEAD_M;
             head(middle, soup);
             arm_end = Some(middle + Vec3::Z * ARM_OVER_M);
-            bar(soup, middle, middle + Vec3::Z * ARM_OVER_M, 0.03);
+            bar(soup, middle + behind, middle + behind + Vec3::Z * ARM_OVER_M, 0.03);
         }
     }
     let foot = foot.position.as_vec3();
     match arm_end {
         Some(end) => {
-            // Behind the heads, as the pole is.
-            let back = direction(&at(outermost, 0.0)) * 0.22;
-            let top = end.z - foot.z;
-            pole(soup, foot + back, top + 0.15);
-            bar(soup, (foot + back).with_z(end.z), end + back, 0.07);
+            pole(soup, foot + behind, end.z - foot.z + 0.15);
+            bar(soup, (foot + behind).with_z(end.z), end + behind, 0.07);
         }
-        None => pole(soup, foot + direction(&at(outermost, 0.0)) * 0.22, POLE_HEAD_M + 0.7),
+        None => pole(soup, foot + behind, POLE_HEAD_M + 0.7),
     }
 }
 
@@ -181,7 +180,7 @@ fn pole(soup: &mut TriangleSoup, foot: Vec3, height_m: f32) {
 
 /// A round bar.
 fn bar(soup: &mut TriangleSoup, from: Vec3, to: Vec3, radius_m: f32) {
-    const SIDES: usize = 8;
+    const SIDES: usize = 6;
     let along = (to - from).normalize_or(Vec3::Z);
     let (right, up) = along.any_orthonormal_pair();
     let ring = |k: usize| {
@@ -204,7 +203,10 @@ fn housing(soup: &mut TriangleSoup, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
     head.cuboid(Vec3::new(-0.10, 0.0, 0.0), Vec3::new(0.10, wide, high), HOUSING);
     // The board, and its pale rim.
     head.cuboid(Vec3::new(-0.02, 0.0, 0.0), Vec3::new(0.012, wide + 0.16, high + 0.16), HOUSING);
-    head.cuboid(Vec3::new(-0.034, 0.0, 0.0), Vec3::new(0.012, wide + 0.20, high + 0.20), RIM);
+    let (y, z) = (wide + 0.20, high + 0.20);
+    let corners = [(-y, -z), (y, -z), (y, z), (-y, z)].map(|(y, z)| Vec3::new(-0.026, y, z));
+    head.quad(corners, RIM);
+    head.cuboid(Vec3::new(-0.040, 0.0, 0.0), Vec3::new(0.012, y, z), HOUSING);
     let heights = [LAMP_EVERY_M, 0.0, -LAMP_EVERY_M];
     for (height_m, colour) in heights.into_iter().zip(DARK) {
         lens(&mut head, height_m, SurfaceFinish::new(Material::Lamp, colour));
@@ -216,7 +218,7 @@ fn housing(soup: &mut TriangleSoup, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
 
 /// A lamp's glass.
 fn lens(head: &mut TriangleSoup, height_m: f32, finish: SurfaceFinish) {
-    const SIDES: usize = 16;
+    const SIDES: usize = 12;
     let rim = |k: usize| {
         let (sin, cos) = (TAU * k as f32 / SIDES as f32).sin_cos();
         Vec3::new(0.004, LAMP_M * cos, height_m + LAMP_M * sin)
@@ -228,7 +230,7 @@ fn lens(head: &mut TriangleSoup, height_m: f32, finish: SurfaceFinish) {
 
 /// A hood over a lamp, seen from both sides.
 fn hood(head: &mut TriangleSoup, height_m: f32) {
-    const SIDES: usize = 10;
+    const SIDES: usize = 6;
     let edge = |k: usize, out_m: f32| {
         // From a little below the middle on one side over the top to the other.
         let angle = TAU * (-0.04 + 0.58 * k as f32 / SIDES as f32);

@@ -21,6 +21,8 @@ const LINE_MIDDLE: f32 = 0.22;
 pub(super) enum Ground {
     /// Asphalt, and what is paved like it, in the columns' colours.
     Tarred,
+    /// The same without patches: where ribbons lie over each other on one layer, they are one colour.
+    Even,
     /// Asphalt with a painted line; the columns' `share` says how far into the line's strip they are.
     Painted,
     /// Gravel with grass growing into it; the columns' `share` says how far.
@@ -135,20 +137,23 @@ impl<'a> Paver<'a> {
         let point = at.truncate();
         let patch = || noise::fractal(self.seed ^ 0x0a5f, point / 9.0);
         let mut colour = match ground {
+            Ground::Even => column.colour,
             Ground::Tarred => shade(column.colour, 1.0 + 0.10 * patch()),
             Ground::Painted => shade(column.colour, 1.0 + 0.05 * patch()),
             Ground::Grown => self.relief.colour(point),
         };
         let material = match ground {
-            Ground::Tarred => Material::Asphalt,
+            Ground::Tarred | Ground::Even => Material::Asphalt,
             Ground::Painted => Material::Marking,
             Ground::Grown => Material::Verge,
         };
-        if ground != Ground::Tarred {
+        if matches!(ground, Ground::Painted | Ground::Grown) {
             // Paint and grass spare a channel (`road.wgsl`).
             colour[2] = column.share;
         }
-        let uv = uv.unwrap_or(point + self.shift);
+        // On walls and kerbs, along and up.
+        let on_area = || if normal.z > 0.3 { point + self.shift } else { Vec2::new(point.x + point.y, at.z + 64.0) };
+        let uv = uv.unwrap_or_else(on_area);
         self.mesh.vertex(Vertex::new(at, normal, colour, uv, material));
     }
 }

@@ -55,7 +55,7 @@ fn body(soup: &mut TriangleSoup, outline: &[Vec2], middle: Vec2, half: f32, fini
     let at = |p: Vec2, y: f32| Vec3::new(p.x, y, p.y);
     for k in 0..outline.len() {
         let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
-        soup.quad([at(a, half), at(b, half), at(b, -half), at(a, -half)].map(|p| p), finish);
+        soup.quad([at(a, half), at(b, half), at(b, -half), at(a, -half)], finish);
         soup.triangle([at(middle, -half), at(a, -half), at(b, -half)], finish);
         soup.triangle([at(middle, half), at(b, half), at(a, half)], finish);
     }
@@ -145,7 +145,7 @@ pub(super) fn van() -> Model {
         vec2(-3.24, 0.42),
         vec2(3.15, 0.42),
         vec2(3.22, 0.62),
-        vec2(3.14, 1.15),
+        vec2(3.15, 1.15),
         vec2(2.30, 1.42),
         vec2(1.62, 2.52),
         vec2(1.25, 2.80),
@@ -202,7 +202,7 @@ fn cab(soup: &mut TriangleSoup, front: f32, half: f32, top: f32) {
     on_sides(soup, &side, half, GLASS);
     block(soup, [front - 0.10, -half + 0.25, 0.95], [front + 0.004, half - 0.25, 1.35], DARK);
     block(soup, [front - 0.25, -half, 0.35], [front + 0.0, half, 0.62], TRIM);
-    mirrors(soup, front - 0.30, half + 0.12, 1.95);
+    mirrors(soup, front - 0.30, half + 0.12, 0.55 * top + 0.30);
 }
 
 /// A frame under a load, with a bar against driving under it.

@@ -177,7 +177,11 @@ mod tests {
             let reach = high.x.max(ends[0]) - low.x.min(-ends[2]);
             assert!((reach - of.length_m as f32).abs() < 0.06, "{of:?}: {reach} m long, {low} {high}");
             assert!((high.z - of.height_m as f32).abs() < 0.04, "{of:?}: {high}");
-            let wide = 2.0 * high.y.max(shape.hubs[0].y);
+            // SUMO's widths are those without mirrors, which stand in the upper half; a handlebar counts.
+            let most_z = if shape.hubs[0].y > 0.0 { 0.45 * high.z } else { high.z };
+            let corners = model.levels[0].vertices.iter().map(|v| Vec3::from(v.position) * shape.scale);
+            let widest = corners.filter(|corner| corner.z <= most_z).map(|corner| corner.y).fold(0.0, f32::max);
+            let wide = 2.0 * widest.max(shape.hubs[0].y);
             assert!((-0.06..0.30).contains(&(of.width_m as f32 - wide)), "{of:?}: {wide} m wide");
             for hub in shape.hubs {
                 assert!((hub.z - radius).abs() < 1e-5, "{of:?}: a wheel does not touch the road: {hub}");

@@ -1,0 +1,231 @@
+//! What the parts of a network's scene promise together. In: networks of `tests/data/networks`. Out: nothing.
+
+use super::*;
+use crate::{
+    map::{
+        RoadMap,
+        network::{LanePosition, REACH_M},
+    },
+    rng,
+    scene::{
+        self, StaticScene, ViewKind, ViewOptions,
+        mesh::tests::{check, faces},
+        network::triangulation::cleaned,
+        trees::forest,
+    },
+    sim::{Snapshot, VehicleSnapshot},
+    space::Pose,
+};
+use glam::Vec2;
+use std::sync::Arc;
+
+fn network(name: &str) -> Arc<Network> {
+    Arc::new(Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network of the tests"))
+}
+
+#[test]
+fn shipped_maps_are_closed_routes_alone_and_networks_with_anything_else_are_not() {
+    let shipped = crate::map::list();
+    assert!(shipped.len() >= 3, "the maps of maps/");
+    for info in shipped.iter().filter(|info| crate::map::SHIPPED.contains(&info.name.as_str())) {
+        let map = RoadMap::load(&info.name).expect("a shipped map loads");
+        assert!(is_closed_route_alone(&map.network), "{}", info.name);
+    }
+    assert!(is_closed_route_alone(&Network::default()));
+    for name in ["figure-eight", "grid-signals", "hill", "one-way", "ramps", "roundabout", "spider", "town", "track"] {
+        assert!(!is_closed_route_alone(&network(name)), "{name}");
+    }
+}
+
+/// Distance from the nearest lane's edge, looked for in all lanes point by point.
+fn border_m(net: &Network, point: Vec2) -> f32 {
+    let lanes =
+        net.lane_ids().filter(|id| !matches!(net.edge_of(*id).kind, EdgeKind::WalkingArea | EdgeKind::Crossing));
+    let of_lane = |id: LaneId| {
+        let lane = net.lane(id);
+        let steps = (lane.length_m / 0.25).ceil() as usize;
+        let place =
+            |k: usize| lane.line.pose(lane.length_m * k as f64 / steps as f64, 0.0).position.as_vec3().truncate();
+        let line_m = (0..=steps).map(|k| place(k).distance(point)).fold(f32::INFINITY, f32::min);
+        line_m - lane.half_width_m() as f32
+    };
+    let lanes_m = lanes.map(of_lane).fold(f32::INFINITY, f32::min);
+    let inside = junctions::areas(net).iter().any(|area| road_surfaces::contains(&area.outline, point));
+    if inside { 0.0 } else { lanes_m.max(0.0) }
+}
+
+#[test]
+fn distances_are_those_of_all_lanes_and_junctions() {
+    let mut random = rng::stream(1, "surfaces");
+    for name in ["roundabout", "hill", "town-left"] {
+        let net = network(name);
+        let surfaces = surfaces(&net);
+        let (low, high) = net.bounds();
+        for _ in 0..150 {
+            let point = Vec2::new(
+                random.uniform(low.x - 60.0, high.x + 60.0) as f32,
+                random.uniform(low.y - 60.0, high.y + 60.0) as f32,
+            );
+            let (found, exact) = (surfaces.border_m(point), border_m(&net, point));
+            // Points stand 25 cm apart on the lines of the one; outlines of junctions and walking areas reach a little beyond lanes.
+            if exact < 80.0 {
+                assert!(found <= exact + 0.02 && found > exact - 9.0, "{name} {point}: {found}, {exact}");
+            }
+            let on_street = net.locate(point.as_dvec2().extend(0.0), None).is_some_and(|at: LanePosition| {
+                let lane = net.lane(at.lane);
+                net.edge_of(at.lane).kind.is_street()
+                    && at.offset_m.abs() < lane.half_width_m() - 0.1
+                    && (0.5..lane.length_m - 0.5).contains(&at.s_m)
+            });
+            assert!(!on_street || found == 0.0, "{name} {point} is on a street: {found}");
+        }
+    }
+}
+
+#[test]
+fn the_land_follows_roads_and_never_covers_one() {
+    for name in ["hill", "town", "ramps"] {
+        let net = network(name);
+        let stage = StaticScene::of_network(&net, 1, 0);
+        check(&stage.road, name);
+        // The land's triangles by squares of 8 m.
+        let mut squares: std::collections::BTreeMap<[i32; 2], Vec<[Vec3; 3]>> = Default::default();
+        for (corners, _) in faces(&stage.land) {
+            let corners = corners.map(|corner| Vec3::from(corner.position));
+            let square = |p: Vec3| (p.truncate() / 8.0).floor().as_ivec2();
+            let low = square(corners[0].min(corners[1]).min(corners[2]));
+            let high = square(corners[0].max(corners[1]).max(corners[2]));
+            if (high - low).max_element() > 8 {
+                continue;
+            }
+            for x in low.x..=high.x {
+                (low.y..=high.y).for_each(|y| squares.entry([x, y]).or_default().push(corners));
+            }
+        }
+        let height_m = |point: Vec2| {
+            let square = (point / 8.0).floor().as_ivec2().to_array();
+            squares.get(&square)?.iter().find_map(|[a, b, c]| {
+                let [u, v, w] = [a, b, c].map(|p| p.truncate() - point);
+                let (wa, wb, wc) = (v.perp_dot(w), w.perp_dot(u), u.perp_dot(v));
+                let all = wa + wb + wc;
+                let inside = [wa, wb, wc].iter().all(|weight| weight * all.signum() >= -1e-4);
+                (inside && all.abs() > 1e-6).then(|| (wa * a.z + wb * b.z + wc * c.z) / all)
+            })
+        };
+        let mut seen = 0;
+        for id in net.lane_ids().filter(|id| net.edge_of(*id).kind.is_street()) {
+            let lane = net.lane(id);
+            let mut s_m = 1.0;
+            while s_m < lane.length_m {
+                for offset_m in [-1.0, 0.0, 1.0] {
+                    let road = lane.line.pose(s_m, offset_m * lane.half_width_m()).position.as_vec3();
+                    let land_m = height_m(road.truncate()).expect("there is land under every road");
+                    assert!(land_m < road.z - 0.01, "{name}: land at {land_m} m on {} at {s_m} m, {road}", lane.id);
+                    seen += 1;
+                }
+                s_m += 3.7;
+            }
+        }
+        assert!(seen > 300, "{name}: {seen}");
+    }
+}
+
+#[test]
+fn no_tree_and_no_tuft_stands_on_a_road() {
+    for name in ["grid-signals", "town", "ramps", "roundabout"] {
+        let net = network(name);
+        let stage = StaticScene::of_network(&net, 3, 600);
+        assert!(stage.tree_places.len() > 200, "{name}: {} trees", stage.tree_places.len());
+        for tree in &stage.tree_places {
+            let at = tree.position.truncate();
+            let free_m = border_m(&net, at);
+            assert!(free_m > forest::TRUNK_FREE_M - 0.05, "{name}: a tree {free_m} m from a lane");
+            let crown_m = forest::crown_radius_m(&stage.trees[tree.kind]) * tree.scale;
+            assert!(free_m - crown_m > 0.9, "{name}: a crown {} m from a lane", free_m - crown_m);
+        }
+        assert!(stage.tuft_places.len() > 5000, "{name}");
+        for tuft in stage.tuft_places.iter().step_by(97) {
+            let place = net.locate(tuft.position.as_dvec3(), None);
+            let beside_m = place.map_or(REACH_M, |at| at.offset_m.abs() - net.lane(at.lane).half_width_m());
+            assert!(beside_m > 0.5 || border_m(&net, tuft.position.truncate()) > 0.5, "{name}: {tuft:?}");
+        }
+    }
+}
+
+#[test]
+fn surfaces_face_up_but_for_kerbs_and_fill_junctions() {
+    for name in ["grid-signals", "town", "town-left", "random-3", "random-8", "spider", "roundabout", "track"] {
+        let net = network(name);
+        let stage = StaticScene::of_network(&net, 1, 0);
+        check(&stage.road, name);
+        // Inside of tight bends a ribbon folds over; there is little of that.
+        let (mut up, mut down) = (0.0, 0.0);
+        faces(&stage.road).for_each(|(_, face)| if face.z > 0.0 { up += face.z } else { down -= face.z });
+        assert!(down < 0.004 * up, "{name}: {down} of {up} m2 face down");
+        // Every junction's middle is paved.
+        for area in junctions::areas(&net) {
+            let flat: Vec<Vec2> = area.outline.iter().map(|corner| corner.truncate()).collect();
+            let of = |[a, b, c]: [usize; 3]| (flat[b] - flat[a]).perp_dot(flat[c] - flat[a]) / 2.0;
+            let filled: f32 = triangulation::triangles(&flat).into_iter().map(of).sum();
+            let round = cleaned(&flat);
+            let doubled: f32 =
+                (0..round.len()).map(|k| flat[round[k]].perp_dot(flat[round[(k + 1) % round.len()]])).sum();
+            assert!((filled / (doubled / 2.0) - 1.0).abs() < 0.02, "{name}: {filled} of {} m2", doubled / 2.0);
+        }
+    }
+}
+
+#[test]
+fn every_lane_with_a_signal_has_a_head_that_faces_it() {
+    for name in ["grid-signals", "town", "town-left", "track"] {
+        let net = network(name);
+        let stage = StaticScene::of_network(&net, 1, 0);
+        let mut ruled = 0;
+        for id in net.lane_ids().filter(|id| paint::is_driven(&net, *id)) {
+            let signals =
+                net.connections_from(id).iter().any(|way| way.signal.is_some_and(|link| link.index.is_some()));
+            let heads: Vec<_> = stage.signal_heads.iter().filter(|head| head.lane == id).collect();
+            assert_eq!(signals, !heads.is_empty(), "{name}: {}", net.lane(id).id);
+            ruled += usize::from(signals);
+            let end = net.lane(id).line.end_direction().as_vec2().extend(0.0);
+            for head in heads {
+                assert!(head.facing.dot(-end) > 0.99, "{name}: {} faces {}", net.lane(id).id, head.facing);
+                let middle = head.lamps[1];
+                let beside_m = border_m(&net, middle.truncate());
+                assert!(
+                    beside_m > 0.4 || middle.z > 4.5 || name.starts_with("town"),
+                    "{name}: {middle} stands in the road"
+                );
+                // A pole on the left with traffic on the left.
+                let stands = net.lane(id).line.pose(net.lane(id).length_m, 0.0).position.as_vec3();
+                let left_m = end.truncate().perp_dot((middle - stands).truncate());
+                let near = (middle - stands).truncate().length() < 8.0 && middle.z < 4.0;
+                assert!(!near || (left_m > 0.0) == net.is_left_hand(), "{name}: {middle} is {left_m} m to the left");
+            }
+        }
+        assert!(ruled > 0, "{name}");
+    }
+}
+
+#[test]
+fn on_a_network_wheels_turn_with_the_vehicles_own_heading_and_bodies_lie_along_the_slope() {
+    let net = network("hill");
+    let stage = StaticScene::of_network(&net, 1, 0);
+    let at = net.lane(net.lane_named("up_0").expect("a lane")).line.pose(80.0, 0.0);
+    let drawn = |turn_rad: f64| {
+        let pose = at.flat();
+        let before = Pose::new(pose.position - pose.forward() * 0.1, pose.yaw_rad - turn_rad);
+        let car = VehicleSnapshot { pose, pose_before: before, height_m: at.position.z, ..VehicleSnapshot::default() };
+        let snapshot = Snapshot { cars: vec![car], ..Snapshot::default() };
+        let view = scene::view(&snapshot, 1.0, ViewKind::Chase, &ViewOptions::default(), &stage);
+        view.cars[1]
+    };
+    // 2 mrad in 0.1 m: a bend of 50 m. The axles are 2.8 m apart.
+    assert!((drawn(0.002).steer_rad - (2.8f32 / 50.0).atan()).abs() < 1e-3, "{}", drawn(0.002).steer_rad);
+    assert!((drawn(-0.002).steer_rad + (2.8f32 / 50.0).atan()).abs() < 1e-3);
+    assert_eq!(drawn(0.0).steer_rad, 0.0);
+    // From (50.8252, 100.2586, 5) to (111.4802, 115.4223, 14), as the file has it: 9 m in 62.52 m.
+    let forward = drawn(0.0).rotation * Vec3::X;
+    assert!((forward.z / forward.truncate().length() - 9.0 / 62.52).abs() < 2e-3, "{forward}");
+    assert_eq!(drawn(0.0).position.z, at.position.z as f32);
+}
