@@ -2,7 +2,10 @@
 //! chosen by hand from `tests/data/networks/grid-signals.net.xml`: its crossing B1 has its middle at (90, 90), the street A1B1 leads
 //! to it from the west in two lanes of 3.2 m, with centre lines at y = 85.2 and 88.4 from x = 10.4 to 79.6.
 
-use crate::{pixels::*, place::gpu};
+use crate::{
+    pixels::*,
+    place::{MAGENTA, gpu},
+};
 use codrive::{
     map::network::{LaneId, Network, SignalId},
     render::{OFFSCREEN, Quality, Renderer, render_to_image},
@@ -264,6 +267,8 @@ fn from_the_side(snapshot: &Snapshot) -> RgbaImage {
     let camera =
         Camera { eye, forward: Vec3::Y, up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: 2.0 * (0.08f32).atan() } };
     let mut view = view(snapshot, ViewKind::Chase, camera);
+    // Some ordinary paint is as light as the meadow behind it.
+    view.cars.iter_mut().for_each(|car| car.colour = MAGENTA);
     // The sun behind the eye: its shadow lies behind it, and no halo of a glint stands over its roof.
     view.to_sun = Vec3::new(0.0, -0.95, 0.3).normalize();
     draw(&view, [960, 320])

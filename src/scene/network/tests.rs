@@ -37,6 +37,24 @@ fn shipped_maps_are_closed_routes_alone_and_networks_with_anything_else_are_not(
     }
 }
 
+#[test]
+fn a_ring_with_a_hill_or_a_side_street_is_no_closed_route_alone() {
+    let text = std::fs::read_to_string("maps/ring-250/net.xml").expect("a shipped map");
+    let read = |text: &str| Network::read(std::path::Path::new("ring.net.xml"), text).expect("a network");
+    assert!(is_closed_route_alone(&read(&text)));
+    // The second lane's first point, 3 m higher.
+    let second = text.find("id=\"e1_0\"").expect("the second lane");
+    let shape = second + text[second..].find("shape=\"").expect("its shape") + "shape=\"".len();
+    let end = shape + text[shape..].find(' ').expect("its second point");
+    let hilly = format!("{},3.0{}", &text[..end], &text[end..]);
+    assert!(!is_closed_route_alone(&read(&hilly)));
+    let street = "<edge id=\"side\" from=\"n0\" to=\"n1\"><lane id=\"side_0\" index=\"0\" speed=\"13.9\" length=\"50.0\" \
+                  shape=\"0,0 50,0\"/></edge>";
+    let junction = text.find("<junction").expect("a junction");
+    let branched = format!("{}{street}{}", &text[..junction], &text[junction..]);
+    assert!(!is_closed_route_alone(&read(&branched)));
+}
+
 /// Distance from the nearest lane's edge, looked for in all lanes point by point.
 fn border_m(net: &Network, point: Vec2) -> f32 {
     let lanes =
@@ -60,6 +78,16 @@ fn distances_are_those_of_all_lanes_and_junctions() {
     for name in ["roundabout", "hill", "town-left"] {
         let net = network(name);
         let surfaces = surfaces(&net);
+        // Near the corners of junctions there are no lanes, and it is paved all the same.
+        for area in junctions::areas(&net) {
+            let n = area.outline.len();
+            let middle = area.outline.iter().map(|corner| corner.truncate()).sum::<Vec2>() / n as f32;
+            for corner in &area.outline {
+                let inside = corner.truncate().lerp(middle, 0.2);
+                let paved = !road_surfaces::contains(&area.outline, inside) || surfaces.border_m(inside) == 0.0;
+                assert!(paved, "{name} {inside} is in a junction: {}", surfaces.border_m(inside));
+            }
+        }
         let (low, high) = net.bounds();
         for _ in 0..150 {
             let point = Vec2::new(
