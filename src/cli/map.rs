@@ -1,9 +1,22 @@
 //! `codrive map`: make, import, list and count road networks.
 
 use super::{CliError, out};
-use crate::map;
+use crate::{
+    drive_loop::{RunError, offline::OfflineDrive},
+    map,
+    scenario::Scenario,
+    sim::Summary,
+};
 use clap::{Arg, ArgMatches, Command, value_parser};
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+/// How long a new map is driven, seconds, and by how many cars.
+const TRIAL_S: f64 = 10.0;
+/// See [`TRIAL_S`].
+const TRIAL_VEHICLES: u32 = 4;
 
 pub(super) fn command() -> Command {
     let number = |id: &'static str, name: &'static str, help: &'static str| {
@@ -44,16 +57,16 @@ pub(super) fn command() -> Command {
         )
         .subcommand(
             Command::new("import")
-                .about("Import a SUMO net.xml, OpenDRIVE (.xodr) or OpenStreetMap (.osm) file as a map")
+                .about("Import a SUMO net.xml, OpenDRIVE (.xodr) or OpenStreetMap (.osm) file as a map, and report what was taken of it")
                 .arg(Arg::new("file").required(true).value_name("FILE").value_parser(value_parser!(PathBuf)))
                 .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the map [default: the file's]"))
                 .arg(
                     whole("time-limit", "SECS", 1..=86_400, map::import::SECONDS)
-                        .help("How long netconvert may run, 1 to 86400 s"),
+                        .help("How long netconvert may run, all tries together, 1 to 86400 s"),
                 )
                 .arg(
                     whole("memory-limit", "MIB", 256..=1_048_576, map::import::MEMORY_MIB)
-                        .help("How much memory netconvert may have, 256 to 1048576 MiB"),
+                        .help("How much memory each try of netconvert may have, 256 to 1048576 MiB"),
                 ),
         )
 }
@@ -115,7 +128,54 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
     let stop = super::stop_on_ctrl_c();
     let bounds =
         map::import::ImportBounds { seconds: number("time-limit"), memory_mib: number("memory-limit"), stop: &stop };
-    tell(&map::import(file, name, &bounds)?, name)
+    let made = map::import(file, name, &bounds)?;
+    for line in made.report.short() {
+        out::line(format_args!("{line}"))?;
+    }
+    match &made.map {
+        Ok(_) => out::line(format_args!("trial drive    {}", trial_drive(name, &stop)))?,
+        Err(error) => out::line(format_args!("trial drive    none: {error}"))?,
+    }
+    out::line(format_args!(
+        "map            {}; the whole report is its {}",
+        made.folder.display(),
+        map::import::REPORT_FILE
+    ))?;
+    match made.map {
+        Ok(_) => out::line(format_args!("drive it with: codrive --map {name}")),
+        Err(_) => Ok(()),
+    }
+}
+
+/// Drives a new map for some seconds with simulated drivers, and says in words how it went. A map that cannot be driven is kept: a
+/// person can choose another path for it.
+fn trial_drive(map: &str, stop: &AtomicBool) -> String {
+    let scenario = Scenario {
+        map: map.to_owned(),
+        vehicles: TRIAL_VEHICLES,
+        duration_s: TRIAL_S,
+        policy: "none".to_owned(),
+        ..Scenario::default()
+    };
+    match trial(&scenario, stop) {
+        Ok(summary) => match (summary.contact_count, summary.left_road) {
+            (0, 0) => format!("{:.0} s by {TRIAL_VEHICLES} simulated drivers went well", summary.duration_s),
+            (0, _) => "a simulated driver left the road: the path may be too tight for a car".to_owned(),
+            (n, _) => format!("cars touched {n} times"),
+        },
+        Err(error) => format!("failed: {error}"),
+    }
+}
+
+fn trial(scenario: &Scenario, stop: &AtomicBool) -> Result<Summary, RunError> {
+    let mut run = OfflineDrive::new(scenario, [0.0, scenario.duration_s])?;
+    while !stop.load(Ordering::Relaxed) && run.world().ended().is_none() {
+        match run.step() {
+            Err(error) if error.is_interruption() => break,
+            other => other?,
+        }
+    }
+    Ok(run.summary())
 }
 
 /// Says what was made, from the files themselves; `drive` is what `--map` takes.
@@ -154,8 +214,8 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let map = match map::RoadMap::load(name) {
         Ok(map) => map,
-        Err(map::MapError::NoRoute { .. }) => {
-            return out::line(format_args!("closed route   none: it cannot be driven yet"));
+        Err(error @ (map::MapError::NoRoute { .. } | map::MapError::NoPath { .. })) => {
+            return out::line(format_args!("path           none that can be driven: {}", first_line(&error)));
         }
         Err(error) => return Err(error.into()),
     };
@@ -168,8 +228,16 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
 
 fn list() -> Result<(), CliError> {
     for info in map::list() {
-        let route = map::RoadMap::load(&info.name)?.route;
-        out::line(format_args!("{:<12} {:>8.1} m  {}", info.name, route.length_m(), info.title))?;
+        // One that cannot be driven hides no other.
+        match map::RoadMap::load(&info.name) {
+            Ok(map) => out::line(format_args!("{:<12} {:>8.1} m  {}", info.name, map.route.length_m(), info.title))?,
+            Err(error) => out::line(format_args!("{:<12} {:>10}  {}", info.name, "-", first_line(&error)))?,
+        }
     }
     Ok(())
+}
+
+/// What is wrong, without the remedy.
+fn first_line(error: &map::MapError) -> String {
+    error.to_string().lines().next().unwrap_or_default().to_owned()
 }

@@ -202,9 +202,28 @@ pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps:
         .map(|i| {
             let ahead_m = i as f64 * LOOK_EVERY_M;
             let bend = route.curvature_at(s_m + ahead_m, 2.0 * LOOK_EVERY_M).abs().max(1e-6);
-            (params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt()
+            let comfortable = (params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt();
+            // A corner begins half a window before its curvature is seen whole, and the foot comes down a little later.
+            let begins_m = (ahead_m - LOOK_EVERY_M - speed_mps.max(0.0) * params.speed_relaxation_s).max(0.0);
+            let corner_mps = corner_speed_mps(params, bend);
+            comfortable.min((corner_mps * corner_mps + 2.0 * decel * begins_m).sqrt())
         })
         .fold(f64::INFINITY, f64::min)
+}
+
+/// The speed at which arms can still turn the wheel in time for a corner of this curvature, m/s; no bound on bends that are no
+/// corners.
+fn corner_speed_mps(params: &DriverParams, bend_per_m: f64) -> f64 {
+    /// A bend of a smaller radius is a corner, metres: the wheel has to go round by more than half a turn.
+    const CORNER_RADIUS_M: f64 = 15.0;
+    /// The way on which the wheel is turned, metres: on more, the car would leave a lane of 3.2 m on the inside or the outside.
+    const WAY_M: f64 = 3.5;
+    if bend_per_m * CORNER_RADIUS_M <= 1.0 {
+        return f64::INFINITY;
+    }
+    let wheelbase_m = CarParams::default().body.wheelbase_m;
+    let wheel_rad = (wheelbase_m * bend_per_m).atan() * f64::from(crate::controls::STEERING_RATIO);
+    params.wheel_rad_s * WAY_M / wheel_rad
 }
 
 /// The most that may be accelerated without a collision in sight, m/s2: the safe speed of Krauss (1998), from which the car

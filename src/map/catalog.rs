@@ -1,7 +1,13 @@
 //! The maps that exist on this machine. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a
 //! folder `maps/<name>/` with `net.xml` and `map.toml`, among the program's data or the person's.
 
-use super::{MapError, RoadMap, edge_path::along_edges, limits::MOST_BYTES, loop_search::route_of, network::Network};
+use super::{
+    MapError, RoadMap,
+    edge_path::along_edges,
+    limits::MOST_BYTES,
+    loop_search::{ChosenEdges, route_of},
+    network::Network,
+};
 use crate::{
     data_folders,
     file::{SETTINGS_BYTES, read_bounded, read_text},
@@ -33,8 +39,15 @@ struct MapFile {
     title: String,
     #[serde(default)]
     description: String,
-    /// Edges of the closed route in order; found by the program if absent.
+    /// Edges of the route in order; found by the program if absent.
     route: Option<Vec<String>>,
+    /// False if the last edge of `route` does not lead to the first.
+    #[serde(default = "yes")]
+    closed: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// The folders that maps are in: the program's own, and the person's.
@@ -167,17 +180,18 @@ impl RoadMap {
     fn load_folder(folder: &Path) -> Result<Self, MapError> {
         let name = name_of(folder);
         let file = read_map_file(folder)?;
-        let route = file.as_ref().and_then(|file| file.route.as_deref());
-        let map = Self::load_file(&folder.join("net.xml"), route)?;
+        let chosen =
+            file.as_ref().and_then(|file| Some(ChosenEdges { edges: file.route.as_deref()?, closed: file.closed }));
+        let map = Self::load_file(&folder.join("net.xml"), chosen)?;
         let title = file.map_or_else(|| name.clone(), |file| file.title);
         Ok(Self { name, title, ..map })
     }
 
     /// Loads a `net.xml` with the edges of its route, or with the longest loop that it has.
-    fn load_file(net_file: &Path, route: Option<&[String]>) -> Result<Self, MapError> {
+    fn load_file(net_file: &Path, chosen: Option<ChosenEdges>) -> Result<Self, MapError> {
         let text = read(net_file, MOST_BYTES)?;
         let network = Network::read(net_file, &text)?;
-        let route = route_of(net_file, &network, route)?;
+        let route = route_of(net_file, &network, chosen)?;
         let name = stem_of(net_file);
         Ok(Self { title: name.clone(), name, net_file: net_file.into(), route, network: Arc::new(network) })
     }

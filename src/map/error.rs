@@ -82,6 +82,36 @@ pub enum MapError {
         /// Where the search ended.
         detail: String,
     },
+    /// The network has no chain of lanes for passenger cars that is long enough to drive on.
+    #[error("{}: no road for cars: {detail}\n  remedy: give its lanes permission for passenger cars (allow=\"passenger\"), or import another part of the map", file.display())]
+    NoPath {
+        /// Which file.
+        file: PathBuf,
+        /// What there is instead.
+        detail: String,
+    },
+    /// A file with nothing in it.
+    #[error("{}: the file is empty\n  remedy: export or download it again", file.display())]
+    Empty {
+        /// Which file.
+        file: PathBuf,
+    },
+    /// A file that makes words of its own, which can stand for endlessly many.
+    #[error("{}:{line}: the document declares entities of its own (<!ENTITY ...>), which are not read: a few lines of them can fill the memory\n  remedy: export it again without a document type", file.display())]
+    Entities {
+        /// Which file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u32,
+    },
+    /// What netconvert made of a file cannot be used.
+    #[error("{}: netconvert converts this file, but what it makes cannot be used: {problem}", file.display())]
+    Converted {
+        /// What was to be imported.
+        file: PathBuf,
+        /// What is wrong with the network.
+        problem: Box<MapError>,
+    },
     /// The route of `map.toml` names an edge that the network does not have, or names one twice.
     #[error("{}: route: edge \"{edge}\" {problem}{near}; edges of this network: {known}", file.display())]
     RouteEdge {
@@ -190,15 +220,23 @@ pub enum MapError {
         file: PathBuf,
     },
     /// SUMO's converter did not accept the file.
-    #[error("{}: netconvert failed: {message}\n  it may take {seconds} s (--time-limit) and {memory_mib} MiB (--memory-limit)", file.display())]
+    #[error("{}: netconvert failed: {message}", file.display())]
     Netconvert {
         /// What was to be converted.
         file: PathBuf,
+        /// Its own words.
+        message: String,
+    },
+    /// SUMO's converter took more time or memory than it may have.
+    #[error("{}: netconvert failed: {what}\n  it may take {seconds} s (--time-limit) and {memory_mib} MiB (--memory-limit)", file.display())]
+    NetconvertLimit {
+        /// What was to be converted.
+        file: PathBuf,
+        /// Which limit, in words.
+        what: String,
         /// How long it may run, seconds.
         seconds: u64,
         /// How much memory it may have, MiB.
         memory_mib: u64,
-        /// Its own words.
-        message: String,
     },
 }

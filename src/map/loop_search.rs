@@ -1,10 +1,13 @@
 //! Finding a closed route in a network. In: a [`Network`] and, if a person chose, its edges in order. Out: the lanes to
-//! drive, insides of junctions included, ready for [`Route`]. Deterministic: ties go to what the file names first.
+//! drive, insides of junctions included, ready for [`Route`]. Deterministic: ties go to what the file names first. The default path of
+//! a network ([`default_path`]) never changes lanes, so that cars which keep their lane stay on it; `open_path` finds it where
+//! there is no loop.
 
 use super::{
     MapError, Route, RouteLane,
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
-    network::{Connection, Edge, JunctionId, Lane, LaneId, Network},
+    network::{self, Connection, Edge, JunctionId, Lane, LaneId, Network},
+    open_path,
 };
 use crate::toml_text::did_you_mean;
 use glam::DVec2;
@@ -18,10 +21,25 @@ const SEARCH_STEPS: usize = 2_000_000;
 /// Lanes further apart than this are joined by a curve, metres: netconvert rounds to 0.01 m.
 const GAP_M: f64 = 0.05;
 
-/// The closed route of `net`: along `edges` if given, else the longest loop that visits no junction twice.
-pub(super) fn route_of(file: &Path, net: &Network, edges: Option<&[String]>) -> Result<Route, MapError> {
-    let chain = match edges {
-        Some(edges) => along(file, net, edges)?,
+/// The edges that a person, or an import, chose for a map.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ChosenEdges<'a> {
+    /// In driving order.
+    pub edges: &'a [String],
+    /// True if the last leads to the first.
+    pub closed: bool,
+}
+
+/// The route of `net`: along the chosen edges if there are any, else the longest loop that visits no junction twice. A network that
+/// has an open path alone is refused: here is the place where it becomes a route, once a route can be open.
+pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) -> Result<Route, MapError> {
+    let chain = match chosen {
+        Some(ChosenEdges { edges, closed: false }) => {
+            let path = open_path::along(file, net, edges)?;
+            let detail = format!("its path of {:.0} m is open, and a drive needs one that closes", path.length_m());
+            return Err(MapError::NoRoute { file: file.into(), detail });
+        }
+        Some(ChosenEdges { edges, closed: true }) => along(file, net, edges)?,
         None => longest_loop(file, net)?,
     };
     let mut lanes = Vec::new();
@@ -162,15 +180,51 @@ fn longest_loop(file: &Path, net: &Network) -> Result<Vec<usize>, MapError> {
         .or_else(|| longest_without_crossing(net, &links(true, false)))
         .or_else(|| any_loop(&links(true, false)))
         .or_else(|| any_loop(&links(true, true)));
-    let mut found = found.ok_or_else(|| {
+    let found = found.ok_or_else(|| {
         let lanes = (0..net.lanes().len()).filter(|&lane| drivable(net, lane)).count();
         let detail = format!("{lanes} lanes are open to passenger cars, and no chain of them returns to its start");
         MapError::NoRoute { file: file.into(), detail }
     })?;
-    // Begin with what the file names first, so that a map's origin does not depend on the search.
+    Ok(from_first(found))
+}
+
+/// A loop that begins with what the file names first, so that a map's origin does not depend on the search.
+fn from_first(mut found: Vec<usize>) -> Vec<usize> {
     let first = (0..found.len()).min_by_key(|&k| found[k]).unwrap_or(0);
     found.rotate_left(first);
-    Ok(found)
+    found
+}
+
+/// The path that is driven where a person chose none: the longest loop that keeps its lanes and crosses itself nowhere, else a loop
+/// that keeps its lanes, else the longest open path that does.
+///
+/// # Errors
+/// If no chain of lanes open to cars is long enough to drive on.
+pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, MapError> {
+    let next = links_by_lane(net, AllowedLinks { changes: false, turnarounds: false });
+    let closed =
+        longest_without_crossing(net, &next).or_else(|| any_loop(&next)).map(|found| (from_first(found), true));
+    let open = || open_path::longest(net, &next, |lane| drivable(net, lane)).map(|found| (found, false));
+    let (lanes, is_closed) = closed.or_else(open).ok_or_else(|| no_path(file, net))?;
+    let lanes: Vec<LaneId> = lanes.into_iter().map(LaneId::from_index).collect();
+    network::Path::through(net, &lanes, is_closed)
+        .map_err(|error| MapError::NoPath { file: file.into(), detail: error.to_string() })
+}
+
+/// Why there is nothing to drive on.
+fn no_path(file: &Path, net: &Network) -> MapError {
+    let streets = || (0..net.lanes().len()).filter(|&lane| edge_at(net, lane).kind.is_street());
+    let for_cars = || streets().filter(|&lane| drivable(net, lane));
+    let longest_m = for_cars().map(|lane| lane_at(net, lane).length_m).fold(0.0, f64::max);
+    let detail = match (streets().count(), for_cars().count()) {
+        (0, _) => "the network has no street".to_owned(),
+        (n, 0) => format!("none of the {n} lanes of its streets is open to passenger cars"),
+        (_, n) => format!(
+            "{n} lanes are open to passenger cars, the longest has {longest_m:.1} m, and no chain of them has {} m",
+            open_path::SHORTEST_M
+        ),
+    };
+    MapError::NoPath { file: file.into(), detail }
 }
 
 /// Depth first from every lane, each with an equal share of the steps; the longest loop that visits no junction twice.
@@ -278,8 +332,8 @@ fn on_a_loop(next: &[Vec<usize>], mut lane: usize) -> usize {
     lane
 }
 
-/// The lanes along the edges that a person named, the right-most that lead all the way round.
-fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, MapError> {
+/// The edges of these names, each once.
+pub(super) fn chosen_edges<'a>(file: &Path, net: &'a Network, edges: &[String]) -> Result<Vec<&'a Edge>, MapError> {
     let streets = || net.edges().iter().filter(|edge| edge.kind.is_street());
     let edge_of_id: BTreeMap<&str, &Edge> = streets().map(|edge| (edge.id.as_str(), edge)).collect();
     let mut named = BTreeSet::new();
@@ -296,6 +350,12 @@ fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, Map
         }
         chosen.push(*edge_of_id.get(id.as_str()).ok_or_else(|| bad("does not exist"))?);
     }
+    Ok(chosen)
+}
+
+/// The lanes along the edges that a person named, the right-most that lead all the way round.
+fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, MapError> {
+    let chosen = chosen_edges(file, net, edges)?;
     let mut furthest = 0;
     for changes in [false, true] {
         let next = links_by_lane(net, AllowedLinks { changes, turnarounds: true });
@@ -329,12 +389,17 @@ fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, Map
             }
         }
     }
+    Err(broken(file, edges, furthest))
+}
+
+/// Why a route of these edges ends after edge `furthest`, counted round from 0.
+pub(super) fn broken(file: &Path, edges: &[String], furthest: usize) -> MapError {
     let n = edges.len().max(1);
     let detail = match (edges.get(furthest % n), edges.get((furthest + 1) % n)) {
         (Some(from), Some(to)) => format!("the route of map.toml cannot go on from edge \"{from}\" to \"{to}\""),
         _ => "the route of map.toml names no edge".to_owned(),
     };
-    Err(MapError::NoRoute { file: file.into(), detail })
+    MapError::NoRoute { file: file.into(), detail }
 }
 
 /// The lanes inside the junction between two lanes that are linked, in driving order.

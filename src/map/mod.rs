@@ -2,7 +2,8 @@
 //! [`RoadMap`]: the whole [`Network`], and one [`Route`] of its lanes, closed or open, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
 //! [`network`] reads and writes networks, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
-//! closed route, `edge_path` the open one along edges, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
+//! closed route and `open_path` a way where there is none, `edge_path` the open one along edges, `catalog` knows the folder `maps/`,
+//! [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
 //! networks and `write` writes them as SUMO reads them.
 
 mod catalog;
@@ -19,6 +20,7 @@ mod net_check;
 mod net_tests;
 mod net_xml;
 pub mod network;
+mod open_path;
 pub mod ring;
 mod route;
 #[cfg(test)]
@@ -27,7 +29,7 @@ mod write;
 
 pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, own_folder};
 pub use error::MapError;
-pub use import::import;
+pub use import::{Imported, import};
 pub use route::{Route, RouteLane, RoutePosition};
 
 use glam::DVec2;

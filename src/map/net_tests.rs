@@ -212,7 +212,9 @@ fn open_street_map_open_drive_and_sumo_files_are_imported_whole_or_not_at_all() 
     let netconvert = sumo.join("bin/netconvert");
     assert!(netconvert.is_file(), "{}: run scripts/setup first", netconvert.display());
     let maps = folder.path().join("maps");
-    let import = |file: &Path, name: &str| import::import_into(&maps, &netconvert, file, name, &bounds(60));
+    let import = |file: &Path, name: &str| {
+        import::import_into(&maps, &netconvert, file, name, &bounds(60)).and_then(|made| made.map)
+    };
 
     let osm = folder.path().join("block.osm");
     let block = |ways: &str| {
@@ -249,14 +251,19 @@ fn open_street_map_open_drive_and_sumo_files_are_imported_whole_or_not_at_all() 
     fs::write(&osm, "<osm version=\"0.6\"><node id=").unwrap();
     assert!(message(import(&osm, "no")).contains("block.osm: netconvert failed: "));
     let absent = import::import_into(&maps, Path::new("nowhere/netconvert"), &osm, "no", &bounds(60));
-    assert!(message(absent).contains("netconvert is not at nowhere/netconvert\n  remedy: run scripts/setup"));
+    assert!(
+        message(absent.and_then(|made| made.map))
+            .contains("netconvert is not at nowhere/netconvert\n  remedy: run scripts/setup")
+    );
     let text = fs::read_to_string(&net).unwrap();
     let open: String = text.lines().filter(|line| !line.contains("<connection from=\"e3\"")).collect();
     fs::write(&net, open).unwrap();
-    assert!(message(import(&net, "no")).contains("ring.net.xml: no closed route"));
+    // A ring that was cut open is a road of its length.
+    let cut = import::import_into(&maps, &netconvert, &net, "cut", &bounds(60)).unwrap().report;
+    assert_eq!((cut.path.0.round(), cut.path.2), (250.0, false));
     let mut left: Vec<_> = fs::read_dir(&maps).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     left.sort();
-    assert_eq!(left, ["block", "copy", "drive"]);
+    assert_eq!(left, ["block", "copy", "cut", "drive"]);
 }
 
 #[test]
@@ -276,7 +283,8 @@ fn heights_that_an_open_street_map_states_are_kept() {
         let way = format!("<way id=\"10\">{nodes}<tag k=\"highway\" v=\"residential\"/></way>");
         fs::write(&osm, format!("<osm version=\"0.6\">{}{way}</osm>", corners.concat())).unwrap();
     };
-    let import = |name: &str| import::import_into(folder.path(), &netconvert, &osm, name, &bounds(60)).unwrap();
+    let import =
+        |name: &str| import::import_into(folder.path(), &netconvert, &osm, name, &bounds(60)).unwrap().map.unwrap();
     write(&|height_m| format!("<tag k=\"ele\" v=\"{height_m}\"/>"));
     let hill = import("hill").network;
     // From 30 to 55 m; lanes end a little before the corners.

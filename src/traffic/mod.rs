@@ -4,6 +4,7 @@
 
 mod bends;
 mod choice;
+mod crossings;
 mod demand;
 mod ego;
 mod interrupt;
@@ -163,6 +164,40 @@ pub enum TrafficError {
     /// Another simulation of this process uses SUMO.
     #[error("SUMO is in use: one program runs one SUMO simulation at a time")]
     Busy,
+    /// Two cars would stand inside each other at the start.
+    #[error(
+        "cars {a} and {b} would stand inside each other at the start, at x {x_m:.1} m, y {y_m:.1} m: the route passes there twice, or is drawn much shorter than it is declared\n  remedy: another number of vehicles, or another route"
+    )]
+    CarsOverlap {
+        /// One car, counted from 0, the ego.
+        a: usize,
+        /// The other.
+        b: usize,
+        /// Where, metres to the east.
+        x_m: f64,
+        /// Where, metres to the north.
+        y_m: f64,
+    },
+    /// The built-in engine cannot drive a route that meets itself.
+    #[error(
+        "the route crosses or touches itself: at {first_m:.0} m it comes to where it is at {second_m:.0} m, and the built-in engine knows no right of way\n  remedy: drive with --traffic sumo, or choose a route that does not meet itself (route = [..] in map.toml)"
+    )]
+    RouteMeetsItself {
+        /// The first place, metres along the route.
+        first_m: f64,
+        /// The second.
+        second_m: f64,
+    },
+    /// The route changes lanes, which cars of a closed file do not.
+    #[error(
+        "the route changes from lane \"{from}\" to lane \"{to}\", and SUMO's cars of a closed route keep their lanes\n  remedy: choose edges that one lane each leads along (route = [..] in map.toml), or drive with --traffic native"
+    )]
+    RouteChangesLanes {
+        /// The lane that is entered.
+        from: String,
+        /// The lane that is left.
+        to: String,
+    },
     /// SUMO or the connection to it reported an error.
     #[error("SUMO: {0}")]
     Sumo(String),

@@ -11,7 +11,7 @@
 use super::{
     CREEP_MPS2, CarState, EMERGENCY_BRAKING_MPS2, ExternalVehicleState, Traffic, TrafficError, TrafficSetup, VehicleId,
 };
-use super::{bends::BendSpeeds, ego, motion::SpeedStep, noise::Noise};
+use super::{bends::BendSpeeds, crossings::self_crossing, ego, motion::SpeedStep, noise::Noise};
 use crate::{
     idm::IdmParams,
     map::RoadMap,
@@ -46,6 +46,9 @@ impl NativeTraffic {
     pub fn start(setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
         setup.check_has_one_model()?;
+        if let Some((first_m, second_m)) = self_crossing(&setup.map.route) {
+            return Err(TrafficError::RouteMeetsItself { first_m, second_m });
+        }
         let n = setup.cars.len();
         let route = &setup.map.route;
         let cars = setup.cars.iter().zip(0..).map(|(start, id)| {

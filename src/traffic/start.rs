@@ -1,7 +1,7 @@
 //! Starting layouts on a closed route, and what a setup must fulfil before an engine takes it. In: number of cars, length
 //! of the route, gap at a standstill, speed. Out: [`InitialVehicle`]s, or what is wrong and what is allowed. Metres, m/s.
 
-use super::{FollowingModel, InitialVehicle, TrafficError, TrafficSetup};
+use super::{FollowingModel, InitialVehicle, TrafficError, TrafficSetup, crossings::overlapping};
 use crate::space::CAR_LENGTH_M;
 
 /// The share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (docs/references.md: ring).
@@ -103,6 +103,12 @@ impl TrafficSetup {
                     start.s_m, self.cars[next].s_m
                 )));
             }
+        }
+        let route = &self.map.route;
+        let poses: Vec<_> = self.cars.iter().map(|car| route.pose_of_front(car.s_m, CAR_LENGTH_M)).collect();
+        if let Some((a, b)) = overlapping(&poses) {
+            let at = poses[b].position;
+            return Err(TrafficError::CarsOverlap { a, b, x_m: at.x, y_m: at.y });
         }
         Ok(())
     }

@@ -37,6 +37,19 @@ fn oval() -> Route {
     closed(shape)
 }
 
+/// A block of houses with sides of 60 m: its corners have a radius of 6 m, as netconvert makes them for a turn from lane to lane of
+/// two streets. To the left, or to the right.
+fn block(to_right: bool) -> Route {
+    let arc = |i: i32| DVec2::splat(24.0) + DVec2::from_angle(PI / 2.0 * f64::from(i) / 9.0) * 6.0;
+    let corner = |k: i32| (0..=9).map(move |i| arc(i).rotate(DVec2::from_angle(PI / 2.0 * f64::from(k))));
+    let mut shape: Vec<DVec2> = (0..4).flat_map(corner).collect();
+    shape.push(shape[0]);
+    if to_right {
+        shape.iter_mut().for_each(|point| point.x = -point.x);
+    }
+    closed(shape)
+}
+
 /// The car ahead: front bumper along the route and speed at a time in seconds.
 type LeaderAt<'a> = &'a dyn Fn(f64) -> (f64, f64);
 
@@ -176,6 +189,21 @@ fn drivers_stay_within_30_cm_of_the_rings_centre_line() {
             let run = OfflineDrive { advised: &|_| Some(speed), start_speed_mps: speed, ..calm(&route, name) };
             let offset_m = farthest(&run.go());
             assert!(offset_m < 0.3, "{name} at {speed} m/s: {offset_m} m");
+        }
+    }
+}
+
+#[test]
+fn a_driver_turns_round_street_corners_within_the_lane() {
+    // The middle of the car stays over its lane of 3.2 m: 1.6 m to either side.
+    for to_right in [false, true] {
+        let route = block(to_right);
+        for name in ["perfect", "follow", "idm"] {
+            let seen = calm(&route, name).go();
+            let offset_m = farthest(&seen);
+            assert!(offset_m < 1.6, "{name}, to the right: {to_right}: {offset_m} m");
+            let driven_m: f64 = seen.iter().map(|s| s.state.speed_mps * TICK_S).sum();
+            assert!(driven_m > 200.0, "{name}: once round in a minute, not {driven_m} m");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Networks that do not come with the program: SUMO breaks down on some of them, and must not take the program along.
 
 use super::*;
-use codrive::traffic::{TrafficError, sumo::SumoTraffic};
+use codrive::traffic::{NativeTraffic, TrafficError, sumo::SumoTraffic};
 use std::{
     path::Path,
     process::{Command, Output},
@@ -93,4 +93,51 @@ fn our_own_reader_refuses_a_network_before_sumo_sees_it() {
     let text = SumoTraffic::start(on(&file)).err().expect("a speed below 0").to_string();
     assert!(text.starts_with(&format!("{}:", file.display())) && text.contains("speed"), "{text}");
     assert!(!text.contains("SUMO cannot drive") && !text.contains("breaks down"), "{text}");
+}
+
+#[test]
+fn cars_are_put_on_a_lane_for_cars_where_the_outermost_is_a_pavement() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let node = |(id, x, y)| format!("<node id=\"{id}\" x=\"{x}\" y=\"{y}\"/>");
+    let nodes: String = [("a", 0, 0), ("b", 120, 0), ("c", 120, 120), ("d", 0, 120)].map(node).concat();
+    std::fs::write(place("block.nod.xml"), format!("<nodes>{nodes}</nodes>")).unwrap();
+    let edge = |(from, to)| {
+        format!(
+            "<edge id=\"{from}{to}\" from=\"{from}\" to=\"{to}\" numLanes=\"1\" speed=\"13.9\" sidewalkWidth=\"2\"/>"
+        )
+    };
+    let edges: String = [("a", "b"), ("b", "c"), ("c", "d"), ("d", "a")].map(edge).concat();
+    std::fs::write(place("block.edg.xml"), format!("<edges>{edges}</edges>")).unwrap();
+    let sumo = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo");
+    let mut netconvert = Command::new(sumo.join("bin/netconvert"));
+    netconvert.arg("-n").arg(place("block.nod.xml")).arg("-e").arg(place("block.edg.xml"));
+    netconvert.arg("-o").arg(place("net.xml")).args(["--no-turnarounds", "true"]).env("SUMO_HOME", &sumo);
+    assert!(netconvert.output().unwrap().status.success());
+    let setup = even(place("net.xml").to_str().unwrap(), 6, model(0.0), 0.0);
+    assert!(setup.map.route.lanes().iter().any(|lane| lane.id == "ab_1"), "ab_0 is the pavement");
+    let mut traffic = SumoTraffic::start(setup).unwrap();
+    let history = super::run(&mut traffic, 300, |_, _| None);
+    // After 30 s at 1 m/s2 and at most 13.9 m/s: all have driven far on the route's lanes.
+    assert!(history[300].iter().all(|car| car.speed_mps > 3.0), "{:?}", history[300]);
+}
+
+#[test]
+fn a_figure_of_eight_is_driven_by_sumo_and_refused_by_the_engine_without_right_of_way() {
+    let _alone = alone();
+    let net = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/networks/figure-eight.net.xml");
+    let setup = || even(net, 6, model(0.0), 0.0);
+    let error = NativeTraffic::start(setup()).expect_err("cars would drive through each other");
+    assert!(matches!(error, TrafficError::RouteMeetsItself { .. }), "{error}");
+    assert!(error.to_string().contains("--traffic sumo"), "{error}");
+    let mut traffic = SumoTraffic::start(setup()).unwrap();
+    let history = super::run(&mut traffic, 600, |_, _| None);
+    // No two cars in the same place, at the crossing neither: each is 1.8 m wide.
+    for cars in &history {
+        for (k, car) in cars.iter().enumerate() {
+            let apart = |other: &CarState| other.pose.position.distance(car.pose.position);
+            assert!(cars[..k].iter().all(|other| apart(other) > 1.8), "{cars:?}");
+        }
+    }
 }

@@ -10,6 +10,7 @@
 //! spoken here (`wire`, `link`, `remote`) and not by SUMO's own libtraci, which waits without end, breaks down at
 //! a SUMO of another version, and needs an exchange for each command.
 
+mod lane_keeping;
 mod link;
 mod locate;
 mod network;
@@ -134,6 +135,7 @@ impl SumoTraffic {
     /// Type, route and cars in a SUMO that has just begun.
     fn populate(mut simulation: Simulation, setup: TrafficSetup, description: String) -> Result<Self, TrafficError> {
         let route = &setup.map.route;
+        lane_keeping::check(&setup.map)?;
         check_network(&mut simulation, &setup.map)?;
         let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
         simulation.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;

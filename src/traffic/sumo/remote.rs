@@ -179,7 +179,7 @@ impl Remote {
         message.add(wire::SET_VEHICLE, |content| {
             content.variable(wire::ADD_FULL, id).compound(14);
             // Route, type; departure: time, lane, position, speed; arrival: lane, position, speed; districts, line.
-            for text in [route, kind, "now", "0", "0", "0", "current", "max", "current", "", "", ""] {
+            for text in [route, kind, "now", "first", "0", "0", "current", "max", "current", "", "", ""] {
                 content.text(text);
             }
             content.integer(0).integer(0);

@@ -144,7 +144,8 @@ API int cs_route(const char* id, const char* const* edges, size_t n) {
 // Puts a vehicle on the road at once, whatever SUMO's checks on insertion say.
 API int cs_add(const char* id, const char* route, const char* type, size_t lane, double pos, double speed) {
     return guard([&] {
-        sim::Vehicle::add(id, route, type, "now", "0", "0", "0");
+        // On a lane that cars may use, until it is moved: the outermost may be a pavement.
+        sim::Vehicle::add(id, route, type, "now", "first", "0", "0");
         sim::Vehicle::moveTo(id, lanes.at(lane), pos);
         sim::Vehicle::setPreviousSpeed(id, speed, 0.);
         sim::Vehicle::setLaneChangeMode(id, 0);

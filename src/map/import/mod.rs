@@ -1,0 +1,174 @@
+//! Importing maps from other formats. In: an OpenDRIVE (`.xodr`), OpenStreetMap (`.osm`) or SUMO (`.net.xml`) file. Out: a
+//! folder in `maps/` with the network, its default path and a report, [`Imported`]. Conversion is SUMO's own netconvert, run as a
+//! program within limits (`netconvert`), with coarser options where fine ones fail (`tries`).
+
+mod netconvert;
+mod repair;
+mod report;
+#[cfg(test)]
+mod tests;
+mod tries;
+mod warnings;
+
+pub use netconvert::ImportBounds;
+pub use report::ImportReport;
+pub use tries::SourceFormat;
+pub use warnings::WarningKind;
+
+use super::{MapError, RoadMap, catalog, limits::MOST_IMPORT_BYTES, network};
+use crate::{
+    file::{open_regular, size_text},
+    private,
+};
+use std::{
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+};
+
+/// How long netconvert may run if nothing else is said, seconds: a town takes 20 s.
+pub const SECONDS: u64 = 300;
+/// How much memory it may have if nothing else is said, MiB: a town takes 1 GB.
+pub const MEMORY_MIB: u64 = 4096;
+/// Name of the report in a map's folder.
+pub const REPORT_FILE: &str = "import.txt";
+
+/// A map that was imported.
+#[derive(Debug)]
+pub struct Imported {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// What came of the file.
+    pub report: ImportReport,
+    /// The map as a drive loads it, or why it cannot be driven yet.
+    pub map: Result<RoadMap, MapError>,
+}
+
+/// Brings `file` into `<name>/` among the person's own maps and loads it once.
+///
+/// # Errors
+/// If the name is no plain word, the map exists, the file is none, empty or too large, the format is none of the three, netconvert
+/// is absent, fails or goes beyond `bounds`, or the network has no road for cars; then nothing is left behind.
+pub fn import(file: &Path, name: &str, bounds: &ImportBounds) -> Result<Imported, MapError> {
+    let maps = catalog::own_folder().ok_or(MapError::NoHome)?;
+    import_into(&maps, &netconvert::program(), file, name, bounds)
+}
+
+/// [`import`] with the two places named: the folder of maps, and the converter.
+pub(super) fn import_into(
+    maps: &Path,
+    netconvert: &Path,
+    file: &Path,
+    name: &str,
+    bounds: &ImportBounds,
+) -> Result<Imported, MapError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if name.is_empty() || !name.chars().all(plain) {
+        let allowed = "letters a to z, digits, - and _".to_owned();
+        return Err(MapError::Parameter { what: "the map's name", value: format!("\"{name}\""), allowed });
+    }
+    let folder = maps.join(name);
+    if folder.exists() {
+        return Err(MapError::Exists { folder });
+    }
+    check_file(file)?;
+    let format = SourceFormat::of(file).ok_or_else(|| {
+        let allowed = "a file .xodr (OpenDRIVE), .osm (OpenStreetMap) or .net.xml (SUMO)".to_owned();
+        MapError::Parameter { what: "the file to import", value: file.display().to_string(), allowed }
+    })?;
+    // Made beside its place and moved there when it is whole: an interrupted import is no map.
+    let unfinished = maps.join(format!(".{name}.unfinished"));
+    let failed = |source| MapError::Io { file: folder.clone(), source };
+    let _ = std::fs::remove_dir_all(&unfinished);
+    private::folder(&unfinished).map_err(failed)?;
+    let made = fill(&unfinished, netconvert, (file, format), name, bounds)
+        .and_then(|report| std::fs::rename(&unfinished, &folder).map_err(failed).map(|()| report));
+    if made.is_err() {
+        let _ = std::fs::remove_dir_all(&unfinished);
+    }
+    let report = made?;
+    let map = RoadMap::load(&folder.to_string_lossy());
+    Ok(Imported { folder, report, map })
+}
+
+/// A regular file with something in it, and not too large; no document that makes entities of its own.
+fn check_file(file: &Path) -> Result<(), MapError> {
+    let failed = |source| MapError::Io { file: file.into(), source };
+    let open = match open_regular(file) {
+        Ok(open) => open,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Err(MapError::Missing { file: file.into() });
+        }
+        Err(error) => return Err(failed(error)),
+    };
+    let size = open.metadata().map_err(failed)?.len();
+    if size == 0 {
+        return Err(MapError::Empty { file: file.into() });
+    }
+    if size > MOST_IMPORT_BYTES {
+        let (what, allowed) = ("the file".into(), format!("at most {}", size_text(MOST_IMPORT_BYTES)));
+        return Err(MapError::Limit { file: file.into(), what, value: size_text(size), allowed });
+    }
+    match entity_line(BufReader::new(open)) {
+        Some(line) => Err(MapError::Entities { file: file.into(), line }),
+        None => Ok(()),
+    }
+}
+
+/// The line in which a document declares an entity. Only what stands before its first element can.
+fn entity_line(document: impl BufRead) -> Option<u32> {
+    /// A licence in a comment is shorter; one line may hold a whole network.
+    const PROLOGUE_BYTES: u64 = 1 << 20;
+    let mut prologue = std::io::Read::take(document, PROLOGUE_BYTES);
+    let mut bytes = Vec::new();
+    let mut line = 1;
+    loop {
+        bytes.clear();
+        if prologue.read_until(b'\n', &mut bytes).ok()? == 0 {
+            return None;
+        }
+        if bytes.windows(8).any(|word| word == b"<!ENTITY") {
+            return Some(line);
+        }
+        // An element begins with a letter.
+        if bytes.windows(2).any(|pair| pair[0] == b'<' && pair[1].is_ascii_alphabetic()) {
+            return None;
+        }
+        line += 1;
+    }
+}
+
+fn fill(
+    folder: &Path,
+    netconvert: &Path,
+    (file, format): (&Path, SourceFormat),
+    name: &str,
+    bounds: &ImportBounds,
+) -> Result<ImportReport, MapError> {
+    let made = tries::make(netconvert, file, format, &folder.join("net.xml"), bounds)?;
+    let report = ImportReport::of(file, format, &made)?;
+    let failed = |source| MapError::Io { file: file.into(), source };
+    private::replace(&folder.join("map.toml"), map_file(name, &report, &made.network, &made.path).as_bytes())
+        .map_err(failed)?;
+    private::replace(&folder.join(REPORT_FILE), report.text().as_bytes()).map_err(failed)?;
+    Ok(report)
+}
+
+/// The text of `map.toml`.
+fn map_file(name: &str, report: &ImportReport, net: &network::Network, path: &network::Path) -> String {
+    let text = |text: String| toml::Value::String(text).to_string();
+    let kind = if path.is_closed() { "A closed route" } else { "An open path" };
+    let description = format!("{kind} of {:.0} m, imported from {}.", path.length_m(), report.file_name);
+    let head = format!("title = {}\ndescription = {}\n", text(name.to_owned()), text(description));
+    if path.is_closed() {
+        return head
+            + "# The closed route is the longest loop found; to drive another, name its edges:\n\
+               # route = [\"edge\", \"edge\"]\n";
+    }
+    let streets = path.lanes().iter().map(|lane| net.edge_of(*lane)).filter(|edge| edge.kind.is_street());
+    let edges: Vec<String> = streets.map(|edge| text(edge.id.clone())).collect();
+    format!(
+        "{head}# No loop was found: this is the longest open path. To drive another, name its edges in order.\n\
+         closed = false\nroute = [{}]\n",
+        edges.join(", ")
+    )
+}

@@ -1,0 +1,95 @@
+//! Mends an OpenDRIVE file for a last try: takes out what netconvert cannot read and what it would not bring into a network anyway.
+//! In: the document's text. Out: the same without its signals, signs and objects, and with arcs of no curvature as straight lines.
+
+/// The mended text, and what was mended; `None` where there is nothing to mend.
+pub(super) fn repair(text: &str) -> Option<(String, Vec<String>)> {
+    let (text, signals) = without_elements(text, "signals");
+    let (text, objects) = without_elements(&text, "objects");
+    let (text, arcs) = with_lines_for_flat_arcs(&text);
+    let mut done = Vec::new();
+    if signals > 0 {
+        done.push(format!("signals and signs of {signals} roads taken out"));
+    }
+    if objects > 0 {
+        done.push(format!("objects of {objects} roads taken out"));
+    }
+    if arcs > 0 {
+        done.push(format!("{arcs} arcs without curvature made lines"));
+    }
+    (!done.is_empty()).then_some((text, done))
+}
+
+/// The text without the elements of a name, and how many there were. They do not lie in each other.
+fn without_elements(text: &str, name: &str) -> (String, usize) {
+    let (begin, end) = (format!("<{name}"), format!("</{name}>"));
+    let (mut kept, mut rest, mut n) = (String::with_capacity(text.len()), text, 0);
+    while let Some(at) = find_tag(rest, &begin) {
+        let Some(close) = rest[at..].find('>').map(|k| at + k) else { break };
+        let after = match rest[..close].ends_with('/') {
+            true => Some(close + 1),
+            false => rest[close..].find(&end).map(|k| close + k + end.len()),
+        };
+        let Some(after) = after else { break };
+        kept.push_str(&rest[..at]);
+        rest = &rest[after..];
+        n += 1;
+    }
+    kept.push_str(rest);
+    (kept, n)
+}
+
+/// netconvert divides by the curvature of an arc, and its numbers are lost where that is 0.
+fn with_lines_for_flat_arcs(text: &str) -> (String, usize) {
+    let (mut kept, mut rest, mut n) = (String::with_capacity(text.len()), text, 0);
+    while let Some(at) = find_tag(rest, "<arc") {
+        let Some(close) = rest[at..].find('>').map(|k| at + k) else { break };
+        let tag = &rest[at..close];
+        let value = tag.split_once("curvature=").and_then(|(_, value)| value.get(1..)?.split(['"', '\'']).next());
+        let is_flat = value.and_then(|value| value.trim().parse().ok()).is_some_and(|bend: f64| bend == 0.0);
+        if is_flat && tag.ends_with('/') {
+            kept.push_str(&rest[..at]);
+            kept.push_str("<line/>");
+            n += 1;
+        } else {
+            kept.push_str(&rest[..=close]);
+        }
+        rest = &rest[close + 1..];
+    }
+    kept.push_str(rest);
+    (kept, n)
+}
+
+/// Where a tag begins whose name is just this.
+fn find_tag(text: &str, begin: &str) -> Option<usize> {
+    let ends =
+        |at: &usize| text[at + begin.len()..].starts_with(|c: char| c.is_ascii_whitespace() || ['>', '/'].contains(&c));
+    text.match_indices(begin).map(|(at, _)| at).find(ends)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signals_go_and_flat_arcs_become_lines_and_all_else_stays() {
+        let text = "<OpenDRIVE><road><geometry s=\"0\"><arc curvature=\"0.00\"/></geometry><geometry s=\"9\"><arc \
+                    curvature='-0.02'/></geometry><signals a=\"1\"><signal type=\"\"/></signals></road><road><signals/><signalsX/>\
+                    <objects>x</objects></road></OpenDRIVE>";
+        let (mended, done) = repair(text).unwrap();
+        assert_eq!(
+            mended,
+            "<OpenDRIVE><road><geometry s=\"0\"><line/></geometry><geometry s=\"9\"><arc curvature='-0.02'/></geometry></road>\
+             <road><signalsX/></road></OpenDRIVE>"
+        );
+        assert_eq!(
+            done,
+            [
+                "signals and signs of 2 roads taken out",
+                "objects of 1 roads taken out",
+                "1 arcs without curvature made lines"
+            ]
+        );
+        assert_eq!(repair("<OpenDRIVE><road/></OpenDRIVE>"), None);
+        assert_eq!(repair("<OpenDRIVE><signals>"), None, "cut off");
+    }
+}

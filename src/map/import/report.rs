@@ -1,0 +1,182 @@
+//! What came of a file that was imported: what was taken, what was dropped, what netconvert warned of, and the path that is driven.
+//! In: the file and the network that was made of it. Out: an [`ImportReport`], and its lines for people. Metres.
+
+use super::{SourceFormat, WarningKind, tries::MadeNetwork};
+use crate::{
+    file::{open_regular, size_text},
+    map::{
+        MapError,
+        network::{EdgeKind, Network, NetworkCensus, Path},
+    },
+};
+use std::io::{BufRead, BufReader};
+
+/// How many kinds of warnings the terminal is told of; the file has all.
+const KINDS_TOLD: usize = 3;
+/// The longest example of a warning that is told, characters.
+const EXAMPLE_CHARS: usize = 160;
+
+/// What came of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportReport {
+    /// The file's name, without its folder.
+    pub file_name: String,
+    /// Its size, bytes.
+    pub bytes: u64,
+    /// What it is.
+    pub format: SourceFormat,
+    /// Elements of the file by name, where it is not a network already.
+    pub elements: Vec<(&'static str, usize)>,
+    /// How it was made into a network, in words.
+    pub conversion: String,
+    /// Why finer options were not taken, one line each.
+    pub finer: Vec<String>,
+    /// What the network has.
+    pub census: NetworkCensus,
+    /// Lanes of streets that are open to cars.
+    pub car_lanes: usize,
+    /// Connections that turn back on the spot.
+    pub u_turns: usize,
+    /// Streets for cars that no street leads to and that lead to none.
+    pub alone: usize,
+    /// Length of the default path, metres, how many streets it has, and whether its end is its start.
+    pub path: (f64, usize, bool),
+    /// What netconvert warned of.
+    pub warnings: Vec<WarningKind>,
+    /// Errors in the file that it passed over.
+    pub errors: Vec<WarningKind>,
+}
+
+impl ImportReport {
+    pub(super) fn of(file: &std::path::Path, format: SourceFormat, made: &MadeNetwork) -> Result<Self, MapError> {
+        let failed = |source| MapError::Io { file: file.into(), source };
+        let net = &made.network;
+        let streets = |path: &Path| path.lanes().iter().filter(|lane| net.edge_of(**lane).kind.is_street()).count();
+        Ok(Self {
+            file_name: file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
+            bytes: open_regular(file).and_then(|open| open.metadata()).map_err(failed)?.len(),
+            format,
+            elements: count_elements(file, format).map_err(failed)?,
+            conversion: made.words.clone(),
+            finer: made.before.clone(),
+            census: net.census(),
+            car_lanes: street_lanes(net).filter(|lane| lane.admits_cars()).count(),
+            u_turns: net.connections().iter().filter(|way| way.is_turnaround()).count(),
+            alone: alone(net),
+            path: (made.path.length_m(), streets(&made.path), made.path.is_closed()),
+            warnings: made.warnings.clone(),
+            errors: made.errors.clone(),
+        })
+    }
+
+    /// The lines for the terminal.
+    pub fn short(&self) -> Vec<String> {
+        self.lines(KINDS_TOLD)
+    }
+
+    /// The whole report, for a file.
+    pub fn text(&self) -> String {
+        self.lines(usize::MAX).iter().map(|line| format!("{line}\n")).collect()
+    }
+
+    fn lines(&self, kinds: usize) -> Vec<String> {
+        let census = &self.census;
+        let mut lines =
+            vec![format!("file           {}, {}, {}", self.file_name, self.format.name(), size_text(self.bytes))];
+        let elements = self.elements.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}"));
+        let elements = elements.collect::<Vec<_>>().join(", ");
+        if !elements.is_empty() {
+            lines.push(format!("has            {elements}"));
+        }
+        lines.push(format!("taken          {}", self.conversion));
+        lines.extend(self.finer.iter().map(|line| format!("               {line}")));
+        lines.push(format!("streets        {}, {:.0} m of lanes", census.streets, census.lanes_m));
+        let others = census.lanes - self.car_lanes;
+        lines.push(format!("lanes          {} for cars, {others} not for cars", self.car_lanes));
+        lines.push(format!(
+            "junctions      {}, {} lanes inside, {} connections, {} U-turns",
+            census.junctions, census.insides, census.connections, self.u_turns
+        ));
+        let idle = match census.idle_signals {
+            0 => String::new(),
+            n => format!("; {n} rule no lane"),
+        };
+        lines.push(format!("signals        {}{idle}", census.signals));
+        lines.push(match (census.has_heights(), census.heights_m) {
+            (true, (low_m, high_m)) => format!("heights        {low_m:.1} to {high_m:.1} m"),
+            (false, _) => "heights        none: flat".to_owned(),
+        });
+        lines.push(match (census.islands, self.alone) {
+            (0 | 1, _) => "parts          1: all streets hang together".to_owned(),
+            (parts, 0) => format!("parts          {parts} that no connection joins"),
+            (parts, alone) => {
+                format!("parts          {parts} that no connection joins; {alone} streets that nothing reaches")
+            }
+        });
+        lines.push(format!("left out       {}", self.left_out()));
+        for (name, found) in [("passed over   ", &self.errors), ("warnings      ", &self.warnings)] {
+            let n: usize = found.iter().map(|kind| kind.count).sum();
+            if n > 0 {
+                lines.push(format!("{name} {n} of {} kinds", found.len()));
+            }
+            lines.extend(found.iter().take(kinds).map(|kind| {
+                let short: String = kind.example.chars().take(EXAMPLE_CHARS).collect();
+                format!("         {:>5} like: {short}", kind.count)
+            }));
+        }
+        let (length_m, streets, is_closed) = self.path;
+        let kind = if is_closed { "closed" } else { "open: no loop was found" };
+        lines.push(format!("path           {length_m:.0} m over {streets} streets, {kind}"));
+        lines
+    }
+
+    /// What netconvert never brings of such a file.
+    fn left_out(&self) -> &'static str {
+        match self.format {
+            SourceFormat::OpenDrive => "signs, painted markings, objects, banking, and lanes of no traffic",
+            SourceFormat::OpenStreetMap => "ways not for cars, buildings, signs, and painted markings",
+            SourceFormat::Sumo => "nothing",
+        }
+    }
+}
+
+fn street_lanes(net: &Network) -> impl Iterator<Item = &crate::map::network::Lane> {
+    net.lanes().iter().filter(|lane| net.edge(lane.edge).kind.is_street())
+}
+
+/// Streets for cars without a way in or out.
+fn alone(net: &Network) -> usize {
+    let streets = net.edges().iter().filter(|edge| edge.kind.is_street());
+    let for_cars = streets.filter(|edge| edge.lanes().any(|lane| net.lane(lane).admits_cars()));
+    let leads = |lane| net.successors(lane).len() > 0 || !net.predecessors(lane).is_empty();
+    for_cars.filter(|edge| edge.kind != EdgeKind::Connector && !edge.lanes().any(leads)).count()
+}
+
+/// How many elements of the kinds that people know a file has.
+fn count_elements(file: &std::path::Path, format: SourceFormat) -> Result<Vec<(&'static str, usize)>, std::io::Error> {
+    let kinds: &[(&str, &str)] = match format {
+        SourceFormat::OpenDrive => {
+            &[("road", "roads"), ("junction", "junctions"), ("signal", "signals and signs"), ("object", "objects")]
+        }
+        SourceFormat::OpenStreetMap => &[("node", "nodes"), ("way", "ways"), ("relation", "relations")],
+        SourceFormat::Sumo => &[],
+    };
+    let mut counts: Vec<(&'static str, usize)> = kinds.iter().map(|(_, words)| (*words, 0)).collect();
+    if kinds.is_empty() {
+        return Ok(counts);
+    }
+    // Tag by tag: a file may be one line, and larger than what is wanted in memory.
+    let mut document = BufReader::new(open_regular(file)?);
+    let mut tag = Vec::new();
+    loop {
+        tag.clear();
+        if document.read_until(b'<', &mut tag)? == 0 {
+            return Ok(counts);
+        }
+        let is_end = |byte: &u8| byte.is_ascii_whitespace() || [b'>', b'/'].contains(byte);
+        let name = tag.split(is_end).next().unwrap_or_default();
+        if let Some(k) = kinds.iter().position(|(known, _)| known.as_bytes() == name) {
+            counts[k].1 += 1;
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Tests of imports: files that are none, limits and second tries, and what a report says.
+
+use super::*;
+use crate::map::{loop_search::default_path, network::Network};
+use std::{fs, sync::atomic::AtomicBool};
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+fn bounds() -> ImportBounds<'static> {
+    ImportBounds { seconds: 60, memory_mib: 1024, stop: &STOP }
+}
+
+fn sumos_netconvert() -> PathBuf {
+    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo/bin/netconvert");
+    assert!(program.is_file(), "{}: run scripts/setup first", program.display());
+    program
+}
+
+/// A converter that does what `script` says; `$net` is the file that it is to write.
+#[cfg(unix)]
+fn converter(folder: &Path, script: &str) -> PathBuf {
+    let program = folder.join("netconvert");
+    let net = "while [ \"$1\" != --output-file ]; do shift; done; net=$2";
+    fs::write(&program, format!("#!/bin/sh\nall=\"$*\"\n{net}\n{script}\n")).unwrap();
+    fs::set_permissions(&program, std::os::unix::fs::PermissionsExt::from_mode(0o700)).unwrap();
+    program
+}
+
+/// A network of straight lanes: id of the edge, length, and who may drive there.
+fn net_of(edges: &[(&str, f64, &str)], ways: &[(&str, &str)]) -> String {
+    let edge = |(id, length, who): &(&str, f64, &str)| {
+        format!(
+            "<edge id=\"{id}\"><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"{length}\" allow=\"{who}\" \
+             shape=\"0,0 {length},0\"/></edge>\n"
+        )
+    };
+    let way = |(from, to): &(&str, &str)| {
+        format!("<connection from=\"{from}\" to=\"{to}\" fromLane=\"0\" toLane=\"0\" dir=\"s\"/>\n")
+    };
+    let edges: String = edges.iter().map(edge).collect();
+    format!("<net>\n{edges}{}</net>", ways.iter().map(way).collect::<String>())
+}
+
+fn path_of(text: &str) -> Result<(Vec<String>, bool, f64), MapError> {
+    let net = Network::read(Path::new("t.net.xml"), text)?;
+    let path = default_path(Path::new("t.net.xml"), &net)?;
+    let ids = path.lanes().iter().map(|lane| net.lane(*lane).id.clone()).collect();
+    Ok((ids, path.is_closed(), path.length_m()))
+}
+
+#[test]
+fn without_a_loop_the_longest_open_path_is_found_on_lanes_for_cars_alone() {
+    let fork = [("a", 100.0, "passenger"), ("b", 50.0, "passenger"), ("c", 80.0, "passenger"), ("d", 500.0, "bus")];
+    let ways = [("a", "b"), ("a", "c"), ("c", "d")];
+    assert_eq!(path_of(&net_of(&fork, &ways)).unwrap(), (vec!["a_0".into(), "c_0".into()], false, 180.0));
+    // By another way it is 210 m, and the fork is not taken.
+    let longer = [fork[0], fork[1], fork[2], ("e", 110.0, "passenger")];
+    let found = path_of(&net_of(&longer, &[("a", "b"), ("a", "c"), ("a", "e")])).unwrap();
+    assert_eq!(found, (vec!["a_0".into(), "e_0".into()], false, 210.0));
+    // A loop goes before a longer open path.
+    let looped = path_of(&net_of(&longer, &[("a", "e"), ("b", "c"), ("c", "b")])).unwrap();
+    assert_eq!(looped, (vec!["b_0".into(), "c_0".into()], true, 130.0));
+}
+
+#[test]
+fn a_network_without_a_road_for_cars_says_what_it_has_instead() {
+    let said = |edges: &[(&str, f64, &str)]| path_of(&net_of(edges, &[])).unwrap_err().to_string();
+    assert!(said(&[]).contains("t.net.xml: no road for cars: the network has no street"));
+    let walk = said(&[("w", 90.0, "pedestrian"), ("r", 90.0, "rail")]);
+    assert!(walk.contains("none of the 2 lanes of its streets is open to passenger cars"), "{walk}");
+    let short = said(&[("a", 3.0, "passenger"), ("b", 12.5, "passenger")]);
+    assert!(short.contains("2 lanes are open to passenger cars, the longest has 12.5 m"), "{short}");
+    assert!(path_of(&net_of(&[("a", 20.0, "passenger")], &[])).is_ok(), "as long as is asked for");
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_by_its_own_name_and_nothing_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let (maps, netconvert) = (folder.path().join("maps"), sumos_netconvert());
+    let laughs = "<!DOCTYPE net [<!ENTITY a \"ha\">\n<!ENTITY b \"&a;&a;&a;\">]>\n<net>&b;</net>";
+    let road =
+        "<OpenDRIVE><header revMajor=\"1\" revMinor=\"4\"/><road id=\"7\" length=\"50\" junction=\"-1\"><planView>";
+    let walk = net_of(&[("w", 90.0, "pedestrian")], &[]);
+    let cases: [(&str, &str, &[&str]); 10] = [
+        ("empty.xodr", "", &["the file is empty", "remedy"]),
+        ("empty.net.xml", "", &["the file is empty"]),
+        ("laughs.osm", laughs, &["laughs.osm:1: the document declares entities"]),
+        ("laughs.net.xml", laughs, &["laughs.net.xml:1: the document declares entities"]),
+        ("cut.xodr", road, &["netconvert failed: input ended before all started tags were ended", "line"]),
+        ("cut.osm", "<osm version=\"0.6\"><node id=", &["netconvert failed: "]),
+        ("cut.net.xml", "<net>\n<edge", &["cut.net.xml:1:", "this is not XML"]),
+        (
+            "none.xodr",
+            "<OpenDRIVE><header revMajor=\"1\" revMinor=\"4\"/></OpenDRIVE>",
+            &["no road for cars: the file has no road"],
+        ),
+        ("none.osm", "<osm version=\"0.6\"></osm>", &["no road for cars: the file has no road"]),
+        ("walk.net.xml", &walk, &["no road for cars: none of the 1 lanes"]),
+    ];
+    for (name, text, expected) in cases {
+        let file = folder.path().join(name);
+        fs::write(&file, text).unwrap();
+        let said =
+            import_into(&maps, &netconvert, &file, "no", &bounds()).map(|made| made.folder).unwrap_err().to_string();
+        assert!(said.starts_with(&file.display().to_string()), "{name}: {said}");
+        assert!(expected.iter().all(|part| said.contains(part)), "{expected:?}: {said}");
+        assert!(!said.contains("unfinished"), "names a file that is gone: {said}");
+        assert_eq!(fs::read_dir(&maps).map_or(0, Iterator::count), 0, "{name} leaves something behind");
+    }
+}
+
+#[test]
+fn signals_that_rule_no_lane_and_islands_are_told_and_do_not_hinder() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("two.net.xml");
+    let roads =
+        [("a", 90.0, "passenger"), ("b", 70.0, "passenger"), ("c", 60.0, "passenger"), ("w", 60.0, "pedestrian")];
+    let signal = "<tlLogic id=\"t\" type=\"static\"><phase duration=\"9\" state=\"G\"/></tlLogic></net>";
+    fs::write(&file, net_of(&roads, &[("a", "b")]).replace("</net>", signal)).unwrap();
+    let made = import_into(&folder.path().join("maps"), Path::new("none"), &file, "two", &bounds()).unwrap();
+    let report = made.report;
+    assert_eq!((report.census.islands, report.alone, report.census.idle_signals), (3, 1, 1));
+    assert_eq!((report.car_lanes, report.census.lanes), (3, 4));
+    assert_eq!(report.path, (160.0, 2, false));
+    let written = fs::read_to_string(made.folder.join(REPORT_FILE)).unwrap();
+    for line in [
+        "taken          as it is",
+        "lanes          3 for cars, 1 not for cars",
+        "signals        1; 1 rule no lane",
+        "parts          3 that no connection joins; 1 streets that nothing reaches",
+        "path           160 m over 2 streets, open: no loop was found",
+    ] {
+        assert!(written.lines().any(|found| found == line), "{line:?} is not in:\n{written}");
+    }
+    let map_file = fs::read_to_string(made.folder.join("map.toml")).unwrap();
+    assert!(map_file.contains("closed = false\nroute = [\"a\", \"b\"]\n"), "{map_file}");
+}
+
+#[cfg(unix)]
+#[test]
+fn where_fine_options_fail_coarser_ones_are_tried_and_the_report_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("road.xodr");
+    fs::write(&file, "<OpenDRIVE><road><signals/></road><road></road></OpenDRIVE>").unwrap();
+    let good = folder.path().join("good.net.xml");
+    fs::write(&good, net_of(&[("a", 90.0, "passenger")], &[])).unwrap();
+    let script = format!(
+        "case \"$all\" in *curve-resolution*) echo 'Error: too fine' >&2; exit 1;; esac\n\
+         echo \"Warning: table $PROJ_DATA\" >&2\necho 'Error: no road 3' >&2\ncp {} $net",
+        good.display()
+    );
+    let program = converter(folder.path(), &script);
+    let maps = folder.path().join("maps");
+    let report = import_into(&maps, &program, &file, "road", &bounds()).unwrap().report;
+    assert!(report.conversion.contains("sampled each 2 m"), "{report:?}");
+    assert_eq!(report.finer.len(), 2);
+    assert!(report.finer[0].ends_with("each metre: netconvert failed: too fine"), "{:?}", report.finer);
+    assert_eq!(report.elements[0], ("roads", 2));
+    assert_eq!(report.errors[0].example, "no road 3");
+    // The folder of SUMO, two above the converter, whatever was set before.
+    let home = folder.path().parent().unwrap().join("data/proj");
+    assert_eq!(report.warnings[0].example, format!("table {}", home.display()));
+    // The last try is given a copy without signals; errors name the file all the same.
+    let program = converter(
+        folder.path(),
+        "case \"$all\" in *repaired*) ;; *) echo 'Error: bad signal' >&2; exit 1;; esac\nexit 3",
+    );
+    let said = import_into(&maps, &program, &file, "no", &bounds()).map(|made| made.folder).unwrap_err().to_string();
+    assert_eq!(said, format!("{}: netconvert failed: bad signal", file.display()));
+}
+
+#[test]
+fn lines_through_a_junction_that_miss_its_lanes_are_not_driven() {
+    // Lane b begins 2 m beside the end of a's line through the junction, as in some OpenDRIVE files.
+    let folder = tempfile::tempdir().unwrap();
+    let net = |end_y: f64| {
+        let lane = |id: &str, shape: &str, kind: &str| {
+            format!(
+                "<edge id=\"{id}\" {kind}><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"40\" shape=\"{shape}\"/></edge>"
+            )
+        };
+        format!(
+            "<net>{}{}{}<connection from=\"a\" to=\"b\" fromLane=\"0\" toLane=\"0\" via=\":n_0\"/><connection from=\":n\" \
+             to=\"b\" fromLane=\"0\" toLane=\"0\"/></net>",
+            lane(":n", &format!("40,0 60,{end_y}"), "function=\"internal\""),
+            lane("a", "0,0 40,0", ""),
+            lane("b", "60,2 100,2", ""),
+        )
+    };
+    fs::write(folder.path().join("fine.net.xml"), net(0.0)).unwrap();
+    fs::write(folder.path().join("coarse.net.xml"), net(2.0)).unwrap();
+    let file = folder.path().join("road.xodr");
+    fs::write(&file, "<OpenDRIVE/>").unwrap();
+    let script = format!(
+        "case \"$all\" in *internal-shapes*) cp {0}/fine.net.xml $net;; *) cp {0}/coarse.net.xml $net;; esac",
+        folder.path().display()
+    );
+    let program = converter(folder.path(), &script);
+    let report = import_into(&folder.path().join("maps"), &program, &file, "road", &bounds()).unwrap().report;
+    assert!(report.conversion.starts_with("with netconvert's lines"), "{report:?}");
+    assert!(report.finer[0].ends_with("they miss the lanes that they join by up to 2.0 m"), "{:?}", report.finer);
+}

@@ -1,0 +1,295 @@
+//! How a file becomes a network: the tries, from fine options to coarse ones, until one gives a network that can be driven. In: a
+//! file of a known format. Out: the network's bytes on the disk, the network, its default path, and how it was made.
+
+use super::{
+    ImportBounds,
+    netconvert::Conversion,
+    repair::repair,
+    warnings::{self, ERROR, WARNING, WarningKind},
+};
+use crate::{
+    file::{read_bounded, read_text},
+    map::{
+        MapError, catalog,
+        limits::{MOST_BYTES, MOST_IMPORT_BYTES},
+        loop_search::default_path,
+        network::{self, EdgeKind, Network},
+    },
+    private,
+};
+use std::path::Path;
+
+/// Lines through junctions that end further from the lanes that they join are not driven, metres: a car cannot follow a step of
+/// half its width.
+const FITS_M: f64 = 0.5;
+
+/// What a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SourceFormat {
+    /// OpenDRIVE.
+    OpenDrive,
+    /// OpenStreetMap.
+    OpenStreetMap,
+    /// SUMO's own.
+    Sumo,
+}
+
+/// What a try gives to netconvert.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Given {
+    /// Nothing: the file is a network.
+    Nothing,
+    /// The file.
+    File,
+    /// A copy that was mended.
+    Repaired,
+}
+
+/// A way to make a network of a file.
+struct Try {
+    given: Given,
+    /// netconvert's options.
+    options: &'static [&'static str],
+    /// How that is told, after "taken ".
+    words: &'static str,
+}
+
+/// Heights are those that the file states; one without any stays flat.
+const OSM: [&str; 6] =
+    ["--keep-edges.by-vclass", "passenger", "--remove-edges.isolated", "--osm.elevation", "true", "--junctions.join"];
+
+impl SourceFormat {
+    /// By the file's name.
+    pub(super) fn of(file: &Path) -> Option<Self> {
+        let name = file.file_name()?.to_string_lossy().to_lowercase();
+        let ends = |ends: &[&str]| ends.iter().any(|end| name.ends_with(end));
+        match () {
+            () if ends(&[".xodr"]) => Some(Self::OpenDrive),
+            () if ends(&[".osm", ".osm.xml"]) => Some(Self::OpenStreetMap),
+            () if ends(&["net.xml"]) => Some(Self::Sumo),
+            () => None,
+        }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OpenDrive => "OpenDRIVE",
+            Self::OpenStreetMap => "OpenStreetMap",
+            Self::Sumo => "a SUMO network",
+        }
+    }
+
+    fn flag(self) -> &'static str {
+        match self {
+            Self::OpenDrive => "--opendrive-files",
+            Self::OpenStreetMap => "--osm-files",
+            Self::Sumo => "--sumo-net-file",
+        }
+    }
+
+    fn tries(self) -> &'static [Try] {
+        match self {
+            // Curves sampled each metre take much memory on some files, and lines through junctions do not always meet the lanes.
+            Self::OpenDrive => &[
+                Try {
+                    given: Given::File,
+                    options: &["--opendrive.curve-resolution", "1", "--opendrive.internal-shapes", "true"],
+                    words: "with its own lines through junctions and curves sampled each metre",
+                },
+                Try {
+                    given: Given::File,
+                    options: &["--opendrive.curve-resolution", "1", "--ignore-errors", "true"],
+                    words: "with netconvert's lines through junctions and curves sampled each metre",
+                },
+                Try {
+                    given: Given::File,
+                    options: &["--ignore-errors", "true"],
+                    words: "with netconvert's lines through junctions and curves sampled each 2 m",
+                },
+                Try {
+                    given: Given::Repaired,
+                    options: &["--ignore-errors", "true"],
+                    words: "with netconvert's lines through junctions and curves sampled each 2 m, after repair",
+                },
+            ],
+            Self::OpenStreetMap => &[
+                Try { given: Given::File, options: &OSM, words: "with junctions that lie close together joined" },
+                Try {
+                    given: Given::File,
+                    options: &[OSM[0], OSM[1], OSM[2], OSM[3], OSM[4], "--ignore-errors", "true"],
+                    words: "with junctions as they are",
+                },
+            ],
+            Self::Sumo => &[
+                Try { given: Given::Nothing, options: &[], words: "as it is" },
+                Try { given: Given::File, options: &["--ignore-errors", "true"], words: "rebuilt by netconvert" },
+            ],
+        }
+    }
+}
+
+/// A network that a try has given.
+pub(super) struct MadeNetwork {
+    pub network: Network,
+    pub path: network::Path,
+    /// How it was made.
+    pub words: String,
+    /// Why finer tries were not taken.
+    pub before: Vec<String>,
+    pub warnings: Vec<WarningKind>,
+    /// Errors that were passed over.
+    pub errors: Vec<WarningKind>,
+}
+
+/// Makes `net` of a file: by the first try that gives a network which can be driven and whose lanes meet, else by the one
+/// whose lanes meet best.
+pub(super) fn make(
+    program: &Path,
+    file: &Path,
+    format: SourceFormat,
+    net: &Path,
+    bounds: &ImportBounds,
+) -> Result<MadeNetwork, MapError> {
+    let failed = |source| MapError::Io { file: net.into(), source };
+    let tries = format.tries();
+    let runs = tries.iter().filter(|one| one.given != Given::Nothing).count() as u64;
+    let mut errors = Vec::new();
+    let mut before = Vec::new();
+    let mut best: Option<(f64, Vec<u8>, MadeNetwork)> = None;
+    for one in tries {
+        match make_once(program, file, format, (net, one), (bounds, runs)) {
+            Err(error @ MapError::Interrupted { .. }) => return Err(error),
+            Err(error) => {
+                let is_final = !is_worth_another_try(&error);
+                before.push(format!("not {}: {}", one.words, in_one_line(&error, file)));
+                errors.push(error);
+                if is_final {
+                    break;
+                }
+            }
+            Ok(made) => {
+                let gap_m = widest_joint_m(&made.network);
+                let fits = gap_m <= FITS_M;
+                if best.as_ref().is_none_or(|(least_m, ..)| gap_m < *least_m) {
+                    let bytes = read_bounded(net, MOST_BYTES).map_err(failed)?;
+                    best = Some((gap_m, bytes, MadeNetwork { before: before.clone(), ..made }));
+                }
+                // A network of SUMO's own is taken as its maker drew it.
+                if fits || format == SourceFormat::Sumo {
+                    break;
+                }
+                before.push(format!("not {}: they miss the lanes that they join by up to {gap_m:.1} m", one.words));
+            }
+        }
+    }
+    match best {
+        Some((_, bytes, made)) => private::replace(net, &bytes).map_err(failed).map(|()| made),
+        // What netconvert could not read in one try is no reason where it could in another.
+        None => {
+            let converted = |error: &MapError| matches!(error, MapError::NoPath { .. } | MapError::Converted { .. });
+            let reason = errors.iter().position(converted).filter(|_| format != SourceFormat::Sumo).unwrap_or(0);
+            Err(errors.swap_remove(reason))
+        }
+    }
+}
+
+fn make_once(
+    program: &Path,
+    file: &Path,
+    format: SourceFormat,
+    (net, one): (&Path, &Try),
+    (bounds, shares): (&ImportBounds, u64),
+) -> Result<MadeNetwork, MapError> {
+    let mut how = one.words.to_owned();
+    let repaired = net.with_file_name("repaired.xodr");
+    let given = match one.given {
+        Given::Nothing => None,
+        Given::File => Some(file),
+        Given::Repaired => {
+            let text =
+                read_text(file, MOST_IMPORT_BYTES).map_err(|source| MapError::Io { file: file.into(), source })?;
+            let (text, done) = repair(&text).ok_or_else(|| MapError::Netconvert {
+                file: file.into(),
+                message: "it needs a repair that codrive does not know".into(),
+            })?;
+            private::replace(&repaired, text.as_bytes())
+                .map_err(|source| MapError::Io { file: file.into(), source })?;
+            how = format!("{how} ({})", done.join("; "));
+            Some(repaired.as_path())
+        }
+    };
+    let words = match given {
+        Some(given) => {
+            let _ = std::fs::remove_file(net);
+            let conversion = Conversion {
+                program,
+                format: format.flag(),
+                file: given,
+                known: file,
+                net,
+                options: one.options,
+                shares,
+            };
+            let words = conversion.run(bounds);
+            let _ = std::fs::remove_file(&repaired);
+            words?
+        }
+        None => {
+            let copied = read_bounded(file, MOST_BYTES).and_then(|bytes| private::replace(net, &bytes));
+            copied.map_err(|source| MapError::Io { file: file.into(), source })?;
+            String::new()
+        }
+    };
+    // Errors are about the file that a person knows; lines of what netconvert made are no lines of it.
+    let of = |problem: MapError| match one.given {
+        Given::Nothing => problem,
+        _ => MapError::Converted { file: file.into(), problem: Box::new(problem) },
+    };
+    let known = if one.given == Given::Nothing { file } else { Path::new("net.xml") };
+    let text = catalog::read(net, MOST_BYTES).map_err(|error| match error {
+        MapError::NotXml { line, column, message, .. } => {
+            of(MapError::NotXml { file: known.into(), line, column, message })
+        }
+        other => other,
+    })?;
+    let network = Network::read(known, &text).map_err(of)?;
+    // This one is about the roads, whoever wrote them down.
+    let path = default_path(file, &network)?;
+    let count = |begin| warnings::count(&words, begin);
+    Ok(MadeNetwork { network, path, words: how, before: Vec::new(), warnings: count(WARNING), errors: count(ERROR) })
+}
+
+/// False where no options help: the file cannot be read at all, or is none of the kind.
+fn is_worth_another_try(error: &MapError) -> bool {
+    match error {
+        // Its parser's, where the file is cut off or no XML.
+        MapError::Netconvert { message, .. } => !message.contains("At line/column"),
+        MapError::NetconvertAbsent { .. }
+        | MapError::NotXml { .. }
+        | MapError::NotANet { .. }
+        | MapError::Limit { .. }
+        | MapError::Io { .. } => false,
+        _ => true,
+    }
+}
+
+/// The first line of an error, without the file that it is about.
+fn in_one_line(error: &MapError, file: &Path) -> String {
+    let text = error.to_string();
+    let text = text.lines().next().unwrap_or_default();
+    text.strip_prefix(&format!("{}: ", file.display())).unwrap_or(text).to_owned()
+}
+
+/// How far lines through junctions end from the lanes that they join, at most, metres; of those open to cars.
+fn widest_joint_m(net: &Network) -> f64 {
+    let is_inside = |lane| net.edge_of(lane).kind == EdgeKind::Internal;
+    let joints = net.lane_ids().flat_map(|from| net.successors(from).map(move |to| (from, to)));
+    let joints = joints.filter(|&(from, to)| is_inside(from) || is_inside(to));
+    let for_cars = joints.filter(|&(from, to)| net.lane(from).admits_cars() && net.lane(to).admits_cars());
+    let gap_m = |(from, to)| {
+        let (end, start): (&[glam::DVec3], &[glam::DVec3]) = (net.lane(from).shape(), net.lane(to).shape());
+        end[end.len() - 1].truncate().distance(start[0].truncate())
+    };
+    for_cars.map(gap_m).fold(0.0, f64::max)
+}

@@ -1,0 +1,141 @@
+//! Ways through a network that need not close. In: a [`Network`], and which lanes follow which or the edges that a person named.
+//! Out: the longest open chain of lanes of streets that was found (it visits no junction twice, so that it does not cross itself),
+//! or the chain along those edges. Bounded in steps and deterministic: ties go to what the file names first. Metres.
+
+use super::{
+    MapError,
+    limits::LONGEST_ROUTE_M,
+    loop_search::{broken, chosen_edges},
+    network::{self, JunctionId, LaneId, Network},
+};
+use std::{collections::BTreeMap, path::Path};
+
+/// How many lanes the search may visit in all; 2 million take about 0.1 s.
+const SEARCH_STEPS: usize = 2_000_000;
+/// Shortest path that is worth driving, metres: two cars of 5 m, the gap of a standstill between them, and room to drive off.
+pub(super) const SHORTEST_M: f64 = 20.0;
+
+/// The longest chain found; `next` has the lanes that can be entered from each lane, by index. `None` where every chain is shorter
+/// than [`SHORTEST_M`].
+pub(super) fn longest(net: &Network, next: &[Vec<usize>], is_open: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
+    let mut entered = vec![false; next.len()];
+    next.iter().flatten().for_each(|&goal| entered[goal] = true);
+    // From the ends of roads first: the longest way of a road begins at its beginning.
+    let (begins, within): (Vec<usize>, Vec<usize>) =
+        (0..next.len()).filter(|&lane| is_open(lane)).partition(|&lane| !entered[lane]);
+    let n = begins.len() + within.len();
+    let mut search = Search {
+        net,
+        next,
+        share: (SEARCH_STEPS / n.max(1)).clamp(200, 200_000),
+        visited: vec![false; net.junctions().len() + net.edges().len()],
+        // One of just that length is long enough.
+        best_m: SHORTEST_M - 1e-5,
+        best: None,
+    };
+    begins.into_iter().chain(within).for_each(|start| search.from(start));
+    search.best
+}
+
+/// The path along edges that a person named: on the right-most lane for cars that leads all the way without a change of lanes.
+pub(super) fn along(file: &Path, net: &Network, edges: &[String]) -> Result<network::Path, MapError> {
+    let chosen = chosen_edges(file, net, edges)?;
+    let for_cars = |k: usize| chosen[k].lanes().filter(|lane| net.lane(*lane).admits_cars());
+    let mut furthest = 0;
+    for start in (0..chosen.len().min(1)).flat_map(for_cars) {
+        // All chains at once: which lanes of edge k can be reached, and from where.
+        let mut reached: Vec<BTreeMap<LaneId, LaneId>> = vec![BTreeMap::from([(start, start)])];
+        for k in 1..chosen.len() {
+            let mut here = BTreeMap::new();
+            for &from in reached[k - 1].keys() {
+                let goals = net.connections_from(from).iter().map(|way| way.to);
+                for goal in goals.filter(|goal| for_cars(k).any(|lane| lane == *goal)) {
+                    here.entry(goal).or_insert(from);
+                }
+            }
+            if here.is_empty() {
+                break;
+            }
+            furthest = furthest.max(k);
+            reached.push(here);
+        }
+        if let (Some(last), true) = (reached[reached.len() - 1].keys().next(), reached.len() == chosen.len()) {
+            let mut lanes = vec![*last];
+            for from in reached[1..].iter().rev() {
+                lanes.insert(0, from[&lanes[0]]);
+            }
+            return network::Path::through(net, &lanes, false)
+                .map_err(|error| MapError::NoPath { file: file.into(), detail: error.to_string() });
+        }
+    }
+    Err(broken(file, edges, furthest))
+}
+
+struct Search<'a> {
+    net: &'a Network,
+    next: &'a [Vec<usize>],
+    /// Steps from each start.
+    share: usize,
+    /// Junctions that the chain leads to, and edges that lead to none.
+    visited: Vec<bool>,
+    best_m: f64,
+    best: Option<Vec<usize>>,
+}
+
+impl Search<'_> {
+    fn end_of(&self, lane: usize) -> usize {
+        let edge = self.net.lane(LaneId::from_index(lane)).edge;
+        // An edge that ends in no junction ends alone.
+        let alone = || self.net.junctions().len() + edge.index();
+        self.net.edge(edge).to.map_or_else(alone, JunctionId::index)
+    }
+
+    fn length_m(&self, lane: usize) -> f64 {
+        self.net.lane(LaneId::from_index(lane)).length_m
+    }
+
+    /// Depth first from a lane, as far as its share of the steps goes.
+    fn from(&mut self, start: usize) {
+        let begins_at = self.net.edge_of(LaneId::from_index(start)).from.map(JunctionId::index);
+        // A chain that came back to where it begins would touch itself there.
+        let first = begins_at.filter(|&junction| junction != self.end_of(start));
+        for junction in first.into_iter().chain([self.end_of(start)]) {
+            self.visited[junction] = true;
+        }
+        let mut path = vec![(start, 0)];
+        let mut length_m = self.length_m(start);
+        let mut steps = 0;
+        self.keep(&path, length_m);
+        while let Some((lane, tried)) = path.last_mut() {
+            let lane = *lane;
+            let goal = self.next[lane].get(*tried).copied().filter(|_| steps < self.share);
+            *tried += 1;
+            steps += 1;
+            match goal {
+                Some(goal) if !self.visited[self.end_of(goal)] && length_m + self.length_m(goal) <= LONGEST_ROUTE_M => {
+                    let end = self.end_of(goal);
+                    self.visited[end] = true;
+                    length_m += self.length_m(goal);
+                    path.push((goal, 0));
+                    self.keep(&path, length_m);
+                }
+                Some(_) => {}
+                None => {
+                    let end = self.end_of(lane);
+                    self.visited[end] = false;
+                    length_m -= self.length_m(lane);
+                    path.pop();
+                }
+            }
+        }
+        first.into_iter().for_each(|junction| self.visited[junction] = false);
+    }
+
+    fn keep(&mut self, path: &[(usize, usize)], length_m: f64) {
+        // Lengths are added in another order on other ways.
+        if length_m > self.best_m + 1e-6 {
+            self.best_m = length_m;
+            self.best = Some(path.iter().map(|(lane, _)| *lane).collect());
+        }
+    }
+}

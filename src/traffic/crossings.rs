@@ -1,0 +1,105 @@
+//! Where a route meets itself, and cars that stand inside each other. In: a route, or poses of cars. Out: the two places on the
+//! route, or the two cars. Metres.
+
+use crate::{
+    map::Route,
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
+};
+use glam::DVec2;
+use std::collections::BTreeMap;
+
+/// Distance between the places that are compared, metres: a crossing is no narrower than a car.
+const EVERY_M: f64 = 1.0;
+/// Places that are no further apart along the route are one place, metres: two cars.
+const SAME_PLACE_M: f64 = 2.0 * CAR_LENGTH_M;
+
+/// Two places of a route, far apart along it, between which cars touch: the route crosses or touches itself there. `None` for one that
+/// keeps away from itself.
+pub(super) fn self_crossing(route: &Route) -> Option<(f64, f64)> {
+    let n = (route.length_m() / EVERY_M).ceil().max(1.0) as usize;
+    let s_m = |k: usize| route.length_m() * k as f64 / n as f64;
+    let cell = |point: DVec2| ((point.x / CAR_WIDTH_M).floor() as i64, (point.y / CAR_WIDTH_M).floor() as i64);
+    let mut cells: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
+    for k in 0..n {
+        let point = route.point_at(s_m(k));
+        let (x, y) = cell(point);
+        let around = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y)));
+        let near = around.filter_map(|cell| cells.get(&cell)).flatten();
+        let meets = |other: &&usize| {
+            route.difference(s_m(**other), s_m(k)).abs() > SAME_PLACE_M
+                && route.point_at(s_m(**other)).distance(point) < CAR_WIDTH_M
+        };
+        if let Some(first) = near.filter(meets).min() {
+            return Some((s_m(*first), s_m(k)));
+        }
+        cells.entry((x, y)).or_default().push(k);
+    }
+    None
+}
+
+/// Two cars that stand inside each other, by their places in the list. Those that touch are let be.
+pub(super) fn overlapping(cars: &[Pose]) -> Option<(usize, usize)> {
+    let pairs = (1..cars.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+    let mut near =
+        pairs.filter(|&(a, b)| cars[a].position.distance(cars[b].position) < CAR_LENGTH_M.hypot(CAR_WIDTH_M));
+    near.find(|&(a, b)| overlap(&cars[a], &cars[b]))
+}
+
+/// Two boxes are apart where a side of one of them has the other wholly beyond it.
+fn overlap(a: &Pose, b: &Pose) -> bool {
+    /// Cars that drive bumper to bumper round a bend overlap by less, metres.
+    const TOUCH_M: f64 = 0.2;
+    let apart = b.position - a.position;
+    let axes = [a.forward(), a.left(), b.forward(), b.left()];
+    axes.iter().all(|axis| {
+        let reach = |car: &Pose| {
+            CAR_LENGTH_M / 2.0 * car.forward().dot(*axis).abs() + CAR_WIDTH_M / 2.0 * car.left().dot(*axis).abs()
+        };
+        apart.dot(*axis).abs() < reach(a) + reach(b) - TOUCH_M
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::{RoadMap, RouteLane};
+    use std::f64::consts::TAU;
+
+    fn route(shape: Vec<DVec2>) -> Route {
+        let length_m = shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+        let (id, edge) = ("e_0".to_owned(), "e".to_owned());
+        Route::new(vec![RouteLane { id, edge, start_s_m: 0.0, length_m, speed_limit_mps: 30.0, width_m: 3.2, shape }])
+    }
+
+    #[test]
+    fn a_figure_of_eight_meets_itself_in_the_middle_and_rings_nowhere() {
+        // Gerono's: x = 60 cos t, y = 60 sin t cos t; it passes the origin at a quarter and at three quarters.
+        let eight = route(
+            (0..=400)
+                .map(|k| f64::from(k) / 400.0 * TAU)
+                .map(|t| DVec2::new(t.cos(), t.sin() * t.cos()) * 60.0)
+                .collect(),
+        );
+        let (first_m, second_m) = self_crossing(&eight).unwrap();
+        for (found_m, share) in [(first_m, 0.25), (second_m, 0.75)] {
+            assert!((found_m / eight.length_m() - share).abs() < 0.02, "{first_m} {second_m} of {}", eight.length_m());
+        }
+        for name in ["ring-250", "ring-641", "practice"] {
+            assert_eq!(self_crossing(&RoadMap::load(name).unwrap().route), None, "{name}");
+        }
+        // There and back on neighbouring lanes of 3.2 m.
+        let strip = [(0.0, 0.0), (100.0, 0.0), (103.0, 1.6), (100.0, 3.2), (0.0, 3.2), (-3.0, 1.6), (0.0, 0.0)];
+        assert_eq!(self_crossing(&route(strip.map(DVec2::from).to_vec())), None);
+    }
+
+    #[test]
+    fn cars_across_each_other_overlap_and_cars_beside_each_other_do_not() {
+        let at = |x, y, yaw| Pose::new(DVec2::new(x, y), yaw);
+        let here = at(0.0, 0.0, 0.0);
+        assert_eq!(overlapping(&[here, at(50.0, 0.0, 0.0), at(1.0, 1.0, TAU / 4.0)]), Some((0, 2)));
+        // A car is 5 m long and 1.8 m wide.
+        assert_eq!(overlapping(&[here, at(5.0, 0.0, 0.0), at(0.0, 1.8, 0.0)]), None);
+        assert_eq!(overlapping(&[here, at(0.0, 3.4, TAU / 4.0)]), None);
+        assert_eq!(overlapping(&[here, at(0.0, 3.1, TAU / 4.0)]), Some((0, 1)));
+    }
+}
