@@ -215,7 +215,7 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
     let map = match map::RoadMap::load(name) {
         Ok(map) => map,
         Err(error @ (map::MapError::NoRoute { .. } | map::MapError::NoPath { .. })) => {
-            return out::line(format_args!("path           none that can be driven: {}", first_line(&error)));
+            return out::line(format_args!("closed route   none: {}", first_line(&error)));
         }
         Err(error) => return Err(error.into()),
     };

@@ -8,6 +8,7 @@ use super::{
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
     network::{self, Connection, Edge, JunctionId, Lane, LaneId, Network},
     open_path,
+    tight_turns::is_too_tight,
 };
 use crate::toml_text::did_you_mean;
 use glam::DVec2;
@@ -40,7 +41,10 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
             return Err(MapError::NoRoute { file: file.into(), detail });
         }
         Some(ChosenEdges { edges, closed: true }) => along(file, net, edges)?,
-        None => longest_loop(file, net)?,
+        None => match default_path(file, net) {
+            Ok(path) if path.is_closed() => streets_of(net, &path),
+            _ => longest_loop(file, net)?,
+        },
     };
     let mut lanes = Vec::new();
     let mut declared_m = 0.0;
@@ -71,7 +75,7 @@ fn edge_at(net: &Network, lane: usize) -> &Edge {
 }
 
 /// True of a lane of a street that is open to passenger cars.
-fn drivable(net: &Network, lane: usize) -> bool {
+pub(super) fn drivable(net: &Network, lane: usize) -> bool {
     lane_at(net, lane).admits_cars() && edge_at(net, lane).kind.is_street()
 }
 
@@ -143,6 +147,8 @@ struct AllowedLinks {
     changes: bool,
     /// Turning on the spot.
     turnarounds: bool,
+    /// Turns that a car cannot make within its lane.
+    tight_turns: bool,
 }
 
 /// All lanes of the edge that `lane` belongs to, for cars.
@@ -155,7 +161,11 @@ fn links_by_lane(net: &Network, allowed: AllowedLinks) -> Vec<Vec<usize>> {
     let mut next = vec![Vec::new(); net.lanes().len()];
     for link in net.connections() {
         let (from, to) = (link.from.index(), link.to.index());
-        if drivable(net, from) && drivable(net, to) && (allowed.turnarounds || !link.is_turnaround()) {
+        if drivable(net, from)
+            && drivable(net, to)
+            && (allowed.turnarounds || !link.is_turnaround())
+            && (allowed.tight_turns || !is_too_tight(net, link))
+        {
             let entered = beside(net, from).filter(|&lane| allowed.changes || lane == from);
             entered.for_each(|lane| next[lane].push(to));
         }
@@ -175,7 +185,7 @@ fn lane_towards(net: &Network, entered: usize, next: usize) -> usize {
 
 fn longest_loop(file: &Path, net: &Network) -> Result<Vec<usize>, MapError> {
     // Best first: keeping the lane, then changing lanes; crossing oneself and turning on the spot only where it must be.
-    let links = |changes, turnarounds| links_by_lane(net, AllowedLinks { changes, turnarounds });
+    let links = |changes, turnarounds| links_by_lane(net, AllowedLinks { changes, turnarounds, tight_turns: true });
     let found = longest_without_crossing(net, &links(false, false))
         .or_else(|| longest_without_crossing(net, &links(true, false)))
         .or_else(|| any_loop(&links(true, false)))
@@ -196,35 +206,27 @@ fn from_first(mut found: Vec<usize>) -> Vec<usize> {
 }
 
 /// The path that is driven where a person chose none: the longest loop that keeps its lanes and crosses itself nowhere, else a loop
-/// that keeps its lanes, else the longest open path that does.
+/// that keeps its lanes, else the longest open path that does; with turns that a car can make, if there is one.
 ///
 /// # Errors
 /// If no chain of lanes open to cars is long enough to drive on.
 pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, MapError> {
-    let next = links_by_lane(net, AllowedLinks { changes: false, turnarounds: false });
-    let closed =
-        longest_without_crossing(net, &next).or_else(|| any_loop(&next)).map(|found| (from_first(found), true));
-    let open = || open_path::longest(net, &next, |lane| drivable(net, lane)).map(|found| (found, false));
-    let (lanes, is_closed) = closed.or_else(open).ok_or_else(|| no_path(file, net))?;
+    let search = |tight_turns| {
+        let next = links_by_lane(net, AllowedLinks { changes: false, turnarounds: false, tight_turns });
+        let closed =
+            longest_without_crossing(net, &next).or_else(|| any_loop(&next)).map(|found| (from_first(found), true));
+        let open = || open_path::longest(net, &next).map(|found| (found, false));
+        closed.or_else(open)
+    };
+    let (lanes, is_closed) = search(false).or_else(|| search(true)).ok_or_else(|| open_path::none(file, net))?;
     let lanes: Vec<LaneId> = lanes.into_iter().map(LaneId::from_index).collect();
     network::Path::through(net, &lanes, is_closed)
         .map_err(|error| MapError::NoPath { file: file.into(), detail: error.to_string() })
 }
 
-/// Why there is nothing to drive on.
-fn no_path(file: &Path, net: &Network) -> MapError {
-    let streets = || (0..net.lanes().len()).filter(|&lane| edge_at(net, lane).kind.is_street());
-    let for_cars = || streets().filter(|&lane| drivable(net, lane));
-    let longest_m = for_cars().map(|lane| lane_at(net, lane).length_m).fold(0.0, f64::max);
-    let detail = match (streets().count(), for_cars().count()) {
-        (0, _) => "the network has no street".to_owned(),
-        (n, 0) => format!("none of the {n} lanes of its streets is open to passenger cars"),
-        (_, n) => format!(
-            "{n} lanes are open to passenger cars, the longest has {longest_m:.1} m, and no chain of them has {} m",
-            open_path::SHORTEST_M
-        ),
-    };
-    MapError::NoPath { file: file.into(), detail }
+/// The lanes of a path between junctions.
+fn streets_of(net: &Network, path: &network::Path) -> Vec<usize> {
+    path.lanes().iter().map(|lane| lane.index()).filter(|lane| edge_at(net, *lane).kind.is_street()).collect()
 }
 
 /// Depth first from every lane, each with an equal share of the steps; the longest loop that visits no junction twice.
@@ -358,7 +360,7 @@ fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, Map
     let chosen = chosen_edges(file, net, edges)?;
     let mut furthest = 0;
     for changes in [false, true] {
-        let next = links_by_lane(net, AllowedLinks { changes, turnarounds: true });
+        let next = links_by_lane(net, AllowedLinks { changes, turnarounds: true, tight_turns: true });
         let lanes_of = |k: usize| {
             let lanes = chosen[k % chosen.len()].lanes().map(LaneId::index);
             lanes.filter(|&lane| lane_at(net, lane).admits_cars())

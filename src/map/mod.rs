@@ -2,8 +2,8 @@
 //! [`RoadMap`]: the whole [`Network`], and one [`Route`] of its lanes, closed or open, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
 //! [`network`] reads and writes networks, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
-//! closed route and `open_path` a way where there is none, `edge_path` the open one along edges, `catalog` knows the folder `maps/`,
-//! [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
+//! closed route and `open_path` a way where there is none (`tight_turns` says which turns they leave out), `edge_path` the open one along
+//! edges that a person names, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
 //! networks and `write` writes them as SUMO reads them.
 
 mod catalog;
@@ -25,6 +25,7 @@ pub mod ring;
 mod route;
 #[cfg(test)]
 mod tests;
+mod tight_turns;
 mod write;
 
 pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, own_folder};

@@ -5,7 +5,7 @@
 use super::{
     MapError,
     limits::LONGEST_ROUTE_M,
-    loop_search::{broken, chosen_edges},
+    loop_search::{broken, chosen_edges, drivable},
     network::{self, JunctionId, LaneId, Network},
 };
 use std::{collections::BTreeMap, path::Path};
@@ -13,16 +13,16 @@ use std::{collections::BTreeMap, path::Path};
 /// How many lanes the search may visit in all; 2 million take about 0.1 s.
 const SEARCH_STEPS: usize = 2_000_000;
 /// Shortest path that is worth driving, metres: two cars of 5 m, the gap of a standstill between them, and room to drive off.
-pub(super) const SHORTEST_M: f64 = 20.0;
+const SHORTEST_M: f64 = 20.0;
 
 /// The longest chain found; `next` has the lanes that can be entered from each lane, by index. `None` where every chain is shorter
 /// than [`SHORTEST_M`].
-pub(super) fn longest(net: &Network, next: &[Vec<usize>], is_open: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
+pub(super) fn longest(net: &Network, next: &[Vec<usize>]) -> Option<Vec<usize>> {
     let mut entered = vec![false; next.len()];
     next.iter().flatten().for_each(|&goal| entered[goal] = true);
     // From the ends of roads first: the longest way of a road begins at its beginning.
     let (begins, within): (Vec<usize>, Vec<usize>) =
-        (0..next.len()).filter(|&lane| is_open(lane)).partition(|&lane| !entered[lane]);
+        (0..next.len()).filter(|&lane| drivable(net, lane)).partition(|&lane| !entered[lane]);
     let n = begins.len() + within.len();
     let mut search = Search {
         net,
@@ -71,6 +71,22 @@ pub(super) fn along(file: &Path, net: &Network, edges: &[String]) -> Result<netw
     Err(broken(file, edges, furthest))
 }
 
+/// Why there is nothing to drive on.
+pub(super) fn none(file: &Path, net: &Network) -> MapError {
+    let streets = || net.lane_ids().filter(|lane| net.edge_of(*lane).kind.is_street());
+    let for_cars = || streets().map(|lane| net.lane(lane)).filter(|lane| lane.admits_cars());
+    let longest_m = for_cars().map(|lane| lane.length_m).fold(0.0, f64::max);
+    let detail = match (streets().count(), for_cars().count()) {
+        (0, _) => "the network has no street".to_owned(),
+        (n, 0) => format!("none of the {n} lanes of its streets is open to passenger cars"),
+        (_, n) => format!(
+            "{n} lanes are open to passenger cars, the longest has {longest_m:.1} m, and no chain of them has {} m",
+            SHORTEST_M
+        ),
+    };
+    MapError::NoPath { file: file.into(), detail }
+}
+
 struct Search<'a> {
     net: &'a Network,
     next: &'a [Vec<usize>],
@@ -97,7 +113,7 @@ impl Search<'_> {
     /// Depth first from a lane, as far as its share of the steps goes.
     fn from(&mut self, start: usize) {
         let begins_at = self.net.edge_of(LaneId::from_index(start)).from.map(JunctionId::index);
-        // A chain that came back to where it begins would touch itself there.
+        // A chain may end where it begins, but goes through no junction twice.
         let first = begins_at.filter(|&junction| junction != self.end_of(start));
         for junction in first.into_iter().chain([self.end_of(start)]) {
             self.visited[junction] = true;
@@ -112,7 +128,13 @@ impl Search<'_> {
             *tried += 1;
             steps += 1;
             match goal {
-                Some(goal) if !self.visited[self.end_of(goal)] && length_m + self.length_m(goal) <= LONGEST_ROUTE_M => {
+                Some(goal) if length_m + self.length_m(goal) > LONGEST_ROUTE_M => {}
+                Some(goal) if Some(self.end_of(goal)) == first => {
+                    path.push((goal, 0));
+                    self.keep(&path, length_m + self.length_m(goal));
+                    path.pop();
+                }
+                Some(goal) if !self.visited[self.end_of(goal)] => {
                     let end = self.end_of(goal);
                     self.visited[end] = true;
                     length_m += self.length_m(goal);
