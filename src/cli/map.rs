@@ -38,7 +38,7 @@ pub(super) fn command() -> Command {
         .subcommand(Command::new("list").about("List the maps that --map knows"))
         .subcommand(
             Command::new("show")
-                .about("Say what a network has, and what of it the closed route leaves out")
+                .about("Say what a network has, and what of it the route leaves out")
                 .arg(Arg::new("map").required(true).value_name("MAP").help("Name of a map, or the path of a net.xml")),
         )
         .subcommand(
@@ -223,7 +223,8 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
     let streets = network.lane_ids().filter(|lane| network.edge_of(*lane).kind.is_street());
     let left_out = streets.filter(|lane| !on_route(&network.lane(*lane).id)).count();
     let length_m = map.route.length_m();
-    out::line(format_args!("closed route   {length_m:.0} m; it leaves out {left_out} of {} lanes", census.lanes))
+    let kind = if map.route.is_closed() { "closed route" } else { "open path   " };
+    out::line(format_args!("{kind}   {length_m:.0} m; it leaves out {left_out} of {} lanes", census.lanes))
 }
 
 fn list() -> Result<(), CliError> {

@@ -5,6 +5,7 @@
 
 use super::{
     MapError, Route, RouteLane,
+    edge_path::along_edges,
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
     network::{self, Connection, Edge, JunctionId, Lane, LaneId, Network},
     open_path,
@@ -31,19 +32,25 @@ pub(super) struct ChosenEdges<'a> {
     pub closed: bool,
 }
 
-/// The route of `net`: along the chosen edges if there are any, else the longest loop that visits no junction twice. A network that
-/// has an open path alone is refused: here is the place where it becomes a route, once a route can be open.
+/// The route of `net`: along the chosen edges if there are any, else its default path; open where that is.
 pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) -> Result<Route, MapError> {
     let chain = match chosen {
         Some(ChosenEdges { edges, closed: false }) => {
-            let path = open_path::along(file, net, edges)?;
-            let detail = format!("its path of {:.0} m is open, and a drive needs one that closes", path.length_m());
-            return Err(MapError::NoRoute { file: file.into(), detail });
+            let edges: Vec<&str> = edges.iter().map(String::as_str).collect();
+            return along_edges(file, net, &edges);
         }
         Some(ChosenEdges { edges, closed: true }) => along(file, net, edges)?,
         None => match default_path(file, net) {
             Ok(path) if path.is_closed() => streets_of(net, &path),
-            _ => longest_loop(file, net)?,
+            // A loop that changes lanes goes before an open path, as before there were open ones.
+            found => match (longest_loop(file, net), found) {
+                (Err(_), Ok(path)) => {
+                    let edges: Vec<&str> =
+                        streets_of(net, &path).into_iter().map(|lane| edge_at(net, lane).id.as_str()).collect();
+                    return along_edges(file, net, &edges);
+                }
+                (looped, _) => looped?,
+            },
         },
     };
     let mut lanes = Vec::new();
@@ -335,7 +342,7 @@ fn on_a_loop(next: &[Vec<usize>], mut lane: usize) -> usize {
 }
 
 /// The edges of these names, each once.
-pub(super) fn chosen_edges<'a>(file: &Path, net: &'a Network, edges: &[String]) -> Result<Vec<&'a Edge>, MapError> {
+fn chosen_edges<'a>(file: &Path, net: &'a Network, edges: &[String]) -> Result<Vec<&'a Edge>, MapError> {
     let streets = || net.edges().iter().filter(|edge| edge.kind.is_street());
     let edge_of_id: BTreeMap<&str, &Edge> = streets().map(|edge| (edge.id.as_str(), edge)).collect();
     let mut named = BTreeSet::new();
@@ -395,7 +402,7 @@ fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, Map
 }
 
 /// Why a route of these edges ends after edge `furthest`, counted round from 0.
-pub(super) fn broken(file: &Path, edges: &[String], furthest: usize) -> MapError {
+fn broken(file: &Path, edges: &[String], furthest: usize) -> MapError {
     let n = edges.len().max(1);
     let detail = match (edges.get(furthest % n), edges.get((furthest + 1) % n)) {
         (Some(from), Some(to)) => format!("the route of map.toml cannot go on from edge \"{from}\" to \"{to}\""),

@@ -1,14 +1,13 @@
-//! Ways through a network that need not close. In: a [`Network`], and which lanes follow which or the edges that a person named.
-//! Out: the longest open chain of lanes of streets that was found (it visits no junction twice, so that it does not cross itself),
-//! or the chain along those edges. Bounded in steps and deterministic: ties go to what the file names first. Metres.
+//! Ways through a network that need not close. In: a [`Network`], and which lanes follow which. Out: the longest open chain of lanes of
+//! streets that was found (it visits no junction twice, so that it does not cross itself). Bounded in steps and deterministic: ties go to what the file names first. Metres.
 
 use super::{
     MapError,
     limits::LONGEST_ROUTE_M,
-    loop_search::{broken, chosen_edges, drivable},
-    network::{self, JunctionId, LaneId, Network},
+    loop_search::drivable,
+    network::{JunctionId, LaneId, Network},
 };
-use std::{collections::BTreeMap, path::Path};
+use std::path::Path;
 
 /// How many lanes the search may visit in all; 2 million take about 0.1 s.
 const SEARCH_STEPS: usize = 2_000_000;
@@ -35,40 +34,6 @@ pub(super) fn longest(net: &Network, next: &[Vec<usize>]) -> Option<Vec<usize>> 
     };
     begins.into_iter().chain(within).for_each(|start| search.from(start));
     search.best
-}
-
-/// The path along edges that a person named: on the right-most lane for cars that leads all the way without a change of lanes.
-pub(super) fn along(file: &Path, net: &Network, edges: &[String]) -> Result<network::Path, MapError> {
-    let chosen = chosen_edges(file, net, edges)?;
-    let for_cars = |k: usize| chosen[k].lanes().filter(|lane| net.lane(*lane).admits_cars());
-    let mut furthest = 0;
-    for start in (0..chosen.len().min(1)).flat_map(for_cars) {
-        // All chains at once: which lanes of edge k can be reached, and from where.
-        let mut reached: Vec<BTreeMap<LaneId, LaneId>> = vec![BTreeMap::from([(start, start)])];
-        for k in 1..chosen.len() {
-            let mut here = BTreeMap::new();
-            for &from in reached[k - 1].keys() {
-                let goals = net.connections_from(from).iter().map(|way| way.to);
-                for goal in goals.filter(|goal| for_cars(k).any(|lane| lane == *goal)) {
-                    here.entry(goal).or_insert(from);
-                }
-            }
-            if here.is_empty() {
-                break;
-            }
-            furthest = furthest.max(k);
-            reached.push(here);
-        }
-        if let (Some(last), true) = (reached[reached.len() - 1].keys().next(), reached.len() == chosen.len()) {
-            let mut lanes = vec![*last];
-            for from in reached[1..].iter().rev() {
-                lanes.insert(0, from[&lanes[0]]);
-            }
-            return network::Path::through(net, &lanes, false)
-                .map_err(|error| MapError::NoPath { file: file.into(), detail: error.to_string() });
-        }
-    }
-    Err(broken(file, edges, furthest))
 }
 
 /// Why there is nothing to drive on.

@@ -256,6 +256,16 @@ impl Scenario {
         if edges.is_empty() { RoadMap::load(&self.map) } else { RoadMap::load_along(&self.map, &edges) }
     }
 
+    /// The same with the path of its road, if that is open and no other is named: such a road is driven as a network.
+    pub fn on(&self, map: &RoadMap) -> Self {
+        let mut scenario = self.clone();
+        if scenario.path.is_empty() && !map.route.is_closed() {
+            let streets = map.route.lanes().iter().filter(|lane| !lane.edge.starts_with(':'));
+            scenario.path = streets.map(|lane| lane.edge.as_str()).collect::<Vec<_>>().join(" ");
+        }
+        scenario
+    }
+
     /// Half width of the acceptable range, m/s.
     pub fn range_mps(&self) -> f64 {
         self.range_mph * crate::units::MPS_PER_MPH

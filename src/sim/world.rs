@@ -72,6 +72,7 @@ impl World {
     /// See [`WorldError`]; the messages name the remedy.
     pub fn new(scenario: &Scenario) -> Result<Self, WorldError> {
         let map = Arc::new(scenario.load_map()?);
+        let scenario = &scenario.on(&map);
         let advice = AdviceSource::new(scenario, &map)?;
         let mut traffic = TrafficCoupling::start(scenario, &map)?;
         let start = traffic.ego_start();

@@ -272,6 +272,12 @@ pub enum TrafficError {
     /// Other models are SUMO's, and this engine is not SUMO in this process.
     #[error("other cars cannot follow by {}: only SUMO in this program has that model\n  remedy: --traffic sumo, or --other-model idm", .0.name())]
     NoSuchModel(FollowingModel),
+    /// The road has an open path, and vehicles come and go there.
+    #[error(
+        "traffic is {0}; allowed on a road whose path is open: sumo; only SUMO in this program moves vehicles on a network\n  \
+         remedy: --traffic sumo"
+    )]
+    NotOnNetworks(String),
     /// The setup cannot be simulated.
     #[error("{0}")]
     Setup(String),

@@ -22,7 +22,7 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        EGO, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleLamps,
+        EGO, EngineChoice, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleLamps,
         sumo::{EgoReport, EgoStart, NetworkSetup, SumoNetwork},
     },
 };
@@ -77,6 +77,9 @@ impl NetworkCoupling {
     /// Starts SUMO, lets it run for the scenario's warm-up without the ego, and until there is room for it where it starts.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
         let route = &map.route;
+        if scenario.traffic != EngineChoice::Sumo {
+            return Err(TrafficError::NotOnNetworks(scenario.traffic.to_string()).into());
+        }
         let s_m = scenario.path_start_m.max(CAR_LENGTH_M);
         if s_m >= route.length_m() {
             let (file, start_m) = (map.net_file.clone(), scenario.path_start_m);

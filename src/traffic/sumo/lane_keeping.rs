@@ -8,7 +8,8 @@ pub(super) fn check(map: &RoadMap) -> Result<(), TrafficError> {
     let lanes = map.route.lanes();
     let net = &map.network;
     let id = |k: usize| net.lane_named(&lanes[k % lanes.len()].id);
-    for k in 0..lanes.len() {
+    let pairs = if map.route.is_closed() { lanes.len() } else { lanes.len() - 1 };
+    for k in 0..pairs {
         let (Some(before), Some(after)) = (id(k), id(k + 1)) else { continue };
         if !net.successors(before).any(|next| next == after) {
             // The lane that is entered is another one of the same edge.

@@ -177,6 +177,7 @@ fn own_program() -> Result<PathBuf, TrafficError> {
 pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     limit();
     let map = match RoadMap::load(&net_file.to_string_lossy()) {
+        Ok(map) if !map.route.is_closed() => return try_roads(net_file),
         Ok(map) => Arc::new(map),
         Err(MapError::NoRoute { .. }) => return try_roads(net_file),
         Err(error) => return Err(TrafficError::Setup(error.to_string())),
