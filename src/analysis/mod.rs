@@ -66,6 +66,13 @@ pub enum AnalysisError {
     /// It holds nothing to analyse, or something that is not as this program writes it; the message is complete.
     #[error("{0}")]
     Input(String),
+    /// Vehicles come and go in this recording.
+    #[error(
+        "{}: a drive on a network: measures are those of a fixed number of cars on a closed route\n  \
+         remedy: leave it out, or read its tables (Parquet), where each vehicle has its number",
+        .0.display()
+    )]
+    OnNetwork(std::path::PathBuf),
     /// A recording cannot be read.
     #[error(transparent)]
     Record(#[from] crate::record::RecordError),

@@ -130,6 +130,10 @@ impl RecordedTrial {
     pub fn open(recording: &Path) -> Result<Self, AnalysisError> {
         let manifest = record::open(recording)?;
         let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.message))?;
+        // The measures take a car for the one in the same row of the step before.
+        if scenario.is_on_network() {
+            return Err(AnalysisError::OnNetwork(recording.into()));
+        }
         let mut trial = Self {
             recording: recording.into(),
             ended: manifest.ended.clone().unwrap_or_default(),

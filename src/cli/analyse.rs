@@ -158,6 +158,7 @@ impl From<AnalysisError> for CliError {
     fn from(error: AnalysisError) -> Self {
         match error {
             AnalysisError::Input(text) => Self::Input(text),
+            AnalysisError::OnNetwork(_) => Self::Input(error.to_string()),
             AnalysisError::Record(error) => error.into(),
         }
     }

@@ -25,6 +25,9 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summa
         format!("smallest gap             {}", summary.min_gap_m.map_or("-".into(), |gap| format!("{gap:.2} m"))),
         format!("contacts, off the road   {}, {}", summary.contact_count, summary.left_road),
     ];
+    if summary.red_lights + summary.near_misses > 0 {
+        lines.push(format!("red lights, near misses  {}, {}", summary.red_lights, summary.near_misses));
+    }
     if let Some(contact) = summary.contacts.first() {
         let (at, car, closing) = (contact.time_s, contact.car, contact.closing_mps);
         lines.push(format!("first contact            at {at:.2} s with car {car}, closing at {closing:.2} m/s"));

@@ -190,7 +190,10 @@ impl World {
         network.update(&mut self.snapshot, &self.map, &ego);
         let under = network.ground(&self.map, &self.snapshot).surface(ego.position);
         self.events.extend(self.lane.watch_network(&self.snapshot, under == GroundSurface::Asphalt));
-        self.rules.watch(&self.snapshot, &self.map, &ego, &mut self.events);
+        // What is beyond the end of its path is no matter of the drive.
+        if !network.is_at_end(&self.snapshot, &self.map) {
+            self.rules.watch(&self.snapshot, &self.map, &ego, &mut self.events);
+        }
     }
 
     fn end(&mut self, reason: EndReason) {

@@ -56,6 +56,8 @@ fn a_drive_on_a_network_has_its_vehicles_in_the_tables_and_replays_to_the_bit() 
 
     // The files that it was made from may be gone.
     fs::remove_file(folder.path().join("trips.rou.xml")).unwrap();
+    let (code, text) = said(&mut codrive(&["analyse", drive.to_str().unwrap()]));
+    assert!(code != 0 && text.contains("a drive on a network: measures are those of"), "{code} {text}");
     let (code, text) = said(&mut codrive(&["replay", drive.to_str().unwrap()]));
     assert!(code == 0 && text.contains("are the same to the bit; every file is as it was"), "{text}");
 }

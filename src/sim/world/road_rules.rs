@@ -21,7 +21,7 @@ use crate::{
 /// Faster than the limit by more than this is speeding, m/s: police takes 3 km/h off what it measures (German practice below 100 km/h), and a
 /// driver who keeps the limit swings a little about it.
 const OVER_MPS: f64 = 1.0;
-/// A time to collision below this is a near miss, s (docs/references.md: time to collision).
+/// A time to collision below this is a near miss, s (the measure is that of Hayward 1972).
 const NEAR_MISS_S: f64 = 1.5;
 /// So long in a lane against its direction is wrong way, ticks: who backs out of a space is not.
 const WRONG_WAY_TICKS: u32 = TICKS_PER_S;
