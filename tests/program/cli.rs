@@ -290,7 +290,7 @@ fn a_network_is_counted_with_what_its_closed_route_leaves_out() {
     for part in ["6, in 2 parts", "lanes          7,", "none: flat", "leaves out 3 of 7 lanes"] {
         assert!(text.contains(part), "{part:?} is not in:\n{text}");
     }
-    assert!(shown("ramps").contains("closed route   none"), "{}", shown("ramps"));
+    assert!(shown("ramps").contains("open path      1300 m; it leaves out 9 of 14 lanes"), "{}", shown("ramps"));
 }
 
 /// Commands that print, each of which can be run again and again: with every path they need.

@@ -313,7 +313,7 @@ fn an_ego_that_takes_another_way_than_its_path_drives_on_and_is_seen_by_others()
     let mut driver = driver(&world);
     let mut s_m = 20.0;
     let (mut lanes, mut nearest_m, mut stood) = (BTreeSet::new(), f64::INFINITY, 0);
-    for _ in 0..9000 {
+    for _ in 0..12_000 {
         let ego = world.snapshot().ego;
         s_m = other.project(ego.pose().front(CAR_LENGTH_M), Some(s_m)).s_m;
         let mut seen = world.perceived_by(&driver);
@@ -325,9 +325,15 @@ fn an_ego_that_takes_another_way_than_its_path_drives_on_and_is_seen_by_others()
         let controls = if stands { Controls { throttle: 0.0, brake: 0.4, ..controls } } else { controls };
         world.tick(&controls).expect("a tick");
         lanes.extend(world.snapshot().ego_lane.map(|at| world.map().network.lane(at.lane).id.clone()));
-        let ego = world.snapshot().ego.pose().position;
-        let away = world.snapshot().cars.iter().map(|car| car.pose.position.distance(ego));
-        nearest_m = away.fold(nearest_m, f64::min);
+        // Those in its lane behind it, as it stands; others pass in the lane beside.
+        let ego = world.snapshot().ego.pose();
+        let behind = world
+            .snapshot()
+            .cars
+            .iter()
+            .map(|car| ego.position - car.pose.position)
+            .filter(|way| stands && way.dot(ego.forward()) > 0.0 && way.dot(ego.left()).abs() < 1.0);
+        nearest_m = behind.map(|way| way.length()).fold(nearest_m, f64::min);
         for event in world.events() {
             let strange =
                 matches!(event.kind, EventKind::Contact { .. } | EventKind::LeftRoad { .. } | EventKind::Ended(_));
