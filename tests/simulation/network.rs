@@ -349,3 +349,12 @@ fn an_ego_that_takes_another_way_than_its_path_drives_on_and_is_seen_by_others()
     // Somebody came up behind it, and stopped.
     assert!((5.5..15.0).contains(&nearest_m), "{nearest_m}");
 }
+
+#[test]
+fn a_path_may_begin_beside_a_pavement() {
+    let _alone = one_at_a_time();
+    // Of "ce", "eend" and "wc" the file has lane 0 of the first and the last for pedestrians alone.
+    let town = Scenario { map: "tests/data/networks/town.net.xml".into(), ..scenario("wc ce eend", Demand::default()) };
+    let found = drive(&town, |_| {});
+    assert_eq!((found.ended, found.left_road), (Some(EndReason::PathEnd), 0), "{found:?}");
+}

@@ -198,7 +198,12 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
         timeout_s: 1.0,
         lateral_accel_mps2: None,
     };
-    let mut traffic = SumoTraffic::start_unchecked(&super::home()?, setup)?;
+    let mut traffic = match SumoTraffic::start_unchecked(&super::home()?, setup) {
+        Ok(traffic) => traffic,
+        // Its loop is none for SUMO's cars, and a path along other edges may be driven.
+        Err(TrafficError::RouteChangesLanes { .. }) => return try_roads(net_file),
+        Err(error) => return Err(error),
+    };
     for step in 0..STEPS {
         let ego = traffic.cars()[0];
         let report = (step >= STEPS / 2).then(|| ExternalVehicleState {

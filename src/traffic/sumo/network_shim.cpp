@@ -208,7 +208,8 @@ API int cs_network_begin(const char* const* lane_ids, size_t lane_count, const c
 // Puts a vehicle on a lane at once, whatever SUMO's checks on insertion say. Its route is one of edges that was made before.
 API int cs_network_add(const char* id, const char* route, const char* type, size_t lane, double pos, double speed, uint32_t* number) {
     return guard([&] {
-        sim::Vehicle::add(id, route, type, "now", "0", "0", "0");
+        // The first lane that it may use: the outermost can be a pavement or a place to park.
+        sim::Vehicle::add(id, route, type, "now", "first", "0", "0");
         sim::Vehicle::moveTo(id, lanes.at(lane).id, pos);
         sim::Vehicle::setPreviousSpeed(id, speed, 0.);
         numbers.emplace(id, next_number);
