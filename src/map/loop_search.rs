@@ -1,5 +1,5 @@
-//! Finding a closed route in a network. In: a [`Network`] and, if a person chose, its edges in order. Out: the lanes to
-//! drive, insides of junctions included, ready for [`Route`]. Deterministic: ties go to what the file names first. The default path of
+//! Finding the route of a network. In: a [`Network`] and, if a person chose, its edges in order. Out: the lanes to drive, insides of
+//! junctions included, as a [`Route`], closed if there is a loop. Deterministic: ties go to what the file names first. The default path of
 //! a network ([`default_path`]) never changes lanes, so that cars which keep their lane stay on it; `open_path` finds it where
 //! there is no loop.
 

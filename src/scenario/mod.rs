@@ -25,7 +25,7 @@ flat_settings! {
     /// One drive, complete.
     pub struct Scenario, written as scenario_file {
         fields {
-            /// Road: a folder of maps/, or a SUMO net.xml with a closed route
+            /// Road: a folder of maps/, or a SUMO net.xml
             map: String = "ring-250".into(),
             /// Cars on the route, the ego included
             #[schemars(range(min = 2, max = 1000))]
@@ -36,7 +36,7 @@ flat_settings! {
             #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
             traffic_timeout_s: f64 = 5.0,
             /// Edges of the road's network along which the ego drives, in order, spaces between their ids: the drive is on the network,
-            /// and over at the end of the last; empty drives the closed route of the road
+            /// and over at the end of the last; empty drives the route of the road
             path: String = String::new(),
             /// Where on its path, or on a network on the closed route, the ego's front starts; less than 5 starts a car's length from
             /// its beginning

@@ -22,7 +22,7 @@ pub use interrupt::{Interruption, interrupt, is_interrupted};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
 pub use noise::NoiseStreams;
-pub use vehicles::{Departure, NetworkVehicle, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps, vehicle_of};
+pub use vehicles::{Departure, NetworkVehicle, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps};
 
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
 use std::{sync::Arc, time::Duration};

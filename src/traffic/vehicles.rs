@@ -149,11 +149,6 @@ pub struct VehicleChanges {
     pub arrived: Vec<VehicleId>,
 }
 
-/// The vehicle of this id in a list by ascending id.
-pub fn vehicle_of(vehicles: &[NetworkVehicle], id: VehicleId) -> Option<&NetworkVehicle> {
-    vehicles.binary_search_by_key(&id, |vehicle| vehicle.id).ok().map(|at| &vehicles[at])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -15,7 +15,7 @@ use crate::{
 use glam::DVec2;
 
 /// So far ahead is looked, s.
-pub(super) const HORIZON_S: f64 = 3.0;
+const HORIZON_S: f64 = 3.0;
 const STEPS_PER_S: f64 = 10.0;
 /// An ego so far beside its route's line goes on straight, metres.
 const ON_ROUTE_M: f64 = 1.0;
