@@ -86,7 +86,7 @@ impl CorrectedAdvice {
         if name.ends_with(".onnx") {
             return Err(PolicyError::CorrectedOnnx { name: name.into() });
         }
-        match PolicySource::read(name, settings).map(|source| source.kind) {
+        match PolicySource::for_rings(name, settings).map(|source| source.kind) {
             Ok(SourceKind::Controller(controller)) => Ok(Self::Controller(controller)),
             Ok(SourceKind::Network(network)) => match stands_alone(&network) {
                 Ok(()) => Ok(Self::Network(network)),

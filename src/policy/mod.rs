@@ -23,6 +23,7 @@ mod open_loop;
 mod parameters;
 mod pi_saturation;
 mod replayed;
+mod road_ahead;
 
 pub use advisor::{Advisor, shown_mps, untrained_hold};
 pub use assisted::{AssistedPolicy, residual};
@@ -43,6 +44,7 @@ pub use open_loop::{ConstantSpeed, TwoPhase};
 pub use parameters::{Order, Parameter, SearchScale};
 pub use pi_saturation::{PiParameters, PiSaturation};
 pub use replayed::ReplayedAdvice;
+pub use road_ahead::{FAR_M, Follower, RoadAhead, RoadKind, SignalAhead};
 
 use crate::{
     data_folders,
@@ -77,6 +79,8 @@ pub struct Observation {
     pub latents: [f64; identification::MOST_LATENTS],
     /// The speed that the policy corrects, if it corrects one, m/s.
     pub corrected_mps: Option<f64>,
+    /// The road ahead; rings of training have none.
+    pub road: RoadAhead,
 }
 
 /// What a policy puts out.
@@ -236,6 +240,16 @@ pub enum PolicyError {
     MustBeTold {
         /// The name as given.
         name: String,
+    },
+    /// It needs more of the road than rings of training and evaluation have.
+    #[error(
+        "policy {name} needs whole drives: it {why} on rings of training and evaluation\n  remedy: codrive run, or name another policy"
+    )]
+    NotOnRings {
+        /// The name as given.
+        name: String,
+        /// What it needs.
+        why: String,
     },
     /// The file of a trained policy cannot be used.
     #[error("policy {0}")]

@@ -2,7 +2,7 @@
 //! [`Observation`], SI. Out: one number for each [`NetworkInput`], usually of about -1 to 1. HC22's four are own speed,
 //! leader's speed, gap and circumference, scaled as docs/references.md: learning lists them.
 
-use super::{Observation, identification::MOST_LATENTS};
+use super::{FAR_M, Observation, identification::MOST_LATENTS};
 use crate::space::CAR_LENGTH_M;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +32,20 @@ pub enum Feature {
     MeanSpeed,
     /// Natural logarithm of the hold in seconds.
     LogHold,
+    /// Speed limit where the ego is, m/s.
+    SpeedLimit,
+    /// Curvature of the path where the ego is in three seconds, 1/m, positive to the left.
+    BendAhead,
+    /// Follower's front bumper to the own rear bumper, metres; [`FAR_M`] without one.
+    FollowerGap,
+    /// Follower's speed, m/s; the own without one.
+    FollowerSpeed,
+    /// Own front bumper to the line of the next signal of the path, metres; [`FAR_M`] without one.
+    SignalDistance,
+    /// 1 where the next signal shows green, or where there is none; 0 where it does not.
+    SignalGreen,
+    /// Way to the end of the path, metres.
+    PathLeft,
     /// Speed of the controller that the policy corrects, m/s.
     ControllerSpeed,
     /// The driver's time from a new advice to the first response, s.
@@ -59,7 +73,7 @@ pub enum Feature {
 }
 
 /// All features, as a training's configuration names them.
-pub const FEATURES: [Feature; 19] = [
+pub const FEATURES: [Feature; 26] = [
     Feature::Speed,
     Feature::LeaderSpeed,
     Feature::RelativeSpeed,
@@ -69,6 +83,13 @@ pub const FEATURES: [Feature; 19] = [
     Feature::Spacing,
     Feature::MeanSpeed,
     Feature::LogHold,
+    Feature::SpeedLimit,
+    Feature::BendAhead,
+    Feature::FollowerGap,
+    Feature::FollowerSpeed,
+    Feature::SignalDistance,
+    Feature::SignalGreen,
+    Feature::PathLeft,
     Feature::ControllerSpeed,
     Feature::Reaction,
     Feature::SpeedBias,
@@ -97,6 +118,13 @@ impl Feature {
             Self::Spacing => "spacing",
             Self::MeanSpeed => "mean_speed",
             Self::LogHold => "log_hold",
+            Self::SpeedLimit => "speed_limit",
+            Self::BendAhead => "bend_ahead",
+            Self::FollowerGap => "follower_gap",
+            Self::FollowerSpeed => "follower_speed",
+            Self::SignalDistance => "signal_distance",
+            Self::SignalGreen => "signal_green",
+            Self::PathLeft => "path_left",
             Self::ControllerSpeed => "controller_speed",
             Self::Reaction => "reaction",
             Self::SpeedBias => "speed_bias",
@@ -137,6 +165,13 @@ impl Feature {
             Self::Spacing => o.circumference_m / f64::from(o.vehicles.max(1)),
             Self::MeanSpeed => o.mean_speed_mps,
             Self::LogHold => o.hold_s.max(1e-3).ln(),
+            Self::SpeedLimit => o.road.speed_limit_mps,
+            Self::BendAhead => o.road.bend_per_m,
+            Self::FollowerGap => o.road.follower.map_or(FAR_M, |follower| follower.gap_m),
+            Self::FollowerSpeed => o.road.follower.map_or(o.speed_mps, |follower| follower.speed_mps),
+            Self::SignalDistance => o.road.signal.map_or(FAR_M, |signal| signal.distance_m),
+            Self::SignalGreen => f64::from(u8::from(o.road.signal.is_none_or(|signal| signal.is_green))),
+            Self::PathLeft => o.road.path_left_m.unwrap_or(FAR_M),
             Self::ControllerSpeed => o.corrected_mps.unwrap_or(o.speed_mps),
             Self::Reaction => o.driver.unwrap_or_default().reaction_s,
             Self::SpeedBias => o.driver.unwrap_or_default().speed_bias_mps,
@@ -226,7 +261,7 @@ impl MeanSpeed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::policy::DriverTraits;
+    use crate::policy::{DriverTraits, Follower, RoadAhead, SignalAhead};
 
     #[test]
     fn the_default_is_the_scaling_of_the_field() {
@@ -256,8 +291,16 @@ mod tests {
             driver: Some(DriverTraits::of([1.2, -0.5, 0.4, 1.1, 0.8])),
             latents: [0.3, -1.3, 0.7, 2.1],
             corrected_mps: Some(3.5),
+            road: RoadAhead {
+                speed_limit_mps: 13.9,
+                bend_per_m: -0.02,
+                follower: Some(Follower { gap_m: 8.0, speed_mps: 3.3 }),
+                signal: Some(SignalAhead { distance_m: 80.0, is_green: false }),
+                path_left_m: Some(400.0),
+            },
         };
-        let of_traffic = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln(), 3.5];
+        let of_traffic = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln()];
+        let of_traffic = [&of_traffic[..], &[13.9, -0.02, 8.0, 3.3, 80.0, 0.0, 400.0, 3.5]].concat();
         let expected = [&of_traffic[..], &[1.2, -0.5, 0.4, 1.1, 0.8, 0.3, -1.3, 0.7, 2.1]].concat();
         assert_eq!(FEATURES.len(), expected.len());
         for (feature, expected) in FEATURES.into_iter().zip(expected) {
@@ -265,6 +308,10 @@ mod tests {
             assert_eq!(Feature::named(feature.name()), Some(feature));
             assert_eq!(serde_json::to_value(feature).unwrap(), feature.name());
         }
+        // Where nobody follows and no signal comes.
+        let alone = Observation { speed_mps: 3.0, ..Observation::default() };
+        let road = [Feature::FollowerGap, Feature::FollowerSpeed, Feature::SignalDistance, Feature::SignalGreen];
+        assert_eq!(road.map(|feature| feature.of(&alone)), [1000.0, 3.0, 1000.0, 1.0]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What stands in the place of `onnx` in a program that is built without the feature `onnx`. In: a file of another's network.
 //! Out: a refusal that names the remedy.
 
-use super::{Action, Observation, Policy, PolicyFileError, PolicyFileFault};
+use super::{Action, Observation, Policy, PolicyFileError, PolicyFileFault, RoadKind};
 use std::path::{Path, PathBuf};
 
 /// Limits of files that are read.
@@ -25,6 +25,11 @@ impl OnnxPolicy {
 
     /// A policy that is asked each `step_s` seconds, engaged now.
     pub fn engaged(&self, _step_s: f64) -> Box<dyn Policy> {
+        match *self {}
+    }
+
+    /// Why it cannot advise on this kind of road.
+    pub fn lacks(&self, _road: RoadKind) -> Option<String> {
         match *self {}
     }
 

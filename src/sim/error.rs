@@ -11,16 +11,27 @@ pub enum WorldError {
     /// The traffic cannot start or go on.
     #[error(transparent)]
     Traffic(#[from] TrafficError),
-    /// The policy aims for a speed of a closed route, and the drive is on a network.
+    /// The policy needs something of a closed route, and the drive is on a network.
     #[error(
-        "policy {policy} needs a closed route with a fixed number of cars: it {why}; this drive is on a network\n  remedy: --policy none, or \
-         constant, follower-stopper, pi or linear-feedback with --policy-speed"
+        "policy {policy} needs a closed route with a fixed number of cars: it {why}; this drive is on a network\n  remedy: --policy none or pi, \
+         or constant, follower-stopper or linear-feedback with --policy-speed"
     )]
     PolicyNeedsRing {
         /// Its name.
         policy: String,
         /// What of such a route it needs.
-        why: &'static str,
+        why: String,
+    },
+    /// The policy needs something of a network, and the drive is on a closed route.
+    #[error(
+        "policy {policy} needs a path through a network: it {why}; this drive is on a closed route\n  remedy: name another policy, or the \
+         path of a network (--path)"
+    )]
+    PolicyNeedsNetwork {
+        /// Its name.
+        policy: String,
+        /// What of a network it needs.
+        why: String,
     },
     /// The policy is unknown or its file cannot be used.
     #[error(transparent)]
@@ -42,7 +53,7 @@ impl WorldError {
             }
             Self::Map(MapError::PathStart { .. }) => &["path_start_m", "path"],
             Self::Map(_) => &["map"],
-            Self::Policy(_) | Self::PolicyNeedsRing { .. } => &["policy"],
+            Self::Policy(_) | Self::PolicyNeedsRing { .. } | Self::PolicyNeedsNetwork { .. } => &["policy"],
             Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
             Self::Traffic(_) => &["traffic"],
             Self::Driver(_) => &["sham_advice"],

@@ -38,6 +38,15 @@ fn a_policy_observes_its_own_car_the_one_ahead_and_the_ring() {
     assert_eq!(seen.leader_speed_mps, ahead.speed_mps);
     let gap_m = (ahead.s_m.unwrap() - snapshot.ego_s_m).rem_euclid(seen.circumference_m) - 5.0;
     assert!((seen.gap_m - gap_m).abs() < 1e-9, "{} and {gap_m}", seen.gap_m);
+    // The last of the other 21 is behind it.
+    let behind = snapshot.cars.iter().find(|car| car.id.0 == 21).expect("the car behind");
+    let gap_m = (snapshot.ego_s_m - behind.s_m.unwrap()).rem_euclid(seen.circumference_m) - 5.0;
+    let follower = seen.road.follower.expect("a follower");
+    assert!((follower.gap_m - gap_m).abs() < 1e-9, "{follower:?} and {gap_m}");
+    assert_eq!(follower.speed_mps, behind.speed_mps);
+    // A circle of 250 m, without signals and without an end.
+    assert!((seen.road.bend_per_m - TAU / 250.0).abs() < 0.02 * TAU / 250.0, "{:?}", seen.road);
+    assert_eq!((seen.road.signal, seen.road.path_left_m), (None, None));
 }
 
 #[test]

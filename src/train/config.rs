@@ -452,6 +452,8 @@ impl TrainConfig {
                 Feature::TimeGapFactor => (0.5, 1.5),
                 // 19 of 20 drivers: latents are spread about as N(0, 1).
                 Feature::Latent1 | Feature::Latent2 | Feature::Latent3 | Feature::Latent4 => (-2.0, 2.0),
+                // Of the road of whole drives: the check refuses them.
+                _ => (0.0, 1.0),
             };
             NetworkInput { feature, from, to }
         };

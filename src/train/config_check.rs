@@ -3,7 +3,7 @@
 
 use super::{TrainConfig, config::ActionKind, drawn_ring::TRUCK_LENGTH_M};
 use crate::{
-    policy::{Feature, Hold, NetworkInput},
+    policy::{Feature, Hold, NetworkInput, RoadKind},
     settings::Settings,
     space::CAR_LENGTH_M,
 };
@@ -34,6 +34,10 @@ impl Settings for TrainConfig {
                     known.join(", ")
                 ),
             ));
+        }
+        if let Some(input) = self.inputs().iter().find(|input| !input.feature.is_seen_on(RoadKind::BareRing)) {
+            let text = format!("sees names `{}`; the rings of training have none", input.feature.name());
+            return Err(("sees", text));
         }
         if self.advice.levels == 1 {
             return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));

@@ -7,7 +7,7 @@ use codrive::{
     driver::{SimulatedDriver, preset},
     map::{
         Route,
-        network::{Network, SignalLight},
+        network::{Network, SignalId, SignalLight},
     },
     scenario::Scenario,
     sim::{EndReason, EventKind, SummaryAccumulator, World},
@@ -195,7 +195,7 @@ fn what_cannot_be_driven_is_refused_with_what_where_and_the_remedy() {
     let strange = Flow { from: "A0B0".into(), to: "Z".into(), per_hour: 100.0, mix: Vec::new() };
     let text = refused(&scenario("A0B0", Demand { files: Vec::new(), flows: vec![strange] }));
     assert!(text.contains("flow 1: to is \"Z\""), "{text}");
-    for policy in ["two-phase", "pi", "ring-250-speed"] {
+    for policy in ["two-phase", "constant", "ring-250-speed"] {
         let text = refused(&Scenario { policy: policy.into(), ..scenario("A0B0", Demand::default()) });
         assert!(text.contains(policy) && text.contains("remedy: --policy none"), "{text}");
     }
@@ -203,6 +203,84 @@ fn what_cannot_be_driven_is_refused_with_what_where_and_the_remedy() {
         let text = format!("traffic = \"{engine}\"\npath = \"A0B0\"\n");
         let text = Scenario::from_toml(&text, "town.toml").expect_err("refused").message;
         assert!(text.starts_with("town.toml:1:11: traffic is") && text.contains("remedy: traffic sumo"), "{text}");
+    }
+}
+
+/// The file of a policy that sees one feature from `from` to `to` and advises between 2 and 8 m/s.
+fn policy_that_sees(folder: &std::path::Path, feature: &str, from: f64, to: f64) -> String {
+    let file = folder.join(format!("{feature}.toml"));
+    let text = format!(
+        "format = \"codrive policy 2\"\naction = \"speed\"\nlimits = [2.0, 8.0]\nspeed_change_mps = 0.0\nlevels = 0\n\
+         holds_s = [1.0, 1.0]\ninputs = [{{ feature = \"{feature}\", from = {from:?}, to = {to:?} }}]\n\
+         [[layer]]\nbias = [0.0]\nweights = [[1.0]]\n"
+    );
+    std::fs::write(&file, text).expect("written");
+    file.display().to_string()
+}
+
+#[test]
+fn a_policy_that_names_what_it_sees_of_the_road_is_told_that_and_refused_where_there_is_none() {
+    let _alone = one_at_a_time();
+    let folder = tempfile::tempdir().expect("a folder");
+    let policy = policy_that_sees(folder.path(), "signal_green", 0.0, 1.0);
+    let on_grid = Scenario { policy: policy.clone(), hold_s: 1.0, ..scenario("B0B1 B1B2", Demand::default()) };
+    let mut world = World::new(&on_grid).unwrap_or_else(|error| panic!("{error}"));
+    let mut driver = driver(&world);
+    let (mut fast, mut slow) = (0, 0);
+    while world.ended().is_none() {
+        let net = &world.map().network;
+        let edge = world.snapshot().ego_lane.map(|at| net.edge_of(at.lane).id.clone());
+        // The file: the ways straight on from B0B1 have the links 11 and 12 of signal B1.
+        let b1 = net.signals().iter().position(|signal| signal.id == "B1").expect("a signal");
+        let b1 = SignalId::from_index(b1);
+        let letter = world.snapshot().signals.letters(b1)[11];
+        let controls = driver.controls(&world.perceived_by(&driver));
+        world.tick(&controls).expect("a tick");
+        if edge.as_deref() != Some("B0B1") {
+            continue;
+        }
+        for event in world.events() {
+            let EventKind::Advice(advice) = event.kind else { continue };
+            let is_green = letter.eq_ignore_ascii_case(&b'g');
+            assert_eq!(advice.target_mps, if is_green { 8.0 } else { 2.0 }, "{:?} {}", event.tick, letter as char);
+            *(if is_green { &mut fast } else { &mut slow }) += 1;
+        }
+    }
+    assert!(fast > 3 && slow > 3, "it sees both: {fast} {slow}");
+    let on_ring = Scenario { policy, traffic: EngineChoice::Native, ..Scenario::default() };
+    let text = World::new(&on_ring).err().expect("a ring has no signals").to_string();
+    assert!(text.contains("sees `signal_green`") && text.contains("remedy: name another policy"), "{text}");
+}
+
+#[test]
+fn a_policy_sees_the_end_of_its_path_nobody_ahead_and_the_limit() {
+    let _alone = one_at_a_time();
+    let folder = tempfile::tempdir().expect("a folder");
+    // What it sees, over what range, and what it advises at the start, with 20 m of the first edge behind the front bumper: 2 m/s at
+    // the lower end of the range, 8 at the upper one.
+    let length_m = {
+        let world = World::new(&scenario("B0B1 B1B2", Demand::default())).expect("a world");
+        world.map().route.length_m()
+    };
+    for (feature, range, advised_mps) in [
+        ("path_left", [0.0, 2.0 * (length_m - 20.0)], 5.0),
+        ("gap", [0.0, 2000.0], 5.0),
+        // grid-signals.net.xml: 13.89 m/s on all lanes.
+        ("speed_limit", [0.0, 2.0 * 13.89], 5.0),
+        ("follower_gap", [0.0, 4000.0], 3.5),
+    ] {
+        let policy = policy_that_sees(folder.path(), feature, range[0], range[1]);
+        let scenario = Scenario {
+            policy,
+            hold_s: 1.0,
+            path_start_m: 20.0,
+            standing_start: true,
+            ..scenario("B0B1 B1B2", Demand::default())
+        };
+        let mut world = World::new(&scenario).unwrap_or_else(|error| panic!("{error}"));
+        world.tick(&Controls::default()).expect("a tick");
+        let advice = world.snapshot().advice.expect("advice");
+        assert!((advice.target_mps - advised_mps).abs() < 0.01, "{feature}: {advice:?}");
     }
 }
 

@@ -250,7 +250,7 @@ impl EvaluationPlan {
             policies.push("none".into());
         }
         let settings = config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default());
-        let read = |name: &String| Ok((name.clone(), PolicySource::read(name, &settings)?));
+        let read = |name: &String| Ok((name.clone(), PolicySource::for_rings(name, &settings)?));
         let sources = policies.iter().map(read).collect::<Result<_, PolicyError>>();
         Ok(Self {
             settings,

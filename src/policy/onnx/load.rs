@@ -9,8 +9,8 @@ use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     foreign::guarded,
     policy::{
-        Action, AssistedPolicy, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault, bounded,
-        observe::withholds_advice,
+        Action, AssistedPolicy, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault, RoadKind,
+        bounded, observe::withholds_advice, road_ahead::lacked,
     },
     rng,
     toml_text::did_you_mean_file,
@@ -66,6 +66,12 @@ impl OnnxPolicy {
             (None, None) => policy,
             _ => Box::new(AssistedPolicy::new(policy, None, corrected, gain, step_s)),
         }
+    }
+
+    /// Why it cannot advise on this kind of road, in words that follow "it"; `None` where it can.
+    pub fn lacks(&self, road: RoadKind) -> Option<String> {
+        let d = &self.description;
+        lacked(&d.inputs, d.least_spacing_m, d.corrected.as_ref(), d.expected_gain.as_ref(), road)
     }
 
     /// The files that make it: the network, its description and its weights, as far as they lie beside it.

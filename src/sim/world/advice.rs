@@ -5,7 +5,7 @@ use super::{WorldError, sham};
 use crate::{
     idm::IdmParams,
     map::{RoadMap, Route},
-    policy::{self, Advice, Advisor, Observation, Policy, PolicyError, PolicySettings},
+    policy::{self, Advice, Advisor, Observation, Policy, PolicyError, PolicySettings, PolicySource, RoadKind},
     scenario::Scenario,
     space::CAR_LENGTH_M,
     time::Tick,
@@ -36,8 +36,8 @@ impl AdviceSource {
     /// Builds the scenario's policy for this road.
     pub fn new(scenario: &Scenario, map: &RoadMap) -> Result<Self, WorldError> {
         let settings = policy_settings(scenario, &map.route);
-        let resolved = resolve(scenario, map)?;
-        let policy = policy::build(&resolved.name, &settings)?;
+        let resolved = resolve(scenario, map);
+        let policy = read(&resolved.name, scenario, &settings)?.engage();
         if policy.as_deref().is_some_and(Policy::must_be_told_who_drives) {
             return Err(PolicyError::MustBeTold { name: resolved.name }.into());
         }
@@ -80,25 +80,34 @@ impl AdviceSource {
     }
 }
 
-/// The policy of a scenario. Nobody has trained one for networks, where there is no even flow of a ring to aim for.
-fn resolve(scenario: &Scenario, map: &RoadMap) -> Result<policy::ResolvedPolicy, WorldError> {
+/// Which policy a scenario asks for. `auto` is no advice on networks: nobody has trained a policy for them.
+fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
     if !scenario.is_on_network() {
-        return Ok(policy::resolve(&scenario.policy, map));
+        return policy::resolve(&scenario.policy, map);
     }
-    let name = scenario.policy.clone();
-    if name == policy::AUTO {
+    if scenario.policy == policy::AUTO {
         let why = format!("{}: no policy is shipped for networks", policy::AUTO);
-        return Ok(policy::ResolvedPolicy { name: "none".into(), why: Some(why) });
+        return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
     }
-    let is_rule = policy::NAMES.contains(&name.as_str()) && name != "two-phase";
-    let why = match (is_rule, scenario.policy_speed_mps > 0.0) {
-        (true, true) => return Ok(policy::ResolvedPolicy { name, why: None }),
-        (true, false) if name == "none" => return Ok(policy::ResolvedPolicy { name, why: None }),
-        (true, false) => "aims for the speed at which an even ring flows",
-        (false, _) if name == "two-phase" => "calms the wave of a ring",
-        (false, _) => "was made for one",
-    };
-    Err(WorldError::PolicyNeedsRing { policy: name, why })
+    policy::ResolvedPolicy { name: scenario.policy.clone(), why: None }
+}
+
+/// The policy of this name, if the road of the scenario has what it needs.
+fn read(name: &str, scenario: &Scenario, settings: &PolicySettings) -> Result<PolicySource, WorldError> {
+    let source = PolicySource::read(name, settings)?;
+    if !scenario.is_on_network() {
+        return match source.lacks(RoadKind::ClosedRoute) {
+            Some(why) => Err(WorldError::PolicyNeedsNetwork { policy: name.into(), why }),
+            None => Ok(source),
+        };
+    }
+    // By their names alone they take the aim of an even ring.
+    let aims = matches!(name, "constant" | "follower-stopper" | "linear-feedback") && scenario.policy_speed_mps <= 0.0;
+    let aim = || aims.then(|| "aims for the speed at which an even ring flows".to_owned());
+    match source.lacks(RoadKind::Network).or_else(aim) {
+        Some(why) => Err(WorldError::PolicyNeedsRing { policy: name.into(), why }),
+        None => Ok(source),
+    }
 }
 
 /// The speed at which an even ring of this scenario's cars flows, m/s, and what else a policy is built from.

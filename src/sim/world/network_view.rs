@@ -7,6 +7,7 @@ use crate::{
         RoadMap,
         network::{LanePosition, SignalLight},
     },
+    policy::SignalAhead,
     sim::{Snapshot, ground::NetworkGround},
     space::Pose,
 };
@@ -68,6 +69,19 @@ impl NetworkView {
         };
         let speed_mps = snapshot.ego.speed_mps.max(0.0);
         (speed_mps * speed_mps <= 2.0 * brakes_mps2 * ahead_m).then_some(ahead_m)
+    }
+
+    /// The next signal of the ego's path, however far; one that is off is none.
+    pub fn next_signal(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SignalAhead> {
+        let ahead = self.lanes.stop_lines().iter().map(|line| (map.route.ahead(snapshot.ego_s_m, line.s_m), line));
+        let next = ahead.filter(|(distance_m, _)| *distance_m >= 0.0).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (distance_m, line) = next?;
+        let light = snapshot.signals.light(line.signal, line.link)?;
+        if matches!(light, SignalLight::Off | SignalLight::OffBlinking) {
+            return None;
+        }
+        let is_green = matches!(light, SignalLight::GreenMinor | SignalLight::GreenMajor);
+        Some(SignalAhead { distance_m, is_green })
     }
 
     /// True once the ego has come over the last edge of an open path to its end. Who crosses there on another way is not at it.

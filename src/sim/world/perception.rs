@@ -1,30 +1,51 @@
 //! What those who act in a drive know of it. In: the world at a tick. Out: the policy's [`Observation`], a simulated driver's
 //! [`Perception`], the lane as lane help sees it. Metres, m/s, radians.
 
-use super::World;
+use super::{World, derived_state};
 use crate::{
     controls::LaneHint,
     driver::{Perception, SeenLeader, SimulatedDriver},
-    policy::Observation,
+    policy::{FAR_M, Observation, RoadAhead},
     space::{CAR_LENGTH_M, wrap_angle},
 };
 
 /// How far ahead lane help reads the bend, seconds: about what steering takes to act; and over which length, metres.
 const LANE_HINT_AHEAD_S: f64 = 0.2;
 pub(super) const LANE_HINT_SPAN_M: f64 = 4.0;
+/// How far ahead a policy sees the bend, seconds.
+const BEND_AHEAD_S: f64 = 3.0;
 
 impl World {
     /// What the policy observes now.
     pub(super) fn observe(&self) -> Observation {
-        let (gap_m, leader_speed_mps) =
-            self.snapshot.leader.map_or((self.map.route.length_m(), 0.0), |l| (l.gap_m, l.speed_mps));
+        let speed_mps = self.snapshot.ego.speed_mps;
+        let length_m = self.map.route.length_m();
+        let is_on_network = self.network.is_some();
+        // Without a leader: on a closed route a standing one a whole turn ahead, as in training; on a network one far ahead that
+        // neither nears nor parts.
+        let nobody = if is_on_network { (FAR_M, speed_mps) } else { (length_m, 0.0) };
+        let (gap_m, leader_speed_mps) = self.snapshot.leader.map_or(nobody, |l| (l.gap_m, l.speed_mps));
         Observation {
-            speed_mps: self.snapshot.ego.speed_mps,
+            speed_mps,
             leader_speed_mps,
             gap_m,
-            circumference_m: self.map.route.length_m(),
+            circumference_m: length_m,
             vehicles: self.scenario.vehicles,
+            road: self.road_ahead(),
             ..Observation::default()
+        }
+    }
+
+    fn road_ahead(&self) -> RoadAhead {
+        let (route, snapshot) = (&self.map.route, &self.snapshot);
+        let ahead_m = snapshot.ego.speed_mps.max(0.0) * BEND_AHEAD_S;
+        let signal = self.network.as_ref().and_then(|network| network.next_signal(snapshot, &self.map));
+        RoadAhead {
+            speed_limit_mps: route.speed_limit_mps(snapshot.ego_s_m),
+            bend_per_m: route.curvature_at(snapshot.ego_s_m + ahead_m, LANE_HINT_SPAN_M),
+            follower: derived_state::follower(snapshot, route),
+            signal,
+            path_left_m: (!route.is_closed()).then(|| (route.length_m() - snapshot.ego_s_m).max(0.0)),
         }
     }
 

@@ -8,7 +8,7 @@ use crate::{
     },
     data_folders, file,
     idm::IdmParams,
-    policy::{self, Hold, PolicyError, PolicySettings},
+    policy::{self, Hold, PolicyError, PolicySettings, PolicySource},
     toml_text::{self, KeyPart, did_you_mean},
     train::{DriverConfig, RingConfig, TrainConfig},
 };
@@ -280,7 +280,7 @@ impl Benchmark {
                 let places = self.places();
                 let places = places.iter().filter(|place| self.judges(row, place));
                 for name in places.map(|place| self.policy(policy, place)).collect::<BTreeSet<_>>() {
-                    policy::build(&name, &PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.0, step_s })
+                    PolicySource::for_rings(&name, &PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.0, step_s })
                         .map_err(fault)?;
                 }
             }

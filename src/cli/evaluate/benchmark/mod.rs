@@ -211,7 +211,7 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
         let config = benchmark.config(place)?;
         let settings = config.policy_settings(0.0);
         let name = benchmark.policy(&benchmark.rows[*row].policies[policy], place);
-        let source = PolicySource::read(&name, &settings).map_err(|e| CliError::Input(e.to_string()))?;
+        let source = PolicySource::for_rings(&name, &settings).map_err(|e| CliError::Input(e.to_string()))?;
         let make = || source.engage();
         let results = evaluate(&config, SEALED_STREAM, benchmark.rings, make);
         let asks = make().is_some_and(|policy| policy.who_drives().is_some());
