@@ -17,6 +17,8 @@ use std::{
 const TRIAL_S: f64 = 10.0;
 /// See [`TRIAL_S`].
 const TRIAL_VEHICLES: u32 = 4;
+/// A grade that no street has: the steepest ones rise by 35 %.
+const STEEP: f64 = 0.4;
 
 pub(super) fn command() -> Command {
     let number = |id: &'static str, name: &'static str, help: &'static str| {
@@ -158,12 +160,15 @@ fn trial_drive(map: &str, stop: &AtomicBool) -> String {
         ..Scenario::default()
     };
     match trial(&scenario, stop) {
-        Ok((summary, is_closed)) => match (summary.contact_count, summary.left_road) {
+        Ok((summary, is_closed, grade)) => match (summary.contact_count, summary.left_road) {
             (0, 0) if is_closed => {
                 format!("{:.0} s by {TRIAL_VEHICLES} simulated drivers went well", summary.duration_s)
             }
             // Who else comes to an open path is said by a demand, and an import has none.
             (0, 0) => format!("{:.0} s by a simulated driver alone went well", summary.duration_s),
+            (0, _) if grade > STEEP => {
+                format!("a simulated driver left the road: a grade of {:.0} % is too steep for a car", 100.0 * grade)
+            }
             (0, _) => "a simulated driver left the road: the path may be too tight for a car".to_owned(),
             (n, _) => format!("cars touched {n} times"),
         },
@@ -171,8 +176,8 @@ fn trial_drive(map: &str, stop: &AtomicBool) -> String {
     }
 }
 
-/// The trial, and whether its road closes.
-fn trial(scenario: &Scenario, stop: &AtomicBool) -> Result<(Summary, bool), RunError> {
+/// The trial, whether its road closes, and the steepest grade of the road.
+fn trial(scenario: &Scenario, stop: &AtomicBool) -> Result<(Summary, bool, f64), RunError> {
     let mut run = OfflineDrive::new(scenario, [0.0, scenario.duration_s])?;
     while !stop.load(Ordering::Relaxed) && run.world().ended().is_none() {
         match run.step() {
@@ -180,7 +185,9 @@ fn trial(scenario: &Scenario, stop: &AtomicBool) -> Result<(Summary, bool), RunE
             other => other?,
         }
     }
-    Ok((run.summary(), run.world().map().route.is_closed()))
+    let route = &run.world().map().route;
+    let places = (0..route.length_m() as u32).map(|s_m| route.grade(f64::from(s_m)).abs());
+    Ok((run.summary(), route.is_closed(), places.fold(0.0, f64::max)))
 }
 
 /// Says what was made, from the files themselves; `drive` is what `--map` takes.

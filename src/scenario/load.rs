@@ -66,6 +66,9 @@ impl Settings for Scenario {
             );
             return Err(("other_model", text));
         }
+        if let Err(fault) = self.demand.check_numbers() {
+            return Err(("demand", fault.to_string()));
+        }
         if self.is_on_network() && self.traffic != EngineChoice::Sumo {
             let text = format!(
                 "traffic is {}; allowed with a path or a demand: sumo; only SUMO in this program moves vehicles on a network\n  \

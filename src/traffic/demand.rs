@@ -94,6 +94,23 @@ impl Demand {
     /// # Errors
     /// The first fault.
     pub fn check(&self, edges: &[&str]) -> Result<(), DemandFault> {
+        self.check_numbers()?;
+        for (flow, at) in self.flows.iter().zip(1..) {
+            for (side, edge) in [("from", &flow.from), ("to", &flow.to)] {
+                if !edges.contains(&edge.as_str()) {
+                    let near = did_you_mean(edge, edges);
+                    return Err(DemandFault::Edge { flow: at, side, edge: edge.clone(), near });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Fails if a number of a flow cannot be, on whatever network.
+    ///
+    /// # Errors
+    /// The first fault.
+    pub fn check_numbers(&self) -> Result<(), DemandFault> {
         for (flow, at) in self.flows.iter().zip(1..) {
             if !(flow.per_hour > 0.0 && flow.per_hour <= MOST_PER_HOUR) {
                 return Err(DemandFault::Rate { flow: at, value: flow.per_hour });
@@ -102,12 +119,6 @@ impl Demand {
             let bad = |part: &&KindShare| !(part.share >= 0.0 && part.share.is_finite()) || sum <= 0.0;
             if let Some(part) = flow.mix.iter().find(bad) {
                 return Err(DemandFault::Share { flow: at, kind: part.kind, value: part.share });
-            }
-            for (side, edge) in [("from", &flow.from), ("to", &flow.to)] {
-                if !edges.contains(&edge.as_str()) {
-                    let near = did_you_mean(edge, edges);
-                    return Err(DemandFault::Edge { flow: at, side, edge: edge.clone(), near });
-                }
             }
         }
         Ok(())

@@ -10,7 +10,7 @@ use codrive::{
         RoadMap, circuit,
         network::{LanePosition, Network as RoadNetwork},
     },
-    policy::{Network, Observation, OnnxPolicy, Policy},
+    policy::{Network, Observation, OnnxPolicy, Policy, RoadAhead},
     record::{self, Manifest, Table},
     rng::Stream,
     scenario::Scenario,
@@ -163,6 +163,7 @@ const MOMENT: Observation = Observation {
     driver: None,
     latents: [0.0; 4],
     corrected_mps: None,
+    road: RoadAhead { speed_limit_mps: 8.0, bend_per_m: 0.0, follower: None, signal: None, path_left_m: None },
 };
 
 /// All readers. Files that a reader wants on the disk go into `folder`.

@@ -297,9 +297,13 @@ fn a_demand_stands_in_the_scenarios_file_and_its_files_beside_it() {
     assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").expect("its own file"), scenario);
     // A drive without one says nothing of it: files of before are as they were.
     assert!(!Scenario::default().to_toml().contains("demand"));
+    let text_of_file = text;
     let typo = text.replace("per_hour", "per_hours");
     let text = Scenario::from_toml(&typo, "town.toml").expect_err("refused").message;
     assert!(text.starts_with("town.toml:10:1: unknown key `per_hours`"), "{text}");
+    let typo = text_of_file.replace("300.0", "-4.0");
+    let text = Scenario::from_toml(&typo, "town.toml").expect_err("refused").message;
+    assert!(text.starts_with("town.toml:4:1: flow 1: per_hour is -4; allowed: a number above 0"), "{text}");
 }
 
 /// The hill's steep piece: from 62 m to 112 m of the lane the road rises evenly, as its shape in the file says.
