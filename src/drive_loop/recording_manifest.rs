@@ -25,6 +25,7 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         policy_asked: world.policy().why.clone(),
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
         hand_over: Some(world.hand_over()),
+        network_tables: scenario.is_on_network(),
         driver,
         participant: None,
         began: now(),
@@ -46,7 +47,8 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
 /// # Errors
 /// The folder holds a recording already, or the system refuses.
 pub fn begin(folder: &Path, world: &World, manifest: Manifest) -> Result<Recorder, RecordError> {
-    let recorder = Recorder::begin(folder, &inputs::portable(world), manifest)?;
+    let mut recorder = Recorder::begin(folder, &inputs::portable(world), manifest)?;
+    recorder.start(world);
     inputs::carry(folder, world)?;
     Ok(recorder)
 }

@@ -196,7 +196,7 @@ pub fn changes(recording: &Path) -> Result<Option<Vec<AlteredFile>>, RecordError
             say(name, "is not as it was written: its SHA-256 differs".into());
         }
     }
-    for table in Table::ALL {
+    for table in Table::of(&manifest) {
         let path = table.parquet(recording);
         let name = format!("{}.parquet", table.name());
         let Some(was) = sums.tables.get(table.name()) else {

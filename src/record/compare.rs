@@ -6,9 +6,10 @@
 //! fingerprints are in `checksums.json`.
 
 use super::{
-    RecordError, Table,
+    Manifest, RecordError, Table,
+    network_tables::{NetworkObserver, NetworkRows},
     table::{ColumnValue, TableBatches, TableColumn},
-    tables::{self, ADVICE, AdviceRow, CARS, CarRow, EGO, EVENTS, EgoRow, EventRow},
+    tables::{self, ADVICE, ARRIVALS, AdviceRow, CARS, CarRow, DEPARTURES, EGO, EVENTS, EgoRow, EventRow},
 };
 use crate::{
     controls::{Controls, Selector},
@@ -56,6 +57,9 @@ pub struct TableComparison {
     cars: TableCursor,
     advice: TableCursor,
     events: TableCursor,
+    /// `None` where the recording has no tables of a network.
+    network: Option<NetworkCursors>,
+    observer: NetworkObserver,
     hash: u64,
     first: Option<CellDifference>,
     cells: u64,
@@ -68,15 +72,28 @@ impl TableComparison {
     /// They cannot be read.
     pub fn open(recording: &Path) -> Result<Self, RecordError> {
         let cursor = |table| TableCursor::open(recording, table);
+        let has_network = Manifest::load(recording)?.network_tables;
         Ok(Self {
             ego: cursor(Table::Ego)?,
             cars: cursor(Table::Cars)?,
             advice: cursor(Table::Advice)?,
             events: cursor(Table::Events)?,
+            network: has_network.then(|| NetworkCursors::open(recording)).transpose()?,
+            observer: NetworkObserver::default(),
             hash: HASH_START,
             first: None,
             cells: 0,
         })
+    }
+
+    /// The world before its first tick: what there is on a network is compared.
+    ///
+    /// # Errors
+    /// A table cannot be read on.
+    pub fn start(&mut self, world: &World) -> Result<(), RecordError> {
+        let mut rows = NetworkRows::default();
+        self.observer.start(world, &mut rows);
+        self.compare_network(&rows)
     }
 
     /// The controls of tick `due`, which comes next; `None` where the recording ends, or a hole begins.
@@ -139,6 +156,21 @@ impl TableComparison {
                 self.note(found);
             }
         }
+        let mut rows = NetworkRows::default();
+        self.observer.tick(world, &mut rows);
+        self.compare_network(&rows)
+    }
+
+    fn compare_network(&mut self, rows: &NetworkRows) -> Result<(), RecordError> {
+        let Some(cursors) = &mut self.network else { return Ok(()) };
+        let mut found = Vec::new();
+        for row in &rows.departures {
+            found.push(cursors.departures.compare(DEPARTURES, row)?);
+        }
+        for row in &rows.arrivals {
+            found.push(cursors.arrivals.compare(ARRIVALS, row)?);
+        }
+        found.into_iter().for_each(|found| self.note(found));
         Ok(())
     }
 
@@ -147,7 +179,8 @@ impl TableComparison {
     /// # Errors
     /// A table cannot be read on.
     pub fn end(&mut self, last: Tick) -> Result<(), RecordError> {
-        for cursor in [&mut self.cars, &mut self.advice, &mut self.events] {
+        let network = self.network.as_mut().into_iter().flat_map(NetworkCursors::all);
+        for cursor in [&mut self.cars, &mut self.advice, &mut self.events].into_iter().chain(network) {
             let mut found = (0, None);
             // A drive that was cut may have steps in the journal whose ticks are lost.
             while cursor.has_row()? && cursor.tick() <= last {
@@ -182,6 +215,23 @@ impl TableComparison {
     /// How many cells differ so far, rows that are missing or too many among them.
     pub fn cells(&self) -> u64 {
         self.cells
+    }
+}
+
+/// The tables of a drive on a network.
+struct NetworkCursors {
+    departures: TableCursor,
+    arrivals: TableCursor,
+}
+
+impl NetworkCursors {
+    fn open(recording: &Path) -> Result<Self, RecordError> {
+        let cursor = |table| TableCursor::open(recording, table);
+        Ok(Self { departures: cursor(Table::Departures)?, arrivals: cursor(Table::Arrivals)? })
+    }
+
+    fn all(&mut self) -> [&mut TableCursor; 2] {
+        [&mut self.departures, &mut self.arrivals]
     }
 }
 

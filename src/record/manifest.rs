@@ -35,6 +35,9 @@ pub struct Manifest {
     /// How traffic was when the driver took over; `None` in a recording of an earlier version.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub hand_over: Option<HandOver>,
+    /// The recording has the tables of a drive on a network; false in one of a closed route, and of an earlier version.
+    #[serde(skip_serializing_if = "is_false", default)]
+    pub network_tables: bool,
     /// Who drove: devices, or the name of a simulated driver.
     pub driver: String,
     /// Participant code, in a study; never a name.
@@ -67,6 +70,10 @@ pub struct Manifest {
     /// SHA-256 of this manifest without this line, once it is written for the last time.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sha256: Option<String>,
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 /// How far a recording is.

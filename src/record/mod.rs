@@ -6,7 +6,8 @@
 //! streams/        other devices: tables of their streams, triggers, the drive's clock ([`streams`])
 //! inputs/         copies of a map and a policy that do not come with the program
 //! journal/        blocks of rows while the drive lasts: cut at any byte it loses one batch at most
-//! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events
+//! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events; on a network
+//!                 departures, arrivals
 //! summary.json    the drive in numbers
 //! checksums.json  SHA-256 of all files, of each column of the tables
 //! lost+found/     only after damage: the journal of which something could not be read
@@ -26,6 +27,7 @@ mod journal_reader;
 pub mod kill_point;
 mod lock;
 pub mod manifest;
+mod network_tables;
 mod recorder;
 pub mod recover;
 pub mod streams;

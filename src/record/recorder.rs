@@ -6,6 +6,7 @@ use super::{
     journal::{DurableFile, Journal},
     lock::RecordingLock,
     manifest::RecordingState,
+    network_tables::NetworkObserver,
     recover,
     tables::{AdviceRow, CarRow, EgoRow, EventRow, FrameRow, RowBatch, Table},
 };
@@ -67,6 +68,7 @@ pub struct Recorder {
     manifest: Manifest,
     hash: u64,
     batch: RowBatch,
+    observer: NetworkObserver,
     /// Advices that no frame has shown yet.
     unseen: Vec<AdviceRow>,
     writer_status: Arc<WriterStatus>,
@@ -105,6 +107,7 @@ impl Recorder {
         }
         fail_point!("begin.folder");
         manifest.state = Some(RecordingState::Running);
+        manifest.network_tables = scenario.is_on_network();
         manifest.save(folder)?;
         fail_point!("begin.manifest");
         files::replace(&folder.join("scenario.toml"), scenario.to_toml().as_bytes())?;
@@ -131,6 +134,7 @@ impl Recorder {
             manifest,
             hash: HASH_START,
             batch: RowBatch::default(),
+            observer: NetworkObserver::default(),
             unseen: Vec::new(),
             writer_status,
             wheel_force_nm: None,
@@ -138,6 +142,11 @@ impl Recorder {
             writer: Some(writer),
             _lock: lock,
         })
+    }
+
+    /// What there is on a network before the first tick; to be called then.
+    pub fn start(&mut self, world: &World) {
+        self.observer.start(world, &mut self.batch.network);
     }
 
     /// The torque that the wheel's motor was sent, N m, for all ticks from here on; `None` where there is no force.
@@ -158,6 +167,7 @@ impl Recorder {
             }
             self.batch.events.extend(EventRow::of(event));
         }
+        self.observer.tick(world, &mut self.batch.network);
         self.add(snapshot, controls, scenario.step_ticks(), &world.map().network)?;
         fail_point!("tick");
         Ok(())
@@ -267,7 +277,7 @@ impl Recorder {
             writer.join().map_err(|_| RecordError::Stopped("its thread failed".into()))??;
         }
         fail_point!("finish.begin");
-        let written = recover::write_tables(&self.folder)?;
+        let written = recover::write_tables(&self.folder, Table::of(&self.manifest))?;
         let text = serde_json::to_string_pretty(summary).expect("numbers and words");
         files::replace(&self.folder.join("summary.json"), text.as_bytes())?;
         fail_point!("finish.summary");

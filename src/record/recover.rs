@@ -69,12 +69,12 @@ pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     let _lock = RecordingLock::take(recording)?;
     let mut manifest = Manifest::load(recording)?;
     fail_point!("recover.begin");
-    if manifest.is_complete() && is_whole(recording) {
+    if manifest.is_complete() && is_whole(recording, Table::of(&manifest)) {
         // Only the journal was left to be removed.
         drop_journal(recording)?;
         return whole(recording);
     }
-    let written = write_tables(recording)?;
+    let written = write_tables(recording, Table::of(&manifest))?;
     manifest.ended.get_or_insert_with(|| "cut".into());
     manifest.state = Some(RecordingState::Recovered);
     manifest.checksums = Some(written.checksums.save(recording)?);
@@ -104,14 +104,15 @@ pub fn count(recording: &Path, table: Table) -> Result<u64, RecordError> {
 
 fn whole(recording: &Path) -> Result<RecoveryReport, RecordError> {
     let counted = |table: Table| Ok((table, count(recording, table)?));
-    let rows = Table::ALL.into_iter().map(counted).collect::<Result<_, RecordError>>()?;
+    let tables = Table::of(&Manifest::load(recording)?);
+    let rows = tables.iter().copied().map(counted).collect::<Result<_, RecordError>>()?;
     Ok(RecoveryReport { rows, ticks: Vec::new(), was_whole: true, missing: Vec::new(), kept: None })
 }
 
 /// Every table is there with all the rows that were written.
-fn is_whole(recording: &Path) -> bool {
+fn is_whole(recording: &Path, tables: &[Table]) -> bool {
     let sums = Checksums::load(recording).ok().flatten().unwrap_or_default();
-    Table::ALL.into_iter().all(|table| {
+    tables.iter().all(|table| {
         let rows = TableReader::count(&table.parquet(recording)).ok();
         rows.is_some_and(|rows| sums.tables.get(table.name()).is_none_or(|sums| sums.rows == rows))
     })
@@ -125,8 +126,8 @@ pub(super) struct RecoveredJournal {
     pub checksums: Checksums,
 }
 
-/// Writes a Parquet file for every table of the journal; all are whole on the disk before the first takes its place.
-pub(super) fn write_tables(recording: &Path) -> Result<RecoveredJournal, RecordError> {
+/// Writes a Parquet file for each of these tables, and for what else the journal has rows of; all are whole on the disk before the first takes its place.
+pub(super) fn write_tables(recording: &Path, tables: &[Table]) -> Result<RecoveredJournal, RecordError> {
     let mut writers: Vec<Option<TableWriter>> = Table::ALL.iter().map(|_| None).collect();
     let holes = journal_reader::read(&recording.join(JOURNAL), &mut |table, batch| {
         let place = Table::ALL.iter().position(|t| *t == table).unwrap_or_default();
@@ -140,7 +141,8 @@ pub(super) fn write_tables(recording: &Path) -> Result<RecoveredJournal, RecordE
     for (table, writer) in Table::ALL.into_iter().zip(writers) {
         let writer = match writer {
             Some(writer) => writer,
-            None => TableWriter::new(table.parquet(recording), schema(table))?,
+            None if tables.contains(&table) => TableWriter::new(table.parquet(recording), schema(table))?,
+            None => continue,
         };
         written.push((table, writer.finish()?));
     }
@@ -173,6 +175,8 @@ fn schema(table: Table) -> Arc<Schema> {
         Table::Advice => table::schema(tables::ADVICE),
         Table::Frames => table::schema(tables::FRAMES),
         Table::Events => table::schema(tables::EVENTS),
+        Table::Departures => table::schema(tables::DEPARTURES),
+        Table::Arrivals => table::schema(tables::ARRIVALS),
     }
 }
 

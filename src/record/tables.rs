@@ -1,9 +1,14 @@
-//! The tables of a recording and their columns (that of the cars is in `car_table`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
+//! The tables of a recording and their columns (that of the cars is in `car_table`, those of networks in `network_tables`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
 //! world axes (x east, y north).
 
 pub use super::car_table::{CARS, CarRow};
+pub use super::network_tables::{ARRIVALS, ArrivalRow, DEPARTURES, DepartureRow};
 
-use super::table::{ColumnValue, TableColumn};
+use super::{
+    Manifest,
+    network_tables::NetworkRows,
+    table::{ColumnValue, TableColumn},
+};
 use crate::{
     controls::{Controls, Selector},
     ego::EgoState,
@@ -28,11 +33,23 @@ pub enum Table {
     Frames,
     /// One row an event.
     Events,
+    /// One row a vehicle that has come; only on a network.
+    Departures,
+    /// One row a vehicle that has gone; only on a network.
+    Arrivals,
 }
 
 impl Table {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events];
+    /// All of them. Journals know a table by its place here: a new one goes to the end.
+    pub const ALL: [Self; 7] =
+        [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events, Self::Departures, Self::Arrivals];
+    /// Those that every recording has; the others belong to drives on networks.
+    pub const OF_EVERY_DRIVE: [Self; 5] = [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events];
+
+    /// Those that a recording has.
+    pub fn of(manifest: &Manifest) -> &'static [Self] {
+        if manifest.network_tables { &Self::ALL } else { &Self::OF_EVERY_DRIVE }
+    }
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -42,6 +59,8 @@ impl Table {
             Self::Advice => "advice",
             Self::Frames => "frames",
             Self::Events => "events",
+            Self::Departures => "departures",
+            Self::Arrivals => "arrivals",
         }
     }
 
@@ -68,6 +87,7 @@ pub(super) struct RowBatch {
     pub advice: Vec<AdviceRow>,
     pub frames: Vec<FrameRow>,
     pub events: Vec<EventRow>,
+    pub network: NetworkRows,
 }
 
 /// The ego at a tick, with the controls that led to it.

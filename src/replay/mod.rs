@@ -73,9 +73,11 @@ impl Replay {
 
     /// The same of what [`scenario_here`] gave.
     fn of(recording: &Path, scenario: &Scenario) -> Result<Self, RunError> {
+        let (drive, mut recorded) = (Drive::new(scenario, Pace::Paused)?, TableComparison::open(recording)?);
+        recorded.start(&drive.world)?;
         Ok(Self {
-            drive: Drive::new(scenario, Pace::Paused)?,
-            recorded: TableComparison::open(recording)?,
+            drive,
+            recorded,
             ticks: record::count(recording, Table::Ego)?,
             put_back: put_back(recording)?,
             controls: Controls::default(),

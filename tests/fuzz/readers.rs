@@ -359,7 +359,8 @@ fn networks(folder: &Path) -> Vec<Reader> {
 fn recorded(folder: &Path) -> Vec<Reader> {
     let made = recordings(folder);
     let at = |name: &str| folder.join(name);
-    let tables: Vec<Vec<u8>> = Table::ALL.iter().map(|table| fs::read(table.parquet(&made.ended)).unwrap()).collect();
+    let tables: Vec<Vec<u8>> =
+        Table::OF_EVERY_DRIVE.iter().map(|table| fs::read(table.parquet(&made.ended)).unwrap()).collect();
     let journals: Vec<PathBuf> = fs::read_dir(made.cut.join("journal")).unwrap().flatten().map(|e| e.path()).collect();
     let mut streams: Vec<(PathBuf, Vec<u8>)> =
         journals.into_iter().map(|p| (p.clone(), fs::read(p).unwrap())).collect();

@@ -2,8 +2,16 @@
 //! the bit.
 
 use super::{codrive, said};
-use codrive::record::{Manifest, Table, TableReader};
-use std::{collections::BTreeSet, fs, path::Path};
+use codrive::{
+    record::{Manifest, Table, TableReader, recover},
+    traffic::sumo,
+};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 /// A scenario with a file of demand beside it.
 fn town(folder: &Path) -> std::path::PathBuf {
@@ -60,4 +68,157 @@ fn a_drive_on_a_network_has_its_vehicles_in_the_tables_and_replays_to_the_bit() 
     assert!(code != 0 && text.contains("a drive on a network: measures are those of"), "{code} {text}");
     let (code, text) = said(&mut codrive(&["replay", drive.to_str().unwrap()]));
     assert!(code == 0 && text.contains("are the same to the bit; every file is as it was"), "{text}");
+}
+
+/// A scenario with an ego in the south of the grid and lorries that cross it in the north, too far away to see each other: they come
+/// every 4 s and have nothing random.
+fn lorries(folder: &Path) -> PathBuf {
+    let trips: String = (0..15)
+        .map(|k| format!("<trip id=\"v{k}\" type=\"lorry\" depart=\"{}\" from=\"A2B2\" to=\"B2C2\"/>\n", 4 * k))
+        .collect();
+    let kind = "<vType id=\"lorry\" vClass=\"truck\" length=\"9\" width=\"2.5\" height=\"3.5\" carFollowModel=\"IDM\" accel=\"1.2\" \
+                decel=\"2\" tau=\"1\" minGap=\"2\" maxSpeed=\"20\" speedDev=\"0\"/>";
+    fs::write(folder.join("lorries.rou.xml"), format!("<routes>\n{kind}\n{trips}</routes>\n")).unwrap();
+    let net = fs::canonicalize("tests/data/networks/grid-signals.net.xml").unwrap();
+    let text = format!(
+        "map = {net:?}\npath = \"A0B0 B0B1 B1C1 C1C0 C0B0 B0A0\"\nwarm_up_s = 10.0\nduration_s = 50.0\n\n[demand]\nfiles = \
+         [\"lorries.rou.xml\"]\n"
+    );
+    let file = folder.join("lorries.toml");
+    fs::write(&file, text).unwrap();
+    file
+}
+
+/// The command that records that drive, and where.
+pub fn run_lorries(folder: &Path, name: &str) -> (Command, PathBuf) {
+    let (scenario, drive) = (lorries(folder), folder.join(name));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    command.env("RUST_LOG", "error").arg("run").arg("--scenario").arg(scenario).arg("--out").arg(&drive);
+    (command, drive)
+}
+
+/// What SUMO's own program writes with the options of the engine: for each vehicle the first step in which it is there and the last, each
+/// with lane, metres along it and speed.
+fn written_by_sumo(folder: &Path) -> BTreeMap<String, [(f64, String, f64, f64); 2]> {
+    let home = sumo::home().unwrap();
+    let out = folder.join("fcd.xml");
+    let arguments = "--step-length 0.100 --default.carfollowmodel IDM --precision 16 --time-to-teleport -1 --collision.action none \
+                     --lanechange.duration 5 --no-step-log true --no-warnings true --end 90";
+    let mut command = Command::new(sumo::program(&home));
+    command.env("SUMO_HOME", &home).args(["--net-file", "tests/data/networks/grid-signals.net.xml"]);
+    command.arg("--route-files").arg(folder.join("lorries.rou.xml")).arg("--fcd-output").arg(&out);
+    let done = command.args(arguments.split_whitespace()).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let text = fs::read_to_string(&out).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let mut found = BTreeMap::new();
+    for vehicle in document.descendants().filter(|node| node.has_tag_name("vehicle")) {
+        let number = |node: roxmltree::Node<'_, '_>, name: &str| node.attribute(name).unwrap().parse::<f64>().unwrap();
+        let time_s = number(vehicle.parent().unwrap(), "time");
+        let lane = vehicle.attribute("lane").unwrap().to_owned();
+        let seen = (time_s, lane, number(vehicle, "pos"), number(vehicle, "speed"));
+        let id = vehicle.attribute("id").unwrap().to_owned();
+        let steps = found.entry(id).or_insert_with(|| [seen.clone(), seen.clone()]);
+        steps[1] = seen;
+    }
+    found
+}
+
+/// The tick at whose end the engine has what SUMO's program writes for a time: its first step is written as 0 s, and the drive begins
+/// after a warm-up of 100 steps.
+fn tick(time_s: f64) -> i64 {
+    10 * ((time_s / 0.1).round() as i64 - 99)
+}
+
+#[test]
+fn departures_and_arrivals_are_those_that_the_program_of_sumo_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut command, drive) = run_lorries(folder.path(), "p1");
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let last = TableReader::parquet(&Table::Ego.parquet(&drive)).unwrap().rows() as i64;
+    let wanted = written_by_sumo(folder.path());
+    assert_eq!(wanted.len(), 15);
+
+    let table = TableReader::parquet(&Table::Departures.parquet(&drive)).unwrap();
+    let mut expected: Vec<_> = wanted.values().filter(|[_, gone]| tick(gone.0) >= 0).map(|[first, _]| first).collect();
+    expected.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let there_before = expected.iter().filter(|first| tick(first.0) < 0).count();
+    expected.retain(|first| tick(first.0) <= last);
+    let ticks: Vec<i64> = expected.iter().map(|first| tick(first.0).max(0)).collect();
+    assert_eq!(table.wholes("tick").iter().map(|tick| *tick as i64).collect::<Vec<_>>(), ticks);
+    assert!(there_before >= 2 && ticks.iter().filter(|tick| **tick > 0).count() > 8, "{ticks:?}");
+    let (lanes, s_m, speeds) = (table.words("lane"), table.numbers("lane_s_m"), table.numbers("speed_mps"));
+    for (row, (_, lane, pos_m, speed_mps)) in expected.iter().enumerate().skip(there_before) {
+        assert_eq!(&lanes[row], lane);
+        assert!((s_m[row].unwrap() - pos_m).abs() < 1e-9 && (speeds[row].unwrap() - speed_mps).abs() < 1e-9, "{row}");
+    }
+    // Size and kind stand in the file of the demand.
+    assert!(table.words("kind").iter().all(|kind| kind == "truck"));
+    for (column, size_m) in [("length_m", 9.0), ("width_m", 2.5), ("height_m", 3.5)] {
+        assert!(table.numbers(column).iter().all(|found| *found == Some(size_m)), "{column}");
+    }
+
+    let arrivals = TableReader::parquet(&Table::Arrivals.parquet(&drive)).unwrap();
+    let mut expected: Vec<_> = wanted.values().map(|[_, gone]| gone).collect();
+    expected.sort_by(|a, b| a.0.total_cmp(&b.0));
+    expected.retain(|gone| (1..=last).contains(&tick(gone.0 + 0.1)));
+    let ticks: Vec<i64> = expected.iter().map(|gone| tick(gone.0 + 0.1)).collect();
+    assert_eq!(arrivals.wholes("tick").iter().map(|tick| *tick as i64).collect::<Vec<_>>(), ticks);
+    assert!(ticks.len() > 5, "{ticks:?}");
+    let (lanes, s_m) = (arrivals.words("lane"), arrivals.numbers("lane_s_m"));
+    for (row, (_, lane, pos_m, _)) in expected.iter().enumerate() {
+        assert_eq!(&lanes[row], lane);
+        assert!((s_m[row].unwrap() - pos_m).abs() < 1e-9, "{row}: {} {pos_m}", s_m[row].unwrap());
+    }
+    // Who goes has come.
+    let came: BTreeSet<_> = table.ids("vehicle").into_iter().collect();
+    assert_eq!(came.len(), table.rows(), "a number is given once");
+    assert!(arrivals.ids("vehicle").iter().all(|id| came.contains(id)));
+}
+
+fn replayed(drive: &Path) -> (i32, String) {
+    said(&mut codrive(&["replay", drive.to_str().unwrap()]))
+}
+
+#[test]
+fn a_drive_on_a_network_that_is_killed_keeps_its_tables_and_replays() {
+    let folder = tempfile::tempdir().unwrap();
+    // Rows go to the disk every 2000 ticks; the last table that takes its place is the last one of all.
+    let last = format!("finish.table_renamed:{}", Table::ALL.len());
+    for (point, least) in [("tick:4500", 4000), ("finish.tables_written", 5000), (last.as_str(), 5000)] {
+        let name = format!("killed-{}", point.replace(':', "-"));
+        let (mut command, drive) = run_lorries(folder.path(), &name);
+        let output = command.env("CODRIVE_KILL_AT", point).output().unwrap();
+        assert_eq!(std::os::unix::process::ExitStatusExt::signal(&output.status), Some(9), "{point}");
+        let found = recover(&drive).unwrap();
+        assert_eq!(found.kept, None, "nothing is damaged");
+        let rows: BTreeMap<&str, u64> = found.rows.iter().map(|(table, rows)| (table.name(), *rows)).collect();
+        assert_eq!(rows.len(), Table::ALL.len(), "{rows:?}");
+        assert!(rows["ego"] >= least && rows["departures"] > 8 && rows["arrivals"] > 2, "{point}: {rows:?}");
+        let (code, text) = replayed(&drive);
+        assert!(code == 0 && text.contains("the same to the bit; every file is as it was"), "{text}");
+    }
+}
+
+#[test]
+fn a_recording_made_before_there_were_tables_of_networks_replays_without_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut command, drive) = run_lorries(folder.path(), "earlier");
+    assert!(command.output().unwrap().status.success());
+    for table in Table::ALL.iter().filter(|table| !Table::OF_EVERY_DRIVE.contains(table)) {
+        fs::remove_file(table.parquet(&drive)).unwrap();
+    }
+    let file = drive.join("manifest.json");
+    let mut manifest: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
+    assert_eq!(manifest.remove("network_tables"), Some(true.into()));
+    // Its sums are of what is no more there.
+    manifest.remove("checksums");
+    manifest.remove("sha256");
+    fs::write(&file, serde_json::to_string(&manifest).unwrap()).unwrap();
+    let (code, text) = replayed(&drive);
+    assert!(code == 0 && text.contains("all 5000 ticks are the same to the bit"), "{text}");
+    let found = recover(&drive).unwrap();
+    assert!(found.was_whole && found.rows.len() == 5, "{found:?}");
 }

@@ -132,6 +132,77 @@ fn a_changed_cell_of_any_table_is_named_with_row_column_and_both_values() {
     }
 }
 
+/// Tables that only a drive on a network has.
+const OF_NETWORKS: [(&str, &[(&str, Cell)]); 2] = [
+    (
+        "departures",
+        &[
+            ("tick", Cell::Whole(7)),
+            ("vehicle", Cell::Id(999)),
+            ("kind", Cell::Word("tram")),
+            ("length_m", Cell::Number(4.5)),
+            ("width_m", Cell::Number(4.5)),
+            ("height_m", Cell::Number(4.5)),
+            ("lane", Cell::Word("nowhere")),
+            ("lane_s_m", Cell::Number(4.5)),
+            ("speed_mps", Cell::Number(44.5)),
+        ],
+    ),
+    (
+        "arrivals",
+        &[
+            ("tick", Cell::Whole(7)),
+            ("vehicle", Cell::Id(999)),
+            ("lane", Cell::Word("nowhere")),
+            ("lane_s_m", Cell::Number(4.5)),
+        ],
+    ),
+];
+
+#[test]
+fn a_changed_cell_of_every_column_of_a_networks_tables_is_named_and_so_is_a_row_that_is_gone() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut command, drive) = super::network::run_lorries(folder.path(), "p1");
+    assert!(command.output().unwrap().status.success());
+    for (table, cells) in OF_NETWORKS {
+        let path = drive.join(format!("{table}.parquet"));
+        let written = fs::read(&path).unwrap();
+        let all = rows(&path);
+        let row = all.num_rows() / 2;
+        let columns: Vec<&str> = cells.iter().map(|(column, _)| *column).collect();
+        let named: Vec<String> = all.schema().fields().iter().map(|field| field.name().clone()).collect();
+        assert_eq!(named, columns, "{table}: every column");
+        for (column, cell) in cells {
+            let was = change(&path, row, column, cell);
+            let (code, text) = replay(&drive);
+            fs::write(&path, &written).unwrap();
+            assert!(
+                code == 1 && text.contains(&format!("{table}.parquet: column {column} is not as it was")),
+                "{text}"
+            );
+            // A row of another tick is one that is missing there and one too many elsewhere.
+            let place = format!("first difference: {table}.parquet, row {row} (");
+            let values = format!(" s), column {column}: recorded ");
+            assert!(text.contains(&place) && text.contains(&values), "{text}");
+            assert!(*column == "tick" || text.contains(&format!(", driven again {was}")), "{text}");
+            assert!(*column == "tick" || !text.contains("cells and rows that differ"), "one cell: {text}");
+        }
+        write(&path, &all.slice(0, all.num_rows() - 1));
+        let (code, text) = replay(&drive);
+        assert!(code == 1 && text.contains(&format!("{table}.parquet, row {}", all.num_rows() - 1)), "{text}");
+        assert!(text.contains(": recorded nothing, driven again "), "{text}");
+        write(&path, &joined(&all, &all.slice(all.num_rows() - 1, 1)));
+        let (code, text) = replay(&drive);
+        assert!(code == 1 && text.contains(", driven again nothing"), "{text}");
+        fs::remove_file(&path).unwrap();
+        let (code, text) = replay(&drive);
+        assert!(code != 0 && text.contains(&format!("{table}.parquet")), "{text}");
+        fs::write(&path, &written).unwrap();
+    }
+    let (code, text) = replay(&drive);
+    assert!(code == 0 && text.contains("are the same to the bit; every file is as it was written"), "{text}");
+}
+
 #[test]
 fn a_changed_input_is_named_by_its_column_and_by_what_it_changes() {
     let drive = Drive::new();

@@ -1,0 +1,140 @@
+//! The tables that only a drive on a network has: who comes and who goes. In: the world before its first tick and after each one.
+//! Out: rows. SI units; lanes by SUMO's ids.
+//!
+//! The ego is there from the first tick to the last and has no row. A vehicle that comes and goes within one step is in no snapshot, and so
+//! in neither table.
+
+use super::{
+    table::{ColumnValue, TableColumn},
+    tables::{column, number},
+};
+use crate::{
+    map::network::{LanePosition, Network},
+    sim::{Snapshot, World},
+    time::Tick,
+    traffic::{VehicleBody, VehicleId},
+};
+
+/// A vehicle that has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepartureRow {
+    /// The end of the step in which it came; the tick before the first for those that were there then.
+    pub tick: Tick,
+    /// Which; never given twice in a drive.
+    pub vehicle: u32,
+    /// Size and kind.
+    pub body: VehicleBody,
+    /// SUMO's id of its lane; empty beside all lanes.
+    pub lane: String,
+    /// Front bumper along that lane, metres.
+    pub lane_s_m: Option<f64>,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+}
+
+/// One row a vehicle that has come.
+pub const DEPARTURES: &[TableColumn<DepartureRow>] = &[
+    column(
+        "tick",
+        "",
+        "tick at the end of the step in which it came; 0 for vehicles that are there at the start",
+        ColumnValue::Whole(|r| r.tick.0),
+    ),
+    column("vehicle", "", "number of the vehicle: that of car in cars.parquet", ColumnValue::Id(|r| Some(r.vehicle))),
+    column("kind", "", "car, van, truck, bus, motorcycle or bicycle", ColumnValue::Word(|r| r.body.kind.name().into())),
+    number("length_m", "m", "bumper to bumper", |r| Some(r.body.length_m)),
+    number("width_m", "m", "width", |r| Some(r.body.width_m)),
+    number("height_m", "m", "height", |r| Some(r.body.height_m)),
+    column("lane", "", "SUMO's id of the lane; empty beside all lanes", ColumnValue::Word(|r| r.lane.clone())),
+    number("lane_s_m", "m", "front bumper along the lane", |r| r.lane_s_m),
+    number("speed_mps", "m/s", "speed", |r| Some(r.speed_mps)),
+];
+
+/// A vehicle that has gone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArrivalRow {
+    /// The end of the step in which it went.
+    pub tick: Tick,
+    /// Which.
+    pub vehicle: u32,
+    /// SUMO's id of the lane where it was one step before; empty beside all lanes.
+    pub lane: String,
+    /// Front bumper along that lane one step before, metres.
+    pub lane_s_m: Option<f64>,
+}
+
+/// One row a vehicle that has gone.
+pub const ARRIVALS: &[TableColumn<ArrivalRow>] = &[
+    column("tick", "", "tick at the end of the step in which it went", ColumnValue::Whole(|r| r.tick.0)),
+    column("vehicle", "", "number of the vehicle: that of car in cars.parquet", ColumnValue::Id(|r| Some(r.vehicle))),
+    column(
+        "lane",
+        "",
+        "SUMO's id of the lane where it was one step before; empty beside all lanes",
+        ColumnValue::Word(|r| r.lane.clone()),
+    ),
+    number("lane_s_m", "m", "front bumper along that lane one step before", |r| r.lane_s_m),
+];
+
+/// Rows of these tables on their way to the disk, or to be compared.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct NetworkRows {
+    pub departures: Vec<DepartureRow>,
+    pub arrivals: Vec<ArrivalRow>,
+}
+
+/// Finds what is new in a world by what it saw of it before.
+#[derive(Debug, Default)]
+pub(super) struct NetworkObserver {
+    /// All others at the end of the last step, by ascending id.
+    vehicles: Vec<(VehicleId, Option<LanePosition>)>,
+}
+
+impl NetworkObserver {
+    /// Adds the rows of a world before its first tick; none on a closed route with a fixed number of cars.
+    pub fn start(&mut self, world: &World, rows: &mut NetworkRows) {
+        if world.scenario().is_on_network() {
+            self.observe(world.snapshot(), &world.map().network, rows);
+        }
+    }
+
+    /// Adds the rows of a world after a tick: vehicles come and go at the end of a step.
+    pub fn tick(&mut self, world: &World, rows: &mut NetworkRows) {
+        let (snapshot, scenario) = (world.snapshot(), world.scenario());
+        if scenario.is_on_network() && snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
+            self.observe(snapshot, &world.map().network, rows);
+        }
+    }
+
+    fn observe(&mut self, snapshot: &Snapshot, network: &Network, rows: &mut NetworkRows) {
+        let tick = snapshot.tick;
+        // Both lists are by ascending id: one walk along them.
+        let mut before = self.vehicles.iter().peekable();
+        let mut arrive = |(id, at): &(VehicleId, Option<LanePosition>)| {
+            let (lane, lane_s_m) = in_lane(*at, network);
+            rows.arrivals.push(ArrivalRow { tick, vehicle: id.0, lane, lane_s_m });
+        };
+        for car in &snapshot.cars {
+            while let Some(gone) = before.next_if(|(id, _)| *id < car.id) {
+                arrive(gone);
+            }
+            if before.next_if(|(id, _)| *id == car.id).is_none() {
+                let (lane, lane_s_m) = in_lane(car.lane, network);
+                let (vehicle, body, speed_mps) = (car.id.0, car.body, car.speed_mps);
+                rows.departures.push(DepartureRow { tick, vehicle, body, lane, lane_s_m, speed_mps });
+            }
+        }
+        before.for_each(arrive);
+        self.vehicles.clear();
+        self.vehicles.extend(snapshot.cars.iter().map(|car| (car.id, car.lane)));
+    }
+}
+
+/// The name of a lane, and how far along it.
+fn in_lane(at: Option<LanePosition>, network: &Network) -> (String, Option<f64>) {
+    at.map_or((String::new(), None), |at| (network.lane(at.lane).id.clone(), Some(at.s_m)))
+}
+
+#[cfg(test)]
+#[path = "network_tables_tests.rs"]
+mod tests;

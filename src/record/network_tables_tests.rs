@@ -1,0 +1,95 @@
+//! Who comes and who goes, by hand: from one step to the next.
+
+use super::*;
+use crate::{sim::VehicleSnapshot, traffic::VehicleKind};
+
+fn grid() -> Network {
+    Network::load("tests/data/networks/grid-signals.net.xml").expect("a network")
+}
+
+const TRUCK: VehicleBody = VehicleBody { kind: VehicleKind::Truck, length_m: 7.5, width_m: 2.5, height_m: 3.25 };
+
+/// Vehicles by number, lane, way along it and speed.
+fn at(network: &Network, tick: u64, cars: &[(u32, &str, f64, f64)]) -> Snapshot {
+    let car = |(id, lane, s_m, speed_mps): &(u32, &str, f64, f64)| VehicleSnapshot {
+        id: VehicleId(*id),
+        lane: network.lane_named(lane).map(|lane| LanePosition { lane, s_m: *s_m, offset_m: 0.0 }),
+        speed_mps: *speed_mps,
+        body: TRUCK,
+        ..VehicleSnapshot::default()
+    };
+    Snapshot { tick: Tick(tick), cars: cars.iter().map(car).collect(), ..Snapshot::default() }
+}
+
+#[test]
+fn each_vehicle_that_was_not_there_before_departs_and_each_that_is_no_more_arrives_where_it_was() {
+    let network = grid();
+    let steps = [
+        at(&network, 0, &[(3, "B0B1_0", 5.0, 1.0), (5, "", 0.0, 2.0)]),
+        at(&network, 10, &[(3, "B0B1_0", 6.0, 1.5), (5, "", 0.0, 2.0)]),
+        at(&network, 20, &[(2, "B1C1_1", 1.0, 4.0), (5, "B0C0_1", 2.5, 2.0), (9, "B1C1_0", 7.0, 3.0)]),
+        at(&network, 30, &[(2, "B1C1_1", 3.0, 4.0)]),
+        at(&network, 40, &[]),
+    ];
+    let mut observer = NetworkObserver::default();
+    let mut rows = NetworkRows::default();
+    steps.iter().for_each(|step| observer.observe(step, &network, &mut rows));
+    let departures: Vec<_> = rows
+        .departures
+        .iter()
+        .map(|row| (row.tick.0, row.vehicle, row.lane.as_str(), row.lane_s_m, row.speed_mps))
+        .collect();
+    let expected = [
+        (0, 3, "B0B1_0", Some(5.0), 1.0),
+        (0, 5, "", None, 2.0),
+        (20, 2, "B1C1_1", Some(1.0), 4.0),
+        (20, 9, "B1C1_0", Some(7.0), 3.0),
+    ];
+    assert_eq!(departures, expected);
+    let arrivals: Vec<_> =
+        rows.arrivals.iter().map(|row| (row.tick.0, row.vehicle, row.lane.as_str(), row.lane_s_m)).collect();
+    let expected = [
+        (20, 3, "B0B1_0", Some(6.0)),
+        (30, 5, "B0C0_1", Some(2.5)),
+        (30, 9, "B1C1_0", Some(7.0)),
+        (40, 2, "B1C1_1", Some(3.0)),
+    ];
+    assert_eq!(arrivals, expected);
+}
+
+/// A row as text, by the name of the column; numbers to three digits, empty as `-`.
+fn cells<R>(columns: &[TableColumn<R>], row: &R) -> String {
+    let text = |column: &TableColumn<R>| match column.get {
+        ColumnValue::Number(get) => get(row).map_or("-".into(), |v| format!("{v:.3}")),
+        ColumnValue::Whole(get) => get(row).to_string(),
+        ColumnValue::Id(get) => get(row).map_or("-".into(), |v| v.to_string()),
+        ColumnValue::Flag(get) => get(row).map_or("-".into(), |v| v.to_string()),
+        ColumnValue::Word(get) => get(row),
+    };
+    columns.iter().map(|column| format!("{} {}", column.name, text(column))).collect::<Vec<_>>().join(", ")
+}
+
+#[test]
+fn rows_of_departures_and_arrivals_say_who_came_and_went_where() {
+    let lane = || "B0B1_0".to_owned();
+    let row =
+        DepartureRow { tick: Tick(20), vehicle: 4, body: TRUCK, lane: lane(), lane_s_m: Some(5.5), speed_mps: 1.25 };
+    let expected = "tick 20, vehicle 4, kind truck, length_m 7.500, width_m 2.500, height_m 3.250, lane B0B1_0, \
+                    lane_s_m 5.500, speed_mps 1.250";
+    assert_eq!(cells(DEPARTURES, &row), expected);
+    let row = ArrivalRow { tick: Tick(30), vehicle: 4, lane: lane(), lane_s_m: None };
+    assert_eq!(cells(ARRIVALS, &row), "tick 30, vehicle 4, lane B0B1_0, lane_s_m -");
+}
+
+#[test]
+fn only_recordings_of_networks_have_these_tables() {
+    use super::super::{Manifest, Table};
+    let names = |network_tables| -> Vec<&str> {
+        let manifest = Manifest { network_tables, ..Manifest::default() };
+        Table::of(&manifest).iter().map(|table| table.name()).collect()
+    };
+    assert_eq!(names(false), ["ego", "cars", "advice", "frames", "events"]);
+    assert_eq!(names(true), ["ego", "cars", "advice", "frames", "events", "departures", "arrivals"]);
+    // A manifest of a ring is the text that it was.
+    assert!(!serde_json::to_string(&Manifest::default()).expect("words").contains("network_tables"));
+}
