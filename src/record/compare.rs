@@ -9,7 +9,9 @@ use super::{
     Manifest, RecordError, Table,
     network_tables::{NetworkObserver, NetworkRows},
     table::{ColumnValue, TableBatches, TableColumn},
-    tables::{self, ADVICE, ARRIVALS, AdviceRow, CARS, CarRow, DEPARTURES, EGO, EVENTS, EgoRow, EventRow},
+    tables::{
+        self, ADVICE, ARRIVALS, AdviceRow, CARS, CarRow, DEPARTURES, EGO, EVENTS, EgoRow, EventRow, PATH, SIGNALS,
+    },
 };
 use crate::{
     controls::{Controls, Selector},
@@ -170,6 +172,12 @@ impl TableComparison {
         for row in &rows.arrivals {
             found.push(cursors.arrivals.compare(ARRIVALS, row)?);
         }
+        for row in &rows.signals {
+            found.push(cursors.signals.compare(SIGNALS, row)?);
+        }
+        for row in &rows.path {
+            found.push(cursors.path.compare(PATH, row)?);
+        }
         found.into_iter().for_each(|found| self.note(found));
         Ok(())
     }
@@ -186,9 +194,7 @@ impl TableComparison {
             while cursor.has_row()? && cursor.tick() <= last {
                 if !(cursor.table == Table::Events && cursor.is_by_hand()) {
                     found.0 += 1;
-                    found
-                        .1
-                        .get_or_insert_with(|| cursor.difference("tick", cursor.tick().0.to_string(), String::new()));
+                    found.1.get_or_insert_with(|| cursor.surplus());
                 }
                 cursor.skip();
             }
@@ -222,16 +228,23 @@ impl TableComparison {
 struct NetworkCursors {
     departures: TableCursor,
     arrivals: TableCursor,
+    signals: TableCursor,
+    path: TableCursor,
 }
 
 impl NetworkCursors {
     fn open(recording: &Path) -> Result<Self, RecordError> {
         let cursor = |table| TableCursor::open(recording, table);
-        Ok(Self { departures: cursor(Table::Departures)?, arrivals: cursor(Table::Arrivals)? })
+        Ok(Self {
+            departures: cursor(Table::Departures)?,
+            arrivals: cursor(Table::Arrivals)?,
+            signals: cursor(Table::Signals)?,
+            path: cursor(Table::Path)?,
+        })
     }
 
-    fn all(&mut self) -> [&mut TableCursor; 2] {
-        [&mut self.departures, &mut self.arrivals]
+    fn all(&mut self) -> [&mut TableCursor; 4] {
+        [&mut self.departures, &mut self.arrivals, &mut self.signals, &mut self.path]
     }
 }
 
@@ -287,6 +300,15 @@ impl TableCursor {
         self.array::<StringArray>(name).map(|words| words.value(self.at))
     }
 
+    /// The row here as one that no drive makes, named by its tick or, in a table without, by its first column.
+    fn surplus(&self) -> CellDifference {
+        let schema = self.batch.as_ref().map(RecordBatch::schema);
+        let first = schema.as_ref().filter(|schema| schema.index_of("tick").is_err()).map(|schema| schema.field(0));
+        let name = first.map_or("tick", |field| field.name().as_str());
+        let value = self.array::<UInt64Array>(name).map_or(0, |values| values.value(self.at));
+        self.difference(name, value.to_string(), String::new())
+    }
+
     /// An event that no world makes.
     fn is_by_hand(&self) -> bool {
         !self.word("event").is_some_and(|kind| EventRow::KINDS_OF_WORLD.contains(&kind))
@@ -304,11 +326,13 @@ impl TableCursor {
         let mut extra = None;
         while self.has_row()? && self.tick() < tick {
             more += 1;
-            extra.get_or_insert_with(|| self.difference("tick", self.tick().0.to_string(), String::new()));
+            extra.get_or_insert_with(|| self.surplus());
             self.skip();
         }
         if !self.has_row()? || self.tick() > tick {
-            let missing = CellDifference { tick, ..self.difference("tick", String::new(), tick.0.to_string()) };
+            let named = columns.iter().find(|column| column.name == "tick").or(columns.first());
+            let (name, value) = named.map_or(("tick", String::new()), |column| (column.name, text(column, driven)));
+            let missing = CellDifference { tick, ..self.difference(name, String::new(), value) };
             return Ok((more + 1, extra.or(Some(missing))));
         }
         let (cells, first) = self.compare_cells(columns, driven);

@@ -7,7 +7,7 @@
 //! inputs/         copies of a map and a policy that do not come with the program
 //! journal/        blocks of rows while the drive lasts: cut at any byte it loses one batch at most
 //! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events; on a network
-//!                 departures, arrivals
+//!                 departures, arrivals, signals, path
 //! summary.json    the drive in numbers
 //! checksums.json  SHA-256 of all files, of each column of the tables
 //! lost+found/     only after damage: the journal of which something could not be read

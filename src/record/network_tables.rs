@@ -1,4 +1,4 @@
-//! The tables that only a drive on a network has: who comes and who goes. In: the world before its first tick and after each one.
+//! The tables that only a drive on a network has: who comes and who goes, what signals show, the ego's path. In: the world before its first tick and after each one.
 //! Out: rows. SI units; lanes by SUMO's ids.
 //!
 //! The ego is there from the first tick to the last and has no row. A vehicle that comes and goes within one step is in no snapshot, and so
@@ -9,7 +9,10 @@ use super::{
     tables::{column, number},
 };
 use crate::{
-    map::network::{LanePosition, Network},
+    map::{
+        RouteLane,
+        network::{LanePosition, Network, SignalId, SignalStates},
+    },
     sim::{Snapshot, World},
     time::Tick,
     traffic::{VehicleBody, VehicleId},
@@ -76,11 +79,80 @@ pub const ARRIVALS: &[TableColumn<ArrivalRow>] = &[
     number("lane_s_m", "m", "front bumper along that lane one step before", |r| r.lane_s_m),
 ];
 
+/// What a signal shows from a tick on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SignalRow {
+    /// The end of the step from which on it shows this; the tick before the first for what it shows at the start.
+    pub tick: Tick,
+    /// SUMO's id of the signal.
+    pub signal: String,
+    /// SUMO's letters, one a link; empty for a signal that SUMO does not switch.
+    pub state: String,
+}
+
+/// One row a signal at the start, and one a change of a signal after it.
+pub const SIGNALS: &[TableColumn<SignalRow>] = &[
+    column(
+        "tick",
+        "",
+        "tick at the end of the step from which on it shows this; 0 for what it shows at the start",
+        ColumnValue::Whole(|r| r.tick.0),
+    ),
+    column("signal", "", "SUMO's id of the signal", ColumnValue::Word(|r| r.signal.clone())),
+    column(
+        "state",
+        "",
+        "SUMO's letters, one a link: r red, u red and yellow, y yellow, g green that yields, G green, s green arrow, o \
+         blinking, O off",
+        ColumnValue::Word(|r| r.state.clone()),
+    ),
+];
+
+/// A lane of the ego's path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathRow {
+    /// Its place in the path, from 0.
+    pub order: u64,
+    /// SUMO's id of the edge; begins with a colon inside a junction.
+    pub edge: String,
+    /// SUMO's id of the lane.
+    pub lane: String,
+    /// Where it begins on the path, metres.
+    pub start_s_m: f64,
+    /// How long it is, metres.
+    pub length_m: f64,
+}
+
+impl PathRow {
+    fn of(order: usize, lane: &RouteLane) -> Self {
+        let (edge, id) = (lane.edge.clone(), lane.id.clone());
+        Self { order: order as u64, edge, lane: id, start_s_m: lane.start_s_m, length_m: lane.length_m }
+    }
+}
+
+/// One row a lane of the ego's path, in the order in which they are driven.
+pub const PATH: &[TableColumn<PathRow>] = &[
+    column("order", "", "place in the path, from 0", ColumnValue::Whole(|r| r.order)),
+    column(
+        "edge",
+        "",
+        "SUMO's id of the edge; begins with a colon inside a junction",
+        ColumnValue::Word(|r| r.edge.clone()),
+    ),
+    column("lane", "", "SUMO's id of the lane", ColumnValue::Word(|r| r.lane.clone())),
+    number("start_s_m", "m", "where it begins on the path, in which s_m of the other tables counts", |r| {
+        Some(r.start_s_m)
+    }),
+    number("length_m", "m", "how long it is", |r| Some(r.length_m)),
+];
+
 /// Rows of these tables on their way to the disk, or to be compared.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct NetworkRows {
     pub departures: Vec<DepartureRow>,
     pub arrivals: Vec<ArrivalRow>,
+    pub signals: Vec<SignalRow>,
+    pub path: Vec<PathRow>,
 }
 
 /// Finds what is new in a world by what it saw of it before.
@@ -88,17 +160,21 @@ pub(super) struct NetworkRows {
 pub(super) struct NetworkObserver {
     /// All others at the end of the last step, by ascending id.
     vehicles: Vec<(VehicleId, Option<LanePosition>)>,
+    /// What signals showed then; `None` before the start.
+    signals: Option<SignalStates>,
 }
 
 impl NetworkObserver {
     /// Adds the rows of a world before its first tick; none on a closed route with a fixed number of cars.
     pub fn start(&mut self, world: &World, rows: &mut NetworkRows) {
         if world.scenario().is_on_network() {
+            let lanes = world.map().route.lanes().iter().enumerate();
+            rows.path.extend(lanes.map(|(order, lane)| PathRow::of(order, lane)));
             self.observe(world.snapshot(), &world.map().network, rows);
         }
     }
 
-    /// Adds the rows of a world after a tick: vehicles come and go at the end of a step.
+    /// Adds the rows of a world after a tick: vehicles come and go, and signals change, at the end of a step.
     pub fn tick(&mut self, world: &World, rows: &mut NetworkRows) {
         let (snapshot, scenario) = (world.snapshot(), world.scenario());
         if scenario.is_on_network() && snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
@@ -107,6 +183,23 @@ impl NetworkObserver {
     }
 
     fn observe(&mut self, snapshot: &Snapshot, network: &Network, rows: &mut NetworkRows) {
+        self.observe_vehicles(snapshot, network, rows);
+        self.observe_signals(snapshot, network, rows);
+    }
+
+    fn observe_signals(&mut self, snapshot: &Snapshot, network: &Network, rows: &mut NetworkRows) {
+        for (k, signal) in network.signals().iter().enumerate() {
+            let id = SignalId::from_index(k);
+            let shown = snapshot.signals.letters(id);
+            if self.signals.as_ref().is_none_or(|before| before.letters(id) != shown) {
+                let state = String::from_utf8_lossy(shown).into_owned();
+                rows.signals.push(SignalRow { tick: snapshot.tick, signal: signal.id.clone(), state });
+            }
+        }
+        self.signals.get_or_insert_default().clone_from(&snapshot.signals);
+    }
+
+    fn observe_vehicles(&mut self, snapshot: &Snapshot, network: &Network, rows: &mut NetworkRows) {
         let tick = snapshot.tick;
         // Both lists are by ascending id: one walk along them.
         let mut before = self.vehicles.iter().peekable();

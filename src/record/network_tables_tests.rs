@@ -1,4 +1,4 @@
-//! Who comes and who goes, by hand: from one step to the next.
+//! Who comes and who goes, and what signals show, by hand: from one step to the next.
 
 use super::*;
 use crate::{sim::VehicleSnapshot, traffic::VehicleKind};
@@ -57,6 +57,29 @@ fn each_vehicle_that_was_not_there_before_departs_and_each_that_is_no_more_arriv
     assert_eq!(arrivals, expected);
 }
 
+#[test]
+fn each_signal_has_a_row_at_the_start_and_one_whenever_it_changes() {
+    let network = grid();
+    // In the order of the file.
+    let ids: Vec<&str> = network.signals().iter().map(|signal| signal.id.as_str()).collect();
+    assert_eq!(ids, ["A1", "B0", "B1", "B2", "C1"]);
+    let step = |tick: u64, letters: &[u8]| {
+        let mut snapshot = at(&network, tick, &[]);
+        // Two links of the first, none of the second, one of each of the others.
+        snapshot.signals.set(letters, &[0, 2, 2, 3, 4, 5]);
+        snapshot
+    };
+    let mut observer = NetworkObserver::default();
+    let mut rows = NetworkRows::default();
+    for (tick, letters) in [(0, b"rGyGg"), (10, b"rGyGg"), (20, b"ruyGo"), (30, b"ruyGo"), (40, b"rGyGo")] {
+        observer.observe(&step(tick, letters), &network, &mut rows);
+    }
+    let found: Vec<_> = rows.signals.iter().map(|row| (row.tick.0, row.signal.as_str(), row.state.as_str())).collect();
+    let start = [(0, "A1", "rG"), (0, "B0", ""), (0, "B1", "y"), (0, "B2", "G"), (0, "C1", "g")];
+    assert_eq!(found[..5], start);
+    assert_eq!(found[5..], [(20, "A1", "ru"), (20, "C1", "o"), (40, "A1", "rG")]);
+}
+
 /// A row as text, by the name of the column; numbers to three digits, empty as `-`.
 fn cells<R>(columns: &[TableColumn<R>], row: &R) -> String {
     let text = |column: &TableColumn<R>| match column.get {
@@ -70,7 +93,7 @@ fn cells<R>(columns: &[TableColumn<R>], row: &R) -> String {
 }
 
 #[test]
-fn rows_of_departures_and_arrivals_say_who_came_and_went_where() {
+fn rows_say_who_came_and_went_where_what_a_signal_shows_and_where_the_path_goes() {
     let lane = || "B0B1_0".to_owned();
     let row =
         DepartureRow { tick: Tick(20), vehicle: 4, body: TRUCK, lane: lane(), lane_s_m: Some(5.5), speed_mps: 1.25 };
@@ -79,6 +102,10 @@ fn rows_of_departures_and_arrivals_say_who_came_and_went_where() {
     assert_eq!(cells(DEPARTURES, &row), expected);
     let row = ArrivalRow { tick: Tick(30), vehicle: 4, lane: lane(), lane_s_m: None };
     assert_eq!(cells(ARRIVALS, &row), "tick 30, vehicle 4, lane B0B1_0, lane_s_m -");
+    let row = SignalRow { tick: Tick(40), signal: "B1".into(), state: "rGy".into() };
+    assert_eq!(cells(SIGNALS, &row), "tick 40, signal B1, state rGy");
+    let row = PathRow { order: 2, edge: "B0B1".into(), lane: lane(), start_s_m: 12.5, length_m: 81.25 };
+    assert_eq!(cells(PATH, &row), "order 2, edge B0B1, lane B0B1_0, start_s_m 12.500, length_m 81.250");
 }
 
 #[test]
@@ -89,7 +116,7 @@ fn only_recordings_of_networks_have_these_tables() {
         Table::of(&manifest).iter().map(|table| table.name()).collect()
     };
     assert_eq!(names(false), ["ego", "cars", "advice", "frames", "events"]);
-    assert_eq!(names(true), ["ego", "cars", "advice", "frames", "events", "departures", "arrivals"]);
+    assert_eq!(names(true), ["ego", "cars", "advice", "frames", "events", "departures", "arrivals", "signals", "path"]);
     // A manifest of a ring is the text that it was.
     assert!(!serde_json::to_string(&Manifest::default()).expect("words").contains("network_tables"));
 }

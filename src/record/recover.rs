@@ -177,6 +177,8 @@ fn schema(table: Table) -> Arc<Schema> {
         Table::Events => table::schema(tables::EVENTS),
         Table::Departures => table::schema(tables::DEPARTURES),
         Table::Arrivals => table::schema(tables::ARRIVALS),
+        Table::Signals => table::schema(tables::SIGNALS),
+        Table::Path => table::schema(tables::PATH),
     }
 }
 

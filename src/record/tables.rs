@@ -2,7 +2,7 @@
 //! world axes (x east, y north).
 
 pub use super::car_table::{CARS, CarRow};
-pub use super::network_tables::{ARRIVALS, ArrivalRow, DEPARTURES, DepartureRow};
+pub use super::network_tables::{ARRIVALS, ArrivalRow, DEPARTURES, DepartureRow, PATH, PathRow, SIGNALS, SignalRow};
 
 use super::{
     Manifest,
@@ -37,12 +37,25 @@ pub enum Table {
     Departures,
     /// One row a vehicle that has gone; only on a network.
     Arrivals,
+    /// One row a signal at the start and one a change; only on a network.
+    Signals,
+    /// One row a lane of the ego's path; only on a network.
+    Path,
 }
 
 impl Table {
     /// All of them. Journals know a table by its place here: a new one goes to the end.
-    pub const ALL: [Self; 7] =
-        [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events, Self::Departures, Self::Arrivals];
+    pub const ALL: [Self; 9] = [
+        Self::Ego,
+        Self::Cars,
+        Self::Advice,
+        Self::Frames,
+        Self::Events,
+        Self::Departures,
+        Self::Arrivals,
+        Self::Signals,
+        Self::Path,
+    ];
     /// Those that every recording has; the others belong to drives on networks.
     pub const OF_EVERY_DRIVE: [Self; 5] = [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events];
 
@@ -61,6 +74,8 @@ impl Table {
             Self::Events => "events",
             Self::Departures => "departures",
             Self::Arrivals => "arrivals",
+            Self::Signals => "signals",
+            Self::Path => "path",
         }
     }
 
@@ -70,7 +85,7 @@ impl Table {
     }
 }
 
-/// The tick of a row: every table has a column of that name.
+/// The tick of a row: every table has a column of that name but the path, which is as it is at tick 0.
 pub(super) fn tick<R>(columns: &[TableColumn<R>], row: &R) -> Tick {
     let ticks = columns.iter().find(|column| column.name == "tick");
     Tick(ticks.map_or(0, |column| match column.get {

@@ -177,6 +177,104 @@ fn departures_and_arrivals_are_those_that_the_program_of_sumo_writes() {
     assert!(arrivals.ids("vehicle").iter().all(|id| came.contains(id)));
 }
 
+/// What SUMO's own program writes a signal to show at each step: the time and the letters, where they change.
+fn shown_by_sumo(folder: &Path, signal: &str) -> Vec<(f64, String)> {
+    let home = sumo::home().unwrap();
+    let (out, events) = (folder.join("tls.xml"), folder.join("tls.add.xml"));
+    let event = format!("<timedEvent type=\"SaveTLSStates\" source=\"{signal}\" dest=\"{}\"/>", out.display());
+    fs::write(&events, format!("<additional>{event}</additional>")).unwrap();
+    let arguments = "--step-length 0.100 --default.carfollowmodel IDM --precision 16 --time-to-teleport -1 --collision.action none \
+                     --lanechange.duration 5 --no-step-log true --no-warnings true --end 70";
+    let mut command = Command::new(sumo::program(&home));
+    command.env("SUMO_HOME", &home).args(["--net-file", "tests/data/networks/grid-signals.net.xml"]);
+    command.arg("--route-files").arg(folder.join("lorries.rou.xml")).arg("--additional-files").arg(events);
+    let done = command.args(arguments.split_whitespace()).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let text = fs::read_to_string(&out).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let states = document.descendants().filter(|node| node.has_tag_name("tlsState"));
+    let mut found: Vec<(f64, String)> = states
+        .map(|node| (node.attribute("time").unwrap().parse().unwrap(), node.attribute("state").unwrap().to_owned()))
+        .collect();
+    found.dedup_by(|later, earlier| later.1 == earlier.1);
+    found
+}
+
+#[test]
+fn signals_change_when_the_program_of_sumo_has_them_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut command, drive) = run_lorries(folder.path(), "p1");
+    assert!(command.output().unwrap().status.success());
+    let last = TableReader::parquet(&Table::Ego.parquet(&drive)).unwrap().rows() as i64;
+    let table = TableReader::parquet(&Table::Signals.parquet(&drive)).unwrap();
+    let (ticks, signals, states) = (table.wholes("tick"), table.words("signal"), table.words("state"));
+    // All that the file has, at the start.
+    let at_start: Vec<&str> =
+        signals.iter().zip(&ticks).filter(|(_, tick)| **tick == 0).map(|(id, _)| id.as_str()).collect();
+    assert_eq!(at_start, ["A1", "B0", "B1", "B2", "C1"]);
+    // The ego comes to neither of these two, and lorries to one of them.
+    for signal in ["A1", "B2"] {
+        let written = shown_by_sumo(folder.path(), signal);
+        let before = written.iter().rposition(|(time_s, _)| tick(*time_s) <= 0).unwrap();
+        let wanted: Vec<(i64, &str)> = written[before..]
+            .iter()
+            .map(|(time_s, state)| (tick(*time_s).max(0), state.as_str()))
+            .filter(|(tick, _)| *tick <= last)
+            .collect();
+        let rows = (0..table.rows()).filter(|&row| signals[row] == signal);
+        let found: Vec<(i64, &str)> = rows.map(|row| (ticks[row] as i64, states[row].as_str())).collect();
+        assert_eq!(found, wanted, "{signal}");
+        assert!(found.len() > 1, "{signal}: {found:?}");
+    }
+}
+
+#[test]
+fn the_path_goes_over_the_edges_of_the_scenario_by_lanes_that_the_file_connects() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut command, drive) = run_lorries(folder.path(), "p1");
+    assert!(command.output().unwrap().status.success());
+    let path = TableReader::parquet(&Table::Path.parquet(&drive)).unwrap();
+    let (edges, lanes) = (path.words("edge"), path.words("lane"));
+    let (starts, lengths) = (path.numbers("start_s_m"), path.numbers("length_m"));
+    assert_eq!(path.wholes("order"), (0..path.rows() as u64).collect::<Vec<_>>());
+    let streets: Vec<&str> = edges.iter().filter(|edge| !edge.starts_with(':')).map(String::as_str).collect();
+    assert_eq!(streets, ["A0B0", "B0B1", "B1C1", "C1C0", "C0B0", "B0A0"]);
+    // The file itself: how long each lane is, and which lanes lead into which.
+    let text = fs::read_to_string("tests/data/networks/grid-signals.net.xml").unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let lane =
+        |id: &str| document.descendants().find(|node| node.has_tag_name("lane") && node.attribute("id") == Some(id));
+    let edge_of = |lane: &str| lane.rsplit_once('_').unwrap().0.to_owned();
+    let connections: BTreeSet<(String, String)> = document
+        .descendants()
+        .filter(|node| node.has_tag_name("connection"))
+        .flat_map(|node| {
+            let part = |name| node.attribute(name).unwrap().to_owned();
+            let from = format!("{}_{}", part("from"), part("fromLane"));
+            match node.attribute("via").map(str::to_owned) {
+                Some(via) => vec![(from, edge_of(&via)), (via, part("to"))],
+                None => vec![(from, part("to"))],
+            }
+        })
+        .collect();
+    let mut start_m = 0.0;
+    for k in 0..path.rows() {
+        let node = lane(&lanes[k]).expect("a lane of the file");
+        assert_eq!(node.parent_element().unwrap().attribute("id"), Some(edges[k].as_str()));
+        let length_m: f64 = node.attribute("length").unwrap().parse().unwrap();
+        assert_eq!(lengths[k], Some(length_m));
+        assert!((starts[k].unwrap() - start_m).abs() < 1e-9, "{k}");
+        start_m += length_m;
+        if k > 0 {
+            // Within an edge the path may change lanes: the lane is the one from which it goes on.
+            let pair = (lanes[k - 1].clone(), edges[k].clone());
+            assert!(connections.contains(&pair), "{pair:?}");
+        }
+    }
+    // Five junctions are crossed.
+    assert!(path.rows() >= 11, "{lanes:?}");
+}
+
 fn replayed(drive: &Path) -> (i32, String) {
     said(&mut codrive(&["replay", drive.to_str().unwrap()]))
 }

@@ -133,7 +133,7 @@ fn a_changed_cell_of_any_table_is_named_with_row_column_and_both_values() {
 }
 
 /// Tables that only a drive on a network has.
-const OF_NETWORKS: [(&str, &[(&str, Cell)]); 2] = [
+const OF_NETWORKS: [(&str, &[(&str, Cell)]); 4] = [
     (
         "departures",
         &[
@@ -155,6 +155,17 @@ const OF_NETWORKS: [(&str, &[(&str, Cell)]); 2] = [
             ("vehicle", Cell::Id(999)),
             ("lane", Cell::Word("nowhere")),
             ("lane_s_m", Cell::Number(4.5)),
+        ],
+    ),
+    ("signals", &[("tick", Cell::Whole(7)), ("signal", Cell::Word("nowhere")), ("state", Cell::Word("r"))]),
+    (
+        "path",
+        &[
+            ("order", Cell::Whole(77)),
+            ("edge", Cell::Word("nowhere")),
+            ("lane", Cell::Word("nowhere")),
+            ("start_s_m", Cell::Number(4.5)),
+            ("length_m", Cell::Number(4.5)),
         ],
     ),
 ];
