@@ -36,7 +36,7 @@ pub struct Manifest {
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub hand_over: Option<HandOver>,
     /// The recording has the tables of a drive on a network; false in one of a closed route, and of an earlier version.
-    #[serde(skip_serializing_if = "is_false", default)]
+    #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub network_tables: bool,
     /// Who drove: devices, or the name of a simulated driver.
     pub driver: String,
@@ -70,10 +70,6 @@ pub struct Manifest {
     /// SHA-256 of this manifest without this line, once it is written for the last time.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sha256: Option<String>,
-}
-
-fn is_false(flag: &bool) -> bool {
-    !flag
 }
 
 /// How far a recording is.

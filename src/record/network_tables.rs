@@ -139,7 +139,12 @@ pub const PATH: &[TableColumn<PathRow>] = &[
         "SUMO's id of the edge; begins with a colon inside a junction",
         ColumnValue::Word(|r| r.edge.clone()),
     ),
-    column("lane", "", "SUMO's id of the lane", ColumnValue::Word(|r| r.lane.clone())),
+    column(
+        "lane",
+        "",
+        "SUMO's id of the lane; where the path changes lanes on an edge, of that from which it goes on",
+        ColumnValue::Word(|r| r.lane.clone()),
+    ),
     number("start_s_m", "m", "where it begins on the path, in which s_m of the other tables counts", |r| {
         Some(r.start_s_m)
     }),
