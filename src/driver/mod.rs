@@ -46,7 +46,8 @@ pub struct Perception {
     pub lane: LaneView,
     /// The car ahead, if there is one.
     pub leader: Option<SeenLeader>,
-    /// Way from the front bumper to a line that must not be crossed now, metres: a signal that is not green.
+    /// Way from the front bumper to a line that must not be crossed now, metres: of a signal that is not green, or where others
+    /// go first.
     pub stop_ahead_m: Option<f64>,
     /// The advice on the speedometer, if there is one.
     pub advice: Option<Advice>,

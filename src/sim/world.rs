@@ -9,6 +9,7 @@ mod advice;
 mod contacts;
 mod derived_state;
 mod ego_insertion;
+mod give_way;
 mod hand_over;
 mod network_coupling;
 mod network_view;
@@ -20,6 +21,7 @@ mod road_rules;
 mod sham;
 mod time_to_collision;
 mod traffic_coupling;
+mod yield_lines;
 
 pub use advice::ExpectedSpeeds;
 pub use hand_over::HandOver;

@@ -1,8 +1,9 @@
 //! What a drive on a network knows beside the ego's route. In: the map and the snapshot. Out: the ego's lane, the ground under it, the line at
-//! a signal where it has to stop, whether it is at the end of its path. Metres, m/s.
+//! a signal, or where others go first, where it has to stop, whether it is at the end of its path. Metres, m/s.
 
-use super::path_lanes::PathLanes;
+use super::{give_way::GiveWay, path_lanes::PathLanes};
 use crate::{
+    driver::DriverParams,
     map::{
         RoadMap,
         network::{LanePosition, SignalLight},
@@ -23,6 +24,7 @@ const SIGNAL_AHEAD_M: f64 = 300.0;
 /// The ego's path through a network.
 pub(super) struct NetworkView {
     lanes: PathLanes,
+    give_way: GiveWay,
     /// The ego is on the last edge of its path, or was there until its front came to the end.
     is_on_last: bool,
 }
@@ -30,10 +32,11 @@ pub(super) struct NetworkView {
 impl NetworkView {
     /// The path of a map's route.
     pub fn new(map: &RoadMap) -> Self {
-        Self { lanes: PathLanes::new(map), is_on_last: false }
+        let lanes = PathLanes::new(map);
+        Self { give_way: GiveWay::new(lanes.yield_lines(map)), lanes, is_on_last: false }
     }
 
-    /// Notes in the snapshot in which lane the ego's front is.
+    /// Notes in the snapshot in which lane the ego's front is, and for itself how the ego stands at the next line.
     pub fn update(&mut self, snapshot: &mut Snapshot, map: &RoadMap, ego: &Pose) {
         let last = snapshot.ego_lane.map(|at| at.lane);
         let height_m = snapshot.ego.position.z;
@@ -42,6 +45,7 @@ impl NetworkView {
         let is_on_last = snapshot.ego_lane.map(edge) == map.route.lanes().last().map(|lane| lane.edge.as_str());
         let has_left = snapshot.ego_lane.is_none() || snapshot.ego_s_m < map.route.length_m();
         self.is_on_last = is_on_last || (self.is_on_last && !has_left);
+        self.give_way.update(snapshot, map);
     }
 
     /// The ground around the ego.
@@ -56,8 +60,16 @@ impl NetworkView {
         NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m) }
     }
 
+    /// Way from the ego's front bumper to the nearest line of its path that must not be crossed now, metres: a signal's, or one where others
+    /// go first before this driver.
+    pub fn stop_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, driver: &DriverParams) -> Option<f64> {
+        let signal_m = self.signal_ahead_m(snapshot, map);
+        let yield_m = self.give_way.must_yield_ahead_m(snapshot, map, driver);
+        [signal_m, yield_m].into_iter().flatten().min_by(f64::total_cmp)
+    }
+
     /// Way from the ego's front bumper to the line of the next signal of its path, if that must not be crossed now, metres.
-    pub fn stop_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
+    fn signal_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
         let route = &map.route;
         let ahead = self.lanes.stop_lines().iter().map(|line| (route.ahead(snapshot.ego_s_m, line.s_m), line));
         let (ahead_m, line) =

@@ -1,9 +1,10 @@
 //! Which lanes of a network the ego's route goes over. In: a [`RoadMap`]. Out: where on the route a vehicle in a lane is, the lane of the
-//! ego, the lines at signals. Metres.
+//! ego, the lines at signals and those where others go first. Metres.
 //!
 //! A vehicle is on the route if it is in a lane that the route goes along. Where the route changes lanes on an edge, it is on the
 //! route if its front is less than half a lane beside the route's line.
 
+use super::yield_lines::{YieldLine, yield_lines};
 use crate::{
     map::{
         RoadMap,
@@ -105,6 +106,11 @@ impl PathLanes {
     /// The lines at signals, in driving order.
     pub fn stop_lines(&self) -> &[StopLine] {
         &self.stop_lines
+    }
+
+    /// The lines from which others go first, in driving order.
+    pub fn yield_lines(&self, map: &RoadMap) -> Vec<YieldLine> {
+        yield_lines(map, &self.lanes)
     }
 
     /// The lanes that lead to the start of the route: those before it, and those before them.

@@ -56,7 +56,10 @@ impl World {
             speed_mps: snapshot.ego.speed_mps,
             lane: driver.look(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m)),
             leader: snapshot.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps }),
-            stop_ahead_m: self.network.as_ref().and_then(|network| network.stop_ahead_m(snapshot, &self.map)),
+            stop_ahead_m: self
+                .network
+                .as_ref()
+                .and_then(|network| network.stop_ahead_m(snapshot, &self.map, driver.params())),
             advice: snapshot.advice,
             speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
         }

@@ -1,0 +1,177 @@
+//! Tests of waiting at lines where others go first: vehicles set by hand into networks' lanes, times counted by hand.
+
+use super::*;
+use crate::{
+    map::network::{LanePosition, SignalStates},
+    sim::world::path_lanes::PathLanes,
+    space::Pose,
+    traffic::VehicleBody,
+};
+
+const ROUNDABOUT: &str = "tests/data/networks/roundabout.net.xml";
+const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+const TOWN: &str = "tests/data/networks/town.net.xml";
+const LIMIT_MPS: f64 = 13.89;
+/// Half a second until it goes, then 2 m/s2 up to 8 m/s.
+const PACE: OwnPace = OwnPace { delay_s: 0.5, accel_mps2: 2.0, decel_mps2: 1.5, through_mps: 8.0 };
+
+/// An ego that stands `ahead_m` before the first line of a path, and one other vehicle.
+struct Case {
+    map: RoadMap,
+    give_way: GiveWay,
+    snapshot: Snapshot,
+}
+
+impl Case {
+    fn new(file: &str, edges: &[&str], ahead_m: f64) -> Self {
+        let map = RoadMap::load_along(file, edges).expect("a path");
+        let give_way = GiveWay::new(PathLanes::new(&map).yield_lines(&map));
+        let snapshot = Snapshot { ego_s_m: give_way.lines[0].s_m - ahead_m, ..Snapshot::default() };
+        Self { map, give_way, snapshot }
+    }
+
+    fn put(&mut self, id: u32, lane: &str, s_m: f64, speed_mps: f64) {
+        let lane = self.map.network.lane_named(lane).expect("a lane");
+        let at = LanePosition { lane, s_m, offset_m: 0.0 };
+        let pose = Pose::default();
+        self.snapshot.cars.push(VehicleSnapshot {
+            id: VehicleId(id),
+            pose,
+            lane: Some(at),
+            speed_mps,
+            body: VehicleBody::CAR,
+            ..VehicleSnapshot::default()
+        });
+    }
+
+    /// Whether the ego waits for nobody but this vehicle, 5 m long.
+    fn waits_for(&mut self, lane: &str, s_m: f64, speed_mps: f64) -> bool {
+        self.snapshot.cars.clear();
+        self.put(1, lane, s_m, speed_mps);
+        self.waits()
+    }
+
+    fn waits(&self) -> bool {
+        let line = &self.give_way.lines[0];
+        let ahead_m = line.s_m - self.snapshot.ego_s_m;
+        self.give_way.must_wait(line, ahead_m, &self.snapshot, &PACE)
+    }
+
+    fn stand(&mut self, ticks: u32) {
+        for _ in 0..ticks {
+            self.give_way.update(&self.snapshot, &self.map);
+        }
+    }
+}
+
+#[test]
+fn the_time_for_a_way_is_that_of_an_even_acceleration_up_to_a_top_speed() {
+    // 16 m from a standstill with 2 m/s2: sqrt(16) s, at 8 m/s; 8 m more at that speed 1 s.
+    assert_eq!((reach_s(16.0, 0.0, 2.0, 8.0), reach_s(24.0, 0.0, 2.0, 8.0)), (4.0, 5.0));
+    // From 3 m/s to 5 m/s in 1 s and 4 m.
+    assert_eq!(reach_s(4.0, 3.0, 2.0, 8.0), 1.0);
+    assert_eq!(reach_s(20.0, 10.0, 2.0, 8.0), 2.0, "who is faster keeps its speed");
+}
+
+#[test]
+fn at_a_roundabout_the_ego_waits_for_vehicles_on_the_ring_unless_the_gap_is_long_enough() {
+    let mut case = Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], 2.0);
+    assert!(!case.waits(), "nobody comes");
+    // 2 m and 7.82 m inside take 0.5 s + sqrt(9.82) s = 3.634 s; there it has sqrt(4 * 9.82) = 6.267 m/s, 7.623 m/s less than the
+    // limit, for which the other needs 7.623^2 / (2 * 1.5) = 19.37 m more, 1.395 s. With the gap of 1 s that is 6.028 s, 83.7 m at the limit.
+    // The line is 88.56 m from the start of en_0.
+    assert!(case.waits_for("en_0", 6.0, LIMIT_MPS) && !case.waits_for("en_0", 4.0, LIMIT_MPS));
+    // At half the limit it may speed up by 2.6 m/s2: 27.82 m in 2.671 s, so that 6.945 m/s is no longer gap of nearly twice the time.
+    assert!(case.waits_for("nw_0", 0.0, LIMIT_MPS / 2.0));
+    // From ws_0 it gets there first, and the ego, 2 m away, sqrt(2) s = 1.41 s from now: it needs to be out of :s_2_0 (12.36 m) with its 5 m by 0.41 s.
+    assert!(case.waits_for(":s_2_0", 11.0, LIMIT_MPS), "6.36 m at 13.89 m/s: 0.46 s");
+    assert!(!case.waits_for(":s_2_0", 12.2, LIMIT_MPS), "5.16 m: 0.37 s");
+    // Who stands before its line on the ring may drive on at any time; who is in the lane beyond is a leader, who comes from another
+    // arm yields itself.
+    assert!(case.waits_for("ws_0", 20.0, 0.0));
+    assert!(!case.waits_for("se_0", 5.0, 5.0) && !case.waits_for("Ww_0", 120.0, 5.0));
+}
+
+#[test]
+fn who_stands_on_is_waited_for_five_seconds_and_who_moves_for_ever() {
+    let mut case = Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], 2.0);
+    case.put(1, "ws_0", 20.0, 0.0);
+    case.stand(499);
+    assert!(case.waits());
+    case.stand(1);
+    assert!(!case.waits());
+    case.stand(2000);
+    assert!(case.waits_for("ws_0", 20.0, 3.0));
+}
+
+#[test]
+fn a_green_turn_to_the_left_waits_for_oncoming_traffic_that_has_no_red() {
+    let mut case = Case::new(GRID, &["B0B1", "B1A1"], 2.0);
+    let net = &case.map.network;
+    let lights = |letters: &str| {
+        // All signals by their first phase, B1 with these letters.
+        let mut states = SignalStates::by_first_program(net, 0.0);
+        let (mut all, mut starts) = (Vec::new(), vec![0]);
+        for (k, signal) in net.signals().iter().enumerate() {
+            let own = states.letters(crate::map::network::SignalId::from_index(k));
+            all.extend_from_slice(if signal.id == "B1" { letters.as_bytes() } else { own });
+            starts.push(all.len() as u32);
+        }
+        states.set(&all, &starts);
+        states
+    };
+    // Link 13 is the ego's, 1 and 2 are those straight on from B2B1.
+    let permissive = lights("GGGggrrrrrGGGggrrrrr");
+    let protected = lights("rrrrrrrrrrrrrGrrrrrr");
+    let oncoming_red = lights("rrrrrrrrrrGGGggrrrrr");
+    let ended = lights("yyyyyrrrrryyyyyrrrrr");
+    case.snapshot.signals = permissive;
+    assert!(!case.waits());
+    // 40 m before the line at the limit: 2.1 s. The ego needs 0.5 s + 4 s for 16 m, and for the rest of 2 m + 14.34 m + 5 m 0.67 s.
+    assert!(case.waits_for("B2B1_1", 29.2, LIMIT_MPS) && case.waits_for("B2B1_0", 29.2, LIMIT_MPS));
+    // In the junction, until its tail is out of it: 20.8 m and 5 m.
+    assert!(case.waits_for(":B1_1_1", 10.0, 5.0) && case.waits_for("B1B0_1", 3.0, 2.0));
+    assert!(!case.waits_for("B1B0_1", 5.1, 2.0) && !case.waits_for("B1B0_0", 30.0, LIMIT_MPS));
+    case.snapshot.signals = protected;
+    assert!(!case.waits_for("B2B1_1", 29.2, LIMIT_MPS));
+    // From the limit 13.89^2 / (2 * 4.5) = 21.4 m to stop: who is 30 m away does at red, who is 15 m away does not.
+    case.snapshot.signals = oncoming_red;
+    assert!(!case.waits_for("B2B1_1", 39.2, LIMIT_MPS) && case.waits_for("B2B1_1", 54.2, LIMIT_MPS));
+    // At the end of green who still stands inside goes, before those that stand and have priority.
+    case.snapshot.signals = ended;
+    assert!(!case.waits_for("B2B1_1", 69.0, 0.0) && case.waits_for(":B1_1_1", 10.0, 5.0));
+}
+
+#[test]
+fn where_all_stop_who_came_first_goes_first() {
+    // Links 1 (nen back to nne) and 5 (wn to nne) go before cn to nne.
+    let mut case = Case::new(TOWN, &["cn", "nne"], 2.0);
+    assert!(case.waits(), "it stops where nobody is");
+    let end_m = case.map.network.lane(case.map.network.lane_named("wn_0").expect("a lane")).length_m;
+    case.put(1, "wn_0", end_m - 1.0, 0.0);
+    case.stand(1);
+    assert!(case.waits(), "the other was there before");
+    case.snapshot.cars.clear();
+    assert!(!case.waits());
+    case.put(2, "wn_0", end_m - 1.0, 0.0);
+    case.stand(1);
+    assert!(!case.waits(), "this one came later");
+    assert!(case.waits_for(":n_5_0", 3.0, 3.0), "and went before");
+}
+
+#[test]
+fn a_driver_is_told_of_a_line_in_time_to_brake_for_it() {
+    let mut case = Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], 40.0);
+    let driver = DriverParams::default();
+    case.put(1, "ws_0", 20.0, 0.0);
+    let mut told = |ahead_m: f64, speed_mps: f64| {
+        case.snapshot.ego_s_m = 124.07 - ahead_m;
+        case.snapshot.ego.speed_mps = speed_mps;
+        case.give_way.update(&case.snapshot, &case.map);
+        case.give_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver).is_some()
+    };
+    // 6 m/s takes 12 m at 1.5 m/s2, and 20 m before; 4 m at 4.5 m/s2. (idm.b is 1.5.)
+    assert!(told(31.0, 6.0) && !told(33.0, 6.0) && !told(3.9, 6.0));
+    // Beyond the line there is none.
+    assert!(told(2.0, 0.0) && !told(-0.1, 0.0));
+}

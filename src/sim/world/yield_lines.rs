@@ -1,0 +1,271 @@
+//! Lines of the ego's path from which others go first. In: a [`RoadMap`]. Out: for each line where on the route it is, whether one stops there,
+//! the links that it yields to and the lanes on which their vehicles come. Metres.
+//!
+//! Who yields to whom is what the network's file says of the links of each junction. A link that waits inside its junction, such as a turn
+//! to the left behind oncoming traffic, has its line there, at the end of its first lane inside.
+
+use crate::map::{
+    RoadMap,
+    network::{Connection, JunctionId, LaneId, LinkState, Network, SignalId},
+};
+
+/// Vehicles of a link that is yielded to are looked for so far before its line, metres.
+const FOE_AHEAD_M: f64 = 100.0;
+
+/// Whether one stops at a line, whoever comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum StopRule {
+    /// Only for others.
+    None,
+    /// In any case.
+    Stop,
+    /// In any case, as everybody at the junction; who came first goes first.
+    Allway,
+}
+
+/// A link that a line yields to.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct FoeLink {
+    /// Its place in the rules of the junction.
+    #[cfg(test)]
+    pub link: usize,
+    /// Its way through the junction, metres.
+    pub length_m: f64,
+    /// Its signal, and the place of its letter.
+    pub signal: Option<(SignalId, u32)>,
+    /// It leads into the lane that the path leads into.
+    pub joins: bool,
+}
+
+/// A lane on which vehicles of a link that is yielded to come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FoeLane {
+    /// Which lane.
+    pub lane: LaneId,
+    /// Which of the line's links.
+    pub foe: usize,
+    /// Where that link's line is, metres along this lane: below 0 inside the junction, beyond the lane's end on lanes further back.
+    pub line_at_m: f64,
+    /// Speed limit, m/s.
+    pub limit_mps: f64,
+}
+
+/// A line where the path yields, or stops.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct YieldLine {
+    /// Where on the route, metres.
+    pub s_m: f64,
+    /// From there to the end of the junction, metres.
+    pub inside_m: f64,
+    /// Whether one stops there.
+    pub stop: StopRule,
+    /// The line is inside the junction.
+    pub waits_inside: bool,
+    /// The signal of the way, and the place of its letter.
+    pub signal: Option<(SignalId, u32)>,
+    /// The links that it yields to.
+    pub foes: Vec<FoeLink>,
+    /// The lanes of their vehicles, by lane.
+    pub foe_lanes: Vec<FoeLane>,
+}
+
+/// The lines of a map's route in driving order; `lanes` are the network's lanes of the route's.
+pub(super) fn yield_lines(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<YieldLine> {
+    let n = lanes.len();
+    let count = if map.route.is_closed() { n } else { n - 1 };
+    let mut lines: Vec<YieldLine> = (0..count).filter_map(|k| yield_line(map, lanes, k)).collect();
+    lines.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
+    lines
+}
+
+/// The line of the way from the route's lane `k` on, if that yields or stops.
+fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<YieldLine> {
+    let (net, route) = (&map.network, &map.route);
+    let next = |k: usize| (k + 1) % lanes.len();
+    let (from, to) = (lanes[k]?, lanes[next(k)]?);
+    if !net.edge_of(from).kind.is_street() {
+        return None;
+    }
+    let way = net.connections_from(from).iter().find(|connection| connection.next() == to)?;
+    let junction = net.junction_after(from)?;
+    let rule = net.junction(junction).links.get(way.link? as usize)?;
+    let stop = match way.state {
+        LinkState::Stop => StopRule::Stop,
+        LinkState::AllwayStop | LinkState::AllwayStopOld => StopRule::Allway,
+        _ => StopRule::None,
+    };
+    let (mut foes, mut foe_lanes) = (Vec::new(), Vec::new());
+    for link in rule.yields_to.iter() {
+        let Some(other) = net.junction(junction).links.get(link).and_then(|rule| rule.connection) else { continue };
+        let other = net.connection(other);
+        // Those of the own lane are leaders, not foes; people on crossings are none of the vehicles.
+        if other.from == from || !net.edge_of(other.from).kind.is_street() {
+            continue;
+        }
+        let joins = other.to == way.to;
+        let inside = inside(net, other);
+        let length_m = inside.iter().map(|lane| net.lane(*lane).length_m).sum();
+        add_lanes(net, other, foes.len(), &inside, way.to, &mut foe_lanes);
+        foes.push(FoeLink {
+            #[cfg(test)]
+            link,
+            length_m,
+            signal: letter(other),
+            joins,
+        });
+    }
+    if foes.is_empty() && stop == StopRule::None {
+        return None;
+    }
+    foe_lanes.sort_by_key(|lane| lane.lane);
+    let here = &route.lanes()[k];
+    let through: Vec<usize> = std::iter::successors(Some(next(k)), |k| Some(next(*k)))
+        .take(lanes.len())
+        .take_while(|k| lanes[*k].is_some_and(|lane| is_inside(net, lane, junction)))
+        .collect();
+    let length_m = |k: &usize| route.lanes()[*k].length_m;
+    let inside_m: f64 = through.iter().map(length_m).sum();
+    let waits_inside = rule.waits_inside && through.len() > 1;
+    let (s_m, inside_m) = match waits_inside {
+        true => (here.start_s_m + here.length_m + length_m(&through[0]), inside_m - length_m(&through[0])),
+        false => (here.start_s_m + here.length_m - net.lane(from).end_offset_m, inside_m),
+    };
+    Some(YieldLine { s_m: route.wrap(s_m), inside_m, stop, waits_inside, signal: letter(way), foes, foe_lanes })
+}
+
+fn letter(way: &Connection) -> Option<(SignalId, u32)> {
+    way.signal.and_then(|ruled| Some((ruled.signal, ruled.index?)))
+}
+
+fn is_inside(net: &Network, lane: LaneId, junction: JunctionId) -> bool {
+    let edge = net.edge_of(lane);
+    !edge.kind.is_street() && net.junction_after(lane) == Some(junction)
+}
+
+/// The lanes of a connection inside its junction, in driving order.
+fn inside(net: &Network, way: &Connection) -> Vec<LaneId> {
+    let mut lanes = Vec::new();
+    let mut next = way.via;
+    // netconvert makes two or three; a network that leads in circles there is not followed.
+    while let Some(lane) = next.filter(|_| lanes.len() < 16) {
+        lanes.push(lane);
+        next = net.connections_from(lane).iter().find(|connection| connection.to == way.to).and_then(|on| on.via);
+    }
+    lanes
+}
+
+/// Adds the lanes on which vehicles of a link come: those inside the junction and the one beyond, where tails still stand inside; the lane
+/// that leads into it, and further back those from which nobody has to yield on the way, nor to wait for a signal. Who is in the lane
+/// `own_to` that the path leads into is the ego's leader and none of them.
+fn add_lanes(net: &Network, way: &Connection, foe: usize, inside: &[LaneId], own_to: LaneId, found: &mut Vec<FoeLane>) {
+    let mut put = |lane: LaneId, line_at_m: f64| {
+        let is_new = lane != own_to && !found.iter().any(|known| known.foe == foe && known.lane == lane);
+        if is_new {
+            found.push(FoeLane { lane, foe, line_at_m, limit_mps: net.lane(lane).speed_limit_mps });
+        }
+        is_new
+    };
+    let mut line_at_m = 0.0;
+    for &lane in inside {
+        put(lane, line_at_m);
+        line_at_m -= net.lane(lane).length_m;
+    }
+    put(way.to, line_at_m);
+    let end_m = |lane: LaneId| net.lane(lane).length_m;
+    let mut open = vec![(way.from, end_m(way.from) - net.lane(way.from).end_offset_m)];
+    while let Some((lane, line_at_m)) = open.pop() {
+        if !put(lane, line_at_m) || line_at_m >= FOE_AHEAD_M {
+            continue;
+        }
+        for &before in net.predecessors(lane) {
+            let on = net.connections_from(before).iter().find(|on| on.next() == lane);
+            if on.is_some_and(|on| on.signal.is_none() && !yields(net, on)) {
+                open.push((before, end_m(before) + line_at_m));
+            }
+        }
+    }
+}
+
+/// True if a connection yields to any other.
+fn yields(net: &Network, way: &Connection) -> bool {
+    let rules = net.junction_after(way.from).map(|junction| &net.junction(junction).links);
+    let rule = rules.zip(way.link).and_then(|(rules, link)| rules.get(link as usize));
+    rule.is_some_and(|rule| rule.yields_to.iter().next().is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(file: &str, edges: &[&str]) -> (RoadMap, Vec<YieldLine>) {
+        let map = RoadMap::load_along(file, edges).expect("a path");
+        let lanes: Vec<_> = map.route.lanes().iter().map(|lane| map.network.lane_named(&lane.id)).collect();
+        let lines = yield_lines(&map, &lanes);
+        (map, lines)
+    }
+
+    fn links(line: &YieldLine) -> Vec<usize> {
+        line.foes.iter().map(|foe| foe.link).collect()
+    }
+
+    /// The lanes of a link, with where its line is on them in centimetres, in the order of their names.
+    fn places(map: &RoadMap, line: &YieldLine, foe: usize) -> Vec<(String, i64)> {
+        let of = line.foe_lanes.iter().filter(|lane| lane.foe == foe);
+        let place = |lane: &FoeLane| (map.network.lane(lane.lane).id.clone(), (lane.line_at_m * 100.0).round() as i64);
+        let mut places: Vec<_> = of.map(place).collect();
+        places.sort();
+        places
+    }
+
+    #[test]
+    fn the_entry_of_a_roundabout_yields_to_the_ring_and_the_ring_to_nobody() {
+        let (map, lines) = lines("tests/data/networks/roundabout.net.xml", &["Ss", "se", "en", "nN"]);
+        // Junction s: request 0, from Ss, has the response 100: link 2, from ws to se. Requests of the ring have none.
+        assert_eq!(lines.len(), 1);
+        let line = &lines[0];
+        assert_eq!((links(line), line.stop, line.waits_inside, line.signal), (vec![2], StopRule::None, false, None));
+        assert_eq!((line.s_m, line.inside_m), (124.07, 7.82), "the lengths of Ss_0 and :s_0_0");
+        assert_eq!((line.foes[0].length_m, line.foes[0].joins), (12.36, true), ":s_2_0 leads to se, too");
+        // Back along the ring, whose lanes have 21.28 m and 12.36 m by turns; who enters it is seen from where it has crossed its line on.
+        let expected = [
+            (":e_0_0", 9638),
+            (":e_2_0", 10092),
+            (":n_0_0", 6274),
+            (":n_2_0", 6728),
+            (":s_2_0", 0),
+            (":w_1_0", 3364),
+            (":w_2_0", 2910),
+            ("en_0", 8856),
+            ("nw_0", 5492),
+            ("ws_0", 2128),
+        ];
+        assert_eq!(places(&map, line, 0), expected.map(|(lane, cm)| (lane.to_owned(), cm)));
+    }
+
+    #[test]
+    fn a_turn_to_the_left_behind_a_signal_waits_inside_the_junction_for_oncoming_traffic() {
+        let (map, lines) = lines("tests/data/networks/grid-signals.net.xml", &["B0B1", "B1A1"]);
+        // Junction B1: request 13 (linkIndex 13, from B0B1 to B1A1) has the response 01000000000100000110: links 1, 2, 8 and 18.
+        let line = &lines[0];
+        assert_eq!((lines.len(), links(line), line.waits_inside), (1, vec![1, 2, 8, 18], true));
+        let signal = map.network.signals().iter().position(|signal| signal.id == "B1").map(SignalId::from_index);
+        assert_eq!(line.signal, signal.map(|signal| (signal, 13)));
+        let letters: Vec<_> = line.foes.iter().map(|foe| foe.signal.expect("a letter").1).collect();
+        assert_eq!(letters, [1, 2, 8, 18]);
+        // B0B1_1 has 69.20 m, :B1_13_0 5.01 m and :B1_24_0 14.34 m; B2B1_1 has 69.20 m, :B1_1_1 20.80 m.
+        assert!((line.s_m - 74.21).abs() < 1e-9 && (line.inside_m - 14.34).abs() < 1e-9, "{line:?}");
+        let expected = [(":B1_1_1", 0), ("B1B0_1", -2080), ("B2B1_1", 6920)];
+        let found = places(&map, line, 1);
+        let here: Vec<_> = found.into_iter().filter(|(lane, _)| !lane.starts_with(":B2")).collect();
+        assert_eq!(here, expected.map(|(lane, cm)| (lane.to_owned(), cm)));
+        assert_eq!(line.foes.iter().map(|foe| foe.joins).collect::<Vec<_>>(), [false, false, false, false]);
+    }
+
+    #[test]
+    fn all_stop_where_the_file_says_so() {
+        let (_, lines) = lines("tests/data/networks/town.net.xml", &["cn", "nne", "ne"]);
+        // Junction n: from cn to nne has the state w and request 2, whose response 100010 is links 1 and 5. From nne to ne there is the state M.
+        assert_eq!(lines.len(), 1);
+        assert_eq!((links(&lines[0]), lines[0].stop), (vec![1, 5], StopRule::Allway));
+    }
+}
