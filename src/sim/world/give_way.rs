@@ -218,7 +218,9 @@ impl Foe<'_> {
         }
         let body_m = if link.joins { 0.0 } else { CAR_LENGTH_M };
         let own = pace.window(ahead_m, snapshot.ego.speed_mps, line.inside_m + body_m);
-        let arrives_s = reach_s(self.ahead_m.max(0.0), speed_mps, FOE_ACCEL_MPS2, self.limit_mps);
+        // Where both ways join, what counts is the end of both: there the other must be behind the ego's tail.
+        let to_tail_m = if link.joins { link.length_m - CAR_LENGTH_M } else { 0.0 };
+        let arrives_s = reach_s((self.ahead_m + to_tail_m).max(0.0), speed_mps, FOE_ACCEL_MPS2, self.limit_mps);
         let leaves_s = (self.ahead_m + link.length_m + self.car.body.length_m) / speed_mps.max(1e-3);
         let slower_mps = if link.joins { (speed_mps - own.speed_mps).max(0.0) } else { 0.0 };
         // On this much more way than the ego it slows down to the ego's speed.
