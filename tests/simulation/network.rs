@@ -440,3 +440,40 @@ fn a_path_may_begin_beside_a_pavement() {
     let found = drive(&town, |_| {});
     assert_eq!((found.ended, found.left_road), (Some(EndReason::PathEnd), 0), "{found:?}");
 }
+
+#[test]
+fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
+    let _alone = one_at_a_time();
+    let flow = |from: &str, per_hour: f64| Flow { from: from.into(), to: "eE".into(), per_hour, mix: Vec::new() };
+    // Both go by the entry from the south, one of them from half round the ring.
+    let demand = Demand { files: Vec::new(), flows: vec![flow("Ww", 500.0), flow("Nn", 200.0)] };
+    let mut stood_ticks = 0;
+    for seed in 1..=6 {
+        let map = "tests/data/networks/roundabout.net.xml".into();
+        let scenario = Scenario { map, warm_up_s: 30.0, seed, ..scenario("Ss se eE", demand.clone()) };
+        let (mut others, mut hardest_mps2) = (BTreeSet::new(), 0.0f64);
+        let found = drive(&scenario, |world| {
+            let (snapshot, net) = (world.snapshot(), &world.map().network);
+            // The line is at the end of Ss, 124.07 m long in the file.
+            let is_at_line = (119.0..124.07).contains(&snapshot.ego_s_m) && snapshot.ego.speed_mps.abs() < 0.1;
+            stood_ticks += u32::from(is_at_line);
+            for car in &snapshot.cars {
+                let lane = car.lane.map(|at| net.lane(at.lane).id.as_str());
+                if is_at_line && lane == Some(":s_2_0") {
+                    others.insert(car.id);
+                }
+                // Those on the ring before the entry, while the ego drives in.
+                if (124.07..140.0).contains(&snapshot.ego_s_m) && matches!(lane, Some("ws_0" | ":s_2_0" | "se_0")) {
+                    hardest_mps2 = hardest_mps2.min(car.accel_mps2);
+                }
+            }
+        });
+        println!(
+            "seed {seed}: {} went first, others braked {hardest_mps2} m/s2, {stood_ticks} ticks; {found:?}",
+            others.len()
+        );
+        assert_eq!((found.ended, found.contact_count, found.left_road), (Some(EndReason::PathEnd), 0, 0));
+        assert_eq!(found.near_misses, 0);
+    }
+    assert!(stood_ticks > 100);
+}

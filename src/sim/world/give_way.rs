@@ -16,8 +16,6 @@ use crate::{
 
 /// Least time between the ego and one that it yields to in a junction, s (SUMO's `jmTimegapMinor`).
 const GAP_S: f64 = 1.0;
-/// The most that others speed up, m/s2 (SUMO's default of passenger cars).
-const FOE_ACCEL_MPS2: f64 = 2.6;
 /// Who has begun to go on goes on if it would have to brake harder than this, m/s2 (SUMO's default of passenger cars).
 const STOPS_MPS2: f64 = 4.5;
 /// Below this speed a vehicle stands, m/s.
@@ -220,11 +218,12 @@ impl Foe<'_> {
         let own = pace.window(ahead_m, snapshot.ego.speed_mps, line.inside_m + body_m);
         // Where both ways join, what counts is the end of both: there the other must be behind the ego's tail.
         let to_tail_m = if link.joins { link.length_m - CAR_LENGTH_M } else { 0.0 };
-        let arrives_s = reach_s((self.ahead_m + to_tail_m).max(0.0), speed_mps, FOE_ACCEL_MPS2, self.limit_mps);
+        // Others are expected to speed up as the driver does.
+        let arrives_s = reach_s((self.ahead_m + to_tail_m).max(0.0), speed_mps, pace.accel_mps2, self.limit_mps);
         let leaves_s = (self.ahead_m + link.length_m + self.car.body.length_m) / speed_mps.max(1e-3);
         let slower_mps = if link.joins { (speed_mps - own.speed_mps).max(0.0) } else { 0.0 };
-        // On this much more way than the ego it slows down to the ego's speed.
-        let slowing_s = slower_mps * slower_mps / (2.0 * pace.decel_mps2) / speed_mps.max(1e-3);
+        // On this much more way than the ego it slows down to the speed that the ego, speeding up, has by then.
+        let slowing_s = slower_mps * slower_mps / (2.0 * (pace.decel_mps2 + pace.accel_mps2)) / speed_mps.max(1e-3);
         let goes_first = own.leaves_s + GAP_S + slowing_s < arrives_s;
         let goes_after = leaves_s + GAP_S < own.arrives_s;
         !goes_first && !goes_after

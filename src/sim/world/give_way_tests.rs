@@ -78,12 +78,13 @@ fn at_a_roundabout_the_ego_waits_for_vehicles_on_the_ring_unless_the_gap_is_long
     let mut case = Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], 2.0);
     assert!(!case.waits(), "nobody comes");
     // 2 m and 7.82 m inside take 0.5 s + sqrt(9.82) s = 3.634 s; there it has sqrt(4 * 9.82) = 6.267 m/s, 7.623 m/s less than the
-    // limit, for which the other needs 7.623^2 / (2 * 1.5) = 19.37 m more, 1.395 s. With the gap of 1 s that is 6.028 s, 83.7 m at the limit,
-    // to where both ways end (12.36 m behind the line) less the ego's 5 m. The line is 88.56 m from the start of en_0: at 12.18 m of it.
-    assert!(case.waits_for("en_0", 12.5, LIMIT_MPS) && !case.waits_for("en_0", 11.9, LIMIT_MPS));
-    // At 5 m/s it may speed up by 2.6 m/s2, 32.3 m in 3.419 s, and the ego has no time to add: 1.215 s more at the limit are 16.9 m.
-    // 49.2 m less 7.36 m are 41.8 m before the line, 8.2 m behind the end of nw_0, whose other end is 54.92 m before it.
-    assert!(case.waits_for("nw_0", 13.5, 5.0) && !case.waits_for("nw_0", 12.7, 5.0));
+    // limit, for which the other, slowing down with 1.5 m/s2 as the ego speeds up with 2 m/s2, needs 7.623^2 / (2 * 3.5) = 8.301 m more,
+    // 0.598 s. With the gap of 1 s that is 5.231 s, 72.66 m at the limit, to where both ways end (12.36 m behind the line) less the ego's
+    // 5 m. The line is 67.28 m from the start of :n_2_0: at 1.98 m of it.
+    assert!(case.waits_for(":n_2_0", 2.3, LIMIT_MPS) && !case.waits_for(":n_2_0", 1.7, LIMIT_MPS));
+    // At 5 m/s it may speed up by 2 m/s2, 41.98 m in 4.445 s, and is slower than the ego: 0.189 s more at the limit are 2.63 m.
+    // 44.61 m less 7.36 m are 37.25 m before the line, which is 54.92 m from the start of nw_0: at 17.67 m of it.
+    assert!(case.waits_for("nw_0", 18.0, 5.0) && !case.waits_for("nw_0", 17.4, 5.0));
     // From ws_0 it gets there first, and the ego, 2 m away, sqrt(2) s = 1.41 s from now: it needs to be out of :s_2_0 (12.36 m) with its 5 m by 0.41 s.
     assert!(case.waits_for(":s_2_0", 11.0, LIMIT_MPS), "6.36 m at 13.89 m/s: 0.46 s");
     assert!(!case.waits_for(":s_2_0", 12.2, LIMIT_MPS), "5.16 m: 0.37 s");
