@@ -474,6 +474,8 @@ fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
         );
         assert_eq!((found.ended, found.contact_count, found.left_road), (Some(EndReason::PathEnd), 0, 0));
         assert_eq!(found.near_misses, 0);
+        // The model's comfortable deceleration.
+        assert!(hardest_mps2 > -1.5, "{hardest_mps2}");
     }
     assert!(stood_ticks > 100);
 }
