@@ -68,6 +68,8 @@ impl Case {
 fn the_time_for_a_way_is_that_of_an_even_acceleration_up_to_a_top_speed() {
     // 16 m from a standstill with 2 m/s2: sqrt(16) s, at 8 m/s; 8 m more at that speed 1 s.
     assert_eq!((reach_s(16.0, 0.0, 2.0, 8.0), reach_s(24.0, 0.0, 2.0, 8.0)), (4.0, 5.0));
+    // 15 m are within the way on which it speeds up: sqrt(15) s.
+    assert!((reach_s(15.0, 0.0, 2.0, 8.0) - 15.0_f64.sqrt()).abs() < 1e-12);
     // From 3 m/s to 5 m/s in 1 s and 4 m.
     assert_eq!(reach_s(4.0, 3.0, 2.0, 8.0), 1.0);
     assert_eq!(reach_s(20.0, 10.0, 2.0, 8.0), 2.0, "who is faster keeps its speed");
