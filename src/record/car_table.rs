@@ -94,7 +94,7 @@ impl CarRow {
 }
 
 /// The name of a lane, and a place in it.
-fn in_lane(at: Option<LanePosition>, network: &Network) -> (String, Option<f64>, Option<f64>) {
+pub(super) fn in_lane(at: Option<LanePosition>, network: &Network) -> (String, Option<f64>, Option<f64>) {
     at.map_or((String::new(), None, None), |at| (network.lane(at.lane).id.clone(), Some(at.s_m), Some(at.offset_m)))
 }
 

@@ -5,6 +5,7 @@
 //! in neither table.
 
 use super::{
+    car_table::in_lane,
     table::{ColumnValue, TableColumn},
     tables::{column, number},
 };
@@ -209,7 +210,7 @@ impl NetworkObserver {
         // Both lists are by ascending id: one walk along them.
         let mut before = self.vehicles.iter().peekable();
         let mut arrive = |(id, at): &(VehicleId, Option<LanePosition>)| {
-            let (lane, lane_s_m) = in_lane(*at, network);
+            let (lane, lane_s_m, _) = in_lane(*at, network);
             rows.arrivals.push(ArrivalRow { tick, vehicle: id.0, lane, lane_s_m });
         };
         for car in &snapshot.cars {
@@ -217,7 +218,7 @@ impl NetworkObserver {
                 arrive(gone);
             }
             if before.next_if(|(id, _)| *id == car.id).is_none() {
-                let (lane, lane_s_m) = in_lane(car.lane, network);
+                let (lane, lane_s_m, _) = in_lane(car.lane, network);
                 let (vehicle, body, speed_mps) = (car.id.0, car.body, car.speed_mps);
                 rows.departures.push(DepartureRow { tick, vehicle, body, lane, lane_s_m, speed_mps });
             }
@@ -226,11 +227,6 @@ impl NetworkObserver {
         self.vehicles.clear();
         self.vehicles.extend(snapshot.cars.iter().map(|car| (car.id, car.lane)));
     }
-}
-
-/// The name of a lane, and how far along it.
-fn in_lane(at: Option<LanePosition>, network: &Network) -> (String, Option<f64>) {
-    at.map_or((String::new(), None), |at| (network.lane(at.lane).id.clone(), Some(at.s_m)))
 }
 
 #[cfg(test)]

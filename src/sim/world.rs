@@ -2,8 +2,9 @@
 //!
 //! Traffic runs one step ahead (docs/decisions.md: 3): at the first tick of step k the engine is asked for k+1, told
 //! where the ego is and where it will be; until then the other cars move evenly from where they were to where they will
-//! be (`traffic_coupling`: on a closed route `ring_coupling`, on a network `network_coupling`). The ego is simulated tick by tick in between. What it touches is in `contacts`, where it is on the
-//! road in `derived_state`, what policies and drivers know in `advice` and `perception`.
+//! be (`traffic_coupling`: on a closed route `ring_coupling`, on a network `network_coupling`). The ego is simulated tick by
+//! tick in between. What it touches is in `contacts`, where it is on the road in `derived_state`, what policies and drivers
+//! know in `advice` and `perception`, whom it has to let go first in `give_way`.
 
 mod advice;
 mod contacts;
