@@ -16,7 +16,7 @@ const NEAR_M: f64 = 100.0;
 
 /// The vehicles that have a row at this step, by ascending number. On a closed route these are all; on a network those near the ego,
 /// and at each full second all: an hour of 1,000 vehicles would have 36 million rows and 1 GB otherwise, and a replay has every step.
-pub fn recorded(snapshot: &Snapshot, is_on_network: bool) -> impl Iterator<Item = &VehicleSnapshot> {
+pub fn recorded_cars(snapshot: &Snapshot, is_on_network: bool) -> impl Iterator<Item = &VehicleSnapshot> {
     let takes_all = !is_on_network || snapshot.tick.0.is_multiple_of(u64::from(TICKS_PER_S));
     let ego = snapshot.ego.pose().position;
     snapshot.cars.iter().filter(move |car| takes_all || car.pose.position.distance(ego) <= NEAR_M)

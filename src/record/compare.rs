@@ -11,7 +11,7 @@ use super::{
     table::{ColumnValue, TableBatches, TableColumn},
     tables::{
         self, ADVICE, ARRIVALS, AdviceRow, CARS, CarRow, DEPARTURES, EGO, EVENTS, EgoRow, EventRow, PATH, SIGNALS,
-        recorded,
+        recorded_cars,
     },
 };
 use crate::{
@@ -154,7 +154,7 @@ impl TableComparison {
             let network = &world.map().network;
             let found = self.cars.compare(CARS, &CarRow::ego(snapshot, network))?;
             self.note(found);
-            for car in recorded(snapshot, self.network.is_some()) {
+            for car in recorded_cars(snapshot, self.network.is_some()) {
                 let found = self.cars.compare(CARS, &CarRow::of(snapshot.tick, car, network))?;
                 self.note(found);
             }

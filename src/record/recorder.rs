@@ -8,7 +8,7 @@ use super::{
     manifest::RecordingState,
     network_tables::NetworkObserver,
     recover,
-    tables::{AdviceRow, CarRow, EgoRow, EventRow, FrameRow, RowBatch, Table, recorded},
+    tables::{AdviceRow, CarRow, EgoRow, EventRow, FrameRow, RowBatch, Table, recorded_cars},
 };
 use crate::{
     controls::Controls,
@@ -184,7 +184,7 @@ impl Recorder {
         self.batch.ego.push(EgoRow::of(snapshot, &controls.sane(), self.wheel_force_nm, self.hash));
         if snapshot.tick.0.is_multiple_of(step_ticks) {
             self.batch.cars.push(CarRow::ego(snapshot, network));
-            let cars = recorded(snapshot, self.manifest.network_tables);
+            let cars = recorded_cars(snapshot, self.manifest.network_tables);
             self.batch.cars.extend(cars.map(|car| CarRow::of(snapshot.tick, car, network)));
         }
         if self.batch.ego.len() >= MOST_TICKS { self.hand_over(true) } else { Ok(()) }

@@ -1,7 +1,7 @@
 //! The tables of a recording and their columns (that of the cars is in `car_table`, those of networks in `network_tables`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
 //! world axes (x east, y north).
 
-pub use super::car_table::{CARS, CarRow, recorded};
+pub use super::car_table::{CARS, CarRow, recorded_cars};
 pub use super::network_tables::{ARRIVALS, ArrivalRow, DEPARTURES, DepartureRow, PATH, PathRow, SIGNALS, SignalRow};
 
 use super::{

@@ -1,7 +1,10 @@
 //! What a drive on a network knows beside the ego's route. In: the map and the snapshot. Out: the ego's lane, the ground under it, the line at
 //! a signal, or where others go first, where it has to stop, whether it is at the end of its path. Metres, m/s.
 
-use super::{give_way::GiveWay, path_lanes::PathLanes};
+use super::{
+    give_way::GiveWay,
+    path_lanes::{PathLanes, StopLine},
+};
 use crate::{
     driver::DriverParams,
     map::{
@@ -70,10 +73,7 @@ impl NetworkView {
 
     /// Way from the ego's front bumper to the line of the next signal of its path, if that must not be crossed now, metres.
     fn signal_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
-        let route = &map.route;
-        let ahead = self.lanes.stop_lines().iter().map(|line| (route.ahead(snapshot.ego_s_m, line.s_m), line));
-        let (ahead_m, line) =
-            ahead.filter(|(ahead_m, _)| (0.0..SIGNAL_AHEAD_M).contains(ahead_m)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (ahead_m, line) = self.next_line(snapshot, map).filter(|(ahead_m, _)| *ahead_m < SIGNAL_AHEAD_M)?;
         let brakes_mps2 = match snapshot.signals.light(line.signal, line.link)? {
             SignalLight::Red | SignalLight::RedYellow => STOPS_FOR_RED_MPS2,
             SignalLight::Yellow => STOPS_MPS2,
@@ -83,11 +83,15 @@ impl NetworkView {
         (speed_mps * speed_mps <= 2.0 * brakes_mps2 * ahead_m).then_some(ahead_m)
     }
 
+    /// The next line at a signal of the ego's path, and the way to it, metres.
+    fn next_line(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<(f64, &StopLine)> {
+        let ahead = self.lanes.stop_lines().iter().map(|line| (map.route.ahead(snapshot.ego_s_m, line.s_m), line));
+        ahead.filter(|(ahead_m, _)| *ahead_m >= 0.0).min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     /// The next signal of the ego's path, however far; one that is off is none.
     pub fn next_signal(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SignalAhead> {
-        let ahead = self.lanes.stop_lines().iter().map(|line| (map.route.ahead(snapshot.ego_s_m, line.s_m), line));
-        let next = ahead.filter(|(distance_m, _)| *distance_m >= 0.0).min_by(|a, b| a.0.total_cmp(&b.0));
-        let (distance_m, line) = next?;
+        let (distance_m, line) = self.next_line(snapshot, map)?;
         let light = snapshot.signals.light(line.signal, line.link)?;
         if matches!(light, SignalLight::Off | SignalLight::OffBlinking) {
             return None;
