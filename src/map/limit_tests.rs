@@ -44,13 +44,13 @@ fn coordinates_and_lengths_beyond_the_earth_are_refused_before_points_are_made_f
 
 #[test]
 fn a_file_with_more_of_anything_than_is_read_is_refused_before_it_is_parsed() {
-    let said = message(&format!("<net>{}</net>", "<a/>".repeat(400_000)));
-    assert!(said.contains("the number of tags is 400002; allowed: at most 400000"), "{said}");
+    let said = message(&format!("<net>{}</net>", "<a/>".repeat(600_000)));
+    assert!(said.contains("the number of tags is 600002; allowed: at most 600000"), "{said}");
     let attributes: String = (0..257).map(|k| format!(" a{k}=\"\"")).collect();
     let said = message(&format!("<net{attributes}/>"));
     assert!(said.contains("the number of attributes of one element is 257; allowed: at most 256"), "{said}");
-    let said = message(&format!("<net>{}</net>", "<a b=\"\" c=\"\" d=\"\" e=\"\"/>".repeat(325_001)));
-    assert!(said.contains("the number of attributes is 1300004"), "{said}");
+    let said = message(&format!("<net>{}</net>", "<a b=\"\" c=\"\" d=\"\" e=\"\" f=\"\"/>".repeat(500_001)));
+    assert!(said.contains("the number of attributes is 2500005"), "{said}");
     let said = message(&format!("<net>{}</net>", "<a xmlns:b=\"c\"/>".repeat(17)));
     assert!(said.contains("the number of namespaces is 17"), "{said}");
     let shape = "0,0 ".repeat(20_001);

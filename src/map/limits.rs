@@ -1,23 +1,26 @@
-//! How large a network may be. In: the text of a `net.xml`, before it is parsed. Out: the parsed document, or which limit
-//! it breaks. All limits lie far above a road that is worth driving, and below what fills 256 MiB: 34 MB of text, 94 of attributes, 70 of
-//! tags and what is between them, 70 for the network that is made of them.
+//! How large a network may be. In: the text of a `net.xml`, before it is parsed. Out: its tree, or which limit it breaks. All limits
+//! lie far above a road that is worth driving, and below what fills 256 MiB: 50 MB of text, 30 of attributes, 12 of elements, and some
+//! 100 for the network that is made of them with what its names stand for. 10,000 edges of two lanes with signals take 171 MB in
+//! all for 40 MB of text (`tests/fuzz/large_network.rs`).
 
-use super::MapError;
+use super::{
+    MapError,
+    xml_tree::{BYTE_ORDER_MARK, XmlTree, line_and_column},
+};
 use crate::foreign::guarded;
-use roxmltree::{Document, ParsingOptions};
 use std::{ops::RangeInclusive, path::Path};
 
-/// The most that a network or a circuit may hold, bytes: a town of 20,000 lanes has 30 MB.
-pub const MOST_BYTES: u64 = 32 << 20;
+/// The most that a network or a circuit may hold, bytes: 10,000 edges of two lanes with signals have 40 MB.
+pub const MOST_BYTES: u64 = 48 << 20;
 /// The most that a file for netconvert may hold, bytes: a town's extract of OpenStreetMap.
 pub const MOST_IMPORT_BYTES: u64 = 256 << 20;
-/// The most tags, opening and closing: 88 bytes each once they are read.
-const MOST_TAGS: usize = 400_000;
-/// The most attributes: 72 bytes each once they are read. A grid of 9,800 edges with all insides of its junctions has 1.23 million.
-const MOST_ATTRIBUTES: usize = 1_300_000;
-/// The most attributes of one element: the parser compares each with each.
+/// The most tags, opening and closing: 20 bytes an element once they are read. 10,000 edges of two lanes have 430,000.
+const MOST_TAGS: usize = 600_000;
+/// The most attributes: 12 bytes each once they are read. 10,000 edges of two lanes have 1.9 million.
+const MOST_ATTRIBUTES: usize = 2_500_000;
+/// The most attributes of one element: each is compared with each.
 const MOST_ATTRIBUTES_OF_ONE: usize = 256;
-/// The most namespaces: the parser keeps them anew for each element below.
+/// The most namespaces: each name with a prefix is looked for among them.
 const MOST_NAMESPACES: usize = 16;
 /// The most points of one shape, and of all together.
 pub const MOST_POINTS: usize = 20_000;
@@ -39,11 +42,11 @@ pub const LONGEST_ROUTE_M: f64 = 100_000.0;
 pub const WIDEST_GAP_M: f64 = 500.0;
 
 /// Limits in words, for help texts.
-pub const IN_WORDS: &str = "a net.xml has at most 32 MiB, 400000 tags, a million points, coordinates up to 1e7 m, lanes \
+pub const IN_WORDS: &str = "a net.xml has at most 48 MiB, 600000 tags, a million points, coordinates up to 1e7 m, lanes \
                             of 0.001 to 100000 m and 0.01 to 500 m/s, and a closed route of at most 100 km";
 
 /// Parses a text that keeps the limits.
-pub(super) fn parse<'text>(file: &Path, text: &'text str) -> Result<Document<'text>, MapError> {
+pub(super) fn parse<'text>(file: &Path, text: &'text str) -> Result<XmlTree<'text>, MapError> {
     let limit = |what: &'static str, found: usize, most: usize| {
         if found <= most {
             return Ok(());
@@ -55,16 +58,18 @@ pub(super) fn parse<'text>(file: &Path, text: &'text str) -> Result<Document<'te
             allowed: format!("at most {most}"),
         })
     };
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let bytes = text.as_bytes();
-    // The parser makes room for as many as these before it reads.
     limit("the number of tags", bytes.iter().filter(|byte| **byte == b'<').count(), MOST_TAGS)?;
     limit("the number of attributes", bytes.iter().filter(|byte| **byte == b'=').count(), MOST_ATTRIBUTES)?;
     limit("the number of namespaces", text.matches("xmlns").count(), MOST_NAMESPACES)?;
     let of_one = bytes.split(|byte| *byte == b'<').map(|tag| tag.iter().filter(|byte| **byte == b'=').count());
     limit("the number of attributes of one element", of_one.max().unwrap_or(0), MOST_ATTRIBUTES_OF_ONE)?;
-    let not_xml = |line, column, message| MapError::NotXml { file: file.into(), line, column, message };
-    let options = ParsingOptions { nodes_limit: 2 * MOST_TAGS as u32, ..ParsingOptions::default() };
-    guarded(|| Document::parse_with_options(text, options))
-        .map_err(|panic| not_xml(1, 1, panic))?
-        .map_err(|error| not_xml(error.pos().row, error.pos().col, error.to_string()))
+    let not_xml = |at: usize, message| {
+        let (line, column) = line_and_column(text, at);
+        MapError::NotXml { file: file.into(), line, column, message }
+    };
+    guarded(|| XmlTree::parse(text))
+        .map_err(|panic| not_xml(0, panic))?
+        .map_err(|fault| not_xml(fault.at, fault.message))
 }

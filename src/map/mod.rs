@@ -1,7 +1,7 @@
 //! The road network as data. In: a map's name or a SUMO `net.xml`, and the edges to drive along if a person names them. Out: a
 //! [`RoadMap`]: the whole [`Network`], and one [`Route`] of its lanes, closed or open, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
-//! [`network`] reads and writes networks, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
+//! [`network`] reads and writes networks, `xml_tree`, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
 //! closed route and `open_path` a way where there is none (`tight_turns` says which turns they leave out), `edge_path` the open one along
 //! edges that a person names, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
 //! networks and `write` writes them as SUMO reads them.
@@ -27,6 +27,9 @@ mod route;
 mod tests;
 mod tight_turns;
 mod write;
+mod xml_tree;
+#[cfg(test)]
+mod xml_tree_tests;
 
 pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, own_folder};
 pub use error::MapError;

@@ -3,8 +3,7 @@
 //! of lanes are checked where they are read (`network`); here is what refers to something else: junctions and their rules,
 //! signals, connections, boundaries.
 
-use super::{MapError, limits::MOST_LANES_OF_ONE, net_xml::NetReader};
-use roxmltree::Node;
+use super::{MapError, limits::MOST_LANES_OF_ONE, net_xml::NetReader, xml_tree::Element};
 use std::collections::{BTreeMap, BTreeSet};
 
 const EDGE_FUNCTIONS: &str = "normal internal connector crossing walkingarea roundabout_edge";
@@ -59,13 +58,12 @@ struct JunctionWays<'a> {
 }
 
 /// Checks all elements below the root.
-pub(super) fn check<'input>(reader: &NetReader<'_, 'input>, root: Node<'_, 'input>) -> Result<(), MapError> {
+pub(super) fn check(reader: &NetReader, root: Element) -> Result<(), MapError> {
     let mut names = KnownNames::default();
-    let elements = || root.children().filter(Node::is_element);
     let parents = [("lane", "edge"), ("request", "junction"), ("phase", "tlLogic")];
     for node in root.descendants() {
-        let parent = parents.iter().find(|(child, _)| node.has_tag_name(*child)).map(|(_, parent)| *parent);
-        if parent.is_some_and(|name| !node.parent().is_some_and(|parent| parent.has_tag_name(name))) {
+        let parent = parents.iter().find(|(child, _)| node.name() == *child).map(|(_, parent)| *parent);
+        if parent.is_some_and(|name| !node.parent().is_some_and(|parent| parent.name() == name)) {
             return Err(reader.value(
                 node,
                 "its place",
@@ -73,8 +71,8 @@ pub(super) fn check<'input>(reader: &NetReader<'_, 'input>, root: Node<'_, 'inpu
             ));
         }
     }
-    for node in elements() {
-        match node.tag_name().name() {
+    for node in root.children() {
+        match node.name() {
             "edge" => edge(reader, node, &mut names)?,
             "junction" => {
                 let id = reader.text(node, "id")?;
@@ -109,8 +107,8 @@ pub(super) fn check<'input>(reader: &NetReader<'_, 'input>, root: Node<'_, 'inpu
         return Err(reader.value(root, "version", "the version of the format, such as 1.20"));
     }
     let mut ways = JunctionWays::default();
-    for node in elements() {
-        match node.tag_name().name() {
+    for node in root.children() {
+        match node.name() {
             "edge" => ends(reader, node, &names)?,
             "junction" => junction(reader, node, &names)?,
             "connection" => connection(reader, node, &names, &mut ways)?,
@@ -131,18 +129,13 @@ pub(super) fn check<'input>(reader: &NetReader<'_, 'input>, root: Node<'_, 'inpu
 }
 
 /// Each lane inside a junction has one way in and one way out, and both lead to the same lane.
-fn insides<'input>(
-    reader: &NetReader<'_, 'input>,
-    root: Node<'_, 'input>,
-    names: &KnownNames,
-    ways: &JunctionWays,
-) -> Result<(), MapError> {
+fn insides(reader: &NetReader, root: Element, names: &KnownNames, ways: &JunctionWays) -> Result<(), MapError> {
     if names.junctions.is_empty() {
         return Ok(());
     }
-    let inside = |edge: &Node| edge.attribute("function") == Some("internal");
-    for edge in root.children().filter(|node| node.has_tag_name("edge")).filter(inside) {
-        for lane in edge.children().filter(|node| node.has_tag_name("lane")) {
+    let inside = |edge: &Element| edge.attribute("function") == Some("internal");
+    for edge in root.children_named("edge").filter(inside) {
+        for lane in edge.children_named("lane") {
             let id = lane.attribute("id").unwrap_or_default();
             let (over, out) = (ways.over.get(id), ways.out.get(id));
             if over.is_none() {
@@ -168,13 +161,9 @@ fn one_of(list: &str, word: &str) -> bool {
     list.split_whitespace().any(|known| known == word)
 }
 
-fn edge<'a, 'input>(
-    reader: &NetReader<'_, 'input>,
-    node: Node<'a, 'input>,
-    names: &mut KnownNames<'a>,
-) -> Result<(), MapError> {
+fn edge<'a>(reader: &NetReader, node: Element<'a>, names: &mut KnownNames<'a>) -> Result<(), MapError> {
     let id = reader.text(node, "id")?;
-    let lanes = node.children().filter(|child| child.has_tag_name("lane"));
+    let lanes = node.children_named("lane");
     let mut n = 0;
     for lane in lanes {
         let lane_id = reader.text(lane, "id")?;
@@ -224,7 +213,7 @@ fn edge<'a, 'input>(
 
 /// Edges outside junctions lead from a junction to a junction. A network without any junction is one that only this
 /// program reads.
-fn ends<'input>(reader: &NetReader<'_, 'input>, node: Node<'_, 'input>, names: &KnownNames) -> Result<(), MapError> {
+fn ends(reader: &NetReader, node: Element, names: &KnownNames) -> Result<(), MapError> {
     if node.attribute("bidi").is_some_and(|id| !names.edges.contains_key(id)) {
         return Err(reader.value(node, "bidi", "the id of an edge of this network: the same track the other way"));
     }
@@ -240,11 +229,7 @@ fn ends<'input>(reader: &NetReader<'_, 'input>, node: Node<'_, 'input>, names: &
     Ok(())
 }
 
-fn junction<'input>(
-    reader: &NetReader<'_, 'input>,
-    node: Node<'_, 'input>,
-    names: &KnownNames,
-) -> Result<(), MapError> {
+fn junction(reader: &NetReader, node: Element, names: &KnownNames) -> Result<(), MapError> {
     let kind = node.attribute("type").unwrap_or_default();
     if !one_of(JUNCTION_TYPES, kind) {
         return Err(reader.value(node, "type", JUNCTION_TYPES));
@@ -265,7 +250,7 @@ fn junction<'input>(
         }
     }
     let inside = node.attribute("intLanes").unwrap_or_default().split_whitespace().count();
-    let requests = || node.children().filter(|child| child.has_tag_name("request"));
+    let requests = || node.children_named("request");
     let n = requests().count();
     if n > 0 && inside > 0 && n != inside {
         return Err(reader.value(node, "intLanes", "as many lanes as the junction has requests, or none"));
@@ -287,17 +272,13 @@ fn junction<'input>(
     Ok(())
 }
 
-fn signal<'a, 'input>(
-    reader: &NetReader<'_, 'input>,
-    node: Node<'a, 'input>,
-    names: &mut KnownNames<'a>,
-) -> Result<(), MapError> {
+fn signal<'a>(reader: &NetReader, node: Element<'a>, names: &mut KnownNames<'a>) -> Result<(), MapError> {
     let id = reader.text(node, "id")?;
     if node.attribute("offset").is_some_and(|text| text.trim() != "begin" && number(text).is_none()) {
         return Err(reader.value(node, "offset", "a finite number, seconds"));
     }
     let mut length = None;
-    for phase in node.children().filter(|child| child.has_tag_name("phase")) {
+    for phase in node.children_named("phase") {
         for attribute in ["duration", "minDur", "maxDur"] {
             let sound = |text: &str| number(text).is_some_and(|s| (0.0..=1e9).contains(&s));
             if !phase.attribute(attribute).map_or(attribute != "duration", sound) {
@@ -323,9 +304,9 @@ fn signal<'a, 'input>(
     Ok(())
 }
 
-fn connection<'a, 'input>(
-    reader: &NetReader<'_, 'input>,
-    node: Node<'a, 'input>,
+fn connection<'a>(
+    reader: &NetReader,
+    node: Element<'a>,
     names: &KnownNames,
     ways: &mut JunctionWays<'a>,
 ) -> Result<(), MapError> {

@@ -4,43 +4,37 @@
 use super::{
     MapError,
     limits::{FURTHEST_M, MOST_POINTS},
+    xml_tree::Element,
 };
 use glam::{DVec3, dvec3};
-use roxmltree::{Document, Node};
 use std::{ops::RangeInclusive, path::Path};
 
-/// A document with the file's name, for errors.
-pub(super) struct NetReader<'a, 'input> {
+/// Reads the values of a file, which errors name.
+pub(super) struct NetReader<'a> {
     pub file: &'a Path,
-    pub document: &'a Document<'input>,
 }
 
-impl<'input> NetReader<'_, 'input> {
-    /// Counts lines from the start of the file, so it is called for errors only.
-    pub fn line(&self, node: Node) -> u32 {
-        self.document.text_pos_at(node.range().start).row
-    }
-
-    pub fn value(&self, node: Node, attribute: &str, allowed: &'static str) -> MapError {
-        let tag = node.tag_name().name();
+impl NetReader<'_> {
+    pub fn value(&self, node: Element, attribute: &str, allowed: &'static str) -> MapError {
+        let tag = node.name();
         let element = match (node.attribute("id"), node.attribute("from"), node.attribute("to")) {
             (Some(id), _, _) => format!("{tag} \"{id}\""),
             (None, Some(from), Some(to)) => format!("{tag} from \"{from}\" to \"{to}\""),
             _ => tag.to_owned(),
         };
         let value = node.attribute(attribute).map_or("absent".to_owned(), |value| format!("\"{value}\""));
-        let (file, line, attribute) = (self.file.into(), self.line(node), attribute.to_owned());
+        let (file, line, attribute) = (self.file.into(), node.line(), attribute.to_owned());
         MapError::Value { file, line, element, attribute, value, allowed }
     }
 
-    pub fn text<'n>(&self, node: Node<'n, 'input>, attribute: &str) -> Result<&'n str, MapError> {
+    pub fn text<'n>(&self, node: Element<'n>, attribute: &str) -> Result<&'n str, MapError> {
         node.attribute(attribute).ok_or_else(|| self.value(node, attribute, "a name"))
     }
 
     /// A number within limits, which `allowed` says in words.
     pub fn within(
         &self,
-        node: Node,
+        node: Element,
         attribute: &str,
         limits: &RangeInclusive<f64>,
         allowed: &'static str,
@@ -52,7 +46,7 @@ impl<'input> NetReader<'_, 'input> {
     /// As [`NetReader::within`]; `None` where the attribute is absent.
     pub fn within_if_any(
         &self,
-        node: Node,
+        node: Element,
         attribute: &str,
         limits: &RangeInclusive<f64>,
         allowed: &'static str,
@@ -60,17 +54,17 @@ impl<'input> NetReader<'_, 'input> {
         node.has_attribute(attribute).then(|| self.within(node, attribute, limits, allowed)).transpose()
     }
 
-    pub fn coordinate(&self, node: Node, attribute: &str) -> Result<f64, MapError> {
+    pub fn coordinate(&self, node: Element, attribute: &str) -> Result<f64, MapError> {
         self.within(node, attribute, &(-FURTHEST_M..=FURTHEST_M), "a number from -1e7 to 1e7 m")
     }
 
     /// The points of a shape, at least `least`.
-    pub fn shape(&self, node: Node, least: usize) -> Result<Vec<DVec3>, MapError> {
+    pub fn shape(&self, node: Element, least: usize) -> Result<Vec<DVec3>, MapError> {
         self.shape_of(node, "shape", least)
     }
 
     /// The points of an attribute, at least `least`.
-    pub fn shape_of(&self, node: Node, attribute: &str, least: usize) -> Result<Vec<DVec3>, MapError> {
+    pub fn shape_of(&self, node: Element, attribute: &str, least: usize) -> Result<Vec<DVec3>, MapError> {
         let points = node.attribute(attribute).and_then(parse_shape);
         points.filter(|points| points.len() >= least).ok_or_else(|| {
             self.value(
@@ -82,7 +76,7 @@ impl<'input> NetReader<'_, 'input> {
     }
 
     /// True or false as SUMO writes it; `absent` where the attribute is.
-    pub fn truth(&self, node: Node, attribute: &str, absent: bool) -> Result<bool, MapError> {
+    pub fn truth(&self, node: Element, attribute: &str, absent: bool) -> Result<bool, MapError> {
         match node.attribute(attribute).map(str::trim) {
             None => Ok(absent),
             Some("1" | "true" | "True" | "yes" | "on") => Ok(true),

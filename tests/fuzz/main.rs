@@ -6,6 +6,7 @@
 //! sets `CODRIVE_FUZZ_SECONDS` (and `CODRIVE_FUZZ_SEED`, `CODRIVE_FUZZ_READER`) and goes on for that long. An input that
 //! breaks a reader is kept in `target/tmp/fuzz/`; an abort leaves the one that was being read.
 
+mod large_network;
 mod memory;
 mod mutate;
 mod readers;
@@ -95,6 +96,7 @@ fn feed(reader: &Reader, seed: u64, kept: &Path, enough: impl Fn(usize) -> bool)
 
 #[test]
 fn no_input_brings_a_panic_an_abort_or_much_memory() {
+    let _alone = memory::alone();
     let folder = tempfile::tempdir().unwrap();
     let kept = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("fuzz");
     fs::create_dir_all(&kept).unwrap();

@@ -88,7 +88,7 @@ fn what_cannot_be_read_is_refused_by_its_own_name_and_nothing_is_left() {
         ("laughs.net.xml", laughs, &["laughs.net.xml:1: the document declares entities"]),
         ("cut.xodr", road, &["netconvert failed: input ended before all started tags were ended", "line"]),
         ("cut.osm", "<osm version=\"0.6\"><node id=", &["netconvert failed: "]),
-        ("cut.net.xml", "<net>\n<edge", &["cut.net.xml:1:", "this is not XML"]),
+        ("cut.net.xml", "<net>\n<edge", &["cut.net.xml:2:1: ", "this is not XML"]),
         (
             "none.xodr",
             "<OpenDRIVE><header revMajor=\"1\" revMinor=\"4\"/></OpenDRIVE>",

@@ -5,11 +5,11 @@ use crate::map::{
     MapError,
     limits::{LENGTH_M, SPEED_MPS},
     network::{Connection, ConnectionOptions, LaneId, LinkState, Network, SignalLink, TurnDirection},
+    xml_tree::Element,
 };
-use roxmltree::Node;
 
-impl<'r, 'input> Names<'r, '_, 'input> {
-    pub fn connection(&self, node: Node<'r, 'input>, net: &Network) -> Result<Connection, MapError> {
+impl<'r> Names<'r> {
+    pub fn connection(&self, node: Element<'r>, net: &Network) -> Result<Connection, MapError> {
         let reader = self.reader;
         let direction = node.attribute("dir").map_or(Some(TurnDirection::Unknown), TurnDirection::from_word);
         let state = node.attribute("state").map_or(Some(LinkState::Major), LinkState::from_word);
@@ -34,7 +34,7 @@ impl<'r, 'input> Names<'r, '_, 'input> {
         })
     }
 
-    fn signal_link(&self, node: Node<'r, 'input>) -> Result<Option<SignalLink>, MapError> {
+    fn signal_link(&self, node: Element<'r>) -> Result<Option<SignalLink>, MapError> {
         let Some(id) = node.attribute("tl") else { return Ok(None) };
         let Some(signal) = self.signals.get(id) else {
             return Err(self.reader.value(node, "tl", "the id of a tlLogic of this network"));
@@ -43,7 +43,7 @@ impl<'r, 'input> Names<'r, '_, 'input> {
         Ok(Some(SignalLink { signal: *signal, index: place("linkIndex"), second: place("linkIndex2") }))
     }
 
-    fn options(&self, node: Node<'r, 'input>) -> Result<ConnectionOptions, MapError> {
+    fn options(&self, node: Element<'r>) -> Result<ConnectionOptions, MapError> {
         let reader = self.reader;
         let metres =
             |attribute: &str| reader.within_if_any(node, attribute, &(-1e5..=1e5), "a number from -100000 to 100000 m");
@@ -68,7 +68,7 @@ impl<'r, 'input> Names<'r, '_, 'input> {
     /// The lane that `connection` names by edge and index.
     fn lane_of(
         &self,
-        node: Node<'r, 'input>,
+        node: Element<'r>,
         edge_attribute: &str,
         lane_attribute: &str,
         net: &Network,

@@ -8,25 +8,25 @@ use crate::map::{
         CentreLine, Edge, EdgeId, EdgeKind, Junction, JunctionId, JunctionKind, Lane, LaneId, LaneSpread, Network,
         VehicleClasses,
     },
+    xml_tree::Element,
 };
 use glam::{DVec2, DVec3};
-use roxmltree::Node;
 
 /// Width of a lane that states none, metres (SUMO's default).
 pub(in crate::map::network) const DEFAULT_WIDTH_M: f64 = 3.2;
 
 const LENGTH_ALLOWED: &str = "a number from 0.001 to 100000 m";
 
-impl<'r, 'input> Names<'r, '_, 'input> {
+impl<'r> Names<'r> {
     /// Puts an edge and its lanes at the end of the lists. `points` counts those of all shapes.
-    pub fn edge(&mut self, net: &mut Network, node: Node<'r, 'input>, points: &mut usize) -> Result<(), MapError> {
+    pub fn edge(&mut self, net: &mut Network, node: Element<'r>, points: &mut usize) -> Result<(), MapError> {
         let reader = self.reader;
         let id = reader.text(node, "id")?;
         let kind = node.attribute("function").map_or(Some(EdgeKind::Normal), EdgeKind::from_word);
         let kind = kind.ok_or_else(|| reader.value(node, "function", "a function of SUMO's edges"))?;
         let edge = EdgeId::from_index(net.edges.len());
         let first = net.lanes.len();
-        for lane_node in node.children().filter(|node| node.has_tag_name("lane")) {
+        for lane_node in node.children_named("lane") {
             let lane = self.lane(lane_node, edge, kind)?;
             *points += lane.shape().len();
             if *points > MOST_POINTS_IN_ALL {
@@ -81,7 +81,7 @@ impl<'r, 'input> Names<'r, '_, 'input> {
     }
 
     /// What an edge says of other edges and lanes, once all are known.
-    pub fn references_of_edge(&self, net: &mut Network, node: Node<'r, 'input>) -> Result<(), MapError> {
+    pub fn references_of_edge(&self, net: &mut Network, node: Element<'r>) -> Result<(), MapError> {
         let reader = self.reader;
         let Some(edge) = self.edges.get(reader.text(node, "id")?).copied() else { return Ok(()) };
         if let Some(bidi) = node.attribute("bidi") {
@@ -94,9 +94,9 @@ impl<'r, 'input> Names<'r, '_, 'input> {
                 self.listed(node, "crossingEdges", &self.edges, "ids of edges of this network")?;
         }
         let first = net.edges[edge.index()].lanes.start as usize;
-        for (k, lane) in node.children().filter(|node| node.has_tag_name("lane")).enumerate() {
+        for (k, lane) in node.children_named("lane").enumerate() {
             // "<neigh lane=".."/>"; SUMO takes the first.
-            let Some(neigh) = lane.children().find(|node| node.has_tag_name("neigh")) else { continue };
+            let Some(neigh) = lane.children_named("neigh").next() else { continue };
             let opposite = self.lanes.get(neigh.attribute("lane").unwrap_or_default()).copied();
             net.lanes[first + k].opposite =
                 Some(opposite.ok_or_else(|| reader.value(neigh, "lane", "the id of a lane of this network"))?);
@@ -104,7 +104,7 @@ impl<'r, 'input> Names<'r, '_, 'input> {
         Ok(())
     }
 
-    fn lane(&self, node: Node<'r, 'input>, edge: EdgeId, kind: EdgeKind) -> Result<Lane, MapError> {
+    fn lane(&self, node: Element<'r>, edge: EdgeId, kind: EdgeKind) -> Result<Lane, MapError> {
         let reader = self.reader;
         let shape = reader.shape(node, if kind == EdgeKind::WalkingArea { 1 } else { 2 })?;
         // netconvert writes the inside of a junction of no size as one point twice.
@@ -144,18 +144,18 @@ impl<'r, 'input> Names<'r, '_, 'input> {
     }
 
     /// A list of classes; `None` where the attribute is absent or empty, as SUMO has it.
-    pub fn classes(&self, node: Node, attribute: &str) -> Option<VehicleClasses> {
+    pub fn classes(&self, node: Element, attribute: &str) -> Option<VehicleClasses> {
         node.attribute(attribute).filter(|list| !list.trim().is_empty()).map(VehicleClasses::parse)
     }
 
     /// SUMO's rule: `allow` lists the classes that may, else `disallow` those that may not; `None` where there is neither.
-    pub fn permissions(&self, node: Node) -> Option<VehicleClasses> {
+    pub fn permissions(&self, node: Element) -> Option<VehicleClasses> {
         let refused = || self.classes(node, "disallow").map(|refused| VehicleClasses::ALL.without(refused));
         self.classes(node, "allow").or_else(refused)
     }
 
     /// What else an element says, as words.
-    pub fn others(&self, node: Node, known: &[&str]) -> Vec<(String, String)> {
+    pub fn others(&self, node: Element, known: &[&str]) -> Vec<(String, String)> {
         words_but(node, known)
     }
 }

@@ -7,9 +7,9 @@ use crate::map::{
         Junction, JunctionKind, LinkRule, LinkSet, Network, ProgramKind, Roundabout, Signal, SignalId, SignalPhase,
         SignalProgram,
     },
+    xml_tree::Element,
 };
 use glam::{DVec3, dvec3};
-use roxmltree::Node;
 
 const LANES_ALLOWED: &str = "ids of lanes of this network";
 
@@ -33,9 +33,9 @@ impl Junction {
     }
 }
 
-impl<'r, 'input> Names<'r, '_, 'input> {
+impl<'r> Names<'r> {
     /// A junction with its rules, without its lanes.
-    pub fn junction(&self, node: Node<'r, 'input>) -> Result<Junction, MapError> {
+    pub fn junction(&self, node: Element<'r>) -> Result<Junction, MapError> {
         let reader = self.reader;
         let kind = JunctionKind::from_word(node.attribute("type").unwrap_or_default());
         let kind = kind.ok_or_else(|| reader.value(node, "type", "a type of SUMO's junctions"))?;
@@ -50,7 +50,7 @@ impl<'r, 'input> Names<'r, '_, 'input> {
         junction.name = node.attribute("name").map(str::to_owned);
         let known = ["id", "type", "x", "y", "z", "incLanes", "intLanes", "shape", "customShape", "radius", "name"];
         junction.other = self.others(node, &known);
-        for request in node.children().filter(|child| child.has_tag_name("request")) {
+        for request in node.children_named("request") {
             let set = |attribute: &str| LinkSet::from_bits(request.attribute(attribute).unwrap_or_default());
             junction.links.push(LinkRule {
                 yields_to: set("response"),
@@ -63,13 +63,13 @@ impl<'r, 'input> Names<'r, '_, 'input> {
     }
 
     /// The lanes that a junction names.
-    pub fn lanes_of_junction(&self, junction: &mut Junction, node: Node<'r, 'input>) -> Result<(), MapError> {
+    pub fn lanes_of_junction(&self, junction: &mut Junction, node: Element<'r>) -> Result<(), MapError> {
         junction.incoming = self.listed(node, "incLanes", &self.lanes, LANES_ALLOWED)?;
         junction.inside = self.listed(node, "intLanes", &self.lanes, LANES_ALLOWED)?;
         Ok(())
     }
 
-    pub fn roundabout(&self, node: Node<'r, 'input>) -> Result<Roundabout, MapError> {
+    pub fn roundabout(&self, node: Element<'r>) -> Result<Roundabout, MapError> {
         Ok(Roundabout {
             junctions: self.listed(node, "nodes", &self.junctions, "ids of junctions of this network")?,
             edges: self.listed(node, "edges", &self.edges, "ids of edges of this network")?,
@@ -88,16 +88,16 @@ impl<'r, 'input> Names<'r, '_, 'input> {
     }
 
     /// A program of a signal, which may have one already.
-    pub fn signal(&mut self, net: &mut Network, node: Node<'r, 'input>) -> Result<(), MapError> {
+    pub fn signal(&mut self, net: &mut Network, node: Element<'r>) -> Result<(), MapError> {
         let reader = self.reader;
         let id = reader.text(node, "id")?;
         let kind = ProgramKind::from_word(node.attribute("type").unwrap_or_default());
-        let seconds = |node: Node, attribute: &str| {
+        let seconds = |node: Element, attribute: &str| {
             reader.within_if_any(node, attribute, &(0.0..=1e9), "a number from 0 to 1e9, seconds")
         };
         let known = ["duration", "minDur", "maxDur", "state"];
         let mut phases = Vec::new();
-        for phase in node.children().filter(|child| child.has_tag_name("phase")) {
+        for phase in node.children_named("phase") {
             phases.push(SignalPhase {
                 duration_s: seconds(phase, "duration")?.unwrap_or_default(),
                 min_s: seconds(phase, "minDur")?,

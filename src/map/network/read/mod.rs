@@ -10,22 +10,16 @@ mod junctions;
 pub(super) use edges::DEFAULT_WIDTH_M;
 
 use super::{EdgeId, JunctionId, LaneId, Network, SignalId};
-use crate::map::{MapError, limits, net_check, net_xml::NetReader};
-use roxmltree::Node;
+use crate::map::{MapError, limits, net_check, net_xml::NetReader, xml_tree::Element};
 use std::{collections::BTreeMap, path::Path};
 
 /// A reader with what names stand for, as far as it has read.
-struct Names<'r, 'a, 'input> {
-    reader: &'r NetReader<'a, 'input>,
+struct Names<'r> {
+    reader: &'r NetReader<'r>,
     edges: BTreeMap<&'r str, EdgeId>,
     lanes: BTreeMap<&'r str, LaneId>,
     junctions: BTreeMap<&'r str, JunctionId>,
     signals: BTreeMap<&'r str, SignalId>,
-}
-
-/// The elements below the root with a name.
-fn elements<'a, 'input: 'a>(root: Node<'a, 'input>, name: &'static str) -> impl Iterator<Item = Node<'a, 'input>> {
-    root.children().filter(move |node| node.has_tag_name(name))
 }
 
 impl Network {
@@ -43,11 +37,11 @@ impl Network {
 
     /// The lists of a network, without what follows from them.
     fn elements(file: &Path, text: &str) -> Result<Self, MapError> {
-        let document = limits::parse(file, text)?;
-        let root = document.root_element();
-        let reader = NetReader { file, document: &document };
-        if root.tag_name().name() != "net" {
-            let (line, found) = (reader.line(root), root.tag_name().name().to_owned());
+        let tree = limits::parse(file, text)?;
+        let root = tree.root();
+        let reader = NetReader { file };
+        if root.name() != "net" {
+            let (line, found) = (root.line(), root.name().to_owned());
             return Err(MapError::NotANet { file: file.into(), line, found });
         }
         net_check::check(&reader, root)?;
@@ -60,36 +54,36 @@ impl Network {
         };
         let mut net = Network {
             header: words_but(root, &[]),
-            location: elements(root, "location").next().map(|node| words_but(node, &[])).unwrap_or_default(),
+            location: root.children_named("location").next().map(|node| words_but(node, &[])).unwrap_or_default(),
             left_hand: reader.truth(root, "lefthand", false)?,
             ..Network::default()
         };
-        for (k, node) in elements(root, "junction").enumerate() {
+        for (k, node) in root.children_named("junction").enumerate() {
             names.junctions.insert(reader.text(node, "id")?, JunctionId::from_index(k));
             net.junctions.push(names.junction(node)?);
         }
         let mut points = 0;
-        for (k, node) in elements(root, "edge").enumerate() {
+        for (k, node) in root.children_named("edge").enumerate() {
             names.edges.insert(reader.text(node, "id")?, EdgeId::from_index(k));
             names.edge(&mut net, node, &mut points)?;
         }
-        for node in elements(root, "edge") {
+        for node in root.children_named("edge") {
             names.references_of_edge(&mut net, node)?;
         }
-        for node in elements(root, "tlLogic") {
+        for node in root.children_named("tlLogic") {
             names.signal(&mut net, node)?;
         }
         names.railway_signals(&mut net);
-        for node in elements(root, "connection") {
+        for node in root.children_named("connection") {
             let connection = names.connection(node, &net)?;
             net.connections.push(connection);
         }
         // Those of a lane stand together, in the order of the file.
         net.connections.sort_by_key(|connection| connection.from);
-        for (k, node) in elements(root, "junction").enumerate() {
+        for (k, node) in root.children_named("junction").enumerate() {
             names.lanes_of_junction(&mut net.junctions[k], node)?;
         }
-        for node in elements(root, "roundabout") {
+        for node in root.children_named("roundabout") {
             let roundabout = names.roundabout(node)?;
             net.roundabouts.push(roundabout);
         }
@@ -98,23 +92,22 @@ impl Network {
 }
 
 /// The attributes of an element but some, as words.
-fn words_but(node: Node, known: &[&str]) -> Vec<(String, String)> {
-    let others =
-        node.attributes().filter(|attribute| attribute.namespace().is_none() && !known.contains(&attribute.name()));
-    others.map(|attribute| (attribute.name().to_owned(), attribute.value().to_owned())).collect()
+fn words_but(node: Element, known: &[&str]) -> Vec<(String, String)> {
+    let others = node.attributes().filter(|(name, _)| !known.contains(name));
+    others.map(|(name, value)| (name.to_owned(), value.to_owned())).collect()
 }
 
 /// The children `<param key=".." value=".."/>` of an element.
-fn parameters(node: Node) -> Vec<(String, String)> {
-    let pairs = node.children().filter(|child| child.has_tag_name("param"));
+fn parameters(node: Element) -> Vec<(String, String)> {
+    let pairs = node.children_named("param");
     pairs.filter_map(|node| Some((node.attribute("key")?.to_owned(), node.attribute("value")?.to_owned()))).collect()
 }
 
-impl<'r> Names<'r, '_, '_> {
+impl<'r> Names<'r> {
     /// What the words of a list stand for.
     fn listed<T: Copy>(
         &self,
-        node: Node,
+        node: Element,
         attribute: &str,
         of: &BTreeMap<&'r str, T>,
         allowed: &'static str,

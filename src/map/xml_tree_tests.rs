@@ -1,0 +1,142 @@
+//! The compact tree against roxmltree, which reads any document: the same elements and values from good texts, and no text that
+//! only one of them takes. They are meant to differ in the declaration, in references to half a character (`&#xD800;`), and in tags whose
+//! names begin with a colon.
+
+use super::xml_tree::{Element, XmlTree};
+use crate::rng;
+use roxmltree::{Document, Node};
+use std::{fs, path::Path};
+
+/// Everything of an element that readers of networks ask for, as text.
+fn ours(element: Element) -> String {
+    let attributes: Vec<_> = element.attributes().collect();
+    let children: Vec<_> = element.children().map(Element::name).collect();
+    let place = element.attribute("noNamespaceSchemaLocation");
+    format!("{} {:?} {attributes:?} {place:?} {children:?}", element.name(), element.parent().map(Element::name))
+}
+
+/// The same, as roxmltree has it.
+fn theirs(node: Node) -> String {
+    let own = node.attributes().filter(|attribute| attribute.namespace().is_none());
+    let attributes: Vec<_> = own.map(|attribute| (attribute.name(), attribute.value())).collect();
+    let children: Vec<_> = node.children().filter(Node::is_element).map(|child| child.tag_name().name()).collect();
+    let place = node.attribute("noNamespaceSchemaLocation");
+    let parent = node.parent_element().map(|parent| parent.tag_name().name());
+    format!("{} {parent:?} {attributes:?} {place:?} {children:?}", node.tag_name().name())
+}
+
+/// True if both take the text, false if none does.
+fn both_read(text: &str) -> bool {
+    let (tree, document) = (XmlTree::parse(text), Document::parse(text));
+    let (tree, document) = match (tree, document) {
+        (Ok(tree), Ok(document)) => (tree, document),
+        (Err(_), Err(_)) => return false,
+        (tree, document) => panic!("{text}\nours: {:?}\nroxmltree: {:?}", tree.err(), document.err()),
+    };
+    let mut elements = tree.root().descendants();
+    for node in document.descendants().filter(Node::is_element) {
+        let element = elements.next().unwrap_or_else(|| panic!("{text}\nends before {node:?}"));
+        assert_eq!(ours(element), theirs(node), "{text}");
+        // Both count lines from the start.
+        if text.len() < 10_000 {
+            assert_eq!(element.line(), document.text_pos_at(node.range().start).row, "{text}");
+        }
+    }
+    assert!(elements.next().is_none(), "{text}\nhas more elements than roxmltree finds");
+    true
+}
+
+#[test]
+fn networks_are_the_same_elements_and_values_as_in_a_tree_for_any_document() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files = |folder: &str| fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let networks = files("tests/data").chain(files("tests/data/networks"));
+    let networks: Vec<_> = networks.filter(|file| file.to_string_lossy().ends_with(".net.xml")).collect();
+    assert_eq!(networks.len(), 14);
+    for file in networks {
+        assert!(both_read(&fs::read_to_string(&file).unwrap()), "{}", file.display());
+    }
+}
+
+const SMALL: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- a comment -->\n<net version=\"1.20\" \
+                     xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:noNamespaceSchemaLocation=\"x.xsd\">\n  <a \
+                     id=\"1\" b='2 &lt; 3 &#10; \"'>words &amp; more<b c=\"d\"/></a >\n  <e id=\"x&amp;lt;y\"\n     \
+                     f=\"a\tb\r\nc\"/><![CDATA[ <c> ]]>\n  <?pi here?>\n</net>\n";
+
+#[test]
+fn small_changes_to_a_text_are_taken_or_refused_as_by_a_parser_for_any_document() {
+    const PIECES: [&str; 40] = [
+        "<",
+        ">",
+        "/",
+        "\"",
+        "'",
+        "=",
+        " ",
+        "&",
+        ";",
+        "&lt;",
+        "&#10;",
+        "&#x0;",
+        "&#xFFFF;",
+        "&none;",
+        "<!--",
+        "-->",
+        "--",
+        "<![CDATA[",
+        "]]>",
+        "<?xml version=\"1.0\"?>",
+        "<?p q?>",
+        "?>",
+        "<!DOCTYPE a>",
+        "\n",
+        "\r\n",
+        "\t",
+        "xmlns:a=\"b\"",
+        "a:b",
+        "xmlns",
+        "x",
+        "\u{1}",
+        "\u{fffe}",
+        "é",
+        "1",
+        "-",
+        ".",
+        "<a/>",
+        "</a>",
+        "<b c=\"d\">",
+        "&amp;lt;",
+    ];
+    let mut stream = rng::stream(1, "xml");
+    let declaration = SMALL.find('\n').unwrap();
+    let ends: Vec<usize> = (declaration..=SMALL.len()).collect();
+    let mut taken = 0;
+    for _ in 0..20_000 {
+        let at = ends[stream.index(ends.len())];
+        let gone = stream.index(4).min(SMALL.len() - at);
+        let piece = if stream.index(3) == 0 { "" } else { PIECES[stream.index(PIECES.len())] };
+        taken += usize::from(both_read(&format!("{}{piece}{}", &SMALL[..at], &SMALL[at + gone..])));
+    }
+    assert!((1000..19_000).contains(&taken), "{taken} of 20000 were taken: too few of one kind");
+}
+
+#[test]
+fn a_fault_is_where_it_stands() {
+    for (text, at, expected) in [
+        ("<net>\n<a b=\"1\" b=\"2\"/></net>", 15, "the attribute \"b\" is there twice"),
+        ("<net a=\"x<y\"/>", 9, "< in a value"),
+        ("<net a=\"1\"b=\"2\"/>", 10, "a space is missing"),
+        ("<net>\u{7}</net>", 5, "a character that XML cannot hold"),
+        ("<net></net><net/>", 11, "a second element"),
+        ("<!DOCTYPE net><net/>", 0, "a document type"),
+        ("<net><x:a/></net>", 5, "the prefix \"x\" is declared nowhere"),
+        ("<net>\n</nut>", 6, "expected `</net>`"),
+        ("<net><a>", 8, "the text ends before </a>"),
+        ("<net a=\"&none;\"/>", 8, "none"),
+        ("", 0, "there is no element"),
+    ] {
+        let fault = XmlTree::parse(text).err().unwrap_or_else(|| panic!("{text} is taken"));
+        assert!(fault.message.contains(expected), "{text}: {}", fault.message);
+        assert_eq!(fault.at, at, "{text}: {}", fault.message);
+    }
+}
