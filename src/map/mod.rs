@@ -3,7 +3,7 @@
 //!
 //! [`network`] reads and writes networks, `xml_tree`, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
 //! closed route and `open_path` a way where there is none (`tight_turns` says which turns they leave out), `edge_path` the open one along
-//! edges that a person names, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
+//! edges that a person names, `stop_lines` the signals along a route, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
 //! networks and `write` writes them as SUMO reads them.
 
 mod catalog;
@@ -23,6 +23,7 @@ pub mod network;
 mod open_path;
 pub mod ring;
 mod route;
+mod stop_lines;
 #[cfg(test)]
 mod tests;
 mod tight_turns;
@@ -35,6 +36,7 @@ pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::{Imported, import};
 pub use route::{Route, RouteLane, RoutePosition};
+pub use stop_lines::{StopLine, stop_lines};
 
 use glam::DVec2;
 use network::Network;

@@ -1,14 +1,11 @@
 //! What a drive on a network knows beside the ego's route. In: the map and the snapshot. Out: the ego's lane, the ground under it, the line at
 //! a signal, or where others go first, where it has to stop, whether it is at the end of its path. Metres, m/s.
 
-use super::{
-    give_way::GiveWay,
-    path_lanes::{PathLanes, StopLine},
-};
+use super::{give_way::GiveWay, path_lanes::PathLanes};
 use crate::{
     driver::DriverParams,
     map::{
-        RoadMap,
+        RoadMap, StopLine,
         network::{LanePosition, SignalLight},
     },
     policy::SignalAhead,

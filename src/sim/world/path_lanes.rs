@@ -7,24 +7,14 @@
 use super::yield_lines::{YieldLine, yield_lines};
 use crate::{
     map::{
-        RoadMap,
-        network::{LaneId, LanePosition, Network, SignalId},
+        RoadMap, StopLine,
+        network::{LaneId, LanePosition, Network},
+        stop_lines,
     },
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, Pose3},
     traffic::NetworkVehicle,
 };
 use std::collections::BTreeMap;
-
-/// A line at the end of a lane of the route, ruled by a signal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct StopLine {
-    /// Where on the route, metres.
-    pub s_m: f64,
-    /// Which signal.
-    pub signal: SignalId,
-    /// Place of its letter.
-    pub link: u32,
-}
 
 /// One of the route's lanes that a network's lane stands for.
 #[derive(Clone, Copy, Debug)]
@@ -59,8 +49,7 @@ impl PathLanes {
                 by_lane.entry(other).or_default().push(RouteStretch { index, is_same: other == id && !changes });
             }
         }
-        let stop_lines = stop_lines(map, &lanes);
-        Self { lanes, by_lane, stop_lines }
+        Self { lanes, by_lane, stop_lines: stop_lines(map) }
     }
 
     /// Front bumper of a vehicle along the route, metres; of several places that nearest to `near_s_m`. `None` beside the route.
@@ -137,25 +126,6 @@ pub(super) fn is_against(net: &Network, at: LanePosition, pose: &Pose) -> bool {
     (pose.yaw_rad - net.pose(at).yaw_rad).cos() < 0.0
 }
 
-/// The lines at the ends of the route's lanes from which a signal rules the way on.
-fn stop_lines(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<StopLine> {
-    let (net, route) = (&map.network, &map.route);
-    let n = lanes.len();
-    let pairs = (0..if route.is_closed() { n } else { n - 1 }).map(|k| (k, (k + 1) % n));
-    let line = |(k, next): (usize, usize)| {
-        let (from, to) = (lanes[k]?, lanes[next]?);
-        let ways = net.connections_from(from);
-        let way = ways.iter().find(|connection| connection.next() == to)?;
-        let ruled = way.signal?;
-        let lane = &route.lanes()[k];
-        let s_m = lane.start_s_m + lane.length_m - net.lane(from).end_offset_m;
-        Some(StopLine { s_m, signal: ruled.signal, link: ruled.index? })
-    };
-    let mut lines: Vec<StopLine> = pairs.filter_map(line).collect();
-    lines.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
-    lines
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -199,23 +169,6 @@ mod tests {
         assert!(near(s_of("B1C1_0", 10.0), 10.0) && s_of("B1C1_1", 10.0).is_none(), "still in the outer lane");
         let late_m = length_m - 10.0;
         assert!(near(s_of("B1C1_1", late_m), late_m) && s_of("B1C1_0", late_m).is_none(), "in the inner one");
-    }
-
-    #[test]
-    fn the_lines_of_a_path_are_those_of_the_signals_that_rule_its_way() {
-        let map = RoadMap::load_along(GRID, &["B0B1", "B1C1", "C1C2"]).expect("a path");
-        let net = &map.network;
-        let lanes = PathLanes::new(&map);
-        let ids: Vec<&str> = lanes.stop_lines().iter().map(|line| net.signal(line.signal).id.as_str()).collect();
-        assert_eq!(ids, ["B1", "C1"]);
-        // The file's linkIndex of the connections from B0B1_0 to B1C1 and from B1C1_1 to C1C2.
-        for (line, (from, to)) in lanes.stop_lines().iter().zip([("B0B1_0", "B1C1"), ("B1C1_1", "C1C2")]) {
-            let text = std::fs::read_to_string(GRID).expect("the file");
-            let (edge, lane) = from.rsplit_once('_').expect("an index");
-            let of = |line: &&str| line.contains(&format!("from=\"{edge}\" to=\"{to}\" fromLane=\"{lane}\""));
-            let element = text.lines().find(of).expect("a connection");
-            assert!(element.contains(&format!("linkIndex=\"{}\"", line.link)), "{element} {line:?}");
-        }
     }
 
     #[test]

@@ -1,0 +1,61 @@
+//! The lines at signals along a route. In: a [`RoadMap`]. Out: where they are, and which letter of which signal rules each. Metres.
+
+use super::{
+    RoadMap,
+    network::{LaneId, SignalId},
+};
+
+/// A line at the end of a lane of the route, ruled by a signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StopLine {
+    /// Where on the route, metres.
+    pub s_m: f64,
+    /// Which signal.
+    pub signal: SignalId,
+    /// Place of its letter.
+    pub link: u32,
+}
+
+/// The lines at the ends of the route's lanes from which a signal rules the way on, in driving order.
+pub fn stop_lines(map: &RoadMap) -> Vec<StopLine> {
+    let (net, route) = (&map.network, &map.route);
+    let lanes: Vec<Option<LaneId>> = route.lanes().iter().map(|lane| net.lane_named(&lane.id)).collect();
+    let n = lanes.len();
+    let pairs = (0..if route.is_closed() { n } else { n - 1 }).map(|k| (k, (k + 1) % n));
+    let line = |(k, next): (usize, usize)| {
+        let (from, to) = (lanes[k]?, lanes[next]?);
+        let ways = net.connections_from(from);
+        let way = ways.iter().find(|connection| connection.next() == to)?;
+        let ruled = way.signal?;
+        let lane = &route.lanes()[k];
+        let s_m = lane.start_s_m + lane.length_m - net.lane(from).end_offset_m;
+        Some(StopLine { s_m, signal: ruled.signal, link: ruled.index? })
+    };
+    let mut lines: Vec<StopLine> = pairs.filter_map(line).collect();
+    lines.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+
+    #[test]
+    fn the_lines_of_a_path_are_those_of_the_signals_that_rule_its_way() {
+        let map = RoadMap::load_along(GRID, &["B0B1", "B1C1", "C1C2"]).expect("a path");
+        let net = &map.network;
+        let lines = stop_lines(&map);
+        let ids: Vec<&str> = lines.iter().map(|line| net.signal(line.signal).id.as_str()).collect();
+        assert_eq!(ids, ["B1", "C1"]);
+        // The file's linkIndex of the connections from B0B1_0 to B1C1 and from B1C1_1 to C1C2.
+        for (line, (from, to)) in lines.iter().zip([("B0B1_0", "B1C1"), ("B1C1_1", "C1C2")]) {
+            let text = std::fs::read_to_string(GRID).expect("the file");
+            let (edge, lane) = from.rsplit_once('_').expect("an index");
+            let of = |line: &&str| line.contains(&format!("from=\"{edge}\" to=\"{to}\" fromLane=\"{lane}\""));
+            let element = text.lines().find(of).expect("a connection");
+            assert!(element.contains(&format!("linkIndex=\"{}\"", line.link)), "{element} {line:?}");
+        }
+    }
+}
