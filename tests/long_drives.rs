@@ -61,7 +61,7 @@ fn repeat(file: &Path, times: u64) {
 fn analysed(path: &Path) -> (usize, usize, f64) {
     let found = find(path).unwrap().found;
     let start = memory::begin();
-    let drives = collect::analyse(&found, &|| ()).unwrap();
+    let drives = collect::analyse(&found, &[], &|| ()).unwrap();
     let (_, measures) = memory::since(start);
     let start = memory::begin();
     let page = report::report("long", &drives, &StudyParticipants::default(), &[], &[], None).unwrap();

@@ -2,8 +2,12 @@
 //! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
 use super::{
-    AnalysisError, DriveMeasures, DriveSetup, RecordedTrial, StudyParticipants, driver_moments::DriverStretches,
-    pedal_noise::PedalNoise, response::AdviceResponse, totals::DriveTotals,
+    AnalysisError, DriveMeasures, DriveSetup, RecordedTrial, StudyParticipants,
+    driver_moments::DriverStretches,
+    network::{LinePlace, NetworkTotals},
+    pedal_noise::PedalNoise,
+    response::AdviceResponse,
+    totals::DriveTotals,
 };
 use crate::file::{SETTINGS_BYTES, read_text};
 use crate::toml_text::did_you_mean;
@@ -200,6 +204,8 @@ pub struct AnalysedRecording {
     pub setup: DriveSetup,
     /// What tells of its driver.
     pub stretches: DriverStretches,
+    /// Trips and lines of a drive on a network; `None` on a closed route.
+    pub network: Option<NetworkTotals>,
 }
 
 impl AnalysedRecording {
@@ -209,17 +215,21 @@ impl AnalysedRecording {
     }
 }
 
-/// Analyses recordings, in parallel; `done` hears of each.
+/// Analyses recordings, in parallel; `done` hears of each. Throughput on networks is counted at `lines`, or where the ego's path has its middle.
 ///
 /// # Errors
-/// One of them cannot be read.
-pub fn analyse(found: &[FoundRecording], done: &(impl Fn() + Sync)) -> Result<Vec<AnalysedRecording>, AnalysisError> {
+/// One of them cannot be read; a line is no place of its network, or no recording is on one.
+pub fn analyse(
+    found: &[FoundRecording],
+    lines: &[LinePlace],
+    done: &(impl Fn() + Sync),
+) -> Result<Vec<AnalysedRecording>, AnalysisError> {
     let practice = practice(found)?;
-    let one = |found: &FoundRecording| {
+    let one = |found: &FoundRecording| -> Result<AnalysedRecording, AnalysisError> {
         let trial = RecordedTrial::open(&found.recording)?;
-        let (totals, responses) = DriveTotals::of(&trial, practice.get(found.participant.as_str()))?;
+        let (totals, responses) = DriveTotals::of(&trial, practice.get(found.participant.as_str()), lines)?;
         let of_baseline =
-            |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None)?.0);
+            |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None, lines)?.0);
         let baseline = found.baseline.as_deref().map(of_baseline).transpose()?;
         let analysed = AnalysedRecording {
             measures: DriveMeasures::of(&trial, &totals, responses, baseline.as_ref()),
@@ -230,11 +240,20 @@ pub fn analyse(found: &[FoundRecording], done: &(impl Fn() + Sync)) -> Result<Ve
             ended: trial.ended,
             setup: trial.setup,
             found: found.clone(),
+            network: totals.network,
         };
         done();
         Ok(analysed)
     };
-    found.par_iter().map(one).collect()
+    let drives: Vec<AnalysedRecording> = found.par_iter().map(one).collect::<Result<_, _>>()?;
+    if let Some(line) = lines.first().filter(|_| drives.iter().all(|drive| drive.network.is_none())) {
+        return Err(AnalysisError::Input(format!(
+            "--line {}:{}: none of the recordings is one of a network; on a closed route throughput is that at its start\n  remedy: leave \
+             the line out",
+            line.name, line.at_m
+        )));
+    }
+    Ok(drives)
 }
 
 /// How the pedals of each participant move in practice while nothing is asked: in the first drive without a condition that has

@@ -76,13 +76,15 @@ struct StretchCutter {
 }
 
 impl DriverStretches {
-    /// Reads a drive.
+    /// Reads a drive; of one on a network there are none.
     ///
     /// # Errors
     /// The table cannot be read, or is not as this program writes it.
     pub fn of(trial: &RecordedTrial) -> Result<Self, AnalysisError> {
-        // A road that is gone from this machine has no bends: its drives are taken as if on a straight one.
-        let map = trial.setup.scenario.load_map().ok();
+        // The simulated driver of the fit knows advice, bends and a leader, and neither signals nor others who go first.
+        if trial.is_on_network() {
+            return Ok(Self::default());
+        }
         let usual = DriverParams::default();
         let mut cutter = StretchCutter::new();
         for sample in trial.following()? {
@@ -90,7 +92,8 @@ impl DriverStretches {
             if !sample.tick.is_multiple_of(MOMENT_TICKS) {
                 continue;
             }
-            let route = map.as_ref().map(|map| &map.route);
+            // A road that is gone from this machine has no bends: its drives are taken as if on a straight one.
+            let route = trial.map.as_ref().map(|map| &map.route);
             // The driver looks from the middle of the car, not from its bumper.
             let middle_m = sample.s_m - CAR_LENGTH_M / 2.0;
             let moment = Moment {

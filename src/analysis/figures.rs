@@ -7,12 +7,12 @@ use super::{
     trajectories::DriveTrajectories,
 };
 use crate::{
-    metrics::{Estimate, figures},
+    metrics::{Estimate, SpeedTrace, figures},
     plot::{Axis, COLOURS, Chart, ChartSheet, LineStyle, PlotLine, PlotShape, PrintWidth, lines_needed, picture},
 };
 
 /// What the time of a drive counts from.
-const TIME: &str = "time since the start of the drive, s";
+pub(super) const TIME: &str = "time since the start of the drive, s";
 /// Higher than any field: what reaches to it crosses the whole field.
 const TOP_MPS: f64 = 1e3;
 /// Seconds that are averaged for lines over time, at the least.
@@ -38,6 +38,11 @@ pub fn space_time(title: &str, drive: &DriveTrajectories, baseline: Option<&Driv
 
 /// Speed of the ego, advice with its range, and the spread of all cars over time; contacts and marks where they were.
 pub fn speeds(title: &str, drive: &DriveTrajectories, trial: &RecordedTrial) -> String {
+    figures::speeds(title, &SpeedTrace::of(&drive.speeds), drive.range_mps, TIME, "", moments(trial))
+}
+
+/// Upright lines where there were contacts, red lights and marks.
+pub(super) fn moments(trial: &RecordedTrial) -> Vec<PlotLine> {
     let upright = |name: &str, style: LineStyle, times_s: Vec<f64>| {
         let line = move |(i, at_s): (usize, f64)| PlotLine {
             // The legend names them once.
@@ -50,9 +55,11 @@ pub fn speeds(title: &str, drive: &DriveTrajectories, trial: &RecordedTrial) -> 
     };
     let contacts = trial.contacts_at.iter().map(|contact| contact[0]).collect();
     let mut more = upright("contact", LineStyle { width: 1.6, ..LineStyle::solid("#cc0000") }, contacts);
+    let red = LineStyle { width: 1.2, dash: "2 2", ..LineStyle::solid("#cc0000") };
+    more.extend(upright("red light", red, trial.red_lights_at.clone()));
     let marks = LineStyle { width: 1.0, dash: "4 3", ..LineStyle::solid("#555555") };
     more.extend(upright("mark", marks, trial.marks_at.clone()));
-    figures::speeds(title, &drive.speeds, drive.range_mps, TIME, "", more)
+    more
 }
 
 /// Mean speed of all cars over time, as driven (a trial may be one without advice) and in the same drive without advice.

@@ -2,7 +2,7 @@
 //! in words, its unit and its definition. Heads of tables, labels, the page, the methods paragraph and the data dictionary
 //! all take theirs from here, or from [`MEASURES`], which names the measures.
 
-use super::{AnalysedRecording, MEASURES, tables::factors};
+use super::{AnalysedRecording, MEASURES, RoadKinds, network, tables::factors};
 use serde_json::{Map, Value, json};
 
 /// A column of a table.
@@ -30,7 +30,7 @@ pub struct TableColumns {
 }
 
 /// Name, quantity, unit, definition.
-type ColumnTexts = (&'static str, &'static str, &'static str, &'static str);
+pub(super) type ColumnTexts = (&'static str, &'static str, &'static str, &'static str);
 
 const KEY: [ColumnTexts; 4] = [
     ("participant", "Participant", "", "code of the participant; empty outside of a study"),
@@ -329,15 +329,16 @@ fn key(drives: &[AnalysedRecording]) -> Vec<ColumnDefinition> {
 
 /// All tables with their columns, as these drives have them.
 pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
-    let measures = MEASURES.iter().map(|measure| ColumnDefinition {
+    let roads = RoadKinds::of(drives);
+    let measures = MEASURES.iter().filter(|measure| measure.has_column(roads)).map(|measure| ColumnDefinition {
         name: measure.name.into(),
         title: measure.title.into(),
         unit: measure.unit,
-        about: measure.definition(),
+        about: measure.definition(roads),
     });
     let key = || key(drives).into_iter();
     let trials = key().chain(columns(&DRIVE)).chain(measures).collect();
-    vec![
+    let mut tables = vec![
         TableColumns { file: "trials.csv", row: "a drive", columns: trials },
         TableColumns {
             file: "advice.csv",
@@ -361,7 +362,21 @@ pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
         },
         TableColumns { file: "scores.csv", row: "a score of a participant", columns: columns(&SCORES) },
         TableColumns { file: "fms.csv", row: "a question about sickness while driving", columns: columns(&FMS) },
-    ]
+    ];
+    if roads.networks {
+        let of = |own: &[ColumnTexts]| key().chain(columns(own)).collect();
+        tables.push(TableColumns {
+            file: network::tables::TRIPS_FILE,
+            row: "a vehicle of a drive on a network, the ego vehicle left out",
+            columns: of(&network::tables::TRIPS),
+        });
+        tables.push(TableColumns {
+            file: network::tables::LINES_FILE,
+            row: "a line of a drive on a network",
+            columns: of(&network::tables::LINES),
+        });
+    }
+    tables
 }
 
 /// Names of the columns of a table.
@@ -397,11 +412,11 @@ pub fn unit_text(unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{StudyParticipants, page_tests::drives, reactions, sickness, tables as csv};
+    use crate::analysis::{StudyParticipants, page_tests::mixed_drives, reactions, sickness, tables as csv};
 
     #[test]
     fn every_column_of_every_table_has_words_a_definition_and_its_place_in_the_dictionary() {
-        let drives = drives();
+        let drives = mixed_drives();
         let written = [
             ("trials.csv", csv::trials(&drives)),
             ("advice.csv", csv::advice(&drives)),
@@ -411,6 +426,8 @@ mod tests {
             ("drivers.csv", csv::drivers(&drives, &[])),
             ("scores.csv", csv::scores(&drives, &StudyParticipants::default())),
             ("fms.csv", sickness::table(&StudyParticipants::default())),
+            ("trips.csv", network::tables::trips(&drives)),
+            ("lines.csv", network::tables::lines(&drives)),
         ];
         let dictionary: Value = serde_json::from_str(&dictionary(&drives)).unwrap();
         assert_eq!(dictionary.as_object().unwrap().len(), written.len());

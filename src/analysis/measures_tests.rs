@@ -6,7 +6,8 @@ use crate::{
         events::{ChangeFinder, OnsetFinder},
         response::ResponseWatch,
         totals::SteeringReversals,
-        trial::{EgoSample, IssuedAdvice, TrafficStep},
+        traffic_steps::{StepVehicle, TrafficStep},
+        trial::{EgoSample, IssuedAdvice},
     },
     time::Tick,
 };
@@ -29,7 +30,8 @@ impl Drive {
         };
         let step = |tick: u64| {
             let at_s = Tick(tick).seconds();
-            TrafficStep { tick, s_m: vec![10.0, 20.0], speed_mps: vec![speed(at_s), other(at_s)] }
+            let car = |id, s_m, speed_mps| StepVehicle { id, s_m: Some(s_m), speed_mps, lane: None };
+            TrafficStep { tick, vehicles: vec![car(0, 10.0, speed(at_s)), car(1, 20.0, other(at_s))] }
         };
         Self {
             ego: (1..=n).map(sample).collect(),
@@ -198,7 +200,8 @@ fn throughput_counts_who_passes_the_start_of_the_route_and_takes_off_who_goes_ba
     drive.trial.setup.route_m = 100.0;
     // 60 s at 10 m/s from 0.5 m: six rounds of 100 m; the other goes back over the start once.
     for (k, step) in drive.steps.iter_mut().enumerate() {
-        step.s_m = vec![(0.5 + k as f64) % 100.0, if k < 300 { 1.0 } else { 99.0 }];
+        step.vehicles[0].s_m = Some((0.5 + k as f64) % 100.0);
+        step.vehicles[1].s_m = Some(if k < 300 { 1.0 } else { 99.0 });
     }
     // 599.5 m are five whole rounds and most of the sixth: 5 - 1 in a minute.
     near(&drive.measures(), "throughput_per_h", 4.0 * 60.0);

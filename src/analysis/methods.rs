@@ -2,9 +2,10 @@
 //! the past tense. Nothing is said that the manifests and tables do not hold; where drives differ, it is said how.
 
 use super::{
-    AnalysedRecording, MEASURES, StudyParticipants,
+    AnalysedRecording, MEASURES, RoadKinds, StudyParticipants,
     drivers::{self, ParticipantDriver},
     glossary::unit_text,
+    network::words as network_words,
     people::STATES,
     report::{self, count},
     setup::{SetupValue, condition_differences, fact, joined_values, joined_words, number_text},
@@ -39,7 +40,9 @@ pub fn paragraphs(
     let main = if trials.is_empty() { &all } else { &trials };
     let others: Vec<&AnalysedRecording> =
         all.iter().filter(|drive| !trials.is_empty() && drive.found.condition.is_empty()).copied().collect();
-    let mut text = vec![took_part(&all, people), apparatus(&all), traffic(main), advice(main)];
+    let on_rings: Vec<&AnalysedRecording> = main.iter().filter(|drive| drive.network.is_none()).copied().collect();
+    let mut text =
+        vec![took_part(&all, people), apparatus(&all), traffic(&on_rings), network_words::traffic(main), advice(main)];
     text.push(design(drives, main, &others));
     text.push(measures(&all));
     text.push(sickness::paragraph(people));
@@ -150,6 +153,9 @@ fn apparatus(drives: &[&AnalysedRecording]) -> String {
 }
 
 fn traffic(drives: &[&AnalysedRecording]) -> String {
+    if drives.is_empty() {
+        return String::new();
+    }
     let lengths = joined_values(
         drives.iter().map(|d| d.setup.route_m).filter(|m| *m > 0.0).map(|m| SetupValue::Number(m.round(), "m")),
     );
@@ -284,11 +290,11 @@ fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&
             let of: Vec<&AnalysedRecording> =
                 others.iter().filter(|drive| drive.found.segment == segment).copied().collect();
             text += &format!(
-                " The segment {segment} ({}) was the same for everyone: {} on {} with {} vehicles and the policy {}.",
+                " The segment {segment} ({}) was the same for everyone: {} on {}{} and the policy {}.",
                 count(of.len()),
                 joined_values(of.iter().map(|drive| SetupValue::Number(drive.duration_s.round(), "s"))),
                 fact(&of, "road"),
-                fact(&of, "number of vehicles"),
+                vehicles(&of),
                 fact(&of, "policy"),
             );
         }
@@ -301,6 +307,14 @@ fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&
         (hit, all) => format!(" Contacts with other vehicles happened in {hit} of {}.", count(all)),
     };
     text
+}
+
+/// ` with 22 vehicles`; nothing where they come and go.
+fn vehicles(drives: &[&AnalysedRecording]) -> String {
+    if drives.iter().any(|drive| drive.network.is_some()) {
+        return String::new();
+    }
+    format!(" with {} vehicles", fact(drives, "number of vehicles"))
 }
 
 /// The trials of each participant by their place: segment and condition.
@@ -317,9 +331,10 @@ fn by_place(drives: &[AnalysedRecording]) -> BTreeMap<&str, Vec<(&str, &str)>> {
 
 fn measures(drives: &[&AnalysedRecording]) -> String {
     let has_value = |k: usize| drives.iter().any(|drive| drive.measures.values.get(k).copied().flatten().is_some());
+    let roads = RoadKinds::of(drives.iter().copied());
     let each = |(k, measure): (usize, &super::measures::MeasureDefinition)| {
         let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", unit_text(measure.unit)) };
-        has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.definition()))
+        has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.definition(roads)))
     };
     let defined: Vec<String> = MEASURES.iter().enumerate().filter_map(each).collect();
     if defined.is_empty() {
@@ -354,7 +369,7 @@ fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> Strin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{page_tests, people::StudyParticipant};
+    use crate::analysis::{network, page_tests, people::StudyParticipant};
 
     /// Four simulated trials of two people in two conditions, which differ in their range.
     fn made() -> Vec<AnalysedRecording> {
@@ -405,6 +420,28 @@ mod tests {
         }
         let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
         assert!(text.contains("They came in 2 different orders."), "{text}");
+    }
+
+    #[test]
+    fn the_methods_tell_of_the_traffic_of_networks_apart_from_that_of_closed_routes() {
+        let mut drives = made();
+        for drive in &mut drives[..2] {
+            drive.setup.scenario.path = "A0B0 B0B1".into();
+            drive.setup.scenario.warm_up_s = 30.0;
+            drive.setup.manifest.map.name = "maps/grid".into();
+            drive.setup.route_m = 1118.2;
+            drive.network = Some(network::NetworkTotals { vehicles: 40, ..Default::default() });
+        }
+        let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
+        for part in [
+            "The road was ring-250, a closed route of 250 m, with 22 vehicles",
+            "The ego vehicle drove on the road network grid, along a path of 1118 m. The traffic was computed by SUMO 1.28.0, run within codrive; \
+             vehicles came and went, 40 of them in a drive. The traffic ran for 30 s before the drive",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        let text = paragraphs(&drives[..2], &StudyParticipants::default(), &[]).join("\n");
+        assert!(!text.contains("closed route") && !text.contains("Intelligent Driver Model"), "{text}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::{
     driver_moments::DriverStretches,
     drivers::{self, ParticipantDriver},
     figures, glossary,
+    network::NetworkTotals,
     page::{ReportFigure, ReportPage, STYLE, short},
     report::{self, contacts, dictionary, every, index, report, scores, study, took_part},
     sickness::SicknessRating,
@@ -34,6 +35,7 @@ fn drive(participant: &str, condition: &str, rank: usize, value: Option<f64>) ->
         ended,
         setup: DriveSetup::default(),
         stretches: DriverStretches::default(),
+        network: None,
     }
 }
 
@@ -45,6 +47,17 @@ pub(super) fn drives() -> Vec<AnalysedRecording> {
         drive("sub-P02", "few & <fast>", 0, Some(3.0)),
         drive("sub-P02", "many", 1, None),
     ]
+}
+
+/// The same, of which the first participant drove on a network.
+pub(super) fn mixed_drives() -> Vec<AnalysedRecording> {
+    let mut drives = drives();
+    for drive in &mut drives[..2] {
+        drive.setup.scenario.path = "A0B0 B0B1".into();
+        drive.setup.manifest.traffic = "SUMO 1.28.0 in process".into();
+        drive.network = Some(NetworkTotals { vehicles: 40, ..NetworkTotals::default() });
+    }
+    drives
 }
 
 /// Attributes of all elements of this name in a picture.
@@ -108,7 +121,9 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     every(&mut page, &drives());
     let row = page.html.lines().find(|line| line.contains("<td>Minimum gap, m</td>")).unwrap();
     assert!(row.ends_with("<td>2.00</td><td>4.00</td><td>3.00</td><td>–</td></tr>"), "{row}");
-    assert_eq!(page.html.matches("<tr><td>").count(), MEASURES.len());
+    // Those of networks are of no drive here.
+    let roads = crate::analysis::RoadKinds { closed: true, networks: false };
+    assert_eq!(page.html.matches("<tr><td>").count(), MEASURES.iter().filter(|measure| measure.is_on(roads)).count());
     let mut page = ReportPage::default();
     every(&mut page, &[drives(), drives()].concat());
     let rows: Vec<&str> = page.html.lines().filter(|line| line.contains("<tr><td>sub-P0")).collect();
@@ -120,6 +135,41 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     for column in glossary::tables(&drives()).iter().flat_map(|table| &table.columns) {
         assert!(page.html.contains(&format!("<code>{}</code>", column.name)), "{}", column.name);
     }
+}
+
+#[test]
+fn drives_on_networks_and_closed_routes_share_a_page_that_says_what_each_has_not() {
+    let head = |drives: &[AnalysedRecording]| tables::trials(drives).lines().next().unwrap().to_owned();
+    let [rings, mixed] = [drives(), mixed_drives()];
+    assert!(!head(&rings).contains("travel_time_s") && head(&mixed).contains(",throughput_per_h,"));
+    assert!(head(&mixed).contains(",travel_time_s,") && head(&mixed).starts_with(&head(&rings)));
+    let about = |drives: &[AnalysedRecording], name: &str| {
+        let tables = glossary::tables(drives);
+        let column = tables[0].columns.iter().find(|column| column.name == name);
+        column.map(|column| column.about.clone())
+    };
+    let why = "not on networks: there is no start of a route that all pass";
+    assert!(about(&mixed, "throughput_per_h").unwrap().contains(why));
+    assert!(about(&mixed[..2], "throughput_per_h").unwrap().contains(why));
+    assert!(!about(&rings, "throughput_per_h").unwrap().contains("network"));
+    assert!(about(&mixed, "trips").unwrap().contains("; on networks alone"));
+    assert!(!about(&mixed[..2], "trips").unwrap().contains("alone") && about(&rings, "trips").is_none());
+    // Of networks alone the page has no row of what cannot be there, and names it.
+    let page_of = |drives: &[AnalysedRecording]| {
+        let mut page = ReportPage::default();
+        every(&mut page, drives);
+        page.html
+    };
+    let title = "Standard deviation of speed over vehicles";
+    let [of_rings, of_mixed, of_networks] = [&rings[..], &mixed, &mixed[..2]].map(page_of);
+    assert!(of_rings.contains(&format!("<td>{title}, m/s</td>")) && !of_rings.contains("Not measured on networks"));
+    assert!(of_mixed.contains(&format!("<td>{title}, m/s</td>")) && of_mixed.contains("<td>Red lights passed</td>"));
+    assert!(!of_networks.contains(&format!("<td>{title}, m/s</td>")));
+    assert!(of_networks.contains("Not measured on networks") && of_networks.contains(title), "{of_networks}");
+    // Many drives have a table more.
+    let many = page_of(&[mixed_drives(), mixed_drives()].concat());
+    assert_eq!(many.matches("<table").count(), 3);
+    assert!(many.contains("Measures of every drive: road networks. N = 8 drives of 2 participants."), "{many}");
 }
 
 /// What is read of a page: its text outside of the style, without markup.

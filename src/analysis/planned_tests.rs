@@ -50,6 +50,7 @@ fn drives() -> Vec<AnalysedRecording> {
                 ended: "duration".into(),
                 setup,
                 stretches: DriverStretches::default(),
+                network: None,
             });
         }
     }

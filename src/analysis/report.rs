@@ -2,22 +2,21 @@
 //! methods as plain text. Quantities are called by their words; names of columns stand in the data dictionary alone.
 
 use super::{
-    AnalysedRecording, AnalysisError, MEASURES, RecordedTrial, StudyParticipants,
+    AnalysedRecording, AnalysisError, MEASURES, RoadKinds, StudyParticipants, drive_section,
     drivers::{self, ParticipantDriver},
     figures, glossary,
     methods::{self, interval},
     models_page,
+    network::words,
     page::{ReportFigure, ReportPage, STYLE, TableCells, short},
     planned::PlannedAnalysis,
     setup::joined_words,
     tables::{conditions, participants, per_participant, power, values},
-    trajectories::DriveTrajectories,
 };
 use crate::{metrics::Estimate, plot::escaped};
-use std::path::PathBuf;
 
 /// Measures that are drawn by condition.
-const DRAWN: [&str; 9] = [
+const DRAWN: [&str; 11] = [
     "speed_gain_mps",
     "mean_speed_mps",
     "time_in_range",
@@ -27,13 +26,33 @@ const DRAWN: [&str; 9] = [
     "min_gap_m",
     "reversals_per_min",
     "fuel_saved_l_100km",
+    "ego_time_loss_s",
+    "travel_time_s",
 ];
 /// Measures whose power is reckoned.
 const POWERED: [&str; 4] = ["mean_speed_mps", "time_in_range", "speed_error_mps", "reaction_s"];
-/// Measures that are listed drive by drive, a table each.
-const LISTED: [&[&str]; 2] = [
-    &["mean_speed_mps", "speed_gain_mps", "time_in_range", "speed_error_mps", "reaction_s", "enter_range_s"],
-    &["min_gap_m", "min_ttc_s", "sdlp_m", "reversals_per_min", "rms_jerk_mps3", "fuel_saved_l_100km", "contacts"],
+/// Measures that are listed drive by drive: what they are about, a table each.
+const LISTED: [(&str, &[&str]); 3] = [
+    (
+        "speed and advice",
+        &["mean_speed_mps", "speed_gain_mps", "time_in_range", "speed_error_mps", "reaction_s", "enter_range_s"],
+    ),
+    (
+        "following, steering and fuel",
+        &["min_gap_m", "min_ttc_s", "sdlp_m", "reversals_per_min", "rms_jerk_mps3", "fuel_saved_l_100km", "contacts"],
+    ),
+    (
+        "road networks",
+        &[
+            "ego_travel_time_s",
+            "ego_time_loss_s",
+            "travel_time_s",
+            "line_flow_per_h",
+            "red_lights",
+            "speeding_s",
+            "near_misses",
+        ],
+    ),
 ];
 /// Conditions beside each other in a table, at most: more are wider than a sheet.
 const BESIDE: usize = 4;
@@ -93,7 +112,7 @@ pub fn report(
     if is_compared {
         study(&mut page, drives);
     }
-    one_by_one(&mut page, drives, is_compared)?;
+    drive_section::one_by_one(&mut page, drives, is_compared)?;
     scores(&mut page, who);
     super::sickness::section(&mut page, who);
     drivers::section(&mut page, drivers);
@@ -245,7 +264,7 @@ pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
 }
 
 /// `Tables 1 and 2 give`, `Table 1 gives`.
-fn verb(links: &str, n: usize, verb: &str) -> String {
+pub(super) fn verb(links: &str, n: usize, verb: &str) -> String {
     format!("{links} {verb}{}", if n == 1 { "s" } else { "" })
 }
 
@@ -253,8 +272,9 @@ fn verb(links: &str, n: usize, verb: &str) -> String {
 fn means(page: &mut ReportPage, conditions: &[(String, Vec<&AnalysedRecording>)]) {
     let has_value = |k: &usize| conditions.iter().any(|(_, of)| !values(of, *k).is_empty());
     let measured: Vec<usize> = (0..MEASURES.len()).filter(has_value).collect();
-    let without: Vec<String> =
-        (0..MEASURES.len()).filter(|k| !has_value(k)).map(|k| MEASURES[k].title.to_owned()).collect();
+    let roads = RoadKinds::of(conditions.iter().flat_map(|(_, of)| of.iter().copied()));
+    let is_missing = |k: &usize| MEASURES[*k].is_on(roads) && !has_value(k);
+    let without: Vec<String> = (0..MEASURES.len()).filter(is_missing).map(|k| MEASURES[k].title.to_owned()).collect();
     let parts = conditions.chunks(BESIDE).len();
     for (i, part) in conditions.chunks(BESIDE).enumerate() {
         let head = ["Measure".to_owned()].into_iter();
@@ -328,96 +348,17 @@ fn powers(drives: &[AnalysedRecording], measure: usize) -> Vec<TableCells> {
     power(drives, measure).into_iter().map(row).collect()
 }
 
-/// Drives one by one: all of them, or of a study the trials of one participant.
-fn one_by_one(page: &mut ReportPage, drives: &[AnalysedRecording], is_compared: bool) -> Result<(), AnalysisError> {
-    let first = &drives[0].found.participant;
-    let shown: Vec<&AnalysedRecording> = drives
-        .iter()
-        .filter(|drive| drive.found.participant == *first && (!is_compared || drive.found.baseline.is_some()))
-        .collect();
-    if shown.is_empty() {
-        return Ok(());
-    }
-    page.put(match (is_compared, shown.len()) {
-        (true, _) => "<h2>One participant's trials</h2>",
-        (false, 1) => "<h2>The drive</h2>",
-        (false, _) => "<h2>Drives</h2>",
-    });
-    for (i, drive) in shown.into_iter().enumerate() {
-        let title = drive.found.title();
-        let (figures, hits) = one(drive, &title, i + 1)?;
-        page.put(&format!("<h3>{}</h3>", escaped(&title)));
-        let (links, n) = (page.figure_links(0, figures.len()), figures.len());
-        page.paragraph("lead", &format!("{} this drive.", verb(&links, n, "show")));
-        if !hits.is_empty() {
-            page.paragraph("warning", &hits);
-        }
-        figures.into_iter().for_each(|figure| page.figure(figure));
-    }
-    Ok(())
-}
-
-/// Figures of a drive: speeds, ways, mean speed as driven and without advice; and what is to be said of contacts.
-fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<ReportFigure>, String), AnalysisError> {
-    let trial = RecordedTrial::open(&drive.found.recording)?;
-    let traces = DriveTrajectories::of(&trial)?;
-    let of_baseline = |folder: &PathBuf| DriveTrajectories::of(&RecordedTrial::open(folder)?);
-    let baseline = drive.found.baseline.as_ref().map(of_baseline).transpose()?.flatten();
-    let more = if trial.contacts > trial.contacts_at.len() { ", ..." } else { "" };
-    let each = trial.contacts_at.iter().map(|[at_s, mps]| format!("at {at_s:.1} s with {mps:.1} m/s"));
-    let each: Vec<String> = each.collect();
-    let hits = if each.is_empty() { String::new() } else { format!("Contacts: {}{more}", each.join(", ")) };
-    let vehicles = drive.setup.scenario.vehicles;
-    let what = format!("1 drive ({title}), {vehicles} vehicles");
-    let mut figures = Vec::new();
-    if let Some(traces) = traces {
-        let marks = match (trial.contacts_at.is_empty(), trial.marks_at.is_empty()) {
-            (true, true) => "",
-            (false, true) => " Red: contacts with other vehicles.",
-            (true, false) => " Dashed: moments that the experimenter marked.",
-            (false, false) => " Red: contacts with other vehicles; dashed: moments that the experimenter marked.",
-        };
-        figures.push(ReportFigure {
-            name: format!("speeds-{number}"),
-            svg: figures::speeds("", &traces, &trial),
-            caption: format!(
-                "Speed of the ego vehicle, advised speed with its acceptable range (green band), and mean speed of all vehicles with \
-                 the slowest and the fastest of them (grey band).{marks} {what}."
-            ),
-        });
-        let compared = if baseline.is_some() {
-            "; above as driven, below the same from the same seed without advice, driven by the car-following model"
-        } else {
-            ""
-        };
-        let title = if baseline.is_some() { "As driven" } else { "" };
-        figures.push(ReportFigure {
-            name: format!("space-time-{number}"),
-            svg: figures::space_time(title, &traces, baseline.as_ref()),
-            caption: format!(
-                "Positions of all vehicles over time, coloured by speed, the ego vehicle outlined{compared}. The last colour stands \
-                 for all higher speeds, too. {what}."
-            ),
-        });
-    }
-    let without = if drive.baseline_per_second_mps.is_empty() { "" } else { " as driven, and without advice" };
-    figures.push(ReportFigure {
-        name: format!("mean-speed-{number}"),
-        svg: figures::gain("", drive),
-        caption: format!(
-            "Mean speed of all vehicles over time{without}: means of at least 5 s, drawn at their middle. {what}."
-        ),
-    });
-    Ok((figures, hits))
-}
-
 /// Every drive in numbers: a few beside each other with all that was measured, many one below the other with a part of it.
 pub(super) fn every(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.put(if drives.len() == 1 { "<h2>The drive in numbers</h2>" } else { "<h2>All drives</h2>" });
-    let tables = if drives.len() <= BESIDE { 1 } else { LISTED.len() };
+    let roads = RoadKinds::of(drives);
+    let may_be = |name: &str| MEASURES[index(name)].is_on(roads);
+    let listed: Vec<_> = LISTED.iter().filter(|(_, names)| names.iter().any(|name| may_be(name))).collect();
+    let tables = if drives.len() <= BESIDE { 1 } else { listed.len() };
     let links = verb(&page.table_links(tables), tables, "give");
     let what = if drives.len() == 1 { "the measures of the drive" } else { "the measures of every drive" };
-    page.paragraph("lead", &format!("{links} {what}; {NONE} stands for a number that is not there."));
+    let missing = words::not_measured(roads);
+    page.paragraph("lead", &format!("{links} {what}; {NONE} stands for a number that is not there.{missing}"));
     let n = count_of(drives);
     if drives.len() <= BESIDE {
         let row = |k: usize| {
@@ -428,13 +369,13 @@ pub(super) fn every(page: &mut ReportPage, drives: &[AnalysedRecording]) {
         page.table(
             &format!("Measures of every drive. {n}."),
             &["Measure".to_owned()].into_iter().chain(titles).collect(),
-            &(0..MEASURES.len()).map(row).collect::<Vec<_>>(),
+            &(0..MEASURES.len()).filter(|k| MEASURES[*k].is_on(roads)).map(row).collect::<Vec<_>>(),
             &[],
         );
         return;
     }
-    for (names, what) in LISTED.into_iter().zip(["speed and advice", "following, steering and fuel"]) {
-        let columns: Vec<usize> = names.iter().map(|name| index(name)).collect();
+    for (what, names) in listed {
+        let columns: Vec<usize> = names.iter().filter(|name| may_be(name)).map(|name| index(name)).collect();
         let head = ["Drive".to_owned(), "Duration, s".to_owned()].into_iter();
         let row = |drive: &AnalysedRecording| {
             let values = columns.iter().map(|k| drive.measures.values[*k].map_or(NONE.into(), short));

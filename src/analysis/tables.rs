@@ -3,7 +3,7 @@
 //! participant), `scores.csv` (a row a score of a participant). What each column is stands in [`glossary`](super::glossary).
 
 use super::{
-    AnalysedRecording, MEASURES,
+    AnalysedRecording, MEASURES, RoadKinds,
     drivers::ParticipantDriver,
     glossary::names,
     measures::{deviation, median},
@@ -29,7 +29,7 @@ pub(super) fn factors(drives: &[AnalysedRecording]) -> Vec<String> {
     drives.first().map(|d| d.found.levels.iter().map(|level| level.0.clone()).collect()).unwrap_or_default()
 }
 
-fn key(drive: &AnalysedRecording) -> Vec<String> {
+pub(super) fn key(drive: &AnalysedRecording) -> Vec<String> {
     let found = &drive.found;
     let mut cells =
         vec![found.participant.clone(), found.segment.clone(), found.place.clone(), found.condition.clone()];
@@ -39,9 +39,11 @@ fn key(drive: &AnalysedRecording) -> Vec<String> {
 
 /// A row a drive.
 pub fn trials(drives: &[AnalysedRecording]) -> String {
+    let roads = RoadKinds::of(drives);
     let row = |drive: &AnalysedRecording| {
         let facts = [cell(Some(drive.duration_s)), drive.ended.clone()];
-        line(key(drive).into_iter().chain(facts).chain(drive.measures.values.iter().map(|v| cell(*v))))
+        let measured = MEASURES.iter().zip(&drive.measures.values).filter(|(measure, _)| measure.has_column(roads));
+        line(key(drive).into_iter().chain(facts).chain(measured.map(|(_, value)| cell(*value))))
     };
     line(names(drives, "trials.csv")) + &drives.iter().map(row).collect::<String>()
 }
@@ -239,6 +241,7 @@ mod tests {
             ended: "duration".into(),
             setup: DriveSetup::default(),
             stretches: DriverStretches::default(),
+            network: None,
         }
     }
 

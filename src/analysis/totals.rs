@@ -6,15 +6,18 @@
 
 use super::{
     AnalysisError, RecordedTrial,
+    network::{LinePlace, NetworkTotals},
     pedal_noise::PedalNoise,
     response::{AdviceResponse, ResponseWatch},
-    trial::{EgoSample, TrafficStep},
+    traffic_steps::TrafficStep,
+    trial::EgoSample,
 };
 use crate::{
     metrics::{Approach, FlowTotals, MotionTotals, fuel::SumoFuelTotals},
     sim::is_in_lane,
     time::{TICK_S, TICKS_PER_S, Tick},
 };
+use std::collections::BTreeMap;
 
 /// Gap size of a reversal of the pedals, share of travel: as much as ends a movement time.
 pub const PEDAL_REVERSAL: f64 = super::response::PEDAL;
@@ -117,10 +120,13 @@ pub struct DriveTotals {
     pub per_second_mps: Vec<f64>,
     /// Length of the drive, seconds.
     pub duration_s: f64,
+    /// What there is on a network alone; `None` on a closed route.
+    pub network: Option<NetworkTotals>,
     step_s: f64,
     route_m: f64,
     after_contacts: std::iter::Peekable<std::vec::IntoIter<[u64; 2]>>,
-    places_m: Vec<f64>,
+    /// Where each vehicle was at the last step along the route, metres, by its number.
+    places_m: BTreeMap<u32, f64>,
     lane_offset_m: RunningMean,
     /// Squares of the offsets about their mean, m2.
     lane_squares_m2: f64,
@@ -158,10 +164,11 @@ impl DriveTotals {
             sumo_fuel: Default::default(),
             per_second_mps: Vec::new(),
             duration_s: 0.0,
+            network: None,
             step_s,
             route_m: 0.0,
             after_contacts: Vec::new().into_iter().peekable(),
-            places_m: Vec::new(),
+            places_m: BTreeMap::new(),
             lane_offset_m: RunningMean::default(),
             lane_squares_m2: 0.0,
             second: RunningMean::default(),
@@ -177,16 +184,19 @@ impl DriveTotals {
         self
     }
 
-    /// Reads a whole drive. Gives its responses, too; `practice` is how the same person's pedals move when nothing is asked.
+    /// Reads a whole drive. Gives its responses, too; `practice` is how the same person's pedals move when nothing is asked, `lines` are where
+    /// throughput is counted on a network.
     ///
     /// # Errors
-    /// A table cannot be read, or is not as this program writes it.
+    /// A table cannot be read, or is not as this program writes it; a line is no place of its network.
     pub fn of(
         trial: &RecordedTrial,
         practice: Option<&PedalNoise>,
+        lines: &[LinePlace],
     ) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
         let step_s = trial.setup.scenario.step_s;
         let mut totals = Self::new(step_s).on(trial);
+        totals.network = trial.is_on_network().then(|| NetworkTotals::open(trial, lines)).transpose()?;
         let mut responses = ResponseWatch::new(step_s, trial.onsets()?, practice);
         for ego in trial.ego()? {
             let ego = ego?;
@@ -196,6 +206,8 @@ impl DriveTotals {
         for step in trial.steps()? {
             totals.add_step(&step?);
         }
+        let step_ticks = trial.setup.scenario.step_ticks();
+        totals.network.iter_mut().for_each(|network| network.finish(step_ticks));
         // A second time: squares about the mean want the mean first, and squares about anything else lose digits.
         for offset_m in trial.lane_offsets_m()? {
             totals.add_lane_offset(offset_m?);
@@ -233,7 +245,9 @@ impl DriveTotals {
         }
         self.reversals.add(ego.wheel_rad.to_degrees());
         self.pedal_reversals.add(ego.throttle - ego.brake);
-        self.lane_offset_m.add(ego.lane_offset_m);
+        if self.counts_lane_offset(ego.lane_offset_m) {
+            self.lane_offset_m.add(ego.lane_offset_m);
+        }
         self.duration_s = Tick(ego.tick).seconds();
         self.add_accel(ego.accel_mps2);
         self.add_to_second(ego.mean_speed_mps);
@@ -268,27 +282,42 @@ impl DriveTotals {
         }
     }
 
-    /// All cars at the end of the next step.
+    /// The vehicles that have a row at the end of the next step.
     pub fn add_step(&mut self, step: &TrafficStep) {
-        let speeds = || step.speed_mps.iter().map(|v| v.max(0.0) as f32);
-        self.all_cars.add(speeds());
+        let speeds = || step.speeds_mps().map(|v| v.max(0.0) as f32);
         self.ego_alone.add(speeds().take(1));
-        self.sumo_fuel[0].add(speeds(), self.step_s);
         self.sumo_fuel[1].add(speeds().take(1), self.step_s);
-        self.all_motion.add(speeds(), self.step_s);
-        self.ego_motion.add(speeds().take(1), self.step_s);
+        self.ego_motion.add(step.ids().zip(speeds()).take(1), self.step_s);
+        if let Some(network) = &mut self.network {
+            network.add_step(step);
+            if step.has_all() {
+                self.all_motion.add(step.ids().zip(speeds()), 1.0);
+            }
+            return;
+        }
+        self.all_cars.add(speeds());
+        self.sumo_fuel[0].add(speeds(), self.step_s);
+        self.all_motion.add(step.ids().zip(speeds()), self.step_s);
         // A step back by more than half the route is one past its start.
-        for (before_m, now_m) in self.places_m.iter().zip(&step.s_m) {
+        for (id, now_m) in step.vehicles.iter().filter_map(|vehicle| Some((vehicle.id, vehicle.s_m?))) {
+            let Some(before_m) = self.places_m.insert(id, now_m) else { continue };
             let way_m = now_m - before_m;
             self.passages += i64::from(way_m < -0.5 * self.route_m) - i64::from(way_m > 0.5 * self.route_m);
         }
-        self.places_m.clone_from(&step.s_m);
     }
 
     /// The offset from the lane's middle at each tick once more, when all ticks have been added.
     pub fn add_lane_offset(&mut self, offset_m: f64) {
+        if !self.counts_lane_offset(offset_m) {
+            return;
+        }
         let middle_m = self.lane_offset_m.get().unwrap_or_default();
         self.lane_squares_m2 += (offset_m - middle_m).powi(2);
+    }
+
+    /// On a network the offset is one from the path, which is no position in a lane where the ego is in another.
+    fn counts_lane_offset(&self, offset_m: f64) -> bool {
+        self.network.is_none() || is_in_lane(offset_m)
     }
 
     /// Length of a step, seconds.

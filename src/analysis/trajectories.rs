@@ -8,7 +8,8 @@
 use super::{
     AnalysisError, RecordedTrial,
     measures::median,
-    trial::{EgoSample, ThinnedValues, TrafficStep},
+    traffic_steps::TrafficStep,
+    trial::{EgoSample, ThinnedValues},
 };
 use crate::{metrics::Trajectories, time::Tick};
 
@@ -71,6 +72,8 @@ struct TraceCollector {
     seen: usize,
     ways: Trajectories,
     ways_end_s: Option<f64>,
+    /// Numbers of the cars, those of the first step.
+    cars: Vec<u32>,
     /// Where each car is, metres from the start of the route in its first round; and the step before.
     way_m: Vec<f64>,
     before: TrafficStep,
@@ -86,6 +89,7 @@ impl TraceCollector {
             seen: 0,
             ways: Trajectories { circumference_m: route_m, ..Trajectories::default() },
             ways_end_s: None,
+            cars: Vec::new(),
             way_m: Vec::new(),
             before: TrafficStep::default(),
             before_shown_mps: None,
@@ -96,9 +100,10 @@ impl TraceCollector {
 
     fn add(&mut self, step: TrafficStep, shown_mps: Option<f64>) {
         if self.seen == 0 {
-            self.way_m = step.s_m.clone();
+            self.cars = step.ids().collect();
+            self.way_m = step.vehicles.iter().map(|car| car.s_m.unwrap_or_default()).collect();
             self.before = step.clone();
-            self.speeds = ThinnedValues::new(MOST_VALUES / step.s_m.len().max(1));
+            self.speeds = ThinnedValues::new(MOST_VALUES / self.cars.len().max(1));
         }
         let time_s = Tick(step.tick).seconds();
         let has_room = self.ways.time_s.len() < MOST_VALUES / self.way_m.len().max(1);
@@ -107,26 +112,28 @@ impl TraceCollector {
         }
         let is_way = self.ways_end_s.is_none();
         if is_way && self.seen.is_multiple_of(10) {
-            self.tenths_mps.extend(&step.speed_mps);
+            self.tenths_mps.extend(step.speeds_mps());
         }
         self.seen += 1;
-        if step.s_m.len() != self.way_m.len() {
+        // A closed route has the same cars from the first step to the last: the last of a drive that was cut may lack some.
+        if !step.ids().eq(self.cars.iter().copied()) {
             return;
         }
-        let single = |speeds: &[f64]| speeds.iter().map(|speed| *speed as f32).collect::<Vec<f32>>();
+        let speeds = || step.speeds_mps().map(|speed| speed as f32).collect::<Vec<f32>>();
         if is_way {
             let length_m = self.ways.circumference_m;
-            for (way, (now, was)) in self.way_m.iter_mut().zip(step.s_m.iter().zip(&self.before.s_m)) {
+            for (way, (now, was)) in self.way_m.iter_mut().zip(step.vehicles.iter().zip(&self.before.vehicles)) {
+                let (Some(now_m), Some(was_m)) = (now.s_m, was.s_m) else { continue };
                 // The short way round, whichever it is.
-                let moved = (now - was).rem_euclid(length_m);
+                let moved = (now_m - was_m).rem_euclid(length_m);
                 *way += if moved > length_m / 2.0 { moved - length_m } else { moved };
             }
             self.ways.time_s.push(time_s);
-            self.ways.way_m.push(single(&self.way_m));
-            self.ways.speed_mps.push(single(&step.speed_mps));
+            self.ways.way_m.push(self.way_m.iter().map(|way| *way as f32).collect());
+            self.ways.speed_mps.push(speeds());
             self.ways.shown_mps.push(shown_mps);
         }
-        let speed_mps = if self.speeds.takes_next() { single(&step.speed_mps) } else { Vec::new() };
+        let speed_mps = if self.speeds.takes_next() { speeds() } else { Vec::new() };
         self.speeds.push(TraceStep { time_s, speed_mps, shown_mps });
         self.before = step;
         self.before_shown_mps = shown_mps;
@@ -139,7 +146,7 @@ impl TraceCollector {
         // Whatever was let go, the last step is kept: a drive is shown to its end.
         let (end_s, kept) = (Tick(self.before.tick).seconds(), &mut self.speeds.values);
         if kept.last().is_some_and(|moment| moment.time_s < end_s) {
-            let speed_mps = self.before.speed_mps.iter().map(|speed| *speed as f32).collect();
+            let speed_mps = self.before.speeds_mps().map(|speed| speed as f32).collect();
             kept.push(TraceStep { time_s: end_s, speed_mps, shown_mps: self.before_shown_mps });
         }
         let mut speeds = Trajectories { circumference_m: self.ways.circumference_m, ..Trajectories::default() };
@@ -156,15 +163,18 @@ impl TraceCollector {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::traffic_steps::StepVehicle;
 
     /// So many steps of 0.1 s of cars that drive 3 m/s, 4 m/s, ... on a ring of 100 m.
     fn collected(steps: u64, cars: u32) -> TraceCollector {
         let mut collector = TraceCollector::new(100.0);
         for k in 1..=steps {
-            let speed_mps: Vec<f64> = (0..cars).map(|car| f64::from(3 + car)).collect();
             let at_s = k as f64 * 0.1;
-            let s_m = speed_mps.iter().map(|speed| (speed * at_s).rem_euclid(100.0)).collect();
-            collector.add(TrafficStep { tick: 10 * k, s_m, speed_mps }, Some(at_s));
+            let car = |id: u32| {
+                let speed_mps = f64::from(3 + id);
+                StepVehicle { id, s_m: Some((speed_mps * at_s).rem_euclid(100.0)), speed_mps, lane: None }
+            };
+            collector.add(TrafficStep { tick: 10 * k, vehicles: (0..cars).map(car).collect() }, Some(at_s));
         }
         collector
     }

@@ -5,13 +5,18 @@ use super::{
     AnalysisError, DriveSetup,
     driver_moments::FollowingSample,
     events::{AdviceChange, ChangeFinder, DriveOnsets, OnsetFinder},
+    network::{self, RoadEvents},
+    traffic_steps::TrafficSteps,
 };
 use crate::{
+    map::RoadMap,
     record::{self, RecordError, Table, TableParts, TableReader, tables::PUT_BACK},
     time::{TICKS_PER_S, Tick},
 };
 use std::{
+    collections::BTreeMap,
     path::{Path, PathBuf},
+    sync::Arc,
     vec::IntoIter,
 };
 
@@ -22,7 +27,7 @@ pub const AFTER_CONTACT_S: f64 = 2.0;
 /// Contacts, and marks, that are shown one by one at the most.
 const MOST_MOMENTS: usize = 100;
 /// Columns of the ego that are read.
-const EGO: [&str; 13] = [
+const EGO: [&str; 14] = [
     "tick",
     "throttle",
     "brake",
@@ -36,6 +41,8 @@ const EGO: [&str; 13] = [
     "target_mps",
     "in_range",
     "mean_speed_mps",
+    // Of a drive on a network alone, where vehicles differ in length.
+    "leader",
 ];
 const LANE_OFFSET: &str = "lane_offset_m";
 /// Columns of the ego that tell how it follows advice and leader.
@@ -48,6 +55,8 @@ pub struct RecordedTrial {
     pub recording: PathBuf,
     /// How it was made.
     pub setup: DriveSetup,
+    /// Its road; `None` if its map is not here any more.
+    pub map: Option<Arc<RoadMap>>,
     /// The first advice.
     pub first_advice: Option<IssuedAdvice>,
     /// Changes of the advice.
@@ -56,6 +65,10 @@ pub struct RecordedTrial {
     pub contacts: usize,
     /// When, seconds, and at which closing speed, m/s, for the first of them.
     pub contacts_at: Vec<[f64; 2]>,
+    /// What it did against the rules of the road, on a network.
+    pub road_events: RoadEvents,
+    /// When it drove over red lights, seconds, for the first of them.
+    pub red_lights_at: Vec<f64>,
     /// When moments were marked, seconds, for the first of them.
     pub marks_at: Vec<f64>,
     /// From a contact, or from a car put back on its lane, to [`AFTER_CONTACT_S`] later, in order and apart, ticks.
@@ -99,17 +112,6 @@ pub struct EgoSample {
     pub mean_speed_mps: f64,
 }
 
-/// All cars at the end of a step, the ego first.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TrafficStep {
-    /// When.
-    pub tick: u64,
-    /// Front bumpers along the route, metres.
-    pub s_m: Vec<f64>,
-    /// Speeds, m/s.
-    pub speed_mps: Vec<f64>,
-}
-
 /// An advice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IssuedAdvice {
@@ -130,18 +132,13 @@ impl RecordedTrial {
     pub fn open(recording: &Path) -> Result<Self, AnalysisError> {
         let manifest = record::open(recording)?;
         let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.message))?;
-        // The measures take a car for the one in the same row of the step before.
-        if scenario.is_on_network() {
-            return Err(AnalysisError::OnNetwork(recording.into()));
-        }
+        let map = scenario.load_map().ok().map(Arc::new);
+        let route_m = map.as_ref().map_or(0.0, |map| map.route.length_m());
         let mut trial = Self {
             recording: recording.into(),
             ended: manifest.ended.clone().unwrap_or_default(),
-            setup: DriveSetup {
-                route_m: scenario.load_map().map_or(0.0, |map| map.route.length_m()),
-                manifest,
-                scenario,
-            },
+            setup: DriveSetup { route_m, manifest, scenario },
+            map,
             ..Self::default()
         };
         for part in trial.parts(Table::Events, &["tick", "event", "value"])? {
@@ -150,12 +147,15 @@ impl RecordedTrial {
             for (tick, (kind, value)) in rows {
                 trial.contacts += usize::from(kind == "contact");
                 trial.left_road += usize::from(kind == "left_road");
+                trial.road_events.add(tick, &kind);
                 let time_s = Tick(tick).seconds();
                 if kind == "contact" || kind == PUT_BACK {
                     trial.collided(tick);
                 }
                 if kind == "contact" && trial.contacts_at.len() < MOST_MOMENTS {
                     trial.contacts_at.push([time_s, value.unwrap_or_default()]);
+                } else if kind == "red_light" && trial.red_lights_at.len() < MOST_MOMENTS {
+                    trial.red_lights_at.push(time_s);
                 } else if kind == "mark" && trial.marks_at.len() < MOST_MOMENTS {
                     trial.marks_at.push(time_s);
                 }
@@ -176,6 +176,11 @@ impl RecordedTrial {
         trial.changes = finder.changes;
         trial.latencies_s = trial.latencies()?;
         Ok(trial)
+    }
+
+    /// True of a drive on a network, where vehicles come and go.
+    pub fn is_on_network(&self) -> bool {
+        self.setup.scenario.is_on_network()
     }
 
     /// A collision, not the driver, has set the speed from this tick on.
@@ -207,7 +212,17 @@ impl RecordedTrial {
     /// The table cannot be read, or is not as this program writes it; so in its turn for each row.
     pub fn ego(&self) -> Result<EgoSamples, RecordError> {
         let path = Table::Ego.parquet(&self.recording);
-        Ok(EgoSamples { parts: TableReader::parts(&path, &EGO)?, path, samples: Vec::new().into_iter() })
+        let columns = if self.is_on_network() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
+        let headways = if !self.is_on_network() {
+            Headways::Recorded
+        } else if self.setup.manifest.network_tables {
+            let lengths = network::read_trips(&self.recording)?;
+            Headways::ByLength(lengths.into_iter().filter_map(|(id, trip)| Some((id, trip.length_m?))).collect())
+        } else {
+            Headways::ByLength(BTreeMap::new())
+        };
+        let parts = TableReader::parts(&path, columns)?;
+        Ok(EgoSamples { parts, path, samples: Vec::new().into_iter(), headways })
     }
 
     /// When the advice asked something new, and the pedals while it did not.
@@ -248,13 +263,13 @@ impl RecordedTrial {
         Ok(self.parts(Table::Ego, &FOLLOWING)?.flat_map(values))
     }
 
-    /// All cars at every step, in order.
+    /// All vehicles that have a row, at every step in order.
     ///
     /// # Errors
     /// The table cannot be read; so in its turn for each step.
     pub fn steps(&self) -> Result<TrafficSteps, RecordError> {
-        let parts = self.parts(Table::Cars, &["tick", "s_m", "speed_mps"])?;
-        Ok(TrafficSteps { parts, rows: Vec::new().into_iter(), begun: None })
+        let map = self.map.as_ref().filter(|_| self.is_on_network());
+        TrafficSteps::open(&Table::Cars.parquet(&self.recording), map.map(|map| Arc::clone(&map.network)))
     }
 }
 
@@ -347,6 +362,28 @@ pub struct EgoSamples {
     path: PathBuf,
     parts: TableParts,
     samples: IntoIter<EgoSample>,
+    headways: Headways,
+}
+
+/// From where the headway to the leader is known.
+enum Headways {
+    /// From the table, which adds the length of a car to the gap: on closed routes all are cars.
+    Recorded,
+    /// The gap and the length of the leader, metres, by its number: on a network.
+    ByLength(BTreeMap<u32, f64>),
+}
+
+impl Headways {
+    /// The headway to each row's leader, metres.
+    fn of(&self, part: &TableReader, gap_m: &[Option<f64>]) -> Vec<Option<f64>> {
+        let Self::ByLength(lengths_m) = self else { return part.numbers("headway_m") };
+        let leaders = part.ids("leader");
+        let headway_m = |(i, gap_m): (usize, &Option<f64>)| {
+            let leader = leaders.get(i).copied().flatten()?;
+            Some((*gap_m)? + lengths_m.get(&leader)?)
+        };
+        gap_m.iter().enumerate().map(headway_m).collect()
+    }
 }
 
 impl Iterator for EgoSamples {
@@ -361,7 +398,7 @@ impl Iterator for EgoSamples {
                 Ok(part) => part,
                 Err(error) => return Some(Err(error)),
             };
-            match samples(&part) {
+            match samples(&part, &self.headways) {
                 Ok(samples) => self.samples = samples.into_iter(),
                 Err(column) => {
                     let why = format!("column {column} is not as this program writes it");
@@ -373,7 +410,7 @@ impl Iterator for EgoSamples {
 }
 
 /// The rows of a part of the ego's table, or the name of a column that is missing or has holes.
-fn samples(part: &TableReader) -> Result<Vec<EgoSample>, &'static str> {
+fn samples(part: &TableReader, headways: &Headways) -> Result<Vec<EgoSample>, &'static str> {
     let whole = |name: &'static str| part.numbers(name).into_iter().collect::<Option<Vec<f64>>>().ok_or(name);
     let (tick, in_range) = (part.wholes("tick"), part.flags("in_range"));
     if tick.len() != part.rows() {
@@ -385,8 +422,11 @@ fn samples(part: &TableReader) -> Result<Vec<EgoSample>, &'static str> {
     let [throttle, brake, wheel_rad] = [whole("throttle")?, whole("brake")?, whole("steering_wheel_rad")?];
     let [speed_mps, accel_mps2, lane_offset_m] = [whole("speed_mps")?, whole("accel_mps2")?, whole(LANE_OFFSET)?];
     let mean_speed_mps = whole("mean_speed_mps")?;
-    let [gap_m, headway_m, ttc_s, target_mps] =
-        ["gap_m", "headway_m", "ttc_s", "target_mps"].map(|name| part.numbers(name));
+    let [gap_m, ttc_s, target_mps] = ["gap_m", "ttc_s", "target_mps"].map(|name| part.numbers(name));
+    let headway_m = headways.of(part, &gap_m);
+    // Where lanes of a network join, the next vehicle on the path may be one beside the ego, which is followed by nobody.
+    let is_beside = |i: usize| matches!(headways, Headways::ByLength(_)) && gap_m[i].is_some_and(|gap_m| gap_m < 0.0);
+    let of_leader = |values: &[Option<f64>], i: usize| values[i].filter(|_| !is_beside(i));
     let sample = |i: usize| EgoSample {
         tick: tick[i],
         throttle: throttle[i],
@@ -395,9 +435,9 @@ fn samples(part: &TableReader) -> Result<Vec<EgoSample>, &'static str> {
         speed_mps: speed_mps[i],
         accel_mps2: accel_mps2[i],
         lane_offset_m: lane_offset_m[i],
-        gap_m: gap_m[i],
-        headway_m: headway_m[i],
-        ttc_s: ttc_s[i],
+        gap_m: of_leader(&gap_m, i),
+        headway_m: of_leader(&headway_m, i),
+        ttc_s: of_leader(&ttc_s, i),
         target_mps: target_mps[i],
         in_range: in_range[i],
         mean_speed_mps: mean_speed_mps[i],
@@ -419,43 +459,6 @@ fn following_samples(part: &TableReader) -> Vec<FollowingSample> {
         })
     };
     (0..ticks.len()).filter_map(sample).collect()
-}
-
-/// All cars, step by step: rows of one tick stand one after the other in the table.
-pub struct TrafficSteps {
-    parts: TableParts,
-    rows: IntoIter<(u64, Option<f64>, Option<f64>)>,
-    begun: Option<TrafficStep>,
-}
-
-impl Iterator for TrafficSteps {
-    type Item = Result<TrafficStep, RecordError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            let Some((tick, s_m, speed_mps)) = self.rows.next() else {
-                match self.parts.next() {
-                    None => return self.begun.take().map(Ok),
-                    Some(Err(error)) => return Some(Err(error)),
-                    Some(Ok(part)) => {
-                        let numbers = part.numbers("s_m").into_iter().zip(part.numbers("speed_mps"));
-                        let rows = part.wholes("tick").into_iter().zip(numbers).map(|(tick, (s, v))| (tick, s, v));
-                        self.rows = rows.collect::<Vec<_>>().into_iter();
-                    }
-                }
-                continue;
-            };
-            let over = self.begun.take_if(|step| step.tick != tick);
-            let step = self.begun.get_or_insert_with(|| TrafficStep { tick, ..TrafficStep::default() });
-            if let (Some(s_m), Some(speed_mps)) = (s_m, speed_mps) {
-                step.s_m.push(s_m);
-                step.speed_mps.push(speed_mps);
-            }
-            if over.is_some() {
-                return over.map(Ok);
-            }
-        }
-    }
 }
 
 #[cfg(test)]

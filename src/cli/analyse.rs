@@ -6,6 +6,7 @@ use crate::{
         AnalysisError,
         collect::{self, FolderContents},
         drivers, find, glossary,
+        network::{LinePlace, tables as network_tables},
         plan::PlanHistory,
         planned::{self, PlannedAnalysis},
         reactions, report, sickness, tables,
@@ -30,7 +31,9 @@ pub(super) fn command() -> Command {
              to copy. reactions.csv has each participant's reaction, movement and compliance times as distributions, beside what chance gives; drivers.csv has each participant's reaction time, bias, error and time gap; drivers.toml, of the folder of a study, \
              takes them into a rehearsal (codrive study FILE --rehearse --drivers drivers.toml). To have the report as a PDF, print it \
              from a browser. A drive of days takes no more memory than one of hours: figures show the ways of its first hour, and \
-             speeds of evenly spaced steps. A drive whose advice changes more than 500,000 times is refused.",
+             speeds of evenly spaced steps. A drive whose advice changes more than 500,000 times is refused.\n\n\
+             Of drives on networks trips.csv has the vehicles that came and went, with travel times and time lost, and lines.csv who passed \
+             each --line. Vehicles far from the ego are recorded once a second; what is not measured on networks says so in columns.json.",
         )
         .arg(
             Arg::new("folder")
@@ -50,6 +53,17 @@ pub(super) fn command() -> Command {
                  [default: what the data set keeps]",
             ),
         )
+        .arg(
+            Arg::new("line")
+                .long("line")
+                .value_name("LANE_OR_EDGE:METRES")
+                .action(ArgAction::Append)
+                .value_parser(|text: &str| text.parse::<LinePlace>())
+                .help(
+                    "Count throughput on networks across this lane, or all lanes of this edge, so far from its start; may be given several \
+                     times, and the first is that of the table of trials [default: the street in the middle of the ego's path]",
+                ),
+        )
         .arg(Arg::new("accept-changes").long("accept-changes").action(ArgAction::SetTrue).help(
             "Analyse recordings and data sets whose files were changed since they were written; the report names them",
         ))
@@ -65,7 +79,8 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return Err(CliError::Failed(refusal(folder, &changed)));
     }
     let bar = super::progress(holdings.found.len() as u64, "drives".into());
-    let drives = collect::analyse(&holdings.found, &|| bar.inc(1));
+    let lines: Vec<LinePlace> = matches.get_many("line").into_iter().flatten().cloned().collect();
+    let drives = collect::analyse(&holdings.found, &lines, &|| bar.inc(1));
     bar.finish_and_clear();
     let drives = drives?;
     let fitted = drivers::drivers(&drives);
@@ -90,6 +105,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     if !holdings.people.ratings.is_empty() {
         put("fms.csv", &sickness::table(&holdings.people))?;
+    }
+    if drives.iter().any(|drive| drive.network.is_some()) {
+        put(network_tables::TRIPS_FILE, &network_tables::trips(&drives))?;
+        put(network_tables::LINES_FILE, &network_tables::lines(&drives))?;
     }
     put("columns.json", &glossary::dictionary(&drives))?;
     if holdings.is_whole {
@@ -158,7 +177,6 @@ impl From<AnalysisError> for CliError {
     fn from(error: AnalysisError) -> Self {
         match error {
             AnalysisError::Input(text) => Self::Input(text),
-            AnalysisError::OnNetwork(_) => Self::Input(error.to_string()),
             AnalysisError::Record(error) => error.into(),
         }
     }

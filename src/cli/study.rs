@@ -270,7 +270,7 @@ fn plan(study: &Study, participants: usize, matches: &ArgMatches) -> Result<(), 
         Some(folder) => {
             let found = find(folder)?;
             let bar = super::progress(found.found.len() as u64, "drives".into());
-            let drives = collect::analyse(&found.found, &|| bar.inc(1));
+            let drives = collect::analyse(&found.found, &[], &|| bar.inc(1));
             bar.finish_and_clear();
             OutcomeSpread::rehearsed(study, &found.title, &drives?, &found.people)?
         }

@@ -1,7 +1,7 @@
 //! The figures of an evaluation. In: what was measured, or one ring step by step. Out: SVG. The published series are
 //! those of docs/references.md: holds.
 
-use super::{Estimate, Trajectories};
+use super::{Estimate, SpeedTrace, Trajectories};
 use crate::plot::{
     Axis, COLOURS, Chart, ChartSheet, ColourKey, LineStyle, PlotLine, PlotMark, PlotShape, PrintWidth, picture,
 };
@@ -119,7 +119,7 @@ pub fn space_time(traces: &[(&str, &Trajectories)], top_mps: f64, time: &str, no
         let place_m = trace.way_m.last().map_or(0.0, |cars| f64::from(cars[0]).rem_euclid(trace.circumference_m));
         Chart {
             shapes: ways(trace, &key),
-            marks: crash_mark(trace, place_m),
+            marks: crash_mark(trace.crash_s, place_m),
             ..Chart::new(title, Axis::even(time, [low, high]), y, 200.0)
         }
     };
@@ -128,9 +128,9 @@ pub fn space_time(traces: &[(&str, &Trajectories)], top_mps: f64, time: &str, no
 }
 
 /// Where a trace ended in a crash; nothing is drawn after it.
-fn crash_mark(trace: &Trajectories, y: f64) -> Vec<PlotMark> {
+fn crash_mark(crash_s: Option<f64>, y: f64) -> Vec<PlotMark> {
     let mark = |time_s: f64| PlotMark { at: [time_s, y], text: format!("CRASH at {time_s:.1} s") };
-    trace.crash_s.map(mark).into_iter().collect()
+    crash_s.map(mark).into_iter().collect()
 }
 
 /// Pieces of the cars' ways, put together by colour; the ego's above the others', with a dark edge.
@@ -168,14 +168,7 @@ fn ways(trace: &Trajectories, key: &ColourKey) -> Vec<PlotShape> {
 }
 
 /// What is shown to the ego's driver, what the ego drives, and what the others do. `time` labels the axis.
-pub fn speeds(
-    title: &str,
-    trace: &Trajectories,
-    range_mps: f64,
-    time: &str,
-    note: &str,
-    more: Vec<PlotLine>,
-) -> String {
+pub fn speeds(title: &str, trace: &SpeedTrace, range_mps: f64, time: &str, note: &str, more: Vec<PlotLine>) -> String {
     let every = (trace.time_s.len() / 1200).max(1);
     let last = trace.time_s.len().checked_sub(1).filter(|last| !last.is_multiple_of(every));
     let steps = || (0..trace.time_s.len()).step_by(every).chain(last);
@@ -190,22 +183,23 @@ pub fn speeds(
             trace.shown_mps[i]
         });
     shown.band = shown.points.iter().map(|p| [(p[1] - range_mps).max(0.0), p[1] + range_mps]).collect();
-    let of = |i: usize, f: fn(f32, f32) -> f32| trace.speed_mps[i].iter().copied().reduce(f).map(f64::from);
-    let mut spread =
-        line("all vehicles: mean and extremes", LineStyle { width: 1.4, ..LineStyle::solid(COLOURS[7]) }, &|i| {
-            let speeds = &trace.speed_mps[i];
-            Some(speeds.iter().map(|v| f64::from(*v)).sum::<f64>() / speeds.len() as f64)
-        });
-    spread.band = steps().map(|i| [of(i, f32::min).unwrap_or(0.0), of(i, f32::max).unwrap_or(0.0)]).collect();
+    let has_extremes = !trace.extremes_mps.is_empty();
+    let all = if has_extremes { "all vehicles: mean and extremes" } else { "all vehicles: mean" };
+    let mean = LineStyle { width: 1.4, ..LineStyle::solid(COLOURS[7]) };
+    let mut spread = line(all, mean, &|i| trace.mean_mps.get(i).copied());
+    spread.band = if has_extremes { steps().map(|i| trace.extremes_mps[i]).collect() } else { Vec::new() };
     let ego = line("ego vehicle", LineStyle { width: 1.2, ..LineStyle::solid(COLOURS[1]) }, &|i| {
-        Some(f64::from(trace.speed_mps[i][0]))
+        trace.ego_mps.get(i).copied()
     });
+    let drawn = [&spread, &shown, &ego].into_iter();
+    let tops = drawn.flat_map(|l| l.band.iter().map(|b| b[1]).chain(l.points.iter().map(|p| p[1])));
+    let high = tops.fold(1.0, f64::max);
     let mut lines = vec![spread, shown, ego];
+    // What nobody was shown has no place in the legend.
+    lines.retain(|line| has_extremes || !line.points.is_empty());
     lines.extend(more);
     let x = Axis::even(time, trace.span_s());
-    let high = lines.iter().flat_map(|l| l.band.iter().map(|b| b[1])).fold(1.0, f64::max);
-    let ego_mps = trace.speed_mps.last().map_or(0.0, |cars| f64::from(cars[0]));
-    let marks = crash_mark(trace, ego_mps);
+    let marks = crash_mark(trace.crash_s, trace.ego_mps.last().copied().unwrap_or_default());
     let chart = Chart { lines, marks, ..Chart::new(title, x, Axis::even("speed, m/s", [0.0, high]), 200.0) };
     picture(&[chart], note)
 }
@@ -289,10 +283,10 @@ mod tests {
         let cut =
             Trajectories { speed_mps: cut.speed_mps[..80].to_vec(), shown_mps: cut.shown_mps[..80].to_vec(), ..cut };
         assert_eq!(cut.span_s(), [-5.0, 15.0], "the axis is that of a whole drive");
-        for (whole, cut) in [
-            (space_time(&[("", &whole)], 9.0, "", ""), space_time(&[("", &cut)], 9.0, "", "")),
-            (speeds("", &whole, 0.4, "", "", Vec::new()), speeds("", &cut, 0.4, "", "", Vec::new())),
-        ] {
+        let of = |trace: &Trajectories| speeds("", &SpeedTrace::of(trace), 0.4, "", "", Vec::new());
+        for (whole, cut) in
+            [(space_time(&[("", &whole)], 9.0, "", ""), space_time(&[("", &cut)], 9.0, "", "")), (of(&whole), of(&cut))]
+        {
             assert!(cut.contains(">CRASH at 3.0 s<") && !whole.contains("CRASH"));
             // 8 of 20 s are driven: of some 700 units the last point lies before 290.
             let most = |text: &str| {
@@ -323,7 +317,7 @@ mod tests {
             against_hold(&series(1), 4.362, false, ""),
             adherence(&[("reaction, s", series(4)), ("error, m/s", series(2))], "two lines\nof notes"),
             space_time(&[("before", &trace()), ("after", &trace())], 9.0, SINCE_ADVICE, "a note"),
-            speeds("one ring", &trace(), 0.447, SINCE_ADVICE, "", Vec::new()),
+            speeds("one ring", &SpeedTrace::of(&trace()), 0.447, SINCE_ADVICE, "", Vec::new()),
         ] {
             roxmltree::Document::parse(&text).unwrap();
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
@@ -360,7 +354,7 @@ mod tests {
                 let end_s = pieces.iter().map(|piece| piece[1][0]).fold(0.0, f64::max);
                 assert!(pieces.is_empty() || (end_s - last_s).abs() < 1e-9, "{steps}, {width}: {end_s}");
             }
-            let svg = speeds("", &trace, 0.4, "", "", Vec::new());
+            let svg = speeds("", &SpeedTrace::of(&trace), 0.4, "", "", Vec::new());
             let document = roxmltree::Document::parse(&svg).unwrap();
             let number = |text: &str| text.parse::<f64>().unwrap();
             let field = document.descendants().find(|node| node.has_tag_name("clipPath")).unwrap();

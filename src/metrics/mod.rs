@@ -15,4 +15,4 @@ pub use correlation::correlation;
 pub use episode_metrics::{EpisodeMetrics, EpisodeStep, EvaluationResult, FlowTotals, mean_and_interval};
 pub use estimate::Estimate;
 pub use motion_phases::MotionTotals;
-pub use trajectories::Trajectories;
+pub use trajectories::{SpeedTrace, Trajectories};

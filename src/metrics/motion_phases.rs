@@ -1,6 +1,8 @@
 //! Stops and hard brakings of a car. In: its speed, step by step, m/s. Out: when one begins, and how long they last. The same rules for
 //! the evaluation of policies and the analysis of recorded drives.
 
+use std::collections::{BTreeMap, btree_map::Entry};
+
 /// Deceleration from which on a car brakes hard, m/s2.
 pub const HARD_MPS2: f32 = 3.0;
 /// A car stops below the first, and has gone again above the second, m/s.
@@ -47,7 +49,8 @@ impl MotionPhase {
 /// Stops and hard brakings of some cars.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionTotals {
-    cars: Vec<MotionPhase>,
+    /// By the number of the car.
+    cars: BTreeMap<u32, MotionPhase>,
     /// Stops that began.
     pub stops: u64,
     /// Time of all cars at a stop, seconds.
@@ -59,24 +62,25 @@ pub struct MotionTotals {
 }
 
 impl MotionTotals {
-    /// The next step of `step_s`: speeds of the cars in a fixed order.
-    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, step_s: f64) {
-        for (k, speed_mps) in speeds_mps.enumerate() {
-            match self.cars.get_mut(k) {
-                None => self.cars.push(MotionPhase::new(speed_mps)),
-                Some(car) => {
+    /// The next step of `step_s`: number and speed of each car that is there.
+    pub fn add(&mut self, cars: impl Iterator<Item = (u32, f32)>, step_s: f64) {
+        for (id, speed_mps) in cars {
+            let car = match self.cars.entry(id) {
+                Entry::Vacant(place) => place.insert(MotionPhase::new(speed_mps)),
+                Entry::Occupied(place) => {
+                    let car = place.into_mut();
                     let begun = car.add(speed_mps, step_s as f32);
                     self.stops += u64::from(begun.stop);
                     self.hard_brakings += u64::from(begun.hard);
+                    car
                 }
-            }
-            let car = self.cars[k];
+            };
             self.stopped_s += if car.is_standing { step_s } else { 0.0 };
             self.hard_braking_s += if car.is_hard { step_s } else { 0.0 };
         }
     }
 
-    /// How many cars there are.
+    /// How many cars there were.
     pub fn cars(&self) -> usize {
         self.cars.len()
     }
@@ -93,11 +97,23 @@ mod tests {
         let braked = (0..=25).map(|k| 10.0 - 0.4 * k as f32);
         let first: Vec<f32> = braked.chain([0.0; 9]).chain([2.0; 10]).collect();
         for (k, speed) in first.iter().enumerate() {
-            totals.add([speed.max(0.0), if k < 10 { 0.0 } else { 3.0 }].into_iter(), 0.1);
+            totals.add([(0, speed.max(0.0)), (7, if k < 10 { 0.0 } else { 3.0 })].into_iter(), 0.1);
         }
         assert_eq!((totals.stops, totals.hard_brakings, totals.cars()), (1, 1, 2));
         // Ten steps of a stand each; 25 steps of braking.
         assert!((totals.stopped_s - 2.0).abs() < 1e-9, "{totals:?}");
         assert!((totals.hard_braking_s - 2.5).abs() < 1e-9, "{totals:?}");
+    }
+
+    #[test]
+    fn a_car_that_comes_in_the_place_of_another_has_not_braked_from_its_speed() {
+        let mut totals = MotionTotals::default();
+        // By their places in the list car 8 would come to a stop from 10 m/s, with 100 m/s2.
+        totals.add([(0, 5.0), (7, 10.0)].into_iter(), 0.1);
+        totals.add([(0, 5.0), (8, 0.05)].into_iter(), 0.1);
+        assert_eq!((totals.stops, totals.hard_brakings, totals.cars()), (0, 0, 3));
+        // It stands when it is first seen, and is hardly moving when it is seen again.
+        totals.add([(8, 0.5)].into_iter(), 0.1);
+        assert!((totals.stopped_s - 0.2).abs() < 1e-9, "{totals:?}");
     }
 }

@@ -5,6 +5,7 @@ mod disk;
 mod former_names;
 mod kills;
 mod network;
+mod network_analysis;
 mod tampering;
 
 use assert_cmd::Command;

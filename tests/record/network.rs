@@ -89,9 +89,29 @@ fn a_drive_on_a_network_has_its_vehicles_in_the_tables_and_replays_to_the_bit() 
     // The files that it was made from may be gone.
     fs::remove_file(folder.path().join("trips.rou.xml")).unwrap();
     let (code, text) = said(&mut codrive(&["analyse", drive.to_str().unwrap()]));
-    assert!(code != 0 && text.contains("a drive on a network: measures are those of"), "{code} {text}");
+    assert!(code == 0 && text.contains("of 1 drive"), "{code} {text}");
+    headways_have_the_length_of_each_leader(&drive);
     let (code, text) = said(&mut codrive(&["replay", drive.to_str().unwrap()]));
     assert!(code == 0 && text.contains("are the same to the bit; every file is as it was"), "{text}");
+}
+
+/// The smallest headway of the analysis is that of the tables: the gap, and how long that leader is.
+fn headways_have_the_length_of_each_leader(drive: &Path) {
+    let table = |table: Table| TableReader::parquet(&table.parquet(drive)).unwrap();
+    let (ego, came) = (table(Table::Ego), table(Table::Departures));
+    let lengths: BTreeMap<Option<u32>, f64> =
+        came.ids("vehicle").into_iter().zip(came.numbers("length_m").into_iter().flatten()).collect();
+    assert!(lengths.values().any(|length_m| *length_m > 6.0), "lorries among cars");
+    let rows = ego.ids("leader").into_iter().zip(ego.numbers("gap_m")).zip(ego.numbers("lane_offset_m"));
+    let headways = rows.filter_map(|((leader, gap_m), offset_m)| {
+        let gap_m = gap_m.filter(|gap_m| *gap_m >= 0.0 && offset_m.unwrap().abs() < 1.8)?;
+        Some(gap_m + lengths[&leader])
+    });
+    let least_m = headways.fold(f64::INFINITY, f64::min);
+    let text = fs::read_to_string(drive.join("analysis/trials.csv")).unwrap();
+    let [head, cells] = [0, 1].map(|line| text.lines().nth(line).unwrap().split(',').collect::<Vec<_>>());
+    let found: f64 = cells[head.iter().position(|name| *name == "min_headway_m").unwrap()].parse().unwrap();
+    assert!((found - least_m).abs() < 1e-9, "{found} {least_m}");
 }
 
 /// A scenario with an ego in the south of the grid and lorries that cross it in the north, too far away to see each other: they come
@@ -121,18 +141,24 @@ pub fn run_lorries(folder: &Path, name: &str) -> (Command, PathBuf) {
     (command, drive)
 }
 
-/// What SUMO's own program writes with the options of the engine: for each vehicle the first step in which it is there and the last, each
-/// with lane, metres along it and speed.
-fn written_by_sumo(folder: &Path) -> BTreeMap<String, [(f64, String, f64, f64); 2]> {
+/// Runs SUMO's own program on that demand with the options of the engine until `end`, seconds, and lets it write what `outputs` name.
+pub fn run_sumo(folder: &Path, end: &str, outputs: &[(&str, &Path)]) {
     let home = sumo::home().unwrap();
-    let out = folder.join("fcd.xml");
     let arguments = "--step-length 0.100 --default.carfollowmodel IDM --precision 16 --time-to-teleport -1 --collision.action none \
-                     --lanechange.duration 5 --no-step-log true --no-warnings true --end 90";
+                     --lanechange.duration 5 --no-step-log true --no-warnings true";
     let mut command = Command::new(sumo::program(&home));
-    command.env("SUMO_HOME", &home).args(["--net-file", "tests/data/networks/grid-signals.net.xml"]);
-    command.arg("--route-files").arg(folder.join("lorries.rou.xml")).arg("--fcd-output").arg(&out);
-    let done = command.args(arguments.split_whitespace()).output().unwrap();
+    command.env("SUMO_HOME", &home).args(["--net-file", "tests/data/networks/grid-signals.net.xml", "--end", end]);
+    command.arg("--route-files").arg(folder.join("lorries.rou.xml")).args(arguments.split_whitespace());
+    outputs.iter().for_each(|(option, path)| drop(command.arg(option).arg(path)));
+    let done = command.output().unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+}
+
+/// What SUMO's own program writes: for each vehicle the first step in which it is there and the last, each with lane, metres along it and
+/// speed.
+fn written_by_sumo(folder: &Path) -> BTreeMap<String, [(f64, String, f64, f64); 2]> {
+    let out = folder.join("fcd.xml");
+    run_sumo(folder, "90", &[("--fcd-output", &out)]);
     let text = fs::read_to_string(&out).unwrap();
     let document = roxmltree::Document::parse(&text).unwrap();
     let mut found = BTreeMap::new();
@@ -150,7 +176,7 @@ fn written_by_sumo(folder: &Path) -> BTreeMap<String, [(f64, String, f64, f64); 
 
 /// The tick at whose end the engine has what SUMO's program writes for a time: its first step is written as 0 s, and the drive begins
 /// after a warm-up of 100 steps.
-fn tick(time_s: f64) -> i64 {
+pub fn tick(time_s: f64) -> i64 {
     10 * ((time_s / 0.1).round() as i64 - 99)
 }
 
@@ -203,17 +229,10 @@ fn departures_and_arrivals_are_those_that_the_program_of_sumo_writes() {
 
 /// What SUMO's own program writes a signal to show at each step: the time and the letters, where they change.
 fn shown_by_sumo(folder: &Path, signal: &str) -> Vec<(f64, String)> {
-    let home = sumo::home().unwrap();
     let (out, events) = (folder.join("tls.xml"), folder.join("tls.add.xml"));
     let event = format!("<timedEvent type=\"SaveTLSStates\" source=\"{signal}\" dest=\"{}\"/>", out.display());
     fs::write(&events, format!("<additional>{event}</additional>")).unwrap();
-    let arguments = "--step-length 0.100 --default.carfollowmodel IDM --precision 16 --time-to-teleport -1 --collision.action none \
-                     --lanechange.duration 5 --no-step-log true --no-warnings true --end 70";
-    let mut command = Command::new(sumo::program(&home));
-    command.env("SUMO_HOME", &home).args(["--net-file", "tests/data/networks/grid-signals.net.xml"]);
-    command.arg("--route-files").arg(folder.join("lorries.rou.xml")).arg("--additional-files").arg(events);
-    let done = command.args(arguments.split_whitespace()).output().unwrap();
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    run_sumo(folder, "70", &[("--additional-files", &events)]);
     let text = fs::read_to_string(&out).unwrap();
     let document = roxmltree::Document::parse(&text).unwrap();
     let states = document.descendants().filter(|node| node.has_tag_name("tlsState"));

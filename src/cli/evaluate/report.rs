@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     driver::NamedDriver,
-    metrics::{Estimate, EvaluationResult, figures},
+    metrics::{Estimate, EvaluationResult, SpeedTrace, figures},
     private,
     train::{TrainConfig, evaluate, trajectories},
 };
@@ -273,7 +273,14 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         ));
         out.push((
             format!("speeds-{file}.svg"),
-            figures::speeds(&title, &with, config.reward.range_mps, figures::SINCE_ADVICE, &note, Vec::new()),
+            figures::speeds(
+                &title,
+                &SpeedTrace::of(&with),
+                config.reward.range_mps,
+                figures::SINCE_ADVICE,
+                &note,
+                Vec::new(),
+            ),
         ));
     }
     if plan.adherence {

@@ -1,0 +1,117 @@
+//! Traces along a path and their picture, of vehicles made up by hand.
+
+use super::*;
+use crate::analysis::network::space_time;
+
+const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+
+fn path() -> RoadMap {
+    RoadMap::load_along(GRID, &["A0B0", "B0B1", "B1C1"]).expect("a path")
+}
+
+/// At a full second: number, metres along the path, m/s, lane.
+fn step(map: &RoadMap, second: u64, vehicles: &[(u32, Option<f64>, f64, &str)]) -> TrafficStep {
+    let vehicle = |(id, s_m, speed_mps, lane): &(u32, Option<f64>, f64, &str)| StepVehicle {
+        id: *id,
+        s_m: *s_m,
+        speed_mps: *speed_mps,
+        lane: map.network.lane_named(lane).map(|lane| (lane, 1.0)),
+    };
+    TrafficStep { tick: 100 * second, vehicles: vehicles.iter().map(vehicle).collect() }
+}
+
+fn ends(pieces: &[TracePiece]) -> Vec<[[f64; 2]; 2]> {
+    pieces.iter().map(|piece| piece.ends).collect()
+}
+
+#[test]
+fn a_trace_has_a_gap_where_a_vehicle_is_beside_the_path_or_comes_to_it_from_elsewhere() {
+    let map = path();
+    let mut collector = TraceCollector::new(&map);
+    let other = [Some(10.0), Some(20.0), None, Some(40.0), Some(50.0), Some(130.0), Some(100.0)];
+    // The ego is always told a place along its path; from 4 to 5 s it is in another street.
+    let lanes = ["A0B0_0", "A0B0_0", "A0B0_0", "B0C0_0", "B0C0_0", "B0B1_0", "B0B1_0"];
+    for (k, (s_m, lane)) in other.into_iter().zip(lanes).enumerate() {
+        let ego = (0, Some(5.0 + 10.0 * k as f64), 10.0, lane);
+        collector.add(&step(&map, 1 + k as u64, &[ego, (7, s_m, 10.0, "A0B0_0")]));
+    }
+    // Between full seconds there are those near the ego alone; the ego's line goes to the end of the drive.
+    let last = [(0, Some(70.0), 10.0, "B0B1_0"), (7, Some(101.0), 10.0, "A0B0_0")];
+    collector.add(&TrafficStep { tick: 750, ..step(&map, 0, &last) });
+    let traces = collector.finish();
+    let wanted = [[[1.0, 10.0], [2.0, 20.0]], [[4.0, 40.0], [5.0, 50.0]]];
+    assert_eq!(ends(&traces.others), wanted, "neither 80 m in a second, nor 30 m back");
+    let wanted =
+        [[[1.0, 5.0], [2.0, 15.0]], [[2.0, 15.0], [3.0, 25.0]], [[6.0, 55.0], [7.0, 65.0]], [[7.0, 65.0], [7.5, 70.0]]];
+    assert_eq!(ends(&traces.ego), wanted);
+    // What the ego drove and 100 m around it, within the path.
+    assert_eq!(traces.shown_m, [0.0, 170.0]);
+    assert!(map.route.length_m() > 170.0 && traces.ends_s.is_none());
+}
+
+#[test]
+fn a_picture_of_hours_has_the_first_of_them() {
+    let map = path();
+    let mut collector = TraceCollector::new(&map);
+    for second in 1..=4000 {
+        collector.add(&step(&map, second, &[(0, Some(5.0), 0.0, "A0B0_0")]));
+    }
+    let traces = collector.finish();
+    assert_eq!((traces.ends_s, traces.ego.len()), (Some(3600.0), 3599));
+}
+
+#[test]
+fn a_signal_shows_each_light_until_the_next_and_nothing_while_it_is_off() {
+    let mut bar = SignalBar { s_m: 60.0, spans: Vec::new() };
+    let (red, green) = (SignalLight::Red, SignalLight::GreenMajor);
+    // Letters of other links change, too: those rows change nothing here.
+    for (time_s, light) in [(0.0, Some(red)), (3.0, Some(red)), (8.0, Some(green)), (20.0, None), (30.0, Some(red))] {
+        bar.show(time_s, light);
+    }
+    bar.end(25.0);
+    assert_eq!(bar.spans, [([0.0, 8.0], red), ([8.0, 20.0], green)], "what comes after the end is left out");
+    bar.show(24.0, Some(green));
+    bar.end(25.0);
+    assert_eq!(bar.spans[2], ([24.0, 25.0], green));
+}
+
+#[test]
+fn the_picture_has_the_ego_outlined_above_all_and_bars_at_the_lines_of_signals() {
+    let piece = |from_s: f64, s_m: f64| TracePiece { ends: [[from_s, s_m], [from_s + 1.0, s_m + 5.0]], speed_mps: 5.0 };
+    let lights = [([0.0, 4.0], SignalLight::Red), ([4.0, 10.0], SignalLight::GreenMinor)];
+    let traces = PathTraces {
+        span_s: [0.0, 10.0],
+        shown_m: [0.0, 100.0],
+        others: vec![piece(1.0, 20.0)],
+        ego: vec![piece(1.0, 10.0), piece(2.0, 15.0)],
+        signals: vec![SignalBar { s_m: 50.0, spans: lights.to_vec() }],
+        top_speed_mps: 5.0,
+        ..PathTraces::default()
+    };
+    let svg = space_time("", &traces, None);
+    let document = roxmltree::Document::parse(&svg).expect("a picture");
+    let paths: Vec<_> = document.descendants().filter(|node| node.has_tag_name("path")).collect();
+    let of_width = |width: &str| -> Vec<String> {
+        let of = paths.iter().filter(|path| path.attribute("stroke-width") == Some(width));
+        // Those of the legend go sideways by a fixed length.
+        of.map(|path| path.attribute("d").unwrap_or_default().to_owned()).filter(|d| !d.contains('h')).collect()
+    };
+    assert_eq!((of_width("1.2").len(), of_width("5.4").len(), of_width("3").len()), (1, 1, 1));
+    assert_eq!(of_width("5.4")[0].matches('M').count(), 2, "two pieces of the ego");
+    // Both bars are level in the middle of the field, red for 4 of 10 s.
+    let ends = |d: &str| -> Vec<f64> {
+        d.split(['M', 'L', ' ']).filter(|part| !part.is_empty()).map(|part| part.parse().expect("a number")).collect()
+    };
+    let (red, green) = (ends(&of_width("3.4")[0]), ends(&of_width("1.4")[0]));
+    assert!(red[1] == red[3] && green[1] == green[3] && red[1] == green[1] && (red[1] - 150.0).abs() < 0.2, "{red:?}");
+    assert!(((red[2] - red[0]) / (green[2] - red[0]) - 0.4).abs() < 0.01, "{red:?} {green:?}");
+    for words in
+        [">signal red<", ">signal green<", "position along the ego vehicle", "time since the start of the drive, s"]
+    {
+        assert!(svg.contains(words), "{words}: {svg}");
+    }
+    assert!(!svg.contains(">signal yellow<"), "it was never shown");
+    // Without signals there is nothing about them.
+    let none = space_time("", &PathTraces { signals: Vec::new(), ..traces }, None);
+    assert!(!none.contains("signal"));
+}

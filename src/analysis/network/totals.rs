@@ -1,0 +1,211 @@
+//! A drive on a network in sums. In: its steps in order. Out: [`NetworkTotals`]: way and time of all vehicles, their trips, who passes lines, and
+//! what the ego loses against the speed limits. SI units. It grows with the number of vehicles, not with the time that they take.
+
+use super::{
+    cross_section::{CrossSection, LineCount, LinePlace, RowPlace},
+    trips::{self, Trip},
+};
+use crate::{
+    analysis::{
+        AnalysisError, RecordedTrial,
+        traffic_steps::{StepVehicle, TrafficStep},
+    },
+    map::network::Network,
+    time::Tick,
+    traffic::EGO,
+};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
+
+/// A drive on a network in sums.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NetworkTotals {
+    /// Who came and went, by number; empty if the recording has no table of them.
+    pub trips: BTreeMap<u32, Trip>,
+    /// Who passed which line, the ego among them.
+    pub lines: Vec<LineCount>,
+    /// What cannot be told of this recording, and why: sentences.
+    pub missing: Vec<String>,
+    /// Vehicles that were there, the ego among them.
+    pub vehicles: usize,
+    /// Time of the ego less that of its way at the speed limits, seconds; `None` without the network.
+    pub ego_time_loss_s: Option<f64>,
+    /// Speeds of all vehicles at full seconds together, m/s: their way in metres.
+    way_m: f64,
+    /// So many of them: their time in seconds.
+    time_s: u64,
+    has_trips: bool,
+    /// Both are let go at the end.
+    network: Option<Arc<Network>>,
+    tracks: BTreeMap<u32, VehicleTrack>,
+}
+
+/// A vehicle up to its last row.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct VehicleTrack {
+    /// Where it was in the last row in which it was in a lane.
+    place: Option<RowPlace>,
+    /// When its speed was known last, and how large a share of the limit it was.
+    pace: Option<(u64, f64)>,
+    /// Time less that of the same way at the limits, seconds.
+    loss_s: f64,
+}
+
+impl NetworkTotals {
+    /// Nothing yet of this drive; `lines` are those that were asked for, or else the one of its path.
+    ///
+    /// # Errors
+    /// A table of it cannot be read, or a line is no place of its network.
+    pub fn open(trial: &RecordedTrial, lines: &[LinePlace]) -> Result<Self, AnalysisError> {
+        let mut totals = Self { has_trips: trial.setup.manifest.network_tables, ..Self::default() };
+        if totals.has_trips {
+            totals.trips = trips::read(&trial.recording)?;
+        } else {
+            totals.missing.push(
+                "The recording was made by an earlier version and has no tables of departures, arrivals and signals: there are no travel \
+                 times, departures and arrivals, no headways, and no signals in the figure."
+                    .into(),
+            );
+        }
+        let Some(map) = &trial.map else {
+            if let Some(line) = lines.first() {
+                return Err(AnalysisError::Input(format!(
+                    "--line {}:{}: {}: its road is not on this machine any more, so that no line is found on it\n  remedy: leave the line out",
+                    line.name,
+                    line.at_m,
+                    trial.recording.display()
+                )));
+            }
+            totals.missing.push(
+                "The road of the recording is not on this machine any more: there is no throughput at a line, no time lost and no figure \
+                 of the ego's path."
+                    .into(),
+            );
+            return Ok(totals);
+        };
+        let sections: Vec<CrossSection> = if lines.is_empty() {
+            CrossSection::middle_of_path(map).into_iter().collect()
+        } else {
+            lines.iter().map(|line| line.resolve(&map.network, &trial.recording)).collect::<Result<_, _>>()?
+        };
+        totals.lines = sections.into_iter().map(LineCount::new).collect();
+        totals.network = Some(Arc::clone(&map.network));
+        Ok(totals)
+    }
+
+    /// The vehicles that have a row at the next step.
+    pub fn add_step(&mut self, step: &TrafficStep) {
+        if step.has_all() {
+            self.way_m += step.speeds_mps().map(|speed_mps| speed_mps.max(0.0)).sum::<f64>();
+            self.time_s += step.vehicles.len() as u64;
+        }
+        for vehicle in &step.vehicles {
+            self.follow(step.tick, vehicle);
+        }
+    }
+
+    /// A vehicle from its last row, or its departure, to this one.
+    fn follow(&mut self, tick: u64, vehicle: &StepVehicle) {
+        let Some(network) = self.network.clone() else {
+            self.tracks.insert(vehicle.id, VehicleTrack::default());
+            return;
+        };
+        let mut track = self.tracks.get(&vehicle.id).copied().unwrap_or_else(|| self.departed(vehicle.id, &network));
+        let now = vehicle.lane.map(|(lane, s_m)| RowPlace { tick, lane, s_m, speed_mps: vehicle.speed_mps });
+        self.advance(&mut track, tick, now, vehicle.speed_mps, &network);
+        self.tracks.insert(vehicle.id, track);
+    }
+
+    fn advance(
+        &mut self,
+        track: &mut VehicleTrack,
+        tick: u64,
+        now: Option<RowPlace>,
+        speed_mps: f64,
+        network: &Network,
+    ) {
+        // Beside all lanes the limit is that of the lane where it was last.
+        let lane = now.or(track.place).map(|place| place.lane);
+        let pace = lane.map(|lane| speed_mps / network.lane(lane).speed_limit_mps.max(0.1));
+        if let (Some((since, before)), Some(pace)) = (track.pace, pace) {
+            track.loss_s += Tick(tick.saturating_sub(since)).seconds() * (1.0 - (before + pace) / 2.0);
+        }
+        track.pace = pace.map(|pace| (tick, pace)).or(track.pace);
+        let Some(now) = now else { return };
+        if let Some(before) = track.place.filter(|before| before.tick < tick) {
+            self.lines.iter_mut().for_each(|line| line.pass(network, &before, &now));
+        }
+        track.place = Some(now);
+    }
+
+    /// A vehicle that has no row yet: from its departure on.
+    fn departed(&self, id: u32, network: &Network) -> VehicleTrack {
+        let mut track = VehicleTrack::default();
+        let Some(trip) = self.trips.get(&id) else { return track };
+        let (tick, speed_mps) = (trip.departed.tick, trip.departed_mps);
+        if let (Some(lane), Some(s_m)) = (network.lane_named(&trip.departed.lane), trip.departed.lane_s_m) {
+            track.place = Some(RowPlace { tick, lane, s_m, speed_mps });
+            track.pace = Some((tick, speed_mps / network.lane(lane).speed_limit_mps.max(0.1)));
+        }
+        track
+    }
+
+    /// All steps have been added, each `step_ticks` after the one before: trips are followed to their ends.
+    pub fn finish(&mut self, step_ticks: u64) {
+        self.vehicles = self.trips.keys().chain(self.tracks.keys()).chain([&EGO.0]).collect::<BTreeSet<_>>().len();
+        if let Some(network) = self.network.take() {
+            self.finish_trips(step_ticks, &network);
+        }
+        self.tracks.clear();
+    }
+
+    fn finish_trips(&mut self, step_ticks: u64, network: &Network) {
+        self.ego_time_loss_s = self.tracks.get(&EGO.0).and_then(|track| track.pace.map(|_| track.loss_s));
+        for (id, mut trip) in std::mem::take(&mut self.trips) {
+            if let Some(arrived) = &trip.arrived {
+                let mut track = self.tracks.get(&id).copied().unwrap_or_else(|| self.departed(id, network));
+                // The table has its place one step before it went; its speed is that of its last row.
+                let last_tick = arrived.tick.saturating_sub(step_ticks);
+                let speed_mps = track.place.map_or(0.0, |place| place.speed_mps);
+                let lane = network.lane_named(&arrived.lane).zip(arrived.lane_s_m);
+                let now = lane.map(|(lane, s_m)| RowPlace { tick: last_tick, lane, s_m, speed_mps });
+                self.advance(&mut track, last_tick, now, speed_mps, network);
+                let rest =
+                    track.pace.map(|(since, pace)| Tick(arrived.tick.saturating_sub(since)).seconds() * (1.0 - pace));
+                trip.time_loss_s = trip.travel_time_s().and(rest).map(|rest_s| track.loss_s + rest_s);
+            }
+            self.trips.insert(id, trip);
+        }
+    }
+
+    /// Way of all vehicles over their time, m/s (Edie 1963); `None` without a full second.
+    pub fn space_mean_speed_mps(&self) -> Option<f64> {
+        (self.time_s > 0).then(|| self.way_m / self.time_s as f64)
+    }
+
+    /// Travel times of the trips that are whole, seconds, from the shortest on.
+    pub fn travel_times_s(&self) -> Vec<f64> {
+        let mut times: Vec<f64> = self.trips.values().filter_map(Trip::travel_time_s).collect();
+        times.sort_by(f64::total_cmp);
+        times
+    }
+
+    /// Mean time lost on trips that are whole, seconds.
+    pub fn mean_time_loss_s(&self) -> Option<f64> {
+        let losses: Vec<f64> = self.trips.values().filter_map(|trip| trip.time_loss_s).collect();
+        (!losses.is_empty()).then(|| losses.iter().sum::<f64>() / losses.len() as f64)
+    }
+
+    /// Vehicles that departed in the drive, and that arrived; `None` if the recording has no table of them.
+    pub fn departures_and_arrivals(&self) -> Option<[usize; 2]> {
+        let departed = self.trips.values().filter(|trip| !trip.was_there_before()).count();
+        let arrived = self.trips.values().filter(|trip| trip.arrived.is_some()).count();
+        self.has_trips.then_some([departed, arrived])
+    }
+}
+
+#[cfg(test)]
+#[path = "totals_tests.rs"]
+mod tests;

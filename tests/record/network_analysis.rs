@@ -1,0 +1,197 @@
+//! `codrive analyse` of drives on networks: travel times, time lost and throughput are those that SUMO's own program writes of the same
+//! traffic; what a recording lacks is said.
+
+use super::{
+    codrive,
+    network::{run_lorries, run_sumo, tick},
+    said,
+};
+use codrive::record::{Manifest, Table, TableReader};
+use std::{collections::BTreeMap, fs, path::Path};
+
+/// A table that was written: its rows by the names of the columns.
+fn rows(file: &Path) -> Vec<BTreeMap<String, String>> {
+    let text = fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    lines.map(|cells| head.iter().cloned().zip(cells).collect()).collect()
+}
+
+fn number(row: &BTreeMap<String, String>, column: &str) -> Option<f64> {
+    Some(&row[column]).filter(|cell| !cell.is_empty()).map(|cell| cell.parse().unwrap())
+}
+
+/// Analyses a drive and says what was written, or told.
+fn analyse(drive: &Path, more: &[&str]) -> (i32, String) {
+    said(&mut codrive(&[&["analyse", drive.to_str().unwrap()], more].concat()))
+}
+
+/// Seconds of the drive at which its last full second ends, and those of a time of SUMO's.
+fn drive_s(time_s: f64) -> f64 {
+    tick(time_s) as f64 * 0.01
+}
+
+/// The numbers of an attribute of all such elements of a file of SUMO's.
+fn elements(file: &Path, name: &str, attributes: &[&str]) -> Vec<Vec<String>> {
+    let text = fs::read_to_string(file).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let found = document.descendants().filter(|node| node.has_tag_name(name));
+    found.map(|node| attributes.iter().map(|name| node.attribute(*name).unwrap().to_owned()).collect()).collect()
+}
+
+#[test]
+fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut command, drive) = run_lorries(folder.path(), "p1");
+    assert!(command.output().unwrap().status.success());
+    // Lorries come over A2B2, stand at the signal B2, and go over B2C2: lines before the signal, behind it, and on one lane.
+    let lines = ["A2B2:20", "B2C2:30", "B2C2_0:30"];
+    let asked: Vec<&str> = lines.iter().flat_map(|line| ["--line", line]).collect();
+    let (code, text) = analyse(&drive, &asked);
+    assert_eq!(code, 0, "{text}");
+    let out = drive.join("analysis");
+
+    let (info, loops, events) =
+        (folder.path().join("trips.xml"), folder.path().join("loops.add.xml"), folder.path().join("loops.xml"));
+    let detector = |(lane, pos): (&str, u32)| {
+        let file = events.display();
+        format!("<instantInductionLoop id=\"{lane}:{pos}\" lane=\"{lane}\" pos=\"{pos}\" file=\"{file}\"/>\n")
+    };
+    let places = [("A2B2_0", 20), ("A2B2_1", 20), ("B2C2_0", 30), ("B2C2_1", 30)];
+    let detectors: String = places.into_iter().map(detector).collect();
+    fs::write(&loops, format!("<additional>\n{detectors}</additional>\n")).unwrap();
+    run_sumo(folder.path(), "90", &[("--tripinfo-output", &info), ("--additional-files", &loops)]);
+
+    // Vehicles are numbered in the order in which they come; those who came before the drive have no travel time.
+    let last_s = TableReader::parquet(&Table::Ego.parquet(&drive)).unwrap().rows() as f64 * 0.01;
+    let mut wanted: Vec<[f64; 3]> = elements(&info, "tripinfo", &["depart", "arrival", "timeLoss"])
+        .into_iter()
+        .map(|cells| [0, 1, 2].map(|k| cells[k].parse::<f64>().unwrap()))
+        .filter(|[depart, arrival, _]| drive_s(*depart) > 0.0 && drive_s(*arrival) <= last_s)
+        .collect();
+    wanted.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let trips = rows(&out.join("trips.csv"));
+    let whole: Vec<_> = trips.iter().filter(|trip| !trip["travel_time_s"].is_empty()).collect();
+    assert!(wanted.len() >= 3 && whole.len() == wanted.len(), "{} {}", whole.len(), wanted.len());
+    assert!(trips.len() > whole.len(), "some were there before, or are there at the end");
+    for (trip, [depart, arrival, loss_s]) in whole.iter().zip(&wanted) {
+        assert!((number(trip, "departure_s").unwrap() - drive_s(*depart)).abs() < 1e-9, "{trip:?}");
+        assert!((number(trip, "travel_time_s").unwrap() - (arrival - depart)).abs() < 1e-9, "{trip:?}");
+        // SUMO sums over steps of 0.1 s, the table has one row a second: of a lorry that stands and speeds up, to half of such a second.
+        let found_s = number(trip, "time_loss_s").unwrap();
+        assert!((found_s - loss_s).abs() < 0.5, "{found_s} {loss_s}");
+    }
+    assert!(wanted.iter().any(|trip| trip[2] > 5.0), "one has to wait at least: {wanted:?}");
+    let trial = &rows(&out.join("trials.csv"))[0];
+    let mut times: Vec<f64> = wanted.iter().map(|[depart, arrival, _]| arrival - depart).collect();
+    times.sort_by(f64::total_cmp);
+    let mean = times.iter().sum::<f64>() / times.len() as f64;
+    assert!((number(trial, "travel_time_s").unwrap() - mean).abs() < 1e-9);
+    assert!(
+        (number(trial, "travel_time_p95_s").unwrap() - times[times.len() - 1]).abs() < 1e-9,
+        "of fewer than 20 the last"
+    );
+    assert_eq!(number(trial, "trips"), Some(wanted.len() as f64));
+
+    // Who comes onto each loop in the drive.
+    let entered = |ids: &[&str]| -> usize {
+        let found = elements(&events, "instantOut", &["id", "time", "state"]);
+        let is_entry = |cells: &&Vec<String>| {
+            let at_s = drive_s(cells[1].parse::<f64>().unwrap());
+            ids.contains(&cells[0].as_str()) && cells[2] == "enter" && at_s > 0.0 && at_s <= last_s.floor()
+        };
+        found.iter().filter(is_entry).count()
+    };
+    let passed = rows(&out.join("lines.csv"));
+    assert_eq!(passed.iter().map(|row| row["line"].as_str()).collect::<Vec<_>>(), lines);
+    for (row, ids) in passed.iter().zip([&["A2B2_0:20", "A2B2_1:20"][..], &["B2C2_0:30", "B2C2_1:30"], &["B2C2_0:30"]])
+    {
+        let wanted = entered(ids);
+        assert_eq!(row["passages"], wanted.to_string(), "{row:?}");
+        assert_eq!(row["resolution_s"], if wanted > 0 { "1" } else { "" }, "far from the ego");
+        let flow_per_h = wanted as f64 / number(row, "duration_s").unwrap() * 3600.0;
+        assert!((number(row, "flow_per_h").unwrap() - flow_per_h).abs() < 1e-9);
+    }
+    assert!(entered(&["A2B2_0:20", "A2B2_1:20"]) > entered(&["B2C2_0:30", "B2C2_1:30"]));
+    assert_eq!(trial["line_flow_per_h"], passed[0]["flow_per_h"]);
+
+    // What a ring alone has is empty, and the page says why; so does a file beside the tables.
+    assert!(["sd_over_cars_mps", "throughput_per_h", "fuel_l_100km"].iter().all(|name| trial[*name].is_empty()));
+    assert!(
+        ["mean_speed_mps", "ego_speed_mps", "ego_fuel_l_100km", "red_lights"]
+            .iter()
+            .all(|name| !trial[*name].is_empty())
+    );
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let columns = fs::read_to_string(out.join("columns.json")).unwrap();
+    for text in [&page, &columns] {
+        assert!(text.contains("not on networks: streets, turns and signals make speeds differ without any wave"));
+    }
+    assert!(page.contains("Not measured on networks, for reasons that the"));
+    for file in ["space-time-1.svg", "speeds-1.svg", "mean-speed-1.svg"] {
+        let svg = fs::read_to_string(out.join("figures").join(file)).unwrap();
+        roxmltree::Document::parse(&svg).unwrap();
+        assert!(page.contains("Positions of all vehicles in the lanes of the ego vehicle's path"), "{file}");
+    }
+}
+
+#[test]
+fn lines_that_are_in_no_network_are_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let ring = folder.path().join("ring");
+    super::record(&ring, "2");
+    let (code, text) = analyse(&ring, &["--line", "B0B1:5"]);
+    assert!(code != 0 && text.contains("--line B0B1:5: none of the recordings is one of a network"), "{text}");
+    let (code, text) = analyse(&ring, &["--line", "B0B1"]);
+    assert!(code != 0 && text.contains("wanted is LANE_OR_EDGE:METRES"), "{text}");
+}
+
+/// A short drive of the ego alone on the grid.
+fn alone(folder: &Path) -> std::path::PathBuf {
+    let (drive, scenario) = (folder.join("alone"), folder.join("alone.toml"));
+    let net = fs::canonicalize("tests/data/networks/grid-signals.net.xml").unwrap();
+    fs::write(&scenario, format!("map = {net:?}\npath = \"A0B0 B0B1 B1C1 C1C0\"\nduration_s = 20.0\n")).unwrap();
+    let arguments = ["run", "--scenario", scenario.to_str().unwrap(), "--out", drive.to_str().unwrap()];
+    assert_eq!(said(&mut codrive(&arguments)).0, 0);
+    drive
+}
+
+#[test]
+fn a_recording_made_before_there_were_tables_of_networks_is_analysed_and_says_what_it_lacks() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = alone(folder.path());
+    let (code, text) = analyse(&drive, &["--line", "B0B7:5"]);
+    assert!(
+        code != 0 && text.contains("the network has no edge and no lane of this name (did you mean B0B1"),
+        "{text}"
+    );
+    for table in Table::ALL.iter().filter(|table| !Table::OF_EVERY_DRIVE.contains(table)) {
+        fs::remove_file(table.parquet(&drive)).unwrap();
+    }
+    let mut manifest = Manifest::load(&drive).unwrap();
+    assert!(manifest.network_tables);
+    (manifest.network_tables, manifest.checksums, manifest.sha256) = (false, None, None);
+    fs::remove_file(drive.join("checksums.json")).unwrap();
+    fs::write(drive.join("manifest.json"), serde_json::to_string(&manifest).unwrap()).unwrap();
+    let (code, text) = analyse(&drive, &[]);
+    assert_eq!(code, 0, "{text}");
+    let page = fs::read_to_string(drive.join("analysis/report.html")).unwrap();
+    assert!(page.contains("has no tables of departures, arrivals and signals: there are no travel times"), "{page}");
+    let trial = &rows(&drive.join("analysis/trials.csv"))[0];
+    assert!(
+        ["trips", "travel_time_s", "departures_per_h", "arrivals_per_h"].iter().all(|name| trial[*name].is_empty())
+    );
+    // Of the ego alone all speeds are its own; it passes the middle of its path or does not.
+    let [mean, space_mean] = ["mean_speed_mps", "space_mean_speed_mps"].map(|name| number(trial, name).unwrap());
+    assert!((mean - space_mean).abs() < 0.2, "{mean} {space_mean}");
+    assert_eq!(trial["vehicles"], "1");
+    let line = &rows(&drive.join("analysis/lines.csv"))[0];
+    let cars = TableReader::parquet(&Table::Cars.parquet(&drive)).unwrap();
+    let (lanes, s_m) = (cars.words("lane"), cars.numbers("lane_s_m"));
+    let (edge, at_m) = line["line"].split_once(':').unwrap();
+    let is_past = |i: usize| {
+        let on_edge = lanes[i].rsplit_once('_').is_some_and(|(of, _)| of == edge);
+        on_edge && s_m[i].unwrap() >= at_m.parse::<f64>().unwrap()
+    };
+    assert_eq!(line["passages"], if (0..cars.rows()).any(is_past) { "1" } else { "0" });
+}
