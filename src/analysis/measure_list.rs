@@ -285,7 +285,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "own front bumper to the leader's rear over own speed: mean over ticks in the leader's lane at 1 m/s or more",
         |s| s.totals.time_gap_s.get(),
     )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path")
+    .on_networks("over ticks at which the next vehicle on its path, none that is beside it, is at most 6 s ahead (Vogel 2002); the lane is that of its path")
     .in_j2944("time gap"),
     MeasureDefinition::new(
         "min_time_gap_s",
@@ -303,7 +303,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "own front bumper to the leader's front over own speed: mean over ticks in the leader's lane at 1 m/s or more",
         |s| s.totals.time_headway_s.get(),
     )
-    .on_networks("to the same leaders, each with its own length")
+    .on_networks("over ticks at which the same leader is at most 6 s ahead (Vogel 2002), with its own length")
     .in_j2944("time headway, 8.1.4"),
     MeasureDefinition::new(
         "min_time_headway_s",

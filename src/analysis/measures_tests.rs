@@ -4,6 +4,7 @@ use super::*;
 use crate::{
     analysis::{
         events::{ChangeFinder, OnsetFinder},
+        network::NetworkTotals,
         response::ResponseWatch,
         totals::SteeringReversals,
         traffic_steps::{StepVehicle, TrafficStep},
@@ -48,11 +49,13 @@ impl Drive {
         self.ego.iter().for_each(|row| onsets.add(row));
         let mut responses = ResponseWatch::new(0.1, onsets.finish(), None);
         let mut totals = DriveTotals::new(0.1).on(&self.trial);
+        totals.network = self.trial.is_on_network().then(NetworkTotals::default);
         for row in &self.ego {
             totals.add(row);
             responses.add(row);
         }
         self.steps.iter().for_each(|step| totals.add_step(step));
+        totals.network.iter_mut().for_each(|network| network.finish(10));
         self.ego.iter().for_each(|row| totals.add_lane_offset(row.lane_offset_m));
         (totals, responses.finish())
     }
@@ -191,6 +194,30 @@ fn spread_over_time_stops_and_hard_brakings_are_those_by_hand() {
     // Half the time at 2 and half at 6 m/s: 2 m/s about 4 (N); the other car has none.
     let found = Drive::new(1000, |t| if t <= 5.0 { 2.0 } else { 6.0 }, |_| 2.0).measures();
     assert!((get(&found, "ego_sd_mps") - 2.0).abs() < 1e-6 && (get(&found, "sd_in_time_mps") - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn on_a_network_time_gaps_are_those_of_followers_and_what_only_a_ring_has_is_not_there() {
+    let mut drive = Drive::new(1000, |_| 10.0, |_| 10.0);
+    for (i, row) in drive.ego.iter_mut().enumerate() {
+        // Half of the time 2 s behind the leader, otherwise 60 s, on whom nobody looks; beside the lane of the path from 9 s on.
+        row.gap_m = Some(if i % 2 == 0 { 20.0 } else { 600.0 });
+        row.lane_offset_m = if i >= 900 { 30.0 } else { 0.1 * f64::from(u8::try_from(i % 2).unwrap()) };
+    }
+    let ring = drive.measures();
+    near(&ring, "time_gap_s", 31.0);
+    drive.trial.setup.scenario.path = "A0B0".into();
+    let found = drive.measures();
+    near(&found, "time_gap_s", 2.0);
+    // 450 times 0 and 450 times 0.1: 0.05 about their mean, N-1; the 30 m beside the path are no lane position.
+    near(&found, "sdlp_m", 0.05 * (900.0_f64 / 899.0).sqrt());
+    assert!(get(&ring, "sdlp_m") > 5.0);
+    for name in ["sd_over_cars_mps", "sd_in_time_mps", "fuel_l_100km", "hard_brakings", "last_disturbance_s"] {
+        assert!(ring.get(name).is_some() && found.get(name).is_none(), "{name}");
+    }
+    // Two vehicles of which each full second is looked at; on a ring there are no events of the road's rules.
+    assert_eq!((get(&found, "stops"), get(&found, "space_mean_speed_mps"), get(&found, "vehicles")), (0.0, 10.0, 2.0));
+    assert_eq!((found.get("red_lights"), ring.get("red_lights")), (Some(0.0), None));
 }
 
 #[test]

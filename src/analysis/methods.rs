@@ -369,7 +369,7 @@ fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> Strin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{network, page_tests, people::StudyParticipant};
+    use crate::analysis::{network::NetworkTotals, page_tests, people::StudyParticipant};
 
     /// Four simulated trials of two people in two conditions, which differ in their range.
     fn made() -> Vec<AnalysedRecording> {
@@ -430,7 +430,7 @@ mod tests {
             drive.setup.scenario.warm_up_s = 30.0;
             drive.setup.manifest.map.name = "maps/grid".into();
             drive.setup.route_m = 1118.2;
-            drive.network = Some(network::NetworkTotals { vehicles: 40, ..Default::default() });
+            drive.network.insert(NetworkTotals::default()).vehicles = 40;
         }
         let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
         for part in [

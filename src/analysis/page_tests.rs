@@ -55,7 +55,7 @@ pub(super) fn mixed_drives() -> Vec<AnalysedRecording> {
     for drive in &mut drives[..2] {
         drive.setup.scenario.path = "A0B0 B0B1".into();
         drive.setup.manifest.traffic = "SUMO 1.28.0 in process".into();
-        drive.network = Some(NetworkTotals { vehicles: 40, ..NetworkTotals::default() });
+        drive.network.insert(NetworkTotals::default()).vehicles = 40;
     }
     drives
 }

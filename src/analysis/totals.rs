@@ -28,6 +28,9 @@ pub const REVERSAL_DEG: f64 = 3.0;
 /// The least speed at which a headway in seconds is taken, m/s: at a standstill it has no end.
 pub const MOVING_MPS: f64 = 1.0;
 
+/// Who is farther behind another on a network drives freely, seconds (Vogel 2002).
+pub const FOLLOWING_S: f64 = 6.0;
+
 /// Sum and count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunningMean {
@@ -235,11 +238,15 @@ impl DriveTotals {
             self.ttc_s.add(ego.ttc_s);
             self.add_drac(ego);
             if let Some(gap_m) = ego.gap_m.filter(|_| ego.speed_mps >= MOVING_MPS) {
-                self.time_gap_s.add(gap_m / ego.speed_mps);
+                if self.follows(gap_m / ego.speed_mps) {
+                    self.time_gap_s.add(gap_m / ego.speed_mps);
+                }
                 self.min_time_gap_s.add(Some(gap_m / ego.speed_mps));
             }
             if let Some(headway_m) = ego.headway_m.filter(|_| ego.speed_mps >= MOVING_MPS) {
-                self.time_headway_s.add(headway_m / ego.speed_mps);
+                if self.follows(headway_m / ego.speed_mps) {
+                    self.time_headway_s.add(headway_m / ego.speed_mps);
+                }
                 self.min_time_headway_s.add(Some(headway_m / ego.speed_mps));
             }
         }
@@ -313,6 +320,11 @@ impl DriveTotals {
         }
         let middle_m = self.lane_offset_m.get().unwrap_or_default();
         self.lane_squares_m2 += (offset_m - middle_m).powi(2);
+    }
+
+    /// On a closed route everybody follows somebody; on a network who is so many seconds behind another may drive freely.
+    fn follows(&self, behind_s: f64) -> bool {
+        self.network.is_none() || behind_s <= FOLLOWING_S
     }
 
     /// On a network the offset is one from the path, which is no position in a lane where the ego is in another.

@@ -5,7 +5,7 @@ use super::{
     AnalysisError, DriveSetup,
     driver_moments::FollowingSample,
     events::{AdviceChange, ChangeFinder, DriveOnsets, OnsetFinder},
-    network::{self, RoadEvents},
+    network::{RoadEvents, TripTable},
     traffic_steps::TrafficSteps,
 };
 use crate::{
@@ -216,8 +216,8 @@ impl RecordedTrial {
         let headways = if !self.is_on_network() {
             Headways::Recorded
         } else if self.setup.manifest.network_tables {
-            let lengths = network::read_trips(&self.recording)?;
-            Headways::ByLength(lengths.into_iter().filter_map(|(id, trip)| Some((id, trip.length_m?))).collect())
+            let vehicles = TripTable::read(&self.recording)?.trips;
+            Headways::ByLength(vehicles.into_iter().filter_map(|(id, trip)| Some((id, trip.length_m?))).collect())
         } else {
             Headways::ByLength(BTreeMap::new())
         };

@@ -149,7 +149,9 @@ pub fn run_sumo(folder: &Path, end: &str, outputs: &[(&str, &Path)]) {
     let mut command = Command::new(sumo::program(&home));
     command.env("SUMO_HOME", &home).args(["--net-file", "tests/data/networks/grid-signals.net.xml", "--end", end]);
     command.arg("--route-files").arg(folder.join("lorries.rou.xml")).args(arguments.split_whitespace());
-    outputs.iter().for_each(|(option, path)| drop(command.arg(option).arg(path)));
+    for (option, path) in outputs {
+        command.arg(option).arg(path);
+    }
     let done = command.output().unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
 }

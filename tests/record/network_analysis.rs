@@ -77,9 +77,9 @@ fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writ
     for (trip, [depart, arrival, loss_s]) in whole.iter().zip(&wanted) {
         assert!((number(trip, "departure_s").unwrap() - drive_s(*depart)).abs() < 1e-9, "{trip:?}");
         assert!((number(trip, "travel_time_s").unwrap() - (arrival - depart)).abs() < 1e-9, "{trip:?}");
-        // SUMO sums over steps of 0.1 s, the table has one row a second: of a lorry that stands and speeds up, to half of such a second.
+        // SUMO sums over steps of 0.1 s, the rows are a second apart: the shares of the limit between them are as if on a straight line.
         let found_s = number(trip, "time_loss_s").unwrap();
-        assert!((found_s - loss_s).abs() < 0.5, "{found_s} {loss_s}");
+        assert!((found_s - loss_s).abs() < 0.1, "{found_s} {loss_s}");
     }
     assert!(wanted.iter().any(|trip| trip[2] > 5.0), "one has to wait at least: {wanted:?}");
     let trial = &rows(&out.join("trials.csv"))[0];
@@ -112,7 +112,7 @@ fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writ
         let flow_per_h = wanted as f64 / number(row, "duration_s").unwrap() * 3600.0;
         assert!((number(row, "flow_per_h").unwrap() - flow_per_h).abs() < 1e-9);
     }
-    assert!(entered(&["A2B2_0:20", "A2B2_1:20"]) > entered(&["B2C2_0:30", "B2C2_1:30"]));
+    assert!(entered(&["A2B2_0:20", "A2B2_1:20"]) > 5 && entered(&["B2C2_0:30", "B2C2_1:30"]) > 5);
     assert_eq!(trial["line_flow_per_h"], passed[0]["flow_per_h"]);
 
     // What a ring alone has is empty, and the page says why; so does a file beside the tables.

@@ -24,4 +24,4 @@ pub use figure::{space_time, speeds};
 pub use path_traces::PathTraces;
 pub use road_events::RoadEvents;
 pub use totals::NetworkTotals;
-pub use trips::{Trip, TripEnd, read as read_trips};
+pub use trips::{Trip, TripEnd, TripTable};

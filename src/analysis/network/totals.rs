@@ -3,7 +3,7 @@
 
 use super::{
     cross_section::{CrossSection, LineCount, LinePlace, RowPlace},
-    trips::{self, Trip},
+    trips::{Trip, TripTable},
 };
 use crate::{
     analysis::{
@@ -61,7 +61,14 @@ impl NetworkTotals {
     pub fn open(trial: &RecordedTrial, lines: &[LinePlace]) -> Result<Self, AnalysisError> {
         let mut totals = Self { has_trips: trial.setup.manifest.network_tables, ..Self::default() };
         if totals.has_trips {
-            totals.trips = trips::read(&trial.recording)?;
+            let table = TripTable::read(&trial.recording)?;
+            totals.trips = table.trips;
+            if table.stray_arrivals > 0 {
+                totals.missing.push(format!(
+                    "The recording lost rows: {} of its vehicles arrive without a departure, and have no travel time.",
+                    table.stray_arrivals
+                ));
+            }
         } else {
             totals.missing.push(
                 "The recording was made by an earlier version and has no tables of departures, arrivals and signals: there are no travel \

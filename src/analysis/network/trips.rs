@@ -56,31 +56,47 @@ pub fn seconds(ticks: u64) -> f64 {
 const BOTH: [&str; 4] = ["tick", "vehicle", "lane", "lane_s_m"];
 const DEPARTURES: [&str; 7] = ["tick", "vehicle", "lane", "lane_s_m", "kind", "length_m", "speed_mps"];
 
-/// The trips of a recording that has these tables, by the numbers of the vehicles.
-///
-/// # Errors
-/// A table cannot be read, or is not as this program writes it.
-pub fn read(recording: &Path) -> Result<BTreeMap<u32, Trip>, RecordError> {
-    let mut trips = BTreeMap::new();
-    let path = Table::Departures.parquet(recording);
-    for part in TableReader::parts(&path, &DEPARTURES)? {
-        let part = part?;
-        let (kinds, lengths, speeds) = (part.words("kind"), part.numbers("length_m"), part.numbers("speed_mps"));
-        for (i, (vehicle, departed)) in ends(&part, &path)?.into_iter().enumerate() {
-            let (kind, length_m) = (kinds.get(i).cloned().unwrap_or_default(), lengths[i]);
-            let departed_mps = speeds[i].unwrap_or_default();
-            trips.insert(vehicle, Trip { kind, length_m, departed, departed_mps, ..Trip::default() });
+/// The vehicles of a recording that came and went.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TripTable {
+    /// By the numbers of the vehicles.
+    pub trips: BTreeMap<u32, Trip>,
+    /// Arrivals of vehicles without a departure: a recording that lost rows has them.
+    pub stray_arrivals: usize,
+}
+
+impl TripTable {
+    /// Reads the tables of a recording that has them.
+    ///
+    /// # Errors
+    /// A table cannot be read, or is not as this program writes it.
+    pub fn read(recording: &Path) -> Result<Self, RecordError> {
+        let mut table = Self::default();
+        let path = Table::Departures.parquet(recording);
+        for part in TableReader::parts(&path, &DEPARTURES)? {
+            let part = part?;
+            let (kinds, lengths, speeds) = (part.words("kind"), part.numbers("length_m"), part.numbers("speed_mps"));
+            for (i, (vehicle, departed)) in ends(&part, &path)?.into_iter().enumerate() {
+                let (kind, length_m) = (kinds.get(i).cloned().unwrap_or_default(), lengths[i]);
+                let departed_mps = speeds[i].unwrap_or_default();
+                table.trips.insert(vehicle, Trip { kind, length_m, departed, departed_mps, ..Trip::default() });
+            }
+        }
+        let path = Table::Arrivals.parquet(recording);
+        for part in TableReader::parts(&path, &BOTH)? {
+            for (vehicle, arrived) in ends(&part?, &path)? {
+                table.arrive(vehicle, arrived);
+            }
+        }
+        Ok(table)
+    }
+
+    fn arrive(&mut self, vehicle: u32, arrived: TripEnd) {
+        match self.trips.get_mut(&vehicle) {
+            Some(trip) => trip.arrived = Some(arrived),
+            None => self.stray_arrivals += 1,
         }
     }
-    let path = Table::Arrivals.parquet(recording);
-    for part in TableReader::parts(&path, &BOTH)? {
-        for (vehicle, arrived) in ends(&part?, &path)? {
-            let why = || format!("vehicle {vehicle} arrives that never departed");
-            let trip = trips.get_mut(&vehicle).ok_or_else(|| RecordError::Table { path: path.clone(), why: why() })?;
-            trip.arrived = Some(arrived);
-        }
-    }
-    Ok(trips)
 }
 
 /// The rows of a part: who, where and when.
@@ -107,5 +123,14 @@ mod tests {
         };
         assert_eq!(trip(450, Some(2460)), Some(20.1));
         assert_eq!((trip(0, Some(2460)), trip(450, None), trip(0, None)), (None, None, None));
+    }
+
+    #[test]
+    fn an_arrival_whose_departure_was_lost_is_counted_and_makes_no_trip() {
+        let mut table = TripTable { trips: [(3, Trip::default())].into(), ..TripTable::default() };
+        table.arrive(4, TripEnd::default());
+        table.arrive(3, TripEnd { tick: 20, ..TripEnd::default() });
+        assert_eq!((table.stray_arrivals, table.trips.len()), (1, 1));
+        assert_eq!(table.trips[&3].arrived.as_ref().map(|end| end.tick), Some(20));
     }
 }
