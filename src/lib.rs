@@ -20,6 +20,8 @@
 //! * **gap**: own front bumper to the leader's rear bumper. **headway**: front bumper to front bumper (SAE J2944).
 //! * **action**: what a policy puts out, an acceleration or a speed. **advice**: the target shown to the driver with
 //!   its acceptable **range**, its issue time and its hold ([`policy::Advice`]).
+//! * **agent**: a vehicle with physics, advice and a view of its own: the participant's, and every other that is advised
+//!   ([`sim::Agent`]).
 //! * **trait**: what sets one driver apart: reaction time, bias, error, time gap, willingness. **teacher**: a policy in training
 //!   that is told the driver's traits; **estimator**: what tells them from what the driver does; **student**: a policy that is
 //!   told the estimates ([`policy::identification`]).

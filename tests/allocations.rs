@@ -10,7 +10,7 @@ use codrive::{
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, EngineChoice, ExternalVehicleState, ModelMixture, NoiseStreams, TrafficSetup,
+        self, Demand, EngineChoice, ExternalVehicleState, ModelMixture, NoiseStreams, TrafficSetup, VehicleReport,
         sumo::{self, NetworkSetup, SumoNetwork},
     },
 };
@@ -105,7 +105,7 @@ fn a_step_of_either_engine_asks_for_no_memory() {
             let next_pose = map.route.pose_of_front(ego.s_m + next_mps * STEP_S, CAR_LENGTH_M);
             let report =
                 ExternalVehicleState { pose: ego.pose, speed_mps: ego.speed_mps, next_pose, next_speed_mps: next_mps };
-            let times = asked(|| traffic.step(Some(&report)).unwrap());
+            let times = asked(|| traffic.step(&[VehicleReport::of_ego(report)]).unwrap());
             assert!(step == 0 || times == 0, "{engine:?}, step {step}: {times} times");
         }
     }

@@ -100,12 +100,12 @@ fn sumo(scenario: &Scenario) -> Result<SumoTimes, WorldError> {
     let quiet = Scenario { idm: crate::idm::IdmParams { noise: 0.0, ..scenario.idm }, ..scenario.clone() };
     let mut traffic = SumoTraffic::start(setup(&quiet)?)?;
     for _ in 0..STEPS {
-        traffic.step(None)?;
+        traffic.step(&[])?;
     }
     let (mut bare, mut full) = (Vec::new(), Vec::new());
     for _ in 0..BLOCKS {
         bare.push(timed(STEPS, || traffic.bare_step())?);
-        full.push(timed(STEPS, || traffic.step(None))?);
+        full.push(timed(STEPS, || traffic.step(&[]))?);
     }
     let mut ratios: Vec<f64> = bare.iter().zip(&full).map(|(b, f)| f.as_secs_f64() / b.as_secs_f64()).collect();
     ratios.sort_by(f64::total_cmp);
@@ -117,7 +117,7 @@ fn native_steps(scenario: &Scenario) -> Result<TimeStatistics, WorldError> {
     let mut traffic = NativeTraffic::start(setup(scenario)?)?;
     let mut blocks = Vec::new();
     for _ in 0..50 {
-        blocks.push(timed(200, || traffic.step(None))?);
+        blocks.push(timed(200, || traffic.step(&[]))?);
     }
     Ok(TimeStatistics::of(blocks))
 }

@@ -19,7 +19,7 @@ use std::{ffi::OsStr, path::PathBuf};
 const HEADING: &str = "Scenario";
 
 /// The settings that people change from drive to drive, each with an example; `--help` lists these, `--help-all` all.
-const COMMON: [(&str, &str); 11] = [
+const COMMON: [(&str, &str); 12] = [
     ("map", "practice"),
     ("vehicles", "18"),
     ("traffic", "native"),
@@ -28,6 +28,7 @@ const COMMON: [(&str, &str); 11] = [
     ("duration_s", "600"),
     ("seed", "7"),
     ("policy", "follower-stopper"),
+    ("advised", "20%"),
     ("hold_s", "5"),
     ("range_mph", "2"),
     ("units", "kmh"),

@@ -64,6 +64,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         "traffic": run.world().traffic_engine(),
         "scenario": scenario,
         "policy": { "name": run.world().policy().name, "why": run.world().policy().why },
+        "advised": run.advised(),
         "summary": summary,
     });
     if matches.get_flag("json") {

@@ -73,7 +73,7 @@ impl Drive {
 mod tests {
     use super::*;
     use crate::traffic::EngineChoice;
-    use crate::traffic::{CarState, ExternalVehicleState, Traffic};
+    use crate::traffic::{CarState, Traffic, VehicleReport};
 
     /// Cars that stand, of an engine that does not answer in time for so many questions.
     struct UnresponsiveTraffic {
@@ -82,7 +82,7 @@ mod tests {
     }
 
     impl Traffic for UnresponsiveTraffic {
-        fn step(&mut self, _ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
+        fn step(&mut self, _reports: &[VehicleReport]) -> Result<(), TrafficError> {
             Ok(())
         }
 

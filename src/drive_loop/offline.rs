@@ -6,14 +6,27 @@ use crate::{
     driver::{self, DriverParams, SimulatedDriver},
     record::{FLUSH_EVERY, Manifest, Recorder},
     scenario::Scenario,
-    sim::{Summary, SummaryAccumulator, World},
+    sim::{Agent, Summary, SummaryAccumulator, World},
     study::ParticipantCode,
     time::{Pace, Tick},
+    traffic::EGO,
 };
+use serde::Serialize;
 use std::{
     path::Path,
     time::{Duration, Instant},
 };
+
+/// Who is advised in a drive.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct AdvisedSummary {
+    /// Their numbers, the ego's (0) first.
+    pub vehicles: Vec<u32>,
+    /// How many vehicles there are in all.
+    pub of: usize,
+    /// How often another of them than the ego has begun to touch a vehicle; the ego's contacts are in the drive's summary.
+    pub contacts_of_others: u32,
+}
 
 /// One drive by a simulated driver.
 pub struct OfflineDrive {
@@ -172,7 +185,20 @@ impl OfflineDrive {
         let world = &self.drive.world;
         let scenario = world.scenario();
         let policy = world.policy().words();
-        summary_text::summary(scenario, &world.traffic_engine(), &scenario.driver, &policy, &self.summary())
+        let text = summary_text::summary(scenario, &world.traffic_engine(), &scenario.driver, &policy, &self.summary());
+        text + &summary_text::advised(&self.advised())
+    }
+
+    /// The vehicles that are advised, the participant's among them.
+    pub fn advised(&self) -> AdvisedSummary {
+        let world = &self.drive.world;
+        let ego = (world.policy().name != "none").then_some(EGO.0);
+        let others = world.advised_others();
+        AdvisedSummary {
+            vehicles: ego.into_iter().chain(others.iter().map(|agent| agent.id().0)).collect(),
+            of: world.snapshot().cars.len() + 1,
+            contacts_of_others: others.iter().map(Agent::contact_count).sum(),
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! A drive's summary as text, for a terminal. In: a [`Summary`]. Out: lines.
 
+use super::offline::AdvisedSummary;
 use crate::{
     scenario::Scenario,
     sim::{EndReason, Summary},
@@ -47,6 +48,21 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summa
     lines.join("\n") + "\n"
 }
 
+/// Who is advised, a line; nothing where it is at most the ego.
+pub fn advised(advised: &AdvisedSummary) -> String {
+    let AdvisedSummary { vehicles, of, contacts_of_others } = advised;
+    if vehicles.len() < 2 {
+        return String::new();
+    }
+    let share = 100.0 * vehicles.len() as f64 / *of as f64;
+    let names: Vec<String> = vehicles.iter().map(u32::to_string).collect();
+    format!(
+        "advised                  {} of {of} ({share:.1} %): cars {}\ncontacts of the others   {contacts_of_others}\n",
+        vehicles.len(),
+        names.join(", ")
+    )
+}
+
 fn both(speed_mps: f64, unit: SpeedUnit) -> String {
     format!("{speed_mps:.3} m/s ({:.2} {})", unit.from_mps(speed_mps), unit.label())
 }
@@ -56,6 +72,17 @@ mod tests {
     use super::*;
     use crate::scenario::DisplaySettings;
     use crate::sim::{ContactRecord, SummaryAccumulator};
+
+    #[test]
+    fn several_advised_vehicles_are_counted_and_named_and_one_is_not() {
+        let of = |vehicles: Vec<u32>| advised(&AdvisedSummary { vehicles, of: 22, contacts_of_others: 1 });
+        // Three of 22 are 13.6 %.
+        let expected = "\
+advised                  3 of 22 (13.6 %): cars 0, 7, 14
+contacts of the others   1
+";
+        assert_eq!((of(vec![0, 7, 14]).as_str(), of(vec![0]).as_str(), of(vec![]).as_str()), (expected, "", ""));
+    }
 
     #[test]
     fn a_drive_is_told_line_by_line_in_the_units_of_its_scenario() {

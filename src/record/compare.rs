@@ -10,8 +10,8 @@ use super::{
     network_tables::{NetworkObserver, NetworkRows},
     table::{ColumnValue, TableBatches, TableColumn},
     tables::{
-        self, ADVICE, ARRIVALS, AdviceRow, CARS, CarRow, DEPARTURES, EGO, EVENTS, EgoRow, EventRow, PATH, SIGNALS,
-        recorded_cars,
+        self, ADVICE, ADVISED, ARRIVALS, AdviceRow, AdvisedRow, CARS, CarRow, DEPARTURES, EGO, EVENTS, EgoRow,
+        EventRow, PATH, SIGNALS, recorded_cars,
     },
 };
 use crate::{
@@ -62,6 +62,8 @@ pub struct TableComparison {
     events: TableCursor,
     /// `None` where the recording has no tables of a network.
     network: Option<NetworkCursors>,
+    /// `None` where the recording has no table of other advised vehicles.
+    advised: Option<TableCursor>,
     observer: NetworkObserver,
     hash: u64,
     first: Option<CellDifference>,
@@ -75,13 +77,14 @@ impl TableComparison {
     /// They cannot be read.
     pub fn open(recording: &Path) -> Result<Self, RecordError> {
         let cursor = |table| TableCursor::open(recording, table);
-        let has_network = Manifest::load(recording)?.network_tables;
+        let manifest = Manifest::load(recording)?;
         Ok(Self {
             ego: cursor(Table::Ego)?,
             cars: cursor(Table::Cars)?,
             advice: cursor(Table::Advice)?,
             events: cursor(Table::Events)?,
-            network: has_network.then(|| NetworkCursors::open(recording)).transpose()?,
+            network: manifest.network_tables.then(|| NetworkCursors::open(recording)).transpose()?,
+            advised: manifest.advised_table.then(|| cursor(Table::Advised)).transpose()?,
             observer: NetworkObserver::default(),
             hash: HASH_START,
             first: None,
@@ -159,9 +162,18 @@ impl TableComparison {
                 self.note(found);
             }
         }
+        self.compare_advised(world)?;
         let mut rows = NetworkRows::default();
         self.observer.tick(world, &mut rows);
         self.compare_network(&rows)
+    }
+
+    fn compare_advised(&mut self, world: &World) -> Result<(), RecordError> {
+        let Some(cursor) = &mut self.advised else { return Ok(()) };
+        let rows = AdvisedRow::all(world).map(|row| cursor.compare(ADVISED, &row));
+        let found = rows.collect::<Result<Vec<_>, _>>()?;
+        found.into_iter().for_each(|found| self.note(found));
+        Ok(())
     }
 
     fn compare_network(&mut self, rows: &NetworkRows) -> Result<(), RecordError> {
@@ -189,7 +201,8 @@ impl TableComparison {
     /// A table cannot be read on.
     pub fn end(&mut self, last: Tick) -> Result<(), RecordError> {
         let network = self.network.as_mut().into_iter().flat_map(NetworkCursors::all);
-        for cursor in [&mut self.cars, &mut self.advice, &mut self.events].into_iter().chain(network) {
+        let others = network.chain(self.advised.as_mut());
+        for cursor in [&mut self.cars, &mut self.advice, &mut self.events].into_iter().chain(others) {
             let mut found = (0, None);
             // A drive that was cut may have steps in the journal whose ticks are lost.
             while cursor.has_row()? && cursor.tick() <= last {

@@ -81,6 +81,7 @@ impl<F: DurableFile> Journal<F> {
         self.block(&mut bytes, Table::Arrivals, tables::ARRIVALS, &batch.network.arrivals)?;
         self.block(&mut bytes, Table::Signals, tables::SIGNALS, &batch.network.signals)?;
         self.block(&mut bytes, Table::Path, tables::PATH, &batch.network.path)?;
+        self.block(&mut bytes, Table::Advised, tables::ADVISED, &batch.advised)?;
         self.block(&mut bytes, Table::Ego, tables::EGO, &batch.ego)?;
         if bytes.is_empty() {
             return Ok(());

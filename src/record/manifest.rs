@@ -38,6 +38,10 @@ pub struct Manifest {
     /// The recording has the tables of a drive on a network; false in one of a closed route, and of an earlier version.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub network_tables: bool,
+    /// The recording has the table of vehicles that are advised beside the ego; false where the ego alone is, and in one of an earlier
+    /// version.
+    #[serde(skip_serializing_if = "std::ops::Not::not", default)]
+    pub advised_table: bool,
     /// Who drove: devices, or the name of a simulated driver.
     pub driver: String,
     /// Participant code, in a study; never a name.

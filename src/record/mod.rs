@@ -7,7 +7,7 @@
 //! inputs/         copies of a map and a policy that do not come with the program
 //! journal/        blocks of rows while the drive lasts: cut at any byte it loses one batch at most
 //! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events; on a network
-//!                 departures, arrivals, signals, path
+//!                 departures, arrivals, signals, path; where others are advised than the ego, advised
 //! summary.json    the drive in numbers
 //! checksums.json  SHA-256 of all files, of each column of the tables
 //! lost+found/     only after damage: the journal of which something could not be read
@@ -16,6 +16,7 @@
 //! Rows carry their tick, so that a row of one table joins to its tick in another exactly; [`tables`] names every column
 //! with its unit. Nothing is ever overwritten, and files are the user's alone. Names and contact data never come in here.
 
+mod advised_table;
 mod block;
 mod car_table;
 mod checksums;

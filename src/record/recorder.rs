@@ -8,7 +8,7 @@ use super::{
     manifest::RecordingState,
     network_tables::NetworkObserver,
     recover,
-    tables::{AdviceRow, CarRow, EgoRow, EventRow, FrameRow, RowBatch, Table, recorded_cars},
+    tables::{AdviceRow, AdvisedRow, CarRow, EgoRow, EventRow, FrameRow, RowBatch, Table, recorded_cars},
 };
 use crate::{
     controls::Controls,
@@ -168,6 +168,7 @@ impl Recorder {
             self.batch.events.extend(EventRow::of(event));
         }
         self.observer.tick(world, &mut self.batch.network);
+        self.batch.advised.extend(AdvisedRow::all(world));
         self.add(snapshot, controls, scenario.step_ticks(), &world.map().network)?;
         fail_point!("tick");
         Ok(())
@@ -278,7 +279,7 @@ impl Recorder {
             writer.join().map_err(|_| RecordError::Stopped("its thread failed".into()))??;
         }
         fail_point!("finish.begin");
-        let written = recover::write_tables(&self.folder, Table::of(&self.manifest))?;
+        let written = recover::write_tables(&self.folder, &Table::of(&self.manifest))?;
         let text = serde_json::to_string_pretty(summary).expect("numbers and words");
         files::replace(&self.folder.join("summary.json"), text.as_bytes())?;
         fail_point!("finish.summary");

@@ -69,12 +69,12 @@ pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     let _lock = RecordingLock::take(recording)?;
     let mut manifest = Manifest::load(recording)?;
     fail_point!("recover.begin");
-    if manifest.is_complete() && is_whole(recording, Table::of(&manifest)) {
+    if manifest.is_complete() && is_whole(recording, &Table::of(&manifest)) {
         // Only the journal was left to be removed.
         drop_journal(recording)?;
         return whole(recording);
     }
-    let written = write_tables(recording, Table::of(&manifest))?;
+    let written = write_tables(recording, &Table::of(&manifest))?;
     manifest.ended.get_or_insert_with(|| "cut".into());
     manifest.state = Some(RecordingState::Recovered);
     manifest.checksums = Some(written.checksums.save(recording)?);
@@ -105,7 +105,7 @@ pub fn count(recording: &Path, table: Table) -> Result<u64, RecordError> {
 fn whole(recording: &Path) -> Result<RecoveryReport, RecordError> {
     let counted = |table: Table| Ok((table, count(recording, table)?));
     let tables = Table::of(&Manifest::load(recording)?);
-    let rows = tables.iter().copied().map(counted).collect::<Result<_, RecordError>>()?;
+    let rows = tables.into_iter().map(counted).collect::<Result<_, RecordError>>()?;
     Ok(RecoveryReport { rows, ticks: Vec::new(), was_whole: true, missing: Vec::new(), kept: None })
 }
 
@@ -179,6 +179,7 @@ fn schema(table: Table) -> Arc<Schema> {
         Table::Arrivals => table::schema(tables::ARRIVALS),
         Table::Signals => table::schema(tables::SIGNALS),
         Table::Path => table::schema(tables::PATH),
+        Table::Advised => table::schema(tables::ADVISED),
     }
 }
 

@@ -1,6 +1,7 @@
-//! The tables of a recording and their columns (that of the cars is in `car_table`, those of networks in `network_tables`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
+//! The tables of a recording and their columns (those of cars are in `car_table` and `advised_table`, those of networks in `network_tables`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
 //! world axes (x east, y north).
 
+pub use super::advised_table::{ADVISED, AdvisedRow};
 pub use super::car_table::{CARS, CarRow, recorded_cars};
 pub use super::network_tables::{ARRIVALS, ArrivalRow, DEPARTURES, DepartureRow, PATH, PathRow, SIGNALS, SignalRow};
 
@@ -41,11 +42,13 @@ pub enum Table {
     Signals,
     /// One row a lane of the ego's path; only on a network.
     Path,
+    /// One row a vehicle that is advised beside the ego and step; only where there are such vehicles.
+    Advised,
 }
 
 impl Table {
     /// All of them. Journals know a table by its place here: a new one goes to the end.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Ego,
         Self::Cars,
         Self::Advice,
@@ -55,13 +58,20 @@ impl Table {
         Self::Arrivals,
         Self::Signals,
         Self::Path,
+        Self::Advised,
     ];
-    /// Those that every recording has; the others belong to drives on networks.
+    /// Those that every recording has; the others belong to drives on networks, or with several advised vehicles.
     pub const OF_EVERY_DRIVE: [Self; 5] = [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events];
+    /// Those that only a drive on a network has.
+    pub const OF_NETWORKS: [Self; 4] = [Self::Departures, Self::Arrivals, Self::Signals, Self::Path];
 
     /// Those that a recording has.
-    pub fn of(manifest: &Manifest) -> &'static [Self] {
-        if manifest.network_tables { &Self::ALL } else { &Self::OF_EVERY_DRIVE }
+    pub fn of(manifest: &Manifest) -> Vec<Self> {
+        let belongs = |table: &Self| match table {
+            Self::Advised => manifest.advised_table,
+            table => manifest.network_tables || !Self::OF_NETWORKS.contains(table),
+        };
+        Self::ALL.into_iter().filter(belongs).collect()
     }
 
     /// Its name.
@@ -76,6 +86,7 @@ impl Table {
             Self::Arrivals => "arrivals",
             Self::Signals => "signals",
             Self::Path => "path",
+            Self::Advised => "advised",
         }
     }
 
@@ -103,6 +114,7 @@ pub(super) struct RowBatch {
     pub frames: Vec<FrameRow>,
     pub events: Vec<EventRow>,
     pub network: NetworkRows,
+    pub advised: Vec<AdvisedRow>,
 }
 
 /// The ego at a tick, with the controls that led to it.

@@ -180,8 +180,81 @@ fn scenario_here(recording: &Path) -> Result<Scenario, RunError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive_loop::recording_manifest;
-    use crate::{scenario::DisplaySettings, traffic::EngineChoice};
+    use crate::drive_loop::{offline::OfflineDrive, recording_manifest};
+    use crate::{
+        scenario::{AdvisedVehicles, DisplaySettings},
+        traffic::EngineChoice,
+    };
+
+    /// Six cars, three of them advised.
+    fn three_advised() -> Scenario {
+        Scenario {
+            traffic: EngineChoice::Native,
+            vehicles: 6,
+            policy: "pi".into(),
+            advised: AdvisedVehicles::Share(0.5),
+            duration_s: 12.0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+            ..Scenario::default()
+        }
+    }
+
+    /// A recording of the whole drive.
+    fn recorded(path: &Path, scenario: &Scenario) -> std::path::PathBuf {
+        let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY]).unwrap();
+        run.record(path).unwrap();
+        run.until(scenario.duration_s).unwrap();
+        run.finish_recording().unwrap();
+        path.into()
+    }
+
+    #[test]
+    fn what_other_advised_vehicles_did_is_recorded_and_proven_and_another_driver_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive");
+        recorded(&path, &three_advised());
+        // Cars 2 and 4, a row each step: place and speed are those of the table of the cars.
+        let read = |table: Table| TableReader::parquet(&table.parquet(&path)).unwrap();
+        let (advised, cars) = (read(Table::Advised), read(Table::Cars));
+        assert_eq!(advised.rows(), 2 * 120);
+        assert_eq!(advised.ids("vehicle")[..4], [Some(2), Some(4), Some(2), Some(4)]);
+        let state = |table: &TableReader, id: &str| -> Vec<_> {
+            let numbers = table.numbers("speed_mps").into_iter().zip(table.numbers("x_m"));
+            table.wholes("tick").into_iter().zip(table.ids(id)).zip(numbers).collect()
+        };
+        let of_cars = state(&cars, "car").into_iter().filter(|((_, car), _)| [Some(2), Some(4)].contains(car));
+        assert_eq!(state(&advised, "vehicle"), of_cars.collect::<Vec<_>>());
+        assert!(advised.numbers("throttle").iter().flatten().any(|pressed| *pressed > 0.1));
+        assert!(advised.numbers("target_mps").iter().all(Option::is_some), "the controller advises from the start");
+        assert!(advised.ids("contacts").iter().all(|contacts| *contacts == Some(0)));
+
+        let mut replay = Replay::open(&path).unwrap();
+        replay.advance(u64::MAX).unwrap();
+        assert!(replay.verdict().is_proven() && replay.verdict().ticks == 1200, "{:?}", replay.verdict());
+        // The table of another drive in its place: nothing but that is another.
+        let other = recorded(&folder.path().join("other"), &Scenario { driver: "sloppy".into(), ..three_advised() });
+        std::fs::copy(Table::Advised.parquet(&other), Table::Advised.parquet(&path)).unwrap();
+        let mut replay = Replay::open(&path).unwrap();
+        replay.advance(u64::MAX).unwrap();
+        let (verdict, difference) = (replay.verdict(), replay.verdict().difference.clone().unwrap());
+        assert!(verdict.cells > 1000 && difference.table == Table::Advised, "{verdict:?}");
+    }
+
+    #[test]
+    fn a_drive_with_several_advised_vehicles_that_was_cut_is_recovered_and_proven() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive");
+        let mut run = OfflineDrive::new(&three_advised(), [0.0, f64::INFINITY]).unwrap();
+        run.record(&path).unwrap();
+        run.until(6.0).unwrap();
+        drop(run);
+        let found = record::recover(&path).unwrap();
+        let rows = |table: Table| found.rows.iter().find(|(of, _)| *of == table).map(|(_, rows)| *rows);
+        assert_eq!((rows(Table::Ego), rows(Table::Advised), rows(Table::Signals)), (Some(600), Some(120), None));
+        let mut replay = Replay::open(&path).unwrap();
+        replay.advance(u64::MAX).unwrap();
+        assert!(replay.verdict().is_proven() && replay.verdict().ticks == 600, "{:?}", replay.verdict());
+    }
 
     #[test]
     fn a_car_that_was_put_back_on_its_lane_is_put_back_at_the_same_tick_again() {

@@ -1,7 +1,7 @@
 //! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked
 //! [`Scenario`], or a message that names file, line, column, value and what is allowed.
 
-use super::{Scenario, colour};
+use super::{AdvisedVehicles, Scenario, colour};
 use crate::{
     policy::Hold,
     settings::{self, Field, Settings, SettingsError},
@@ -81,6 +81,9 @@ impl Settings for Scenario {
             let text = "sham_advice is true; allowed with a path or a demand: false; it is that of another drive on a closed route";
             return Err(("sham_advice", text.into()));
         }
+        if let Some(fault) = self.advised_fault() {
+            return Err(("advised", format!("advised is {}; {fault}", self.advised)));
+        }
         if let Err(fault) = Hold::new(self.hold_s, self.step_s) {
             return Err(("hold_s", format!("{fault}, at least one")));
         }
@@ -98,6 +101,26 @@ impl Settings for Scenario {
             return Err(("mirror_radius_m", text));
         }
         Ok(())
+    }
+}
+
+impl Scenario {
+    /// Why that many vehicles cannot be advised.
+    fn advised_fault(&self) -> Option<String> {
+        let count = match self.advised {
+            AdvisedVehicles::Count(count) => count,
+            AdvisedVehicles::Share(_) => 0,
+        };
+        if !self.is_on_network() && count > self.vehicles {
+            return Some(format!("allowed: 0 to {}, as many as there are vehicles", self.vehicles));
+        }
+        let is_alone = self.advised == AdvisedVehicles::default() || self.advised.is_nobody();
+        if self.is_on_network() && !is_alone {
+            return Some("allowed with a path or a demand: 1 or 0, the participant's vehicle or none".into());
+        }
+        (self.sham_advice && !is_alone).then(|| {
+            "allowed with sham_advice: 1; sham advice is that of another drive of the participant's vehicle".into()
+        })
     }
 }
 
@@ -140,6 +163,22 @@ mod tests {
         assert!(text.contains("trial.toml:2:") && text.contains("allowed: idm with traffic native"), "{text}");
         let of = |text: &str| Scenario::from_toml(text, "x").unwrap().other_model;
         assert_eq!(of("other_model = \"eidm\"\nother_model_share = 0.5"), FollowingModel::Eidm);
+    }
+
+    #[test]
+    fn advised_vehicles_that_cannot_be_are_refused_where_they_stand() {
+        assert!(
+            fault("vehicles = 10\nadvised = 11")
+                .starts_with("trial.toml:2:11: advised is 11; allowed: 0 to 10, as many")
+        );
+        assert!(
+            fault("sham_advice = true\nadvised = \"20%\"").starts_with("trial.toml:2:11: advised is 0.2; allowed with")
+        );
+        assert!(fault("path = \"a b\"\nadvised = \"20%\"").contains("2:11: advised is 0.2; allowed with a path"));
+        for allowed in ["advised = 22", "advised = 0", "sham_advice = true\nadvised = 1", "path = \"a b\"\nadvised = 0"]
+        {
+            assert!(Scenario::from_toml(allowed, "x").is_ok(), "{allowed}");
+        }
     }
 
     #[test]

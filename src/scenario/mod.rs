@@ -2,11 +2,13 @@
 //! comments below are the help and the tooltips, the ranges are the limits, written once ([`crate::settings`] reads them).
 //! Keys carry their unit; the flag on the command line is the key without it (`hold_s` is `--hold SECS`).
 
+mod advised;
 pub mod colour;
 mod display;
 mod load;
 pub mod sound;
 
+pub use advised::{AdvisedVehicles, UnknownShare};
 pub use display::{CockpitView, DialPalette, QualityLevel};
 pub use sound::SoundLevels;
 
@@ -87,6 +89,9 @@ flat_settings! {
             /// Advising policy: auto (the one shipped for the map, two-phase where there is none), none, constant, two-phase,
             /// follower-stopper, pi, linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),
+            /// How many vehicles are advised, the participant's the first: a share of all (5%, 0.05) or a number (3); 0 advises nobody. The
+            /// others have the same policy and are driven by the simulated driver
+            advised: AdvisedVehicles = AdvisedVehicles::default(),
             /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
             policy_speed_mps: f64 = 0.0,
@@ -172,7 +177,7 @@ flat_settings! {
             lane_help: bool = true,
             /// What a contact with another car does
             contact: OnContact = OnContact::Continue,
-            /// Simulated driver of `codrive run`: follow, perfect, sloppy, idm (ignores advice), exact, guarded, or numbers such as
+            /// Simulated driver of `codrive run`, and of advised vehicles that are not the participant's: follow, perfect, sloppy, idm (ignores advice), exact, guarded, or numbers such as
             /// reaction=1,error=0.5,speed_bias=0,deadband=0 (s, m/s)
             driver: String = "follow".into(),
         }

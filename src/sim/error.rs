@@ -36,7 +36,7 @@ pub enum WorldError {
     /// The policy is unknown or its file cannot be used.
     #[error(transparent)]
     Policy(#[from] PolicyError),
-    /// The simulated driver whose advice is shown as a sham cannot drive.
+    /// The simulated driver whose advice is shown as a sham, or who drives other advised vehicles, cannot drive.
     #[error(transparent)]
     Driver(#[from] DriverError),
     /// The ego cannot be built.
@@ -56,7 +56,7 @@ impl WorldError {
             Self::Policy(_) | Self::PolicyNeedsRing { .. } | Self::PolicyNeedsNetwork { .. } => &["policy"],
             Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
             Self::Traffic(_) => &["traffic"],
-            Self::Driver(_) => &["sham_advice"],
+            Self::Driver(_) => &["driver", "sham_advice"],
             Self::Ego(_) => &[],
         }
     }

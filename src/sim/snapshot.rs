@@ -181,6 +181,12 @@ impl Snapshot {
 }
 
 impl VehicleSnapshot {
+    /// This vehicle for the physics of another.
+    pub(super) fn obstacle(&self) -> crate::ego::Obstacle {
+        let VehicleBody { length_m, width_m, .. } = self.body;
+        crate::ego::Obstacle { id: self.id.0, pose: self.pose, speed_mps: self.speed_mps, length_m, width_m }
+    }
+
     /// A car as its engine placed it.
     pub(super) fn at_start(car: &crate::traffic::CarState) -> Self {
         Self {

@@ -1,12 +1,14 @@
 //! The world of one drive. In: [`Controls`] once a tick. Out: [`Event`]s and the [`Snapshot`] of that tick.
 //!
 //! Traffic runs one step ahead (docs/decisions.md: 3): at the first tick of step k the engine is asked for k+1, told
-//! where the ego is and where it will be; until then the other cars move evenly from where they were to where they will
-//! be (`traffic_coupling`: on a closed route `ring_coupling`, on a network `network_coupling`). The ego is simulated tick by
-//! tick in between. What it touches is in `contacts`, where it is on the road in `derived_state`, what policies and drivers
-//! know in `advice` and `perception`, whom it has to let go first in `give_way`.
+//! where the agents are and where they will be; until then the other cars move evenly from where they were to where they will
+//! be (`traffic_coupling`: on a closed route `ring_coupling`, on a network `network_coupling`). Agents are the participant's vehicle,
+//! the first, and every other that is advised (`agent`): they are simulated tick by tick in between. What one touches is in `contacts`,
+//! where it is on the road in `derived_state`, what policies and drivers know in `advice` and `perception`, whom it has to let go
+//! first in `give_way`.
 
 mod advice;
+mod agent;
 mod contacts;
 mod derived_state;
 mod ego_insertion;
@@ -25,51 +27,49 @@ mod traffic_coupling;
 mod yield_lines;
 
 pub use advice::ExpectedSpeeds;
+pub use agent::Agent;
 pub use hand_over::HandOver;
 pub use put_back::NotPutBack;
 
-use super::{Event, EventKind, Snapshot, WorldError, event::EndReason, ground::RoadGround};
+use super::{Event, EventKind, Snapshot, VehicleSnapshot, WorldError, event::EndReason};
 use crate::{
     controls::Controls,
-    ego::{CarParams, EgoCar, GroundModel, GroundSurface},
+    ego::{CarParams, Obstacle},
     map::RoadMap,
     policy,
     scenario::{OnContact, Scenario},
-    space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
+    traffic::{EGO, Traffic, TrafficError, VehicleId},
 };
 use advice::AdviceSource;
-use contacts::ContactTracker;
-use derived_state::LaneMonitor;
-use network_view::NetworkView;
-use road_rules::RoadRules;
-use std::{collections::VecDeque, sync::Arc, time::Duration};
+use std::{sync::Arc, time::Duration};
 use traffic_coupling::TrafficCoupling;
+
+/// Vehicles farther from an agent are no bodies of its physics, metres: none is there within a step.
+const TOUCHABLE_M: f64 = 100.0;
 
 /// One drive, running.
 pub struct World {
     scenario: Scenario,
     map: Arc<RoadMap>,
-    ego: EgoCar,
     traffic: TrafficCoupling,
-    advice: AdviceSource,
-    contacts: ContactTracker,
-    lane: LaneMonitor,
-    /// Only on a network.
-    rules: RoadRules,
-    /// What there is of the road beside the route; `None` on a closed route with a fixed number of cars.
-    network: Option<NetworkView>,
-    /// The next tick has the ego on its lane.
-    wants_back: bool,
-    /// Controls on their way to the car, oldest first; as many as the scenario's extra delay has ticks.
-    control_delay: VecDeque<Controls>,
-    snapshot: Snapshot,
-    events: Vec<Event>,
+    /// The participant's vehicle first, then the others that are advised, by ascending id.
+    agents: Vec<Agent>,
+    touchable: Touchable,
     ended: Option<EndReason>,
 }
 
+/// What several agents could touch, as obstacles of their physics. Lists that are filled in each tick.
+#[derive(Default)]
+struct Touchable {
+    agents: Vec<Obstacle>,
+    cars: Vec<Obstacle>,
+    /// Of both those near one agent.
+    near: Vec<Obstacle>,
+}
+
 impl World {
-    /// Loads the map, starts traffic, runs the warm-up and puts the ego on the road.
+    /// Loads the map, starts traffic, runs the warm-up and puts the agents on the road.
     ///
     /// # Errors
     /// See [`WorldError`]; the messages name the remedy.
@@ -78,63 +78,71 @@ impl World {
         let scenario = &scenario.on(&map);
         let advice = AdviceSource::new(scenario, &map)?;
         let mut traffic = TrafficCoupling::start(scenario, &map)?;
-        let start = traffic.ego_start();
-        let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
-        let mut ego = EgoCar::new(&car_params(scenario), pose, start.speed_mps, traffic.bodies())?;
-        let network = scenario.is_on_network().then(|| NetworkView::new(&map));
-        if let Some(network) = &network {
-            ego.stand_on(network.ground_at(&map, start.s_m).shape(pose.position));
-        }
-        let mut snapshot = derived_state::first_snapshot(ego.state(), start.s_m);
-        traffic.first_view(&mut snapshot);
+        let (is_advised, bodies) = (advice.advises(), traffic.bodies());
+        let mut participant = Agent::participant(scenario, &map, advice, traffic.ego_start(), bodies)?;
+        traffic.first_view(&mut participant.view);
+        let others = scenario.advised.others(scenario.vehicles).filter(|_| is_advised).map(VehicleId);
+        let others = traffic.take_over(others);
+        let advised = |place| Agent::advised(scenario, place, &participant, bodies);
+        let others = others.into_iter().map(advised).collect::<Result<Vec<_>, _>>()?;
         let mut world = Self {
             scenario: scenario.clone(),
-            contacts: ContactTracker::default(),
             map,
-            ego,
             traffic,
-            advice,
-            lane: LaneMonitor::new(),
-            rules: RoadRules::default(),
-            network,
-            wants_back: false,
-            control_delay: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
-            snapshot,
-            events: Vec::new(),
+            agents: std::iter::once(participant).chain(others).collect(),
+            touchable: Touchable::default(),
             ended: None,
         };
-        world.update_derived_state();
+        world.look_around();
         Ok(world)
     }
 
-    /// One tick with these controls, which reach the car after the scenario's extra delay. After the end of the drive nothing moves any more.
+    /// The traffic of a scenario after its warm-up, without any agent: every car on the closed route goes on by the traffic's own model.
+    ///
+    /// # Errors
+    /// See [`WorldError`].
+    pub fn traffic_alone(scenario: &Scenario) -> Result<(Arc<RoadMap>, Box<dyn Traffic>), WorldError> {
+        let map = Arc::new(scenario.load_map()?);
+        match TrafficCoupling::start(&scenario.on(&map), &map)? {
+            TrafficCoupling::Ring(ring) => Ok((map, ring.into_engine())),
+            TrafficCoupling::Network(_) => Err(WorldError::Traffic(TrafficError::Setup(
+                "traffic alone is that of a closed route with a fixed number of cars; this drive is on a network"
+                    .into(),
+            ))),
+        }
+    }
+
+    /// One tick with these controls of the participant, which reach the car after the scenario's extra delay. After the end of the drive
+    /// nothing moves any more.
     ///
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
     pub fn tick(&mut self, controls: &Controls) -> Result<(), WorldError> {
-        self.events.clear();
         if self.ended.is_some() {
+            self.agents.iter_mut().for_each(|agent| agent.events.clear());
             return Ok(());
         }
+        self.agents.iter_mut().for_each(|agent| agent.begin_tick(controls));
         let step_ticks = self.scenario.step_ticks();
-        let within = self.snapshot.tick.0 % step_ticks;
+        let within = self.snapshot().tick.0 % step_ticks;
         if within == 0 {
             while !self.prepare(Duration::MAX)? {}
-            self.begin_step();
+            self.agents.iter_mut().for_each(Agent::begin_step);
+            self.traffic.begin_step(&self.agents[0].view);
         }
         let fraction = (within + 1) as f64 / step_ticks as f64;
-        self.traffic.move_cars(&mut self.snapshot, &self.map, fraction);
-        self.stand_on_lane()?;
-        self.control_delay.push_back(*controls);
-        let arrived = self.control_delay.pop_front().unwrap_or(*controls);
-        self.move_ego(&arrived);
-        self.snapshot.tick.0 += 1;
-        self.update_derived_state();
-        if self.network.as_ref().is_some_and(|network| network.is_at_end(&self.snapshot, &self.map)) {
+        self.traffic.move_cars(&mut self.agents[0].view, &self.map, fraction);
+        self.agents[0].stand_on_lane(&self.scenario)?;
+        if self.drive() && self.scenario.contact == OnContact::End {
+            self.end(EndReason::Contact);
+        }
+        self.agents.iter_mut().for_each(|agent| agent.view.tick.0 += 1);
+        self.look_around();
+        if self.agents[0].is_at_end() {
             self.end(EndReason::PathEnd);
         }
         let duration_s = self.scenario.duration_s;
-        if self.ended.is_none() && duration_s > 0.0 && self.snapshot.tick >= Tick::at_seconds(duration_s) {
+        if self.ended.is_none() && duration_s > 0.0 && self.snapshot().tick >= Tick::at_seconds(duration_s) {
             self.end(EndReason::Duration);
         }
         Ok(())
@@ -146,62 +154,65 @@ impl World {
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
     pub fn prepare(&mut self, patience: Duration) -> Result<bool, WorldError> {
-        if self.ended.is_some() || !self.snapshot.tick.0.is_multiple_of(self.scenario.step_ticks()) {
+        if self.ended.is_some() || !self.snapshot().tick.0.is_multiple_of(self.scenario.step_ticks()) {
             return Ok(true);
         }
         if !self.traffic.is_asked() {
-            let limit_mps = self.map.route.speed_limit_mps(self.snapshot.ego_s_m);
-            self.advice.ask(self.snapshot.tick, &self.observe(), limit_mps);
-            self.traffic.ask(&self.ego, &self.snapshot, self.scenario.step_s)?;
+            self.agents.iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
+            self.traffic.ask(&self.agents, self.scenario.step_s)?;
         }
         Ok(self.traffic.wait(patience)?)
     }
 
-    /// One step begins, as it was asked for.
-    fn begin_step(&mut self) {
-        if let Some(advice) = self.advice.issue() {
-            self.snapshot.advice = Some(advice);
-            self.events.push(Event { tick: self.snapshot.tick, kind: EventKind::Advice(advice) });
-        } else if self.snapshot.advice.is_some() && !self.advice.stands() {
-            self.snapshot.advice = None;
-            self.events.push(Event { tick: self.snapshot.tick, kind: EventKind::AdviceWithheld });
-        }
-        self.traffic.begin_step(&self.snapshot);
+    /// All agents go on by a tick. True if the participant's vehicle has begun to touch another.
+    fn drive(&mut self) -> bool {
+        let [participant] = self.agents.as_mut_slice() else { return self.drive_several() };
+        participant.drive(self.traffic.obstacles())
     }
 
-    fn move_ego(&mut self, controls: &Controls) {
-        let on_route = RoadGround { route: &self.map.route, near_s_m: self.snapshot.ego_s_m };
-        let on_network = self.network.as_ref().map(|network| network.ground(&self.map, &self.snapshot));
-        let ground: &dyn GroundModel = on_network.as_ref().map_or(&on_route, |ground| ground);
-        self.snapshot.ego_before = *self.ego.state();
-        let touches = self.ego.tick(controls, ground, self.traffic.obstacles());
-        let known = self.events.len();
-        self.events.extend(self.contacts.begun(touches, Tick(self.snapshot.tick.0 + 1)));
-        self.snapshot.ego = *self.ego.state();
-        if self.events.len() > known && self.scenario.contact == OnContact::End {
-            self.end(EndReason::Contact);
+    /// The same where there are several, each an obstacle to the others.
+    fn drive_several(&mut self) -> bool {
+        let Touchable { agents, cars, near } = &mut self.touchable;
+        agents.clear();
+        agents.extend(self.agents.iter().map(Agent::obstacle));
+        // All that are no agents are in the participant's view, at the end of this tick already.
+        let is_agent = |id: VehicleId| agents.binary_search_by_key(&id.0, |agent| agent.id).is_ok();
+        let others = self.agents[0].view.cars.iter().filter(|car| !is_agent(car.id));
+        cars.clear();
+        cars.extend(others.map(VehicleSnapshot::obstacle));
+        let mut has_touched = false;
+        for (agent, own) in self.agents.iter_mut().zip(&*agents) {
+            let is_near = |other: &&Obstacle| other.pose.position.distance(own.pose.position) < TOUCHABLE_M;
+            near.clear();
+            near.extend(cars.iter().filter(is_near));
+            near.extend(agents.iter().filter(|other| other.id != own.id).filter(is_near));
+            has_touched |= agent.drive(near) && own.id == EGO.0;
         }
+        has_touched
     }
 
-    fn update_derived_state(&mut self) {
-        let ego = self.ego.predict(0.0).0;
-        derived_state::update(&mut self.snapshot, &self.map.route, &ego);
-        let Some(network) = &mut self.network else {
-            self.events.extend(self.lane.watch(&self.snapshot, &self.map.route));
-            return;
-        };
-        network.update(&mut self.snapshot, &self.map, &ego);
-        let under = network.ground(&self.map, &self.snapshot).surface(ego.position);
-        self.events.extend(self.lane.watch_network(&self.snapshot, under == GroundSurface::Asphalt));
-        // What is beyond the end of its path is no matter of the drive.
-        if !network.is_at_end(&self.snapshot, &self.map) {
-            self.rules.watch(&self.snapshot, &self.map, &ego, &mut self.events);
+    /// Every agent notes where it is, sees all others there, and what follows from that.
+    fn look_around(&mut self) {
+        self.agents.iter_mut().for_each(Agent::locate);
+        if let [participant, others @ ..] = self.agents.as_mut_slice() {
+            for other in &*others {
+                participant.sees(&other.image);
+            }
+            for other in others {
+                other.sees_as(participant);
+            }
         }
+        self.agents.iter_mut().for_each(Agent::look_around);
     }
 
     fn end(&mut self, reason: EndReason) {
         self.ended = Some(reason);
-        self.events.push(Event { tick: self.snapshot.tick, kind: EventKind::Ended(reason) });
+        let tick = self.snapshot().tick;
+        self.agents[0].events.push(Event { tick, kind: EventKind::Ended(reason) });
+    }
+
+    fn participant(&self) -> &Agent {
+        &self.agents[0]
     }
 
     /// The drive lasts so many seconds longer than its scenario said; without an end it has none still.
@@ -218,7 +229,7 @@ impl World {
 
     /// Another engine from the next step on: to test what waits for one.
     #[cfg(test)]
-    pub(crate) fn set_traffic(&mut self, traffic: Box<dyn crate::traffic::Traffic>) {
+    pub(crate) fn set_traffic(&mut self, traffic: Box<dyn Traffic>) {
         self.traffic.ring().set_engine(traffic);
     }
 
@@ -229,17 +240,22 @@ impl World {
 
     /// What happened in the last tick.
     pub fn events(&self) -> &[Event] {
-        &self.events
+        &self.participant().events
     }
 
     /// Everything at the present tick.
     pub fn snapshot(&self) -> &Snapshot {
-        &self.snapshot
+        &self.participant().view
+    }
+
+    /// The vehicles that are advised beside the participant's, by ascending id.
+    pub fn advised_others(&self) -> &[Agent] {
+        &self.agents[1..]
     }
 
     /// The policy that drives; the scenario says which was asked for.
     pub fn policy(&self) -> &policy::ResolvedPolicy {
-        &self.advice.policy
+        &self.participant().advice.policy
     }
 
     /// The road.
@@ -254,7 +270,7 @@ impl World {
 
     /// Speeds that this drive is about.
     pub fn expected_speeds(&self) -> ExpectedSpeeds {
-        self.advice.expected
+        self.participant().advice.expected
     }
 
     /// How traffic was when the driver took over.
@@ -264,7 +280,7 @@ impl World {
 
     /// The ego's car.
     pub fn ego_params(&self) -> &CarParams {
-        self.ego.params()
+        self.participant().car.params()
     }
 
     /// Name and version of the traffic engine.
@@ -279,15 +295,8 @@ impl World {
 
     /// Present seconds since the start of the drive.
     pub fn time_s(&self) -> f64 {
-        self.snapshot.tick.0 as f64 * TICK_S
+        self.snapshot().tick.0 as f64 * TICK_S
     }
-}
-
-/// The ego with the scenario's settings.
-fn car_params(scenario: &Scenario) -> CarParams {
-    let mut params = CarParams::default();
-    params.gearbox.creep = scenario.creep;
-    params
 }
 
 #[cfg(test)]

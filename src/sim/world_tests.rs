@@ -9,6 +9,7 @@ use super::{
 use crate::{
     driver::{DriverParams, SimulatedDriver},
     scenario::StartLayout,
+    space::CAR_LENGTH_M,
     traffic::EngineChoice,
 };
 use std::f64::consts::{PI, TAU};
@@ -28,7 +29,7 @@ fn drive(world: &mut World, ticks: usize) {
 fn a_policy_observes_its_own_car_the_one_ahead_and_the_ring() {
     let mut world = ring();
     drive(&mut world, 250);
-    let seen = world.observe();
+    let seen = world.agents[0].observe(world.scenario.vehicles);
     let snapshot = world.snapshot();
     assert!(seen.speed_mps > 0.5, "it drives: {seen:?}");
     assert_eq!(seen.speed_mps, snapshot.ego.speed_mps);
@@ -81,13 +82,13 @@ fn lane_help_looks_a_fifth_of_a_second_ahead() {
         begins_m += 0.5;
     }
     // 1 m before it nothing is seen of it by a car that stands, and it is seen at 20 m/s, 4 m on.
-    world.snapshot.ego_s_m = begins_m - 1.0 + CAR_LENGTH_M / 2.0;
-    world.snapshot.ego.speed_mps = 0.0;
+    world.agents[0].view.ego_s_m = begins_m - 1.0 + CAR_LENGTH_M / 2.0;
+    world.agents[0].view.ego.speed_mps = 0.0;
     assert!(world.lane_hint().curvature.abs() < 0.01);
     // Nor in reverse gear, whatever the speed.
-    world.snapshot.ego.speed_mps = -20.0;
+    world.agents[0].view.ego.speed_mps = -20.0;
     assert!(world.lane_hint().curvature.abs() < 0.01);
-    world.snapshot.ego.speed_mps = 20.0;
+    world.agents[0].view.ego.speed_mps = 20.0;
     assert!(world.lane_hint().curvature.abs() > 0.01);
 }
 

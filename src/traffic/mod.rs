@@ -1,4 +1,4 @@
-//! All other cars. In: a [`TrafficSetup`], then once a step what the ego does. Out: the state of every car at the end
+//! All other cars. In: a [`TrafficSetup`], then once a step what those do that somebody drives. Out: the state of every car at the end
 //! of that step. Two engines behind one trait: SUMO (in process or elsewhere) and the native IDM ring. Only
 //! `traffic::sumo` knows SUMO.
 
@@ -6,12 +6,12 @@ mod bends;
 mod choice;
 mod crossings;
 mod demand;
-mod ego;
 mod interrupt;
 mod mixture;
 mod motion;
 mod native;
 mod noise;
+mod reported;
 pub mod start;
 pub mod sumo;
 mod vehicles;
@@ -22,6 +22,7 @@ pub use interrupt::{Interruption, interrupt, is_interrupted};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
 pub use noise::NoiseStreams;
+pub use reported::is_on_lane;
 pub use vehicles::{Departure, NetworkVehicle, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps};
 
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
@@ -92,7 +93,7 @@ pub struct TrafficSetup {
     pub lateral_accel_mps2: Option<f64>,
 }
 
-/// The ego's part in one step: as it is now and as it will be at the end of the step.
+/// What somebody's vehicle does in one step: as it is now and as it will be at the end of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExternalVehicleState {
     /// Present pose of its centre.
@@ -105,16 +106,32 @@ pub struct ExternalVehicleState {
     pub next_speed_mps: f64,
 }
 
+/// A vehicle that does not follow its model in a step, because somebody drives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleReport {
+    /// Which.
+    pub id: VehicleId,
+    /// What it does.
+    pub state: ExternalVehicleState,
+}
+
+impl VehicleReport {
+    /// That of the ego.
+    pub fn of_ego(state: ExternalVehicleState) -> Self {
+        Self { id: EGO, state }
+    }
+}
+
 /// A traffic engine. One call is one step; all cars move at once from one state. It is begun on one thread and may be
 /// driven on another, so that a window hears its keys meanwhile.
 pub trait Traffic: Send {
-    /// Advances by one step. With a report the ego is where the report says; without, its own model drives it (warm-up,
-    /// baselines), from where the last report left it. An ego whose body has left the lane is not seen by the others.
+    /// Advances by one step. The cars of these reports, by ascending id, are where the reports say; every other is driven by its
+    /// own model, from where its last report left it. A reported car whose body has left the lane is not seen by the others.
     ///
     /// # Errors
-    /// If the engine failed or a number is not finite; the drive cannot go on. Without a report also if the last one
-    /// left the ego beside the road.
-    fn step(&mut self, ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError>;
+    /// If the engine failed, a number is not finite, or the reports are not of cars that are here, each once and in order; the drive
+    /// cannot go on. Also if a car that is reported no more was left beside the road.
+    fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError>;
 
     /// [`Traffic::step`] in two parts, for whoever must not wait for an engine that runs elsewhere: begins a step. Nothing
     /// else may be asked before [`Traffic::finish_step`] has said that it is over. An engine in this process takes the
@@ -122,8 +139,8 @@ pub trait Traffic: Send {
     ///
     /// # Errors
     /// As [`Traffic::step`].
-    fn begin_step(&mut self, ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
-        self.step(ego)
+    fn begin_step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
+        self.step(reports)
     }
 
     /// True once the step that was begun is over; waits for that for `patience` at most.

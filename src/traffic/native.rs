@@ -9,9 +9,9 @@
 //! its braking distance, where this engine always sees it.
 
 use super::{
-    CREEP_MPS2, CarState, EMERGENCY_BRAKING_MPS2, ExternalVehicleState, Traffic, TrafficError, TrafficSetup, VehicleId,
+    CREEP_MPS2, CarState, EMERGENCY_BRAKING_MPS2, Traffic, TrafficError, TrafficSetup, VehicleId, VehicleReport,
 };
-use super::{bends::BendSpeeds, crossings::self_crossing, ego, motion::SpeedStep, noise::Noise};
+use super::{bends::BendSpeeds, crossings::self_crossing, motion::SpeedStep, noise::Noise, reported};
 use crate::{
     idm::IdmParams,
     map::RoadMap,
@@ -33,7 +33,8 @@ pub struct NativeTraffic {
     accel_mps2: Vec<f64>,
     /// Cars that others see, in driving order.
     order: Vec<usize>,
-    ego_is_seen: bool,
+    /// By id; false of a reported car that has left the lane.
+    is_seen: Vec<bool>,
     cars: Vec<CarState>,
     bends: Option<BendSpeeds>,
 }
@@ -65,7 +66,7 @@ impl NativeTraffic {
             speed_mps: cars.iter().map(|car| car.speed_mps).collect(),
             accel_mps2: vec![0.0; n],
             order: Vec::with_capacity(n),
-            ego_is_seen: true,
+            is_seen: vec![true; n],
             cars,
             bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
             map: setup.map,
@@ -74,19 +75,19 @@ impl NativeTraffic {
         })
     }
 
-    /// Takes the ego to a pose and a speed.
-    fn place_ego(&mut self, pose: &Pose, speed_mps: f64) {
-        let near = self.ego_is_seen.then_some(self.s_m[0]);
-        let point = ego::place(&self.map.route, pose, near);
-        self.ego_is_seen = ego::is_on_lane(&self.map.route, point);
-        self.s_m[0] = point.s_m;
-        self.speed_mps[0] = speed_mps.max(0.0);
+    /// Takes a car to a pose and a speed.
+    fn place(&mut self, car: usize, pose: &Pose, speed_mps: f64) {
+        let near = self.is_seen[car].then_some(self.s_m[car]);
+        let point = reported::place(&self.map.route, pose, near);
+        self.is_seen[car] = reported::is_on_lane(&self.map.route, point);
+        self.s_m[car] = point.s_m;
+        self.speed_mps[car] = speed_mps.max(0.0);
     }
 
-    /// Sorts anew each step: cars do not overtake, but an ego that left the lane may come back anywhere.
+    /// Sorts anew each step: cars do not overtake, but one that left the lane may come back anywhere.
     fn sort(&mut self) {
         self.order.clear();
-        self.order.extend(usize::from(!self.ego_is_seen)..self.s_m.len());
+        self.order.extend((0..self.s_m.len()).filter(|car| self.is_seen[*car]));
         let s_m = &self.s_m;
         self.order.sort_unstable_by(|&a, &b| s_m[a].total_cmp(&s_m[b]).then(a.cmp(&b)));
     }
@@ -113,15 +114,16 @@ impl NativeTraffic {
         }
     }
 
-    /// Moves all cars but a reported ego, and draws everybody's noise.
-    fn advance(&mut self, first: usize) {
+    /// Moves all cars but the reported ones, and draws everybody's noise.
+    fn advance(&mut self, reports: &[VehicleReport]) {
         let route = &self.map.route;
+        let mut driven = reports.iter().map(|report| report.id.0 as usize).peekable();
         for i in 0..self.cars.len() {
             let before_mps = self.speed_mps[i];
             let wanted_mps = before_mps + self.accel_mps2[i] * self.step_s;
             let chosen_mps = if wanted_mps < CREEP_MPS2 * self.step_s { 0.0 } else { wanted_mps };
             let after_mps = self.noise.push(self.cars[i].id, chosen_mps);
-            if i < first {
+            if driven.next_if_eq(&i).is_some() {
                 continue;
             }
             self.s_m[i] = route.wrap(self.s_m[i] + chosen_mps * self.step_s);
@@ -135,21 +137,18 @@ impl NativeTraffic {
 }
 
 impl Traffic for NativeTraffic {
-    fn step(&mut self, report: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
-        match report {
-            Some(report) => {
-                report.check()?;
-                self.place_ego(&report.pose, report.speed_mps);
-            }
-            None if !self.ego_is_seen => return Err(ego::off_the_road()),
-            None => {}
+    fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
+        reported::check_reports(reports, &self.is_seen)?;
+        for VehicleReport { id, state } in reports {
+            self.place(id.0 as usize, &state.pose, state.speed_mps);
         }
         self.sort();
         self.choose();
-        self.advance(usize::from(report.is_some()));
-        if let Some(report) = report {
-            self.place_ego(&report.next_pose, report.next_speed_mps);
-            ego::follow(&mut self.cars[0], report, self.s_m[0], self.step_s);
+        self.advance(reports);
+        for VehicleReport { id, state } in reports {
+            let car = id.0 as usize;
+            self.place(car, &state.next_pose, state.next_speed_mps);
+            reported::follow(&mut self.cars[car], state, self.s_m[car], self.step_s);
         }
         Ok(())
     }

@@ -85,7 +85,7 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
     let mut ring = block(&start);
     let mut largest: f64 = 0.0;
     for _ in 0..1200 {
-        native.step(None).unwrap();
+        native.step(&[]).unwrap();
         ring.run(1);
         for (k, speed) in ring.speeds_mps(5).enumerate() {
             let car = native.cars()[(22 - k) % 22];

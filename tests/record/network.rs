@@ -320,6 +320,9 @@ fn the_path_goes_over_the_edges_of_the_scenario_by_lanes_that_the_file_connects(
     assert!(path.rows() >= 11, "{lanes:?}");
 }
 
+/// Tables of a drive on a network.
+const TABLES: usize = Table::OF_EVERY_DRIVE.len() + Table::OF_NETWORKS.len();
+
 fn replayed(drive: &Path) -> (i32, String) {
     said(&mut codrive(&["replay", drive.to_str().unwrap()]))
 }
@@ -328,7 +331,7 @@ fn replayed(drive: &Path) -> (i32, String) {
 fn a_drive_on_a_network_that_is_killed_keeps_its_tables_and_replays() {
     let folder = tempfile::tempdir().unwrap();
     // How much is on the disk in the middle of a drive is the disk's affair; the last table that takes its place is the last of all.
-    let last = format!("finish.table_renamed:{}", Table::ALL.len());
+    let last = format!("finish.table_renamed:{}", TABLES);
     for (point, least) in
         [("tick:4500", 0), ("flush.synced", 1), ("finish.tables_written", 5000), (last.as_str(), 5000)]
     {
@@ -339,7 +342,7 @@ fn a_drive_on_a_network_that_is_killed_keeps_its_tables_and_replays() {
         let found = recover(&drive).unwrap();
         assert_eq!(found.kept, None, "nothing is damaged");
         let rows: BTreeMap<&str, u64> = found.rows.iter().map(|(table, rows)| (table.name(), *rows)).collect();
-        assert_eq!(rows.len(), Table::ALL.len(), "{rows:?}");
+        assert_eq!(rows.len(), TABLES, "{rows:?}");
         assert!(rows["ego"] >= least, "{point}: {rows:?}");
         if rows["ego"] == 0 {
             continue;
@@ -361,7 +364,7 @@ fn a_recording_made_before_there_were_tables_of_networks_replays_without_them() 
     fs::write(&scenario, format!("map = {net:?}\npath = \"A0B0 B0B1 B1C1 C1C0\"\nduration_s = 20.0\n")).unwrap();
     let arguments = ["run", "--scenario", scenario.to_str().unwrap(), "--out", drive.to_str().unwrap()];
     assert_eq!(said(&mut codrive(&arguments)).0, 0);
-    for table in Table::ALL.iter().filter(|table| !Table::OF_EVERY_DRIVE.contains(table)) {
+    for table in Table::OF_NETWORKS {
         fs::remove_file(table.parquet(&drive)).unwrap();
     }
     let file = drive.join("manifest.json");

@@ -1,6 +1,7 @@
 //! The simulation from the outside: the car, simulated drivers, policies and networks of others, training, the world. In: the
 //! library's public types. Out: numbers that a reference, another program or a closed form gives as well.
 
+mod agents;
 mod driver;
 mod ego;
 mod network;

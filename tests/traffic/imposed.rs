@@ -36,7 +36,7 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
     for step in 0..900 {
         let next = trace(step, sumo.cars()[0].speed_mps);
         sumo.impose_speed(traffic::EGO, Some(next)).unwrap();
-        sumo.step(None).unwrap();
+        sumo.step(&[]).unwrap();
         reference.push(sumo.cars().to_vec());
     }
     drop(sumo);
@@ -50,7 +50,7 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
             let before = reference[step.saturating_sub(1)][0];
             // What is known at this moment: the next speed is a guess by constant acceleration.
             let next = (2.0 * now.speed_mps - before.speed_mps).max(0.0);
-            traffic.step(Some(&report(&map, &now, next))).unwrap();
+            traffic.step(&[VehicleReport::of_ego(report(&map, &now, next))]).unwrap();
             let pairs = traffic.cars().iter().zip(&reference[step + 1]).skip(1);
             let differences: Vec<f64> = pairs.map(|(car, own)| (car.speed_mps - own.speed_mps).abs()).collect();
             most = differences.iter().fold(most, |most, difference| most.max(*difference));
@@ -97,7 +97,7 @@ fn an_ego_beside_the_road_is_passed_and_one_at_its_edge_is_not() {
             let way_m: f64 = (1..=300).map(|k| map.route.difference(history[k - 1][2].s_m, history[k][2].s_m)).sum();
             assert_eq!(way_m < 34.0, seen, "{engine}: at {offset_m} m the follower went {way_m} m");
             assert!(way_m > 30.0);
-            assert_eq!(traffic.step(None).is_ok(), seen, "{engine}: its model drives it from the road only");
+            assert_eq!(traffic.step(&[]).is_ok(), seen, "{engine}: its model drives it from the road only");
         }
     }
 }
@@ -146,7 +146,7 @@ fn numbers_that_are_none_are_refused() {
         let mut traffic = traffic::start(&engine, setup).unwrap();
         let mut report = report(&map, &traffic.cars()[0].clone(), 4.0);
         report.next_pose.position.x = f64::NAN;
-        let error = traffic.step(Some(&report)).unwrap_err().to_string();
+        let error = traffic.step(&[VehicleReport::of_ego(report)]).unwrap_err().to_string();
         assert_eq!(error, "predicted x of car 0 is not a finite number: NaN", "{engine}");
         let broken = TrafficSetup { idm: IdmParams { a: f64::NAN, ..model(0.0) }, ..ring(0.0) };
         drop(traffic);

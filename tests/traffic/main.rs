@@ -1,4 +1,4 @@
-//! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives,
+//! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives, `several` about several of them,
 //! `noise` about its strength, `sumo` about SUMO alone, `network` about roads on which vehicles come and go, `network_ego` about an ego there, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
 //! socket, `fuel` about the emission model, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
 //! Metres, m/s, steps of 0.1 s.
@@ -14,6 +14,7 @@ mod network_ego;
 mod networks;
 mod noise;
 mod remote;
+mod several;
 mod strangers;
 mod sumo;
 
@@ -23,7 +24,7 @@ use codrive::{
     space::CAR_LENGTH_M,
     traffic::{
         self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, ModelMixture, NoiseStreams, Traffic,
-        TrafficSetup, start,
+        TrafficSetup, VehicleReport, start,
     },
 };
 use std::{
@@ -97,10 +98,19 @@ fn run(
     steps: usize,
     mut drive: impl FnMut(usize, &[CarState]) -> Option<ExternalVehicleState>,
 ) -> History {
+    run_reported(traffic, steps, |step, cars| drive(step, cars).map(VehicleReport::of_ego).into_iter().collect())
+}
+
+/// The same with reports of any cars.
+fn run_reported(
+    traffic: &mut dyn Traffic,
+    steps: usize,
+    mut drive: impl FnMut(usize, &[CarState]) -> Vec<VehicleReport>,
+) -> History {
     let mut history = vec![traffic.cars().to_vec()];
     for step in 0..steps {
-        let report = drive(step, traffic.cars());
-        traffic.step(report.as_ref()).expect("the step is taken");
+        let reports = drive(step, traffic.cars());
+        traffic.step(&reports).expect("the step is taken");
         history.push(traffic.cars().to_vec());
     }
     history

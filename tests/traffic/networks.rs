@@ -51,10 +51,10 @@ fn a_network_of_somebody_else_is_tried_once_and_driven_on() {
     let folder = tempfile::tempdir().unwrap();
     let file = written(folder.path(), &changed("<net ", "<!-- not ours --><net "));
     let before = now();
-    SumoTraffic::start(on(&file)).unwrap().step(None).unwrap();
+    SumoTraffic::start(on(&file)).unwrap().step(&[]).unwrap();
     let first = before.elapsed();
     let before = now();
-    SumoTraffic::start(on(&file)).unwrap().step(None).unwrap();
+    SumoTraffic::start(on(&file)).unwrap().step(&[]).unwrap();
     let second = before.elapsed();
     // A process is started for the first and not for the second: it loads SUMO's hundred libraries, 0.1 s at least.
     assert!(second < first && second < Duration::from_millis(500), "{first:?}, then {second:?}");
@@ -72,7 +72,7 @@ fn a_network_on_which_sumo_breaks_down_is_an_error_with_its_name_and_the_next_st
         assert!(text.starts_with(&format!("{}: SUMO crashes on this network (signal: ", file.display())), "{text}");
         assert!(text.contains("remedy"), "{text}");
     }
-    SumoTraffic::start(ring(0.0)).unwrap().step(None).unwrap();
+    SumoTraffic::start(ring(0.0)).unwrap().step(&[]).unwrap();
 }
 
 #[test]

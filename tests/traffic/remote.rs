@@ -67,7 +67,7 @@ fn listen_for(map: &str, clients: u32) -> Remote {
 }
 
 /// Connects as soon as the child listens.
-fn connect(remote: &Remote, setup: &TrafficSetup) -> Result<SumoTraffic, TrafficError> {
+pub fn connect(remote: &Remote, setup: &TrafficSetup) -> Result<SumoTraffic, TrafficError> {
     for _ in 0..400 {
         match SumoTraffic::connect("127.0.0.1", remote.port, setup.clone()) {
             Err(TrafficError::Unreachable { .. }) => sleep(Duration::from_millis(50)),
@@ -118,10 +118,10 @@ fn a_remote_sumo_that_dies_is_an_error_and_not_a_hang() {
     let _alone = alone();
     let mut remote = listen("ring-250");
     let mut traffic = connect(&remote, &ring(0.0)).unwrap();
-    traffic.step(None).unwrap();
+    traffic.step(&[]).unwrap();
     remote.child.kill().unwrap();
     remote.child.wait().unwrap();
-    let error = traffic.step(None).unwrap_err();
+    let error = traffic.step(&[]).unwrap_err();
     assert!(matches!(error, TrafficError::Lost { .. }), "{error}");
     let text = error.to_string();
     assert!(text.contains(&format!("127.0.0.1:{} is gone", remote.port)) && text.contains("a step"), "{text}");
@@ -185,7 +185,7 @@ fn a_step_of_a_remote_sumo_can_be_begun_and_waited_for_a_moment_at_a_time() {
     let before = traffic.cars().to_vec();
     // SUMO is stopped by the system: the step does not come, and nobody waits longer than asked.
     signal(&remote.child, "STOP");
-    traffic.begin_step(None).unwrap();
+    traffic.begin_step(&[]).unwrap();
     assert!(!traffic.finish_step(Duration::from_millis(20)).unwrap());
     assert_eq!(traffic.cars(), before);
     signal(&remote.child, "CONT");
@@ -199,10 +199,10 @@ fn a_remote_sumo_that_falls_silent_is_an_error_after_the_time_out() {
     let setup = TrafficSetup { timeout_s: 0.5, ..ring(0.0) };
     let remote = listen("ring-250");
     let mut traffic = connect(&remote, &setup).unwrap();
-    traffic.step(None).unwrap();
+    traffic.step(&[]).unwrap();
     signal(&remote.child, "STOP");
     let begun = now();
-    let error = traffic.step(None).unwrap_err();
+    let error = traffic.step(&[]).unwrap_err();
     // The time-out and what a loaded machine adds; without one this test would not end.
     assert!(begun.elapsed() >= Duration::from_millis(500) && begun.elapsed() < Duration::from_secs(5));
     assert!(matches!(error, TrafficError::Silent { .. }), "{error}");

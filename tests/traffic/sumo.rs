@@ -24,12 +24,12 @@ fn one_simulation_at_a_time_and_the_next_when_it_ends_even_by_a_panic() {
     drop(first);
     let ended = std::thread::spawn(|| {
         let mut traffic = SumoTraffic::start(ring(0.0)).unwrap();
-        traffic.step(None).unwrap();
+        traffic.step(&[]).unwrap();
         std::panic::resume_unwind(Box::new("the drive breaks"));
     })
     .join();
     assert!(ended.is_err());
-    SumoTraffic::start(ring(0.0)).unwrap().step(None).unwrap();
+    SumoTraffic::start(ring(0.0)).unwrap().step(&[]).unwrap();
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn a_broken_network_file_is_an_error_and_the_next_start_works() {
     setup.map = Arc::new(map);
     let error = SumoTraffic::start(setup).err().expect("the file is broken");
     assert!(error.to_string().contains("net.xml:"), "{error}");
-    SumoTraffic::start(ring(0.0)).unwrap().step(None).unwrap();
+    SumoTraffic::start(ring(0.0)).unwrap().step(&[]).unwrap();
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn poses_are_where_sumo_draws_the_cars() {
         let mut most_m: f64 = 0.0;
         let mut history = vec![traffic.cars().to_vec()];
         for _ in 0..3000 {
-            traffic.step(None).unwrap();
+            traffic.step(&[]).unwrap();
             history.push(traffic.cars().to_vec());
             for car in traffic.cars().to_vec() {
                 let drawn = traffic.drawn_pose(car.id).unwrap();

@@ -10,6 +10,7 @@ use crate::{
     space::CAR_LENGTH_M,
     time::Tick,
 };
+use std::sync::Arc;
 
 /// Speeds that this drive is about, m/s: the speedometer's scale follows from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +28,8 @@ pub(super) struct AdviceSource {
     /// The policy's name, and how it came to that one.
     pub policy: policy::ResolvedPolicy,
     pub expected: ExpectedSpeeds,
+    /// Each vehicle has a policy of its own, engaged from this.
+    source: Arc<PolicySource>,
     advisor: Advisor,
     /// Shown when the step begins that it was asked for.
     next: Option<Advice>,
@@ -37,7 +40,8 @@ impl AdviceSource {
     pub fn new(scenario: &Scenario, map: &RoadMap) -> Result<Self, WorldError> {
         let settings = policy_settings(scenario, &map.route);
         let resolved = resolve(scenario, map);
-        let policy = read(&resolved.name, scenario, &settings)?.engage();
+        let source = Arc::new(read(&resolved.name, scenario, &settings)?);
+        let policy = source.engage();
         if policy.as_deref().is_some_and(Policy::must_be_told_who_drives) {
             return Err(PolicyError::MustBeTold { name: resolved.name }.into());
         }
@@ -61,7 +65,23 @@ impl AdviceSource {
             policy => policy,
         };
         let advisor = Advisor::new(policy, scenario.hold(), scenario.range_mps());
-        Ok(Self { policy: resolved, expected, advisor, next: None })
+        Ok(Self { policy: resolved, expected, source, advisor, next: None })
+    }
+
+    /// The same policy once more, engaged for another vehicle.
+    pub fn another(&self, scenario: &Scenario) -> Self {
+        Self {
+            policy: self.policy.clone(),
+            expected: self.expected,
+            source: Arc::clone(&self.source),
+            advisor: Advisor::new(self.source.engage(), scenario.hold(), scenario.range_mps()),
+            next: None,
+        }
+    }
+
+    /// True if there is a policy.
+    pub fn advises(&self) -> bool {
+        self.policy.name != "none"
     }
 
     /// Asks the policy for the step that begins at `now`.
@@ -82,6 +102,10 @@ impl AdviceSource {
 
 /// Which policy a scenario asks for. `auto` is no advice on networks: nobody has trained a policy for them.
 fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
+    if scenario.advised.is_nobody() && scenario.policy != "none" {
+        let why = format!("{}: nobody is advised (advised is {})", scenario.policy, scenario.advised);
+        return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
+    }
     if !scenario.is_on_network() {
         return policy::resolve(&scenario.policy, map);
     }

@@ -2,7 +2,7 @@
 //! place on the road, its leader and the mean speed; an event when it leaves its lane or is back. Metres, m/s.
 
 use crate::{
-    map::{Route, network::SignalStates},
+    map::{Route, RoutePosition, network::SignalStates},
     policy::Follower,
     sim::{
         Event, EventKind, Snapshot,
@@ -32,16 +32,26 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapsh
     }
 }
 
-/// Where the ego is on the road, who leads, how fast all are.
-pub(super) fn update(snapshot: &mut Snapshot, route: &Route, ego: &Pose) {
+/// Where the ego is on the road.
+pub(super) fn locate(snapshot: &mut Snapshot, route: &Route, ego: &Pose) {
     let place = route.project(ego.front(CAR_LENGTH_M), Some(snapshot.ego_s_m));
     let middle = route.project(ego.position, Some(place.s_m));
     snapshot.ego_s_m = place.s_m;
     snapshot.lane_offset_m = middle.offset_m;
+}
+
+/// The same as one position: its front along the route, its middle beside it.
+pub(super) fn own_place(snapshot: &Snapshot) -> RoutePosition {
+    RoutePosition { s_m: snapshot.ego_s_m, offset_m: snapshot.lane_offset_m }
+}
+
+/// Who leads, how fast all are.
+pub(super) fn look_around(snapshot: &mut Snapshot, route: &Route) {
+    let ego_s_m = snapshot.ego_s_m;
     // On an open route those behind are at a negative way ahead.
     let on_route = snapshot.cars.iter().filter_map(|car| match car.s_m {
-        Some(s_m) => Some((route.ahead(place.s_m, s_m) - car.body.length_m, car.speed_mps, car)),
-        None => in_the_way(car, route, place.s_m),
+        Some(s_m) => Some((route.ahead(ego_s_m, s_m) - car.body.length_m, car.speed_mps, car)),
+        None => in_the_way(car, route, ego_s_m),
     });
     snapshot.leader = on_route
         .filter(|(gap_m, _, car)| route.is_closed() || *gap_m >= -car.body.length_m)

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 const WAVE_STANDS_S: f64 = 10.0;
 
 /// A car that is slower than this stands, m/s, as it does for a simulated driver: the model never comes to 0 in finite time.
-const STANDS_MPS: f64 = 0.08;
+pub(super) const STANDS_MPS: f64 = 0.08;
 
 /// How traffic was when the driver took over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -5,14 +5,15 @@
 //! end is what SUMO has.
 
 use super::{
-    WorldError,
+    TOUCHABLE_M, WorldError,
+    agent::Agent,
     ego_insertion::{self, Insertion},
     hand_over::HandOver,
     path_lanes::{PathLanes, is_against},
-    traffic_coupling::EgoPlacement,
+    traffic_coupling::StartPlace,
 };
 use crate::{
-    ego::{EgoCar, Obstacle},
+    ego::Obstacle,
     map::{
         MapError, RoadMap,
         network::{LanePosition, SignalStates},
@@ -28,8 +29,6 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// Vehicles farther from the ego are no bodies of its physics, metres: none is there within a step.
-const TOUCHABLE_M: f64 = 100.0;
 /// A way within a step that no vehicle drives, metres beyond what its speeds explain: it was set there.
 const JUMP_M: f64 = 5.0;
 
@@ -41,7 +40,7 @@ pub(super) struct NetworkCoupling {
     map: Arc<RoadMap>,
     lanes: PathLanes,
     step_s: f64,
-    start: EgoPlacement,
+    start: StartPlace,
     /// All others at the last step and at the next, by ascending id.
     from: Vec<PlacedVehicle>,
     to: Vec<PlacedVehicle>,
@@ -133,7 +132,7 @@ impl NetworkCoupling {
             map: Arc::clone(map),
             lanes,
             step_s: scenario.step_s,
-            start: EgoPlacement { s_m, speed_mps },
+            start: StartPlace { s_m, speed_mps },
             from: Vec::new(),
             to: Vec::new(),
             signals: SignalStates::default(),
@@ -148,7 +147,7 @@ impl NetworkCoupling {
     }
 
     /// Where the ego is put.
-    pub fn ego_start(&self) -> EgoPlacement {
+    pub fn ego_start(&self) -> StartPlace {
         self.start
     }
 
@@ -163,19 +162,12 @@ impl NetworkCoupling {
     }
 
     /// SUMO's next step, with where the ego is and where it will be at its end.
-    pub fn ask(&mut self, ego: &EgoCar, snapshot: &Snapshot) -> Result<(), TrafficError> {
+    pub fn ask(&mut self, ego: &Agent) -> Result<(), TrafficError> {
         let Some(engine) = &mut self.engine else {
             return Err(TrafficError::Setup("this drive was stopped".into()));
         };
-        let (pose, speed_mps) = ego.predict(0.0);
-        let (next_pose, next_speed_mps) = ego.predict(self.step_s);
-        // SUMO knows no reverse gear: a car that rolls backwards stands for it.
-        let state = ExternalVehicleState {
-            pose,
-            speed_mps: speed_mps.max(0.0),
-            next_pose,
-            next_speed_mps: next_speed_mps.max(0.0),
-        };
+        let (snapshot, state) = (ego.snapshot(), ego.report(self.step_s));
+        let next_pose = state.next_pose;
         let last = snapshot.ego_lane.map(|at| at.lane);
         let height_m = snapshot.ego.position.z;
         let lane = self.lanes.ego_lane(&self.map, &next_pose, height_m, snapshot.ego_s_m, last);
@@ -184,7 +176,7 @@ impl NetworkCoupling {
             state,
             lane: lane.map(|at| at.lane),
             is_wrong_way: lane.is_some_and(|at| is_against(&self.map.network, at, &next_pose)),
-            lamps: VehicleLamps { brake: ego.state().braking, ..VehicleLamps::default() },
+            lamps: VehicleLamps { brake: snapshot.ego.braking, ..VehicleLamps::default() },
         };
         let reports = [report];
         engine.step(if self.ego_arrived { &[] } else { &reports })?;

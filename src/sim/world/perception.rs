@@ -1,7 +1,7 @@
-//! What those who act in a drive know of it. In: the world at a tick. Out: the policy's [`Observation`], a simulated driver's
+//! What those who act in a drive know of it. In: the world as it is seen from a vehicle. Out: the policy's [`Observation`], a simulated driver's
 //! [`Perception`], the lane as lane help sees it. Metres, m/s, radians.
 
-use super::{World, derived_state};
+use super::{World, agent::Agent, derived_state};
 use crate::{
     controls::LaneHint,
     driver::{Perception, SeenLeader, SimulatedDriver},
@@ -16,28 +16,40 @@ pub(super) const LANE_HINT_SPAN_M: f64 = 4.0;
 const BEND_AHEAD_S: f64 = 3.0;
 
 impl World {
-    /// What the policy observes now.
-    pub(super) fn observe(&self) -> Observation {
-        let speed_mps = self.snapshot.ego.speed_mps;
+    /// What a simulated driver in the participant's vehicle perceives now.
+    pub fn perceived_by(&self, driver: &SimulatedDriver) -> Perception {
+        self.participant().perceived_by(driver)
+    }
+
+    /// The participant's lane as lane help needs it: at the ego's middle, its curvature `LANE_HINT_AHEAD_S` ahead.
+    pub fn lane_hint(&self) -> LaneHint {
+        self.participant().lane_hint()
+    }
+}
+
+impl Agent {
+    /// What the policy observes now; `vehicles` is how many there are on a closed route.
+    pub(super) fn observe(&self, vehicles: u32) -> Observation {
+        let speed_mps = self.view.ego.speed_mps;
         let length_m = self.map.route.length_m();
         let is_on_network = self.network.is_some();
         // Without a leader: on a closed route a standing one a whole turn ahead, as in training; on a network one far ahead that
         // neither nears nor parts.
         let nobody = if is_on_network { (FAR_M, speed_mps) } else { (length_m, 0.0) };
-        let (gap_m, leader_speed_mps) = self.snapshot.leader.map_or(nobody, |l| (l.gap_m, l.speed_mps));
+        let (gap_m, leader_speed_mps) = self.view.leader.map_or(nobody, |l| (l.gap_m, l.speed_mps));
         Observation {
             speed_mps,
             leader_speed_mps,
             gap_m,
             circumference_m: length_m,
-            vehicles: self.scenario.vehicles,
+            vehicles,
             road: self.road_ahead(),
             ..Observation::default()
         }
     }
 
     fn road_ahead(&self) -> RoadAhead {
-        let (route, snapshot) = (&self.map.route, &self.snapshot);
+        let (route, snapshot) = (&self.map.route, &self.view);
         let ahead_m = snapshot.ego.speed_mps.max(0.0) * BEND_AHEAD_S;
         let signal = self.network.as_ref().and_then(|network| network.next_signal(snapshot, &self.map));
         RoadAhead {
@@ -49,9 +61,9 @@ impl World {
         }
     }
 
-    /// What a simulated driver in the ego perceives now.
-    pub fn perceived_by(&self, driver: &SimulatedDriver) -> Perception {
-        let snapshot = &self.snapshot;
+    /// What a simulated driver in this vehicle perceives now.
+    pub(super) fn perceived_by(&self, driver: &SimulatedDriver) -> Perception {
+        let snapshot = &self.view;
         Perception {
             speed_mps: snapshot.ego.speed_mps,
             lane: driver.look(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m)),
@@ -65,9 +77,9 @@ impl World {
         }
     }
 
-    /// The lane as lane help needs it: at the ego's middle, its curvature `LANE_HINT_AHEAD_S` ahead.
-    pub fn lane_hint(&self) -> LaneHint {
-        let (route, snapshot) = (&self.map.route, &self.snapshot);
+    /// The lane at the middle of this vehicle, its curvature `LANE_HINT_AHEAD_S` ahead.
+    pub(super) fn lane_hint(&self) -> LaneHint {
+        let (route, snapshot) = (&self.map.route, &self.view);
         let middle_s_m = snapshot.ego_s_m - CAR_LENGTH_M / 2.0;
         let ahead_m = snapshot.ego.speed_mps.max(0.0) * LANE_HINT_AHEAD_S;
         LaneHint {

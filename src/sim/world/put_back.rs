@@ -1,10 +1,14 @@
-//! The ego back on its lane, for a driver who has no way back: from the meadow, or turned around on the road. In: the wish,
+//! The participant's vehicle back on its lane, for a driver who has no way back: from the meadow, or turned around on the road. In: the wish,
 //! between two ticks. Out: the next tick has the car on the lane, in the gap where it left it, as fast as the slower one of the
 //! two cars around it; an event says so, and a replay does the same at the same tick.
 
-use super::{World, WorldError, car_params};
+use super::{
+    World, WorldError,
+    agent::{Agent, car_params},
+};
 use crate::{
     ego::{EgoCar, GroundModel},
+    scenario::Scenario,
     sim::{Event, EventKind},
     space::CAR_LENGTH_M,
     time::Tick,
@@ -32,7 +36,7 @@ pub enum NotPutBack {
 impl World {
     /// True if the ego is off its lane, or heads away from it.
     pub fn is_astray(&self) -> bool {
-        !self.lane.is_in_lane() || self.lane_hint().heading_error_rad.abs() > ASTRAY_RAD
+        self.participant().is_astray()
     }
 
     /// With the next tick the ego stands on its lane again.
@@ -46,32 +50,38 @@ impl World {
         if !self.is_astray() {
             return Err(NotPutBack::OnLane);
         }
-        self.room().ok_or(NotPutBack::NoRoom)?;
-        self.wants_back = true;
+        self.participant().room().ok_or(NotPutBack::NoRoom)?;
+        self.agents[0].wants_back = true;
         Ok(())
     }
+}
 
-    /// Obeys that wish, when the other cars of this tick are where they will be.
-    pub(super) fn stand_on_lane(&mut self) -> Result<(), WorldError> {
+impl Agent {
+    fn is_astray(&self) -> bool {
+        !self.lane.is_in_lane() || self.lane_hint().heading_error_rad.abs() > ASTRAY_RAD
+    }
+
+    /// Obeys the wish to be back, when the other cars of this tick are where they will be.
+    pub(super) fn stand_on_lane(&mut self, scenario: &Scenario) -> Result<(), WorldError> {
         if !std::mem::take(&mut self.wants_back) {
             return Ok(());
         }
         let Some((s_m, speed_mps)) = self.room() else { return Ok(()) };
         let pose = self.map.route.pose_of_front(s_m, CAR_LENGTH_M);
-        self.ego = EgoCar::new(&car_params(&self.scenario), pose, speed_mps, self.snapshot.cars.len())?;
+        self.car = EgoCar::new(&car_params(scenario), pose, speed_mps, self.view.cars.len())?;
         if let Some(network) = &self.network {
-            self.ego.stand_on(network.ground(&self.map, &self.snapshot).shape(pose.position));
+            self.car.stand_on(network.ground(&self.map, &self.view).shape(pose.position));
         }
-        self.snapshot.ego_s_m = s_m;
-        let tick = Tick(self.snapshot.tick.0 + 1);
+        self.view.ego_s_m = s_m;
+        let tick = Tick(self.view.tick.0 + 1);
         self.events.push(Event { tick, kind: EventKind::PutBack { s_m } });
         Ok(())
     }
 
     /// Where the ego's front can stand, nearest to where it is along the route, and the speed that fits there.
     fn room(&self) -> Option<(f64, f64)> {
-        let (route, here_m) = (&self.map.route, self.snapshot.ego_s_m);
-        let cars = || self.snapshot.cars.iter().filter_map(|car| Some((car, car.s_m?)));
+        let (route, here_m) = (&self.map.route, self.view.ego_s_m);
+        let cars = || self.view.cars.iter().filter_map(|car| Some((car, car.s_m?)));
         // On an open route those behind are at a negative way ahead.
         let nearest = |ways: &mut dyn Iterator<Item = (f64, f64, f64)>| {
             ways.filter(|(way_m, ..)| *way_m >= 0.0).min_by(|a, b| (a.0 - a.2).total_cmp(&(b.0 - b.2)))

@@ -1,17 +1,22 @@
-//! The other cars of a closed route between two steps of their engine: all there from the start. In: once a step, where the ego is and where it will be; once
-//! a tick, how much of the step has passed. Out: the other cars' places at that tick, and the engine's answer to wait for.
+//! The cars of a closed route between two steps of their engine: all there from the start. In: once a step, where the agents are and
+//! where they will be; once a tick, how much of the step has passed. Out: the places of all that are no agents at that tick, and the
+//! engine's answer to wait for.
 //! Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
 
-use super::hand_over::{HandOver, HandOverGate};
+use super::{
+    agent::Agent,
+    hand_over::{HandOver, HandOverGate},
+};
 use crate::{
-    ego::{EgoCar, Obstacle},
+    ego::Obstacle,
     map::{RoadMap, Route},
     scenario::{Scenario, StartLayout},
     sim::Snapshot,
     space::CAR_LENGTH_M,
     time::TICK_S,
     traffic::{
-        self, CarState, ExternalVehicleState, InitialVehicle, ModelMixture, Traffic, TrafficError, TrafficSetup,
+        self, CarState, EGO, InitialVehicle, ModelMixture, Traffic, TrafficError, TrafficSetup, VehicleId,
+        VehicleReport,
     },
 };
 use std::{sync::Arc, time::Duration};
@@ -24,8 +29,11 @@ pub(super) struct RingCoupling {
     pub to: Vec<CarState>,
     /// The next step, once the engine was asked for it.
     asked: Option<Answer>,
-    /// The other cars at this tick, as the ego can touch them.
+    /// The cars at this tick that are no agents, as those can touch them.
     obstacles: Vec<Obstacle>,
+    /// By number: true of agents, which are where their bodies are.
+    is_agent: Vec<bool>,
+    reports: Vec<VehicleReport>,
     is_stopped: bool,
     /// How traffic was when the driver took over.
     pub hand_over: HandOver,
@@ -55,18 +63,31 @@ impl RingCoupling {
         };
         let mut engine = traffic::start(&scenario.traffic, setup)?;
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
-            engine.step(None)?;
+            engine.step(&[])?;
         }
         let mut gate = HandOverGate::new(scenario);
         let hand_over = loop {
             if let Some(hand_over) = gate.look(engine.cars()) {
                 break hand_over;
             }
-            engine.step(None)?;
+            engine.step(&[])?;
         };
         let to = engine.cars().to_vec();
         let obstacles = Vec::with_capacity(to.len() - 1);
-        Ok(Self { engine, from: to.clone(), to, asked: None, obstacles, is_stopped: false, hand_over })
+        let mut is_agent = vec![false; to.len()];
+        is_agent[EGO.0 as usize] = true;
+        let (from, reports) = (to.clone(), Vec::with_capacity(to.len()));
+        Ok(Self { engine, from, to, asked: None, obstacles, is_agent, reports, is_stopped: false, hand_over })
+    }
+
+    /// The engine, where nobody but it drives.
+    pub fn into_engine(self) -> Box<dyn Traffic> {
+        self.engine
+    }
+
+    /// From the next tick on this car is an agent.
+    pub fn becomes_agent(&mut self, id: VehicleId) {
+        self.is_agent[id.0 as usize] = true;
     }
 
     /// The ego's car and all others at the next step.
@@ -79,18 +100,11 @@ impl RingCoupling {
         self.asked.is_some()
     }
 
-    /// Asks the engine for the next step, and tells it where the ego is and where it will be at its end.
-    pub fn ask(&mut self, ego: &EgoCar, step_s: f64) -> Result<(), TrafficError> {
-        let (pose, speed_mps) = ego.predict(0.0);
-        let (next_pose, next_speed_mps) = ego.predict(step_s);
-        // Engines know no reverse gear: a car that rolls backwards stands for them.
-        let report = ExternalVehicleState {
-            pose,
-            speed_mps: speed_mps.max(0.0),
-            next_pose,
-            next_speed_mps: next_speed_mps.max(0.0),
-        };
-        self.engine.begin_step(Some(&report))?;
+    /// Asks the engine for the next step, and tells it where the agents are and where they will be at its end.
+    pub fn ask(&mut self, agents: &[Agent], step_s: f64) -> Result<(), TrafficError> {
+        self.reports.clear();
+        self.reports.extend(agents.iter().map(|agent| VehicleReport { id: agent.id(), state: agent.report(step_s) }));
+        self.engine.begin_step(&self.reports)?;
         self.asked = Some(Answer::Awaited);
         Ok(())
     }
@@ -111,10 +125,13 @@ impl RingCoupling {
         self.to.extend_from_slice(self.engine.cars());
     }
 
-    /// All other cars go to the place that they have `fraction` of the way through the step.
+    /// All cars but the agents go to the place that they have `fraction` of the way through the step.
     pub fn move_cars(&mut self, snapshot: &mut Snapshot, route: &Route, fraction: f64) {
         self.obstacles.clear();
         for ((view, from), to) in snapshot.cars.iter_mut().zip(&self.from[1..]).zip(&self.to[1..]) {
+            if self.is_agent[view.id.0 as usize] {
+                continue;
+            }
             let s_m = route.wrap(from.s_m + route.difference(from.s_m, to.s_m) * fraction);
             view.odometer_m += route.difference(view.s_m.unwrap_or(s_m), s_m);
             view.s_m = Some(s_m);
@@ -129,7 +146,7 @@ impl RingCoupling {
         }
     }
 
-    /// The other cars where [`RingCoupling::move_cars`] has put them.
+    /// The cars where [`RingCoupling::move_cars`] has put them.
     pub fn obstacles(&self) -> &[Obstacle] {
         &self.obstacles
     }
@@ -179,7 +196,7 @@ struct StoppedEngine {
 }
 
 impl Traffic for StoppedEngine {
-    fn step(&mut self, _ego: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
+    fn step(&mut self, _reports: &[VehicleReport]) -> Result<(), TrafficError> {
         Err(TrafficError::Setup("this drive was stopped".into()))
     }
 

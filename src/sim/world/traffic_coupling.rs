@@ -1,20 +1,23 @@
 //! The other vehicles of a drive between two steps of their engine, on a closed route with a fixed number of cars (`ring_coupling`) or
-//! on a network where they come and go (`network_coupling`). In: once a step, where the ego is and where it will be; once a tick, how
-//! much of the step has passed. Out: the other vehicles in the snapshot of that tick, and those that the ego can touch. Metres, m/s.
+//! on a network where they come and go (`network_coupling`). In: once a step, where the agents are and where they will be; once a tick,
+//! how much of the step has passed. Out: the other vehicles in the participant's snapshot of that tick, and those that can be touched.
+//! Metres, m/s.
 
-use super::{WorldError, hand_over::HandOver, network_coupling::NetworkCoupling, ring_coupling::RingCoupling};
+use super::{
+    WorldError, agent::Agent, hand_over::HandOver, network_coupling::NetworkCoupling, ring_coupling::RingCoupling,
+};
 use crate::{
-    ego::{EgoCar, Obstacle},
+    ego::Obstacle,
     map::RoadMap,
     scenario::Scenario,
     sim::{Snapshot, snapshot::VehicleSnapshot},
-    traffic::TrafficError,
+    traffic::{TrafficError, VehicleId},
 };
 use std::{sync::Arc, time::Duration};
 
-/// Where the ego is put on the road.
+/// Where a vehicle is put on the road.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct EgoPlacement {
+pub(super) struct StartPlace {
     /// Front bumper along the route, metres.
     pub s_m: f64,
     /// Speed, m/s.
@@ -40,14 +43,25 @@ impl TrafficCoupling {
     }
 
     /// Where the ego is put.
-    pub fn ego_start(&self) -> EgoPlacement {
+    pub fn ego_start(&self) -> StartPlace {
         match self {
             Self::Ring(ring) => {
                 let (ego, _) = ring.at_next_step();
-                EgoPlacement { s_m: ego.s_m, speed_mps: ego.speed_mps }
+                StartPlace { s_m: ego.s_m, speed_mps: ego.speed_mps }
             }
             Self::Network(network) => network.ego_start(),
         }
+    }
+
+    /// Cars of a closed route that become agents beside the ego, of these numbers, and where each is put.
+    pub fn take_over(&mut self, ids: impl Iterator<Item = VehicleId>) -> Vec<(VehicleId, StartPlace)> {
+        let Self::Ring(ring) = self else { return Vec::new() };
+        let take = |id: VehicleId| {
+            ring.becomes_agent(id);
+            let car = &ring.to[id.0 as usize];
+            (id, StartPlace { s_m: car.s_m, speed_mps: car.speed_mps })
+        };
+        ids.map(take).collect()
     }
 
     /// How many bodies of other vehicles the ego's physics makes ready.
@@ -76,11 +90,11 @@ impl TrafficCoupling {
         }
     }
 
-    /// Asks the engine for the next step, and tells it where the ego is and where it will be at its end.
-    pub fn ask(&mut self, ego: &EgoCar, snapshot: &Snapshot, step_s: f64) -> Result<(), TrafficError> {
+    /// Asks the engine for the next step, and tells it where the agents are and where they will be at its end.
+    pub fn ask(&mut self, agents: &[Agent], step_s: f64) -> Result<(), TrafficError> {
         match self {
-            Self::Ring(ring) => ring.ask(ego, step_s),
-            Self::Network(network) => network.ask(ego, snapshot),
+            Self::Ring(ring) => ring.ask(agents, step_s),
+            Self::Network(network) => network.ask(&agents[0]),
         }
     }
 
@@ -100,7 +114,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// All other vehicles go to the place that they have `fraction` of the way through the step.
+    /// All vehicles that are no agents go to the place that they have `fraction` of the way through the step.
     pub fn move_cars(&mut self, snapshot: &mut Snapshot, map: &RoadMap, fraction: f64) {
         match self {
             Self::Ring(ring) => ring.move_cars(snapshot, &map.route, fraction),
@@ -108,7 +122,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// The other vehicles near the ego where [`TrafficCoupling::move_cars`] has put them.
+    /// The vehicles near the ego where [`TrafficCoupling::move_cars`] has put them.
     pub fn obstacles(&self) -> &[Obstacle] {
         match self {
             Self::Ring(ring) => ring.obstacles(),

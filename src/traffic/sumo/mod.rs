@@ -28,8 +28,8 @@ pub use network_check::{COMMAND as CHECK_NETWORK, try_network};
 pub use remote::VERSION;
 
 use super::{
-    CarState, EGO, ExternalVehicleState, Traffic, TrafficError, TrafficSetup, VehicleId, bends::BendSpeeds, ego,
-    motion::SpeedStep, noise::Noise,
+    CarState, Traffic, TrafficError, TrafficSetup, VehicleId, VehicleReport, bends::BendSpeeds, motion::SpeedStep,
+    noise::Noise, reported,
 };
 use crate::{
     map::{RoadMap, RoutePosition},
@@ -47,7 +47,7 @@ const NAME: &str = "codrive";
 /// Name of the type of cars with another model.
 const OTHER_NAME: &str = "codrive.other-model";
 /// SUMO sees a car whose front is up to 2.0 m off the centre of a lane of 3.2 m, on one side further. Whether others see
-/// the ego is decided in [`ego`]; SUMO is told no more than this.
+/// a reported car is decided in [`reported`]; SUMO is told no more than this.
 const MAX_OFFSET_M: f64 = 1.5;
 /// Lane lengths of a network and a map may differ by rounding, metres.
 const LENGTH_TOLERANCE_M: f64 = 0.01;
@@ -65,16 +65,19 @@ pub struct SumoTraffic {
     /// The speed that each car's model starts from in the next step, m/s: SUMO's own plus noise.
     start_mps: Vec<f64>,
     cars: Vec<CarState>,
-    ego_is_seen: bool,
-    /// Where the ego is put while others do not see it.
+    /// By id; false of a reported car that has left the lane.
+    is_seen: Vec<bool>,
+    /// Where cars are put while others do not see them.
     nowhere: DVec2,
     description: String,
     bends: Option<BendSpeeds>,
     /// The model's own highest speed, and each car's as SUMO knows it, m/s.
     v0_mps: f64,
     highest_mps: Vec<f64>,
-    /// What the ego does in the step that was begun, and where that is.
-    asked: Option<Option<(ExternalVehicleState, RoutePosition)>>,
+    /// What reported cars do in the step that was begun, and where that is.
+    reported: Vec<(VehicleReport, RoutePosition)>,
+    /// A step was begun and is not over.
+    is_asked: bool,
 }
 
 impl SumoTraffic {
@@ -162,7 +165,7 @@ impl SumoTraffic {
             records: vec![Record::default(); n],
             start_mps: setup.cars.iter().map(|car| car.speed_mps).collect(),
             cars: (0..n as u32).map(|id| CarState { id: VehicleId(id), ..CarState::default() }).collect(),
-            ego_is_seen: true,
+            is_seen: vec![true; n],
             nowhere: corner - dvec2(1000.0, 1000.0),
             step_s: setup.step_s,
             bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
@@ -171,7 +174,8 @@ impl SumoTraffic {
             map: setup.map,
             simulation,
             description,
-            asked: None,
+            reported: Vec::with_capacity(n),
+            is_asked: false,
         };
         traffic.simulation.read(&mut traffic.records)?;
         for (i, start) in setup.cars.iter().enumerate() {
@@ -193,7 +197,7 @@ impl SumoTraffic {
     }
 
     /// From the next step on SUMO drives `car` at this speed without regard to others; `None` gives it back to its model.
-    /// The ego's reports do not pass through here: this is the car that they are measured against.
+    /// Reports do not pass through here: this is the car that they are measured against.
     ///
     /// # Errors
     /// [`TrafficError::NotFinite`].
@@ -225,21 +229,22 @@ impl SumoTraffic {
         self.simulation.bare_step()
     }
 
-    /// Tells SUMO where the ego will be and how fast it is.
-    fn command_ego(&mut self, report: &ExternalVehicleState) -> RoutePosition {
-        let route = &self.map.route;
-        let near = self.ego_is_seen.then_some(self.cars[0].s_m);
-        let point = ego::place(route, &report.next_pose, near);
-        self.ego_is_seen = ego::is_on_lane(route, point);
-        let SumoPose { mut front, angle_deg } = report.next_pose.to_sumo(CAR_LENGTH_M);
-        if !self.ego_is_seen {
+    /// Tells SUMO where a reported car will be and how fast it is.
+    fn command_reported(&mut self, report: &VehicleReport) -> RoutePosition {
+        let (route, car) = (&self.map.route, report.id.0 as usize);
+        let near = self.is_seen[car].then_some(self.cars[car].s_m);
+        let point = reported::place(route, &report.state.next_pose, near);
+        self.is_seen[car] = reported::is_on_lane(route, point);
+        let SumoPose { mut front, angle_deg } = report.state.next_pose.to_sumo(CAR_LENGTH_M);
+        if !self.is_seen[car] {
             front = self.nowhere;
         } else if point.offset_m.abs() > MAX_OFFSET_M {
             let left = DVec2::from_angle(route.yaw_at(point.s_m)).perp();
             front = route.point_at(point.s_m) + left * MAX_OFFSET_M.copysign(point.offset_m);
         }
-        self.commands.push(Command { car: EGO.0, kind: CommandKind::MoveToXy, a: front.x, b: front.y, c: angle_deg });
-        self.command_speed(0, report.speed_mps.max(0.0));
+        let kind = CommandKind::MoveToXy;
+        self.commands.push(Command { car: report.id.0, kind, a: front.x, b: front.y, c: angle_deg });
+        self.command_speed(car, report.state.speed_mps.max(0.0));
         point
     }
 
@@ -306,23 +311,24 @@ fn check_network(simulation: &mut Simulation, map: &RoadMap) -> Result<(), Traff
 }
 
 impl Traffic for SumoTraffic {
-    fn step(&mut self, report: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
-        self.begin_step(report)?;
+    fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
+        self.begin_step(reports)?;
         while !self.finish_step(Duration::MAX)? {}
         Ok(())
     }
 
-    fn begin_step(&mut self, report: Option<&ExternalVehicleState>) -> Result<(), TrafficError> {
-        let mut ego = None;
-        match report {
-            Some(report) => {
-                report.check()?;
-                ego = Some((*report, self.command_ego(report)));
-            }
-            None if !self.ego_is_seen => return Err(ego::off_the_road()),
-            None => {}
+    fn begin_step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
+        reported::check_reports(reports, &self.is_seen)?;
+        self.reported.clear();
+        for report in reports {
+            let point = self.command_reported(report);
+            self.reported.push((*report, point));
         }
-        for i in usize::from(report.is_some())..self.cars.len() {
+        let mut driven = reports.iter().map(|report| report.id.0 as usize).peekable();
+        for i in 0..self.cars.len() {
+            if driven.next_if_eq(&i).is_some() {
+                continue;
+            }
             self.command_bend(i);
             if self.start_mps[i] != self.records[i].speed_mps {
                 self.command_speed(i, self.start_mps[i]);
@@ -331,24 +337,28 @@ impl Traffic for SumoTraffic {
         let begun = self.simulation.begin(&self.commands, self.step_s, &mut self.records);
         self.commands.clear();
         begun?;
-        self.asked = Some(ego);
+        self.is_asked = true;
         Ok(())
     }
 
     fn finish_step(&mut self, patience: Duration) -> Result<bool, TrafficError> {
-        let Some(ego) = self.asked else { return Ok(true) };
+        if !self.is_asked {
+            return Ok(true);
+        }
         if !self.simulation.finish(patience, &mut self.records)? {
             return Ok(false);
         }
-        self.asked = None;
+        self.is_asked = false;
+        let mut next = 0;
         for i in 0..self.cars.len() {
             let chosen_mps = self.records[i].speed_mps;
             let noisy_mps = self.noise.push(self.cars[i].id, chosen_mps);
             let after_mps = if self.has_other_model[i] { chosen_mps } else { noisy_mps };
-            match &ego {
-                Some((report, point)) if i == EGO.0 as usize => {
-                    ego::follow(&mut self.cars[0], report, point.s_m, self.step_s);
-                    self.start_mps[0] = self.cars[0].speed_mps;
+            match self.reported.get(next) {
+                Some((report, point)) if i == report.id.0 as usize => {
+                    reported::follow(&mut self.cars[i], &report.state, point.s_m, self.step_s);
+                    self.start_mps[i] = self.cars[i].speed_mps;
+                    next += 1;
                 }
                 _ => self.publish(i, SpeedStep { before_mps: self.start_mps[i], chosen_mps, after_mps })?,
             }

@@ -248,7 +248,7 @@ impl SumoNetwork {
     }
 
     fn command(&mut self, ego: &EgoReport) -> Result<(), TrafficError> {
-        ego.state.check()?;
+        ego.state.check(ego.id)?;
         let SumoPose { mut front, angle_deg } = ego.state.next_pose.to_sumo(CAR_LENGTH_M);
         let lane = ego.lane.map_or(-1, |lane| lane.index() as i32);
         if ego.lane.is_none() {

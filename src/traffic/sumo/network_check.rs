@@ -16,8 +16,8 @@ use crate::{
     },
     space::CAR_LENGTH_M,
     traffic::{
-        Demand, ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, is_interrupted,
-        start,
+        Demand, ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, VehicleReport,
+        is_interrupted, start,
     },
 };
 use sha2::{Digest, Sha256};
@@ -212,7 +212,7 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
             next_pose: map.route.pose_of_front(ego.s_m + ego.speed_mps * step_s, CAR_LENGTH_M),
             next_speed_mps: ego.speed_mps,
         });
-        traffic.step(report.as_ref())?;
+        traffic.step(report.map(VehicleReport::of_ego).as_slice())?;
     }
     Ok(())
 }
