@@ -1,23 +1,31 @@
 //! Evaluates a policy by one whole drive. In: a scenario with a simulated driver. Out: a [`EvaluationResult`], by the same
-//! code as on the fast ring, of the whole program: physics, pedals, advice, and either engine of traffic.
+//! code as on the fast ring, of the whole program: physics, pedals, advice, and either engine of traffic. Where nobody is advised, every car
+//! is the engine's own.
 
 use super::{RunError, offline::OfflineDrive};
 use crate::{
+    map::RoadMap,
     metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult},
     scenario::Scenario,
+    sim::{Agent, World, WorldError},
+    space::CAR_LENGTH_M,
+    traffic::CarState,
 };
 
-/// Drives the scenario to its end; its warm-up does not count. From the first contact on all cars count as standing, as on
-/// the fast ring.
+/// Drives the scenario to its end; its warm-up does not count. From the first contact of an advised vehicle on all cars count as
+/// standing, as on the fast ring.
 ///
 /// # Errors
 /// The world cannot start or go on, or the driver is unknown.
 pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
+    if scenario.advised.is_nobody() {
+        return traffic_alone(scenario);
+    }
     let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;
     let mut tally = EpisodeMetrics::new(scenario.step_s, run.world().map().route.length_m());
     while run.world().ended().is_none() {
         run.step()?;
-        if !run.summary().contacts.is_empty() {
+        if has_crashed(&run) {
             tally.crash();
         }
         let snapshot = run.world().snapshot();
@@ -32,9 +40,38 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     Ok(tally.verdict())
 }
 
+/// True once any of the vehicles that are simulated whole has touched another.
+fn has_crashed(run: &OfflineDrive) -> bool {
+    let mut others = run.world().advised_others().iter().map(Agent::contact_count);
+    !run.summary().contacts.is_empty() || others.any(|contacts| contacts > 0)
+}
+
+/// The same without anybody who is advised.
+fn traffic_alone(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
+    let (map, mut engine) = World::traffic_alone(scenario)?;
+    let mut tally = EpisodeMetrics::new(scenario.step_s, map.route.length_m());
+    for _ in 0..(scenario.duration_s / scenario.step_s).round() as u64 {
+        engine.step(&[]).map_err(WorldError::from)?;
+        let cars = engine.cars();
+        let now = EpisodeStep { ahead: Some(ahead(cars, &map)), ..EpisodeStep::default() };
+        tally.add(cars.iter().map(|car| car.speed_mps as f32), now);
+    }
+    Ok(tally.verdict())
+}
+
+/// The first car, which is the ego elsewhere, behind its leader.
+fn ahead(cars: &[CarState], map: &RoadMap) -> Approach {
+    let (ego, leader) = (&cars[0], &cars[1]);
+    Approach {
+        gap_m: map.route.ahead(ego.s_m, leader.s_m) - CAR_LENGTH_M,
+        closing_mps: ego.speed_mps - leader.speed_mps,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::AdvisedVehicles;
     use crate::scenario::DisplaySettings;
     use crate::traffic::EngineChoice;
 
@@ -55,6 +92,49 @@ mod tests {
         // Four cars on a ring of 250 m, from a stand.
         assert!(verdict.mean_mps > 0.5 && verdict.settled_mps > verdict.mean_mps, "{verdict:?}");
         assert!(verdict.least_gap_m > 10.0 && verdict.least_gap_m < 250.0 / 4.0, "{verdict:?}");
+    }
+
+    /// The paper's wave.
+    fn wave(advised: AdvisedVehicles) -> Scenario {
+        Scenario {
+            traffic: EngineChoice::Native,
+            policy: "pi".into(),
+            advised,
+            warm_up_s: 600.0,
+            duration_s: 300.0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+            ..Scenario::default()
+        }
+    }
+
+    #[test]
+    fn with_nobody_advised_every_car_is_the_engines_own_and_drives_in_the_saturated_wave() {
+        let result = evaluate(&wave(AdvisedVehicles::Share(0.0))).unwrap();
+        // docs/references.md: ring: 2.99 m/s on average and 3.37 m/s over the cars.
+        assert!((result.mean_mps - 2.99).abs() < 0.08, "{result:?}");
+        assert!((result.sd_over_cars_mps - 3.37).abs() < 0.1, "{result:?}");
+        assert!(!result.crashed && result.in_range.is_none() && result.least_gap_m > 1.0, "{result:?}");
+        // Nothing of the policy is in it.
+        let other = Scenario { policy: "constant".into(), driver: "sloppy".into(), ..wave(AdvisedVehicles::Count(0)) };
+        assert_eq!(evaluate(&other).unwrap(), result);
+    }
+
+    #[test]
+    fn a_crash_of_another_advised_vehicle_counts() {
+        // To the letter, at 15 m/s, whatever is ahead; the ego brakes for others.
+        let crowd = Scenario {
+            policy: "constant".into(),
+            policy_speed_mps: 15.0,
+            driver: "exact".into(),
+            warm_up_s: 0.0,
+            duration_s: 40.0,
+            ..wave(AdvisedVehicles::Count(2))
+        };
+        let mut run = OfflineDrive::by(&crate::driver::preset("follow").unwrap(), &crowd, [0.0, 40.0]).unwrap();
+        assert!(!has_crashed(&run));
+        run.until(40.0).unwrap();
+        assert!(run.summary().contacts.is_empty(), "{:?}", run.summary().contacts);
+        assert!(run.advised().contacts_of_others > 0 && has_crashed(&run));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::{
     file,
     metrics::EvaluationResult,
     policy,
-    scenario::{Scenario, StartLayout},
+    scenario::{AdvisedVehicles, Scenario, StartLayout},
     settings::{self, fields_of},
     traffic::{EngineChoice, FollowingModel},
     train::{TrainConfig, evaluate},
@@ -67,8 +67,20 @@ pub(super) fn command() -> Command {
                 "WORD",
                 "ring: the fast ring; native or sumo: whole drives, physics and pedals included, on that traffic",
             )
+            .visible_alias("traffic")
             .default_value("ring")
             .value_parser(PossibleValuesParser::new(["ring", "native", "sumo"])),
+        )
+        .arg(
+            option(
+                "advised",
+                "SHARE,...",
+                "Draw the curve of mean speed against how many vehicles are advised, with --engine native or sumo: shares (5%, 0.05) or \
+                 numbers (3); 0, every car the traffic's own, is always among them",
+            )
+            .value_delimiter(',')
+            .value_parser(value_parser!(AdvisedVehicles))
+            .conflicts_with_all(["benchmark", "adherence"]),
         )
         .arg(
             option("other-model", "WORD", "Car-following model of a share of the other cars, with --engine sumo")
@@ -226,6 +238,7 @@ fn whole(
         step_s: config.ring.step_s,
         seed: config.seed + ring as u64,
         policy: case.policy.clone(),
+        advised: case.advised,
         policy_speed_mps: plan.settings.aim_mps,
         hold_s: case.hold_s,
         range_mph: config.reward.range_mps / crate::units::MPS_PER_MPH,

@@ -6,6 +6,7 @@ use crate::{
     driver::{self, DriverError, NamedDriver, Population},
     map::RoadMap,
     policy::{self, Policy, PolicyError, PolicySettings, PolicySource, ResolvedPolicy},
+    scenario::AdvisedVehicles,
     settings::{Settings, fields_of},
     toml_text::did_you_mean,
     traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
@@ -152,6 +153,8 @@ pub struct EvaluationCase {
     pub hold_s: f64,
     /// Who follows.
     pub driver: FollowingDriver,
+    /// How many vehicles are advised, in whole drives.
+    pub advised: AdvisedVehicles,
 }
 
 impl EvaluationCase {
@@ -183,6 +186,10 @@ pub struct EvaluationPlan {
     pub holds_s: Vec<f64>,
     /// Who follows.
     pub drivers: Vec<FollowingDriver>,
+    /// How many vehicles are advised, from nobody on, where a curve over them is asked for; else the ego alone is.
+    pub advised: Option<Vec<AdvisedVehicles>>,
+    /// Cars on a ring, the ego included.
+    pub vehicles: u32,
     /// What moves the cars.
     pub engine: Engine,
     /// Other cars with another model, in whole drives.
@@ -245,8 +252,9 @@ impl EvaluationPlan {
         // Tables and figures name the policy that drove.
         let resolved: Vec<ResolvedPolicy> = policies.iter().map(|name| policy::resolve(name, &road)).collect();
         let mut policies: Vec<String> = resolved.iter().map(|policy| policy.name.clone()).collect();
-        // A figure of advice says nothing without that of none beside it.
-        if !policies.iter().any(|name| name == "none") {
+        let advised = advised(matches, &engine, config.ring.vehicles_min)?;
+        // A figure of advice says nothing without that of none beside it; a curve begins there.
+        if advised.is_none() && !policies.iter().any(|name| name == "none") {
             policies.push("none".into());
         }
         let settings = config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default());
@@ -259,6 +267,8 @@ impl EvaluationPlan {
             resolved,
             holds_s,
             drivers,
+            advised,
+            vehicles: config.ring.vehicles_min,
             mixture: mixture(matches, &engine)?,
             engine,
             map,
@@ -273,27 +283,64 @@ impl EvaluationPlan {
         self.sources.get(name)?.engage()
     }
 
-    /// Each policy with each hold and each driver.
+    /// Each policy with each hold, each driver and each share of advised vehicles.
     pub fn cases(&self) -> Vec<EvaluationCase> {
         let mut cases = Vec::new();
+        let advised = self.advised.clone().unwrap_or_else(|| vec![AdvisedVehicles::default()]);
         for policy in &self.policies {
             for driver in &self.drivers {
                 for hold_s in &self.holds_s {
-                    cases.push(EvaluationCase { policy: policy.clone(), hold_s: *hold_s, driver: driver.clone() });
+                    let case = |advised: &AdvisedVehicles| EvaluationCase {
+                        policy: policy.clone(),
+                        hold_s: *hold_s,
+                        driver: driver.clone(),
+                        advised: *advised,
+                    };
+                    cases.extend(advised.iter().map(case));
                 }
             }
         }
         cases
     }
 
-    /// The case whose drives are those of this one to the bit: without advice the hold is nothing.
+    /// The case whose drives are those of this one to the bit: without advice the hold is nothing, and with nobody to advise the policy
+    /// and who follows.
     pub fn driven_as(&self, case: &EvaluationCase) -> EvaluationCase {
         let mut same = case.clone();
-        if case.policy == "none" {
+        if case.advised.is_nobody() {
+            (same.policy, same.driver) = ("none".into(), self.drivers[0].clone());
+        }
+        if same.policy == "none" {
             same.hold_s = self.holds_s[0];
         }
         same
     }
+
+    /// How many vehicles a case advises.
+    pub fn advised_by(&self, case: &EvaluationCase) -> u32 {
+        if case.policy == "none" { 0 } else { case.advised.of(self.vehicles) }
+    }
+}
+
+/// How many vehicles are advised, from the command line: nobody first, which all others are compared with.
+fn advised(matches: &ArgMatches, engine: &Engine, vehicles: u32) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
+    let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
+    if *engine == Engine::FastRing {
+        return Err(CliError::Input(
+            "--advised is for whole drives; engine ring has one advised car\n  remedy: --engine native or --engine sumo".into(),
+        ));
+    }
+    let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_nobody()).collect();
+    if let Some(AdvisedVehicles::Count(most)) =
+        advised.iter().find(|advised| matches!(advised, AdvisedVehicles::Count(count) if *count > vehicles))
+    {
+        let text = format!("--advised is {most}; allowed: 0 to {vehicles}, as many as there are vehicles, or a share");
+        return Err(CliError::Input(text));
+    }
+    advised.sort_by_key(|advised| advised.of(vehicles));
+    advised.dedup_by_key(|advised| advised.of(vehicles));
+    advised.insert(0, AdvisedVehicles::Count(0));
+    Ok(Some(advised))
 }
 
 /// Other cars with another model, from the command line.

@@ -68,8 +68,15 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
         let head = (row.case.label(), row.case.driver.label());
         if before.as_ref() != Some(&head) {
             let _ = writeln!(text, "{}, driver {}", head.0, head.1);
-            text.push_str("  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm for good  least gap  crashes  fuel   in range\n");
+            let advised = plan.advised.as_ref().map_or("", |_| " advised");
+            let _ = writeln!(
+                text,
+                "{advised}  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm for good  least gap  crashes  fuel   in range"
+            );
             before = Some(head);
+        }
+        if plan.advised.is_some() {
+            let _ = write!(text, " {:>7}", format!("{}/{}", plan.advised_by(&row.case), plan.vehicles));
         }
         let _ = writeln!(text, "{}", words(row));
         if let Some(warning) = crash_words(row) {
@@ -124,7 +131,7 @@ fn words(row: &EvaluationRow) -> String {
 pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Value {
     let row = |row: &EvaluationRow| {
         json!({
-            "policy": row.case.policy, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
+            "advised_vehicles": plan.advised_by(&row.case), "policy": row.case.policy, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
             "mean_speed_mps": estimate(row, MEASURES[0].1), "rings": row.verdicts,
         })
     };
@@ -194,18 +201,22 @@ fn key(row: &EvaluationRow, plan: &EvaluationPlan) -> String {
 
 fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
     let names: Vec<&str> = MEASURES.iter().map(|m| m.0).collect();
-    let mut text = format!("policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,{}\n", names.join(","));
+    let mut text = format!(
+        "policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,{},advised_vehicles\n",
+        names.join(",")
+    );
     for row in rows {
         for (ring, verdict) in row.verdicts.iter().enumerate() {
             let values: Vec<String> =
                 MEASURES.iter().map(|(_, of)| of(verdict).map_or(String::new(), |x| x.to_string())).collect();
             let _ = writeln!(
                 text,
-                "{},{},{ring},0,{},{}",
+                "{},{},{ring},0,{},{},{}",
                 key(row, plan),
                 config.seed,
                 config.ring.horizon_s,
-                values.join(",")
+                values.join(","),
+                plan.advised_by(&row.case)
             );
         }
     }
@@ -214,8 +225,10 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
 
 fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
     let names: Vec<String> = MEASURES.iter().map(|(m, _)| format!("{m},{m}_low,{m}_high")).collect();
-    let mut text =
-        format!("policy,hold_s,driver,engine,seed,rings,calm_rings,window_from_s,window_to_s,{}\n", names.join(","));
+    let mut text = format!(
+        "policy,hold_s,driver,engine,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles\n",
+        names.join(",")
+    );
     for row in rows {
         let values: Vec<String> = MEASURES
             .iter()
@@ -224,12 +237,13 @@ fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRo
         let calm = row.verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count();
         let _ = writeln!(
             text,
-            "{},{},{},{calm},0,{},{}",
+            "{},{},{},{calm},0,{},{},{}",
             key(row, plan),
             config.seed,
             row.verdicts.len(),
             config.ring.horizon_s,
-            values.join(",")
+            values.join(","),
+            plan.advised_by(&row.case)
         );
     }
     text
@@ -241,7 +255,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     let crashes = |row: &EvaluationRow| {
         crash_words(row).map_or(String::new(), |words| format!("\n{}: {words}", row.case.words()))
     };
-    if plan.holds_s.len() > 1 {
+    if plan.holds_s.len() > 1 && plan.advised.is_none() {
         let equilibrium_mps = plan.settings.equilibrium_mps;
         let is_paper_ring = config.ring.circumference_min_m == 250.0
             && config.ring.circumference_max_m == 250.0
@@ -249,6 +263,12 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash);
         let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &note);
         out.push(("speed-against-hold.svg".into(), text));
+    }
+    if plan.advised.is_some() {
+        let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash)
+            + "\n0 %: every car is the traffic's own; the others are driven by simulated drivers and advised one by one";
+        let text = figures::against_share(&by_share(plan, rows), plan.settings.equilibrium_mps, &note);
+        out.push(("speed-against-share.svg".into(), text));
     }
     if plan.engine != Engine::FastRing {
         return out;
@@ -305,16 +325,40 @@ fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
 }
 
 fn by_hold(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series> {
-    let mut series: Vec<figures::Series> = Vec::new();
-    for row in rows {
+    let name = |row: &EvaluationRow| {
         let is_none = row.case.policy == "none";
-        let name = match plan.drivers.len() {
+        match plan.drivers.len() {
             1 if is_none => "no advice".into(),
             _ if is_none => format!("no advice, {}", row.case.driver.label()),
             1 => row.case.label(),
             _ => format!("{}, {}", row.case.label(), row.case.driver.label()),
-        };
-        let Some(point) = row.point(row.case.hold_s) else { continue };
+        }
+    };
+    series(plan, rows, name, |row| row.case.hold_s)
+}
+
+/// Over the share of advised vehicles, percent.
+fn by_share(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series> {
+    let name = |row: &EvaluationRow| {
+        let hold = (plan.holds_s.len() > 1).then(|| format!(", hold {} s", row.case.hold_s));
+        let driver = (plan.drivers.len() > 1).then(|| format!(", {}", row.case.driver.label()));
+        row.case.label() + &hold.unwrap_or_default() + &driver.unwrap_or_default()
+    };
+    let share = |row: &EvaluationRow| 100.0 * f64::from(plan.advised_by(&row.case)) / f64::from(plan.vehicles);
+    series(plan, rows, name, share)
+}
+
+/// A line for each name, with its points from left to right as they come.
+fn series(
+    plan: &EvaluationPlan,
+    rows: &[EvaluationRow],
+    name: impl Fn(&EvaluationRow) -> String,
+    at: impl Fn(&EvaluationRow) -> f64,
+) -> Vec<figures::Series> {
+    let mut series: Vec<figures::Series> = Vec::new();
+    for row in rows {
+        let name = name(row);
+        let Some(point) = row.point(at(row)) else { continue };
         match series.iter_mut().find(|s| s.name == name) {
             Some(s) => s.points.push(point),
             None => {
