@@ -7,7 +7,7 @@ use crate::{
     map::RoadMap,
     metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult},
     scenario::Scenario,
-    sim::{Agent, World, WorldError},
+    sim::{World, WorldError},
     space::CAR_LENGTH_M,
     traffic::CarState,
 };
@@ -42,8 +42,7 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
 
 /// True once any of the vehicles that are simulated whole has touched another.
 fn has_crashed(run: &OfflineDrive) -> bool {
-    let mut others = run.world().advised_others().iter().map(Agent::contact_count);
-    !run.summary().contacts.is_empty() || others.any(|contacts| contacts > 0)
+    !run.summary().contacts.is_empty() || run.world().contacts_of_others() > 0
 }
 
 /// The same without anybody who is advised.

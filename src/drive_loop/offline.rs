@@ -6,7 +6,7 @@ use crate::{
     driver::{self, DriverParams, SimulatedDriver},
     record::{FLUSH_EVERY, Manifest, Recorder},
     scenario::Scenario,
-    sim::{Agent, Summary, SummaryAccumulator, World},
+    sim::{Summary, SummaryAccumulator, World},
     study::ParticipantCode,
     time::{Pace, Tick},
     traffic::EGO,
@@ -22,8 +22,8 @@ use std::{
 pub struct AdvisedSummary {
     /// Their numbers, the ego's (0) first.
     pub vehicles: Vec<u32>,
-    /// How many vehicles there are in all.
-    pub of: usize,
+    /// How many vehicles there are in all; `None` on a network, where they come and go.
+    pub of: Option<usize>,
     /// How often another of them than the ego has begun to touch a vehicle; the ego's contacts are in the drive's summary.
     pub contacts_of_others: u32,
 }
@@ -193,11 +193,10 @@ impl OfflineDrive {
     pub fn advised(&self) -> AdvisedSummary {
         let world = &self.drive.world;
         let ego = (world.policy().name != "none").then_some(EGO.0);
-        let others = world.advised_others();
         AdvisedSummary {
-            vehicles: ego.into_iter().chain(others.iter().map(|agent| agent.id().0)).collect(),
-            of: world.snapshot().cars.len() + 1,
-            contacts_of_others: others.iter().map(Agent::contact_count).sum(),
+            vehicles: ego.into_iter().chain(world.ever_advised().iter().map(|id| id.0)).collect(),
+            of: (!world.scenario().is_on_network()).then(|| world.snapshot().cars.len() + 1),
+            contacts_of_others: world.contacts_of_others(),
         }
     }
 }

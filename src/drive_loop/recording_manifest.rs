@@ -26,7 +26,7 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
         hand_over: Some(world.hand_over()),
         network_tables: scenario.is_on_network(),
-        advised_table: !world.advised_others().is_empty(),
+        advised_table: world.advises_others(),
         driver,
         participant: None,
         began: now(),

@@ -54,13 +54,14 @@ pub fn advised(advised: &AdvisedSummary) -> String {
     if vehicles.len() < 2 {
         return String::new();
     }
-    let share = 100.0 * vehicles.len() as f64 / *of as f64;
     let names: Vec<String> = vehicles.iter().map(u32::to_string).collect();
-    format!(
-        "advised                  {} of {of} ({share:.1} %): cars {}\ncontacts of the others   {contacts_of_others}\n",
-        vehicles.len(),
-        names.join(", ")
-    )
+    let which = match of {
+        Some(of) => {
+            format!(" of {of} ({:.1} %): cars {}", 100.0 * vehicles.len() as f64 / *of as f64, names.join(", "))
+        }
+        None => " vehicles, as they came".into(),
+    };
+    format!("advised                  {}{which}\ncontacts of the others   {contacts_of_others}\n", vehicles.len())
 }
 
 fn both(speed_mps: f64, unit: SpeedUnit) -> String {
@@ -75,7 +76,7 @@ mod tests {
 
     #[test]
     fn several_advised_vehicles_are_counted_and_named_and_one_is_not() {
-        let of = |vehicles: Vec<u32>| advised(&AdvisedSummary { vehicles, of: 22, contacts_of_others: 1 });
+        let of = |vehicles: Vec<u32>| advised(&AdvisedSummary { vehicles, of: Some(22), contacts_of_others: 1 });
         // Three of 22 are 13.6 %.
         let expected = "\
 advised                  3 of 22 (13.6 %): cars 0, 7, 14

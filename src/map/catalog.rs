@@ -6,7 +6,7 @@ use super::{
     edge_path::along_edges,
     limits::MOST_BYTES,
     loop_search::{ChosenEdges, route_of},
-    network::Network,
+    network::{LaneId, Network},
 };
 use crate::{
     data_folders,
@@ -170,11 +170,21 @@ impl RoadMap {
         };
         let about = folder.map_or(Ok(None), read_map_file)?;
         let network = Network::read(&net_file, &read(&net_file, MOST_BYTES)?)?;
-        let route = along_edges(&net_file, &network, edges)?;
+        let route = along_edges(&net_file, &network, edges, None)?;
         let stem = || stem_of(&net_file);
         let name = folder.filter(|_| place.is_dir() || about.is_some()).map_or_else(stem, name_of);
         let title = about.map_or_else(|| name.clone(), |file| file.title);
         Ok(Self { name, title, net_file, route, network: Arc::new(network) })
+    }
+
+    /// The same road with the open route along these edges that begins on this lane.
+    ///
+    /// # Errors
+    /// As [`RoadMap::load_along`], and if the edges cannot be driven from that lane.
+    pub fn along(&self, edges: &[&str], first: LaneId) -> Result<Self, MapError> {
+        let route = along_edges(&self.net_file, &self.network, edges, Some(first))?;
+        let (name, title, net_file) = (self.name.clone(), self.title.clone(), self.net_file.clone());
+        Ok(Self { name, title, net_file, route, network: Arc::clone(&self.network) })
     }
 
     fn load_folder(folder: &Path) -> Result<Self, MapError> {

@@ -24,11 +24,19 @@ struct WayOn {
     next: LaneId,
 }
 
-/// The route along `edges` of the network of `file`.
-pub(super) fn along_edges(file: &Path, net: &Network, edges: &[&str]) -> Result<Route, MapError> {
+/// The route along `edges` of the network of `file`, which begins on the lane `begins_on` if one is named.
+pub(super) fn along_edges(
+    file: &Path,
+    net: &Network,
+    edges: &[&str],
+    begins_on: Option<LaneId>,
+) -> Result<Route, MapError> {
     let chosen = edges.iter().map(|id| street(file, net, id)).collect::<Result<Vec<_>, _>>()?;
     let ways = ways_on(file, net, &chosen)?;
-    let first = ways.first().and_then(|lanes| lanes.iter().min_by_key(|(lane, way)| (way.changes, **lane)));
+    let first = ways.first().and_then(|lanes| {
+        let allowed = lanes.iter().filter(|(lane, _)| begins_on.is_none_or(|first| first == **lane));
+        allowed.min_by_key(|(lane, way)| (way.changes, **lane))
+    });
     let Some((&first, _)) = first else {
         return Err(MapError::EmptyPath { file: file.into() });
     };

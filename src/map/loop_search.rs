@@ -37,7 +37,7 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
     let chain = match chosen {
         Some(ChosenEdges { edges, closed: false }) => {
             let edges: Vec<&str> = edges.iter().map(String::as_str).collect();
-            return along_edges(file, net, &edges);
+            return along_edges(file, net, &edges, None);
         }
         Some(ChosenEdges { edges, closed: true }) => along(file, net, edges)?,
         None => match default_path(file, net) {
@@ -47,7 +47,7 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
                 (Err(_), Ok(path)) => {
                     let edges: Vec<&str> =
                         streets_of(net, &path).into_iter().map(|lane| edge_at(net, lane).id.as_str()).collect();
-                    return along_edges(file, net, &edges);
+                    return along_edges(file, net, &edges, None);
                 }
                 (looped, _) => looped?,
             },

@@ -52,6 +52,14 @@ impl AdvisedVehicles {
         (1..advised).map(move |k| (u64::from(k) * u64::from(vehicles) / u64::from(advised)) as u32)
     }
 
+    /// The probability with which a vehicle that comes to a network is advised: vehicles are not counted there.
+    pub fn of_those_that_come(self) -> f64 {
+        match self {
+            Self::Count(_) => 0.0,
+            Self::Share(share) => share,
+        }
+    }
+
     fn parse(text: &str) -> Option<Self> {
         let share = |number: &str, per: f64| number.trim().parse().ok().map(|value: f64| value / per);
         let text = text.trim();

@@ -115,8 +115,10 @@ impl Scenario {
             return Some(format!("allowed: 0 to {}, as many as there are vehicles", self.vehicles));
         }
         let is_alone = self.advised == AdvisedVehicles::default() || self.advised.is_nobody();
-        if self.is_on_network() && !is_alone {
-            return Some("allowed with a path or a demand: 1 or 0, the participant's vehicle or none".into());
+        if self.is_on_network() && count > 1 {
+            return Some(
+                "allowed with a path or a demand, where vehicles come and go: a share, such as 20%, or 1, or 0".into(),
+            );
         }
         (self.sham_advice && !is_alone).then(|| {
             "allowed with sham_advice: 1; sham advice is that of another drive of the participant's vehicle".into()
@@ -174,9 +176,9 @@ mod tests {
         assert!(
             fault("sham_advice = true\nadvised = \"20%\"").starts_with("trial.toml:2:11: advised is 0.2; allowed with")
         );
-        assert!(fault("path = \"a b\"\nadvised = \"20%\"").contains("2:11: advised is 0.2; allowed with a path"));
-        for allowed in ["advised = 22", "advised = 0", "sham_advice = true\nadvised = 1", "path = \"a b\"\nadvised = 0"]
-        {
+        assert!(fault("path = \"a b\"\nadvised = 2").contains("2:11: advised is 2; allowed with a path"));
+        let on_network = "path = \"a b\"\nadvised = \"20%\"";
+        for allowed in ["advised = 22", "advised = 0", "sham_advice = true\nadvised = 1", on_network] {
             assert!(Scenario::from_toml(allowed, "x").is_ok(), "{allowed}");
         }
     }

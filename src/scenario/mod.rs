@@ -89,8 +89,8 @@ flat_settings! {
             /// Advising policy: auto (the one shipped for the map, two-phase where there is none), none, constant, two-phase,
             /// follower-stopper, pi, linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),
-            /// How many vehicles are advised, the participant's the first: a share of all (5%, 0.05) or a number (3); 0 advises nobody. The
-            /// others have the same policy and are driven by the simulated driver
+            /// How many vehicles are advised, the participant's the first: a share of all (5%, 0.05; on a network of the cars that come) or a
+            /// number (3); 0 advises nobody. The others have the same policy and are driven by the simulated driver
             advised: AdvisedVehicles = AdvisedVehicles::default(),
             /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]

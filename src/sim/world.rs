@@ -55,6 +55,10 @@ pub struct World {
     traffic: TrafficCoupling,
     /// The participant's vehicle first, then the others that are advised, by ascending id.
     agents: Vec<Agent>,
+    /// Numbers of all that were agents at any time beside the participant's vehicle, ascending.
+    advised: Vec<VehicleId>,
+    /// Contacts of those that have left.
+    contacts_before: u32,
     touchable: Touchable,
     ended: Option<EndReason>,
 }
@@ -78,22 +82,21 @@ impl World {
         let scenario = &scenario.on(&map);
         let advice = AdviceSource::new(scenario, &map)?;
         let mut traffic = TrafficCoupling::start(scenario, &map)?;
-        let (is_advised, bodies) = (advice.advises(), traffic.bodies());
+        let bodies = traffic.bodies();
         let mut participant = Agent::participant(scenario, &map, advice, traffic.ego_start(), bodies)?;
         traffic.first_view(&mut participant.view);
-        let others = scenario.advised.others(scenario.vehicles).filter(|_| is_advised).map(VehicleId);
-        let others = traffic.take_over(others);
-        let advised = |place| Agent::advised(scenario, place, &participant, bodies);
-        let others = others.into_iter().map(advised).collect::<Result<Vec<_>, _>>()?;
         let mut world = Self {
             scenario: scenario.clone(),
             map,
             traffic,
-            agents: std::iter::once(participant).chain(others).collect(),
+            agents: vec![participant],
+            advised: Vec::new(),
+            contacts_before: 0,
             touchable: Touchable::default(),
             ended: None,
         };
         world.look_around();
+        world.renew_agents()?;
         Ok(world)
     }
 
@@ -122,11 +125,11 @@ impl World {
             self.agents.iter_mut().for_each(|agent| agent.events.clear());
             return Ok(());
         }
-        self.agents.iter_mut().for_each(|agent| agent.begin_tick(controls));
         let step_ticks = self.scenario.step_ticks();
         let within = self.snapshot().tick.0 % step_ticks;
+        while within == 0 && !self.prepare(Duration::MAX)? {}
+        self.agents.iter_mut().for_each(|agent| agent.begin_tick(controls));
         if within == 0 {
-            while !self.prepare(Duration::MAX)? {}
             self.agents.iter_mut().for_each(Agent::begin_step);
             self.traffic.begin_step(&self.agents[0].view);
         }
@@ -158,10 +161,40 @@ impl World {
             return Ok(true);
         }
         if !self.traffic.is_asked() {
+            self.renew_agents()?;
             self.agents.iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
             self.traffic.ask(&self.agents, self.scenario.step_s)?;
         }
         Ok(self.traffic.wait(patience)?)
+    }
+
+    /// At the beginning of a step agents whose way is over leave, and vehicles that are to be advised become agents where they are.
+    fn renew_agents(&mut self) -> Result<(), WorldError> {
+        let (traffic, contacts) = (&self.traffic, &mut self.contacts_before);
+        self.agents.retain(|agent| {
+            let stays = agent.id() == EGO || !(agent.is_at_end() || traffic.has_arrived(agent.id()));
+            *contacts += if stays { 0 } else { agent.contact_count() };
+            stays
+        });
+        if !self.agents[0].advice.advises() {
+            return Ok(());
+        }
+        let (bodies, known) = (self.traffic.bodies(), self.agents.len());
+        for new in self.traffic.new_agents(&self.scenario, &self.map)? {
+            let agent = Agent::advised(&self.scenario, &self.agents[0], &new, bodies)?;
+            self.advised.push(new.id);
+            self.agents.push(agent);
+        }
+        let (before, new) = self.agents.split_at_mut(known);
+        for agent in &mut *new {
+            agent.locate();
+            before[0].sees(&agent.image);
+        }
+        for agent in new {
+            agent.sees_as(&before[0]);
+            agent.look_around();
+        }
+        Ok(())
     }
 
     /// All agents go on by a tick. True if the participant's vehicle has begun to touch another.
@@ -248,9 +281,25 @@ impl World {
         &self.participant().view
     }
 
-    /// The vehicles that are advised beside the participant's, by ascending id.
+    /// The vehicles that are advised beside the participant's now, by ascending id.
     pub fn advised_others(&self) -> &[Agent] {
         &self.agents[1..]
+    }
+
+    /// Numbers of all that were so at any time, ascending.
+    pub fn ever_advised(&self) -> &[VehicleId] {
+        &self.advised
+    }
+
+    /// How often any of them has begun to touch another vehicle.
+    pub fn contacts_of_others(&self) -> u32 {
+        self.contacts_before + self.advised_others().iter().map(Agent::contact_count).sum::<u32>()
+    }
+
+    /// True if there can be such vehicles.
+    pub fn advises_others(&self) -> bool {
+        let can_come = self.scenario.is_on_network() && self.scenario.advised.of_those_that_come() > 0.0;
+        self.participant().advice.advises() && (can_come || !self.advised.is_empty())
     }
 
     /// The policy that drives; the scenario says which was asked for.

@@ -2,6 +2,7 @@
 //! library's public types. Out: numbers that a reference, another program or a closed form gives as well.
 
 mod agents;
+mod agents_network;
 mod driver;
 mod ego;
 mod network;

@@ -77,6 +77,7 @@ impl Agent {
             car.stand_on(network.ground_at(map, start.s_m).shape(pose.position));
         }
         let view = derived_state::first_snapshot(car.state(), start.s_m);
+        let image = VehicleSnapshot { id: EGO, pose, pose_before: pose, ..VehicleSnapshot::default() };
         Ok(Self {
             id: EGO,
             map: Arc::clone(map),
@@ -92,25 +93,27 @@ impl Agent {
             controls: Controls::default(),
             wants_back: false,
             view,
-            image: VehicleSnapshot::default(),
+            image,
             events: Vec::new(),
         })
     }
 
-    /// Another vehicle on the participant's road, driven by the scenario's simulated driver. What is random about him comes from a
-    /// stream of this vehicle's own.
+    /// Another vehicle, advised as the participant's is, on a road of its own, driven by the scenario's simulated driver. What is random
+    /// about him comes from a stream of this vehicle's own.
     pub(super) fn advised(
         scenario: &Scenario,
-        (id, start): (VehicleId, StartPlace),
         participant: &Self,
+        new: &NewAgent,
         bodies: usize,
     ) -> Result<Self, WorldError> {
-        let agent = Self::participant(scenario, &participant.map, participant.advice.another(scenario), start, bodies)?;
+        let NewAgent { id, map, start } = new;
+        let mut agent = Self::participant(scenario, map, participant.advice.another(scenario), *start, bodies)?;
+        agent.view.tick = participant.view.tick;
         let seed = rng::stream(scenario.seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
         let driver = SimulatedDriver::new(&driver::named(&scenario.driver)?.params, agent.car.params(), seed)?;
         // Who stands in a jam has a foot on the brake.
         let driver = if start.speed_mps < STANDS_MPS { driver.with_foot_on_brake() } else { driver };
-        Ok(Self { id, driver: Some(driver), ..agent })
+        Ok(Self { id: *id, driver: Some(driver), ..agent })
     }
 
     /// Which vehicle.
@@ -197,12 +200,14 @@ impl Agent {
     pub(super) fn locate(&mut self) {
         let pose = self.car.predict(0.0).0;
         derived_state::locate(&mut self.view, &self.map.route, &pose);
+        if let Some(network) = &mut self.network {
+            network.locate(&mut self.view, &self.map, &pose);
+        }
         let (ego, before, place) = (&self.view.ego, &self.image, derived_state::own_place(&self.view));
-        let is_first = self.view.tick.0 == 0;
         self.image = VehicleSnapshot {
             id: self.id,
             pose,
-            pose_before: if is_first { pose } else { before.pose },
+            pose_before: before.pose,
             s_m: is_on_lane(&self.map.route, place).then_some(place.s_m),
             lane: self.view.ego_lane,
             speed_mps: ego.speed_mps,
@@ -224,15 +229,26 @@ impl Agent {
     /// Another agent is where its image is.
     pub(super) fn sees(&mut self, other: &VehicleSnapshot) {
         if let Ok(at) = self.view.cars.binary_search_by_key(&other.id, |car| car.id) {
-            self.view.cars[at] = *other;
+            self.view.cars[at] = VehicleSnapshot { s_m: self.s_of(other), ..*other };
+        }
+    }
+
+    /// Where a vehicle's front is along this one's route. On a closed route that is the same for all.
+    fn s_of(&self, other: &VehicleSnapshot) -> Option<f64> {
+        match &self.network {
+            Some(network) => network.s_of(&self.map, other, self.view.ego_s_m),
+            None => other.s_m,
         }
     }
 
     /// All others are where the participant sees them, whose own vehicle is one of them.
     pub(super) fn sees_as(&mut self, participant: &Self) {
-        self.view.cars.clear();
-        self.view.cars.push(participant.image);
-        self.view.cars.extend(participant.view.cars.iter().filter(|car| car.id != self.id));
+        let mut cars = std::mem::take(&mut self.view.cars);
+        cars.clear();
+        let others = participant.view.cars.iter().filter(|car| car.id != self.id);
+        let all = std::iter::once(&participant.image).chain(others);
+        cars.extend(all.map(|car| VehicleSnapshot { s_m: self.s_of(car), ..*car }));
+        self.view.cars = cars;
         self.view.signals.clone_from(&participant.view.signals);
     }
 
@@ -244,7 +260,7 @@ impl Agent {
             self.events.extend(self.lane.watch(&self.view, &self.map.route));
             return;
         };
-        network.update(&mut self.view, &self.map, &ego);
+        network.look_around(&self.view, &self.map);
         let under = network.ground(&self.map, &self.view).surface(ego.position);
         self.events.extend(self.lane.watch_network(&self.view, under == GroundSurface::Asphalt));
         // What is beyond the end of its path is no matter of the drive.
@@ -257,6 +273,14 @@ impl Agent {
     pub(super) fn is_at_end(&self) -> bool {
         self.network.as_ref().is_some_and(|network| network.is_at_end(&self.view, &self.map))
     }
+}
+
+/// A vehicle that becomes an agent.
+pub(super) struct NewAgent {
+    pub id: VehicleId,
+    /// The road along its path.
+    pub map: Arc<RoadMap>,
+    pub start: StartPlace,
 }
 
 /// The car with the scenario's settings.

@@ -6,7 +6,7 @@
 
 use super::{
     TOUCHABLE_M, WorldError,
-    agent::Agent,
+    agent::{Agent, NewAgent},
     ego_insertion::{self, Insertion},
     hand_over::HandOver,
     path_lanes::{PathLanes, is_against},
@@ -18,12 +18,13 @@ use crate::{
         MapError, RoadMap,
         network::{LanePosition, SignalStates},
     },
+    rng,
     scenario::Scenario,
     sim::{Snapshot, snapshot::VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        EGO, EngineChoice, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleLamps,
+        EGO, EngineChoice, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleId, VehicleKind, VehicleLamps,
         sumo::{EgoReport, EgoStart, NetworkSetup, SumoNetwork},
     },
 };
@@ -50,10 +51,28 @@ pub(super) struct NetworkCoupling {
     before: Vec<VehicleSnapshot>,
     obstacles: Vec<Obstacle>,
     is_asked: bool,
-    /// For SUMO the ego's way is over: it is reported no more.
-    ego_arrived: bool,
+    /// Egos whose way is over for SUMO: they are reported no more.
+    arrived: Vec<VehicleId>,
+    reports: Vec<EgoReport>,
+    /// The share of vehicles that is advised of those that come.
+    advised_share: f64,
+    /// Those that have come, of which some are to be advised; at the start all that are there.
+    new: Vec<VehicleId>,
     /// How traffic was when the driver took over.
     pub hand_over: HandOver,
+}
+
+/// Where an agent is and will be, as SUMO is told.
+fn report(agent: &Agent, step_s: f64) -> EgoReport {
+    let (snapshot, state) = (agent.snapshot(), agent.report(step_s));
+    let lane = agent.network.as_ref().and_then(|network| network.lane_at(snapshot, &agent.map, &state.next_pose));
+    EgoReport {
+        id: agent.id(),
+        state,
+        lane: lane.map(|at| at.lane),
+        is_wrong_way: lane.is_some_and(|at| is_against(&agent.map.network, at, &state.next_pose)),
+        lamps: VehicleLamps { brake: snapshot.ego.braking, ..VehicleLamps::default() },
+    }
 }
 
 /// A vehicle, and where it is on the ego's route.
@@ -139,10 +158,16 @@ impl NetworkCoupling {
             before: Vec::new(),
             obstacles: Vec::new(),
             is_asked: false,
-            ego_arrived: false,
+            arrived: Vec::new(),
+            reports: Vec::new(),
+            advised_share: scenario.advised.of_those_that_come(),
+            new: Vec::new(),
             hand_over,
         };
         coupling.take(s_m);
+        if coupling.advised_share > 0.0 {
+            coupling.new.extend(coupling.to.iter().map(|placed| placed.vehicle.id));
+        }
         Ok(coupling)
     }
 
@@ -161,28 +186,57 @@ impl NetworkCoupling {
         self.is_asked
     }
 
-    /// SUMO's next step, with where the ego is and where it will be at its end.
-    pub fn ask(&mut self, ego: &Agent) -> Result<(), TrafficError> {
+    /// SUMO's next step, with where the agents are and where they will be at its end.
+    pub fn ask(&mut self, agents: &[Agent]) -> Result<(), TrafficError> {
         let Some(engine) = &mut self.engine else {
             return Err(TrafficError::Setup("this drive was stopped".into()));
         };
-        let (snapshot, state) = (ego.snapshot(), ego.report(self.step_s));
-        let next_pose = state.next_pose;
-        let last = snapshot.ego_lane.map(|at| at.lane);
-        let height_m = snapshot.ego.position.z;
-        let lane = self.lanes.ego_lane(&self.map, &next_pose, height_m, snapshot.ego_s_m, last);
-        let report = EgoReport {
-            id: EGO,
-            state,
-            lane: lane.map(|at| at.lane),
-            is_wrong_way: lane.is_some_and(|at| is_against(&self.map.network, at, &next_pose)),
-            lamps: VehicleLamps { brake: snapshot.ego.braking, ..VehicleLamps::default() },
-        };
-        let reports = [report];
-        engine.step(if self.ego_arrived { &[] } else { &reports })?;
-        self.ego_arrived |= engine.changes().arrived.contains(&EGO);
+        let (step_s, arrived) = (self.step_s, &self.arrived);
+        let here = agents.iter().filter(|agent| !arrived.contains(&agent.id()));
+        self.reports.clear();
+        self.reports.extend(here.map(|agent| report(agent, step_s)));
+        engine.step(&self.reports)?;
+        let gone = engine.changes().arrived.iter().filter(|id| self.reports.iter().any(|report| report.id == **id));
+        self.arrived.extend(gone);
+        if self.advised_share > 0.0 {
+            self.new.extend(engine.changes().departed.iter().map(|departure| departure.id));
+        }
         self.is_asked = true;
         Ok(())
+    }
+
+    /// True if a vehicle's way is over for SUMO.
+    pub fn has_arrived(&self, id: VehicleId) -> bool {
+        self.arrived.contains(&id)
+    }
+
+    /// Of the vehicles that have come those that become agents: of the cars, each by chance from a stream of its own. One whose path cannot
+    /// be driven from where it is, as inside a junction, stays SUMO's.
+    pub fn new_agents(&mut self, scenario: &Scenario) -> Result<Vec<NewAgent>, TrafficError> {
+        let mut agents = Vec::new();
+        for id in std::mem::take(&mut self.new) {
+            if rng::stream(scenario.seed, &format!("vehicle/{}/advised", id.0)).uniform(0.0, 1.0) < self.advised_share {
+                agents.extend(self.take_over(id)?);
+            }
+        }
+        Ok(agents)
+    }
+
+    /// A vehicle as an agent, if it is a car like the ego and its path can be driven.
+    fn take_over(&mut self, id: VehicleId) -> Result<Option<NewAgent>, TrafficError> {
+        let (Some(engine), Some(at)) = (&mut self.engine, self.to.iter().find(|placed| placed.vehicle.id == id)) else {
+            return Ok(None);
+        };
+        let vehicle = &at.vehicle;
+        let is_like_ego = vehicle.body.kind == VehicleKind::Car && (vehicle.body.length_m - CAR_LENGTH_M).abs() < 0.01;
+        let Some(lane) = vehicle.lane.filter(|_| is_like_ego) else { return Ok(None) };
+        let here = self.map.network.edge_of(lane).id.clone();
+        let edges = engine.take_over(id)?;
+        let ahead: Vec<&str> = edges.iter().map(String::as_str).skip_while(|edge| *edge != here).collect();
+        let Ok(map) = self.map.along(&ahead, lane) else { return Ok(None) };
+        let front = vehicle.pose.front(CAR_LENGTH_M);
+        let start = StartPlace { s_m: map.route.project(front, Some(vehicle.s_m)).s_m, speed_mps: vehicle.speed_mps };
+        Ok(Some(NewAgent { id, map: Arc::new(map), start }))
     }
 
     /// The step that was asked for begins.

@@ -9,7 +9,7 @@ use crate::{
         network::{LanePosition, SignalLight},
     },
     policy::SignalAhead,
-    sim::{Snapshot, ground::NetworkGround},
+    sim::{Snapshot, VehicleSnapshot, ground::NetworkGround},
     space::Pose,
 };
 
@@ -36,8 +36,8 @@ impl NetworkView {
         Self { give_way: GiveWay::new(lanes.yield_lines(map)), lanes, is_on_last: false }
     }
 
-    /// Notes in the snapshot in which lane the ego's front is, and for itself how the ego stands at the next line.
-    pub fn update(&mut self, snapshot: &mut Snapshot, map: &RoadMap, ego: &Pose) {
+    /// Notes in the snapshot in which lane the ego's front is.
+    pub fn locate(&mut self, snapshot: &mut Snapshot, map: &RoadMap, ego: &Pose) {
         let last = snapshot.ego_lane.map(|at| at.lane);
         let height_m = snapshot.ego.position.z;
         snapshot.ego_lane = self.lanes.ego_lane(map, ego, height_m, snapshot.ego_s_m, last);
@@ -45,7 +45,22 @@ impl NetworkView {
         let is_on_last = snapshot.ego_lane.map(edge) == map.route.lanes().last().map(|lane| lane.edge.as_str());
         let has_left = snapshot.ego_lane.is_none() || snapshot.ego_s_m < map.route.length_m();
         self.is_on_last = is_on_last || (self.is_on_last && !has_left);
+    }
+
+    /// Notes how the ego stands at the next line.
+    pub fn look_around(&mut self, snapshot: &Snapshot, map: &RoadMap) {
         self.give_way.update(snapshot, map);
+    }
+
+    /// The lane in which the ego will be at a pose soon, as traffic is told.
+    pub fn lane_at(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> Option<LanePosition> {
+        let last = snapshot.ego_lane.map(|at| at.lane);
+        self.lanes.ego_lane(map, pose, snapshot.ego.position.z, snapshot.ego_s_m, last)
+    }
+
+    /// Where a vehicle's front is along this path, metres; `None` beside it.
+    pub fn s_of(&self, map: &RoadMap, car: &VehicleSnapshot, near_s_m: f64) -> Option<f64> {
+        self.lanes.s_at(map, car.lane?, car.pose.front(car.body.length_m), near_s_m)
     }
 
     /// The ground around the ego.

@@ -14,6 +14,7 @@ use crate::{
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, Pose3},
     traffic::NetworkVehicle,
 };
+use glam::DVec2;
 use std::collections::BTreeMap;
 
 /// One of the route's lanes that a network's lane stands for.
@@ -54,14 +55,20 @@ impl PathLanes {
 
     /// Front bumper of a vehicle along the route, metres; of several places that nearest to `near_s_m`. `None` beside the route.
     pub fn s_of(&self, map: &RoadMap, vehicle: &NetworkVehicle, near_s_m: f64) -> Option<f64> {
+        let at = LanePosition { lane: vehicle.lane?, s_m: vehicle.s_m, offset_m: vehicle.offset_m };
+        self.s_at(map, at, vehicle.pose.front(vehicle.body.length_m), near_s_m)
+    }
+
+    /// The same of a front bumper in a lane, and where that is on the ground plane.
+    pub fn s_at(&self, map: &RoadMap, at: LanePosition, front: DVec2, near_s_m: f64) -> Option<f64> {
         let route = &map.route;
-        let places = self.by_lane.get(&vehicle.lane?)?.iter().filter_map(|stretch| {
+        let places = self.by_lane.get(&at.lane)?.iter().filter_map(|stretch| {
             let lane = &route.lanes()[stretch.index];
-            let along_m = lane.start_s_m + vehicle.s_m.min(lane.length_m);
+            let along_m = lane.start_s_m + at.s_m.min(lane.length_m);
             if stretch.is_same {
                 return Some(along_m);
             }
-            let found = route.project(vehicle.pose.front(vehicle.body.length_m), Some(along_m));
+            let found = route.project(front, Some(along_m));
             let is_near = found.offset_m.abs() < lane.width_m / 2.0 && route.lane_at(found.s_m).0 == stretch.index;
             is_near.then_some(found.s_m)
         });

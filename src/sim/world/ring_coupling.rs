@@ -4,8 +4,9 @@
 //! Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
 
 use super::{
-    agent::Agent,
+    agent::{Agent, NewAgent},
     hand_over::{HandOver, HandOverGate},
+    traffic_coupling::StartPlace,
 };
 use crate::{
     ego::Obstacle,
@@ -85,9 +86,16 @@ impl RingCoupling {
         self.engine
     }
 
-    /// From the next tick on this car is an agent.
-    pub fn becomes_agent(&mut self, id: VehicleId) {
-        self.is_agent[id.0 as usize] = true;
+    /// The cars that are advised beside the ego become agents, once.
+    pub fn new_agents(&mut self, scenario: &Scenario, map: &Arc<RoadMap>) -> Vec<NewAgent> {
+        let (cars, is_agent) = (&self.to, &mut self.is_agent);
+        let take = |k: u32| {
+            let car = &cars[k as usize];
+            let start = StartPlace { s_m: car.s_m, speed_mps: car.speed_mps };
+            let is_new = !std::mem::replace(&mut is_agent[k as usize], true);
+            is_new.then(|| NewAgent { id: VehicleId(k), map: Arc::clone(map), start })
+        };
+        scenario.advised.others(scenario.vehicles).filter_map(take).collect()
     }
 
     /// The ego's car and all others at the next step.

@@ -4,7 +4,11 @@
 //! Metres, m/s.
 
 use super::{
-    WorldError, agent::Agent, hand_over::HandOver, network_coupling::NetworkCoupling, ring_coupling::RingCoupling,
+    WorldError,
+    agent::{Agent, NewAgent},
+    hand_over::HandOver,
+    network_coupling::NetworkCoupling,
+    ring_coupling::RingCoupling,
 };
 use crate::{
     ego::Obstacle,
@@ -53,15 +57,20 @@ impl TrafficCoupling {
         }
     }
 
-    /// Cars of a closed route that become agents beside the ego, of these numbers, and where each is put.
-    pub fn take_over(&mut self, ids: impl Iterator<Item = VehicleId>) -> Vec<(VehicleId, StartPlace)> {
-        let Self::Ring(ring) = self else { return Vec::new() };
-        let take = |id: VehicleId| {
-            ring.becomes_agent(id);
-            let car = &ring.to[id.0 as usize];
-            (id, StartPlace { s_m: car.s_m, speed_mps: car.speed_mps })
-        };
-        ids.map(take).collect()
+    /// Vehicles that become agents beside the ego: on a closed route once, before the drive, on a network as they come.
+    pub fn new_agents(&mut self, scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Vec<NewAgent>, TrafficError> {
+        match self {
+            Self::Ring(ring) => Ok(ring.new_agents(scenario, map)),
+            Self::Network(network) => network.new_agents(scenario),
+        }
+    }
+
+    /// True if an agent's way is over for the engine.
+    pub fn has_arrived(&self, id: VehicleId) -> bool {
+        match self {
+            Self::Ring(_) => false,
+            Self::Network(network) => network.has_arrived(id),
+        }
     }
 
     /// How many bodies of other vehicles the ego's physics makes ready.
@@ -94,7 +103,7 @@ impl TrafficCoupling {
     pub fn ask(&mut self, agents: &[Agent], step_s: f64) -> Result<(), TrafficError> {
         match self {
             Self::Ring(ring) => ring.ask(agents, step_s),
-            Self::Network(network) => network.ask(&agents[0]),
+            Self::Network(network) => network.ask(agents),
         }
     }
 

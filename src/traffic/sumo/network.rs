@@ -185,6 +185,15 @@ impl SumoNetwork {
         Ok(())
     }
 
+    /// A vehicle of the demand becomes an ego: from the next step on it is reported. The edges of its route. One that is reported no more
+    /// is given back to SUMO's model.
+    ///
+    /// # Errors
+    /// It is not there.
+    pub fn take_over(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
+        self.shim.take(id.0)
+    }
+
     /// All vehicles on the road at the end of the last step, by ascending id.
     pub fn vehicles(&self) -> &[NetworkVehicle] {
         &self.state.vehicles

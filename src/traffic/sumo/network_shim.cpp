@@ -69,6 +69,7 @@ std::vector<Birth> births;
 std::vector<uint32_t> arrivals;
 std::string signal_states;
 std::vector<uint32_t> signal_starts;
+std::string route_edges;
 
 Mobile& vehicle(uint32_t number) {
     const auto found = std::lower_bound(vehicles.begin(), vehicles.end(), number,
@@ -215,6 +216,17 @@ API int cs_network_add(const char* id, const char* route, const char* type, size
         numbers.emplace(id, next_number);
         vehicles.push_back(Mobile{id, fresh(next_number), false, true});
         *number = next_number++;
+    });
+}
+
+// From now on a vehicle of the demand is moved by whoever drives it. The edges of its route, a blank between them, stand until the next call.
+API int cs_network_take(uint32_t number, const char** edges) {
+    return guard([&] {
+        Mobile& v = vehicle(number);
+        v.is_ego = true;
+        route_edges.clear();
+        for (const std::string& edge : sim::Vehicle::getRoute(v.id)) route_edges += (route_edges.empty() ? "" : " ") + edge;
+        *edges = route_edges.c_str();
     });
 }
 

@@ -104,6 +104,7 @@ impl Default for RawStep {
 pub(super) struct NetworkApi {
     pub begin: unsafe extern "C" fn(Texts, usize, Texts, usize, c_int) -> c_int,
     pub add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64, *mut u32) -> c_int,
+    pub take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     pub step: unsafe extern "C" fn(*const NetworkCommand, usize, f64, *mut RawStep) -> c_int,
     pub look: unsafe extern "C" fn(*mut RawStep) -> c_int,
     pub end: unsafe extern "C" fn(),
@@ -194,6 +195,16 @@ impl NetworkShim {
             unsafe { add(id.as_ptr(), route.as_ptr(), kind.as_ptr(), lane, position_m, speed_mps, &raw mut number) };
         self.shim.check(code)?;
         Ok(number)
+    }
+
+    /// From now on somebody drives this vehicle of the demand. The edges of its route.
+    pub fn take(&mut self, number: u32) -> Result<Vec<String>, TrafficError> {
+        let mut edges: Text = ptr::null();
+        let code = unsafe { (self.shim.api.network.take)(number, &raw mut edges) };
+        self.shim.check(code)?;
+        // SAFETY: set by a call that succeeded, and read before the next.
+        let edges = unsafe { CStr::from_ptr(edges) }.to_string_lossy();
+        Ok(edges.split(' ').map(str::to_owned).collect())
     }
 
     /// The commands, one step of this length, and what it has changed.

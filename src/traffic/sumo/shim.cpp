@@ -14,7 +14,7 @@ namespace {
 struct Interface {
     uint32_t number, command_bytes, record_bytes, vehicle_type_bytes;
 };
-constexpr uint32_t INTERFACE = 2;
+constexpr uint32_t INTERFACE = 3;
 
 // Same layout as `Command`, `Record` and `VehicleType` in shim.rs.
 struct Command {

@@ -80,7 +80,7 @@ struct Interface {
 impl Interface {
     /// This program's side.
     const OWN: Self = Self {
-        number: 2,
+        number: 3,
         command_bytes: size_of::<Command>() as u32,
         record_bytes: size_of::<Record>() as u32,
         vehicle_type_bytes: size_of::<VehicleType>() as u32,
@@ -179,6 +179,7 @@ impl Api {
             network: NetworkApi {
                 begin: symbol!(b"cs_network_begin\0"),
                 add: symbol!(b"cs_network_add\0"),
+                take: symbol!(b"cs_network_take\0"),
                 step: symbol!(b"cs_network_step\0"),
                 look: symbol!(b"cs_network_look\0"),
                 end: symbol!(b"cs_network_end\0"),
