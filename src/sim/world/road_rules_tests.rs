@@ -26,7 +26,11 @@ struct Drive {
 impl Drive {
     /// Straight on at the crossing; every link of every signal shows `letter`.
     fn straight_on(letter: u8) -> Self {
-        let map = RoadMap::load_along(GRID, &["B0B1", "B1B2"]).expect("a path");
+        Self::along(&["B0B1", "B1B2"], letter)
+    }
+
+    fn along(edges: &[&str], letter: u8) -> Self {
+        let map = RoadMap::load_along(GRID, edges).expect("a path");
         let links: Vec<usize> = map.network.signals().iter().map(|signal| signal.links.len()).collect();
         let starts: Vec<u32> = (0..=links.len()).map(|k| links[..k].iter().sum::<usize>() as u32).collect();
         let mut signals = SignalStates::default();
@@ -172,4 +176,15 @@ fn an_oncoming_car_in_its_own_lane_is_none_though_both_head_for_each_other_in_a_
     other.speed_mps = 6.0;
     drive.cars = vec![other];
     assert!(near_misses(&mut drive, 69.4, 6.0).is_empty());
+}
+
+#[test]
+fn one_that_turns_off_beside_an_ego_that_stands_is_none_though_its_tail_would_swing_over_if_it_turned_on_the_spot() {
+    // The ego waits in B0B1_1 (x = 91.6) to turn left; the other turns right from the lane beside it (x = 94.8).
+    let mut drive = Drive::along(&["B0B1", "B1A1"], b'r');
+    for way_m in [-3.0, -1.0, 0.1, 1.0, 2.0] {
+        let lane = if way_m < 0.0 { ("B0B1_0", 69.2 + way_m) } else { (":B1_10_0", way_m) };
+        drive.cars = vec![car(&drive.map, lane.0, lane.1, dvec2(94.8, 79.6 + way_m), FRAC_PI_2, 7.0)];
+        assert!(near_misses(&mut drive, 69.0, 0.0).is_empty(), "{way_m}");
+    }
 }

@@ -71,19 +71,25 @@ impl<'a> MovingEgo<'a> {
 /// A vehicle some seconds on.
 fn car_after(net: &Network, car: &VehicleSnapshot, after_s: f64) -> VehicleBox {
     let (length_m, width_m, way_m) = (car.body.length_m, car.body.width_m, car.speed_mps * after_s);
-    let straight = Pose { position: car.pose.position + car.pose.forward() * way_m, ..car.pose };
+    let straight = |point: DVec2, way_m: f64| point + car.pose.forward() * way_m;
     let pose = match car.lane.filter(|_| way_m > 0.0) {
         Some(at) => {
+            // The tail follows the front: into a bend it comes only once it is there.
             let front = front_after(net, at, way_m);
-            Pose { position: front.position - front.forward() * (length_m / 2.0), ..front }
+            let tail = match way_m >= length_m {
+                true => front_after(net, at, way_m - length_m),
+                false => straight(car.pose.front(length_m), way_m - length_m),
+            };
+            let along = front - tail;
+            Pose::new(front - along.normalize_or_zero() * (length_m / 2.0), along.to_angle())
         }
-        None => straight,
+        None => Pose { position: straight(car.pose.position, way_m), ..car.pose },
     };
     VehicleBox { pose, length_m, width_m }
 }
 
 /// Where a front is that goes on along its lane, and along what follows where there is one way only.
-fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> Pose {
+fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> DVec2 {
     at.s_m += way_m;
     loop {
         let beyond_m = at.s_m - net.lane(at.lane).length_m;
@@ -92,9 +98,9 @@ fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> Pose {
             (true, Some(next), None) => at = LanePosition { lane: next, s_m: beyond_m, ..at },
             (true, ..) => {
                 let end = net.pose(LanePosition { s_m: net.lane(at.lane).length_m, ..at }).flat();
-                return Pose { position: end.position + end.forward() * beyond_m, ..end };
+                return end.position + end.forward() * beyond_m;
             }
-            (false, ..) => return net.pose(at).flat(),
+            (false, ..) => return net.pose(at).position.truncate(),
         }
     }
 }
