@@ -1,7 +1,7 @@
 //! What whoever drives asks of the car, and what helps them to. In: pedals, wheel and selector of a device, of a simulated driver
-//! or of a recording. Out: [`Controls`], once a tick; [`LaneHint`], the lane as lane help sees it. Radians, metres.
+//! or of a recording. Out: [`Controls`], once a tick; [`LaneHint`], the lane as lane help sees it. Radians, metres, seconds.
 
-/// What pedals, wheel and selector ask of the car in one tick.
+/// What pedals, wheel, selector and stalk ask of the car in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Controls {
     /// Accelerator, 0 released to 1 floored.
@@ -12,6 +12,9 @@ pub struct Controls {
     pub steering_wheel_rad: f32,
     /// Position of the selector.
     pub selector: Selector,
+    /// Which indicators are on.
+    #[serde(default)]
+    pub indicator: Indicator,
 }
 
 impl Controls {
@@ -23,6 +26,7 @@ impl Controls {
             brake: within(self.brake, 0.0, 1.0),
             steering_wheel_rad: within(self.steering_wheel_rad, -STEERING_LOCK_RAD, STEERING_LOCK_RAD),
             selector: self.selector,
+            indicator: self.indicator,
         }
     }
 }
@@ -38,6 +42,41 @@ pub enum Selector {
     /// Backwards.
     Reverse,
 }
+
+/// Direction indicators: the side to which the driver is going to turn or to change lanes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Indicator {
+    /// Dark.
+    #[default]
+    Off,
+    /// Those on the left blink.
+    Left,
+    /// Those on the right blink.
+    Right,
+}
+
+impl Indicator {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Off, Self::Left, Self::Right];
+
+    /// As recordings have it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+
+    /// Blinking at this time: what of it is lit, half of each period.
+    pub fn lit_at(self, time_s: f64) -> Self {
+        if (time_s / BLINK_S).fract() < 0.5 { self } else { Self::Off }
+    }
+}
+
+/// Period in which an indicator is lit and dark once, seconds: 86 a minute (UN R48 asks for 60 to 120).
+pub const BLINK_S: f64 = 0.7;
 
 /// Steering wheel angle per road wheel angle (a mid-size saloon).
 pub const STEERING_RATIO: f32 = 15.0;

@@ -25,6 +25,10 @@ pub enum KeyCommand {
     NextView,
     /// Drive or reverse.
     Reverse,
+    /// Indicate to the left, or no longer.
+    IndicateLeft,
+    /// Indicate to the right, or no longer.
+    IndicateRight,
     /// Put the car back on its lane.
     PutBack,
     /// Lane help on or off.
@@ -42,12 +46,15 @@ pub enum KeyCommand {
 impl KeyCommand {
     /// True if it is the driver's own affair: all that the driver's window obeys while the experimenter has one.
     pub fn is_drivers(self) -> bool {
-        matches!(self, Self::Help | Self::Reverse | Self::PutBack | Self::FullScreen)
+        matches!(
+            self,
+            Self::Help | Self::Reverse | Self::IndicateLeft | Self::IndicateRight | Self::PutBack | Self::FullScreen
+        )
     }
 }
 
 /// All keys: the keys, their name, what they do.
-const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 15] = [
+const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 17] = [
     (&[KeyCode::F1], KeyCommand::Help, "F1", "this list"),
     (&[KeyCode::F2, KeyCode::Tab], KeyCommand::Panel, "F2, Tab", "experimenter's panel"),
     (&[KeyCode::F3], KeyCommand::FrameTimes, "F3", "frame times"),
@@ -57,6 +64,8 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 15] = [
     (&[KeyCode::Backspace], KeyCommand::Restart, "Backspace", "begin again"),
     (&[KeyCode::KeyV], KeyCommand::NextView, "V", "next view: driver, chase, bird's-eye, mirror"),
     (&[KeyCode::KeyR], KeyCommand::Reverse, "R", "drive, reverse (standing)"),
+    (&[KeyCode::KeyQ], KeyCommand::IndicateLeft, "Q", "indicate left, or no longer"),
+    (&[KeyCode::KeyE], KeyCommand::IndicateRight, "E", "indicate right, or no longer"),
     (&[KeyCode::KeyB], KeyCommand::PutBack, "B", "back onto the lane, from beside it"),
     (&[KeyCode::KeyL], KeyCommand::LaneHelp, "L", "lane help on, off"),
     (&[KeyCode::F11], KeyCommand::FullScreen, "F11", "full screen"),
@@ -119,9 +128,9 @@ mod tests {
     #[test]
     fn beside_an_experimenter_a_driver_has_the_list_the_selector_the_way_back_and_the_full_screen_alone() {
         let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
-        assert_eq!(drivers, ["F1", "R", "B", "F11"]);
+        assert_eq!(drivers, ["F1", "R", "Q", "E", "B", "F11"]);
         let listed: Vec<&str> = list_of_driver().into_iter().map(|(key, _)| key).collect();
-        assert_eq!(listed, ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "B", "F11"]);
+        assert_eq!(listed, ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "Q", "E", "B", "F11"]);
     }
 
     #[test]
@@ -132,11 +141,13 @@ mod tests {
         let driving = [K::ArrowUp, K::KeyS, K::KeyA, K::ArrowRight, K::KeyH].map(driving);
         use DriveKey as D;
         assert_eq!(driving, [D::Throttle, D::Brake, D::Left, D::Right, D::Horn].map(Some));
-        assert_eq!((command(K::ArrowUp), super::driving(K::Escape), command(K::KeyQ)), (None, None, None));
+        assert_eq!((command(K::ArrowUp), super::driving(K::Escape), command(K::KeyX)), (None, None, None));
+        let indicate = [K::KeyQ, K::KeyE].map(command);
+        assert_eq!(indicate, [Some(KeyCommand::IndicateLeft), Some(KeyCommand::IndicateRight)]);
         let control = [K::KeyQ, K::KeyP, K::KeyM, K::KeyR, K::Escape].map(with_control);
         assert_eq!(control, [Some(KeyCommand::Quit), Some(KeyCommand::Pause), Some(KeyCommand::Mark), None, None]);
         let list = list();
-        assert_eq!(list.len(), 20);
+        assert_eq!(list.len(), 22);
         assert!(list.contains(&("Up, W", "accelerate")) && list.contains(&("Esc, Ctrl+Q", "end")));
     }
 

@@ -3,6 +3,7 @@
 
 use super::end_card::EndCard;
 use crate::{
+    controls::Indicator,
     desktop::keys::{self, KeyCommand},
     driver,
     input::profiles,
@@ -188,6 +189,8 @@ impl DriveOverlay {
             KeyCommand::Step => single_step(live, live.drive.world.scenario().step_ticks()),
             KeyCommand::NextView => live.picture.next_view(),
             KeyCommand::Reverse => live.devices.keyboard.toggle_reverse(),
+            KeyCommand::IndicateLeft => live.devices.indicate(Indicator::Left),
+            KeyCommand::IndicateRight => live.devices.indicate(Indicator::Right),
             KeyCommand::PutBack => live.put_back(),
             KeyCommand::LaneHelp => {
                 live.toggle_lane_help();

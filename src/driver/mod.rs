@@ -21,7 +21,7 @@ pub use params::{DriverError, DriverParams, LeaderRule, MACHINES, PRESETS, prese
 pub use population::{LONGEST_REACTION_S, Population};
 
 use crate::{
-    controls::{Controls, Selector},
+    controls::{Controls, Indicator, Selector},
     ego::{CarParams, EgoState},
     map::Route,
     policy::Advice,
@@ -53,6 +53,8 @@ pub struct Perception {
     pub advice: Option<Advice>,
     /// Speed limit, m/s.
     pub speed_limit_mps: f64,
+    /// The side to which the path turns soon, or changes lanes.
+    pub indicator: Indicator,
 }
 
 /// The car ahead.
@@ -152,7 +154,7 @@ impl SimulatedDriver {
         let (throttle, brake) = self.feet.press(&self.params, now.speed_mps, wanted_mps2);
         let wander_m = self.lane_wander.next();
         let steering_wheel_rad = self.hands.turn(&self.params, now.speed_mps, &now.lane, wander_m);
-        Controls { throttle, brake, steering_wheel_rad, selector: Selector::Drive }
+        Controls { throttle, brake, steering_wheel_rad, selector: Selector::Drive, indicator: now.indicator }
     }
 
     /// The acceleration that the driver wants, m/s2.

@@ -5,7 +5,7 @@
 //! rapier's ray-cast vehicle carries the body on its springs; its wheel friction stays off because it creeps sideways at
 //! a standstill (it removes a fifth of the slip in a step and knows no grip at rest): `tyre` takes its place.
 
-use super::{Contact, Obstacle, params::CarParams};
+use super::{Contact, EgoState, Obstacle, params::CarParams};
 use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, wrap_angle};
 use glam::{DVec2, Quat, Vec3, dvec2, vec3};
 use rapier3d::{
@@ -254,12 +254,15 @@ impl CarBody {
     }
 
     /// After the sub-steps: the cars touched in this tick, and what they did before it.
-    pub fn end_tick(&mut self, ego_speed_mps: f64, obstacles: &[Obstacle], contacts: &mut Vec<Contact>) {
+    pub fn end_tick(&mut self, before: &EgoState, obstacles: &[Obstacle], contacts: &mut Vec<Contact>) {
         contacts.clear();
+        let (ego_speed_mps, yaw_rad) = (before.speed_mps, before.pose().yaw_rad);
         for (slot, obstacle) in self.slots.iter().zip(obstacles) {
             let car = &mut self.cars[*slot];
             if let Some(closing_mps) = car.touched {
-                contacts.push(Contact { car: obstacle.id, ego_speed_mps, car_speed_mps: car.speed_mps, closing_mps });
+                let angle_rad = wrap_angle(obstacle.pose.yaw_rad - yaw_rad);
+                let car_speed_mps = car.speed_mps;
+                contacts.push(Contact { car: obstacle.id, ego_speed_mps, car_speed_mps, closing_mps, angle_rad });
             }
             car.pose = Some(obstacle.pose);
             car.speed_mps = obstacle.speed_mps;

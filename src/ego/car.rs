@@ -113,7 +113,7 @@ impl EgoCar {
             self.substep(&controls);
             self.body.step(obstacles, f64::from(substep) / f64::from(SUBSTEPS));
         }
-        self.body.end_tick(before.speed_mps, obstacles, &mut self.contacts);
+        self.body.end_tick(&before, obstacles, &mut self.contacts);
         self.state = self.observe();
         let change = (self.state.velocity - before.velocity).as_dvec3() / TICK_S;
         let forward = self.state.pose().forward();

@@ -114,6 +114,8 @@ pub struct Contact {
     pub car_speed_mps: f64,
     /// Normal speed of approach just before, m/s.
     pub closing_mps: f64,
+    /// The other's heading against the ego's, radians within +-pi: 0 alike, positive to the left.
+    pub angle_rad: f64,
 }
 
 /// How high the ground is, and how it rises.

@@ -13,7 +13,7 @@ pub use palette::{Palette, Rgb};
 pub use scale::{SpeedometerScale, expected_top_mps};
 pub use speedometer::Speedometer;
 
-use crate::units::SpeedUnit;
+use crate::{controls::Indicator, units::SpeedUnit};
 
 /// Everything on the speedometer in one frame. Speeds in the dial's own unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +36,8 @@ pub struct DialView {
     pub inside: bool,
     /// True if the gear is reverse.
     pub reverse: bool,
+    /// The telltale of the indicators that is lit now.
+    pub indicator: Indicator,
 }
 
 /// Advice as the dial shows it, in the dial's unit.
@@ -93,8 +95,14 @@ impl DialView {
             }),
             inside: advice.is_some_and(|(_, low, high)| (low..=high).contains(&speed_mps)),
             reverse,
+            indicator: Indicator::Off,
         }
         .agreeing()
+    }
+
+    /// The same dial with this telltale lit.
+    pub fn indicating(self, indicator: Indicator) -> Self {
+        Self { indicator, ..self }
     }
 
     /// The same dial with its number steadied by `filter`, which is to see every frame.

@@ -22,6 +22,8 @@ pub struct Palette {
     pub label: Rgb,
     /// The R of the reverse gear.
     pub reverse: Rgb,
+    /// The telltales of the indicators: green, as UN R121 asks.
+    pub indicator: Rgb,
     /// The face, drawn with `plate_alpha`.
     pub plate: Rgb,
     /// How opaque the face is, 0 to 255.
@@ -39,6 +41,7 @@ impl Palette {
         scale: [206, 212, 220],
         label: [160, 168, 178],
         reverse: [255, 190, 64],
+        indicator: [64, 240, 128],
         plate: [13, 15, 19],
         plate_alpha: 222,
     };

@@ -39,6 +39,8 @@ impl Speedometer {
             (advice.target_mps, low, high)
         });
         let reverse = snapshot.ego.gear < 0;
-        DialView::new(snapshot.ego.speed_mps, advice, self.unit, self.scale, reverse).steadied(&mut self.filter)
+        DialView::new(snapshot.ego.speed_mps, advice, self.unit, self.scale, reverse)
+            .indicating(snapshot.ego_indicator.lit_at(snapshot.tick.seconds()))
+            .steadied(&mut self.filter)
     }
 }

@@ -150,6 +150,7 @@ impl Keyboard {
             brake: self.brake as f32,
             steering_wheel_rad: road_rad as f32 * STEERING_RATIO,
             selector: self.selector,
+            ..Controls::default()
         }
     }
 }

@@ -3,6 +3,7 @@
 //! of the newest input; and the force of the wheel. Nothing acts before it is known: a pedal that has not been read counts
 //! as released. The device touched last drives.
 
+mod buttons;
 pub mod calibrate;
 mod clock;
 pub mod force;
@@ -19,18 +20,21 @@ pub mod profiles;
 pub mod reader;
 mod rig;
 pub mod sdl_force;
+mod stalk;
 pub mod wheel;
 
+pub use buttons::ButtonAction;
 pub use clock::TimeStamp;
 pub use force::ForceInput;
 pub use keyboard::{DriveKey, Keyboard};
 pub use lamps::AdviceState;
 pub use other::{WheelAxis, known_wheel};
 pub use pads::Pads;
-pub use profile::{ButtonAction, WheelProfile};
+pub use profile::WheelProfile;
 pub use rig::{Rig, RigEvent};
 
-use crate::controls::{Controls, LaneHint};
+use crate::controls::{Controls, Indicator, LaneHint};
+use stalk::Stalk;
 
 /// All devices of the participant.
 pub struct Devices {
@@ -39,6 +43,7 @@ pub struct Devices {
     pads: Pads,
     rig: Rig,
     source: ControlSource,
+    stalk: Stalk,
 }
 
 /// Who drives.
@@ -70,7 +75,8 @@ impl Devices {
     }
 
     fn with(pads: Pads, rig: Rig) -> Self {
-        Self { keyboard: Keyboard::default(), pads, rig, source: ControlSource::Keyboard }
+        let source = ControlSource::Keyboard;
+        Self { keyboard: Keyboard::default(), pads, rig, source, stalk: Stalk::default() }
     }
 
     /// Reads what happened since the last call; once a frame.
@@ -81,6 +87,13 @@ impl Devices {
         let (touched, mut news) = self.rig.poll();
         news.extend(self.pads.take_pressed().into_iter().map(RigEvent::Pressed));
         news.extend(self.pads.take_troubles().into_iter().map(RigEvent::Trouble));
+        for event in &news {
+            match event {
+                RigEvent::Pressed(ButtonAction::IndicateLeft) => self.indicate(Indicator::Left),
+                RigEvent::Pressed(ButtonAction::IndicateRight) => self.indicate(Indicator::Right),
+                _ => {}
+            }
+        }
         if touched || news.iter().any(|news| matches!(news, RigEvent::Connected(_))) {
             self.source = ControlSource::Wheel;
         }
@@ -93,11 +106,17 @@ impl Devices {
     /// The controls of one tick. `hint` is what lane help needs, `None` where it is off.
     pub fn controls(&mut self, speed_mps: f64, hint: Option<LaneHint>) -> Controls {
         let typed = self.keyboard.tick(speed_mps, hint);
-        match self.source {
+        let driven = match self.source {
             ControlSource::Keyboard => typed,
             ControlSource::Pad => self.pads.controls().unwrap_or(typed),
             ControlSource::Wheel => self.rig.controls(),
-        }
+        };
+        Controls { indicator: self.stalk.steered(driven.steering_wheel_rad), ..driven }
+    }
+
+    /// A hand pushes the stalk of the indicators to a side; to the side where it is, it goes back.
+    pub fn indicate(&mut self, side: Indicator) {
+        self.stalk.push(side);
     }
 
     /// Inputs of the force feedback from now on; at least ten times a second, or the force goes.
@@ -141,9 +160,10 @@ impl Devices {
         self.source
     }
 
-    /// Before a drive: keys are up, and the selector is in drive whatever was pressed since the last one.
+    /// Before a drive: keys are up, the indicators are off, and the selector is in drive whatever was pressed since the last one.
     pub fn rest(&mut self) {
         self.keyboard.rest();
+        self.stalk = Stalk::default();
         self.rig.select_drive();
     }
 

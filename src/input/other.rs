@@ -74,6 +74,7 @@ impl GilrsWheelState {
             brake: self.brake.map_or(0.0, pedal),
             steering_wheel_rad: -self.steering.unwrap_or(0.0) * STEERING_LOCK_RAD,
             selector: if self.reverse { Selector::Reverse } else { Selector::Drive },
+            ..Controls::default()
         }
     }
 }

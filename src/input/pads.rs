@@ -3,10 +3,11 @@
 //! that was touched last; the force of a wheel, through SDL2.
 
 use super::{
+    buttons::ButtonAction,
     force::ForceInput,
     force_thread::{ForceDevice, ForceLoop, ForceThread, SharedAngle},
     other::{GilrsWheelState, WheelAxis, known_wheel},
-    profile::{ButtonAction, WheelProfile},
+    profile::WheelProfile,
     profiles::{self, DeviceKind},
     sdl_force::SdlForce,
 };
@@ -235,6 +236,8 @@ impl PadEvent {
             Self::Press(Button::DPadLeft, _) => Some(ButtonAction::Left),
             Self::Press(Button::DPadRight, _) => Some(ButtonAction::Right),
             Self::Press(Button::South, _) => Some(ButtonAction::Answer),
+            Self::Press(Button::LeftTrigger, _) => Some(ButtonAction::IndicateLeft),
+            Self::Press(Button::RightTrigger, _) => Some(ButtonAction::IndicateRight),
             // A hat that gilrs calls an axis: right and up are positive.
             Self::Axis(Axis::DPadX, value, _) if value > 0.5 => Some(ButtonAction::Right),
             Self::Axis(Axis::DPadX, value, _) if value < -0.5 => Some(ButtonAction::Left),
@@ -283,6 +286,7 @@ impl PadState {
             brake: self.brake,
             steering_wheel_rad: -steer * STICK_LOCK * STEERING_LOCK_RAD,
             selector: if self.reverse { Selector::Reverse } else { Selector::Drive },
+            ..Controls::default()
         }
     }
 }
@@ -325,7 +329,8 @@ mod tests {
         }
         // Fully to the right: half of the lock.
         let steering_wheel_rad = -0.5 * STEERING_LOCK_RAD;
-        let asked = Controls { throttle: 0.75, brake: 0.25, steering_wheel_rad, selector: Selector::Reverse };
+        let pedals = Controls { throttle: 0.75, brake: 0.25, ..Controls::default() };
+        let asked = Controls { steering_wheel_rad, selector: Selector::Reverse, ..pedals };
         assert_eq!((pads.controls(), pads.name()), (Some(asked), Some("Pad")));
         pads.touch(3, PadEvent::Press(Button::West, KEY));
         assert_eq!(pads.controls().map(|c| c.selector), Some(Selector::Drive));

@@ -1,6 +1,6 @@
 //! Properties of profiles: maps from raw values to wheel and pedals, and what is said of a wrong file.
 
-use super::*;
+use super::{super::buttons::ButtonAction, *};
 use proptest::{
     prelude::*,
     test_runner::{Config, RngSeed},
@@ -160,6 +160,8 @@ fn a_button_has_one_task_and_a_task_that_is_given_one_has_no_other() {
         (297, ButtonAction::Start),
         (292, ButtonAction::Mark),
         (288, ButtonAction::Answer),
+        (294, ButtonAction::IndicateRight),
+        (295, ButtonAction::IndicateLeft),
     ];
     for (code, action) in
         tasks.into_iter().chain([(291, ButtonAction::Recentre), (296, ButtonAction::Abort), (289, ButtonAction::Horn)])
@@ -211,6 +213,8 @@ fn a_button_is_called_by_what_it_does() {
     let expected = [
         "start, go on",
         "drive, reverse",
+        "indicate left",
+        "indicate right",
         "horn",
         "mark this moment",
         "answer",

@@ -2,12 +2,13 @@
 //! Out: controls, news for people, and force while there is a wheel that takes it.
 
 use super::{
+    buttons::ButtonAction,
     calibrate::Calibration,
     clock::TimeStamp,
     force::ForceInput,
     force_thread::{ForceLoop, ForceThread},
     lamps::{self, AdviceState, Lamps},
-    profile::{ButtonAction, ProfileError, WheelProfile},
+    profile::{ProfileError, WheelProfile},
     profiles::UnprofiledDevice,
     reader::ReadingThread,
     wheel::{FoundWheel, WheelMessage, WheelState},

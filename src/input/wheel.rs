@@ -3,10 +3,11 @@
 //! at rest once, since a driver reports a pedal that it has not read as floored, and a foot may rest on one.
 
 use super::{
+    buttons::ButtonAction,
     clock::TimeStamp,
     force_thread::{ForceDevice, SharedAngle},
     lamps::Lamps,
-    profile::{ButtonAction, WheelProfile},
+    profile::WheelProfile,
     profiles::UnprofiledDevice,
 };
 use crate::controls::{Controls, Selector};
@@ -152,6 +153,7 @@ impl WheelState {
             brake: self.effect(self.profile.brake.as_ref()),
             steering_wheel_rad: steering.map_or(0.0, |raw| self.profile.steering.car_rad(*raw)),
             selector: if self.reverse { Selector::Reverse } else { Selector::Drive },
+            ..Controls::default()
         }
     }
 

@@ -105,7 +105,8 @@ impl LiveDrive {
             return;
         }
         match action {
-            ButtonAction::Reverse | ButtonAction::Horn => {}
+            // The devices have done these by themselves.
+            ButtonAction::Reverse | ButtonAction::Horn | ButtonAction::IndicateLeft | ButtonAction::IndicateRight => {}
             ButtonAction::Up | ButtonAction::Down | ButtonAction::Left | ButtonAction::Right => {}
             ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
             ButtonAction::Recentre => self.picture.kind = ViewKind::Driver,

@@ -77,6 +77,12 @@ pub const ADVISED: &[TableColumn<AdvisedRow>] = &[
         "selector: drive, neutral or reverse",
         ColumnValue::Word(|r| selector_word(r.controls.selector).into()),
     ),
+    column(
+        "indicator",
+        "",
+        "indicators: off, left or right",
+        ColumnValue::Word(|r| r.controls.indicator.word().into()),
+    ),
     number("x_m", "m", "centre of the car, to the east", |r| Some(r.car.position.x)),
     number("y_m", "m", "centre of the car, to the north", |r| Some(r.car.position.y)),
     number("yaw_rad", "rad", "heading, 0 east, positive to the left", |r| Some(r.car.pose().yaw_rad)),

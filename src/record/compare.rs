@@ -15,7 +15,7 @@ use super::{
     },
 };
 use crate::{
-    controls::{Controls, Selector},
+    controls::{Controls, Indicator, Selector},
     sim::{EventKind, HASH_START, World},
     time::Tick,
 };
@@ -115,15 +115,19 @@ impl TableComparison {
         let word = ego.word("selector");
         let selectors = [Selector::Drive, Selector::Neutral, Selector::Reverse];
         let selector = selectors.into_iter().find(|s| word == Some(tables::selector_word(*s)));
-        match (throttle, brake, wheel, selector) {
-            (Some(throttle), Some(brake), Some(wheel), Some(selector)) => Ok(Some(Controls {
+        // Recordings from before there were any have no column of it.
+        let word = ego.word("indicator").unwrap_or(Indicator::Off.word());
+        let indicator = Indicator::ALL.into_iter().find(|side| word == side.word());
+        match (throttle, brake, wheel, selector.zip(indicator)) {
+            (Some(throttle), Some(brake), Some(wheel), Some((selector, indicator))) => Ok(Some(Controls {
                 throttle: throttle as f32,
                 brake: brake as f32,
                 steering_wheel_rad: wheel as f32,
                 selector,
+                indicator,
             })),
             _ => Err(ego.batches_error(
-                "columns throttle, brake, steering_wheel_rad or selector are not as this program writes them",
+                "columns throttle, brake, steering_wheel_rad, selector or indicator are not as this program writes them",
             )),
         }
     }

@@ -112,7 +112,14 @@ fn a_row_that_is_missing_after_some_that_are_too_many_is_counted_with_them() {
         });
         TableCursor::open(&drive, Table::Events).expect("a table")
     };
-    let later = EventRow { tick: Tick(50), kind: "left_road".into(), detail: String::new(), car: None, value: None };
+    let later = EventRow {
+        tick: Tick(50),
+        kind: "left_road".into(),
+        detail: String::new(),
+        car: None,
+        value: None,
+        angle_rad: None,
+    };
     let (cells, first) = cursor.compare(EVENTS, &later).expect("rows");
     assert_eq!((cells, first.map(|first| first.tick)), (3, Some(Tick(20))), "two too many and one missing");
     // The end of the drive is still there to be compared.

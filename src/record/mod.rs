@@ -21,6 +21,7 @@ mod block;
 mod car_table;
 mod checksums;
 mod compare;
+mod event_table;
 mod files;
 pub mod inputs;
 mod journal;

@@ -203,13 +203,20 @@ impl Recorder {
 
     /// Something that the world does not know of: a mark, a pause, a note.
     pub fn event(&mut self, tick: Tick, kind: &str, detail: &str) {
-        self.batch.events.push(EventRow { tick, kind: kind.into(), detail: detail.into(), car: None, value: None });
+        self.batch.events.push(EventRow {
+            tick,
+            kind: kind.into(),
+            detail: detail.into(),
+            car: None,
+            value: None,
+            angle_rad: None,
+        });
     }
 
     /// The same with a number: a rating.
     pub fn event_with_value(&mut self, tick: Tick, kind: &str, detail: &str, value: f64) {
         let (kind, detail) = (kind.into(), detail.into());
-        self.batch.events.push(EventRow { tick, kind, detail, car: None, value: Some(value) });
+        self.batch.events.push(EventRow { tick, kind, detail, car: None, value: Some(value), angle_rad: None });
     }
 
     /// Hands what was gathered to the writing thread; to be called every [`FLUSH_EVERY`] by whoever has a clock.

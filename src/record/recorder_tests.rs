@@ -276,8 +276,14 @@ fn the_journal_of_an_earlier_version_is_read_as_far_as_it_makes_sense() {
     let mut stream = StreamWriter::try_new_with_options(Vec::new(), &schema, options).expect("memory");
     let mut ends = Vec::new();
     for first in [0u64, 100] {
-        let row =
-            |i| EventRow { tick: Tick(first + i), kind: "mark".into(), detail: "x".into(), car: None, value: None };
+        let row = |i| EventRow {
+            tick: Tick(first + i),
+            kind: "mark".into(),
+            detail: "x".into(),
+            car: None,
+            value: None,
+            angle_rad: None,
+        };
         let rows: Vec<EventRow> = (0..100).map(row).collect();
         stream.write(&table::batch(&schema, tables::EVENTS, &rows)).expect("memory");
         ends.push(stream.get_ref().len());

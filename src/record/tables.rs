@@ -1,8 +1,9 @@
-//! The tables of a recording and their columns (those of cars are in `car_table` and `advised_table`, those of networks in `network_tables`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
+//! The tables of a recording and their columns (those of cars are in `car_table` and `advised_table`, that of events in `event_table`, those of networks in `network_tables`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
 //! world axes (x east, y north).
 
 pub use super::advised_table::{ADVISED, AdvisedRow};
 pub use super::car_table::{CARS, CarRow, recorded_cars};
+pub use super::event_table::{ADVICE_WITHHELD, EVENTS, EventRow, PUT_BACK};
 pub use super::network_tables::{ARRIVALS, ArrivalRow, DEPARTURES, DepartureRow, PATH, PathRow, SIGNALS, SignalRow};
 
 use super::{
@@ -14,7 +15,7 @@ use crate::{
     controls::{Controls, Selector},
     ego::EgoState,
     policy::{Action, Advice},
-    sim::{Event, EventKind, Snapshot},
+    sim::Snapshot,
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
 };
@@ -223,6 +224,12 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "selector: drive, neutral or reverse",
         ColumnValue::Word(|r| selector_word(r.controls.selector).into()),
     ),
+    column(
+        "indicator",
+        "",
+        "indicators as given: off, left or right",
+        ColumnValue::Word(|r| r.controls.indicator.word().into()),
+    ),
     number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego.position.x)),
     number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego.position.y)),
     number("z_m", "m", "centre of the car, up from the ground", |r| Some(r.ego.position.z)),
@@ -396,93 +403,6 @@ pub const FRAMES: &[TableColumn<FrameRow>] = &[
     number("latency_s", "s", "newest input to handing over, where the device tells times", |r| r.latency_s),
     number("input_to_tick_s", "s", "that input to the tick that used it", |r| r.input_to_tick_s),
     column("flash", "", "the square in the corner was white; empty without a square", ColumnValue::Flag(|r| r.flash)),
-];
-
-/// Something that happened.
-#[derive(Clone, Debug)]
-pub struct EventRow {
-    /// When.
-    pub tick: Tick,
-    /// What kind, a word.
-    pub kind: String,
-    /// The rest, in words.
-    pub detail: String,
-    /// The other car.
-    pub car: Option<u32>,
-    /// Speed at which two cars closed in, m/s, or offset in metres.
-    pub value: Option<f64>,
-}
-
-/// The event of a policy that falls silent: what was advised stands no longer.
-pub const ADVICE_WITHHELD: &str = "advice_withheld";
-/// The event of an ego that was put back on its lane: a replay obeys it.
-pub const PUT_BACK: &str = "put_back";
-
-impl EventRow {
-    /// Kinds of events that the world makes; all others are made by people and windows.
-    pub(super) const KINDS_OF_WORLD: [&str; 13] = [
-        ADVICE_WITHHELD,
-        "contact",
-        "left_road",
-        "back_on_road",
-        "stop_line",
-        "red_light",
-        "wrong_way",
-        "right_way",
-        "speeding",
-        "within_limit",
-        "near_miss",
-        PUT_BACK,
-        "ended",
-    ];
-
-    /// The row of an event of the world; advice has a table of its own.
-    pub fn of(event: &Event) -> Option<Self> {
-        let row = |kind: &str, detail: String, car: Option<u32>, value: Option<f64>| {
-            Some(Self { tick: event.tick, kind: kind.into(), detail, car, value })
-        };
-        let at = |s_m: f64| format!("at {s_m:.2} m of the route");
-        match event.kind {
-            EventKind::Advice(_) => None,
-            EventKind::AdviceWithheld => row(ADVICE_WITHHELD, String::new(), None, None),
-            EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
-                let detail = format!("ego at {ego_speed_mps:.3} m/s, car at {car_speed_mps:.3} m/s");
-                row("contact", detail, Some(car.0), Some(closing_mps))
-            }
-            EventKind::LeftRoad { s_m, offset_m } => row("left_road", at(s_m), None, Some(offset_m)),
-            EventKind::BackOnRoad => row("back_on_road", String::new(), None, None),
-            EventKind::StopLine { s_m, speed_mps } => row("stop_line", at(s_m), None, Some(speed_mps)),
-            EventKind::RedLight { s_m, speed_mps } => row("red_light", at(s_m), None, Some(speed_mps)),
-            EventKind::WrongWay { s_m } => row("wrong_way", at(s_m), None, None),
-            EventKind::RightWay => row("right_way", String::new(), None, None),
-            EventKind::Speeding { s_m, over_mps } => row("speeding", at(s_m), None, Some(over_mps)),
-            EventKind::WithinLimit => row("within_limit", String::new(), None, None),
-            EventKind::NearMiss { car, time_s } => row("near_miss", String::new(), Some(car.0), Some(time_s)),
-            EventKind::PutBack { s_m } => row(PUT_BACK, at(s_m), None, None),
-            EventKind::Ended(reason) => row("ended", reason.name().into(), None, None),
-        }
-    }
-}
-
-/// One row an event.
-pub const EVENTS: &[TableColumn<EventRow>] = &[
-    column("tick", "", "when", ColumnValue::Whole(|r| r.tick.0)),
-    column(
-        "event",
-        "",
-        "advice_withheld, contact, left_road, back_on_road, stop_line, red_light, wrong_way, right_way, speeding, \
-         within_limit, near_miss, put_back, ended, mark, note, pause, ...",
-        ColumnValue::Word(|r| r.kind.clone()),
-    ),
-    column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),
-    column("car", "", "the other car", ColumnValue::Id(|r| r.car)),
-    number(
-        "value",
-        "m/s, m or s",
-        "closing speed of a contact, offset where the road was left, speed at a red light, speed over the limit, time to \
-         collision of a near miss",
-        |r| r.value,
-    ),
 ];
 
 #[cfg(test)]

@@ -2,15 +2,16 @@
 
 use super::*;
 use crate::{
+    controls::Indicator,
     ego::EgoState,
     map::network::{LanePosition, Network},
     policy::{Action, DriverEstimate, DriverTraits},
-    sim::{EndReason, Leader, VehicleSnapshot},
+    sim::{EndReason, Event, EventKind, Leader, VehicleSnapshot},
     space::Pose,
     traffic::VehicleId,
 };
 use glam::{DVec3, Quat, dvec2};
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, f64::consts::PI};
 
 /// A table's row as text, by the name of the column; numbers to six digits, empty as `-`.
 fn cells<R>(columns: &[TableColumn<R>], row: &R) -> BTreeMap<&'static str, String> {
@@ -85,8 +86,13 @@ fn snapshot() -> Snapshot {
     }
 }
 
-const CONTROLS: Controls =
-    Controls { throttle: 0.25, brake: 0.5, steering_wheel_rad: -1.5, selector: Selector::Neutral };
+const CONTROLS: Controls = Controls {
+    throttle: 0.25,
+    brake: 0.5,
+    steering_wheel_rad: -1.5,
+    selector: Selector::Neutral,
+    indicator: Indicator::Right,
+};
 
 #[test]
 fn a_row_of_the_ego_says_what_it_drove() {
@@ -99,6 +105,7 @@ fn a_row_of_the_ego_says_what_it_drove() {
         ("brake", "0.500000"),
         ("steering_wheel_rad", "-1.500000"),
         ("selector", "neutral"),
+        ("indicator", "right"),
         ("x_m", "3.000000"),
         ("y_m", "-4.000000"),
         ("z_m", "0.250000"),
@@ -240,7 +247,13 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
 
     let at = |kind| EventRow::of(&Event { tick: Tick(5), kind });
     assert!(at(EventKind::Advice(ADVISED)).is_none(), "advice has its own table");
-    let contact = EventKind::Contact { car: VehicleId(3), ego_speed_mps: 9.0, car_speed_mps: 2.0, closing_mps: 7.0 };
+    let contact = EventKind::Contact {
+        car: VehicleId(3),
+        ego_speed_mps: 9.0,
+        car_speed_mps: 2.0,
+        closing_mps: 7.0,
+        angle_rad: -PI / 2.0,
+    };
     for (kind, expected) in [
         (contact, ["contact", "ego at 9.000 m/s, car at 2.000 m/s", "3", "7.000000"]),
         (
@@ -248,11 +261,15 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
             ["left_road", "at 31.25 m of the route", "-", "-2.000000"],
         ),
         (EventKind::BackOnRoad, ["back_on_road", "", "-", "-"]),
+        (EventKind::Indicator(Indicator::Left), ["indicator", "left", "-", "-"]),
         (EventKind::PutBack { s_m: 12.5 }, ["put_back", "at 12.50 m of the route", "-", "-"]),
         (EventKind::Ended(EndReason::Duration), ["ended", "duration", "-", "-"]),
     ] {
         let [event, detail, car, value] = expected;
         let row = at(kind).expect("a row");
-        is(EVENTS, &row, &[("tick", "5"), ("event", event), ("detail", detail), ("car", car), ("value", value)]);
+        // The other came from the right.
+        let angle = if event == "contact" { "-90.000000" } else { "-" };
+        let expected = [("tick", "5"), ("event", event), ("detail", detail), ("car", car), ("value", value)];
+        is(EVENTS, &row, &[&expected[..], &[("angle_deg", angle)]].concat());
     }
 }

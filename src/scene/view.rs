@@ -9,8 +9,11 @@ use super::{
 };
 use crate::map::network::SignalStates;
 use crate::space::{Pose, wrap_angle};
-use crate::traffic::{EGO, VehicleId};
-use crate::{controls::STEERING_RATIO, ego::EgoState};
+use crate::traffic::{EGO, VehicleBody, VehicleId};
+use crate::{
+    controls::{BLINK_S, STEERING_RATIO},
+    ego::EgoState,
+};
 use crate::{
     scenario::CockpitView,
     sim::{Snapshot, VehicleSnapshot},
@@ -50,7 +53,7 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         kind,
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
-        lamps: lit_lamps(snapshot, &cars[1..], now_s, stage),
+        lamps: lit_lamps(snapshot, &cars, kind, now_s, stage),
         cars,
         seat,
         to_sun: options.to_sun(),
@@ -178,14 +181,19 @@ fn bend_per_m(car: &VehicleSnapshot, stage: &StaticScene) -> f32 {
     (turn_rad / way_m.max(STANDING_M)).clamp(-MOST_PER_M, MOST_PER_M) as f32
 }
 
-/// Light of an indicator, how long it is on and off together, and the share of that in which it is on (`docs/references.md: roads`).
+/// Light of an indicator, and the share of its period in which it is on (`docs/references.md: roads`).
 const INDICATOR: [f32; 3] = [3.4, 1.25, 0.02];
-const BLINK_S: f64 = 0.7;
 const BLINK_ON: f64 = 0.5;
 
 /// Lamps of signals, and indicators of the traffic, which blink. Where nothing says what signals show, as in a picture without a drive,
 /// it is what their first programs show.
-fn lit_lamps(snapshot: &Snapshot, cars: &[CarInstance], now_s: f64, stage: &StaticScene) -> Vec<LitLamp> {
+fn lit_lamps(
+    snapshot: &Snapshot,
+    cars: &[CarInstance],
+    kind: ViewKind,
+    now_s: f64,
+    stage: &StaticScene,
+) -> Vec<LitLamp> {
     let mut lamps = Vec::new();
     if let Some(network) = stage.network.as_ref().filter(|_| !stage.signal_heads.is_empty()) {
         let known = stage.signal_heads.iter().any(|head| !snapshot.signals.letters(head.signal).is_empty());
@@ -198,14 +206,18 @@ fn lit_lamps(snapshot: &Snapshot, cars: &[CarInstance], now_s: f64, stage: &Stat
         };
         lamps.extend(stage.signal_heads.iter().flat_map(|head| head.lit(states, now_s)));
     }
-    for (car, drawn) in snapshot.cars.iter().zip(cars) {
+    // From its own seat nobody sees the ego's.
+    let is_from_outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);
+    let ego = is_from_outside.then(|| (EGO, snapshot.ego_lamps(), VehicleBody::CAR, &cars[0]));
+    let others = snapshot.cars.iter().zip(&cars[1..]).map(|(car, drawn)| (car.id, car.lamps, car.body, drawn));
+    for (id, lit, body, drawn) in ego.into_iter().chain(others) {
         // Not all at once: each began at its own time.
-        let phase = now_s / BLINK_S + 0.37 * f64::from(car.id.0 % 8);
-        if (!car.lamps.left && !car.lamps.right) || phase.fract() > BLINK_ON {
+        let phase = now_s / BLINK_S + 0.37 * f64::from(id.0 % 8);
+        if (!lit.left && !lit.right) || phase.fract() > BLINK_ON {
             continue;
         }
-        let shape = vehicles::shape(&car.body, &stage.hubs);
-        for (side, _) in [(1.0, car.lamps.left), (-1.0, car.lamps.right)].into_iter().filter(|(_, lit)| *lit) {
+        let shape = vehicles::shape(&body, &stage.hubs);
+        for (side, _) in [(1.0, lit.left), (-1.0, lit.right)].into_iter().filter(|(_, lit)| *lit) {
             for (at, facing) in shape.indicators.into_iter().zip([Vec3::X, Vec3::NEG_X]) {
                 lamps.push(LitLamp {
                     position: drawn.position + drawn.rotation * (at * Vec3::new(1.0, side, 1.0)),

@@ -37,7 +37,7 @@ impl WheelNavigation {
             ButtonAction::Abort => Some(FormInput::Stop),
             ButtonAction::Left | ButtonAction::Up => Some(FormInput::Turn(-1)),
             ButtonAction::Right | ButtonAction::Down => Some(FormInput::Turn(1)),
-            ButtonAction::Horn => None,
+            ButtonAction::Horn | ButtonAction::IndicateLeft | ButtonAction::IndicateRight => None,
         }
     }
 
@@ -50,7 +50,8 @@ impl WheelNavigation {
             ButtonAction::Answer => Some(FormInput::Next),
             ButtonAction::Right | ButtonAction::Up => Some(FormInput::Turn(1)),
             ButtonAction::Left | ButtonAction::Down => Some(FormInput::Turn(-1)),
-            ButtonAction::Start | ButtonAction::Reverse | ButtonAction::Recentre | ButtonAction::Horn => None,
+            ButtonAction::Start | ButtonAction::Reverse | ButtonAction::Recentre => None,
+            ButtonAction::Horn | ButtonAction::IndicateLeft | ButtonAction::IndicateRight => None,
         }
     }
 
@@ -155,6 +156,8 @@ mod tests {
             [
                 (ButtonAction::Start, Some(FormInput::Next)),
                 (ButtonAction::Reverse, Some(FormInput::Back)),
+                (ButtonAction::IndicateLeft, None),
+                (ButtonAction::IndicateRight, None),
                 (ButtonAction::Horn, None),
                 (ButtonAction::Mark, Some(FormInput::Mark)),
                 (ButtonAction::Answer, Some(FormInput::Next)),

@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{
     audio::Voice,
+    controls::Indicator,
     desktop::{
         DriverWindow, ExperimenterWindow, WindowSetup,
         display::{self, WindowPlacement},
@@ -448,6 +449,12 @@ impl SessionWindows<'_> {
             Some(KeyCommand::Reverse) if drives => {
                 if let Some(devices) = self.resources.devices() {
                     devices.keyboard.toggle_reverse();
+                }
+            }
+            Some(side @ (KeyCommand::IndicateLeft | KeyCommand::IndicateRight)) if drives => {
+                if let Some(devices) = self.resources.devices() {
+                    let is_left = side == KeyCommand::IndicateLeft;
+                    devices.indicate(if is_left { Indicator::Left } else { Indicator::Right });
                 }
             }
             Some(KeyCommand::PutBack) if drives => {

@@ -1,6 +1,6 @@
 //! What happened at a tick, for recordings, the panel and the end of a drive.
 
-use crate::{policy::Advice, time::Tick, traffic::VehicleId};
+use crate::{controls::Indicator, policy::Advice, time::Tick, traffic::VehicleId};
 
 /// Something that happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,8 @@ pub enum EventKind {
         car_speed_mps: f64,
         /// Speed at which they closed in, m/s.
         closing_mps: f64,
+        /// The other's heading against the ego's, radians within +-pi: 0 alike, positive to the left.
+        angle_rad: f64,
     },
     /// The middle of the ego left its lane.
     LeftRoad {
@@ -75,6 +77,8 @@ pub enum EventKind {
         /// Time to collision, s.
         time_s: f64,
     },
+    /// The driver indicates, or no longer.
+    Indicator(Indicator),
     /// Somebody has put the ego back on its lane.
     PutBack {
         /// Where its front stands along the route, metres.

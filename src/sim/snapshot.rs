@@ -1,6 +1,7 @@
 //! The world at one tick, as everybody above the simulation sees it: plain data, world axes, SI.
 
 use crate::{
+    controls::Indicator,
     ego::EgoState,
     map::network::{LanePosition, SignalStates},
     policy::Advice,
@@ -79,6 +80,8 @@ pub struct Snapshot {
     pub ego_s_m: f64,
     /// Lane of the ego's front bumper on a network; `None` on a closed route, and beside all lanes.
     pub ego_lane: Option<LanePosition>,
+    /// Which of the ego's indicators are on.
+    pub ego_indicator: Indicator,
     /// Ego's lateral offset from the lane's centre line, metres, positive to the left.
     pub lane_offset_m: f64,
     /// All other cars, by ascending id.
@@ -117,6 +120,16 @@ impl Snapshot {
     /// [`Snapshot::leader`] is there wherever the ego is.
     pub fn leader_in_lane(&self) -> Option<Leader> {
         self.leader.filter(|_| is_in_lane(self.lane_offset_m))
+    }
+
+    /// The ego's lamps, as others see them.
+    pub fn ego_lamps(&self) -> VehicleLamps {
+        VehicleLamps {
+            brake: self.ego.braking,
+            left: self.ego_indicator == Indicator::Left,
+            right: self.ego_indicator == Indicator::Right,
+            emergency: false,
+        }
     }
 
     /// Fingerprint of this snapshot, chained to that of the ones before: equal if and only if (but for chance) every

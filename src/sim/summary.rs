@@ -172,9 +172,10 @@ impl SummaryAccumulator {
             | EventKind::RightWay
             | EventKind::Speeding { .. }
             | EventKind::WithinLimit
+            | EventKind::Indicator(_)
             | EventKind::PutBack { .. } => {}
             EventKind::Ended(reason) => self.ended = Some(reason),
-            EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } => {
+            EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, .. } => {
                 self.contact_count += 1;
                 if self.contacts.len() == MOST_CONTACTS {
                     return;

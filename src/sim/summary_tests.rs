@@ -93,7 +93,13 @@ fn what_there_was_not_has_no_number() {
 #[test]
 fn events_are_counted_and_contacts_keep_their_numbers() {
     let at = |tick: u64, kind: EventKind| Event { tick: Tick(tick), kind };
-    let contact = EventKind::Contact { car: VehicleId(7), ego_speed_mps: 4.0, car_speed_mps: 3.0, closing_mps: 1.25 };
+    let contact = EventKind::Contact {
+        car: VehicleId(7),
+        ego_speed_mps: 4.0,
+        car_speed_mps: 3.0,
+        closing_mps: 1.25,
+        angle_rad: 0.0,
+    };
     let events = [
         at(1, EventKind::Advice(advice(1.0))),
         at(2, EventKind::Advice(advice(2.5))),
@@ -125,7 +131,13 @@ fn the_fingerprint_is_that_of_every_snapshot_in_its_order() {
 fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
     let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 0..=MOST_CONTACTS as u64 {
-        let kind = EventKind::Contact { car: VehicleId(1), ego_speed_mps: 2.0, car_speed_mps: 1.0, closing_mps: 1.0 };
+        let kind = EventKind::Contact {
+            car: VehicleId(1),
+            ego_speed_mps: 2.0,
+            car_speed_mps: 1.0,
+            closing_mps: 1.0,
+            angle_rad: 0.0,
+        };
         tally.note(&Event { tick: Tick(tick), kind });
     }
     let summary = tally.summary();

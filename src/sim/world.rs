@@ -24,6 +24,7 @@ mod road_rules;
 mod sham;
 mod time_to_collision;
 mod traffic_coupling;
+mod turns;
 mod yield_lines;
 
 pub use advice::ExpectedSpeeds;

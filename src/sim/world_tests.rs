@@ -232,3 +232,21 @@ fn a_standing_start_hands_over_in_the_jam_and_the_foot_holds_the_car_until_the_l
     }
     assert!(stood_s > 0.3 && top_mps > 3.0, "it stands {stood_s} s, then drives up to {top_mps} m/s");
 }
+
+#[test]
+fn indicators_are_an_event_when_they_change_and_lamps_while_they_are_on() {
+    use Indicator::{Left, Off, Right};
+    let scenario = Scenario { traffic: EngineChoice::Native, extra_delay_s: 0.0, ..Scenario::default() };
+    let mut world = World::new(&scenario).expect("the native engine");
+    let (mut changes, mut lamps) = (Vec::new(), Vec::new());
+    for indicator in [Off, Left, Left, Right, Off] {
+        world.tick(&Controls { indicator, ..Controls::default() }).expect("the native engine");
+        let of = |event: &Event| matches!(event.kind, EventKind::Indicator(_)).then_some(*event);
+        changes.extend(world.events().iter().filter_map(of));
+        let lit = world.snapshot().ego_lamps();
+        lamps.push((lit.left, lit.right));
+    }
+    let event = |tick, side| Event { tick: Tick(tick), kind: EventKind::Indicator(side) };
+    assert_eq!(changes, [event(2, Left), event(4, Right), event(5, Off)]);
+    assert_eq!(lamps, [(false, false), (true, false), (true, false), (false, true), (false, false)]);
+}

@@ -107,6 +107,7 @@ impl OfflineDrive<'_> {
                     stop_ahead_m: None,
                     advice,
                     speed_limit_mps: 30.0,
+                    ..Perception::default()
                 });
                 let obstacles: Vec<Obstacle> = leader_at(t + TICK_S)
                     .map(|(s, speed_mps)| Obstacle {

@@ -447,6 +447,7 @@ fn random_drive(seed: u64, ticks: usize, start: DVec2) -> Vec<EgoState> {
                 brake,
                 steering_wheel_rad: draw.uniform(-9.0, 9.0) as f32,
                 selector: [Selector::Drive, Selector::Neutral, Selector::Reverse, Selector::Drive][draw.index(4)],
+                ..Controls::default()
             };
         }
         let ground = if draw.index(5) == 0 { MEADOW } else { ROAD };

@@ -24,8 +24,13 @@ fn scenario(traffic: &str) -> Scenario {
     Scenario { traffic: traffic.parse().unwrap(), duration_s: 0.0, ..Scenario::default() }
 }
 
-const STANDING: Controls =
-    Controls { throttle: 0.0, brake: 1.0, steering_wheel_rad: 0.0, selector: codrive::controls::Selector::Drive };
+const STANDING: Controls = Controls {
+    throttle: 0.0,
+    brake: 1.0,
+    steering_wheel_rad: 0.0,
+    selector: codrive::controls::Selector::Drive,
+    indicator: codrive::controls::Indicator::Off,
+};
 
 /// Every snapshot of `seconds` of a drive by the simulated driver.
 fn drive(scenario: &Scenario, seconds: f64) -> Vec<Snapshot> {
@@ -252,11 +257,13 @@ fn driving_into_the_leader_is_an_event_with_time_speeds_and_car_and_can_end_the_
             world.tick(&controls).unwrap();
             contacts.extend(world.events().iter().filter(|e| matches!(e.kind, EventKind::Contact { .. })).copied());
         }
-        let EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps } = contacts[0].kind else {
+        let EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, angle_rad } = contacts[0].kind else {
             panic!("only contacts were kept")
         };
         assert_eq!(car.0, 1, "the leader");
         assert!(ego_speed_mps > car_speed_mps && closing_mps > 0.5, "{:?}", contacts[0]);
+        // On the ring of 39.8 m radius the leader, 5 m ahead, points 0.126 rad further to the left.
+        assert!((angle_rad - 0.126).abs() < 0.05, "{angle_rad}");
         assert!(contacts[0].tick.seconds() > 0.5);
         assert_eq!(world.ended() == Some(EndReason::Contact), ends);
         if ends {

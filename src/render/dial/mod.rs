@@ -11,6 +11,7 @@ use super::{
     post::ui_pass::{OverlayTarget, UiPass},
 };
 use crate::{
+    controls::Indicator,
     hud::{DialView, Palette, lettering},
     scene::{BONNET_EDGE, CLUSTER_M, CLUSTER_RADIUS_M, Camera, View, ViewKind},
 };
@@ -42,6 +43,8 @@ pub mod layout {
     pub const UNIT: (f32, f32) = (0.085, 0.305);
     /// Height of the R, and how far its middle lies below the axle.
     pub const REVERSE: (f32, f32) = (0.13, 0.69);
+    /// The arrows of the indicators: where their tips are beside the axle and below it, their length and half their height.
+    pub const INDICATOR: (f32, f32, f32, f32) = (0.46, 0.69, 0.24, 0.095);
 }
 
 /// Where the instrument stands, at the bottom of the picture.
@@ -197,6 +200,7 @@ fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palett
     target_line(&brush, dial, palette);
     needle(&brush, dial, palette);
     number(&brush, dial, palette);
+    indicator(&brush, dial, palette);
 }
 
 /// What parts needle and red line from what lies below them.
@@ -304,4 +308,19 @@ fn number(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
         let (height, down) = layout::REVERSE;
         brush.text("R", brush.below(down), height, opaque(palette.reverse));
     }
+}
+
+/// The telltale of the indicators, an arrow on its side of the lower face, in the gap of the scale.
+fn indicator(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
+    let side = match dial.indicator {
+        Indicator::Off => return,
+        Indicator::Left => -1.0,
+        Indicator::Right => 1.0,
+    };
+    let (tip, down, length, half) = layout::INDICATOR;
+    let at = |across: f32, up: f32| brush.centre + vec2(side * across, down - up) * brush.radius;
+    let (neck, shaft) = (tip - 0.55 * length, half * 0.45);
+    let colour = opaque(palette.indicator);
+    brush.polygon(vec![at(tip, 0.0), at(neck, half), at(neck, -half)], colour);
+    brush.polygon(vec![at(neck, shaft), at(tip - length, shaft), at(tip - length, -shaft), at(neck, -shaft)], colour);
 }

@@ -16,7 +16,7 @@ use super::{
     traffic_coupling::StartPlace,
 };
 use crate::{
-    controls::Controls,
+    controls::{Controls, Indicator},
     driver::{self, SimulatedDriver},
     ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle},
     map::RoadMap,
@@ -25,7 +25,7 @@ use crate::{
     sim::{Event, EventKind, Snapshot, VehicleSnapshot, ground::RoadGround},
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
-    traffic::{EGO, ExternalVehicleState, VehicleBody, VehicleId, VehicleLamps, is_on_lane},
+    traffic::{EGO, ExternalVehicleState, VehicleBody, VehicleId, is_on_lane},
 };
 use std::{collections::VecDeque, sync::Arc};
 
@@ -183,6 +183,7 @@ impl Agent {
     pub(super) fn drive(&mut self, obstacles: &[Obstacle]) -> bool {
         self.control_delay.push_back(self.controls);
         let controls = self.control_delay.pop_front().unwrap_or(self.controls);
+        self.indicate(controls.indicator);
         let on_route = RoadGround { route: &self.map.route, near_s_m: self.view.ego_s_m };
         let on_network = self.network.as_ref().map(|network| network.ground(&self.map, &self.view));
         let ground: &dyn GroundModel = on_network.as_ref().map_or(&on_route, |ground| ground);
@@ -194,6 +195,12 @@ impl Agent {
         let begun = self.events.len() - known;
         self.contact_count += begun as u32;
         begun > 0
+    }
+
+    fn indicate(&mut self, side: Indicator) {
+        if std::mem::replace(&mut self.view.ego_indicator, side) != side {
+            self.events.push(Event { tick: Tick(self.view.tick.0 + 1), kind: EventKind::Indicator(side) });
+        }
     }
 
     /// Where it is on its route, and how others see it, after it was moved.
@@ -215,7 +222,7 @@ impl Agent {
             odometer_m: before.odometer_m + ego.speed_mps * TICK_S,
             body: VehicleBody::CAR,
             height_m: ego.position.z,
-            lamps: VehicleLamps { brake: ego.braking, ..VehicleLamps::default() },
+            lamps: self.view.ego_lamps(),
             pitch: before.pitch.step(ego.accel_mps2, TICK_S),
         };
     }

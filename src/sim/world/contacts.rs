@@ -32,6 +32,7 @@ impl ContactTracker {
                 ego_speed_mps: contact.ego_speed_mps,
                 car_speed_mps: contact.car_speed_mps,
                 closing_mps: contact.closing_mps,
+                angle_rad: contact.angle_rad,
             };
             Some(Event { tick: now, kind })
         })
@@ -45,7 +46,7 @@ mod tests {
     #[test]
     fn a_touch_is_a_contact_of_its_own_by_the_cars_number_whoever_else_comes_and_goes() {
         let mut tracker = ContactTracker::default();
-        let touch = |car| Contact { car, ego_speed_mps: 3.0, car_speed_mps: 1.0, closing_mps: 2.0 };
+        let touch = |car| Contact { car, ego_speed_mps: 3.0, car_speed_mps: 1.0, closing_mps: 2.0, angle_rad: 0.0 };
         let mut begun = |tick, touches: &[Contact]| tracker.begun(touches, Tick(tick)).count();
         assert_eq!(begun(1, &[touch(70), touch(8)]), 2);
         assert_eq!(begun(2, &[touch(8), touch(900)]), 1);

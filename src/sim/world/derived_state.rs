@@ -2,6 +2,7 @@
 //! place on the road, its leader and the mean speed; an event when it leaves its lane or is back. Metres, m/s.
 
 use crate::{
+    controls::Indicator,
     map::{Route, RoutePosition, network::SignalStates},
     policy::Follower,
     sim::{
@@ -23,6 +24,7 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapsh
         ego_before: *ego,
         ego_s_m,
         ego_lane: None,
+        ego_indicator: Indicator::Off,
         lane_offset_m: 0.0,
         cars: Vec::new(),
         signals: SignalStates::default(),

@@ -71,7 +71,7 @@ fn report(agent: &Agent, step_s: f64) -> EgoReport {
         state,
         lane: lane.map(|at| at.lane),
         is_wrong_way: lane.is_some_and(|at| is_against(&agent.map.network, at, &state.next_pose)),
-        lamps: VehicleLamps { brake: snapshot.ego.braking, ..VehicleLamps::default() },
+        lamps: snapshot.ego_lamps(),
     }
 }
 

@@ -1,8 +1,9 @@
 //! What a drive on a network knows beside the ego's route. In: the map and the snapshot. Out: the ego's lane, the ground under it, the line at
 //! a signal, or where others go first, where it has to stop, whether it is at the end of its path. Metres, m/s.
 
-use super::{give_way::GiveWay, path_lanes::PathLanes};
+use super::{give_way::GiveWay, path_lanes::PathLanes, turns::Turns};
 use crate::{
+    controls::Indicator,
     driver::DriverParams,
     map::{
         RoadMap, StopLine,
@@ -25,6 +26,7 @@ const SIGNAL_AHEAD_M: f64 = 300.0;
 pub(super) struct NetworkView {
     lanes: PathLanes,
     give_way: GiveWay,
+    turns: Turns,
     /// The ego is on the last edge of its path, or was there until its front came to the end.
     is_on_last: bool,
 }
@@ -33,7 +35,8 @@ impl NetworkView {
     /// The path of a map's route.
     pub fn new(map: &RoadMap) -> Self {
         let lanes = PathLanes::new(map);
-        Self { give_way: GiveWay::new(lanes.yield_lines(map)), lanes, is_on_last: false }
+        let give_way = GiveWay::new(lanes.yield_lines(map));
+        Self { give_way, turns: lanes.turns(map), lanes, is_on_last: false }
     }
 
     /// Notes in the snapshot in which lane the ego's front is.
@@ -99,6 +102,11 @@ impl NetworkView {
     fn next_line(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<(f64, &StopLine)> {
         let ahead = self.lanes.stop_lines().iter().map(|line| (map.route.ahead(snapshot.ego_s_m, line.s_m), line));
         ahead.filter(|(ahead_m, _)| *ahead_m >= 0.0).min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// The side to which a driver on the path indicates now.
+    pub fn indicator(&self, snapshot: &Snapshot, map: &RoadMap) -> Indicator {
+        self.turns.indicator_at(map, snapshot.ego_s_m)
     }
 
     /// The next signal of the ego's path, however far; one that is off is none.

@@ -4,7 +4,10 @@
 //! A vehicle is on the route if it is in a lane that the route goes along. Where the route changes lanes on an edge, it is on the
 //! route if its front is less than half a lane beside the route's line.
 
-use super::yield_lines::{YieldLine, yield_lines};
+use super::{
+    turns::Turns,
+    yield_lines::{YieldLine, yield_lines},
+};
 use crate::{
     map::{
         RoadMap, StopLine,
@@ -107,6 +110,11 @@ impl PathLanes {
     /// The lines from which others go first, in driving order.
     pub fn yield_lines(&self, map: &RoadMap) -> Vec<YieldLine> {
         yield_lines(map, &self.lanes)
+    }
+
+    /// The turns of the path.
+    pub fn turns(&self, map: &RoadMap) -> Turns {
+        Turns::new(map, &self.lanes)
     }
 
     /// The lanes that lead to the start of the route: those before it, and those before them.

@@ -3,7 +3,7 @@
 
 use super::{World, agent::Agent, derived_state};
 use crate::{
-    controls::LaneHint,
+    controls::{Indicator, LaneHint},
     driver::{Perception, SeenLeader, SimulatedDriver},
     policy::{FAR_M, Observation, RoadAhead},
     space::{CAR_LENGTH_M, wrap_angle},
@@ -74,6 +74,7 @@ impl Agent {
                 .and_then(|network| network.stop_ahead_m(snapshot, &self.map, driver.params())),
             advice: snapshot.advice,
             speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
+            indicator: self.network.as_ref().map_or(Indicator::Off, |network| network.indicator(snapshot, &self.map)),
         }
     }
 

@@ -1,0 +1,114 @@
+//! Where the ego's path turns or changes lanes, for the indicators of a simulated driver. In: a [`RoadMap`]. Out: the side to indicate to at
+//! a place of the path. Metres.
+
+use crate::{
+    controls::Indicator,
+    map::{
+        RoadMap,
+        network::{LaneId, TurnDirection},
+    },
+};
+
+/// A driver indicates this far before a turn, metres: the last 100 feet (California Vehicle Code 22108).
+const AHEAD_M: f64 = 30.0;
+
+/// A turn of the path, or its change of a lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turn {
+    /// Where on the route it begins, metres.
+    from_s_m: f64,
+    /// From there to its end, metres.
+    length_m: f64,
+    side: Indicator,
+}
+
+/// The turns of a route.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Turns(Vec<Turn>);
+
+impl Turns {
+    /// The turns of a map's route; `lanes` are the network's lanes of the route's.
+    pub fn new(map: &RoadMap, lanes: &[Option<LaneId>]) -> Self {
+        let count = if map.route.is_closed() { lanes.len() } else { lanes.len() - 1 };
+        let at_junctions = (0..count).filter_map(|k| turn(map, lanes, k));
+        Self(at_junctions.chain((0..lanes.len()).filter_map(|k| change(map, lanes, k))).collect())
+    }
+
+    /// The side of the turn that the path makes at this place of it, or comes to soon; off where it goes straight on.
+    pub fn indicator_at(&self, map: &RoadMap, s_m: f64) -> Indicator {
+        let route = &map.route;
+        let comes = |turn: &&Turn| {
+            let ahead_m = route.difference(s_m, turn.from_s_m);
+            -turn.length_m < ahead_m && ahead_m <= AHEAD_M
+        };
+        // Of two that follow each other the one that is nearer.
+        let nearest = |a: &&Turn, b: &&Turn| {
+            let ahead_m = |turn: &Turn| route.difference(s_m, turn.from_s_m);
+            ahead_m(a).total_cmp(&ahead_m(b))
+        };
+        self.0.iter().filter(comes).min_by(nearest).map_or(Indicator::Off, |turn| turn.side)
+    }
+}
+
+/// The turn at the junction behind the route's lane `k`.
+fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
+    let (net, route) = (&map.network, &map.route);
+    let next = |k: usize| (k + 1) % lanes.len();
+    let (from, to) = (lanes[k]?, lanes[next(k)]?);
+    if !net.edge_of(from).kind.is_street() {
+        return None;
+    }
+    let way = net.connections_from(from).iter().find(|way| way.next() == to)?;
+    let side = match way.direction {
+        TurnDirection::Left | TurnDirection::PartLeft | TurnDirection::Turnaround => Indicator::Left,
+        TurnDirection::Right | TurnDirection::PartRight | TurnDirection::TurnaroundLeftHand => Indicator::Right,
+        TurnDirection::Straight | TurnDirection::Unknown => return None,
+    };
+    let inside = std::iter::successors(Some(next(k)), |k| Some(next(*k)))
+        .take(lanes.len())
+        .take_while(|k| lanes[*k].is_some_and(|lane| !net.edge_of(lane).kind.is_street()));
+    let length_m = inside.map(|k| route.lanes()[k].length_m).sum();
+    let here = &route.lanes()[k];
+    Some(Turn { from_s_m: route.wrap(here.start_s_m + here.length_m), length_m, side })
+}
+
+/// The change of lanes on the route's lane `k`: it begins beside the network's lane of its name.
+fn change(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
+    let here = &map.route.lanes()[k];
+    let lane = map.network.lane(lanes[k]?);
+    let [begins, on] = [lane.line.points()[0], lane.line.points()[1]].map(|point| point.truncate());
+    let beside = here.shape[0] - begins;
+    let left = (on - begins).perp().normalize_or_zero();
+    let offset_m = beside.dot(left);
+    if offset_m.abs() < lane.half_width_m() || beside.length() > offset_m.abs() + lane.half_width_m() {
+        return None;
+    }
+    let side = if offset_m > 0.0 { Indicator::Right } else { Indicator::Left };
+    Some(Turn { from_s_m: here.start_s_m, length_m: here.length_m, side })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::path_lanes::PathLanes;
+    use super::*;
+
+    #[test]
+    fn a_driver_indicates_before_and_in_a_turn_and_while_the_path_changes_lanes() {
+        use Indicator::{Left, Off, Right};
+        let file = "tests/data/networks/grid-signals.net.xml";
+        let map = RoadMap::load_along(file, &["B0B1", "B1C1", "C1C2"]).expect("a path");
+        let lanes = map.route.lanes();
+        // B0B1_0 has 69.20 m, and turns right into B1C1_0; C1C2 goes off to the left from B1C1_1.
+        let (right_m, change, left) = (69.2, &lanes[2], lanes.last().expect("C1C2").start_s_m);
+        assert!(change.edge == "B1C1" && (lanes[0].start_s_m + lanes[0].length_m - right_m).abs() < 1e-9);
+        let turns = PathLanes::new(&map).turns(&map);
+        let at = |s_m: f64| turns.indicator_at(&map, s_m);
+        assert_eq!([at(0.0), at(right_m - 31.0), at(right_m - 29.0)], [Off, Off, Right]);
+        assert_eq!([at(change.start_s_m - 0.1), at(change.start_s_m + 0.1), at(left - 0.1)], [Right, Left, Left]);
+        assert_eq!([at(left + 0.1), at(map.route.length_m())], [Off, Off]);
+        // Straight on there is nothing to indicate.
+        let map = RoadMap::load_along(file, &["A1B1", "B1C1"]).expect("a path");
+        let turns = PathLanes::new(&map).turns(&map);
+        assert!((0..150).all(|s_m| turns.indicator_at(&map, f64::from(s_m)) == Off));
+    }
+}
