@@ -7,6 +7,7 @@ use super::{
     *,
 };
 use crate::{
+    controls::Indicator,
     driver::{DriverParams, SimulatedDriver},
     scenario::StartLayout,
     space::CAR_LENGTH_M,
