@@ -10,7 +10,7 @@ mod simulation;
 
 pub use force::{ForceTimes, force};
 pub use learning::{LearningTimes, learning};
-pub use network::network_step;
+pub use network::{NetworkLoading, network_loading, network_step};
 pub use picture::{CostGrowth, DrawnDrive, DriveTimes, FrameTimes, SIZES, StartupTimes, growth, startup};
 pub use recording::{RECORDER_LIMIT_US, recording};
 pub use simulation::{SimulationReport, SumoTimes, simulation};

@@ -1,5 +1,6 @@
-//! A step of SUMO on a road network with a thousand vehicles. In: SUMO's netgenerate, which makes ten by ten junctions with signals. Out:
-//! [`SumoTimes`]: the step alone, and with all vehicles and signals read.
+//! A step of SUMO on a road network with a thousand vehicles, and the reading of a network of ten thousand edges. In: SUMO's netgenerate,
+//! which makes junctions in rows with signals. Out: [`SumoTimes`]: the step alone, and with all vehicles and signals read;
+//! [`NetworkLoading`].
 
 use super::{TimeStatistics, now, simulation::SumoTimes};
 use crate::{
@@ -11,7 +12,15 @@ use crate::{
         sumo::{self, NetworkSetup, SumoNetwork},
     },
 };
-use std::{fmt::Write, fs, path::Path, process::Command, sync::Arc, time::Duration};
+use serde::Serialize;
+use std::{
+    fmt::Write,
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+    sync::Arc,
+    time::Duration,
+};
 
 /// Vehicles that come, ten a second, and steps in which they do: by then about a thousand are there.
 const TRIPS: usize = 1500;
@@ -21,17 +30,65 @@ const PAIRS: usize = 400;
 /// Pairs of which a ratio is made.
 const BLOCK: usize = 20;
 
+/// How long a network takes to be read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct NetworkLoading {
+    /// Edges, insides of junctions not counted.
+    pub edges: usize,
+    /// Its file, megabytes.
+    pub file_mb: f64,
+    /// From the file to the network, all derived tables included.
+    pub seconds: f64,
+}
+
+/// Reads 51 by 51 junctions with signals and two lanes each way.
+///
+/// # Errors
+/// SUMO's netgenerate is not here.
+pub fn network_loading() -> Result<NetworkLoading, TrafficError> {
+    in_folder("loading", |folder| {
+        let file = netgenerate(folder, &["--grid.number", "51", "--grid.length", "100", "-j", "traffic_light"])?;
+        let start = now();
+        let network = Network::load(&file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
+        let seconds = start.elapsed().as_secs_f64();
+        let edges = network.edges().iter().filter(|edge| edge.kind.is_street()).count();
+        let bytes = fs::metadata(&file).map_or(0, |file| file.len());
+        Ok(NetworkLoading { edges, file_mb: bytes as f64 / 1e6, seconds })
+    })
+}
+
 /// Measures it; how many vehicles there were on average.
 ///
 /// # Errors
 /// SUMO or its programs are not here.
 pub fn network_step() -> Result<(SumoTimes, f64), TrafficError> {
-    let folder = std::env::temp_dir().join(format!("codrive-bench-network-{}", std::process::id()));
+    in_folder("network", |folder| measure(&grid(folder)?))
+}
+
+/// What is done in a folder that is gone afterwards.
+fn in_folder<T>(name: &str, work: impl FnOnce(&Path) -> Result<T, TrafficError>) -> Result<T, TrafficError> {
+    let folder = std::env::temp_dir().join(format!("codrive-bench-{name}-{}", std::process::id()));
     let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", folder.display()));
     private::folder(&folder).map_err(failed)?;
-    let times = grid(&folder).and_then(|setup| measure(&setup));
+    let done = work(&folder);
     let _ = fs::remove_dir_all(&folder);
-    times
+    done
+}
+
+/// A grid by SUMO's netgenerate with these options, two lanes each way.
+fn netgenerate(folder: &Path, options: &[&str]) -> Result<PathBuf, TrafficError> {
+    let home = sumo::home()?;
+    let net_file = folder.join("grid.net.xml");
+    let failed = |what: String| TrafficError::Setup(format!("netgenerate: {what}"));
+    let made = Command::new(home.join("bin/netgenerate"))
+        .env("SUMO_HOME", &home)
+        .args(["--grid", "-L", "2"])
+        .args(options)
+        .arg("--output-file")
+        .arg(&net_file)
+        .output()
+        .map_err(|error| failed(error.to_string()))?;
+    if made.status.success() { Ok(net_file) } else { Err(failed(String::from_utf8_lossy(&made.stderr).into_owned())) }
 }
 
 fn measure(setup: &NetworkSetup) -> Result<(SumoTimes, f64), TrafficError> {
@@ -69,20 +126,21 @@ fn timed(call: impl FnOnce() -> Result<(), TrafficError>) -> Result<Duration, Tr
 
 /// Ten by ten junctions with signals, 200 m apart, two lanes each way, and trips from side to side.
 fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
-    let home = sumo::home()?;
-    let net_file = folder.join("grid.net.xml");
-    let failed = |what: String| TrafficError::Setup(format!("netgenerate: {what}"));
-    let made = Command::new(home.join("bin/netgenerate"))
-        .env("SUMO_HOME", &home)
-        .args(["--grid", "--grid.number", "10", "--grid.length", "200", "--grid.attach-length", "200", "-L", "2"])
-        .args(["--tls.guess", "--no-turnarounds", "--output-file"])
-        .arg(&net_file)
-        .output()
-        .map_err(|error| failed(error.to_string()))?;
-    if !made.status.success() {
-        return Err(failed(String::from_utf8_lossy(&made.stderr).into_owned()));
-    }
-    let network = Network::load(&net_file.to_string_lossy()).map_err(|error| failed(error.to_string()))?;
+    let net_file = netgenerate(
+        folder,
+        &[
+            "--grid.number",
+            "10",
+            "--grid.length",
+            "200",
+            "--grid.attach-length",
+            "200",
+            "--tls.guess",
+            "--no-turnarounds",
+        ],
+    )?;
+    let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", folder.display()));
+    let network = Network::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
     // Edges are named by the junctions at their ends: those that come in from a side, and those that lead out to one.
     let sides = ["left", "right", "top", "bottom"];
     let starts = |id: &&String| sides.iter().any(|side| id.starts_with(side));
@@ -98,7 +156,7 @@ fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
             .expect("a String takes all text");
     }
     let file = folder.join("trips.rou.xml");
-    fs::write(&file, trips + "</routes>\n").map_err(|error| failed(error.to_string()))?;
+    fs::write(&file, trips + "</routes>\n").map_err(failed)?;
     Ok(NetworkSetup {
         network: Arc::new(network),
         net_file,

@@ -1,7 +1,11 @@
 //! What needs no graphics: steps of the traffic engines, ticks of the ego and of the whole world. In: a scenario. Out: a
 //! [`SimulationReport`].
 
-use super::{TimeStatistics, network::network_step, now};
+use super::{
+    TimeStatistics,
+    network::{NetworkLoading, network_loading, network_step},
+    now,
+};
 use crate::{
     controls::Controls,
     drive_loop::{RunError, offline::OfflineDrive},
@@ -35,6 +39,8 @@ pub struct SimulationReport {
     pub sumo_step: Option<SumoTimes>,
     /// SUMO on a network of ten by ten junctions, and how many vehicles there were; `None` where it is not here.
     pub network_step: Option<(SumoTimes, f64)>,
+    /// Reading a network of ten thousand edges; `None` where SUMO is not here to make one.
+    pub network_loading: Option<NetworkLoading>,
     /// A step of the native engine.
     pub native_step: TimeStatistics,
     /// A tick of the ego's physics among all cars.
@@ -53,10 +59,12 @@ pub fn simulation(scenario: &Scenario) -> Result<SimulationReport, RunError> {
     let native = Scenario { traffic: EngineChoice::Native, ..scenario.clone() };
     let sumo_step = if_here(sumo(scenario))?;
     let network_step = if_here(network_step().map_err(WorldError::from))?;
+    let network_loading = if_here(network_loading().map_err(WorldError::from))?;
     let (world_tick, times_real_time) = world(&native)?;
     Ok(SimulationReport {
         sumo_step,
         network_step,
+        network_loading,
         native_step: native_steps(&native)?,
         ego_tick: ego(&native)?,
         world_tick,
@@ -92,14 +100,15 @@ fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
     })
 }
 
-/// Blocks of bare and full steps in turn, so that a change of the machine's speed meets both.
+/// Blocks of bare and full steps in turn, so that a change of the machine's speed meets both: short ones, of which most are over
+/// before another program has its turn.
 fn sumo(scenario: &Scenario) -> Result<SumoTimes, WorldError> {
-    const BLOCKS: usize = 20;
-    const STEPS: u32 = 200;
+    const BLOCKS: usize = 2000;
+    const STEPS: u32 = 10;
     // Without noise, whose setPreviousSpeed a bare step lacks by its nature.
     let quiet = Scenario { idm: crate::idm::IdmParams { noise: 0.0, ..scenario.idm }, ..scenario.clone() };
     let mut traffic = SumoTraffic::start(setup(&quiet)?)?;
-    for _ in 0..STEPS {
+    for _ in 0..20 * STEPS {
         traffic.step(&[])?;
     }
     let (mut bare, mut full) = (Vec::new(), Vec::new());

@@ -203,6 +203,12 @@ fn words(
             sumo.full.median_us, sumo.bare.median_us, sumo.ratio
         ));
     }
+    if let Some(loading) = &simulation.network_loading {
+        lines.push(format!(
+            "reading {} edges      {:.2} s for {:.1} MB",
+            loading.edges, loading.seconds, loading.file_mb
+        ));
+    }
     let row =
         |name: &str, times: &TimeStatistics| format!("{name}{:.1} us, 99 % below {:.1}", times.median_us, times.p99_us);
     lines.push(row("step of native traffic   ", &simulation.native_step));
