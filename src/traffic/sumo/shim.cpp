@@ -89,7 +89,7 @@ void read(Record* out, double step_s) {
                                  pos < lane_lengths[car.lane] - NEAR_END;
         if (!is_followed || i == checked) {
             const double found = sim::Vehicle::getLanePosition(car.id);
-            if (std::abs(found - pos) > SAME) car.lane = lane_number(sim::Vehicle::getLaneID(car.id), car.lane);
+            if (car.is_read_anew || std::abs(found - pos) > SAME) car.lane = lane_number(sim::Vehicle::getLaneID(car.id), car.lane);
             if (is_followed && found != pos) is_sum_exact = false;
             pos = found;
         }
