@@ -14,7 +14,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// What can happen in a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 36] = [
+const WORDS: [[&str; 3]; 37] = [
     [
         "advice",
         "a new target stands on the speedometer",
@@ -123,6 +123,11 @@ const WORDS: [[&str; 3]; 36] = [
         "Agent-action, Participant-response, (Experiment-participant, (Press, Push-button)), Label/Answer",
     ],
     ["horn", "the horn, on or off", "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Horn"],
+    [
+        "indicator",
+        "the indicators: left, right or off",
+        "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Indicator",
+    ],
     [
         "wheel profile",
         "the profile of the steering wheel that drives from now on",
