@@ -380,3 +380,42 @@ fn a_recording_made_before_there_were_tables_of_networks_replays_without_them() 
     let found = recover(&drive).unwrap();
     assert!(found.was_whole && found.rows.len() == 5, "{found:?}");
 }
+
+#[test]
+fn advised_vehicles_of_a_network_come_and_go_in_their_table_and_replay_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, drive) = (town(folder.path()), folder.path().join("advised"));
+    let out = drive.to_str().unwrap();
+    let (code, text) = said(&mut codrive(&[
+        "run",
+        "--scenario",
+        scenario.to_str().unwrap(),
+        "--policy",
+        "pi",
+        "--advised",
+        "50%",
+        "--duration",
+        "60",
+        "--out",
+        out,
+    ]));
+    assert!(code == 0 && text.contains(" vehicles, as they came\n"), "{text}");
+    let read = |table: Table| TableReader::parquet(&table.parquet(&drive)).unwrap();
+    let rows: Vec<(u64, u32)> = read(Table::Advised)
+        .wholes("tick")
+        .into_iter()
+        .zip(read(Table::Advised).ids("vehicle").into_iter().flatten())
+        .collect();
+    let ids: BTreeSet<u32> = rows.iter().map(|(_, id)| *id).collect();
+    let departures = read(Table::Departures);
+    let kinds = departures.words("kind").into_iter().zip(departures.ids("vehicle"));
+    let cars: BTreeSet<u32> = kinds.filter(|(kind, _)| kind == "car").filter_map(|(_, id)| id).collect();
+    // Of the cars and of nobody else; the streams take more than a quarter of them and not all.
+    assert!(ids.is_subset(&cars) && 4 * ids.len() > cars.len() && ids.len() < cars.len(), "{ids:?} of {cars:?}");
+    // The trips are 200 m long: the first are over within the minute.
+    let last = rows.last().unwrap().0;
+    let at_end: BTreeSet<u32> = rows.iter().filter(|(tick, _)| *tick == last).map(|(_, id)| *id).collect();
+    assert!(at_end.len() < ids.len(), "some have left: {at_end:?} of {ids:?}");
+    let (code, text) = replayed(&drive);
+    assert!(code == 0 && text.contains("the same to the bit; every file is as it was"), "{text}");
+}
