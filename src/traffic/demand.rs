@@ -1,8 +1,11 @@
 //! Which vehicles come to a road network, where from, where to and how many. In: files of SUMO's, or flows of a scenario. Out: what an
 //! engine is given. Each vehicle finds its way itself (SUMO's router, when it departs).
 
-use super::VehicleKind;
-use crate::toml_text::did_you_mean;
+use super::{
+    VehicleKind,
+    demand_file::{self, MOST_VEHICLES, SHORTER},
+};
+use crate::{map::network::Network, toml_text::did_you_mean};
 use serde::{Deserialize, Serialize};
 use std::{fmt::Write, path::PathBuf};
 
@@ -67,6 +70,34 @@ pub enum DemandFault {
         /// The share.
         value: f64,
     },
+    /// A file that cannot be read.
+    #[error("{}: {problem}", .file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        problem: String,
+    },
+    /// Something in a file.
+    #[error("{}:{line}: {element}: {problem}", .file.display())]
+    Element {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u32,
+        /// Which element, for example `trip "t7"`.
+        element: String,
+        /// What is wrong with it, and what is allowed.
+        problem: String,
+    },
+    /// More vehicles than can be.
+    #[error("{}: the demand brings {value} vehicles; allowed: at most {MOST_VEHICLES}{SHORTER}", .file.display())]
+    Vehicles {
+        /// The file with which they are too many.
+        file: PathBuf,
+        /// How many, with those of the files before it.
+        value: u64,
+    },
     /// An edge.
     #[error(
         "flow {flow}: {side} is \"{edge}\"; allowed: the id of an edge of this network that is no part of a junction{near}"
@@ -104,6 +135,14 @@ impl Demand {
             }
         }
         Ok(())
+    }
+
+    /// Fails if a file of the demand cannot be driven on the network.
+    ///
+    /// # Errors
+    /// The first fault.
+    pub fn check_files(&self, network: &Network) -> Result<(), DemandFault> {
+        demand_file::check(&self.files, network)
     }
 
     /// Fails if a number of a flow cannot be, on whatever network.

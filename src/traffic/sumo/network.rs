@@ -126,7 +126,8 @@ impl SumoNetwork {
         let network = &setup.network;
         let normal = network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
         let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
-        setup.demand.check(&edges).map_err(|fault| TrafficError::Setup(fault.to_string()))?;
+        let faults = setup.demand.check(&edges).and_then(|()| setup.demand.check_files(network));
+        faults.map_err(|fault| TrafficError::Setup(fault.to_string()))?;
         let mut shim = Shim::open(home)?;
         let flows = TypeFile::of_demand(&setup.demand, &setup.idm)?;
         let routes: Vec<&Path> =
