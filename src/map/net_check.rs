@@ -63,7 +63,7 @@ pub(super) fn check(reader: &NetReader, root: Element) -> Result<(), MapError> {
     let parents = [("lane", "edge"), ("request", "junction"), ("phase", "tlLogic")];
     for node in root.descendants() {
         let parent = parents.iter().find(|(child, _)| node.name() == *child).map(|(_, parent)| *parent);
-        if parent.is_some_and(|name| !node.parent().is_some_and(|parent| parent.name() == name)) {
+        if parent.is_some_and(|name| node.parent().is_none_or(|parent| parent.name() != name)) {
             return Err(reader.value(
                 node,
                 "its place",
