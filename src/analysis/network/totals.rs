@@ -53,6 +53,19 @@ struct VehicleTrack {
     loss_s: f64,
 }
 
+impl VehicleTrack {
+    /// A vehicle that has no row yet: from its departure on.
+    fn departed(trip: &Trip, network: &Network) -> Self {
+        let (tick, speed_mps) = (trip.departed.tick, trip.departed_mps);
+        let mut track = Self::default();
+        if let (Some(lane), Some(s_m)) = (network.lane_named(&trip.departed.lane), trip.departed.lane_s_m) {
+            track.place = Some(RowPlace { tick, lane, s_m, speed_mps });
+            track.pace = Some((tick, speed_mps / network.lane(lane).speed_limit_mps.max(0.1)));
+        }
+        track
+    }
+}
+
 impl NetworkTotals {
     /// Nothing yet of this drive; `lines` are those that were asked for, or else the one of its path.
     ///
@@ -119,7 +132,11 @@ impl NetworkTotals {
             self.tracks.insert(vehicle.id, VehicleTrack::default());
             return;
         };
-        let mut track = self.tracks.get(&vehicle.id).copied().unwrap_or_else(|| self.departed(vehicle.id, &network));
+        let mut track = self.tracks.get(&vehicle.id).copied().unwrap_or_else(|| {
+            self.trips
+                .get(&vehicle.id)
+                .map_or_else(VehicleTrack::default, |trip| VehicleTrack::departed(trip, &network))
+        });
         let now = vehicle.lane.map(|(lane, s_m)| RowPlace { tick, lane, s_m, speed_mps: vehicle.speed_mps });
         self.advance(&mut track, tick, now, vehicle.speed_mps, &network);
         self.tracks.insert(vehicle.id, track);
@@ -147,18 +164,6 @@ impl NetworkTotals {
         track.place = Some(now);
     }
 
-    /// A vehicle that has no row yet: from its departure on.
-    fn departed(&self, id: u32, network: &Network) -> VehicleTrack {
-        let mut track = VehicleTrack::default();
-        let Some(trip) = self.trips.get(&id) else { return track };
-        let (tick, speed_mps) = (trip.departed.tick, trip.departed_mps);
-        if let (Some(lane), Some(s_m)) = (network.lane_named(&trip.departed.lane), trip.departed.lane_s_m) {
-            track.place = Some(RowPlace { tick, lane, s_m, speed_mps });
-            track.pace = Some((tick, speed_mps / network.lane(lane).speed_limit_mps.max(0.1)));
-        }
-        track
-    }
-
     /// All steps have been added, each `step_ticks` after the one before: trips are followed to their ends.
     pub fn finish(&mut self, step_ticks: u64) {
         self.vehicles = self.trips.keys().chain(self.tracks.keys()).chain([&EGO.0]).collect::<BTreeSet<_>>().len();
@@ -172,7 +177,7 @@ impl NetworkTotals {
         self.ego_time_loss_s = self.tracks.get(&EGO.0).and_then(|track| track.pace.map(|_| track.loss_s));
         for (id, mut trip) in std::mem::take(&mut self.trips) {
             if let Some(arrived) = &trip.arrived {
-                let mut track = self.tracks.get(&id).copied().unwrap_or_else(|| self.departed(id, network));
+                let mut track = self.tracks.get(&id).copied().unwrap_or_else(|| VehicleTrack::departed(&trip, network));
                 // The table has its place one step before it went; its speed is that of its last row.
                 let last_tick = arrived.tick.saturating_sub(step_ticks);
                 let speed_mps = track.place.map_or(0.0, |place| place.speed_mps);

@@ -108,3 +108,17 @@ fn who_departs_and_arrives_between_two_seconds_passes_the_lines_on_its_way() {
     totals.finish(10);
     assert_eq!(totals.lines.iter().map(|line| line.vehicles).collect::<Vec<_>>(), [1, 2, 1]);
 }
+
+#[test]
+fn a_vehicle_far_away_that_goes_before_its_first_row_passes_lines_and_loses_time_all_the_same() {
+    let net = grid();
+    let (half_mps, arrived) = (LIMIT_MPS / 2.0, Some(end(490, 64.0)));
+    let trip = |departed| Trip { departed, departed_mps: half_mps, arrived: arrived.clone(), ..Trip::default() };
+    // One came 0.8 s before it went, the other was there before the drive; neither at a full second.
+    let trips = [(1, trip(end(410, 58.0))), (2, trip(end(0, 20.0)))];
+    let mut totals = totals(&net, &["B0B1:60", "B0B1:30"], &trips);
+    totals.finish(10);
+    assert_eq!(totals.lines.iter().map(|line| line.vehicles).collect::<Vec<_>>(), [2, 1]);
+    assert!(totals.trips[&1].time_loss_s.is_some_and(|lost_s| (lost_s - 0.4).abs() < 1e-9), "{:?}", totals.trips);
+    assert_eq!(totals.trips[&2].time_loss_s, None);
+}
