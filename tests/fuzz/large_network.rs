@@ -7,7 +7,7 @@ use std::{fs, path::Path, process::Command};
 
 #[test]
 fn ten_thousand_edges_with_two_lanes_and_signals_are_read_in_the_memory_that_a_reader_may_take() {
-    let _alone = memory::alone();
+    let _alone = super::alone();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("grid.net.xml");
     let sumo = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo");

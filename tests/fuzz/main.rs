@@ -18,7 +18,7 @@ use std::{
     fs,
     panic::{AssertUnwindSafe, catch_unwind},
     path::{Path, PathBuf},
-    sync::Mutex,
+    sync::{Mutex, MutexGuard},
     time::{Duration, Instant},
 };
 
@@ -35,6 +35,12 @@ fn number(name: &str) -> Option<u64> {
     std::env::var(name)
         .ok()
         .map(|text| text.parse().unwrap_or_else(|_| panic!("{name} is {text:?}; allowed: a number")))
+}
+
+/// Memory is counted for the whole program: one test at a time.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 /// What one reader did with its inputs.
@@ -96,7 +102,7 @@ fn feed(reader: &Reader, seed: u64, kept: &Path, enough: impl Fn(usize) -> bool)
 
 #[test]
 fn no_input_brings_a_panic_an_abort_or_much_memory() {
-    let _alone = memory::alone();
+    let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let kept = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("fuzz");
     fs::create_dir_all(&kept).unwrap();
