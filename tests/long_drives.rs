@@ -72,7 +72,6 @@ fn analysed(path: &Path) -> (usize, usize, f64) {
 
 #[test]
 fn the_measures_of_hours_take_the_memory_of_minutes_and_their_figures_no_more_than_they_can_show() {
-    let _alone = memory::alone();
     let folder = tempfile::tempdir().unwrap();
     let [(short, _, short_s), (long, figures, long_s)] = [150, 450].map(|times| analysed(&drive(folder.path(), times)));
     assert_eq!((short_s, long_s), (3_000.0, 9_000.0));
