@@ -8,7 +8,7 @@ use quick_xml::{
     escape::resolve_predefined_entity,
     events::{
         BytesRef, BytesStart, Event,
-        attributes::{Attribute, Attributes},
+        attributes::{AttrError, Attribute, Attributes},
     },
 };
 use std::collections::BTreeMap;
@@ -230,7 +230,7 @@ impl<'text> Builder<'text> {
         // Names are compared as numbers, below.
         let mut attributes = Attributes::new(tag, from);
         for attribute in attributes.with_checks(false) {
-            let attribute = attribute.map_err(|error| fault(base, error))?;
+            let attribute = attribute.map_err(|error| attribute_fault(base, tag, &error))?;
             let key = offset_in(tag, attribute.key.as_ref());
             let start = offset_in(tag, &attribute.value);
             let (name, value) =
@@ -336,6 +336,19 @@ impl<'text> Builder<'text> {
         self.tree.attributes.shrink_to_fit();
         Ok(self.tree)
     }
+}
+
+/// What is wrong with the attributes of a tag, whose text begins at `base`. If a tag begins in it, it is itself not closed.
+fn attribute_fault(base: usize, tag: &str, error: &AttrError) -> XmlFault {
+    if let Some(at) = tag.find('<') {
+        return fault(base + at, "a tag begins before the one before it is closed (>)");
+    }
+    let (AttrError::ExpectedEq(at)
+    | AttrError::ExpectedValue(at)
+    | AttrError::UnquotedValue(at)
+    | AttrError::ExpectedQuote(at, _)
+    | AttrError::Duplicated(at, _)) = error;
+    fault(base + at, error)
 }
 
 /// Line and column of a position, from 1; a column is a character. Counts from the start of the text, so it is for errors.

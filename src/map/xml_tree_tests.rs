@@ -130,6 +130,7 @@ fn a_fault_is_where_it_stands() {
         ("<net></net><net/>", 11, "a second element"),
         ("<!DOCTYPE net><net/>", 0, "a document type"),
         ("<net><x:a/></net>", 5, "the prefix \"x\" is declared nowhere"),
+        ("<net>\n  <a b=\"1\"\n</net>", 17, "a tag begins before the one before it is closed"),
         ("<net>\n</nut>", 6, "expected `</net>`"),
         ("<net><a>", 8, "the text ends before </a>"),
         ("<net a=\"&none;\"/>", 8, "none"),

@@ -11,7 +11,7 @@ use crate::{
     settings::SettingsError,
     sim::World,
     toml_text,
-    traffic::NoiseStreams,
+    traffic::{MOST_DEMAND_BYTES, NoiseStreams},
 };
 use std::{
     fs,
@@ -53,11 +53,12 @@ fn map_place(world: &World) -> String {
 /// A file cannot be read any more, or the disk refuses.
 pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     let scenario = world.scenario();
-    let copy = |from: &Path, to: &Path| {
+    let copy_up_to = |most_bytes: u64, from: &Path, to: &Path| {
         files::new_private_dir(to.parent().unwrap_or(recording))?;
-        // A network may be the largest: whatever was loaded before the drive is no larger.
-        files::write_new(to, &read_bounded(from, MOST_BYTES).map_err(RecordError::file(from))?)
+        files::write_new(to, &read_bounded(from, most_bytes).map_err(RecordError::file(from))?)
     };
+    // A network may be the largest: whatever was loaded before the drive is no larger, but for files of demand.
+    let copy = |from: &Path, to: &Path| copy_up_to(MOST_BYTES, from, to);
     if map::is_own(&scenario.map) {
         let (net, folder) = (&world.map().net_file, recording.join(map_place(world)));
         copy(net, &folder.join("net.xml"))?;
@@ -68,7 +69,7 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
         }
     }
     for (k, file) in scenario.demand.files.iter().enumerate() {
-        copy(file, &recording.join(demand_place(k, file)))?;
+        copy_up_to(MOST_DEMAND_BYTES, file, &recording.join(demand_place(k, file)))?;
     }
     if policy::is_path(&scenario.policy) {
         let (own, place) = (Path::new(&scenario.policy), recording.join(portable(world).policy));

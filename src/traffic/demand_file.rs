@@ -22,7 +22,7 @@ use std::{
 /// The most vehicles that the files of a demand may bring together: two days of a thousand at a time, and 0.8 GB if all of them wait.
 pub const MOST_VEHICLES: u64 = 200_000;
 /// The most bytes of one file: room for what is too many vehicles to be counted.
-const MOST_FILE_BYTES: u64 = 256 << 20;
+pub const MOST_DEMAND_BYTES: u64 = 256 << 20;
 /// Attributes that name one edge or several, of elements that SUMO drives along.
 const EDGES: [&str; 4] = ["from", "to", "via", "edges"];
 
@@ -60,11 +60,11 @@ impl Scan<'_, '_> {
         let unreadable = |problem: String| DemandFault::File { file: self.file.into(), problem };
         let open = file::open_regular(self.file).map_err(|error| unreadable(error.to_string()))?;
         let bytes = open.metadata().map_err(|error| unreadable(error.to_string()))?.len();
-        if bytes > MOST_FILE_BYTES {
+        if bytes > MOST_DEMAND_BYTES {
             return Err(unreadable(format!(
                 "it holds {} MiB; allowed: at most {}{SHORTER}",
                 bytes >> 20,
-                MOST_FILE_BYTES >> 20
+                MOST_DEMAND_BYTES >> 20
             )));
         }
         let mut reader = Reader::from_reader(BufReader::new(open));

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     ego::Obstacle,
     map::{
-        MapError, RoadMap,
+        MapError, RoadMap, Route,
         network::{LanePosition, SignalStates},
     },
     rng,
@@ -329,11 +329,8 @@ impl NetworkCoupling {
             }),
             _ => place(&nearer.vehicle),
         };
-        let route = &self.map.route;
-        let s_m = match (from.s_m, to.s_m) {
-            (Some(from), Some(to)) if !jumps => Some(route.wrap(from + route.difference(from, to) * fraction)),
-            _ => nearer.s_m,
-        };
+        let on_route = from.s_m.zip(to.s_m).filter(|_| !jumps);
+        let s_m = on_route.and_then(|ends| s_between(&self.map.route, ends, farthest_m, fraction)).or(nearer.s_m);
         Shown {
             pose: if jumps { nearer.vehicle.pose } else { a.pose.lerp(&b.pose, fraction) },
             height_m: if jumps { nearer.vehicle.height_m } else { mix(a.height_m, b.height_m) },
@@ -361,5 +358,28 @@ impl NetworkCoupling {
     /// SUMO's name and version.
     pub fn describe(&self) -> String {
         self.description.clone()
+    }
+}
+
+/// Where a vehicle is along the route between two steps, metres. `None` where that is farther than it can have driven: a route that comes by
+/// twice has two places for it.
+fn s_between(route: &Route, (from_s_m, to_s_m): (f64, f64), farthest_m: f64, fraction: f64) -> Option<f64> {
+    let way_m = route.difference(from_s_m, to_s_m);
+    (way_m.abs() <= farthest_m).then(|| route.wrap(from_s_m + way_m * fraction))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn between_two_places_that_are_farther_apart_than_it_drives_a_vehicle_is_at_neither_of_them_by_halves() {
+        // Round a block and over its first edge again: B0B1 begins at 0 and at four blocks of 90 m (69.2 m and 20.8 m, or 9.03 m of a turn).
+        let edges = ["B0B1", "B1C1", "C1C0", "C0B0", "B0B1"];
+        let map = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &edges).expect("a path");
+        let again_m = map.route.lanes().iter().rfind(|lane| lane.edge == "B0B1").expect("twice").start_s_m;
+        assert!(again_m > 300.0);
+        assert_eq!(s_between(&map.route, (10.0, 12.0), 7.0, 0.5), Some(11.0));
+        assert_eq!(s_between(&map.route, (10.0, again_m + 12.0), 7.0, 0.5), None);
     }
 }
