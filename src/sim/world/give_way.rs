@@ -3,10 +3,9 @@
 //!
 //! The rule is SUMO's (docs/references.md: yield): the ego goes if it has left the junction [`GAP_S`] before a vehicle that it
 //! yields to gets there, or gets there as long after that one has left it. Where both ways join, the other must not have to brake harder
-//! than is comfortable, either. Nobody has priority at a red signal, and who still stands inside a junction as others get green clears it
-//! before they come.
+//! than is comfortable, either. Nobody has priority at a red signal.
 
-use super::yield_lines::{FoeLink, StopRule, YieldLine};
+use super::yield_lines::{StopRule, YieldLine};
 use crate::{
     driver::{DriverParams, bend_speed_mps},
     map::{RoadMap, network::SignalLight},
@@ -157,15 +156,14 @@ impl GiveWay {
         if stops && self.stood_ticks == 0 {
             return true;
         }
-        // Who waits inside while its signal is red clears the junction.
+        // Who waits inside while its signal is red clears the junction: nobody else comes.
         let is_clearing = line.waits_inside && own.is_some_and(is_closed);
         let is_patient = !is_clearing && f64::from(self.stood_ticks) * crate::time::TICK_S < PATIENCE_S;
         foes(line, snapshot).any(|foe| {
             let stands = foe.car.speed_mps < STANDING_MPS;
             let is_later = line.stop == StopRule::Allway && own.is_none() && foe.ahead_m > 0.0;
             let is_let_go = is_later && self.stood_ticks > 0 && !self.first_come.contains(&foe.car.id);
-            let gives_way = is_clearing && foe.lets_clear(line, snapshot);
-            !is_let_go && !gives_way && (is_patient || !stands) && foe.is_in_conflict(pace, ahead_m, line, snapshot)
+            !is_let_go && (is_patient || !stands) && foe.is_in_conflict(pace, ahead_m, line, snapshot)
         })
     }
 }
@@ -204,25 +202,12 @@ fn foes<'a>(line: &'a YieldLine, snapshot: &'a Snapshot) -> impl Iterator<Item =
 }
 
 impl Foe<'_> {
-    /// True if it lets those clear the junction who still stand inside as it gets green: it can stop before their way.
-    fn lets_clear(&self, line: &YieldLine, snapshot: &Snapshot) -> bool {
-        let link = &line.foes[self.link];
-        let speed_mps = self.car.speed_mps.max(0.0);
-        let stops = speed_mps * speed_mps <= 2.0 * STOPS_MPS2 * (self.ahead_m + link.meets_at_m);
-        stops && !self.light(link, snapshot).is_none_or(is_closed)
-    }
-
-    /// What its signal shows.
-    fn light(&self, link: &FoeLink, snapshot: &Snapshot) -> Option<SignalLight> {
-        link.signal.and_then(|(signal, letter)| snapshot.signals.light(signal, letter))
-    }
-
     /// True if the ego would come too near to it in the junction.
     fn is_in_conflict(&self, pace: &OwnPace, ahead_m: f64, line: &YieldLine, snapshot: &Snapshot) -> bool {
         let link = &line.foes[self.link];
         let speed_mps = self.car.speed_mps.max(0.0);
         if self.ahead_m > 0.0 {
-            let light = self.light(link, snapshot);
+            let light = link.signal.and_then(|(signal, letter)| snapshot.signals.light(signal, letter));
             // Who can stop for red or yellow does.
             let stops = speed_mps * speed_mps <= 2.0 * STOPS_MPS2 * self.ahead_m;
             if light.is_some_and(is_closed) && stops {

@@ -6,17 +6,11 @@
 
 use crate::map::{
     RoadMap,
-    network::{Connection, JunctionId, LaneId, LanePosition, LinkState, Network, SignalId},
+    network::{Connection, JunctionId, LaneId, LinkState, Network, SignalId},
 };
-use glam::DVec2;
 
 /// Vehicles of a link that is yielded to are looked for so far before its line, metres.
 const FOE_AHEAD_M: f64 = 100.0;
-
-/// Ways nearer than this meet, metres: a car's width, and a hand's breadth.
-const MEET_M: f64 = 2.0;
-/// Ways are compared so often, metres.
-const EVERY_M: f64 = 0.5;
 
 /// Whether one stops at a line, whoever comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,8 +35,6 @@ pub(super) struct FoeLink {
     pub signal: Option<(SignalId, u32)>,
     /// It leads into the lane that the path leads into.
     pub joins: bool,
-    /// From its line to where its way meets the path's, metres; the junction's end where they stay apart.
-    pub meets_at_m: f64,
 }
 
 /// A lane on which vehicles of a link that is yielded to come.
@@ -102,6 +94,30 @@ fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Yield
         LinkState::AllwayStop | LinkState::AllwayStopOld => StopRule::Allway,
         _ => StopRule::None,
     };
+    let (mut foes, mut foe_lanes) = (Vec::new(), Vec::new());
+    for link in rule.yields_to.iter() {
+        let Some(other) = net.junction(junction).links.get(link).and_then(|rule| rule.connection) else { continue };
+        let other = net.connection(other);
+        // Those of the own lane are leaders, not foes; people on crossings are none of the vehicles.
+        if other.from == from || !net.edge_of(other.from).kind.is_street() {
+            continue;
+        }
+        let joins = other.to == way.to;
+        let inside = inside(net, other);
+        let length_m = inside.iter().map(|lane| net.lane(*lane).length_m).sum();
+        add_lanes(net, other, foes.len(), &inside, way.to, &mut foe_lanes);
+        foes.push(FoeLink {
+            #[cfg(test)]
+            link,
+            length_m,
+            signal: letter(other),
+            joins,
+        });
+    }
+    if foes.is_empty() && stop == StopRule::None {
+        return None;
+    }
+    foe_lanes.sort_by_key(|lane| lane.lane);
     let here = &route.lanes()[k];
     let through: Vec<usize> = std::iter::successors(Some(next(k)), |k| Some(next(*k)))
         .take(lanes.len())
@@ -114,34 +130,6 @@ fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Yield
         true => (here.start_s_m + here.length_m + length_m(&through[0]), inside_m - length_m(&through[0])),
         false => (here.start_s_m + here.length_m - net.lane(from).end_offset_m, inside_m),
     };
-    let steps = (inside_m / EVERY_M).ceil() as usize;
-    let own: Vec<DVec2> = (0..=steps).map(|k| route.point_at(s_m + (EVERY_M * k as f64).min(inside_m))).collect();
-    let (mut foes, mut foe_lanes) = (Vec::new(), Vec::new());
-    for link in rule.yields_to.iter() {
-        let Some(other) = net.junction(junction).links.get(link).and_then(|rule| rule.connection) else { continue };
-        let other = net.connection(other);
-        // Those of the own lane are leaders, not foes; people on crossings are none of the vehicles.
-        if other.from == from || !net.edge_of(other.from).kind.is_street() {
-            continue;
-        }
-        let joins = other.to == way.to;
-        let inside = inside(net, other);
-        let length_m = inside.iter().map(|lane| net.lane(*lane).length_m).sum();
-        let meets_at_m = meets_at_m(net, &inside, &own).unwrap_or(length_m);
-        add_lanes(net, other, foes.len(), &inside, way.to, &mut foe_lanes);
-        foes.push(FoeLink {
-            #[cfg(test)]
-            link,
-            length_m,
-            signal: letter(other),
-            joins,
-            meets_at_m,
-        });
-    }
-    if foes.is_empty() && stop == StopRule::None {
-        return None;
-    }
-    foe_lanes.sort_by_key(|lane| lane.lane);
     Some(YieldLine { s_m: route.wrap(s_m), inside_m, stop, waits_inside, signal: letter(way), foes, foe_lanes })
 }
 
@@ -164,25 +152,6 @@ fn inside(net: &Network, way: &Connection) -> Vec<LaneId> {
         next = net.connections_from(lane).iter().find(|connection| connection.to == way.to).and_then(|on| on.via);
     }
     lanes
-}
-
-/// How far along the lanes of a way inside its junction it comes to some points, metres.
-fn meets_at_m(net: &Network, inside: &[LaneId], points: &[DVec2]) -> Option<f64> {
-    let mut before_m = 0.0;
-    for &id in inside {
-        let length_m = net.lane(id).length_m;
-        let steps = (length_m / EVERY_M).ceil() as usize;
-        let places = (0..=steps).map(|k| (EVERY_M * k as f64).min(length_m));
-        let meets = |s_m: &f64| {
-            let here = net.pose(LanePosition { lane: id, s_m: *s_m, offset_m: 0.0 }).position.truncate();
-            points.iter().any(|point| point.distance(here) < MEET_M)
-        };
-        if let Some(s_m) = places.into_iter().find(meets) {
-            return Some(before_m + s_m);
-        }
-        before_m += length_m;
-    }
-    None
 }
 
 /// Adds the lanes on which vehicles of a link come: those inside the junction and the one beyond, where tails still stand inside; the lane
