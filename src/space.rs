@@ -56,6 +56,7 @@ pub struct SumoPose {
 
 impl Pose {
     /// A pose from its parts; the yaw is wrapped into (-pi, pi].
+    #[inline]
     pub fn new(position: DVec2, yaw_rad: f64) -> Self {
         Self { position, yaw_rad: wrap_angle(yaw_rad) }
     }
@@ -112,6 +113,7 @@ impl Pose {
 }
 
 /// `angle_rad` wrapped into (-pi, pi].
+#[inline]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     if -PI < angle_rad && angle_rad <= PI {
         return angle_rad;

@@ -57,6 +57,8 @@ pub struct Route {
     lanes: Vec<RouteLane>,
     /// All segments of all shapes in order, for searching.
     segments: Vec<ShapeSegment>,
+    /// Segments for each metre: where one is to be sought first.
+    segments_per_m: f64,
     length_m: f64,
     closed: bool,
     /// Places along the route and the heights there, ascending; none of a flat route.
@@ -132,7 +134,8 @@ impl Route {
                 last.end_s_m = length_m;
             }
         }
-        Self { lanes, segments, length_m, closed, heights: Vec::new() }
+        let segments_per_m = segments.len() as f64 / length_m;
+        Self { lanes, segments, segments_per_m, length_m, closed, heights: Vec::new() }
     }
 
     /// True if its end is its start.
@@ -151,6 +154,7 @@ impl Route {
     }
 
     /// `s_m` brought into `0..length_m` of a closed route; on an open one it stays as it is, beyond the ends too.
+    #[inline]
     pub fn wrap(&self, s_m: f64) -> f64 {
         // Nearly always; the remainder costs 10 ns.
         if !self.closed || (0.0..self.length_m).contains(&s_m) {
@@ -180,6 +184,7 @@ impl Route {
     }
 
     /// `s_m` wrapped, or that of the nearer end of an open route.
+    #[inline]
     fn within(&self, s_m: f64) -> f64 {
         if self.closed { self.wrap(s_m) } else { s_m.clamp(0.0, self.length_m) }
     }
@@ -204,6 +209,7 @@ impl Route {
     }
 
     /// Point of the centre line, world axes; beyond the ends of an open route straight on.
+    #[inline]
     pub fn point_at(&self, s_m: f64) -> DVec2 {
         let s_m = self.wrap(s_m);
         let here = self.segment_at(self.within(s_m));
@@ -218,6 +224,7 @@ impl Route {
     }
 
     /// True of a place before the first segment of an open route or beyond its last, by the fraction along that segment.
+    #[inline]
     fn is_beyond(&self, segment: usize, fraction: f64) -> bool {
         !self.closed && ((segment == 0 && fraction < 0.0) || (segment + 1 == self.segments.len() && fraction > 1.0))
     }
@@ -289,6 +296,7 @@ impl Route {
 
     /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line and whose rear points to where the
     /// line was `length_m` before, as SUMO places cars.
+    #[inline]
     pub fn pose_of_front(&self, s_m: f64, length_m: f64) -> Pose {
         let front = self.point_at(s_m);
         let along = front - self.point_at(s_m - length_m);
@@ -332,12 +340,18 @@ impl Route {
         RoutePosition { s_m: self.wrap(declared_m), offset_m: side * best.0 }
     }
 
+    #[inline]
     fn segment_at(&self, wrapped_s_m: f64) -> usize {
         // Segments of about equal length are found at the first guess.
-        let guess = (wrapped_s_m / self.length_m * self.segments.len() as f64) as usize;
+        let guess = (wrapped_s_m * self.segments_per_m) as usize;
         if self.segments.get(guess).is_some_and(|here| (here.start_s_m..here.end_s_m).contains(&wrapped_s_m)) {
             return guess;
         }
+        self.segment_sought_at(wrapped_s_m)
+    }
+
+    #[cold]
+    fn segment_sought_at(&self, wrapped_s_m: f64) -> usize {
         (self.segments.partition_point(|segment| segment.start_s_m <= wrapped_s_m) - 1).min(self.segments.len() - 1)
     }
 }
