@@ -49,7 +49,7 @@
 //! study                        study files, orders, sessions, questionnaires, data set, preregistration
 //! panel  doctor  drive_loop    egui: panels and pages / is this rig fit for a study / the one loop without a window:
 //!                              off-line drives, rehearsals
-//! live_drive                   a drive with a person in it: devices in, what is seen and heard out
+//! live_drive  sweep            a drive with a person in it: devices in, what is seen and heard out / many runs from one plan
 //! desktop                      windows, displays, keys, the event loop
 //! replay  drive_window         a recording driven again and proven / `codrive drive` / a participant's session of a study
 //! session
@@ -116,6 +116,7 @@ pub mod settings;
 pub mod sim;
 pub mod space;
 pub mod study;
+pub mod sweep;
 pub mod time;
 pub mod toml_text;
 pub mod traffic;

@@ -21,7 +21,7 @@ const ROWS: [&[&str]; 16] = [
     &["render", "analysis"],
     &["study"],
     &["panel", "doctor", "drive_loop"],
-    &["live_drive"],
+    &["live_drive", "sweep"],
     &["desktop"],
     &["replay", "drive_window", "session"],
     &["bench"],

@@ -17,6 +17,7 @@ mod recover;
 mod replay;
 mod run;
 mod study;
+mod sweep;
 mod train;
 #[cfg(feature = "tune")]
 mod tune;
@@ -104,6 +105,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("train", m)) => train::main(m),
         Some(("tune", m)) => tune::main(m),
         Some(("evaluate", m)) => evaluate::main(m),
+        Some(("sweep", m)) => sweep::main(m),
         Some((name, m)) => desktop::run(name, m).unwrap_or_else(|| unreachable!("clap knows the commands")),
         None => unreachable!("clap requires a command and with_default_command adds one"),
     };
@@ -154,7 +156,7 @@ fn listing(mut arguments: Vec<OsString>) -> (HelpListing, Vec<OsString>) {
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Drive", &["drive", "run", "render", "replay"]),
     ("Study", &["study", "calibrate", "doctor"]),
-    ("Analyse", &["analyse", "evaluate"]),
+    ("Analyse", &["analyse", "evaluate", "sweep"]),
     ("Train", &["train", "tune"]),
     ("Maintain", &["map", "recover", "bench"]),
 ];
@@ -190,6 +192,7 @@ pub fn command(listing: HelpListing) -> Command {
         .subcommand(train::command())
         .subcommand(tune::command())
         .subcommand(evaluate::command())
+        .subcommand(sweep::command())
         .subcommand(map::command())
         .subcommand(check_network::command())
         .subcommands(desktop::commands(listing));

@@ -4,7 +4,6 @@
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     file::read_text,
-    policy::{CorrectedAdvice, NetworkOutput},
     private,
     settings::{self, fields_of},
     train::{Learner, LearningCurveRow, TrainConfig, learning_curve},
@@ -106,7 +105,7 @@ fn config(matches: &ArgMatches, base: TrainConfig) -> Result<TrainConfig, CliErr
 /// A new training in a folder that holds none.
 fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let config = config(matches, TrainConfig::default())?;
-    let corrected = corrected(&config)?;
+    let corrected = config.corrected_advice().map_err(CliError::Input)?;
     private::folder(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
     if let Some(name) = [POLICY, ONNX, CHECKPOINT, CURVE_CSV].iter().find(|name| dir.join(name).exists()) {
         let text = format!(
@@ -117,19 +116,6 @@ fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     }
     write(dir, CONFIG, toml::to_string(&config).unwrap_or_default().as_bytes())?;
     Ok(Learner::beside(&config, corrected))
-}
-
-/// What the policy is to correct, if anything.
-fn corrected(config: &TrainConfig) -> Result<Option<CorrectedAdvice>, CliError> {
-    if !config.is_residual() {
-        return Ok(None);
-    }
-    let refused = |why: &dyn std::fmt::Display| CliError::Input(format!("residual_over: {why}"));
-    let settings = config.policy_settings(0.0);
-    let advice = CorrectedAdvice::read(&config.advice.residual_over, &settings).map_err(|why| refused(&why))?;
-    // The configuration has been checked: the policy's action is a speed.
-    advice.check(NetworkOutput::Speed, config.ring.least_spacing_m).map_err(|why| refused(&why))?;
-    Ok(Some(advice))
 }
 
 /// The training of the checkpoint in `dir`, with the iterations that the command line may ask for.

@@ -85,7 +85,7 @@ pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
 /// `write` fails, and the old file is as it was; the system refuses.
 pub fn replace_streaming(
     path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> Result<(), RecordError>,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> Result<(), RecordError>,
 ) -> Result<(), RecordError> {
     let (beside, file) = new_beside(path)?;
     let mut out = std::io::BufWriter::with_capacity(1 << 16, &file);

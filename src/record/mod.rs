@@ -30,6 +30,7 @@ pub mod kill_point;
 mod lock;
 pub mod manifest;
 mod network_tables;
+pub mod parts;
 mod recorder;
 pub mod recover;
 pub mod streams;

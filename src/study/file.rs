@@ -283,6 +283,18 @@ impl Study {
         Self::parse(source, path)
     }
 
+    /// The same study with another seed of all orders and drives; `path` is its file's.
+    ///
+    /// # Errors
+    /// As [`Study::load`].
+    pub fn with_seed(&self, seed: u64, path: &Path) -> Result<Self, StudyError> {
+        let mut file: toml::Table =
+            self.source.parse().map_err(|why| StudyError(format!("{}: {why}", path.display())))?;
+        let seed = i64::try_from(seed).map_err(|why| StudyError(format!("seed is {seed}: {why}")))?;
+        file.insert("seed".into(), seed.into());
+        Self::parse(file.to_string(), path)
+    }
+
     /// The same for text that stands in `path`.
     ///
     /// # Errors

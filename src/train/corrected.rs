@@ -1,9 +1,27 @@
 //! What a policy in training corrects, in each ring of a block. In: an observation a step. Out: at each decision the speed that is
 //! corrected, as the drive has it.
 
-use super::simd::LANES;
-use crate::policy::{Controller, CorrectedAdvice, EngagedController, Network, Observation, Policy};
+use super::{config::TrainConfig, simd::LANES};
+use crate::policy::{Controller, CorrectedAdvice, EngagedController, Network, NetworkOutput, Observation, Policy};
 use serde::{Deserialize, Serialize};
+
+impl TrainConfig {
+    /// What the policy is to correct, if anything.
+    ///
+    /// # Errors
+    /// Why that cannot be corrected, and what can.
+    pub fn corrected_advice(&self) -> Result<Option<CorrectedAdvice>, String> {
+        if !self.is_residual() {
+            return Ok(None);
+        }
+        let refused = |why: &dyn std::fmt::Display| format!("residual_over: {why}");
+        let settings = self.policy_settings(0.0);
+        let advice = CorrectedAdvice::read(&self.advice.residual_over, &settings).map_err(|why| refused(&why))?;
+        // The configuration has been checked: the policy's action is a speed.
+        advice.check(NetworkOutput::Speed, self.ring.least_spacing_m).map_err(|why| refused(&why))?;
+        Ok(Some(advice))
+    }
+}
 
 /// The corrected advice of sixteen rings.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -7,5 +7,6 @@ mod benchmark;
 mod cli;
 mod film;
 mod portable;
+mod sweep;
 #[cfg(feature = "tune")]
 mod tune;

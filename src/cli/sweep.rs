@@ -1,0 +1,406 @@
+//! `codrive sweep`: all runs of a plan, on this machine's cores, as one part of an array of jobs, or on a Ray cluster by way of the Python
+//! package. What is done stays done: a second start makes what is missing.
+
+use super::{CliError, out, stop_on_ctrl_c};
+use crate::sweep::{SweepError, SweepPlan, SweepRun, results::SweepFolder};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::{
+    io::{BufRead, BufReader, Write},
+    path::{Path, PathBuf},
+    process::{Child, ChildStdin, ChildStdout, Stdio},
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, Ordering},
+        mpsc,
+    },
+    time::Duration,
+};
+
+/// How often a stop is looked for while a run is waited for.
+const LOOK: Duration = Duration::from_millis(100);
+/// The module of the Python package that knows Ray.
+const RAY_MODULE: &str = "codrive.sweep";
+/// So many failures are told; the others are counted.
+const TOLD_FAILURES: usize = 10;
+
+pub(super) fn command() -> Command {
+    Command::new("sweep")
+        .about("Carry out all runs of a plan: drives, rings, trainings, rehearsals")
+        .long_about(
+            "Carry out all runs of a plan: drives, rings, trainings, rehearsals.\n\nEach run is a part of its own in --out, written once and known \
+             by what was run: after Ctrl-C, a fault or a power cut the same command makes what is missing. When all are there they are \
+             put into one table a kind (Parquet).",
+        )
+        .arg(
+            Arg::new("plan")
+                .value_name("PLAN.toml")
+                .required(true)
+                .value_parser(value_parser!(PathBuf))
+                .help("The plan: tables [[rings]], [[drives]], [[trainings]], [[rehearsals]]; see docs/sweeps.md"),
+        )
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("DIR")
+                .required_unless_present("list")
+                .value_parser(value_parser!(PathBuf))
+                .help("Folder of the results; what is there already is not made again"),
+        )
+        .arg(
+            Arg::new("on")
+                .long("on")
+                .value_name("WORD")
+                .default_value("local")
+                .value_parser(["local", "ray"])
+                .help("Who carries it out: this machine, or a Ray cluster (needs the Python package: pip install './python[ray]')"),
+        )
+        .arg(
+            Arg::new("workers")
+                .long("workers")
+                .value_name("N")
+                .value_parser(value_parser!(u16).range(1..=1024))
+                .help("Runs at a time [default: the cores of this machine]"),
+        )
+        .arg(
+            Arg::new("retries")
+                .long("retries")
+                .value_name("N")
+                .default_value("1")
+                .value_parser(value_parser!(u8).range(0..=100))
+                .help("How often a run that failed is tried again, after all others"),
+        )
+        .arg(
+            Arg::new("part")
+                .long("part")
+                .value_name("K/N")
+                .value_parser(part)
+                .help("Carry out the K-th of N parts of the plan alone, as one job of an array: --part $SLURM_ARRAY_TASK_ID/64"),
+        )
+        .arg(
+            Arg::new("collect")
+                .long("collect")
+                .action(ArgAction::SetTrue)
+                .conflicts_with_all(["part", "list"])
+                .help("Run nothing; put the runs that are there into tables, and say how many are missing"),
+        )
+        .arg(
+            Arg::new("list")
+                .long("list")
+                .action(ArgAction::SetTrue)
+                .help("Run nothing; print every run, and which are there"),
+        )
+        .arg(Arg::new("worker").long("worker").action(ArgAction::SetTrue).hide(true))
+}
+
+/// `3/64`: which part, from 1, of how many.
+fn part(text: &str) -> Result<[usize; 2], String> {
+    let fault = || format!("{text:?} is no part; allowed: K/N with K from 1 to N, such as 3/64");
+    let (part, parts) = text.split_once('/').ok_or_else(fault)?;
+    let part: [usize; 2] = [part.trim().parse().map_err(|_| fault())?, parts.trim().parse().map_err(|_| fault())?];
+    if (1..=part[1]).contains(&part[0]) { Ok(part) } else { Err(fault()) }
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let Some(path) = matches.get_one::<PathBuf>("plan") else { return Ok(()) };
+    let out = matches.get_one::<PathBuf>("out");
+    if matches.get_one::<String>("on").is_some_and(|on| on == "ray") {
+        return on_ray(path, matches);
+    }
+    let plan = SweepPlan::read(path)?;
+    if matches.get_flag("list") {
+        return list(&plan, out.map(PathBuf::as_path));
+    }
+    let Some(root) = out else { return Ok(()) };
+    let folder = SweepFolder::open(root)?;
+    if matches.get_flag("worker") {
+        return worker(&plan, &folder);
+    }
+    if matches.get_flag("collect") {
+        return collect(&plan, &folder);
+    }
+    let [part, parts] = matches.get_one::<[usize; 2]>("part").copied().unwrap_or([1, 1]);
+    let missing = folder.missing(&plan.runs)?;
+    let due: Vec<usize> = missing.iter().map(|run| run.number).filter(|number| number % parts == part - 1).collect();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let workers = matches.get_one::<u16>("workers").map_or(cores, |workers| usize::from(*workers));
+    let retries = matches.get_one::<u8>("retries").copied().unwrap_or_default();
+    let crew = Crew { plan: &plan, folder: &folder, workers: workers.min(due.len()), retries };
+    let there = (0..plan.runs.len()).filter(|number| number % parts == part - 1).count() - due.len();
+    let failed = crew.carry_out(&due, there, &stop_on_ctrl_c())?;
+    if parts == 1 && failed.is_empty() {
+        return collect(&plan, &folder);
+    }
+    failures(&plan, &failed)
+}
+
+/// The plan as it is, for people.
+fn list(plan: &SweepPlan, root: Option<&Path>) -> Result<(), CliError> {
+    let folder = root.filter(|root| root.is_dir()).map(SweepFolder::open).transpose()?;
+    for run in &plan.runs {
+        let name = run.part_name()?;
+        let is_there = folder.as_ref().is_some_and(|folder| folder.part(&name).is_file());
+        out::line(format_args!(
+            "{:>7}  {}  {name}  {}",
+            run.number,
+            if is_there { "done" } else { "open" },
+            words(run)
+        ))?;
+    }
+    Ok(())
+}
+
+/// What sets a run apart.
+fn words(run: &SweepRun) -> String {
+    let varied: Vec<String> = run.varied.iter().map(|(name, value)| format!("{name} {value}")).collect();
+    format!("{}: {}", run.table, varied.join(", "))
+}
+
+/// The runs that are there, in tables.
+fn collect(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
+    let missing = folder.missing(&plan.runs)?.len();
+    for table in folder.collect(plan)? {
+        out::line(format_args!("{}: {} runs, {} rows", table.path.display(), table.runs, table.rows))?;
+    }
+    if missing == 0 {
+        return Ok(());
+    }
+    Err(CliError::Failed(format!(
+        "{missing} of {} runs are missing\n  remedy: the same command without --collect makes them",
+        plan.runs.len()
+    )))
+}
+
+/// What failed, and why.
+fn failures(plan: &SweepPlan, failed: &[(usize, String)]) -> Result<(), CliError> {
+    if failed.is_empty() {
+        return Ok(());
+    }
+    let mut text = format!("{} runs failed; the same command tries them again", failed.len());
+    for (number, why) in failed.iter().take(TOLD_FAILURES) {
+        text += &format!("\n  run {number}, {}: {}", words(&plan.runs[*number]), why.trim().replace('\n', "\n    "));
+    }
+    if failed.len() > TOLD_FAILURES {
+        text += &format!("\n  and {} more", failed.len() - TOLD_FAILURES);
+    }
+    Err(CliError::Failed(text))
+}
+
+/// Workers, which are this program again: SUMO runs once a process, and a run that takes its process along takes no other.
+struct Crew<'a> {
+    plan: &'a SweepPlan,
+    folder: &'a SweepFolder,
+    workers: usize,
+    retries: u8,
+}
+
+impl Crew<'_> {
+    /// Does what is due. Returns what failed in the end.
+    fn carry_out(&self, due: &[usize], there: usize, stop: &AtomicBool) -> Result<Vec<(usize, String)>, CliError> {
+        let style = ProgressStyle::with_template("{bar:32} {pos}/{len} runs  {elapsed}  {eta} left  {msg}");
+        let bar = ProgressBar::new((due.len() + there) as u64);
+        let bar = bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_position(there as u64);
+        bar.reset_eta();
+        let mut due = due.to_vec();
+        let mut failed = Vec::new();
+        for attempt in 0..=self.retries {
+            failed = self.attempt(&due, &bar, stop)?;
+            if failed.is_empty() || attempt == self.retries {
+                break;
+            }
+            due = failed.iter().map(|(number, _)| *number).collect();
+            bar.set_message(format!("{} failed, tried again", due.len()));
+        }
+        bar.finish_and_clear();
+        Ok(failed)
+    }
+
+    /// Each run of a list once.
+    fn attempt(&self, due: &[usize], bar: &ProgressBar, stop: &AtomicBool) -> Result<Vec<(usize, String)>, CliError> {
+        let queue = Mutex::new(due.iter().copied());
+        let failed = Mutex::new(Vec::new());
+        let next = || queue.lock().ok()?.next();
+        std::thread::scope(|scope| {
+            let crew: Vec<_> = (0..self.workers)
+                .map(|_| {
+                    scope.spawn(|| -> Result<(), CliError> {
+                        let mut worker = None;
+                        while let Some(number) = next() {
+                            let done = self.one(&mut worker, number, stop)?;
+                            match done {
+                                Ok(()) => bar.inc(1),
+                                Err(why) => {
+                                    failed.lock().map(|mut failed| failed.push((number, why))).unwrap_or_default()
+                                }
+                            }
+                        }
+                        Ok(())
+                    })
+                })
+                .collect();
+            let done: Vec<_> = crew.into_iter().map(std::thread::ScopedJoinHandle::join).collect();
+            done.into_iter()
+                .try_for_each(|done| done.unwrap_or_else(|_| Err(CliError::Failed("a thread broke down".into()))))
+        })?;
+        let mut failed = failed.into_inner().unwrap_or_default();
+        failed.sort();
+        Ok(failed)
+    }
+
+    /// One run by a worker, which is started if there is none; why it failed, if it did.
+    fn one(
+        &self,
+        worker: &mut Option<Worker>,
+        number: usize,
+        stop: &AtomicBool,
+    ) -> Result<Result<(), String>, CliError> {
+        let at_work = match worker {
+            Some(at_work) => at_work,
+            None => worker.insert(Worker::start(self)?),
+        };
+        let answer = at_work.run(number, stop)?;
+        Ok(match answer {
+            Some(answer) if answer.is_empty() => Ok(()),
+            Some(why) => Err(why),
+            None => {
+                let end = worker.take().map(Worker::end).unwrap_or_default();
+                Err(format!("its process ended ({end})"))
+            }
+        })
+    }
+}
+
+/// A process that carries out one run after the other: a number in, an empty line or a fault in JSON out.
+struct Worker {
+    child: Child,
+    stdin: ChildStdin,
+    answers: mpsc::Receiver<String>,
+}
+
+impl Worker {
+    fn start(crew: &Crew<'_>) -> Result<Self, CliError> {
+        let failed = |why: &dyn std::fmt::Display| CliError::Failed(format!("a worker cannot be started: {why}"));
+        let program = std::env::current_exe().map_err(|why| failed(&why))?;
+        let mut command = std::process::Command::new(program);
+        command.arg("sweep").arg(&crew.plan.path).arg("--out").arg(crew.folder.root()).arg("--worker");
+        // As many processes as cores, each with one thread.
+        if crew.workers > 1 {
+            command.env("RAYON_NUM_THREADS", "1");
+        }
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(|why| failed(&why))?;
+        let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err(failed(&"it has no standard input and output"));
+        };
+        let (tell, answers) = mpsc::channel();
+        std::thread::spawn(move || read_answers(stdout, &tell));
+        Ok(Self { child, stdin, answers })
+    }
+
+    /// What it says of a run; `None` if it is no more.
+    ///
+    /// # Errors
+    /// Somebody stops the sweep.
+    fn run(&mut self, number: usize, stop: &AtomicBool) -> Result<Option<String>, CliError> {
+        // A worker that is no more is told by its silence.
+        let _ = writeln!(self.stdin, "{number}").and_then(|()| self.stdin.flush());
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                let _ = self.child.kill();
+                return Err(CliError::Failed("stopped; the same command makes what is missing".into()));
+            }
+            match self.answers.recv_timeout(LOOK) {
+                Ok(answer) => return Ok(Some(answer)),
+                Err(mpsc::RecvTimeoutError::Timeout) => {}
+                Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(None),
+            }
+        }
+    }
+
+    /// How it ended.
+    fn end(mut self) -> String {
+        self.child.wait().map_or_else(|why| why.to_string(), |status| status.to_string())
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // It has nothing unwritten: a part is there whole or not at all.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Hands on what a worker says, line by line.
+fn read_answers(stdout: ChildStdout, tell: &mpsc::Sender<String>) {
+    for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+        let Ok(answer) = serde_json::from_str::<String>(&line) else { return };
+        if tell.send(answer).is_err() {
+            return;
+        }
+    }
+}
+
+/// Carries out the runs whose numbers come on the standard input. Ctrl-C is for whoever started it.
+fn worker(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
+    let _ = stop_on_ctrl_c();
+    for line in std::io::stdin().lines() {
+        let line = line.map_err(|why| CliError::Failed(format!("the standard input: {why}")))?;
+        let run = line.trim().parse().ok().and_then(|number: usize| plan.runs.get(number));
+        let run = run.ok_or_else(|| CliError::Input(format!("the standard input: no run has the number {line:?}")))?;
+        let made = run.execute().and_then(|bytes| folder.put(&run.part_name()?, &bytes));
+        let answer = made.map_or_else(|why| why.to_string(), |()| String::new());
+        out::line(format_args!("{}", serde_json::Value::String(answer)))?;
+    }
+    Ok(())
+}
+
+/// The same on a Ray cluster, by the Python package.
+fn on_ray(plan: &Path, matches: &ArgMatches) -> Result<(), CliError> {
+    let Some(root) = matches.get_one::<PathBuf>("out") else { return Ok(()) };
+    let mut command = std::process::Command::new("python3");
+    command.args(["-m", RAY_MODULE]).arg(plan).arg("--out").arg(root);
+    for (name, value) in [
+        ("--workers", matches.get_one::<u16>("workers").map(ToString::to_string)),
+        ("--retries", matches.get_one::<u8>("retries").map(ToString::to_string)),
+    ] {
+        command.args(value.iter().flat_map(|value| [name, value]));
+    }
+    let status = command.status().map_err(|why| {
+        CliError::Input(format!(
+            "--on ray needs Python and the package codrive: python3: {why}\n  remedy: pip install './python[ray]'"
+        ))
+    })?;
+    match status.code() {
+        Some(0) => Ok(()),
+        Some(code) => Err(CliError::Failed(format!(
+            "python3 -m {RAY_MODULE} ended with exit status {code}\n  remedy: where it says that there is no such module, pip install './python[ray]'"
+        ))),
+        None => Err(CliError::Failed(format!("python3 -m {RAY_MODULE} was ended: {status}"))),
+    }
+}
+
+impl From<SweepError> for CliError {
+    fn from(error: SweepError) -> Self {
+        match error {
+            SweepError::Plan(text) => Self::Input(text),
+            SweepError::Run(text) => Self::Failed(text),
+            SweepError::Drive(error) => error.into(),
+            SweepError::Record(error) => error.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_is_one_of_as_many_as_there_are() {
+        assert_eq!(part("3/64"), Ok([3, 64]));
+        assert_eq!(part(" 1 / 1 "), Ok([1, 1]));
+        for wrong in ["0/4", "5/4", "4", "a/b", "1/0", "-1/4"] {
+            let told = part(wrong).expect_err(wrong);
+            assert!(told.contains("allowed: K/N with K from 1 to N"), "{told}");
+        }
+    }
+}

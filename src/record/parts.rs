@@ -1,0 +1,117 @@
+//! Tables in parts, as many runs write them. In: rows; files of the same columns. Out: Parquet as bytes; one file of many.
+
+use super::{
+    RecordError, files,
+    table::{TableBatches, TableColumn, batch, schema},
+};
+use arrow_schema::Schema;
+use parquet::{
+    arrow::ArrowWriter,
+    basic::{Compression, ZstdLevel},
+    file::{
+        metadata::KeyValue,
+        properties::{WriterProperties, WriterPropertiesBuilder},
+    },
+};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Name of a table that is not yet in a file, for messages.
+const UNWRITTEN: &str = "a part";
+
+/// Rows as a Parquet file in memory, with words about the whole (key, value) in its metadata.
+///
+/// # Errors
+/// The library refuses.
+pub fn parquet_bytes<R>(
+    columns: &[TableColumn<R>],
+    rows: &[R],
+    about: &[(&str, String)],
+) -> Result<Vec<u8>, RecordError> {
+    let schema = schema(columns);
+    let about = about.iter().map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone())).collect();
+    let properties = properties().set_key_value_metadata(Some(about)).build();
+    let fault = fault(Path::new(UNWRITTEN));
+    let mut writer = ArrowWriter::try_new(Vec::new(), Arc::clone(&schema), Some(properties)).map_err(&fault)?;
+    writer.write(&batch(&schema, columns, rows)).map_err(&fault)?;
+    writer.into_inner().map_err(&fault)
+}
+
+/// One file with the rows of others, in their order. Columns are those of the first; what is said about each whole is left out.
+///
+/// # Errors
+/// A file is not there or has other columns; the system refuses, and a file that stood at `out` is as it was.
+pub fn join(parts: &[PathBuf], out: &Path) -> Result<u64, RecordError> {
+    let mut rows = 0;
+    files::replace_streaming(out, |file| {
+        let mut writer: Option<ArrowWriter<&mut (dyn Write + Send)>> = None;
+        let mut file = Some(file);
+        for path in parts {
+            for batch in TableBatches::open(path)? {
+                let batch = batch?;
+                // With nothing said about the whole.
+                let columns = Arc::new(Schema::new(batch.schema().fields().clone()));
+                if let Some(file) = file.take() {
+                    let made = ArrowWriter::try_new(file, Arc::clone(&columns), Some(properties().build()));
+                    writer = Some(made.map_err(fault(out))?);
+                }
+                rows += batch.num_rows() as u64;
+                let batch = batch.with_schema(columns);
+                let batch = batch.map_err(|why| RecordError::Table { path: path.clone(), why: why.to_string() })?;
+                writer.iter_mut().try_for_each(|writer| writer.write(&batch)).map_err(fault(path))?;
+            }
+        }
+        writer.map_or(Ok(()), |writer| writer.close().map(|_| ()).map_err(fault(out)))
+    })?;
+    Ok(rows)
+}
+
+fn properties() -> WriterPropertiesBuilder {
+    WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()))
+}
+
+fn fault(path: &Path) -> impl Fn(parquet::errors::ParquetError) -> RecordError {
+    let path = path.to_path_buf();
+    move |why| RecordError::Table { path: path.clone(), why: why.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{TableReader, table::ColumnValue};
+
+    fn columns() -> [TableColumn<u64>; 1] {
+        [TableColumn { name: "n", unit: "m", about: "a number", get: ColumnValue::Whole(|row| *row) }]
+    }
+
+    #[test]
+    fn parts_are_joined_in_their_order_and_the_same_rows_are_the_same_bytes() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let part =
+            |rows: &[u64], about: &str| parquet_bytes(&columns(), rows, &[("about", about.into())]).expect("bytes");
+        assert_eq!(part(&[1, 2], "x"), part(&[1, 2], "x"));
+        assert_ne!(part(&[1, 2], "x"), part(&[1, 2], "y"));
+        let put = |name: &str, bytes: Vec<u8>| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, bytes).expect("written");
+            path
+        };
+        let parts = [put("a", part(&[5, 6], "a")), put("b", part(&[], "b")), put("c", part(&[7], "c"))];
+        let out = folder.path().join("all.parquet");
+        assert_eq!(join(&parts, &out).expect("joined"), 3);
+        assert_eq!(TableReader::parquet(&out).expect("a table").wholes("n"), [5, 6, 7]);
+        let whole = std::fs::read(&out).expect("bytes");
+        // What is said about the parts is not in the whole: the same rows from parts of other names are the same file.
+        let others = [put("d", part(&[5, 6], "d")), put("e", part(&[], "e")), put("f", part(&[7], "f"))];
+        join(&others, &out).expect("joined");
+        assert_eq!(std::fs::read(&out).expect("bytes"), whole);
+        // A part that is none is named, and the whole stays.
+        let broken = [parts[0].clone(), put("g", b"no table".into())];
+        let why = join(&broken, &out).expect_err("no table").to_string();
+        assert!(why.contains("/g: no Parquet file"), "{why}");
+        assert_eq!(std::fs::read(&out).expect("bytes"), whole);
+    }
+}

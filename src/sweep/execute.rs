@@ -1,0 +1,209 @@
+//! One run, here and now. In: a [`SweepRun`]. Out: its part, a table in Parquet as bytes. It asks for no clock and keeps nothing in the
+//! process, so that the bytes are the same on every machine of one kind.
+
+use super::{
+    SweepError, SweepRun,
+    plan::{RehearsalTask, RingsTask, SweepTask},
+    rows::{DriveRow, RehearsalRow, RowHead, TrainingRow, drive_columns, rehearsal_columns, training_columns},
+};
+use crate::{
+    analysis::{
+        AnalysedRecording, AnalysisError, MEASURES, collect, find,
+        plan::PlanHistory,
+        planned::{PlannedAnalysis, PlannedOutcome},
+    },
+    drive_loop::{evaluation_drive, rehearsal::Rehearsal},
+    policy::PolicySource,
+    record::parts::parquet_bytes,
+    scenario::Scenario,
+    study::Study,
+    train::{self, Learner, TrainConfig},
+};
+use std::sync::atomic::AtomicBool;
+
+/// Random numbers of rings: those of `codrive evaluate`.
+const STREAM: &str = "evaluate";
+
+impl SweepRun {
+    /// Does what is to be done and gives its part. A part says in its metadata what it is of.
+    ///
+    /// # Errors
+    /// A file is not there, or a drive cannot start or go on.
+    pub fn execute(&self) -> Result<Vec<u8>, SweepError> {
+        let about = [("codrive.run", self.identity()?.to_string())];
+        let head = |seed: u64| -> Result<RowHead, SweepError> {
+            let varied = serde_json::Value::Object(self.varied.clone()).to_string();
+            Ok(RowHead { run: self.fingerprint()?, table: self.table.clone(), varied, seed })
+        };
+        Ok(match &self.task {
+            SweepTask::Rings(task) => parquet_bytes(&drive_columns(), &rings(task, &head(task.config.seed)?)?, &about)?,
+            SweepTask::Drive(scenario) => {
+                parquet_bytes(&drive_columns(), &[drive(scenario, head(scenario.seed)?)?], &about)?
+            }
+            SweepTask::Training(config) => {
+                parquet_bytes(&training_columns(), &training(config, &head(config.seed)?)?, &about)?
+            }
+            SweepTask::Rehearsal(task) => {
+                parquet_bytes(&rehearsal_columns(), &rehearsal(task, &head(task.seed)?)?, &about)?
+            }
+        })
+    }
+}
+
+/// A policy on rings, as `codrive evaluate` drives it.
+fn rings(task: &RingsTask, head: &RowHead) -> Result<Vec<DriveRow>, SweepError> {
+    let config = task.follower().map_err(SweepError::Plan)?;
+    let source = PolicySource::for_rings(&task.policy, &config.policy_settings(task.aim_mps))
+        .map_err(|why| SweepError::Plan(why.to_string()))?;
+    let results = train::evaluate(&config, STREAM, task.rings as usize, || source.engage());
+    let row = |(ring, result)| DriveRow {
+        head: head.clone(),
+        ring,
+        map: String::new(),
+        engine: "ring".into(),
+        policy: task.policy.clone(),
+        driver: if task.driver.is_empty() { "configured".into() } else { task.driver.clone() },
+        hold_s: config.advice.hold_s,
+        result,
+    };
+    Ok((0..).zip(results).map(row).collect())
+}
+
+/// A whole drive.
+fn drive(scenario: &Scenario, head: RowHead) -> Result<DriveRow, SweepError> {
+    Ok(DriveRow {
+        head,
+        ring: 0,
+        map: scenario.map.clone(),
+        engine: scenario.traffic.to_string(),
+        policy: scenario.policy.clone(),
+        driver: scenario.driver.clone(),
+        hold_s: scenario.hold_s,
+        result: evaluation_drive::evaluate(scenario)?,
+    })
+}
+
+/// A training to its end.
+fn training(config: &TrainConfig, head: &RowHead) -> Result<Vec<TrainingRow>, SweepError> {
+    let corrected = config.corrected_advice().map_err(SweepError::Plan)?;
+    let mut learner = Learner::beside(config, corrected);
+    while learner.iteration() < learner.config().all_iterations() {
+        learner.iterate();
+    }
+    learner.learn_silence();
+    let (network, best, _) = learner.best();
+    let row = |update: &train::LearningCurveRow| TrainingRow {
+        head: head.clone(),
+        policy: if update.iteration == best { network.to_toml() } else { String::new() },
+        update: *update,
+    };
+    Ok(learner.curve().iter().map(row).collect())
+}
+
+/// A rehearsal in a folder of its own that is gone afterwards, and its planned analysis.
+fn rehearsal(task: &RehearsalTask, head: &RowHead) -> Result<Vec<RehearsalRow>, SweepError> {
+    let study = Study::load(&task.study).and_then(|study| study.with_seed(task.seed, &task.study));
+    let study = study.map_err(|why| SweepError::Plan(why.to_string()))?;
+    let folder = tempfile::tempdir().map_err(|why| SweepError::Run(format!("no folder for a rehearsal: {why}")))?;
+    let root = folder.path().join("data");
+    let rehearsal = Rehearsal::open(&study, &root, task.participants)?.out_of(task.population);
+    rehearsal.run(&AtomicBool::new(false), &|_| ())?;
+    let analysed = (|| -> Result<_, AnalysisError> {
+        let found = find(&root)?;
+        let drives = collect::analyse(&found.found, &[], &|| ())?;
+        let planned = PlannedAnalysis::of(&PlanHistory::of(&root, None)?, &drives, &found.people);
+        Ok((drives, planned))
+    })();
+    let (drives, planned) = analysed.map_err(|why| SweepError::Run(why.to_string()))?;
+    let mut rows: Vec<RehearsalRow> = Vec::new();
+    for drive in drives.iter().filter(|drive| !drive.found.condition.is_empty()) {
+        rows.extend(of_trial(drive, head));
+    }
+    for outcome in planned.iter().flat_map(|planned| &planned.outcomes) {
+        rows.extend(of_outcome(outcome, head));
+    }
+    Ok(rows)
+}
+
+fn of_trial<'a>(drive: &'a AnalysedRecording, head: &'a RowHead) -> impl Iterator<Item = RehearsalRow> + 'a {
+    MEASURES.iter().zip(&drive.measures.values).filter(|(_, value)| value.is_some()).map(|(measure, value)| {
+        RehearsalRow {
+            head: head.clone(),
+            kind: "trial",
+            participant: drive.found.participant.clone(),
+            place: drive.found.place.clone(),
+            condition: drive.found.condition.clone(),
+            reference: String::new(),
+            measure: measure.name.into(),
+            value: *value,
+            p: [None; 2],
+        }
+    })
+}
+
+fn of_outcome<'a>(outcome: &'a PlannedOutcome, head: &'a RowHead) -> impl Iterator<Item = RehearsalRow> + 'a {
+    let contrasts = outcome.fitted.iter().flat_map(|fitted| &fitted.contrasts);
+    contrasts.map(|tested| RehearsalRow {
+        head: head.clone(),
+        kind: "contrast",
+        participant: String::new(),
+        place: String::new(),
+        condition: tested.contrast.condition.clone(),
+        reference: tested.contrast.reference.clone(),
+        measure: MEASURES[outcome.measure].name.into(),
+        value: tested.found.map(|found| found.estimate),
+        p: [tested.found.map(|found| found.p), tested.found.map(|_| tested.p_holm)],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{record::TableReader, sweep::SweepPlan};
+    use std::path::Path;
+
+    fn parts(text: &str) -> Vec<(SweepRun, Vec<u8>)> {
+        let plan = SweepPlan::from_text(text, Path::new("plan.toml")).expect("a plan");
+        plan.runs.into_iter().map(|run| (run.clone(), run.execute().expect("it runs"))).collect()
+    }
+
+    fn table(bytes: &[u8]) -> TableReader {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        std::fs::write(file.path(), bytes).expect("written");
+        TableReader::parquet(file.path()).expect("a table")
+    }
+
+    #[test]
+    fn rings_come_to_what_evaluate_says_and_to_the_same_bytes_each_time() {
+        let text = "[[rings]]\nrings = 4\n[rings.settings]\nwarm_up_s = 5\nhorizon_s = 20\ndriver = \"follow\"\n\
+                    [rings.each]\npolicy = [\"pi\"]\nseed = [7]\n";
+        let (run, bytes) = parts(text).remove(0);
+        assert_eq!(bytes, run.execute().expect("it runs"));
+        let SweepTask::Rings(task) = &run.task else { panic!("rings") };
+        let config = task.follower().expect("a driver");
+        let source = PolicySource::for_rings("pi", &config.policy_settings(0.0)).expect("pi");
+        let expected = train::evaluate(&config, "evaluate", 4, || source.engage());
+        let expected: Vec<Option<f64>> = expected.iter().map(|result| Some(result.mean_mps)).collect();
+        let read = table(&bytes);
+        assert_eq!(read.numbers("mean_speed_mps"), expected);
+        assert_eq!((read.wholes("seed"), read.wholes("ring")), (vec![7; 4], vec![0, 1, 2, 3]));
+    }
+
+    #[test]
+    fn a_training_keeps_its_best_policy_in_the_row_of_its_update() {
+        let text = "[[trainings]]\n[trainings.settings]\niterations = 3\njudge_every = 1\nbatch = 600\nrings = 16\nhorizon_s = 10\nwarm_up_s = 5\n";
+        let read = table(&parts(text)[0].1);
+        assert_eq!(read.wholes("iteration"), [1, 2, 3]);
+        let judged: Vec<f64> = read.numbers("judged_speed_mps").into_iter().map(|v| v.expect("judged")).collect();
+        let best = (0..3).max_by(|a, b| judged[*a].total_cmp(&judged[*b])).expect("three");
+        let policies = read.words("policy");
+        for (i, policy) in policies.iter().enumerate() {
+            assert_eq!(!policy.is_empty(), i == best, "{i}: {judged:?}");
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("policy.toml");
+        std::fs::write(&file, &policies[best]).expect("written");
+        let settings = TrainConfig::default().policy_settings(0.0);
+        assert!(PolicySource::for_rings(&file.display().to_string(), &settings).is_ok());
+    }
+}

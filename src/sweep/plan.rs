@@ -1,0 +1,435 @@
+//! The plan of a sweep. In: a TOML file. Out: its runs, each with all its settings, checked. Each table of the file is all combinations of
+//! the lists below `each`, the last name of the alphabet changing fastest; `settings` are the same for all of them.
+
+use super::{
+    SweepError,
+    combinations::{Combination, combinations},
+};
+use crate::{
+    driver::{self, Population},
+    file::{SETTINGS_BYTES, read_text},
+    policy::{self, PolicySource},
+    scenario::Scenario,
+    settings::{self, Field, Settings, fields_of},
+    study::Study,
+    toml_text::{self, KeyPart, did_you_mean, did_you_mean_file, unknown_key},
+    train::TrainConfig,
+};
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+/// The most runs of a plan: their list alone takes half a gigabyte.
+pub const MOST_RUNS: usize = 1_000_000;
+/// Rings of a run on the fast ring where nothing else is said: as many as are moved at once.
+const RINGS: u32 = 16;
+/// Names below `settings` and `each` of rings that are not among the settings of a training.
+const OF_RINGS: [&str; 3] = ["policy", "driver", "aim_mps"];
+/// Those below `each` of rehearsals.
+const OF_REHEARSALS: [&str; 3] = ["seed", "participants", "population"];
+
+/// One run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepRun {
+    /// Its place in the plan, from 0.
+    pub number: usize,
+    /// The table of the plan that it is of: its name, or its kind and number.
+    pub table: String,
+    /// What is varied in that table, as this run has it.
+    pub varied: Map<String, Value>,
+    /// What is run.
+    pub task: SweepTask,
+}
+
+/// What is run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SweepTask {
+    /// A policy on rings of the fast engine.
+    Rings(Box<RingsTask>),
+    /// A whole drive.
+    Drive(Box<Scenario>),
+    /// A training.
+    Training(Box<TrainConfig>),
+    /// A rehearsal of a study, with its analysis.
+    Rehearsal(RehearsalTask),
+}
+
+impl SweepTask {
+    /// What kind it is, as tables and files are named.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Rings(_) => "rings",
+            Self::Drive(_) => "drives",
+            Self::Training(_) => "trainings",
+            Self::Rehearsal(_) => "rehearsals",
+        }
+    }
+}
+
+/// A policy on rings of the fast engine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingsTask {
+    /// The rings, the hold and the driver that the configuration has.
+    pub config: TrainConfig,
+    /// Name or file of the policy.
+    pub policy: String,
+    /// Who follows: a driver's or a population's name, or numbers; empty: as the configuration says.
+    pub driver: String,
+    /// Aim of built-in policies, m/s; 0: automatic.
+    pub aim_mps: f64,
+    /// How many rings.
+    pub rings: u32,
+}
+
+/// A rehearsal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RehearsalTask {
+    /// The study's file.
+    pub study: PathBuf,
+    /// Its seed, from which orders, drivers and drives come.
+    pub seed: u64,
+    /// How many participants.
+    pub participants: usize,
+    /// Whom they are drawn from.
+    pub population: Population,
+}
+
+/// All runs of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepPlan {
+    /// The file.
+    pub path: PathBuf,
+    /// In the order of the file.
+    pub runs: Vec<SweepRun>,
+}
+
+/// The file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlanFile {
+    #[serde(default)]
+    rings: Vec<RingsTable>,
+    #[serde(default)]
+    drives: Vec<DrivesTable>,
+    #[serde(default)]
+    trainings: Vec<TrainingsTable>,
+    #[serde(default)]
+    rehearsals: Vec<RehearsalsTable>,
+}
+
+/// `[[rings]]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RingsTable {
+    name: Option<String>,
+    config: Option<PathBuf>,
+    rings: Option<u32>,
+    #[serde(default)]
+    settings: toml::Table,
+    #[serde(default)]
+    each: toml::Table,
+}
+
+/// `[[drives]]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DrivesTable {
+    name: Option<String>,
+    scenario: Option<PathBuf>,
+    #[serde(default)]
+    settings: toml::Table,
+    #[serde(default)]
+    each: toml::Table,
+}
+
+/// `[[trainings]]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TrainingsTable {
+    name: Option<String>,
+    config: Option<PathBuf>,
+    #[serde(default)]
+    settings: toml::Table,
+    #[serde(default)]
+    each: toml::Table,
+}
+
+/// `[[rehearsals]]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RehearsalsTable {
+    name: Option<String>,
+    study: PathBuf,
+    #[serde(default)]
+    settings: toml::Table,
+    #[serde(default)]
+    each: toml::Table,
+}
+
+impl SweepPlan {
+    /// Reads a plan and checks every run of it: settings, policies, maps, drivers. Files that it names are beside it.
+    ///
+    /// # Errors
+    /// [`SweepError::Plan`], naming file, line and remedy.
+    pub fn read(path: &Path) -> Result<Self, SweepError> {
+        let text = read_text(path, SETTINGS_BYTES).map_err(|why| {
+            SweepError::Plan(format!("{}: cannot be read: {why}{}", path.display(), did_you_mean_file(path)))
+        })?;
+        Self::from_text(&text, path)
+    }
+
+    /// The same for text that stands in the file at `path`.
+    ///
+    /// # Errors
+    /// As [`SweepPlan::read`].
+    pub fn from_text(text: &str, path: &Path) -> Result<Self, SweepError> {
+        let name = path.display().to_string();
+        let file: PlanFile = toml_text::parse(text, &name).map_err(|why| SweepError::Plan(why.to_string()))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut reader = PlanReader { text, name, folder, runs: Vec::new(), checked: BTreeMap::new() };
+        file.rings.iter().enumerate().try_for_each(|(i, table)| reader.rings(i, table))?;
+        file.drives.iter().enumerate().try_for_each(|(i, table)| reader.drives(i, table))?;
+        file.trainings.iter().enumerate().try_for_each(|(i, table)| reader.trainings(i, table))?;
+        file.rehearsals.iter().enumerate().try_for_each(|(i, table)| reader.rehearsals(i, table))?;
+        if reader.runs.is_empty() {
+            let text = "there is nothing to run; allowed: tables [[rings]], [[drives]], [[trainings]], [[rehearsals]]";
+            return Err(SweepError::Plan(format!("{}: {text}", path.display())));
+        }
+        Ok(Self { path: path.into(), runs: reader.runs })
+    }
+}
+
+/// A plan that is being read.
+struct PlanReader<'a> {
+    text: &'a str,
+    name: String,
+    folder: &'a Path,
+    runs: Vec<SweepRun>,
+    /// Map, path, policy and driver of drives that were looked at, and the policy that the name stands for: reading them takes longer
+    /// than all the rest.
+    checked: BTreeMap<[String; 4], String>,
+}
+
+impl PlanReader<'_> {
+    /// What is wrong with the value at a key.
+    fn wrong(&self, key: &str, fault: &str) -> SweepError {
+        SweepError::Plan(toml_text::at(self.text, &self.name, key, KeyPart::Value, fault))
+    }
+
+    fn rings(&mut self, index: usize, table: &RingsTable) -> Result<(), SweepError> {
+        let at = format!("rings.{index}");
+        let base = match &table.config {
+            Some(file) => self.settings_file(&format!("{at}.config"), file)?,
+            None => TrainConfig::paper_ring(),
+        };
+        let rings = table.rings.unwrap_or(RINGS);
+        if !(1..=1_000_000).contains(&rings) {
+            return Err(self.wrong(&format!("{at}.rings"), &format!("rings is {rings}; allowed: 1 to 1000000")));
+        }
+        for mut combination in self.combinations(&at, &table.settings, &table.each)? {
+            let policy = self.word(combination.take("policy"), "none")?;
+            let driver = self.word(combination.take("driver"), "")?;
+            let aim = combination.take("aim_mps");
+            let aim_mps = match &aim {
+                None => 0.0,
+                Some((value, key)) => value.as_f64().filter(|aim| (0.0..=60.0).contains(aim)).ok_or_else(|| {
+                    self.wrong(key, &format!("aim_mps is {value}; allowed: a number from 0 to 60 m/s"))
+                })?,
+            };
+            let config: TrainConfig = self.changed(&base, &combination, &OF_RINGS)?;
+            let task = RingsTask { config, policy: self.beside(&policy.0), driver: driver.0, aim_mps, rings };
+            task.follower().map_err(|why| self.wrong(&driver.1, &why))?;
+            let asked = ["rings".into(), String::new(), task.policy.clone(), String::new()];
+            if !self.checked.contains_key(&asked) {
+                PolicySource::for_rings(&task.policy, &task.config.policy_settings(aim_mps))
+                    .map_err(|why| self.wrong(&policy.1, &why.to_string()))?;
+                self.checked.insert(asked, task.policy.clone());
+            }
+            self.add(table.name.as_deref(), "rings", index, combination.varied, SweepTask::Rings(Box::new(task)))?;
+        }
+        Ok(())
+    }
+
+    fn drives(&mut self, index: usize, table: &DrivesTable) -> Result<(), SweepError> {
+        let at = format!("drives.{index}");
+        let base = match &table.scenario {
+            Some(file) => Scenario::from_file(&self.folder.join(file))
+                .map_err(|why| self.wrong(&format!("{at}.scenario"), &why.message))?,
+            None => Scenario::default(),
+        };
+        for combination in self.combinations(&at, &table.settings, &table.each)? {
+            let mut scenario: Scenario = self.changed(&base, &combination, &[])?;
+            scenario.policy = self.beside(&scenario.policy);
+            scenario.map = self.beside(&scenario.map);
+            let key = |name: &str| {
+                let set = combination.settings.iter().find(|setting| setting.0 == name);
+                set.map_or_else(|| format!("{at}.scenario"), |setting| setting.2.clone())
+            };
+            if scenario.duration_s <= 0.0 {
+                let text = "duration_s is 0; a drive of a sweep needs an end, for example 300";
+                return Err(self.wrong(&key("duration_s"), text));
+            }
+            let asked = [scenario.map.clone(), scenario.path.clone(), scenario.policy.clone(), scenario.driver.clone()];
+            scenario.policy = match self.checked.get(&asked) {
+                Some(policy) => policy.clone(),
+                None => self.checked_policy(&scenario, key)?,
+            };
+            self.checked.insert(asked, scenario.policy.clone());
+            self.add(table.name.as_deref(), "drives", index, combination.varied, SweepTask::Drive(Box::new(scenario)))?;
+        }
+        Ok(())
+    }
+
+    /// The policy that a drive's name stands for; its map, policy and driver are there.
+    fn checked_policy(&self, scenario: &Scenario, key: impl Fn(&str) -> String) -> Result<String, SweepError> {
+        let map = scenario.load_map().map_err(|why| self.wrong(&key("map"), &why.to_string()))?;
+        driver::named(&scenario.driver).map_err(|why| self.wrong(&key("driver"), &why.to_string()))?;
+        let policy = policy::resolve(&scenario.policy, &map).name;
+        let settings = TrainConfig::default().policy_settings(scenario.policy_speed_mps);
+        PolicySource::read(&policy, &settings).map_err(|why| self.wrong(&key("policy"), &why.to_string()))?;
+        Ok(policy)
+    }
+
+    fn trainings(&mut self, index: usize, table: &TrainingsTable) -> Result<(), SweepError> {
+        let at = format!("trainings.{index}");
+        let base = match &table.config {
+            Some(file) => self.settings_file(&format!("{at}.config"), file)?,
+            None => TrainConfig::default(),
+        };
+        for combination in self.combinations(&at, &table.settings, &table.each)? {
+            let mut config: TrainConfig = self.changed(&base, &combination, &[])?;
+            config.advice.residual_over = self.beside(&config.advice.residual_over);
+            let task = SweepTask::Training(Box::new(config));
+            self.add(table.name.as_deref(), "trainings", index, combination.varied, task)?;
+        }
+        Ok(())
+    }
+
+    fn rehearsals(&mut self, index: usize, table: &RehearsalsTable) -> Result<(), SweepError> {
+        let at = format!("rehearsals.{index}");
+        let path = self.folder.join(&table.study);
+        let study = Study::load(&path).map_err(|why| self.wrong(&format!("{at}.study"), &why.to_string()))?;
+        for mut combination in self.combinations(&at, &table.settings, &table.each)? {
+            let seed = self.whole(combination.take("seed"), study.file.seed, [0, (1 << 53) - 1])?;
+            let participants = self.whole(combination.take("participants"), 12, [1, 1000])? as usize;
+            let (population, key) = self.word(combination.take("population"), Population::None.name())?;
+            let population = Population::named(&population).map_err(|why| self.wrong(&key, &why.to_string()))?;
+            if let Some((name, _, key)) = combination.settings.first() {
+                return Err(self.unknown(key, name, &OF_REHEARSALS));
+            }
+            let task = RehearsalTask { study: path.clone(), seed, participants, population };
+            self.add(table.name.as_deref(), "rehearsals", index, combination.varied, SweepTask::Rehearsal(task))?;
+        }
+        Ok(())
+    }
+
+    fn add(
+        &mut self,
+        name: Option<&str>,
+        kind: &str,
+        index: usize,
+        varied: Map<String, Value>,
+        task: SweepTask,
+    ) -> Result<(), SweepError> {
+        let number = self.runs.len();
+        if number == MOST_RUNS {
+            return Err(SweepError::Plan(format!(
+                "{}: more than {MOST_RUNS} runs\n  remedy: make several plans of it",
+                self.name
+            )));
+        }
+        let table = name.map_or_else(|| format!("{kind} {}", index + 1), str::to_owned);
+        self.runs.push(SweepRun { number, table, varied, task });
+        Ok(())
+    }
+
+    /// All combinations of a table.
+    fn combinations(
+        &self,
+        at: &str,
+        settings: &toml::Table,
+        each: &toml::Table,
+    ) -> Result<Vec<Combination>, SweepError> {
+        combinations(at, settings, each, MOST_RUNS).map_err(|(key, fault)| self.wrong(&key, &fault))
+    }
+
+    /// A file of settings that the plan names.
+    fn settings_file<T: Settings>(&self, key: &str, file: &Path) -> Result<T, SweepError> {
+        settings::from_file(&self.folder.join(file)).map_err(|why| self.wrong(key, &why.message))
+    }
+
+    /// A name, or the file of that name beside the plan.
+    fn beside(&self, name: &str) -> String {
+        let path = self.folder.join(name);
+        let is_file = !name.is_empty() && Path::new(name).is_relative() && path.exists();
+        if is_file { path.display().to_string() } else { name.to_owned() }
+    }
+
+    /// A word, and where it stands; else what stands for none.
+    fn word(&self, found: Option<(Value, String)>, default: &str) -> Result<(String, String), SweepError> {
+        match found {
+            None => Ok((default.to_owned(), String::new())),
+            Some((Value::String(word), key)) => Ok((word, key)),
+            Some((value, key)) => Err(self.wrong(&key, &format!("it is {value}; allowed: a word"))),
+        }
+    }
+
+    /// A whole number within limits.
+    fn whole(&self, found: Option<(Value, String)>, default: u64, limits: [u64; 2]) -> Result<u64, SweepError> {
+        let Some((value, key)) = found else { return Ok(default) };
+        let [low, high] = limits;
+        let fault = || format!("it is {value}; allowed: a whole number from {low} to {high}");
+        value.as_u64().filter(|n| (low..=high).contains(n)).ok_or_else(|| self.wrong(&key, &fault()))
+    }
+
+    fn unknown(&self, key: &str, name: &str, known: &[&str]) -> SweepError {
+        SweepError::Plan(toml_text::at(self.text, &self.name, key, KeyPart::Key, &unknown_key(name, known)))
+    }
+
+    /// Settings with those of a combination.
+    fn changed<T: Settings>(&self, base: &T, combination: &Combination, beside: &[&str]) -> Result<T, SweepError> {
+        let fields = fields_of::<T>();
+        let mut changes: Vec<(Field, Value)> = Vec::new();
+        for (name, value, key) in &combination.settings {
+            let Some(field) = fields.iter().find(|field| field.is_called(name)) else {
+                let known: Vec<&str> =
+                    fields.iter().map(|field| field.path.as_str()).chain(beside.iter().copied()).collect();
+                return Err(self.unknown(key, name, &known));
+            };
+            if let Some(fault) = field.fault(value) {
+                return Err(self.wrong(key, &fault));
+            }
+            changes.push((field.clone(), value.clone()));
+        }
+        settings::changed(base, &changes).map_err(|why| {
+            let set = combination.settings.iter().find(|setting| setting.0 == why.key);
+            let key = set.or(combination.settings.last()).map_or("", |setting| setting.2.as_str());
+            self.wrong(key, &why.message)
+        })
+    }
+}
+
+impl RingsTask {
+    /// The configuration with whoever follows.
+    ///
+    /// # Errors
+    /// Nobody has that name.
+    pub fn follower(&self) -> Result<TrainConfig, String> {
+        if self.driver.is_empty() {
+            return Ok(self.config.clone());
+        }
+        if let Ok(population) = Population::named(&self.driver) {
+            return Ok(self.config.driven_by_some_of(population));
+        }
+        let populations = || did_you_mean(&self.driver, &Population::NAMES);
+        let named = driver::named(&self.driver).map_err(|why| format!("{why}{}", populations()))?;
+        Ok(self.config.driven_by(&named.params))
+    }
+}
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;

@@ -1,0 +1,165 @@
+//! A sweep from the command line: the same tables however it is carried out, what is done stays done, and what fails is told.
+
+use assert_cmd::Command;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Stdio,
+    time::Duration,
+};
+
+/// Four drives of two seconds.
+const PLAN: &str = "[[drives]]\n[drives.settings]\ntraffic = \"native\"\nduration_s = 2\ntrees = 0\n[drives.each]\npolicy = [\"none\", \"pi\"]\nseed = \"1-2\"\n";
+
+fn codrive(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    command
+}
+
+/// Exit code and all that was said.
+fn said(command: &mut Command) -> (i32, String) {
+    let output = command.output().expect("it runs");
+    let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+    (output.status.code().expect("it ends by itself"), text)
+}
+
+/// A folder with a plan in it.
+fn plan(text: &str) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.toml");
+    fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+/// Names and times of the parts of a folder.
+fn parts(out: &Path) -> Vec<(String, std::time::SystemTime)> {
+    let entries = fs::read_dir(out.join("parts")).unwrap().map(|entry| entry.unwrap());
+    let mut parts: Vec<_> = entries
+        .map(|entry| (entry.file_name().into_string().unwrap(), entry.metadata().unwrap().modified().unwrap()))
+        .collect();
+    parts.sort();
+    parts
+}
+
+#[test]
+fn a_plan_comes_to_the_same_table_at_once_in_parts_and_a_second_time() {
+    let (folder, plan) = plan(PLAN);
+    let out = folder.path().join("whole");
+    let sweep = |out: &Path, more: &[&str]| said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(out).args(more));
+    let (code, text) = sweep(&out, &["--workers", "2"]);
+    assert!(code == 0 && text.contains("drives.parquet: 4 runs, 4 rows"), "{text}");
+    let table = fs::read(out.join("drives.parquet")).unwrap();
+    let made = parts(&out);
+    assert_eq!(made.len(), 4);
+
+    // Nothing is made again.
+    let (code, text) = sweep(&out, &[]);
+    assert!(code == 0 && parts(&out) == made, "{text}");
+
+    // As two jobs of an array, the last one first, with one worker each.
+    let array = folder.path().join("array");
+    for part in ["2/2", "1/2"] {
+        let (code, text) = sweep(&array, &["--part", part, "--workers", "1"]);
+        assert_eq!(code, 0, "{text}");
+        assert_eq!(parts(&array).len(), if part == "2/2" { 2 } else { 4 });
+        let (code, text) = sweep(&array, &["--collect"]);
+        assert!((code == 0) == (part == "1/2"), "{text}");
+        assert!(part == "1/2" || text.contains("2 of 4 runs are missing"), "{text}");
+    }
+    assert_eq!(fs::read(array.join("drives.parquet")).unwrap(), table);
+
+    // One that is lost is made anew, with the same bytes.
+    fs::remove_file(array.join("parts").join(&made[1].0)).unwrap();
+    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&array).arg("--list"));
+    assert!(code == 0 && text.matches("  done  ").count() == 3 && text.matches("  open  ").count() == 1, "{text}");
+    assert_eq!(sweep(&array, &[]).0, 0);
+    assert_eq!(
+        fs::read(array.join("parts").join(&made[1].0)).unwrap(),
+        fs::read(out.join("parts").join(&made[1].0)).unwrap()
+    );
+}
+
+#[test]
+fn a_run_that_fails_is_tried_again_and_told_and_the_others_are_kept() {
+    // Policies are read when the plan is, and again when it is their turn.
+    let text = PLAN.replace("\"none\", \"pi\"", "\"none\", \"calm.toml\"");
+    let (folder, plan) = plan("");
+    let policy = folder.path().join("calm.toml");
+    fs::write(&plan, text).unwrap();
+    fs::write(&policy, "format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = 4.0\n").unwrap();
+    let out = folder.path().join("out");
+    // Something else stands where two of the parts belong.
+    let (_, listed) = said(codrive(&["sweep"]).arg(&plan).arg("--list"));
+    let names: Vec<&str> = listed.split_whitespace().filter(|word| word.ends_with(".parquet")).collect();
+    assert_eq!(names.len(), 4, "{listed}");
+    fs::create_dir_all(out.join("parts").join(names[2])).unwrap();
+    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--retries", "2"]));
+    assert!(code == 1 && text.contains("1 runs failed; the same command tries them again"), "{text}");
+    assert!(text.contains("seed 1") && text.contains(names[2]), "{text}");
+    assert_eq!(names.iter().filter(|name| out.join("parts").join(name).is_file()).count(), 3);
+    fs::remove_dir(out.join("parts").join(names[2])).unwrap();
+    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out));
+    assert!(code == 0 && text.contains("4 runs"), "{text}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_sweep_that_is_stopped_or_whose_worker_is_killed_goes_on_where_it_was() {
+    let long = PLAN.replace("duration_s = 2", "duration_s = 120").replace("\"1-2\"", "\"1-4\"");
+    let (folder, plan) = plan(&long);
+    let out = folder.path().join("out");
+    let start = || {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_codrive"));
+        command.arg("sweep").arg(&plan).arg("--out").arg(&out).args(["--workers", "2"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let some_parts = |out: &Path| out.join("parts").is_dir() && !parts(out).is_empty();
+    let signal = |pid: u32, signal: &str| {
+        assert!(std::process::Command::new("kill").args([signal, &pid.to_string()]).status().unwrap().success());
+    };
+    let child = start();
+    while !some_parts(&out) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    signal(child.id(), "-INT");
+    let ended = child.wait_with_output().unwrap();
+    let text = String::from_utf8_lossy(&ended.stderr);
+    assert!(
+        ended.status.code() == Some(1) && text.contains("stopped; the same command makes what is missing"),
+        "{text}"
+    );
+    let before: Vec<String> = parts(&out).into_iter().map(|part| part.0).collect();
+    assert!((1..8).contains(&before.len()), "{before:?}");
+
+    // A worker that is killed costs its run, which another makes.
+    let child = start();
+    let workers = format!("/proc/{0}/task/{0}/children", child.id());
+    let victim = loop {
+        // Threads start the workers, so that they are children of a thread.
+        let tasks = fs::read_dir(format!("/proc/{}/task", child.id())).unwrap();
+        let children = tasks.flatten().filter_map(|task| fs::read_to_string(task.path().join("children")).ok());
+        let all: String = children.collect::<Vec<_>>().join(" ");
+        if let Some(first) = all.split_whitespace().next() {
+            break first.parse().unwrap();
+        }
+        assert!(Path::new(&workers).exists(), "it ended before a worker was seen");
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    signal(victim, "-KILL");
+    let ended = child.wait_with_output().unwrap();
+    let text = [ended.stdout, ended.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+    assert!(ended.status.success() && text.contains("drives.parquet: 8 runs, 8 rows"), "{text}");
+    assert!(parts(&out).len() == 8 && before.iter().all(|name| parts(&out).iter().any(|part| part.0 == *name)));
+}
+
+#[test]
+fn a_wrong_plan_is_refused_where_it_is_wrong() {
+    let (folder, plan) = plan(&PLAN.replace("duration_s", "duration"));
+    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(folder.path().join("out")));
+    assert!(code == 2 && text.contains("plan.toml:4:1: unknown key `duration`; did you mean `duration_s`?"), "{text}");
+    assert!(!folder.path().join("out").exists(), "nothing is made of a plan that is wrong");
+    let gone = folder.path().join("plam.toml");
+    let (code, text) = said(codrive(&["sweep"]).arg(&gone).arg("--out").arg(folder.path().join("out")));
+    assert!(code == 2 && text.contains("did you mean plan.toml?"), "{text}");
+}
