@@ -40,7 +40,7 @@ fn main() {
 fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
     let mut files = Vec::new();
     for (folder, endings) in [
-        ("maps", &["map.toml", "net.xml", "circuit.toml"][..]),
+        ("maps", &["map.toml", "net.xml", "circuit.toml", "demand.rou.xml"][..]),
         ("assets/policies", &["policy.toml"]),
         ("assets/questionnaires", &["json"]),
         ("assets/studies", &["toml"]),
@@ -60,7 +60,7 @@ fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
 /// The shipped files below `folder` whose names end in one of these; maps that somebody has put beside the shipped ones are
 /// theirs.
 fn list(folder: &Path, endings: &[&str], files: &mut Vec<PathBuf>) -> std::io::Result<()> {
-    const MAPS: [&str; 3] = ["practice", "ring-250", "ring-641"];
+    const MAPS: [&str; 4] = ["merge", "practice", "ring-250", "ring-641"];
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -1,5 +1,5 @@
 //! The maps that exist on this machine. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a
-//! folder `maps/<name>/` with `net.xml` and `map.toml`, among the program's data or the person's.
+//! folder `maps/<name>/` with `net.xml` and `map.toml`, and with `demand.rou.xml` where it says who comes there, among the program's data or the person's.
 
 use super::{
     MapError, RoadMap,
@@ -62,6 +62,8 @@ pub fn own_folder() -> Option<PathBuf> {
 
 /// Name of a folder of maps.
 const MAPS: &str = "maps";
+/// The file of a map's own demand.
+const DEMAND: &str = "demand.rou.xml";
 
 /// All maps by name: the program's and the person's own. One whose `map.toml` is broken has the error as its description.
 pub fn list() -> Vec<MapInfo> {
@@ -85,7 +87,7 @@ pub fn list() -> Vec<MapInfo> {
 }
 
 /// The maps that come with the program: what goes by these names is the same everywhere.
-pub const SHIPPED: [&str; 3] = ["practice", "ring-250", "ring-641"];
+pub const SHIPPED: [&str; 4] = ["merge", "practice", "ring-250", "ring-641"];
 
 /// True if a map is not one of [`SHIPPED`]: elsewhere there may be none of its name, or another.
 pub fn is_own(name_or_path: &str) -> bool {
@@ -185,6 +187,12 @@ impl RoadMap {
         let route = along_edges(&self.net_file, &self.network, edges, Some(first))?;
         let (name, title, net_file) = (self.name.clone(), self.title.clone(), self.net_file.clone());
         Ok(Self { name, title, net_file, route, network: Arc::clone(&self.network) })
+    }
+
+    /// Who comes to this road where a drive does not say: SUMO's file of it, for the `net.xml` of a map's folder that has one.
+    pub fn demand_file(&self) -> Option<PathBuf> {
+        let file = self.net_file.with_file_name(DEMAND);
+        (self.net_file.ends_with("net.xml") && file.is_file()).then_some(file)
     }
 
     fn load_folder(folder: &Path) -> Result<Self, MapError> {
