@@ -132,6 +132,13 @@ impl RecordedTrial {
     pub fn open(recording: &Path) -> Result<Self, AnalysisError> {
         let manifest = record::open(recording)?;
         let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.message))?;
+        if !scenario.participant {
+            let text = format!(
+                "{}: a drive without a participant, and what is analysed is how a participant drives\n  remedy: its tables cars and advised",
+                recording.display()
+            );
+            return Err(AnalysisError::Input(text));
+        }
         let map = scenario.load_map().ok().map(Arc::new);
         let route_m = map.as_ref().map_or(0.0, |map| map.route.length_m());
         let mut trial = Self {

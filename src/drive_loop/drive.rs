@@ -40,6 +40,14 @@ impl Drive {
         Ok(Self { world: World::new(scenario)?, clock: Clock::new(pace), patience: Duration::MAX })
     }
 
+    /// Starts a drive for somebody at the wheel.
+    ///
+    /// # Errors
+    /// If its world cannot start, or has no participant.
+    pub fn by_participant(scenario: &Scenario, pace: Pace) -> Result<Self, WorldError> {
+        if scenario.participant { Self::new(scenario, pace) } else { Err(WorldError::NoParticipant) }
+    }
+
     /// One frame: all ticks that are due. `steer` is asked for the controls of each tick, `watch` sees the world
     /// after it, and those controls.
     ///

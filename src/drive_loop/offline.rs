@@ -3,6 +3,7 @@
 
 use super::{Drive, RunError, drive::note_failure, recording_manifest, summary_text};
 use crate::{
+    controls::Controls,
     driver::{self, DriverParams, SimulatedDriver},
     record::{FLUSH_EVERY, Manifest, Recorder},
     scenario::Scenario,
@@ -20,7 +21,7 @@ use std::{
 /// Who is advised in a drive.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct AdvisedSummary {
-    /// Their numbers, the ego's (0) first.
+    /// Their numbers, the ego's (0) first if it is there.
     pub vehicles: Vec<u32>,
     /// How many vehicles there are in all; `None` on a network, where they come and go.
     pub of: Option<usize>,
@@ -140,7 +141,10 @@ impl OfflineDrive {
         drive.clock.single_step(ticks);
         let driven = drive.frame(
             Duration::ZERO,
-            |world| driver.controls(&world.perceived_by(driver)),
+            |world| match world.scenario().participant {
+                true => driver.controls(&world.perceived_by(driver)),
+                false => Controls::default(),
+            },
             |world, asked| {
                 tally.add(world.snapshot(), world.events());
                 if let (Some(recorder), Ok(())) = (&mut *recorder, &recorded) {
@@ -192,7 +196,7 @@ impl OfflineDrive {
     /// The vehicles that are advised, the participant's among them.
     pub fn advised(&self) -> AdvisedSummary {
         let world = &self.drive.world;
-        let ego = (world.policy().name != "none").then_some(EGO.0);
+        let ego = (world.policy().name != "none" && world.scenario().participant).then_some(EGO.0);
         AdvisedSummary {
             vehicles: ego.into_iter().chain(world.ever_advised().iter().map(|id| id.0)).collect(),
             of: (!world.scenario().is_on_network()).then(|| world.snapshot().cars.len() + 1),

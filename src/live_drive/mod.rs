@@ -87,7 +87,7 @@ impl LiveDrive {
     /// # Errors
     /// The world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace, devices: Devices) -> Result<Self, RunError> {
-        let drive = Drive::new(scenario, pace)?;
+        let drive = Drive::by_participant(scenario, pace)?;
         let stage = start::stage(&drive.world);
         Ok(Self::with(drive, stage, devices))
     }
@@ -120,7 +120,7 @@ impl LiveDrive {
     /// # Errors
     /// The world cannot start; the devices are where they were.
     pub fn with_devices(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, RunError> {
-        let drive = Drive::new(scenario, Pace::Paused)?;
+        let drive = Drive::by_participant(scenario, Pace::Paused)?;
         let stage = Some(start::stage(&drive.world));
         Ok(Self::led_from(ReadyDrive { drive, stage }, devices.take().unwrap_or_else(Devices::open)))
     }

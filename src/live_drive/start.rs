@@ -80,7 +80,7 @@ impl Drop for PendingDrive {
 }
 
 fn start(scenario: &Scenario, with_stage: bool) -> Result<ReadyDrive, RunError> {
-    let drive = Drive::new(scenario, Pace::Paused)?;
+    let drive = Drive::by_participant(scenario, Pace::Paused)?;
     let stage = with_stage.then(|| stage(&drive.world));
     Ok(ReadyDrive { drive, stage })
 }

@@ -72,11 +72,14 @@ impl CarRow {
         }
     }
 
-    /// The ego.
-    pub fn ego(snapshot: &Snapshot, network: &Network) -> Self {
+    /// The ego; `None` where there is no participant.
+    pub fn ego(snapshot: &Snapshot, network: &Network) -> Option<Self> {
+        if snapshot.is_without_ego {
+            return None;
+        }
         let (ego, pose) = (&snapshot.ego, snapshot.ego.pose());
         let (lane, lane_s_m, lane_offset_m) = in_lane(snapshot.ego_lane, network);
-        Self {
+        Some(Self {
             lane,
             lane_s_m,
             lane_offset_m,
@@ -89,7 +92,7 @@ impl CarRow {
             speed_mps: ego.speed_mps,
             accel_mps2: ego.accel_mps2,
             braking: ego.braking,
-        }
+        })
     }
 }
 
@@ -101,7 +104,12 @@ pub(super) fn in_lane(at: Option<LanePosition>, network: &Network) -> (String, O
 /// One row a car and step.
 pub const CARS: &[TableColumn<CarRow>] = &[
     column("tick", "", "tick at the end of the step", ColumnValue::Whole(|r| r.tick.0)),
-    column("car", "", "number of the car; 0 is the ego", ColumnValue::Id(|r| Some(r.car))),
+    column(
+        "car",
+        "",
+        "number of the car; 0 is the ego, which has no row in a drive without a participant",
+        ColumnValue::Id(|r| Some(r.car)),
+    ),
     number("s_m", "m", "front bumper along the ego's route; empty beside it", |r| r.s_m),
     number("x_m", "m", "centre, to the east", |r| Some(r.x_m)),
     number("y_m", "m", "centre, to the north", |r| Some(r.y_m)),

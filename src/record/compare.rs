@@ -159,8 +159,10 @@ impl TableComparison {
         self.note(found);
         if snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
             let network = &world.map().network;
-            let found = self.cars.compare(CARS, &CarRow::ego(snapshot, network))?;
-            self.note(found);
+            if let Some(ego) = CarRow::ego(snapshot, network) {
+                let found = self.cars.compare(CARS, &ego)?;
+                self.note(found);
+            }
             for car in recorded_cars(snapshot, self.network.is_some()) {
                 let found = self.cars.compare(CARS, &CarRow::of(snapshot.tick, car, network))?;
                 self.note(found);

@@ -184,7 +184,7 @@ impl Recorder {
         self.hash = snapshot.hash(self.hash);
         self.batch.ego.push(EgoRow::of(snapshot, &controls.sane(), self.wheel_force_nm, self.hash));
         if snapshot.tick.0.is_multiple_of(step_ticks) {
-            self.batch.cars.push(CarRow::ego(snapshot, network));
+            self.batch.cars.extend(CarRow::ego(snapshot, network));
             let cars = recorded_cars(snapshot, self.manifest.network_tables);
             self.batch.cars.extend(cars.map(|car| CarRow::of(snapshot.tick, car, network)));
         }

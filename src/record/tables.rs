@@ -127,8 +127,8 @@ pub struct EgoRow {
     pub hash: u64,
     /// What the driver asked for in this tick.
     pub controls: Controls,
-    /// The car.
-    pub ego: EgoState,
+    /// The car; `None` where there is no participant.
+    pub ego: Option<EgoState>,
     /// Acceleration one tick before, m/s2.
     pub accel_before_mps2: f64,
     /// Front bumper along the route, metres.
@@ -152,7 +152,7 @@ impl EgoRow {
             tick: snapshot.tick,
             hash,
             controls: *controls,
-            ego: snapshot.ego,
+            ego: (!snapshot.is_without_ego).then_some(snapshot.ego),
             accel_before_mps2: snapshot.ego_before.accel_mps2,
             s_m: snapshot.ego_s_m,
             lane_offset_m: snapshot.lane_offset_m,
@@ -166,13 +166,13 @@ impl EgoRow {
     /// Time to collision, seconds, while the gap closes (SAE J2944: gap over closing speed).
     fn ttc_s(&self) -> Option<f64> {
         let (_, gap_m, leader_mps) = self.leader?;
-        let closing_mps = self.ego.speed_mps - leader_mps;
+        let closing_mps = self.ego?.speed_mps - leader_mps;
         (closing_mps > 0.0).then(|| gap_m / closing_mps)
     }
 
-    fn angles(&self) -> [f64; 3] {
-        let (yaw, pitch, roll) = self.ego.rotation.to_euler(EulerRot::ZYX);
-        [yaw, pitch, roll].map(f64::from)
+    fn angles(&self) -> Option<[f64; 3]> {
+        let (yaw, pitch, roll) = self.ego?.rotation.to_euler(EulerRot::ZYX);
+        Some([yaw, pitch, roll].map(f64::from))
     }
 }
 
@@ -203,7 +203,7 @@ pub(super) const fn column<R>(
     TableColumn { name, unit, about, get }
 }
 
-/// One row a tick (100 Hz).
+/// One row a tick (100 Hz). Where there is no participant the car's cells are empty, and the row holds the fingerprint.
 pub const EGO: &[TableColumn<EgoRow>] = &[
     column("tick", "", "tick, 10 ms each, since the start of the drive", ColumnValue::Whole(|r| r.tick.0)),
     number("time_s", "s", "time since the start of the drive", |r| Some(r.tick.seconds())),
@@ -230,28 +230,28 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "indicators as given: off, left or right",
         ColumnValue::Word(|r| r.controls.indicator.word().into()),
     ),
-    number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego.position.x)),
-    number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego.position.y)),
-    number("z_m", "m", "centre of the car, up from the ground", |r| Some(r.ego.position.z)),
-    number("yaw_rad", "rad", "heading, 0 east, positive to the left", |r| Some(r.angles()[0])),
-    number("pitch_rad", "rad", "pitch of the body, positive nose down", |r| Some(r.angles()[1])),
-    number("roll_rad", "rad", "roll of the body, positive right side down", |r| Some(r.angles()[2])),
-    number("speed_mps", "m/s", "speed along the car, negative in reverse", |r| Some(r.ego.speed_mps)),
-    number("accel_mps2", "m/s2", "acceleration along the car", |r| Some(r.ego.accel_mps2)),
-    number("lateral_accel_mps2", "m/s2", "acceleration to the left", |r| Some(r.ego.lateral_accel_mps2)),
+    number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego?.position.x)),
+    number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego?.position.y)),
+    number("z_m", "m", "centre of the car, up from the ground", |r| Some(r.ego?.position.z)),
+    number("yaw_rad", "rad", "heading, 0 east, positive to the left", |r| Some(r.angles()?[0])),
+    number("pitch_rad", "rad", "pitch of the body, positive nose down", |r| Some(r.angles()?[1])),
+    number("roll_rad", "rad", "roll of the body, positive right side down", |r| Some(r.angles()?[2])),
+    number("speed_mps", "m/s", "speed along the car, negative in reverse", |r| Some(r.ego?.speed_mps)),
+    number("accel_mps2", "m/s2", "acceleration along the car", |r| Some(r.ego?.accel_mps2)),
+    number("lateral_accel_mps2", "m/s2", "acceleration to the left", |r| Some(r.ego?.lateral_accel_mps2)),
     number("jerk_mps3", "m/s3", "change of accel_mps2 since the tick before, over the tick", |r| {
-        Some((r.ego.accel_mps2 - r.accel_before_mps2) / TICK_S)
+        Some((r.ego?.accel_mps2 - r.accel_before_mps2) / TICK_S)
     }),
-    number("yaw_rate_radps", "rad/s", "yaw rate, positive to the left", |r| Some(r.ego.yaw_rate)),
-    number("gear", "", "gear: -1 reverse, 0 neutral, 1.. forwards", |r| Some(r.ego.gear.into())),
-    number("engine_rpm", "1/min", "engine speed", |r| Some(r.ego.engine_rpm.into())),
+    number("yaw_rate_radps", "rad/s", "yaw rate, positive to the left", |r| Some(r.ego?.yaw_rate)),
+    number("gear", "", "gear: -1 reverse, 0 neutral, 1.. forwards", |r| Some(r.ego?.gear.into())),
+    number("engine_rpm", "1/min", "engine speed", |r| Some(r.ego?.engine_rpm.into())),
     number("steering_torque_nm", "N m", "self-aligning torque at the wheel, positive to the left", |r| {
-        Some(r.ego.steering_torque_nm.into())
+        Some(r.ego?.steering_torque_nm.into())
     }),
-    column("braking", "", "the brake lamps are lit", ColumnValue::Flag(|r| Some(r.ego.braking))),
-    number("s_m", "m", "front bumper along the route", |r| Some(r.s_m)),
+    column("braking", "", "the brake lamps are lit", ColumnValue::Flag(|r| Some(r.ego?.braking))),
+    number("s_m", "m", "front bumper along the route", |r| r.ego.map(|_| r.s_m)),
     number("lane_offset_m", "m", "offset of the middle from the lane's middle, positive to the left", |r| {
-        Some(r.lane_offset_m)
+        r.ego.map(|_| r.lane_offset_m)
     }),
     column("leader", "", "number of the car ahead", ColumnValue::Id(|r| r.leader.map(|l| l.0))),
     number("gap_m", "m", "own front bumper to the leader's rear bumper", |r| r.leader.map(|l| l.1)),
@@ -269,7 +269,7 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "in_range",
         "",
         "the speed is in the acceptable range",
-        ColumnValue::Flag(|r| Some(r.advice?.accepts(r.ego.speed_mps))),
+        ColumnValue::Flag(|r| Some(r.advice?.accepts(r.ego?.speed_mps))),
     ),
     number("mean_speed_mps", "m/s", "mean speed of all vehicles, the ego included", |r| Some(r.mean_speed_mps)),
     number(

@@ -187,7 +187,7 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
         ("lane_s_m", "-"),
         ("lane_offset_m", "-"),
     ];
-    is(CARS, &CarRow::ego(&snapshot(), &Network::default()), &ego);
+    is(CARS, &CarRow::ego(&snapshot(), &Network::default()).expect("a participant"), &ego);
     let pose = Pose::new(dvec2(8.0, 9.0), -0.25);
     let network = Network::load("tests/data/networks/grid-signals.net.xml").unwrap();
     let lane = network.lane_named("B0C0_1").map(|lane| LanePosition { lane, s_m: 3.5, offset_m: -0.25 });

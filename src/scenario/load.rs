@@ -69,21 +69,7 @@ impl Settings for Scenario {
         if let Err(fault) = self.demand.check_numbers() {
             return Err(("demand", fault.to_string()));
         }
-        if self.is_on_network() && self.traffic != EngineChoice::Sumo {
-            let text = format!(
-                "traffic is {}; allowed with a path or a demand: sumo; only SUMO in this program moves vehicles on a network\n  \
-                 remedy: traffic sumo, or neither path nor [demand]",
-                self.traffic
-            );
-            return Err(("traffic", text));
-        }
-        if self.is_on_network() && self.sham_advice {
-            let text = "sham_advice is true; allowed with a path or a demand: false; it is that of another drive on a closed route";
-            return Err(("sham_advice", text.into()));
-        }
-        if let Some(fault) = self.advised_fault() {
-            return Err(("advised", format!("advised is {}; {fault}", self.advised)));
-        }
+        self.check_road()?;
         if let Err(fault) = Hold::new(self.hold_s, self.step_s) {
             return Err(("hold_s", format!("{fault}, at least one")));
         }
@@ -105,6 +91,40 @@ impl Settings for Scenario {
 }
 
 impl Scenario {
+    /// Fails if a setting cannot be on a network, or on a closed route.
+    fn check_road(&self) -> Result<(), (&'static str, String)> {
+        if self.is_on_network() && self.traffic != EngineChoice::Sumo {
+            let text = format!(
+                "traffic is {}; allowed with a path or a demand: sumo; only SUMO in this program moves vehicles on a network\n  \
+                 remedy: traffic sumo, or neither path nor [demand]",
+                self.traffic
+            );
+            return Err(("traffic", text));
+        }
+        if self.is_on_network() && self.sham_advice {
+            let text = "sham_advice is true; allowed with a path or a demand: false; it is that of another drive on a closed route";
+            return Err(("sham_advice", text.into()));
+        }
+        if let Some(fault) = self.advised_fault() {
+            return Err(("advised", format!("advised is {}; {fault}", self.advised)));
+        }
+        Ok(())
+    }
+
+    /// The same once the road has said what the scenario leaves to it ([`Scenario::on`]).
+    ///
+    /// # Errors
+    /// The first fault: its key, and a message that names value and remedy.
+    pub fn check_on_road(&self) -> Result<(), (&'static str, String)> {
+        self.check_road()?;
+        if !self.participant && self.demand.is_empty() {
+            let text = "participant is false; allowed without a demand: true; nobody else comes\n  remedy: a [demand], a map that has one, \
+                        such as merge, or the participant";
+            return Err(("participant", text.into()));
+        }
+        Ok(())
+    }
+
     /// Why that many vehicles cannot be advised.
     fn advised_fault(&self) -> Option<String> {
         let count = match self.advised {

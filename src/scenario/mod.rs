@@ -44,6 +44,9 @@ flat_settings! {
             /// its beginning
             #[schemars(range(min = 0.0, max = 100_000.0), extend("unit" = "m"))]
             path_start_m: f64 = 0.0,
+            /// There is a participant's vehicle. Without it, which needs a demand and `codrive run`, vehicles come and go alone, the advised
+            /// ones among them, for the whole duration
+            participant: bool = true,
             /// Who comes to the road's network, where from and where to: files of SUMO's, flows from edge to edge. With it the drive is
             /// on the network
             #[schemars(skip)]
@@ -252,6 +255,12 @@ impl Scenario {
         !self.path.trim().is_empty() || !self.demand.is_empty()
     }
 
+    /// True if no vehicle can be advised: none is to be, or only the participant's, which is not there.
+    pub fn advises_nobody(&self) -> bool {
+        let no_other = self.advised.of_those_that_come() == 0.0;
+        self.advised.is_nobody() || (!self.participant && no_other)
+    }
+
     /// The road of the drive, with the route along its path if it has one.
     ///
     /// # Errors
@@ -261,9 +270,13 @@ impl Scenario {
         if edges.is_empty() { RoadMap::load(&self.map) } else { RoadMap::load_along(&self.map, &edges) }
     }
 
-    /// The same with the path of its road, if that is open and no other is named: such a road is driven as a network.
+    /// The same with what its road says where it names neither path nor demand: who comes there, if the road has a demand of its own, and the
+    /// path, if that is open: such a road is driven as a network.
     pub fn on(&self, map: &RoadMap) -> Self {
         let mut scenario = self.clone();
+        if !scenario.is_on_network() {
+            scenario.demand.files.extend(map.demand_file());
+        }
         if scenario.path.is_empty() && !map.route.is_closed() {
             let streets = map.route.lanes().iter().filter(|lane| !lane.edge.starts_with(':'));
             scenario.path = streets.map(|lane| lane.edge.as_str()).collect::<Vec<_>>().join(" ");

@@ -39,6 +39,19 @@ pub enum WorldError {
     /// The simulated driver whose advice is shown as a sham, or who drives other advised vehicles, cannot drive.
     #[error(transparent)]
     Driver(#[from] DriverError),
+    /// A setting that the road does not allow, once that is known.
+    #[error("{message}")]
+    Setting {
+        /// Its key.
+        key: &'static str,
+        /// Its value, what is allowed, and the remedy.
+        message: String,
+    },
+    /// Somebody shall drive, and the scenario has no participant.
+    #[error(
+        "participant is false: nobody drives in this scenario, and a window is for somebody who does\n  remedy: codrive run, or --participant true"
+    )]
+    NoParticipant,
     /// The ego cannot be built.
     #[error(transparent)]
     Ego(#[from] EgoError),
@@ -57,6 +70,9 @@ impl WorldError {
             Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
             Self::Traffic(_) => &["traffic"],
             Self::Driver(_) => &["driver", "sham_advice"],
+            Self::Setting { key: "participant", .. } => &["participant", "demand", "map"],
+            Self::Setting { .. } => &["traffic", "sham_advice", "advised", "map"],
+            Self::NoParticipant => &["participant"],
             Self::Ego(_) => &[],
         }
     }

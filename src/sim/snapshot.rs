@@ -72,6 +72,8 @@ impl Pitch {
 pub struct Snapshot {
     /// When.
     pub tick: Tick,
+    /// There is no participant: nobody sees the ego, which stands far from all roads, and its numbers mean nothing.
+    pub is_without_ego: bool,
     /// The ego now.
     pub ego: EgoState,
     /// The ego one tick earlier.
@@ -92,7 +94,7 @@ pub struct Snapshot {
     pub leader: Option<Leader>,
     /// Advice that stands now.
     pub advice: Option<Advice>,
-    /// Mean speed of all vehicles, the ego included, m/s (HC22's measure).
+    /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 where none is there.
     pub mean_speed_mps: f64,
 }
 
@@ -120,6 +122,12 @@ impl Snapshot {
     /// [`Snapshot::leader`] is there wherever the ego is.
     pub fn leader_in_lane(&self) -> Option<Leader> {
         self.leader.filter(|_| is_in_lane(self.lane_offset_m))
+    }
+
+    /// Speeds of all vehicles that are there, m/s, the ego's last; backwards is negative.
+    pub fn speeds_mps(&self) -> impl Iterator<Item = f64> {
+        let ego = (!self.is_without_ego).then_some(self.ego.speed_mps);
+        self.cars.iter().map(|car| car.speed_mps).chain(ego)
     }
 
     /// The ego's lamps, as others see them.

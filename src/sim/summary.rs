@@ -139,14 +139,17 @@ impl SummaryAccumulator {
         if self.duration_s < self.window_s[0] || self.duration_s > self.window_s[1] {
             return;
         }
-        let ego_mps = snapshot.ego.speed_mps;
-        self.ticks += 1;
-        self.ego_sum_mps += ego_mps;
-        for speed_mps in snapshot.cars.iter().map(|car| car.speed_mps).chain([ego_mps]) {
+        for speed_mps in snapshot.speeds_mps() {
             self.vehicle_ticks += 1;
             self.sum_mps += speed_mps;
             self.sum_square += speed_mps * speed_mps;
         }
+        if snapshot.is_without_ego {
+            return;
+        }
+        let ego_mps = snapshot.ego.speed_mps;
+        self.ticks += 1;
+        self.ego_sum_mps += ego_mps;
         if let Some(advice) = snapshot.advice {
             self.advised_ticks += 1;
             self.in_range_ticks += u64::from(advice.accepts(ego_mps));

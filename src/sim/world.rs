@@ -54,7 +54,8 @@ pub struct World {
     scenario: Scenario,
     map: Arc<RoadMap>,
     traffic: TrafficCoupling,
-    /// The participant's vehicle first, then the others that are advised, by ascending id.
+    /// The participant's vehicle first, then the others that are advised, by ascending id. Where there is no participant the first is
+    /// no more than a view of all others.
     agents: Vec<Agent>,
     /// Numbers of all that were agents at any time beside the participant's vehicle, ascending.
     advised: Vec<VehicleId>,
@@ -81,6 +82,7 @@ impl World {
     pub fn new(scenario: &Scenario) -> Result<Self, WorldError> {
         let map = Arc::new(scenario.load_map()?);
         let scenario = &scenario.on(&map);
+        scenario.check_on_road().map_err(|(key, message)| WorldError::Setting { key, message })?;
         let advice = AdviceSource::new(scenario, &map)?;
         let mut traffic = TrafficCoupling::start(scenario, &map)?;
         let bodies = traffic.bodies();
@@ -163,7 +165,7 @@ impl World {
         }
         if !self.traffic.is_asked() {
             self.renew_agents()?;
-            self.agents.iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
+            present(&mut self.agents).iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
             self.traffic.ask(&self.agents, self.scenario.step_s)?;
         }
         Ok(self.traffic.wait(patience)?)
@@ -200,22 +202,24 @@ impl World {
 
     /// All agents go on by a tick. True if the participant's vehicle has begun to touch another.
     fn drive(&mut self) -> bool {
-        let [participant] = self.agents.as_mut_slice() else { return self.drive_several() };
-        participant.drive(self.traffic.obstacles())
+        match self.agents.as_mut_slice() {
+            [participant] if self.scenario.participant => participant.drive(self.traffic.obstacles()),
+            _ => self.drive_several(),
+        }
     }
 
     /// The same where there are several, each an obstacle to the others.
     fn drive_several(&mut self) -> bool {
         let Touchable { agents, cars, near } = &mut self.touchable;
         agents.clear();
-        agents.extend(self.agents.iter().map(Agent::obstacle));
+        agents.extend(present(&mut self.agents).iter().map(|agent| agent.obstacle()));
         // All that are no agents are in the participant's view, at the end of this tick already.
         let is_agent = |id: VehicleId| agents.binary_search_by_key(&id.0, |agent| agent.id).is_ok();
         let others = self.agents[0].view.cars.iter().filter(|car| !is_agent(car.id));
         cars.clear();
         cars.extend(others.map(VehicleSnapshot::obstacle));
         let mut has_touched = false;
-        for (agent, own) in self.agents.iter_mut().zip(&*agents) {
+        for (agent, own) in present(&mut self.agents).iter_mut().zip(&*agents) {
             let is_near = |other: &&Obstacle| other.pose.position.distance(own.pose.position) < TOUCHABLE_M;
             near.clear();
             near.extend(cars.iter().filter(is_near));
@@ -347,6 +351,12 @@ impl World {
     pub fn time_s(&self) -> f64 {
         self.snapshot().tick.0 as f64 * TICK_S
     }
+}
+
+/// Those of the agents that are there: all but the first where there is no participant.
+fn present(agents: &mut [Agent]) -> &mut [Agent] {
+    let first = usize::from(agents[0].view.is_without_ego);
+    &mut agents[first..]
 }
 
 #[cfg(test)]

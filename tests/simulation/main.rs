@@ -6,6 +6,7 @@ mod agents_network;
 mod driver;
 mod ego;
 mod network;
+mod no_participant;
 mod obstacles;
 #[cfg(feature = "onnx")]
 mod onnx;

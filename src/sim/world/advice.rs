@@ -102,8 +102,9 @@ impl AdviceSource {
 
 /// Which policy a scenario asks for. `auto` is no advice on networks: nobody has trained a policy for them.
 fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
-    if scenario.advised.is_nobody() && scenario.policy != "none" {
-        let why = format!("{}: nobody is advised (advised is {})", scenario.policy, scenario.advised);
+    if scenario.advises_nobody() && scenario.policy != "none" {
+        let alone = if scenario.participant { "" } else { ", the participant's alone, which is not there" };
+        let why = format!("{}: nobody is advised (advised is {}{alone})", scenario.policy, scenario.advised);
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
     }
     if !scenario.is_on_network() {

@@ -23,14 +23,17 @@ use crate::{
     rng,
     scenario::Scenario,
     sim::{Event, EventKind, Snapshot, VehicleSnapshot, ground::RoadGround},
-    space::CAR_LENGTH_M,
+    space::{CAR_LENGTH_M, Pose},
     time::{TICK_S, Tick},
     traffic::{EGO, ExternalVehicleState, VehicleBody, VehicleId, is_on_lane},
 };
+use glam::DVec2;
 use std::{collections::VecDeque, sync::Arc};
 
 /// Seeds of drivers stay below this, as those of scenarios do.
 const MOST_SEED: usize = 1 << 53;
+/// So far beyond the road's corner to the south west nothing is, metres: there stands the vehicle of a participant who is not there.
+const AWAY_M: f64 = 1000.0;
 
 /// A vehicle with physics of its own.
 pub struct Agent {
@@ -62,7 +65,8 @@ pub struct Agent {
 }
 
 impl Agent {
-    /// The participant's vehicle on a road; the others are not in its view yet. `bodies` others are made ready for its physics.
+    /// The participant's vehicle on a road; the others are not in its view yet. `bodies` others are made ready for its physics. Where
+    /// there is no participant it stands beside all roads and is no more than a view of all others.
     pub(super) fn participant(
         scenario: &Scenario,
         map: &Arc<RoadMap>,
@@ -70,12 +74,42 @@ impl Agent {
         start: StartPlace,
         bodies: usize,
     ) -> Result<Self, WorldError> {
-        let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
-        let mut car = EgoCar::new(&car_params(scenario), pose, start.speed_mps, bodies)?;
-        let network = scenario.is_on_network().then(|| NetworkView::new(map));
-        if let Some(network) = &network {
-            car.stand_on(network.ground_at(map, start.s_m).shape(pose.position));
+        if scenario.participant {
+            return Self::on_road(scenario, map, advice, start, bodies);
         }
+        let beside = map.network.bounds().0.truncate() - DVec2::splat(AWAY_M);
+        let mut away = Self::at(Pose { position: beside, ..Pose::default() }, scenario, map, advice, (start, bodies))?;
+        away.view.is_without_ego = true;
+        Ok(away)
+    }
+
+    /// A vehicle at its start on the road.
+    fn on_road(
+        scenario: &Scenario,
+        map: &Arc<RoadMap>,
+        advice: AdviceSource,
+        start: StartPlace,
+        bodies: usize,
+    ) -> Result<Self, WorldError> {
+        let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
+        let mut agent = Self::at(pose, scenario, map, advice, (start, bodies))?;
+        if let Some(network) = &agent.network {
+            agent.car.stand_on(network.ground_at(map, start.s_m).shape(pose.position));
+            agent.view = derived_state::first_snapshot(agent.car.state(), start.s_m);
+        }
+        Ok(agent)
+    }
+
+    /// A vehicle at a pose.
+    fn at(
+        pose: Pose,
+        scenario: &Scenario,
+        map: &Arc<RoadMap>,
+        advice: AdviceSource,
+        (start, bodies): (StartPlace, usize),
+    ) -> Result<Self, WorldError> {
+        let car = EgoCar::new(&car_params(scenario), pose, start.speed_mps, bodies)?;
+        let network = scenario.is_on_network().then(|| NetworkView::new(map));
         let view = derived_state::first_snapshot(car.state(), start.s_m);
         let image = VehicleSnapshot { id: EGO, pose, pose_before: pose, ..VehicleSnapshot::default() };
         Ok(Self {
@@ -107,7 +141,7 @@ impl Agent {
         bodies: usize,
     ) -> Result<Self, WorldError> {
         let NewAgent { id, map, start } = new;
-        let mut agent = Self::participant(scenario, map, participant.advice.another(scenario), *start, bodies)?;
+        let mut agent = Self::on_road(scenario, map, participant.advice.another(scenario), *start, bodies)?;
         agent.view.tick = participant.view.tick;
         let seed = rng::stream(scenario.seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
         let driver = SimulatedDriver::new(&driver::named(&scenario.driver)?.params, agent.car.params(), seed)?;
@@ -205,6 +239,9 @@ impl Agent {
 
     /// Where it is on its route, and how others see it, after it was moved.
     pub(super) fn locate(&mut self) {
+        if self.view.is_without_ego {
+            return;
+        }
         let pose = self.car.predict(0.0).0;
         derived_state::locate(&mut self.view, &self.map.route, &pose);
         if let Some(network) = &mut self.network {
@@ -248,12 +285,12 @@ impl Agent {
         }
     }
 
-    /// All others are where the participant sees them, whose own vehicle is one of them.
+    /// All others are where the participant sees them, whose own vehicle is one of them if it is there.
     pub(super) fn sees_as(&mut self, participant: &Self) {
         let mut cars = std::mem::take(&mut self.view.cars);
         cars.clear();
         let others = participant.view.cars.iter().filter(|car| car.id != self.id);
-        let all = std::iter::once(&participant.image).chain(others);
+        let all = std::iter::once(&participant.image).filter(|_| !participant.view.is_without_ego).chain(others);
         cars.extend(all.map(|car| VehicleSnapshot { s_m: self.s_of(car), ..*car }));
         self.view.cars = cars;
         self.view.signals.clone_from(&participant.view.signals);
@@ -261,6 +298,10 @@ impl Agent {
 
     /// What follows from where all vehicles are: its leader, its lane, what of it breaks a rule.
     pub(super) fn look_around(&mut self) {
+        if self.view.is_without_ego {
+            derived_state::look_at_all(&mut self.view);
+            return;
+        }
         let ego = self.image.pose;
         derived_state::look_around(&mut self.view, &self.map.route);
         let Some(network) = &mut self.network else {

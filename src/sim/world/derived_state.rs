@@ -20,6 +20,7 @@ const BACK_INSIDE_M: f64 = 0.2;
 pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapshot {
     Snapshot {
         tick: Tick(0),
+        is_without_ego: false,
         ego: *ego,
         ego_before: *ego,
         ego_s_m,
@@ -49,6 +50,7 @@ pub(super) fn own_place(snapshot: &Snapshot) -> RoutePosition {
 
 /// Who leads, how fast all are.
 pub(super) fn look_around(snapshot: &mut Snapshot, route: &Route) {
+    look_at_all(snapshot);
     let ego_s_m = snapshot.ego_s_m;
     // On an open route those behind are at a negative way ahead.
     let on_route = snapshot.cars.iter().filter_map(|car| match car.s_m {
@@ -59,8 +61,12 @@ pub(super) fn look_around(snapshot: &mut Snapshot, route: &Route) {
         .filter(|(gap_m, _, car)| route.is_closed() || *gap_m >= -car.body.length_m)
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(gap_m, speed_mps, car)| Leader { id: car.id, gap_m, speed_mps });
-    let sum: f64 = snapshot.cars.iter().map(|car| car.speed_mps).sum();
-    snapshot.mean_speed_mps = (sum + snapshot.ego.speed_mps) / (snapshot.cars.len() + 1) as f64;
+}
+
+/// How fast all are.
+pub(super) fn look_at_all(snapshot: &mut Snapshot) {
+    let sum: f64 = snapshot.speeds_mps().sum();
+    snapshot.mean_speed_mps = sum / snapshot.speeds_mps().count().max(1) as f64;
 }
 
 /// Who drives behind the ego on its route.

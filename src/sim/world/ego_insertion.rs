@@ -25,8 +25,11 @@ pub(super) struct Insertion<'a> {
 }
 
 impl Insertion<'_> {
-    /// The speed with which it fits in among these vehicles; `None` while there is no room.
+    /// The speed with which it fits in among these vehicles; `None` while there is no room. Where nobody is to come nobody waits.
     pub fn speed_mps(&self, vehicles: &[NetworkVehicle]) -> Option<f64> {
+        if !self.scenario.participant {
+            return Some(0.0);
+        }
         let (route, idm) = (&self.map.route, &self.scenario.idm);
         let middle = route.pose_of_front(self.s_m, CAR_LENGTH_M).position;
         let mut fits_mps = if self.is_moving { self.free_mps() } else { 0.0 };

@@ -19,6 +19,9 @@ use crate::{
 };
 use std::{sync::Arc, time::Duration};
 
+/// So far before the end of a path a vehicle is still on it, metres.
+const END_M: f64 = 0.1;
+
 /// Where a vehicle is put on the road.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StartPlace {
@@ -40,13 +43,14 @@ impl TrafficCoupling {
     /// Starts the traffic of a scenario and lets it run until the ego is put in.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
         Ok(if scenario.is_on_network() {
-            Self::Network(Box::new(NetworkCoupling::start(scenario, map)?))
+            let beyond = without_participant(scenario, map);
+            Self::Network(Box::new(NetworkCoupling::start(beyond.as_ref().unwrap_or(scenario), map)?))
         } else {
             Self::Ring(Box::new(RingCoupling::start(scenario, map)?))
         })
     }
 
-    /// Where the ego is put.
+    /// Where the ego is put; of no meaning without a participant.
     pub fn ego_start(&self) -> StartPlace {
         match self {
             Self::Ring(ring) => {
@@ -179,4 +183,11 @@ impl TrafficCoupling {
             Self::Network(_) => panic!("this drive is on a network"),
         }
     }
+}
+
+/// Where there is no participant, the same with the ego at the end of its path: it is on the road until SUMO's first step, whose vehicles
+/// come elsewhere and look less far ahead.
+fn without_participant(scenario: &Scenario, map: &RoadMap) -> Option<Scenario> {
+    let path_start_m = map.route.length_m() - END_M;
+    (!scenario.participant).then(|| Scenario { path_start_m, ..scenario.clone() })
 }

@@ -1,0 +1,198 @@
+//! Drives without a participant: vehicles come and go alone, SUMO's and those that are advised.
+
+use crate::world::one_at_a_time;
+use codrive::{
+    analysis::RecordedTrial,
+    controls::Controls,
+    drive_loop::{Drive, offline::OfflineDrive},
+    record::{self, Table, TableReader},
+    replay::Replay,
+    scenario::{AdvisedVehicles, DisplaySettings, Scenario},
+    sim::{EndReason, Snapshot, World},
+    time::Pace,
+    traffic::{EGO, sumo},
+};
+use roxmltree::Document;
+use std::{fs, process::Command};
+
+/// The merge, with this share advised.
+fn merge(advised: f64) -> Scenario {
+    Scenario {
+        map: "merge".into(),
+        participant: false,
+        policy: "constant".into(),
+        policy_speed_mps: 12.0,
+        advised: AdvisedVehicles::Share(advised),
+        duration_s: 40.0,
+        display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+        ..Scenario::default()
+    }
+}
+
+/// Drives to the end with the pedals at rest; `look` sees the world after each tick.
+fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
+    let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
+    while world.ended().is_none() {
+        world.tick(&Controls::default()).expect("SUMO goes on");
+        look(&world);
+    }
+    world
+}
+
+/// What SUMO's own program says of the merge at the end of each step: how many vehicles are there, and their mean speed, m/s.
+fn sumo_program(steps: usize, scenario: &Scenario) -> Vec<(usize, f64)> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (home, summary) = (sumo::home().expect("SUMO is here"), folder.path().join("summary.xml"));
+    let of_map = |file: &str| format!("{}/maps/merge/{file}", env!("CARGO_MANIFEST_DIR"));
+    let options = [
+        ("--net-file", of_map("net.xml")),
+        ("--route-files", of_map("demand.rou.xml")),
+        ("--step-length", scenario.step_s.to_string()),
+        ("--seed", scenario.seed.to_string()),
+        ("--end", (steps as f64 * scenario.step_s).to_string()),
+        ("--lanechange.duration", "5".into()),
+        ("--time-to-teleport", "-1".into()),
+        ("--precision", "9".into()),
+        ("--summary-output", summary.to_string_lossy().into_owned()),
+    ];
+    let mut program = Command::new(home.join("bin/sumo"));
+    program.env("SUMO_HOME", &home).args(["--no-step-log", "--no-warnings"]);
+    program.args(options.iter().flat_map(|(name, value)| [*name, value.as_str()]));
+    let done = program.output().expect("SUMO's program runs");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let text = fs::read_to_string(&summary).expect("a summary");
+    let document = Document::parse(&text).expect("XML");
+    let number = |node: roxmltree::Node, name: &str| node.attribute(name).and_then(|text| text.parse::<f64>().ok());
+    let of_step = |node| Some((number(node, "running")? as usize, number(node, "meanSpeed")?));
+    document.descendants().filter_map(of_step).collect()
+}
+
+#[test]
+fn without_participant_and_advice_all_vehicles_are_as_in_sumos_own_program() {
+    let _alone = one_at_a_time();
+    let scenario = Scenario { policy: "none".into(), ..merge(0.0) };
+    let mut driven = Vec::new();
+    let world = drive(&scenario, |world| {
+        let snapshot = world.snapshot();
+        assert!(snapshot.is_without_ego && snapshot.leader.is_none() && snapshot.advice.is_none());
+        if snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
+            driven.push((snapshot.cars.len(), snapshot.mean_speed_mps));
+        }
+    });
+    assert_eq!(world.ended(), Some(EndReason::Duration), "nobody comes to the end of a path");
+    let expected = sumo_program(driven.len(), &scenario);
+    assert!(expected.len() == driven.len() && driven.iter().any(|(cars, _)| *cars > 12), "{driven:?}");
+    for (step, (own, sumo)) in driven.iter().zip(&expected).enumerate() {
+        assert!(own.0 == sumo.0, "step {step}: {own:?} and {sumo:?}");
+        // An empty road has no mean: SUMO says -1.
+        assert!(own.0 == 0 || (own.1 - sumo.1).abs() < 1e-6, "step {step}: {own:?} and {sumo:?}");
+    }
+}
+
+#[test]
+fn advised_vehicles_see_no_participant_and_means_are_over_those_that_are_there() {
+    let _alone = one_at_a_time();
+    let mut advised_ticks = 0;
+    let world = drive(&merge(0.5), |world| {
+        let snapshot = world.snapshot();
+        assert!(snapshot.cars.iter().all(|car| car.id != EGO));
+        for agent in world.advised_others() {
+            let own = agent.snapshot();
+            assert!(!own.is_without_ego && own.cars.iter().all(|car| car.id != EGO && car.id != agent.id()));
+            assert_eq!(own.cars.len() + 1, snapshot.cars.len(), "it sees all others");
+            advised_ticks += u32::from(own.advice.is_some());
+        }
+        let sum: f64 = snapshot.cars.iter().map(|car| car.speed_mps).sum();
+        let mean_mps = if snapshot.cars.is_empty() { 0.0 } else { sum / snapshot.cars.len() as f64 };
+        assert!((snapshot.mean_speed_mps - mean_mps).abs() < 1e-9, "{} and {mean_mps}", snapshot.mean_speed_mps);
+        // Where it stands is no place of the road.
+        assert!(snapshot.ego.position.x < -900.0 && snapshot.ego_lane.is_none());
+    });
+    assert!(world.ever_advised().len() >= 5, "{:?}", world.ever_advised());
+    assert!(advised_ticks > 5000, "{advised_ticks} ticks");
+    assert_eq!(world.contacts_of_others(), 0);
+}
+
+#[test]
+fn its_summary_and_its_bits_are_of_the_others_alone() {
+    let _alone = one_at_a_time();
+    let once = || {
+        let mut run = OfflineDrive::new(&Scenario { duration_s: 20.0, ..merge(0.5) }, [0.0, 20.0]).expect("a drive");
+        let (mut sum, mut n, mut hash) = (0.0, 0, 0);
+        while run.world().ended().is_none() {
+            run.until(run.world().time_s() + 0.01).expect("SUMO goes on");
+            sum += run.world().snapshot().cars.iter().map(|car| car.speed_mps).sum::<f64>();
+            n += run.world().snapshot().cars.len();
+            hash = run
+                .world()
+                .advised_others()
+                .iter()
+                .fold(hash, |before, agent| Snapshot::hash(agent.snapshot(), before));
+        }
+        let summary = run.summary();
+        let mean_mps = summary.mean_speed_mps.expect("vehicles came");
+        assert!((mean_mps - sum / n as f64).abs() < 1e-9, "{mean_mps}");
+        assert_eq!((summary.ego_mean_speed_mps, summary.min_gap_m, summary.advices), (None, None, 0));
+        assert!(run.advised().vehicles.iter().all(|id| *id != EGO.0) && !run.advised().vehicles.is_empty());
+        (summary.hash, hash)
+    };
+    assert_eq!(once(), once());
+}
+
+#[test]
+fn it_is_refused_where_nobody_comes_and_where_somebody_is_to_drive() {
+    let _alone = one_at_a_time();
+    let ring = Scenario { map: "ring-250".into(), advised: AdvisedVehicles::default(), ..merge(0.0) };
+    let said = World::new(&ring).map(drop).expect_err("a ring").to_string();
+    assert!(
+        said.starts_with("participant is false; allowed without a demand: true") && said.contains("remedy"),
+        "{said}"
+    );
+    let said = Drive::by_participant(&merge(0.0), Pace::Paused).map(drop).expect_err("nobody drives").to_string();
+    assert!(
+        said.starts_with("participant is false: nobody drives in this scenario") && said.contains("codrive run"),
+        "{said}"
+    );
+    // Only a share can be advised of those that come: a number would be nobody.
+    let several = Scenario { advised: AdvisedVehicles::Count(3), ..merge(0.0) };
+    let said = World::new(&several).map(drop).expect_err("a number").to_string();
+    assert!(said.starts_with("advised is 3; allowed with a path or a demand"), "{said}");
+    let alone = World::new(&Scenario { advised: AdvisedVehicles::Count(1), ..merge(0.0) }).expect("a world");
+    assert!(
+        alone.policy().words().contains("the participant's alone, which is not there"),
+        "{}",
+        alone.policy().words()
+    );
+}
+
+#[test]
+fn its_recording_holds_the_others_and_is_recovered_and_driven_again_to_the_bit() {
+    let _alone = one_at_a_time();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("drive");
+    let mut run = OfflineDrive::new(&merge(0.5), [0.0, f64::INFINITY]).expect("a drive");
+    run.record(&path).expect("a recording");
+    run.until(20.0).expect("SUMO goes on");
+    let there = run.world().snapshot().cars.len();
+    // Cut: it ends without its tables.
+    drop(run);
+    record::recover(&path).expect("it is recovered");
+    let table = |table: Table| TableReader::parquet(&table.parquet(&path)).expect("a table");
+    let (ego, cars, advised) = (table(Table::Ego), table(Table::Cars), table(Table::Advised));
+    // 20 s of 10 ms: fingerprints and pedals at rest, and nothing of a car.
+    assert_eq!((ego.rows(), ego.wholes("hash").len()), (2000, 2000));
+    assert!(ego.numbers("throttle").iter().chain(&ego.numbers("brake")).all(|pedal| *pedal == Some(0.0)));
+    for column in ["x_m", "z_m", "yaw_rad", "speed_mps", "jerk_mps3", "engine_rpm", "s_m", "lane_offset_m", "gap_m"] {
+        assert!(ego.numbers(column).iter().all(Option::is_none), "{column}");
+    }
+    assert!(cars.ids("car").iter().all(|car| *car != Some(EGO.0)));
+    // Each second all that are there.
+    assert!(cars.wholes("tick").iter().all(|tick| tick.is_multiple_of(100)));
+    assert_eq!(cars.wholes("tick").iter().filter(|tick| **tick == 2000).count(), there);
+    assert!(advised.rows() > 100, "{} rows", advised.rows());
+    let mut replay = Replay::open(&path).expect("it can be driven");
+    replay.advance(u64::MAX).expect("SUMO goes on");
+    assert!(replay.verdict().is_proven() && replay.verdict().ticks == 2000, "{:?}", replay.verdict());
+    let said = RecordedTrial::open(&path).map(drop).expect_err("nobody drove").to_string();
+    assert!(said.contains("a drive without a participant") && said.contains("remedy: its tables cars"), "{said}");
+}
