@@ -1,16 +1,17 @@
-//! Evaluates a policy by one whole drive. In: a scenario with a simulated driver. Out: a [`EvaluationResult`], by the same
-//! code as on the fast ring, of the whole program: physics, pedals, advice, and either engine of traffic. Where nobody is advised, every car
-//! is the engine's own.
+//! Evaluates a policy by one whole drive. In: a scenario with a simulated driver. Out: a [`EvaluationResult`] of the whole program: physics,
+//! pedals, advice, and either engine of traffic; on a closed route by the same code as on the fast ring. Where nobody is advised, every car
+//! is the engine's own. On a network there is no participant: those are advised who come, for the whole duration.
 
 use super::{RunError, offline::OfflineDrive};
 use crate::{
     map::RoadMap,
-    metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult},
+    metrics::{AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkFlow, NetworkTotals},
     scenario::Scenario,
-    sim::{World, WorldError},
+    sim::{Snapshot, World, WorldError},
     space::CAR_LENGTH_M,
     traffic::CarState,
 };
+use std::collections::BTreeMap;
 
 /// Drives the scenario to its end; its warm-up does not count. From the first contact of an advised vehicle on all cars count as
 /// standing, as on the fast ring.
@@ -18,6 +19,10 @@ use crate::{
 /// # Errors
 /// The world cannot start or go on, or the driver is unknown.
 pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
+    let map = scenario.load_map().map_err(WorldError::from)?;
+    if scenario.on(&map).is_on_network() {
+        return on_network(scenario);
+    }
     if scenario.advised.is_nobody() {
         return traffic_alone(scenario);
     }
@@ -34,7 +39,8 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
         let ahead = snapshot
             .leader_in_lane()
             .map(|leader| Approach { gap_m: leader.gap_m, closing_mps: ego_mps - leader.speed_mps });
-        let now = EpisodeStep { ahead, advice: snapshot.advice, ..EpisodeStep::default() };
+        let others_now = advised_others(run.world());
+        let now = EpisodeStep { ahead, advice: snapshot.advice, others: others_now, ..EpisodeStep::default() };
         tally.add(std::iter::once(ego_mps as f32).chain(others), now);
     }
     Ok(tally.verdict())
@@ -43,6 +49,71 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
 /// True once any of the vehicles that are simulated whole has touched another.
 fn has_crashed(run: &OfflineDrive) -> bool {
     !run.summary().contacts.is_empty() || run.world().contacts_of_others() > 0
+}
+
+/// The same of vehicles that come and go. The mean speed is Flow's: at each step of those that are there, then over the steps.
+fn on_network(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
+    let scenario = Scenario { participant: false, ..scenario.clone() };
+    let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
+    let last = (scenario.duration_s / scenario.step_s).round() as u64;
+    let most_gap_m = run.world().map().route.length_m();
+    let mut totals = NetworkTotals::new(scenario.step_s, speeds(run.world().snapshot()), most_gap_m);
+    while run.world().ended().is_none() {
+        run.step()?;
+        if run.world().contacts_of_others() > 0 {
+            totals.crash(last);
+            break;
+        }
+        let snapshot = run.world().snapshot();
+        let advised = AdvisedStep { least_gap_m: least_gap_m(snapshot), ..advised_others(run.world()) };
+        totals.add(speeds(snapshot), advised);
+    }
+    Ok(totals.result(flow(run.world(), totals.newest())))
+}
+
+/// Numbers and speeds of the vehicles that are there, m/s.
+fn speeds(snapshot: &Snapshot) -> impl Iterator<Item = (u32, f64)> {
+    snapshot.cars.iter().map(|car| (car.id.0, car.speed_mps.max(0.0)))
+}
+
+/// The advised vehicles beside the participant's, together.
+fn advised_others(world: &World) -> AdvisedStep {
+    let mut step = AdvisedStep::default();
+    for view in world.advised_others().iter().map(|agent| agent.snapshot()) {
+        let gap_m = view.leader_in_lane().map(|leader| leader.gap_m);
+        step.least_gap_m = [step.least_gap_m, gap_m].into_iter().flatten().min_by(f64::total_cmp);
+        let Some(advice) = view.advice else { continue };
+        step.advised += 1;
+        step.in_range += u64::from(advice.accepts(view.ego.speed_mps));
+    }
+    step
+}
+
+/// Of two vehicles one behind the other in a lane.
+fn least_gap_m(snapshot: &Snapshot) -> Option<f64> {
+    let mut lanes: BTreeMap<_, Vec<(f64, f64)>> = BTreeMap::new();
+    for car in &snapshot.cars {
+        let Some(at) = car.lane else { continue };
+        lanes.entry(at.lane).or_default().push((at.s_m, at.s_m - car.body.length_m));
+    }
+    let gaps = lanes.into_values().flat_map(|mut places| {
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let gaps: Vec<f64> = places.windows(2).map(|pair| pair[1].1 - pair[0].0).collect();
+        gaps
+    });
+    gaps.min_by(f64::total_cmp)
+}
+
+/// What a drive that is over has of comings and goings beside those that were seen. Vehicles are numbered from 1 as they come, those of the
+/// warm-up too: as many have come as the newest has for its number.
+fn flow(world: &World, newest: u32) -> NetworkFlow {
+    let scenario = world.scenario();
+    let passed_s = scenario.warm_up_s + world.hand_over().waited_s + world.time_s();
+    NetworkFlow {
+        refused: scenario.demand.due(passed_s).map(|due| (due - f64::from(newest)).max(0.0)),
+        advised: world.ever_advised().len() as u32,
+        ..NetworkFlow::default()
+    }
 }
 
 /// The same without anybody who is advised.

@@ -159,8 +159,9 @@ fn a_corrupt_network_is_refused_with_file_line_value_and_remedy() {
 fn a_map_that_is_not_there_is_named_with_those_that_are() {
     let message = RoadMap::load("ring-25").unwrap_err().to_string();
     assert!(
-        message
-            .contains("there is no map \"ring-25\" (did you mean ring-250?); maps here: practice, ring-250, ring-641"),
+        message.contains(
+            "there is no map \"ring-25\" (did you mean ring-250?); maps here: merge, practice, ring-250, ring-641"
+        ),
         "{message}"
     );
     let message = RoadMap::load("some/where.net.xml").unwrap_err().to_string();

@@ -1,12 +1,12 @@
 //! One drive on a ring in numbers. In: speeds of all cars at each step, the ego first, its gaps and the advice. Out: a
 //! [`EvaluationResult`]. The same code for the fast ring and for whole drives. SI units.
 
-use super::{Approach, ConflictTotals, Conflicts, DrivenBy, fuel};
+use super::{Approach, ConflictTotals, Conflicts, DrivenBy, NetworkFlow, fuel};
 use crate::policy::Advice;
 use serde::{Deserialize, Serialize};
 
 /// The wave is calm where the standard deviation of speed over the cars stays below this, m/s (docs/references.md: advice).
-const CALM_SD_MPS: f64 = 0.5;
+pub(super) const CALM_SD_MPS: f64 = 0.5;
 
 /// One ring, driven to the horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub struct EvaluationResult {
     /// standard deviation stays below 0.5 m/s. `None` if it never does.
     #[serde(alias = "calm_s")]
     pub last_disturbance_s: Option<f64>,
-    /// Smallest gap of the ego to its leader or its follower to it, metres.
+    /// Smallest gap of an advised vehicle to its leader, or of the ego's follower to it, metres; on a network of any two in a lane.
     pub least_gap_m: f64,
     /// Cars collided.
     pub crashed: bool,
@@ -31,13 +31,16 @@ pub struct EvaluationResult {
     pub crash_s: Option<f64>,
     /// Fuel of all cars for 100 km each ([`fuel`]), litres; `None` if nobody moved.
     pub fuel_l_100km: Option<f64>,
-    /// Cars past a place in an hour: density times mean speed (Edie 1963), 1/h.
+    /// Cars past a place in an hour: density times mean speed (Edie 1963), 1/h; on a network those that left it.
     pub throughput_per_h: f64,
-    /// Share of the time with advice in which the ego's speed was in its range, 0..1.
+    /// Share of the time with advice in which the speed was in its range, over all advised vehicles, 0..1.
     pub in_range: Option<f64>,
-    /// How near cars came to a crash, and what drove the ego.
+    /// How near cars came to a crash, and what drove the ego; not told of networks.
     #[serde(default, flatten)]
-    pub conflicts: Conflicts,
+    pub conflicts: Option<Conflicts>,
+    /// What only a drive on a network has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub network: Option<NetworkFlow>,
 }
 
 /// What is told of one step beside the speeds.
@@ -51,6 +54,19 @@ pub struct EpisodeStep {
     pub advice: Option<Advice>,
     /// What drove the ego, where it is known.
     pub driven_by: Option<DrivenBy>,
+    /// The advised vehicles beside the ego.
+    pub others: AdvisedStep,
+}
+
+/// What is told of a step of several advised vehicles together.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AdvisedStep {
+    /// Smallest gap, metres: of one of them to its leader; on a network of any two vehicles in a lane.
+    pub least_gap_m: Option<f64>,
+    /// How many of them have an advice.
+    pub advised: u64,
+    /// How many of those have a speed in its range.
+    pub in_range: u64,
 }
 
 /// Speeds of all cars, step by step, in sums: what they take of memory does not grow with the drive.
@@ -204,7 +220,7 @@ impl EpisodeMetrics {
         let pairs = [now.ahead, now.behind];
         let gap_m = pairs.iter().flatten().map(|pair| pair.gap_m).fold(f64::INFINITY, f64::min);
         if self.crashed_at.is_none() {
-            self.least_gap_m = self.least_gap_m.min(gap_m);
+            self.least_gap_m = self.least_gap_m.min(gap_m).min(now.others.least_gap_m.unwrap_or(f64::INFINITY));
             if self.least_gap_m <= 0.0 {
                 self.crash();
             }
@@ -226,6 +242,8 @@ impl EpisodeMetrics {
             self.advised += 1;
             self.in_range += u64::from(advice.accepts(step.ego_mps));
         }
+        self.advised += now.others.advised;
+        self.in_range += now.others.in_range;
     }
 
     /// Cars collide in the step that is added next, whatever its gap: bumpers are not all that can touch.
@@ -250,7 +268,8 @@ impl EpisodeMetrics {
             crash_s: self.crashed_at.map(|step| step as f64 * flow.step_s),
             fuel_l_100km: flow.fuel_l_100km(),
             throughput_per_h: flow.sums.len() as f64 / self.circumference_m * mean_mps * 3600.0,
-            conflicts: self.conflicts.conflicts(),
+            conflicts: Some(self.conflicts.conflicts()),
+            network: None,
             in_range: (self.advised > 0).then(|| self.in_range as f64 / self.advised as f64),
         }
     }
@@ -293,6 +312,17 @@ mod tests {
         let v = tally.verdict();
         assert!(v.crashed && v.least_gap_m == 5.0, "{v:?}");
         assert!((v.crash_s.unwrap() - 1.1).abs() < 1e-9 && (v.mean_mps - 2.0).abs() < 1e-9, "{v:?}");
+    }
+
+    #[test]
+    fn gaps_and_ranges_are_of_all_advised_vehicles() {
+        let mut tally = EpisodeMetrics::new(0.1, 100.0);
+        let others = AdvisedStep { least_gap_m: Some(3.0), advised: 2, in_range: 1 };
+        tally.add([4.0, 4.0].into_iter(), EpisodeStep { others, ..gap(5.0) });
+        let others = AdvisedStep { least_gap_m: Some(6.0), advised: 2, in_range: 0 };
+        tally.add([4.0, 4.0].into_iter(), EpisodeStep { others, ..gap(5.0) });
+        let v = tally.verdict();
+        assert_eq!((v.least_gap_m, v.in_range, v.crashed), (3.0, Some(0.25), false));
     }
 
     #[test]

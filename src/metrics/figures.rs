@@ -89,13 +89,15 @@ pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool
     picture(&[Chart { lines, marks, ..Chart::new("Mean speed against the hold", x, y, 350.0) }], &note)
 }
 
-/// Mean speed against the share of vehicles that are advised, in percent, with the speed at which an even ring flows.
-pub fn against_share(series: &[Series], equilibrium_mps: f64, note: &str) -> String {
+/// Mean speed against the share of vehicles that are advised, in percent; on a ring with the speed at which an even one flows.
+pub fn against_share(series: &[Series], equilibrium_mps: Option<f64>, note: &str) -> String {
     let (_, most) = ends(series.iter().flat_map(|s| s.points.iter().map(|p| p.at)));
     let x = Axis::even("advised vehicles, % of all", [0.0, most.max(1.0)]);
-    let y = Axis::even("mean speed of all vehicles, m/s", around_with(&measured(series), [equilibrium_mps; 2]));
-    let mut lines = vec![level("even ring (equilibrium)", equilibrium_mps, x.range, "7 3")];
-    lines.extend(measured(series));
+    let lines = measured(series);
+    let around = equilibrium_mps.map_or_else(|| around(&lines), |even_mps| around_with(&lines, [even_mps; 2]));
+    let y = Axis::even("mean speed of all vehicles, m/s", around);
+    let even = equilibrium_mps.map(|even_mps| level("even ring (equilibrium)", even_mps, x.range, "7 3"));
+    let lines = even.into_iter().chain(lines).collect();
     let chart = Chart::new("Mean speed against the share of advised vehicles", x, y, 350.0);
     picture(&[Chart { lines, marks: crash_marks(series), ..chart }], note)
 }

@@ -8,11 +8,13 @@ mod estimate;
 pub mod figures;
 pub mod fuel;
 mod motion_phases;
+mod network_totals;
 mod trajectories;
 
 pub use conflicts::{Approach, ConflictTotals, Conflicts, DrivenBy};
 pub use correlation::correlation;
-pub use episode_metrics::{EpisodeMetrics, EpisodeStep, EvaluationResult, FlowTotals, mean_and_interval};
+pub use episode_metrics::{AdvisedStep, EpisodeMetrics, EpisodeStep, EvaluationResult, FlowTotals, mean_and_interval};
 pub use estimate::Estimate;
 pub use motion_phases::MotionTotals;
+pub use network_totals::{NetworkFlow, NetworkTotals};
 pub use trajectories::{SpeedTrace, Trajectories};

@@ -6,6 +6,7 @@ mod bends;
 mod choice;
 mod crossings;
 mod demand;
+mod demand_count;
 mod demand_file;
 mod interrupt;
 mod mixture;

@@ -40,13 +40,13 @@ fn whoever_refuses_drives_as_without_advice_to_the_bit() {
     let (with, without) = (driven(&config, Some(2.0)), driven(&config, None));
     let speeds = |results: &[EvaluationResult]| results.iter().map(|r| r.mean_mps.to_bits()).collect::<Vec<_>>();
     assert_eq!(speeds(&with), speeds(&without));
-    assert!(with.iter().all(|r| r.conflicts.advice_share == Some(0.0)));
+    assert!(with.iter().all(|r| r.conflicts.unwrap().advice_share == Some(0.0)));
 }
 
 #[test]
 fn whoever_follows_half_of_the_time_is_driven_by_advice_half_of_the_time() {
     let results = driven(&config(DriverConfig { compliance: 0.5, ..prompt() }), Some(1.0));
-    let share = results.iter().filter_map(|r| r.conflicts.advice_share).sum::<f64>() / results.len() as f64;
+    let share = results.iter().filter_map(|r| r.conflicts?.advice_share).sum::<f64>() / results.len() as f64;
     // 16 drivers of 10 stretches each: a standard error of 0.04; a few steps are spent behind a standing leader.
     assert!((share - 0.5).abs() < 0.13, "{share}");
 }
@@ -60,7 +60,7 @@ fn it_is_said_what_drove() {
     let shares = |advised_mps: f64| {
         let results = driven(&config, Some(advised_mps));
         let mean = |of: fn(&EvaluationResult) -> Option<f64>| results.iter().filter_map(of).sum::<f64>() / LANES as f64;
-        [mean(|r| r.conflicts.advice_share), mean(|r| r.conflicts.distance_share), mean(|r| r.conflicts.guard_share)]
+        [mean(|r| r.conflicts?.advice_share), mean(|r| r.conflicts?.distance_share), mean(|r| r.conflicts?.guard_share)]
     };
     // Far below the others' speed the road ahead is free; far above it nothing but the distance counts.
     let [slow, fast] = [1.0, 30.0].map(shares);
@@ -84,7 +84,7 @@ fn a_guard_that_brakes_too_weakly_crashes_and_a_strong_one_does_not() {
 fn lateness_towards_the_leader_asks_for_harder_braking_and_slows_all() {
     let of = |leader_reaction_s: f64| {
         let results = driven(&config(DriverConfig { leader_reaction_s, ..prompt() }), None);
-        let drac_mps2 = results.iter().map(|r| r.conflicts.most_drac_mps2).sum::<f64>() / results.len() as f64;
+        let drac_mps2 = results.iter().map(|r| r.conflicts.unwrap().most_drac_mps2).sum::<f64>() / results.len() as f64;
         (drac_mps2, mean_and_interval(&results).0)
     };
     let [prompt, late] = [0.0, 3.0].map(of);
@@ -101,7 +101,7 @@ fn people_drive_and_differ() {
     assert_eq!(same, 1);
     // The same people for another advice: whoever refuses here refuses there.
     let refuses = |results: &[EvaluationResult]| {
-        results.iter().map(|r| r.conflicts.advice_share == Some(0.0)).collect::<Vec<bool>>()
+        results.iter().map(|r| r.conflicts.unwrap().advice_share == Some(0.0)).collect::<Vec<bool>>()
     };
     assert_eq!(refuses(&results), refuses(&driven(&people, Some(2.0))));
 }

@@ -55,6 +55,7 @@ fn evaluate_block(
                 behind: pair(ring.gap_behind_m()[l], ring.follower_mps()[l], ego_mps),
                 advice: drivers.of[l].standing(),
                 driven_by: Some(block.driven_by()[l]),
+                ..EpisodeStep::default()
             };
             tally.add(ring.speeds_mps(l), now);
         }

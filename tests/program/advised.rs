@@ -51,7 +51,8 @@ fn a_curve_over_advised_vehicles_begins_with_nobody_on_the_same_seeds_and_is_dra
     let of = |policy: &'static str| {
         ["0", "3", "11"].into_iter().flat_map(move |advised| ["0", "1"].map(|ring| (policy, advised, ring)))
     };
-    assert_eq!(found, of("pi").chain(of("constant")).collect::<Vec<_>>());
+    let ignores = "driven whole; ignores advice";
+    assert_eq!(found, of("pi").chain(of("constant")).chain(of(ignores)).collect::<Vec<_>>());
     // Nobody is advised by either policy in the same drives; with somebody advised they differ.
     let speeds = |policy_is: &str, advised_is: &str| -> Vec<&str> {
         rows[1..]
@@ -63,8 +64,15 @@ fn a_curve_over_advised_vehicles_begins_with_nobody_on_the_same_seeds_and_is_dra
     assert_eq!(speeds("pi", "0"), speeds("constant", "0"));
     assert_ne!(speeds("pi", "0")[0], speeds("pi", "0")[1], "each ring has a seed of its own");
     assert_ne!(speeds("pi", "0"), speeds("pi", "11"));
+    // Who ignores the advice drives the same cars on the same seeds, and other than advised and than the traffic's own.
+    assert_eq!(speeds(ignores, "0"), speeds("pi", "0"));
+    assert!(speeds(ignores, "11") != speeds("pi", "11") && speeds(ignores, "11") != speeds("pi", "0"));
+    let drivers: Vec<&str> =
+        rows[1..].iter().filter(|row| row[policy] == ignores).map(|row| row[column("driver")]).collect();
+    assert_eq!(drivers, ["\"idm\""; 6]);
     let figure = fs::read_to_string(out.join("speed-against-share.svg")).unwrap();
     assert!(figure.contains("advised vehicles, % of all") && !figure.contains("NaN"));
+    assert!(figure.contains(ignores) && figure.contains("even ring"), "its line has a name, and the ring its level");
 
     for (wrong, why) in [
         (["--engine", "ring", "--advised", "5%"], "engine ring has one advised car"),
@@ -86,4 +94,41 @@ fn a_run_with_a_share_of_the_vehicles_advised_says_which_and_how_fast_all_are() 
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["advised"]["vehicles"], serde_json::json!([0, 5, 11, 16]));
     assert_eq!(report["scenario"]["advised"], "0.2");
+}
+
+#[test]
+fn a_curve_on_a_network_is_over_all_that_come_and_says_how_many_came_left_and_found_no_room() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let words = "evaluate --map merge --engine sumo --policy pi --over 2 --horizon 30 --warm-up 0 --advised 50% --out";
+    let (code, text) = said(codrive(&words.split(' ').collect::<Vec<_>>()).arg(&out));
+    assert!(code == 0 && text.contains("50.0 %") && text.contains("vehicles/h"), "{text}");
+    let rings = fs::read_to_string(out.join("rings.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = rings.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| rows[0].iter().position(|head| *head == name).unwrap();
+    let of = |name: &str| -> Vec<&str> { rows[1..].iter().map(|row| row[column(name)]).collect() };
+    let ignores = "driven whole; ignores advice";
+    assert_eq!(of("policy"), ["pi", "pi", "pi", "pi", ignores, ignores, ignores, ignores]);
+    assert_eq!(of("advised_share"), ["0", "0", "0.5", "0.5", "0", "0", "0.5", "0.5"]);
+    // The same vehicles on the same seeds: as many of them are driven whole.
+    let advised = of("advised_vehicles");
+    assert_eq!(advised[..2], ["0", "0"]);
+    assert!(advised[2..4] == advised[6..8] && advised[2] != "0" && advised[2] != advised[3], "{advised:?}");
+    // 30 s of a vehicle each 1.8 s and one each 36 s, from 0 on: 17 and 1 are sent, and the free road takes them.
+    assert_eq!((of("inflow_per_h"), of("vehicles_refused")), (vec!["2160"; 8], vec!["0"; 8]));
+    assert!(of("mean_speed_mps").iter().all(|speed| speed.parse::<f64>().is_ok_and(|mps| mps > 5.0)), "{rings}");
+    let figure = fs::read_to_string(out.join("speed-against-share.svg")).unwrap();
+    assert!(figure.contains(ignores) && !figure.contains("even ring") && !figure.contains("NaN"));
+    assert!(figure.contains("vehicles that left, 1/h: pi 0 %: "), "a high speed of few vehicles is no gain");
+
+    for (wrong, why) in [
+        ("--engine native --policy pi --advised 10%", "remedy: --engine sumo"),
+        ("--engine sumo --policy pi", "remedy: --advised 10%,25%"),
+        ("--engine sumo --advised 10%", "remedy: --policy pi"),
+        ("--engine sumo --policy pi --advised 3", "--advised is 3; allowed on a network"),
+    ] {
+        let wrong: Vec<&str> = wrong.split(' ').collect();
+        let (code, text) = said(codrive(&["evaluate", "--map", "merge", "--over", "2"]).args(wrong));
+        assert!(code == 2 && text.contains(why), "{text}");
+    }
 }

@@ -4,9 +4,10 @@ use crate::world::one_at_a_time;
 use codrive::{
     analysis::RecordedTrial,
     controls::Controls,
-    drive_loop::{Drive, offline::OfflineDrive},
+    drive_loop::{Drive, evaluation_drive, offline::OfflineDrive},
     record::{self, Table, TableReader},
     replay::Replay,
+    rng,
     scenario::{AdvisedVehicles, DisplaySettings, Scenario},
     sim::{EndReason, Snapshot, World},
     time::Pace,
@@ -39,8 +40,17 @@ fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
     world
 }
 
-/// What SUMO's own program says of the merge at the end of each step: how many vehicles are there, and their mean speed, m/s.
-fn sumo_program(steps: usize, scenario: &Scenario) -> Vec<(usize, f64)> {
+/// What SUMO's own program says of the merge at the end of a step.
+struct Written {
+    running: usize,
+    mean_mps: f64,
+    inserted: f64,
+    ended: f64,
+    waiting: f64,
+}
+
+/// The same of each step.
+fn sumo_program(steps: usize, scenario: &Scenario) -> Vec<Written> {
     let folder = tempfile::tempdir().expect("a folder");
     let (home, summary) = (sumo::home().expect("SUMO is here"), folder.path().join("summary.xml"));
     let of_map = |file: &str| format!("{}/maps/merge/{file}", env!("CARGO_MANIFEST_DIR"));
@@ -63,7 +73,12 @@ fn sumo_program(steps: usize, scenario: &Scenario) -> Vec<(usize, f64)> {
     let text = fs::read_to_string(&summary).expect("a summary");
     let document = Document::parse(&text).expect("XML");
     let number = |node: roxmltree::Node, name: &str| node.attribute(name).and_then(|text| text.parse::<f64>().ok());
-    let of_step = |node| Some((number(node, "running")? as usize, number(node, "meanSpeed")?));
+    let of_step = |node| {
+        let [running, mean_mps, inserted, ended, waiting] =
+            ["running", "meanSpeed", "inserted", "ended", "waiting"].map(|name| number(node, name));
+        let (running, mean_mps) = (running? as usize, mean_mps?);
+        Some(Written { running, mean_mps, inserted: inserted?, ended: ended?, waiting: waiting? })
+    };
     document.descendants().filter_map(of_step).collect()
 }
 
@@ -83,10 +98,46 @@ fn without_participant_and_advice_all_vehicles_are_as_in_sumos_own_program() {
     let expected = sumo_program(driven.len(), &scenario);
     assert!(expected.len() == driven.len() && driven.iter().any(|(cars, _)| *cars > 12), "{driven:?}");
     for (step, (own, sumo)) in driven.iter().zip(&expected).enumerate() {
-        assert!(own.0 == sumo.0, "step {step}: {own:?} and {sumo:?}");
+        assert!(own.0 == sumo.running, "step {step}: {own:?} and {}", sumo.running);
         // An empty road has no mean: SUMO says -1.
-        assert!(own.0 == 0 || (own.1 - sumo.1).abs() < 1e-6, "step {step}: {own:?} and {sumo:?}");
+        assert!(own.0 == 0 || (own.1 - sumo.mean_mps).abs() < 1e-6, "step {step}: {own:?} and {}", sumo.mean_mps);
     }
+}
+
+#[test]
+fn an_evaluation_with_nobody_advised_is_what_sumos_own_program_makes_of_it() {
+    let _alone = one_at_a_time();
+    let scenario = Scenario { duration_s: 200.0, advised: AdvisedVehicles::Count(0), ..merge(0.0) };
+    let found = evaluation_drive::evaluate(&scenario).expect("a drive");
+    let flow = found.network.expect("a network");
+    let expected = sumo_program(2000, &scenario);
+    let some: Vec<f64> = expected.iter().filter(|step| step.running > 0).map(|step| step.mean_mps).collect();
+    let mean_mps = some.iter().sum::<f64>() / some.len() as f64;
+    assert!((found.mean_mps - mean_mps).abs() < 1e-6, "{found:?} and {mean_mps}");
+    let last = expected.last().expect("steps");
+    assert!(
+        last.waiting > 0.0 && last.ended > 20.0,
+        "a jam before the end: {} wait, {} left",
+        last.waiting,
+        last.ended
+    );
+    let per_h = |vehicles: f64| vehicles * 3600.0 / scenario.duration_s;
+    assert!((flow.inflow_per_h - per_h(last.inserted)).abs() < 1e-9, "{flow:?} and {}", last.inserted);
+    assert!((flow.outflow_per_h - per_h(last.ended)).abs() < 1e-9, "{flow:?} and {}", last.ended);
+    assert_eq!((flow.refused, flow.advised, f64::from(flow.of)), (Some(last.waiting), 0, last.inserted));
+}
+
+#[test]
+fn an_evaluation_of_a_share_has_no_participant_and_says_how_many_were_advised() {
+    let _alone = one_at_a_time();
+    let scenario = Scenario { participant: true, duration_s: 40.0, ..merge(0.5) };
+    let found = evaluation_drive::evaluate(&scenario).expect("a drive");
+    let flow = found.network.expect("a network");
+    // Whom chance takes is known of the streams alone: vehicles are numbered from 1.
+    let takes = |id: u32| rng::stream(scenario.seed, &format!("vehicle/{id}/advised")).uniform(0.0, 1.0) < 0.5;
+    assert_eq!(flow.advised as usize, (1..=flow.of).filter(|id| takes(*id)).count(), "{flow:?}");
+    assert!(flow.advised >= 5 && found.in_range.is_some_and(|share| (0.0..=1.0).contains(&share)), "{found:?}");
+    assert!(!found.crashed && found.least_gap_m > 0.5 && found.least_gap_m < 100.0, "{found:?}");
 }
 
 #[test]

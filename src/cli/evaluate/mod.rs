@@ -75,8 +75,9 @@ pub(super) fn command() -> Command {
             option(
                 "advised",
                 "SHARE,...",
-                "Draw the curve of mean speed against how many vehicles are advised, with --engine native or sumo: shares (5%, 0.05) or \
-                 numbers (3); 0, every car the traffic's own, is always among them",
+                "Draw the curve of mean speed against how many vehicles are advised, with --engine native or sumo: shares (5%, 0.05; on a \
+                 network of the cars that come) or numbers (3); 0, every car the traffic's own, is always among them, and so are the same \
+                 vehicles driven by somebody who ignores the advice",
             )
             .value_delimiter(',')
             .value_parser(value_parser!(AdvisedVehicles))
@@ -93,11 +94,12 @@ pub(super) fn command() -> Command {
                 .value_parser(value_parser!(f64)),
         )
         .arg(
-            option("map", "NAME", "Road of whole drives, and of --policy auto")
+            option("map", "NAME", "Road of whole drives, and of --policy auto; a network, such as merge, with --advised and --engine sumo")
                 .default_value(Scenario::default().map),
         )
         .arg(
-            option("aim", "MPS", "Speed that the built-in policies aim for; 0 takes 98.5 % of the equilibrium speed")
+            option("aim", "MPS", "Speed that the built-in policies aim for; 0 takes 98.5 % of the equilibrium speed of a ring")
+                .visible_alias("policy-speed")
                 .value_parser(value_parser!(f64))
                 .default_value("0"),
         )

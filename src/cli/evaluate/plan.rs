@@ -6,7 +6,7 @@ use crate::{
     driver::{self, DriverError, NamedDriver, Population},
     map::RoadMap,
     policy::{self, Policy, PolicyError, PolicySettings, PolicySource, ResolvedPolicy},
-    scenario::AdvisedVehicles,
+    scenario::{AdvisedVehicles, Scenario},
     settings::{Settings, fields_of},
     toml_text::did_you_mean,
     traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
@@ -46,6 +46,8 @@ pub enum FollowingDriver {
 
 /// Who follows where nobody is named: an attentive participant, who brakes for what is ahead.
 const NOBODY_NAMED: &str = "follow";
+/// Who ignores it.
+const IGNORES_ADVICE: &str = "idm";
 
 /// Settings of a configuration that say who follows.
 const WHO: [&str; 15] = [
@@ -155,6 +157,8 @@ pub struct EvaluationCase {
     pub driver: FollowingDriver,
     /// How many vehicles are advised, in whole drives.
     pub advised: AdvisedVehicles,
+    /// They are simulated whole all the same, and ignore the advice: what of a curve is the driver's and not the advice's.
+    pub ignores_advice: bool,
 }
 
 impl EvaluationCase {
@@ -170,6 +174,9 @@ impl EvaluationCase {
 
     /// The policy's name without what is the same for all shipped ones.
     pub fn label(&self) -> String {
+        if self.ignores_advice {
+            return "driven whole; ignores advice".into();
+        }
         let bare = self.policy.trim_end_matches("/policy.toml").trim_end_matches("/policy.onnx");
         bare.rsplit('/').next().unwrap_or(bare).to_owned()
     }
@@ -196,6 +203,8 @@ pub struct EvaluationPlan {
     pub mixture: ModelMixture,
     /// Road of whole drives.
     pub map: String,
+    /// That road is a network, where vehicles come and go.
+    pub is_on_network: bool,
     /// How many rings for each case.
     pub rings: usize,
     /// What the built-in policies are built from.
@@ -247,18 +256,31 @@ impl EvaluationPlan {
             )));
         }
         let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
-        let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
         let road = RoadMap::load(&map)?;
+        let is_on_network = Scenario::default().on(&road).is_on_network();
+        if is_on_network {
+            check_network(matches, &map, &engine)?;
+        }
+        let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
         // Tables and figures name the policy that drove.
         let resolved: Vec<ResolvedPolicy> = policies.iter().map(|name| policy::resolve(name, &road)).collect();
         let mut policies: Vec<String> = resolved.iter().map(|policy| policy.name.clone()).collect();
-        let advised = advised(matches, &engine, config.ring.vehicles_min)?;
+        let advised = match is_on_network {
+            true => advised_shares(matches)?,
+            false => advised(matches, &engine, config.ring.vehicles_min)?,
+        };
         // A figure of advice says nothing without that of none beside it; a curve begins there.
         if advised.is_none() && !policies.iter().any(|name| name == "none") {
             policies.push("none".into());
         }
         let settings = config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default());
-        let read = |name: &String| Ok((name.clone(), PolicySource::for_rings(name, &settings)?));
+        let read = |name: &String| {
+            let source = match is_on_network {
+                true => PolicySource::read(name, &settings)?,
+                false => PolicySource::for_rings(name, &settings)?,
+            };
+            Ok((name.clone(), source))
+        };
         let sources = policies.iter().map(read).collect::<Result<_, PolicyError>>();
         Ok(Self {
             settings,
@@ -272,6 +294,7 @@ impl EvaluationPlan {
             mixture: mixture(matches, &engine)?,
             engine,
             map,
+            is_on_network,
             rings: matches.get_one::<u32>("over").copied().unwrap_or(20) as usize,
             out: matches.get_one::<PathBuf>("out").cloned(),
             adherence: matches.get_flag("adherence"),
@@ -295,12 +318,30 @@ impl EvaluationPlan {
                         hold_s: *hold_s,
                         driver: driver.clone(),
                         advised: *advised,
+                        ignores_advice: false,
                     };
                     cases.extend(advised.iter().map(case));
                 }
             }
         }
+        cases.extend(self.ignoring_cases());
         cases
+    }
+
+    /// Beside a curve the same vehicles with drivers who ignore the advice, by whatever policy.
+    fn ignoring_cases(&self) -> Vec<EvaluationCase> {
+        let policy = self.policies.iter().find(|name| *name != "none");
+        let (Some(advised), Some(policy), Ok(ignores)) = (&self.advised, policy, driver(IGNORES_ADVICE)) else {
+            return Vec::new();
+        };
+        let case = |advised: &AdvisedVehicles| EvaluationCase {
+            policy: policy.clone(),
+            hold_s: self.holds_s[0],
+            driver: ignores.clone(),
+            advised: *advised,
+            ignores_advice: true,
+        };
+        advised.iter().map(case).collect()
     }
 
     /// The case whose drives are those of this one to the bit: without advice the hold is nothing, and with nobody to advise the policy
@@ -308,7 +349,7 @@ impl EvaluationPlan {
     pub fn driven_as(&self, case: &EvaluationCase) -> EvaluationCase {
         let mut same = case.clone();
         if case.advised.is_nobody() {
-            (same.policy, same.driver) = ("none".into(), self.drivers[0].clone());
+            (same.policy, same.driver, same.ignores_advice) = ("none".into(), self.drivers[0].clone(), false);
         }
         if same.policy == "none" {
             same.hold_s = self.holds_s[0];
@@ -316,10 +357,48 @@ impl EvaluationPlan {
         same
     }
 
-    /// How many vehicles a case advises.
+    /// How many vehicles a case advises on a ring.
     pub fn advised_by(&self, case: &EvaluationCase) -> u32 {
         if case.policy == "none" { 0 } else { case.advised.of(self.vehicles) }
     }
+
+    /// Which share of all it advises, 0 to 1; on a network of those that come.
+    pub fn share_advised_by(&self, case: &EvaluationCase) -> f64 {
+        match self.is_on_network {
+            true if case.policy == "none" => 0.0,
+            true => case.advised.of_those_that_come(),
+            false => f64::from(self.advised_by(case)) / f64::from(self.vehicles),
+        }
+    }
+}
+
+/// Fails where an evaluation on a network lacks what a ring has a usual value for.
+fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(), CliError> {
+    let lacks = if *engine != Engine::Traffic(EngineChoice::Sumo) {
+        format!("engine {engine} is for closed routes\n  remedy: --engine sumo")
+    } else if !matches.contains_id("advised") {
+        "of those that come a share is advised\n  remedy: --advised 10%,25%".into()
+    } else if !matches.contains_id("policy") {
+        "no policy is the usual one there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback with --aim, or a file".into()
+    } else {
+        return Ok(());
+    };
+    Err(CliError::Input(format!("map {map} is a network where vehicles come and go: {lacks}")))
+}
+
+/// Which shares are advised on a network, from the command line: nobody first.
+fn advised_shares(matches: &ArgMatches) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
+    let asked = matches.get_many::<AdvisedVehicles>("advised").into_iter().flatten();
+    let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_nobody()).collect();
+    if let Some(count) = advised.iter().find(|advised| matches!(advised, AdvisedVehicles::Count(_))) {
+        let text =
+            format!("--advised is {count}; allowed on a network, where vehicles come and go: shares, such as 10%");
+        return Err(CliError::Input(text));
+    }
+    advised.sort_by(|a, b| a.of_those_that_come().total_cmp(&b.of_those_that_come()));
+    advised.dedup();
+    advised.insert(0, AdvisedVehicles::Count(0));
+    Ok(Some(advised))
 }
 
 /// How many vehicles are advised, from the command line: nobody first, which all others are compared with.

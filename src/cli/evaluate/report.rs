@@ -26,7 +26,7 @@ pub struct EvaluationRow {
 type RingMeasure = fn(&EvaluationResult) -> Option<f64>;
 
 /// Measures and their names in the files.
-const MEASURES: [(&str, RingMeasure); 11] = [
+const MEASURES: [(&str, RingMeasure); 15] = [
     ("mean_speed_mps", |v| Some(v.mean_mps)),
     ("settled_speed_mps", |v| Some(v.settled_mps)),
     ("sd_over_cars_mps", |v| Some(v.sd_over_cars_mps)),
@@ -38,6 +38,10 @@ const MEASURES: [(&str, RingMeasure); 11] = [
     ("throughput_per_h", |v| Some(v.throughput_per_h)),
     ("in_range", |v| v.in_range),
     ("crash_s", |v| v.crash_s),
+    ("inflow_per_h", |v| Some(v.network?.inflow_per_h)),
+    ("outflow_per_h", |v| Some(v.network?.outflow_per_h)),
+    ("vehicles_there", |v| Some(v.network?.vehicles)),
+    ("vehicles_refused", |v| v.network?.refused),
 ];
 
 impl EvaluationRow {
@@ -76,9 +80,9 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
             before = Some(head);
         }
         if plan.advised.is_some() {
-            let _ = write!(text, " {:>7}", format!("{}/{}", plan.advised_by(&row.case), plan.vehicles));
+            let _ = write!(text, " {:>7}", advised_words(plan, row));
         }
-        let _ = writeln!(text, "{}", words(row));
+        let _ = writeln!(text, "{}{}", words(row), network_words(row));
         if let Some(warning) = crash_words(row) {
             let _ = writeln!(text, "  !!! {warning}");
         }
@@ -92,6 +96,35 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
         );
     }
     text
+}
+
+/// How many are advised: of how many on a ring, which share on a network.
+fn advised_words(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
+    match plan.is_on_network {
+        true => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),
+        false => format!("{}/{}", plan.advised_by(&row.case), plan.vehicles),
+    }
+}
+
+/// How many of them there were, the vehicles that are advised, in a drive.
+fn advised_in(plan: &EvaluationPlan, row: &EvaluationRow, verdict: &EvaluationResult) -> u32 {
+    verdict.network.map_or_else(|| plan.advised_by(&row.case), |network| network.advised)
+}
+
+/// What there is to say of vehicles that come and go; nothing on a ring.
+fn network_words(row: &EvaluationRow) -> String {
+    let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
+    let network = |v: &EvaluationResult| v.network;
+    let Some(first) = row.verdicts.iter().find_map(network) else { return String::new() };
+    let refused = value(|v| v.network?.refused).map_or(String::new(), |n| format!(", {n:.0} found no room"));
+    format!(
+        "\n          in {:.0}, out {:.0} vehicles/h; {:.1} there{refused}; {} of {} advised in the first drive",
+        value(|v| Some(v.network?.inflow_per_h)).unwrap_or(0.0),
+        value(|v| Some(v.network?.outflow_per_h)).unwrap_or(0.0),
+        value(|v| Some(v.network?.vehicles)).unwrap_or(0.0),
+        first.advised,
+        first.of
+    )
 }
 
 /// What is said of a row in which cars collided.
@@ -131,7 +164,8 @@ fn words(row: &EvaluationRow) -> String {
 pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Value {
     let row = |row: &EvaluationRow| {
         json!({
-            "advised_vehicles": plan.advised_by(&row.case), "policy": row.case.policy, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
+            "advised_vehicles": row.verdicts.iter().map(|verdict| advised_in(plan, row, verdict)).max(), "advised_share": plan.share_advised_by(&row.case),
+            "ignores_advice": row.case.ignores_advice, "policy": if row.case.ignores_advice { row.case.label() } else { row.case.policy.clone() }, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
             "mean_speed_mps": estimate(row, MEASURES[0].1), "rings": row.verdicts,
         })
     };
@@ -139,7 +173,7 @@ pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
         "engine": plan.engine.to_string(),
         "resolved": plan.resolved.iter().filter_map(|r| Some(json!({ "name": r.name, "why": r.why.as_ref()? }))).collect::<Vec<_>>(),
-        "aim_mps": plan.settings.aim_or_automatic_mps(),
+        "aim_mps": if plan.is_on_network { plan.settings.aim_mps } else { plan.settings.aim_or_automatic_mps() },
         "config": config,
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
     })
@@ -202,7 +236,7 @@ fn key(row: &EvaluationRow, plan: &EvaluationPlan) -> String {
 fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
     let names: Vec<&str> = MEASURES.iter().map(|m| m.0).collect();
     let mut text = format!(
-        "policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,{},advised_vehicles\n",
+        "policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
         names.join(",")
     );
     for row in rows {
@@ -211,12 +245,13 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
                 MEASURES.iter().map(|(_, of)| of(verdict).map_or(String::new(), |x| x.to_string())).collect();
             let _ = writeln!(
                 text,
-                "{},{},{ring},0,{},{},{}",
+                "{},{},{ring},0,{},{},{},{}",
                 key(row, plan),
                 config.seed,
                 config.ring.horizon_s,
                 values.join(","),
-                plan.advised_by(&row.case)
+                advised_in(plan, row, verdict),
+                plan.share_advised_by(&row.case)
             );
         }
     }
@@ -226,7 +261,7 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
 fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
     let names: Vec<String> = MEASURES.iter().map(|(m, _)| format!("{m},{m}_low,{m}_high")).collect();
     let mut text = format!(
-        "policy,hold_s,driver,engine,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles\n",
+        "policy,hold_s,driver,engine,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
         names.join(",")
     );
     for row in rows {
@@ -235,15 +270,18 @@ fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRo
             .map(|(_, of)| estimate(row, *of).map_or(",,".into(), |e| format!("{},{},{}", e.mean, e.low, e.high)))
             .collect();
         let calm = row.verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count();
+        let sum: u32 = row.verdicts.iter().map(|verdict| advised_in(plan, row, verdict)).sum();
+        let advised = f64::from(sum) / row.verdicts.len().max(1) as f64;
         let _ = writeln!(
             text,
-            "{},{},{},{calm},0,{},{},{}",
+            "{},{},{},{calm},0,{},{},{},{}",
             key(row, plan),
             config.seed,
             row.verdicts.len(),
             config.ring.horizon_s,
             values.join(","),
-            plan.advised_by(&row.case)
+            advised,
+            plan.share_advised_by(&row.case)
         );
     }
     text
@@ -266,8 +304,10 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     }
     if plan.advised.is_some() {
         let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash)
-            + "\n0 %: every car is the traffic's own; the others are driven by simulated drivers and advised one by one";
-        let text = figures::against_share(&by_share(plan, rows), plan.settings.equilibrium_mps, &note);
+            + "\n0 %: every car is the traffic's own; the others are driven by simulated drivers and advised one by one, or ignore the advice"
+            + &outflows(plan, rows);
+        let even_mps = (!plan.is_on_network).then_some(plan.settings.equilibrium_mps);
+        let text = figures::against_share(&by_share(plan, rows), even_mps, &note);
         out.push(("speed-against-share.svg".into(), text));
     }
     if plan.engine != Engine::FastRing {
@@ -317,8 +357,9 @@ fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
         Engine::FastRing => format!("{} m", span(config.ring.circumference_min_m, config.ring.circumference_max_m)),
         Engine::Traffic(engine) => format!("{} on {engine}", plan.map),
     };
+    let cars = if plan.is_on_network { "vehicles that come and go".into() } else { cars + " cars" };
     format!(
-        "{cars} cars on {length}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by \
+        "{cars} on {length}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by \
          bootstrap",
         plan.rings, config.seed, config.ring.horizon_s, config.ring.warm_up_s
     )
@@ -340,12 +381,25 @@ fn by_hold(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series
 /// Over the share of advised vehicles, percent.
 fn by_share(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series> {
     let name = |row: &EvaluationRow| {
+        if row.case.ignores_advice {
+            return row.case.label();
+        }
         let hold = (plan.holds_s.len() > 1).then(|| format!(", hold {} s", row.case.hold_s));
         let driver = (plan.drivers.len() > 1).then(|| format!(", {}", row.case.driver.label()));
         row.case.label() + &hold.unwrap_or_default() + &driver.unwrap_or_default()
     };
-    let share = |row: &EvaluationRow| 100.0 * f64::from(plan.advised_by(&row.case)) / f64::from(plan.vehicles);
-    series(plan, rows, name, share)
+    series(plan, rows, name, |row| 100.0 * plan.share_advised_by(&row.case))
+}
+
+/// How many left a network in an hour, for the foot of a figure: a high speed of few vehicles is no gain. Nothing on a ring.
+fn outflows(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
+    let of_row = |row: &EvaluationRow| {
+        let out = estimate(row, |v| Some(v.network?.outflow_per_h))?;
+        let (label, share) = (row.case.label(), 100.0 * plan.share_advised_by(&row.case));
+        Some(format!("{label} {share:.0} %: {:.0}", out.mean))
+    };
+    let rows: Vec<String> = rows.iter().filter_map(of_row).collect();
+    if rows.is_empty() { String::new() } else { format!("\nvehicles that left, 1/h: {}", rows.join(", ")) }
 }
 
 /// A line for each name, with its points from left to right as they come.
@@ -362,7 +416,8 @@ fn series(
         match series.iter_mut().find(|s| s.name == name) {
             Some(s) => s.points.push(point),
             None => {
-                let policy = plan.policies.iter().position(|p| *p == row.case.policy).unwrap_or(0);
+                let of_policies = plan.policies.iter().position(|p| *p == row.case.policy).unwrap_or(0);
+                let policy = if row.case.ignores_advice { plan.policies.len() } else { of_policies };
                 let driver = plan.drivers.iter().position(|d| *d == row.case.driver).unwrap_or(0);
                 series.push(figures::Series { name, look: [policy, driver], points: vec![point] });
             }

@@ -24,12 +24,12 @@ fn network(name: &str) -> Arc<Network> {
 }
 
 #[test]
-fn shipped_maps_are_closed_routes_alone_and_networks_with_anything_else_are_not() {
+fn shipped_maps_but_the_merge_are_closed_routes_alone_and_networks_with_anything_else_are_not() {
     let shipped = crate::map::list();
     assert!(shipped.len() >= 3, "the maps of maps/");
     for info in shipped.iter().filter(|info| crate::map::SHIPPED.contains(&info.name.as_str())) {
         let map = RoadMap::load(&info.name).expect("a shipped map loads");
-        assert!(is_closed_route_alone(&map.network), "{}", info.name);
+        assert_eq!(is_closed_route_alone(&map.network), info.name != "merge", "{}", info.name);
     }
     assert!(is_closed_route_alone(&Network::default()));
     for name in ["figure-eight", "grid-signals", "hill", "one-way", "ramps", "roundabout", "spider", "town", "track"] {

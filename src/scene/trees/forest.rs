@@ -192,6 +192,8 @@ mod tests {
         let shipped = crate::map::list();
         assert!(shipped.len() >= 3, "the maps of maps/");
         let shipped = shipped.iter().map(|info| RoadMap::load(&info.name).expect("a shipped map loads"));
+        // Those of networks stand by another rule (scene::network).
+        let shipped = shipped.filter(|map| map.route.is_closed());
         for map in shipped.chain([ring(250.0), circuit()]) {
             for seed in [1, 2] {
                 let stage = StaticScene::build(&map, seed);

@@ -15,16 +15,16 @@ const MEASURES: [(&str, CellMeasure); 15] = [
     ("sd_in_time_mps", |r| Some(r.sd_in_time_mps)),
     ("fuel_l_100km", |r| r.fuel_l_100km),
     ("throughput_per_h", |r| Some(r.throughput_per_h)),
-    ("stops_per_km", |r| Some(r.conflicts.stops_per_km)),
-    ("hard_brakings_per_km", |r| Some(r.conflicts.hard_brakings_per_km)),
+    ("stops_per_km", |r| Some(r.conflicts?.stops_per_km)),
+    ("hard_brakings_per_km", |r| Some(r.conflicts?.hard_brakings_per_km)),
     ("least_gap_m", |r| Some(r.least_gap_m)),
-    ("least_ttc_s", |r| r.conflicts.least_ttc_s),
-    ("most_drac_mps2", |r| Some(r.conflicts.most_drac_mps2)),
-    ("near_misses", |r| Some(f64::from(r.conflicts.near_misses))),
+    ("least_ttc_s", |r| r.conflicts?.least_ttc_s),
+    ("most_drac_mps2", |r| Some(r.conflicts?.most_drac_mps2)),
+    ("near_misses", |r| Some(f64::from(r.conflicts?.near_misses))),
     ("in_range", |r| r.in_range),
-    ("advice_share", |r| r.conflicts.advice_share),
-    ("distance_share", |r| r.conflicts.distance_share),
-    ("guard_share", |r| r.conflicts.guard_share),
+    ("advice_share", |r| r.conflicts?.advice_share),
+    ("distance_share", |r| r.conflicts?.distance_share),
+    ("guard_share", |r| r.conflicts?.guard_share),
 ];
 
 /// Over the lines of a driver.
@@ -96,9 +96,9 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
     let number = |of: CellMeasure, digits: usize| cell.mean(of).map_or("-".into(), |x| format!("{x:.digits$}"));
     let percent = |of: CellMeasure| cell.mean(of).map(|x| x * 100.0);
     let shares = [
-        percent(|r| r.conflicts.advice_share),
-        percent(|r| r.conflicts.distance_share),
-        percent(|r| r.conflicts.guard_share),
+        percent(|r| r.conflicts?.advice_share),
+        percent(|r| r.conflicts?.distance_share),
+        percent(|r| r.conflicts?.guard_share),
     ];
     let words: Vec<String> = shares.iter().map(|share| share.map_or("-".into(), |x| format!("{x:.0}"))).collect();
     let made_by = match shares {
@@ -106,15 +106,15 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
         [_, Some(distance), _] if distance > 100.0 * MADE_BY_ANOTHER => " D",
         _ => "",
     };
-    let least_ttc_s = cell.results.iter().flatten().filter_map(|r| r.conflicts.least_ttc_s).reduce(f64::min);
+    let least_ttc_s = cell.results.iter().flatten().filter_map(|r| r.conflicts?.least_ttc_s).reduce(f64::min);
     let [crashed, driven] = cell.crashes();
     let mean = format!("{:.3} ± {:.3}", speed.mean, (speed.high - speed.low) / 2.0);
     let cells = [
         format!("{:<34} {mean:<15} {gain:<16}", format!("{}{made_by}", result.benchmark.rows[cell.row].name)),
         format!("{:>5}", cell.worst_mps().map_or("-".into(), |x| format!("{x:.2}"))),
         format!("{:>7}", number(|r| Some(r.sd_in_time_mps), 2)),
-        format!("{:>5}", number(|r| Some(r.conflicts.stops_per_km), 1)),
-        format!("{:>4}", number(|r| Some(r.conflicts.hard_brakings_per_km), 2)),
+        format!("{:>5}", number(|r| Some(r.conflicts?.stops_per_km), 1)),
+        format!("{:>4}", number(|r| Some(r.conflicts?.hard_brakings_per_km), 2)),
         format!("{:>5}", least_ttc_s.map_or("-".into(), |s| format!("{s:.2}"))),
         format!("{:>8}", percent(|r| r.in_range).map_or("-".into(), |x| format!("{x:.0} %"))),
         format!("{:>7}", words.join("/")),
