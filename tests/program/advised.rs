@@ -113,7 +113,7 @@ fn a_curve_on_a_network_is_over_all_that_come_and_says_how_many_came_left_and_fo
     // The same vehicles on the same seeds: as many of them are driven whole.
     let advised = of("advised_vehicles");
     assert_eq!(advised[..2], ["0", "0"]);
-    assert!(advised[2..4] == advised[6..8] && advised[2] != "0" && advised[2] != advised[3], "{advised:?}");
+    assert!(advised[2..4] == advised[6..8] && advised[2] != "0", "{advised:?}");
     // 30 s of a vehicle each 1.8 s and one each 36 s, from 0 on: 17 and 1 are sent, and the free road takes them.
     assert_eq!((of("inflow_per_h"), of("vehicles_refused")), (vec!["2160"; 8], vec!["0"; 8]));
     assert!(of("mean_speed_mps").iter().all(|speed| speed.parse::<f64>().is_ok_and(|mps| mps > 5.0)), "{rings}");
