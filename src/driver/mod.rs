@@ -135,13 +135,26 @@ impl SimulatedDriver {
 
     /// The lane of `route` as seen from the car; `near_s_m` is where the car is thought to be on it.
     pub fn look(&self, route: &Route, ego: &EgoState, near_s_m: Option<f64>) -> LaneView {
+        self.look_beside(route, ego, near_s_m, |_| 0.0)
+    }
+
+    /// The same of a line that runs `beside_m` to the left of the route's at a place of it, metres.
+    pub fn look_beside(
+        &self,
+        route: &Route,
+        ego: &EgoState,
+        near_s_m: Option<f64>,
+        beside_m: impl Fn(f64) -> f64,
+    ) -> LaneView {
         let pose = ego.pose();
         let rear = pose.position + pose.forward() * self.rear_axle_m;
         let here = route.project(rear, near_s_m);
         let ahead_m = steering::preview_m(&self.params, ego.speed_mps);
-        let to_aim = route.point_at(here.s_m + ahead_m) - rear;
+        let aim_s_m = here.s_m + ahead_m;
+        let to_line = DVec2::from_angle(route.yaw_at(aim_s_m)).perp() * beside_m(aim_s_m);
+        let to_aim = route.point_at(aim_s_m) + to_line - rear;
         LaneView {
-            offset_m: here.offset_m,
+            offset_m: here.offset_m - beside_m(here.s_m),
             heading_error_rad: wrap_angle(pose.yaw_rad - route.yaw_at(here.s_m)),
             aim: dvec2(to_aim.dot(pose.forward()), to_aim.dot(pose.left())),
             bend_speed_mps: bend_speed_mps(&self.params, route, here.s_m, ego.speed_mps),

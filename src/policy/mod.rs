@@ -44,7 +44,7 @@ pub use open_loop::{ConstantSpeed, TwoPhase};
 pub use parameters::{Order, Parameter, SearchScale};
 pub use pi_saturation::{PiParameters, PiSaturation};
 pub use replayed::ReplayedAdvice;
-pub use road_ahead::{FAR_M, Follower, RoadAhead, RoadKind, SignalAhead};
+pub use road_ahead::{FAR_M, LaneBeside, LanesBeside, NearVehicle, RoadAhead, RoadKind, SignalAhead};
 
 use crate::{
     data_folders,

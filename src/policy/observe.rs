@@ -2,7 +2,7 @@
 //! [`Observation`], SI. Out: one number for each [`NetworkInput`], usually of about -1 to 1. HC22's four are own speed,
 //! leader's speed, gap and circumference, scaled as docs/references.md: learning lists them.
 
-use super::{FAR_M, Observation, identification::MOST_LATENTS};
+use super::{FAR_M, LaneBeside, NearVehicle, Observation, identification::MOST_LATENTS};
 use crate::space::CAR_LENGTH_M;
 use serde::{Deserialize, Serialize};
 
@@ -40,10 +40,35 @@ pub enum Feature {
     FollowerGap,
     /// Follower's speed, m/s; the own without one.
     FollowerSpeed,
+    /// Own front bumper to the rear bumper of the next vehicle ahead in the lane to the left, metres, below 0 side by side; [`FAR_M`]
+    /// without one, 0 where there is no such lane.
+    LeftLeaderGap,
+    /// Speed of that vehicle, m/s; the own without one.
+    LeftLeaderSpeed,
+    /// Front bumper of the next vehicle behind in the lane to the left to the own rear bumper, metres, as [`Feature::LeftLeaderGap`].
+    LeftFollowerGap,
+    /// Speed of that vehicle, m/s; the own without one.
+    LeftFollowerSpeed,
+    /// Own front bumper to the rear bumper of the next vehicle ahead in the lane to the right, metres, below 0 side by side; [`FAR_M`]
+    /// without one, 0 where there is no such lane.
+    RightLeaderGap,
+    /// Speed of that vehicle, m/s; the own without one.
+    RightLeaderSpeed,
+    /// Front bumper of the next vehicle behind in the lane to the right to the own rear bumper, metres, as [`Feature::RightLeaderGap`].
+    RightFollowerGap,
+    /// Speed of that vehicle, m/s; the own without one.
+    RightFollowerSpeed,
     /// Own front bumper to the line of the next signal of the path, metres; [`FAR_M`] without one.
     SignalDistance,
     /// 1 where the next signal shows green, or where there is none; 0 where it does not.
     SignalGreen,
+    /// Own front bumper to the next line of the path where others go first, metres, behind a green that yields too; [`FAR_M`] without one.
+    YieldDistance,
+    /// Own front bumper to the next line of a stop sign, metres; [`FAR_M`] without one.
+    StopDistance,
+    /// Own front bumper to the end of the next edge on which the path changes lanes, as before an exit, metres; [`FAR_M`] where it changes none
+    /// any more.
+    LaneEndDistance,
     /// Way to the end of the path, metres.
     PathLeft,
     /// Speed of the controller that the policy corrects, m/s.
@@ -73,7 +98,7 @@ pub enum Feature {
 }
 
 /// All features, as a training's configuration names them.
-pub const FEATURES: [Feature; 26] = [
+pub const FEATURES: [Feature; 37] = [
     Feature::Speed,
     Feature::LeaderSpeed,
     Feature::RelativeSpeed,
@@ -87,8 +112,19 @@ pub const FEATURES: [Feature; 26] = [
     Feature::BendAhead,
     Feature::FollowerGap,
     Feature::FollowerSpeed,
+    Feature::LeftLeaderGap,
+    Feature::LeftLeaderSpeed,
+    Feature::LeftFollowerGap,
+    Feature::LeftFollowerSpeed,
+    Feature::RightLeaderGap,
+    Feature::RightLeaderSpeed,
+    Feature::RightFollowerGap,
+    Feature::RightFollowerSpeed,
     Feature::SignalDistance,
     Feature::SignalGreen,
+    Feature::YieldDistance,
+    Feature::StopDistance,
+    Feature::LaneEndDistance,
     Feature::PathLeft,
     Feature::ControllerSpeed,
     Feature::Reaction,
@@ -122,8 +158,19 @@ impl Feature {
             Self::BendAhead => "bend_ahead",
             Self::FollowerGap => "follower_gap",
             Self::FollowerSpeed => "follower_speed",
+            Self::LeftLeaderGap => "left_leader_gap",
+            Self::LeftLeaderSpeed => "left_leader_speed",
+            Self::LeftFollowerGap => "left_follower_gap",
+            Self::LeftFollowerSpeed => "left_follower_speed",
+            Self::RightLeaderGap => "right_leader_gap",
+            Self::RightLeaderSpeed => "right_leader_speed",
+            Self::RightFollowerGap => "right_follower_gap",
+            Self::RightFollowerSpeed => "right_follower_speed",
             Self::SignalDistance => "signal_distance",
             Self::SignalGreen => "signal_green",
+            Self::YieldDistance => "yield_distance",
+            Self::StopDistance => "stop_distance",
+            Self::LaneEndDistance => "lane_end_distance",
             Self::PathLeft => "path_left",
             Self::ControllerSpeed => "controller_speed",
             Self::Reaction => "reaction",
@@ -169,8 +216,19 @@ impl Feature {
             Self::BendAhead => o.road.bend_per_m,
             Self::FollowerGap => o.road.follower.map_or(FAR_M, |follower| follower.gap_m),
             Self::FollowerSpeed => o.road.follower.map_or(o.speed_mps, |follower| follower.speed_mps),
+            Self::LeftLeaderGap => gap_beside_m(o.road.left, |lane| lane.leader),
+            Self::LeftLeaderSpeed => speed_beside_mps(o, o.road.left, |lane| lane.leader),
+            Self::LeftFollowerGap => gap_beside_m(o.road.left, |lane| lane.follower),
+            Self::LeftFollowerSpeed => speed_beside_mps(o, o.road.left, |lane| lane.follower),
+            Self::RightLeaderGap => gap_beside_m(o.road.right, |lane| lane.leader),
+            Self::RightLeaderSpeed => speed_beside_mps(o, o.road.right, |lane| lane.leader),
+            Self::RightFollowerGap => gap_beside_m(o.road.right, |lane| lane.follower),
+            Self::RightFollowerSpeed => speed_beside_mps(o, o.road.right, |lane| lane.follower),
             Self::SignalDistance => o.road.signal.map_or(FAR_M, |signal| signal.distance_m),
             Self::SignalGreen => f64::from(u8::from(o.road.signal.is_none_or(|signal| signal.is_green))),
+            Self::YieldDistance => o.road.yield_line_m.unwrap_or(FAR_M),
+            Self::StopDistance => o.road.stop_line_m.unwrap_or(FAR_M),
+            Self::LaneEndDistance => o.road.lane_end_m.unwrap_or(FAR_M),
             Self::PathLeft => o.road.path_left_m.unwrap_or(FAR_M),
             Self::ControllerSpeed => o.corrected_mps.unwrap_or(o.speed_mps),
             Self::Reaction => o.driver.unwrap_or_default().reaction_s,
@@ -184,6 +242,16 @@ impl Feature {
             Self::Latent4 => o.latents[3],
         }
     }
+}
+
+/// The gap to a vehicle in a lane beside; nobody has room where there is no lane.
+fn gap_beside_m(lane: Option<LaneBeside>, who: fn(LaneBeside) -> Option<NearVehicle>) -> f64 {
+    lane.map_or(0.0, |lane| who(lane).map_or(FAR_M, |vehicle| vehicle.gap_m))
+}
+
+/// The speed of that vehicle; the own without one.
+fn speed_beside_mps(o: &Observation, lane: Option<LaneBeside>, who: fn(LaneBeside) -> Option<NearVehicle>) -> f64 {
+    lane.and_then(who).map_or(o.speed_mps, |vehicle| vehicle.speed_mps)
 }
 
 /// One number that a network sees.
@@ -261,7 +329,7 @@ impl MeanSpeed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::policy::{DriverTraits, Follower, RoadAhead, SignalAhead};
+    use crate::policy::{DriverTraits, RoadAhead, SignalAhead};
 
     #[test]
     fn the_default_is_the_scaling_of_the_field() {
@@ -294,13 +362,26 @@ mod tests {
             road: RoadAhead {
                 speed_limit_mps: 13.9,
                 bend_per_m: -0.02,
-                follower: Some(Follower { gap_m: 8.0, speed_mps: 3.3 }),
+                follower: Some(NearVehicle { gap_m: 8.0, speed_mps: 3.3 }),
+                left: Some(LaneBeside {
+                    leader: Some(NearVehicle { gap_m: -2.0, speed_mps: 3.6 }),
+                    follower: Some(NearVehicle { gap_m: 21.0, speed_mps: 3.7 }),
+                }),
+                right: Some(LaneBeside {
+                    leader: Some(NearVehicle { gap_m: 22.0, speed_mps: 3.8 }),
+                    follower: Some(NearVehicle { gap_m: 23.0, speed_mps: 3.9 }),
+                }),
                 signal: Some(SignalAhead { distance_m: 80.0, is_green: false }),
+                yield_line_m: Some(81.0),
+                stop_line_m: Some(82.0),
+                lane_end_m: Some(83.0),
                 path_left_m: Some(400.0),
             },
         };
         let of_traffic = [3.0, 4.5, 1.5, 7.0, 12.0, 250.0, 12.5, 2.5, 10.0_f64.ln()];
-        let of_traffic = [&of_traffic[..], &[13.9, -0.02, 8.0, 3.3, 80.0, 0.0, 400.0, 3.5]].concat();
+        let beside = [-2.0, 3.6, 21.0, 3.7, 22.0, 3.8, 23.0, 3.9];
+        let of_traffic =
+            [&of_traffic[..], &[13.9, -0.02, 8.0, 3.3], &beside, &[80.0, 0.0, 81.0, 82.0, 83.0, 400.0, 3.5]].concat();
         let expected = [&of_traffic[..], &[1.2, -0.5, 0.4, 1.1, 0.8, 0.3, -1.3, 0.7, 2.1]].concat();
         assert_eq!(FEATURES.len(), expected.len());
         for (feature, expected) in FEATURES.into_iter().zip(expected) {
@@ -312,6 +393,16 @@ mod tests {
         let alone = Observation { speed_mps: 3.0, ..Observation::default() };
         let road = [Feature::FollowerGap, Feature::FollowerSpeed, Feature::SignalDistance, Feature::SignalGreen];
         assert_eq!(road.map(|feature| feature.of(&alone)), [1000.0, 3.0, 1000.0, 1.0]);
+        let lines = [Feature::YieldDistance, Feature::StopDistance, Feature::LaneEndDistance];
+        assert_eq!(lines.map(|feature| feature.of(&alone)), [1000.0; 3]);
+        // Beside it an empty lane, and none.
+        let left = Some(LaneBeside::default());
+        let beside = Observation { road: RoadAhead { left, ..alone.road }, ..alone };
+        let gaps =
+            [Feature::LeftLeaderGap, Feature::LeftFollowerGap, Feature::RightLeaderGap, Feature::RightFollowerGap];
+        assert_eq!(gaps.map(|feature| feature.of(&beside)), [1000.0, 1000.0, 0.0, 0.0]);
+        let speeds = [Feature::LeftLeaderSpeed, Feature::RightFollowerSpeed];
+        assert_eq!(speeds.map(|feature| feature.of(&beside)), [3.0; 2]);
     }
 
     #[test]

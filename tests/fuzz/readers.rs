@@ -163,7 +163,18 @@ const MOMENT: Observation = Observation {
     driver: None,
     latents: [0.0; 4],
     corrected_mps: None,
-    road: RoadAhead { speed_limit_mps: 8.0, bend_per_m: 0.0, follower: None, signal: None, path_left_m: None },
+    road: RoadAhead {
+        speed_limit_mps: 8.0,
+        bend_per_m: 0.0,
+        follower: None,
+        left: None,
+        right: None,
+        signal: None,
+        yield_line_m: None,
+        stop_line_m: None,
+        lane_end_m: None,
+        path_left_m: None,
+    },
 };
 
 /// All readers. Files that a reader wants on the disk go into `folder`.

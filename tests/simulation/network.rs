@@ -16,21 +16,21 @@ use codrive::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+pub(super) const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 const HILL: &str = "tests/data/networks/hill.net.xml";
 
 /// Flows across the grid, 2,400 vehicles an hour together.
-fn flows() -> Demand {
+pub(super) fn flows() -> Demand {
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 600.0, mix: Vec::new() };
     let flows = vec![flow("A0B0", "B2C2"), flow("C2C1", "A1A0"), flow("A2A1", "C0B0"), flow("B0B1", "B1B2")];
     Demand { files: Vec::new(), flows }
 }
 
-fn scenario(path: &str, demand: Demand) -> Scenario {
+pub(super) fn scenario(path: &str, demand: Demand) -> Scenario {
     Scenario { map: GRID.into(), path: path.into(), demand, duration_s: 120.0, ..Scenario::default() }
 }
 
-fn driver(world: &World) -> SimulatedDriver {
+pub(super) fn driver(world: &World) -> SimulatedDriver {
     let params = preset(&world.scenario().driver).expect("a driver");
     SimulatedDriver::new(&params, world.ego_params(), world.scenario().seed).expect("a driver")
 }
@@ -207,7 +207,7 @@ fn what_cannot_be_driven_is_refused_with_what_where_and_the_remedy() {
 }
 
 /// The file of a policy that sees one feature from `from` to `to` and advises between 2 and 8 m/s.
-fn policy_that_sees(folder: &std::path::Path, feature: &str, from: f64, to: f64) -> String {
+pub(super) fn policy_that_sees(folder: &std::path::Path, feature: &str, from: f64, to: f64) -> String {
     let file = folder.join(format!("{feature}.toml"));
     let text = format!(
         "format = \"codrive policy 2\"\naction = \"speed\"\nlimits = [2.0, 8.0]\nspeed_change_mps = 0.0\nlevels = 0\n\

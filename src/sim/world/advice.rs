@@ -1,7 +1,7 @@
 //! The policy of a drive and when its advice appears. In: what it observes, when the traffic is asked for a step. Out: the
 //! advice, when that step begins; and the speeds that the drive is about. m/s.
 
-use super::{WorldError, sham};
+use super::{WorldError, lane_beside::lanes_beside, sham};
 use crate::{
     idm::IdmParams,
     map::{RoadMap, Route},
@@ -40,7 +40,7 @@ impl AdviceSource {
     pub fn new(scenario: &Scenario, map: &RoadMap) -> Result<Self, WorldError> {
         let settings = policy_settings(scenario, &map.route);
         let resolved = resolve(scenario, map);
-        let source = Arc::new(read(&resolved.name, scenario, &settings)?);
+        let source = Arc::new(read(&resolved.name, scenario, map, &settings)?);
         let policy = source.engage();
         if policy.as_deref().is_some_and(Policy::must_be_told_who_drives) {
             return Err(PolicyError::MustBeTold { name: resolved.name }.into());
@@ -118,7 +118,7 @@ fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
 }
 
 /// The policy of this name, if the road of the scenario has what it needs.
-fn read(name: &str, scenario: &Scenario, settings: &PolicySettings) -> Result<PolicySource, WorldError> {
+fn read(name: &str, scenario: &Scenario, map: &RoadMap, settings: &PolicySettings) -> Result<PolicySource, WorldError> {
     let source = PolicySource::read(name, settings)?;
     if !scenario.is_on_network() {
         return match source.lacks(RoadKind::ClosedRoute) {
@@ -129,7 +129,7 @@ fn read(name: &str, scenario: &Scenario, settings: &PolicySettings) -> Result<Po
     // By their names alone they take the aim of an even ring.
     let aims = matches!(name, "constant" | "follower-stopper" | "linear-feedback") && scenario.policy_speed_mps <= 0.0;
     let aim = || aims.then(|| "aims for the speed at which an even ring flows".to_owned());
-    match source.lacks(RoadKind::Network).or_else(aim) {
+    match source.lacks(RoadKind::Network(lanes_beside(map))).or_else(aim) {
         Some(why) => Err(WorldError::PolicyNeedsRing { policy: name.into(), why }),
         None => Ok(source),
     }

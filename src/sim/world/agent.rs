@@ -308,7 +308,7 @@ impl Agent {
             self.events.extend(self.lane.watch(&self.view, &self.map.route));
             return;
         };
-        network.look_around(&self.view, &self.map);
+        network.look_around(&mut self.view, &self.map);
         let under = network.ground(&self.map, &self.view).surface(ego.position);
         self.events.extend(self.lane.watch_network(&self.view, under == GroundSurface::Asphalt));
         // What is beyond the end of its path is no matter of the drive.

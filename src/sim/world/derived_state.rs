@@ -4,7 +4,7 @@
 use crate::{
     controls::Indicator,
     map::{Route, RoutePosition, network::SignalStates},
-    policy::Follower,
+    policy::NearVehicle,
     sim::{
         Event, EventKind, Snapshot,
         snapshot::{Leader, VehicleSnapshot},
@@ -70,13 +70,13 @@ pub(super) fn look_at_all(snapshot: &mut Snapshot) {
 }
 
 /// Who drives behind the ego on its route.
-pub(super) fn follower(snapshot: &Snapshot, route: &Route) -> Option<Follower> {
+pub(super) fn follower(snapshot: &Snapshot, route: &Route) -> Option<NearVehicle> {
     // `ahead` is below a whole turn on closed routes, and negative behind the ego on open ones.
     let behind_m =
         |s_m: f64| if route.is_closed() { route.ahead(s_m, snapshot.ego_s_m) } else { snapshot.ego_s_m - s_m };
     let behind = snapshot.cars.iter().filter_map(|car| Some((behind_m(car.s_m?), car.speed_mps)));
     let nearest = behind.filter(|(behind_m, _)| *behind_m > 0.0).min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map(|(behind_m, speed_mps)| Follower { gap_m: behind_m - CAR_LENGTH_M, speed_mps })
+    nearest.map(|(behind_m, speed_mps)| NearVehicle { gap_m: behind_m - CAR_LENGTH_M, speed_mps })
 }
 
 /// Of a vehicle whose front has left the ego's route while its tail still stands in it: the gap to its tail, metres, and its speed

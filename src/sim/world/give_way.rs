@@ -146,6 +146,17 @@ impl GiveWay {
         (is_near && waits()).then_some(ahead_m)
     }
 
+    /// Way from the ego's front bumper to the next line of the path, metres: at which one stops for the line's own sake, or of those at which
+    /// one only yields. While the signal of its way shows green with priority a line is none.
+    pub fn line_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, stops: bool) -> Option<f64> {
+        let counts = |line: &&YieldLine| {
+            let own = own_light(line, snapshot);
+            own != Some(SignalLight::GreenMajor) && (line.stop != StopRule::None && own.is_none()) == stops
+        };
+        let ahead = self.lines.iter().filter(counts).map(|line| map.route.ahead(snapshot.ego_s_m, line.s_m));
+        ahead.filter(|ahead_m| *ahead_m >= 0.0).min_by(f64::total_cmp)
+    }
+
     /// True if the ego must not cross a line now.
     fn must_wait(&self, line: &YieldLine, ahead_m: f64, snapshot: &Snapshot, pace: &OwnPace) -> bool {
         let own = own_light(line, snapshot);

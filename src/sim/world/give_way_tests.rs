@@ -179,3 +179,11 @@ fn a_driver_is_told_of_a_line_in_time_to_brake_for_it() {
     // Beyond the line there is none.
     assert!(told(2.0, 0.0) && !told(-0.1, 0.0));
 }
+
+#[test]
+fn the_next_line_is_told_apart_by_whether_one_stops_there_in_any_case() {
+    let ahead = |case: &Case| [false, true].map(|stops| case.give_way.line_ahead_m(&case.snapshot, &case.map, stops));
+    assert_eq!(ahead(&Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], 40.0)), [Some(40.0), None]);
+    assert_eq!(ahead(&Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], -0.1)), [None, None], "behind the ego");
+    assert_eq!(ahead(&Case::new(TOWN, &["cn", "nne"], 30.0)), [None, Some(30.0)], "all stop at n");
+}

@@ -1,7 +1,7 @@
 //! What a drive on a network knows beside the ego's route. In: the map and the snapshot. Out: the ego's lane, the ground under it, the line at
 //! a signal, or where others go first, where it has to stop, whether it is at the end of its path. Metres, m/s.
 
-use super::{give_way::GiveWay, path_lanes::PathLanes, turns::Turns};
+use super::{gap_acceptance::LaneChanging, give_way::GiveWay, path_lanes::PathLanes, turns::Turns};
 use crate::{
     controls::Indicator,
     driver::DriverParams,
@@ -26,6 +26,7 @@ const SIGNAL_AHEAD_M: f64 = 300.0;
 pub(super) struct NetworkView {
     lanes: PathLanes,
     give_way: GiveWay,
+    changing: LaneChanging,
     turns: Turns,
     /// The ego is on the last edge of its path, or was there until its front came to the end.
     is_on_last: bool,
@@ -36,7 +37,14 @@ impl NetworkView {
     pub fn new(map: &RoadMap) -> Self {
         let lanes = PathLanes::new(map);
         let give_way = GiveWay::new(lanes.yield_lines(map));
-        Self { give_way, turns: lanes.turns(map), lanes, is_on_last: false }
+        let changes = lanes.lane_changes(map);
+        Self {
+            give_way,
+            turns: lanes.turns(map, &changes),
+            changing: LaneChanging::new(changes),
+            lanes,
+            is_on_last: false,
+        }
     }
 
     /// Notes in the snapshot in which lane the ego's front is.
@@ -50,8 +58,9 @@ impl NetworkView {
         self.is_on_last = is_on_last || (self.is_on_last && !has_left);
     }
 
-    /// Notes how the ego stands at the next line.
-    pub fn look_around(&mut self, snapshot: &Snapshot, map: &RoadMap) {
+    /// Notes how the ego stands at the next line, and how far it is with a change of lanes; the leader there is that in its own lane.
+    pub fn look_around(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
+        self.changing.update(snapshot, map);
         self.give_way.update(snapshot, map);
     }
 
@@ -78,12 +87,13 @@ impl NetworkView {
         NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m) }
     }
 
-    /// Way from the ego's front bumper to the nearest line of its path that must not be crossed now, metres: a signal's, or one where others
-    /// go first before this driver.
+    /// Way from the ego's front bumper to the nearest line of its path that must not be crossed now, metres: a signal's, one where others
+    /// go first before this driver, or the last place to change lanes from while there is no gap.
     pub fn stop_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, driver: &DriverParams) -> Option<f64> {
         let signal_m = self.signal_ahead_m(snapshot, map);
         let yield_m = self.give_way.must_yield_ahead_m(snapshot, map, driver);
-        [signal_m, yield_m].into_iter().flatten().min_by(f64::total_cmp)
+        let change_m = self.changing.wait_ahead_m(snapshot, driver);
+        [signal_m, yield_m, change_m].into_iter().flatten().min_by(f64::total_cmp)
     }
 
     /// Way from the ego's front bumper to the line of the next signal of its path, if that must not be crossed now, metres.
@@ -106,7 +116,7 @@ impl NetworkView {
 
     /// The side to which a driver on the path indicates now.
     pub fn indicator(&self, snapshot: &Snapshot, map: &RoadMap) -> Indicator {
-        self.turns.indicator_at(map, snapshot.ego_s_m)
+        self.turns.indicator_at(map, snapshot.ego_s_m, self.changing.over_s_m())
     }
 
     /// The next signal of the ego's path, however far; one that is off is none.
@@ -118,6 +128,22 @@ impl NetworkView {
         }
         let is_green = matches!(light, SignalLight::GreenMinor | SignalLight::GreenMajor);
         Some(SignalAhead { distance_m, is_green })
+    }
+
+    /// Way from the ego's front bumper to the next line where others go first, metres; only those at which one stops in any case, or only the
+    /// others.
+    pub fn line_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, stops: bool) -> Option<f64> {
+        self.give_way.line_ahead_m(snapshot, map, stops)
+    }
+
+    /// Way from the ego's front bumper to the end of the next edge on which its path changes lanes, metres.
+    pub fn lane_end_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
+        self.changing.lane_end_ahead_m(snapshot, map)
+    }
+
+    /// How far to the left of the route's line the line is that a driver on the path follows at a place of it, metres.
+    pub fn beside_m(&self, map: &RoadMap, s_m: f64) -> f64 {
+        self.changing.beside_m(map, s_m)
     }
 
     /// True once the ego has come over the last edge of an open path to its end. Who crosses there on another way is not at it.

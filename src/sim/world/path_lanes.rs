@@ -5,6 +5,7 @@
 //! route if its front is less than half a lane beside the route's line.
 
 use super::{
+    lane_changes::{LaneChange, lane_changes},
     turns::Turns,
     yield_lines::{YieldLine, yield_lines},
 };
@@ -112,9 +113,14 @@ impl PathLanes {
         yield_lines(map, &self.lanes)
     }
 
-    /// The turns of the path.
-    pub fn turns(&self, map: &RoadMap) -> Turns {
-        Turns::new(map, &self.lanes)
+    /// Where the path changes lanes, in driving order.
+    pub fn lane_changes(&self, map: &RoadMap) -> Vec<LaneChange> {
+        lane_changes(map, &self.lanes)
+    }
+
+    /// The turns of the path, and its changes of lanes.
+    pub fn turns(&self, map: &RoadMap, changes: &[LaneChange]) -> Turns {
+        Turns::new(map, &self.lanes, changes)
     }
 
     /// The lanes that lead to the start of the route: those before it, and those before them.

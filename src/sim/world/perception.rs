@@ -1,10 +1,11 @@
 //! What those who act in a drive know of it. In: the world as it is seen from a vehicle. Out: the policy's [`Observation`], a simulated driver's
 //! [`Perception`], the lane as lane help sees it. Metres, m/s, radians.
 
-use super::{World, agent::Agent, derived_state};
+use super::{World, agent::Agent, derived_state, lane_beside::lane_beside};
 use crate::{
     controls::{Indicator, LaneHint},
     driver::{Perception, SeenLeader, SimulatedDriver},
+    map::network::Side,
     policy::{FAR_M, Observation, RoadAhead},
     space::{CAR_LENGTH_M, wrap_angle},
 };
@@ -51,12 +52,17 @@ impl Agent {
     fn road_ahead(&self) -> RoadAhead {
         let (route, snapshot) = (&self.map.route, &self.view);
         let ahead_m = snapshot.ego.speed_mps.max(0.0) * BEND_AHEAD_S;
-        let signal = self.network.as_ref().and_then(|network| network.next_signal(snapshot, &self.map));
+        let network = self.network.as_ref();
         RoadAhead {
             speed_limit_mps: route.speed_limit_mps(snapshot.ego_s_m),
             bend_per_m: route.curvature_at(snapshot.ego_s_m + ahead_m, LANE_HINT_SPAN_M),
             follower: derived_state::follower(snapshot, route),
-            signal,
+            left: network.and_then(|_| lane_beside(snapshot, &self.map, Side::Left)),
+            right: network.and_then(|_| lane_beside(snapshot, &self.map, Side::Right)),
+            signal: network.and_then(|network| network.next_signal(snapshot, &self.map)),
+            yield_line_m: network.and_then(|network| network.line_ahead_m(snapshot, &self.map, false)),
+            stop_line_m: network.and_then(|network| network.line_ahead_m(snapshot, &self.map, true)),
+            lane_end_m: network.and_then(|network| network.lane_end_ahead_m(snapshot, &self.map)),
             path_left_m: (!route.is_closed()).then(|| (route.length_m() - snapshot.ego_s_m).max(0.0)),
         }
     }
@@ -66,7 +72,9 @@ impl Agent {
         let snapshot = &self.view;
         Perception {
             speed_mps: snapshot.ego.speed_mps,
-            lane: driver.look(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m)),
+            lane: driver.look_beside(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m), |s_m| {
+                self.network.as_ref().map_or(0.0, |network| network.beside_m(&self.map, s_m))
+            }),
             leader: snapshot.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps }),
             stop_ahead_m: self
                 .network

@@ -1,11 +1,12 @@
 //! Where the ego's path turns or changes lanes, for the indicators of a simulated driver. In: a [`RoadMap`]. Out: the side to indicate to at
 //! a place of the path. Metres.
 
+use super::lane_changes::LaneChange;
 use crate::{
     controls::Indicator,
     map::{
         RoadMap,
-        network::{LaneId, TurnDirection},
+        network::{LaneId, Side, TurnDirection},
     },
 };
 
@@ -27,19 +28,20 @@ struct Turn {
 pub(super) struct Turns(Vec<Turn>);
 
 impl Turns {
-    /// The turns of a map's route; `lanes` are the network's lanes of the route's.
-    pub fn new(map: &RoadMap, lanes: &[Option<LaneId>]) -> Self {
+    /// The turns of a map's route, and its changes of lanes; `lanes` are the network's lanes of the route's.
+    pub fn new(map: &RoadMap, lanes: &[Option<LaneId>], changes: &[LaneChange]) -> Self {
         let count = if map.route.is_closed() { lanes.len() } else { lanes.len() - 1 };
         let at_junctions = (0..count).filter_map(|k| turn(map, lanes, k));
-        Self(at_junctions.chain((0..lanes.len()).filter_map(|k| change(map, lanes, k))).collect())
+        Self(at_junctions.chain(changes.iter().map(change)).collect())
     }
 
-    /// The side of the turn that the path makes at this place of it, or comes to soon; off where it goes straight on.
-    pub fn indicator_at(&self, map: &RoadMap, s_m: f64) -> Indicator {
+    /// The side of the turn that the path makes at this place of it, or comes to soon; off where it goes straight on. A change of lanes that began at
+    /// `over_s_m` is over already.
+    pub fn indicator_at(&self, map: &RoadMap, s_m: f64, over_s_m: Option<f64>) -> Indicator {
         let route = &map.route;
         let comes = |turn: &&Turn| {
             let ahead_m = route.difference(s_m, turn.from_s_m);
-            -turn.length_m < ahead_m && ahead_m <= AHEAD_M
+            -turn.length_m < ahead_m && ahead_m <= AHEAD_M && Some(turn.from_s_m) != over_s_m
         };
         // Of two that follow each other the one that is nearer.
         let nearest = |a: &&Turn, b: &&Turn| {
@@ -72,25 +74,21 @@ fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
     Some(Turn { from_s_m: route.wrap(here.start_s_m + here.length_m), length_m, side })
 }
 
-/// The change of lanes on the route's lane `k`: it begins beside the network's lane of its name.
-fn change(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
-    let here = &map.route.lanes()[k];
-    let lane = map.network.lane(lanes[k]?);
-    let [begins, on] = [lane.line.points()[0], lane.line.points()[1]].map(|point| point.truncate());
-    let beside = here.shape[0] - begins;
-    let left = (on - begins).perp().normalize_or_zero();
-    let offset_m = beside.dot(left);
-    if offset_m.abs() < lane.half_width_m() || beside.length() > offset_m.abs() + lane.half_width_m() {
-        return None;
-    }
-    let side = if offset_m > 0.0 { Indicator::Right } else { Indicator::Left };
-    Some(Turn { from_s_m: here.start_s_m, length_m: here.length_m, side })
+/// The indicator for a change of lanes.
+fn change(change: &LaneChange) -> Turn {
+    let side = if change.side == Side::Left { Indicator::Left } else { Indicator::Right };
+    Turn { from_s_m: change.start_s_m, length_m: change.length_m, side }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::path_lanes::PathLanes;
     use super::*;
+
+    fn turns_of(map: &RoadMap) -> Turns {
+        let lanes = PathLanes::new(map);
+        lanes.turns(map, &lanes.lane_changes(map))
+    }
 
     #[test]
     fn a_driver_indicates_before_and_in_a_turn_and_while_the_path_changes_lanes() {
@@ -101,14 +99,17 @@ mod tests {
         // B0B1_0 has 69.20 m, and turns right into B1C1_0; C1C2 goes off to the left from B1C1_1.
         let (right_m, change, left) = (69.2, &lanes[2], lanes.last().expect("C1C2").start_s_m);
         assert!(change.edge == "B1C1" && (lanes[0].start_s_m + lanes[0].length_m - right_m).abs() < 1e-9);
-        let turns = PathLanes::new(&map).turns(&map);
-        let at = |s_m: f64| turns.indicator_at(&map, s_m);
+        let turns = turns_of(&map);
+        let at = |s_m: f64| turns.indicator_at(&map, s_m, None);
         assert_eq!([at(0.0), at(right_m - 31.0), at(right_m - 29.0)], [Off, Off, Right]);
         assert_eq!([at(change.start_s_m - 0.1), at(change.start_s_m + 0.1), at(left - 0.1)], [Right, Left, Left]);
+        // Once the change is over there is nothing to indicate until the next turn comes.
+        let over = |s_m: f64| turns.indicator_at(&map, s_m, Some(change.start_s_m));
+        assert_eq!([over(change.start_s_m + 20.0), over(left - 20.0)], [Off, Left]);
         assert_eq!([at(left + 0.1), at(map.route.length_m())], [Off, Off]);
         // Straight on there is nothing to indicate.
         let map = RoadMap::load_along(file, &["A1B1", "B1C1"]).expect("a path");
-        let turns = PathLanes::new(&map).turns(&map);
-        assert!((0..150).all(|s_m| turns.indicator_at(&map, f64::from(s_m)) == Off));
+        let turns = turns_of(&map);
+        assert!((0..150).all(|s_m| turns.indicator_at(&map, f64::from(s_m), None) == Off));
     }
 }

@@ -1,0 +1,228 @@
+//! Who drives in a lane of a network, as the ego sees it from the lane beside. In: a map, a lane and a snapshot. Out: the nearest vehicles ahead and
+//! behind there. Metres, m/s.
+//!
+//! Ahead a lane goes on along the ego's path, where it leads on with it; behind with all lanes that lead into it. A vehicle is in the lane of
+//! its front, and while it changes lanes also in the one that its body reaches into.
+
+use crate::{
+    map::{
+        RoadMap,
+        network::{Connection, LaneId, LanePosition, Network, Side},
+    },
+    policy::{LaneBeside, LanesBeside, NearVehicle},
+    sim::{Snapshot, snapshot::Leader},
+    space::CAR_LENGTH_M,
+};
+
+/// So far ahead and behind others are looked for, metres: 6 s at 33 m/s.
+const SEEN_M: f64 = 200.0;
+/// A body reaches into a lane beside its own if it is there by more than this, metres: nobody drives on the line.
+const REACHES_M: f64 = 0.2;
+
+/// A lane with what leads into it and where it leads on along a path.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Corridor {
+    lane: LaneId,
+    /// The lanes by their numbers, and where each begins, metres from the start of the lane.
+    starts: Vec<(LaneId, f64)>,
+}
+
+impl Corridor {
+    /// That of a lane on the edge of, or beside, the route's lane `index`.
+    pub fn new(map: &RoadMap, lane: LaneId, index: usize) -> Self {
+        let mut starts = vec![(lane, 0.0)];
+        add_ahead(map, lane, index, &mut starts);
+        add_behind(&map.network, lane, &mut starts);
+        starts.sort_by_key(|(lane, _)| *lane);
+        Self { lane, starts }
+    }
+
+    /// Where a place is along it, metres from the start of its lane; `None` beside it.
+    pub fn place_m(&self, at: LanePosition) -> Option<f64> {
+        let found = self.starts.binary_search_by_key(&at.lane, |(lane, _)| *lane).ok()?;
+        Some(self.starts[found].1 + at.s_m)
+    }
+
+    /// Who is nearest ahead and behind of an ego whose front is level with `own_m` of its lane.
+    pub fn around(&self, net: &Network, snapshot: &Snapshot, own_m: f64) -> LaneBeside {
+        let (leader, follower) = self.nearest(net, snapshot, own_m);
+        let seen =
+            |found: Option<Leader>| found.map(|Leader { gap_m, speed_mps, .. }| NearVehicle { gap_m, speed_mps });
+        LaneBeside { leader: seen(leader), follower: seen(follower) }
+    }
+
+    /// The same with their numbers.
+    pub fn nearest(&self, net: &Network, snapshot: &Snapshot, own_m: f64) -> (Option<Leader>, Option<Leader>) {
+        let mut found = (None, None);
+        for car in &snapshot.cars {
+            let Some(at) = car.lane.and_then(|at| self.place_m(reaches_into(net, at, self.lane, car.body.width_m)))
+            else {
+                continue;
+            };
+            let (gap_m, nearest) = match at >= own_m {
+                true => (at - car.body.length_m - own_m, &mut found.0),
+                false => (own_m - CAR_LENGTH_M - at, &mut found.1),
+            };
+            if gap_m < SEEN_M && nearest.is_none_or(|nearest: Leader| gap_m < nearest.gap_m) {
+                *nearest = Some(Leader { id: car.id, gap_m, speed_mps: car.speed_mps });
+            }
+        }
+        found
+    }
+}
+
+/// The place in `lane` that is level with a vehicle's front, if that is in a lane beside and its body reaches into `lane`; otherwise its own place.
+fn reaches_into(net: &Network, at: LanePosition, lane: LaneId, width_m: f64) -> LanePosition {
+    let half_m = |lane: LaneId| net.lane(lane).half_width_m();
+    // The middle of `lane` is so far to the left of that of the vehicle's lane.
+    let beside_m = [(Side::Left, 1.0), (Side::Right, -1.0)].into_iter().find_map(|(side, sign)| {
+        (net.neighbour(at.lane, side) == Some(lane)).then(|| sign * (half_m(at.lane) + half_m(lane)))
+    });
+    let is_in = |beside_m: f64| (beside_m - at.offset_m).abs() < half_m(lane) + width_m / 2.0 - REACHES_M;
+    match beside_m.filter(|beside_m| is_in(*beside_m)) {
+        Some(_) => LanePosition { lane, s_m: level_m(net, at, lane), offset_m: 0.0 },
+        None => at,
+    }
+}
+
+/// The lane beside the one in which the ego's front is, and who is nearest there; `None` where cars have none.
+pub(super) fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Option<LaneBeside> {
+    let (net, own) = (&map.network, snapshot.ego_lane?);
+    let lane = car_lane_beside(net, own.lane, side)?;
+    let corridor = Corridor::new(map, lane, map.route.lane_at(snapshot.ego_s_m).0);
+    Some(corridor.around(net, snapshot, level_m(net, own, lane)))
+}
+
+/// On which sides of the route's own lanes cars have others.
+pub(super) fn lanes_beside(map: &RoadMap) -> LanesBeside {
+    let net = &map.network;
+    let lanes = || map.route.lanes().iter().filter_map(|lane| net.lane_named(&lane.id));
+    let has = |side: Side| lanes().any(|lane| car_lane_beside(net, lane, side).is_some());
+    LanesBeside { left: has(Side::Left), right: has(Side::Right) }
+}
+
+fn car_lane_beside(net: &Network, lane: LaneId, side: Side) -> Option<LaneId> {
+    net.neighbour(lane, side).filter(|lane| net.lane(*lane).admits_cars())
+}
+
+/// The place in another lane of its edge that is level with one, metres from that lane's start.
+pub(super) fn level_m(net: &Network, at: LanePosition, other: LaneId) -> f64 {
+    at.s_m * (net.lane(other).length_m / net.lane(at.lane).length_m)
+}
+
+/// Adds the lanes on which a lane leads on along the route from its lane `index` on.
+fn add_ahead(map: &RoadMap, lane: LaneId, index: usize, starts: &mut Vec<(LaneId, f64)>) {
+    let (net, route) = (&map.network, map.route.lanes());
+    let after = (1..route.len()).map(|k| index + k).take_while(|k| map.route.is_closed() || *k < route.len());
+    let streets = after.map(|k| route[k % route.len()].edge.as_str()).filter(|edge| !edge.starts_with(':'));
+    let (mut here, mut start_m) = (lane, 0.0);
+    for street in streets {
+        // Through the inside of the junction, in at most two or three lanes of netconvert's, to the lane beyond.
+        for _ in 0..16 {
+            start_m += net.lane(here).length_m;
+            let way = net.connections_from(here).iter().find(|way| net.edge_of(way.to).id == street);
+            let Some(way) = way.filter(|_| start_m < SEEN_M + net.lane(lane).length_m) else { return };
+            here = way.next();
+            if starts.iter().any(|(known, _)| *known == here) {
+                return;
+            }
+            starts.push((here, start_m));
+            if here == way.to {
+                break;
+            }
+        }
+    }
+}
+
+/// Adds the lanes that lead into a lane.
+fn add_behind(net: &Network, lane: LaneId, starts: &mut Vec<(LaneId, f64)>) {
+    let mut open = vec![(lane, 0.0)];
+    while let Some((lane, start_m)) = open.pop() {
+        // Hardly anybody turns back.
+        let leads_here = |way: &Connection| way.next() == lane && !way.is_turnaround();
+        let near = net.predecessors(lane).iter().filter(|_| -start_m < SEEN_M);
+        for &before in near.filter(|before| net.connections_from(**before).iter().any(leads_here)) {
+            let start_m = start_m - net.lane(before).length_m;
+            if starts.iter().all(|(known, _)| *known != before) {
+                starts.push((before, start_m));
+                open.push((before, start_m));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{sim::VehicleSnapshot, traffic::VehicleBody};
+
+    const GRID: &str = "tests/data/networks/grid-signals.net.xml";
+
+    fn at(map: &RoadMap, lane: &str, s_m: f64, offset_m: f64) -> LanePosition {
+        LanePosition { lane: map.network.lane_named(lane).expect("a lane"), s_m, offset_m }
+    }
+
+    /// What an ego that is 30 m along B0B1_0, on its way to B1B2, sees to its left of these cars, 5 m long and 1.8 m wide.
+    fn seen(cars: &[(&str, f64, f64)]) -> LaneBeside {
+        let map = RoadMap::load_along(GRID, &["B0B1", "B1B2"]).expect("a path");
+        let car = |(speed, (lane, s_m, offset_m)): (usize, &(&str, f64, f64))| VehicleSnapshot {
+            lane: Some(at(&map, lane, *s_m, *offset_m)),
+            speed_mps: speed as f64,
+            body: VehicleBody::CAR,
+            ..VehicleSnapshot::default()
+        };
+        let cars = cars.iter().enumerate().map(car).collect();
+        let ego_lane = Some(at(&map, "B0B1_0", 30.0, 0.0));
+        let snapshot = Snapshot { ego_s_m: 30.0, ego_lane, cars, ..Snapshot::default() };
+        assert_eq!(lane_beside(&snapshot, &map, Side::Right), None, "B0B1_0 is the outermost lane");
+        lane_beside(&snapshot, &map, Side::Left).expect("B0B1_1")
+    }
+
+    fn near(gap_m: f64, speed_mps: f64) -> Option<NearVehicle> {
+        Some(NearVehicle { gap_m, speed_mps })
+    }
+
+    #[test]
+    fn the_nearest_in_the_lane_beside_are_seen_with_their_gaps_and_who_is_in_other_lanes_is_not() {
+        assert_eq!(seen(&[]), LaneBeside::default());
+        // 45 m less 5 m and the ego's 30 m; 30 m less the ego's 5 m and 20 m. Their places in the list stand for their speeds.
+        let cars = [("B0B1_0", 40.0, 0.0), ("B0B1_1", 60.0, 0.0), ("B0B1_1", 45.0, 0.0), ("B1B0_1", 31.0, 0.0)];
+        assert_eq!(seen(&cars), LaneBeside { leader: near(10.0, 2.0), follower: None });
+        let cars = [("B0B1_1", 20.0, 0.0), ("B0B1_1", 12.0, 0.0), ("B0B1_0", 22.0, 0.0)];
+        assert_eq!(seen(&cars), LaneBeside { leader: None, follower: near(5.0, 0.0) });
+        // Side by side: who is level is ahead; who is 1 m behind has its front 4 m beside the ego.
+        assert_eq!(seen(&[("B0B1_1", 30.0, 0.0)]).leader, near(-5.0, 0.0));
+        assert_eq!(seen(&[("B0B1_1", 29.0, 0.0)]).follower, near(-4.0, 0.0));
+    }
+
+    #[test]
+    fn beyond_a_junction_the_way_of_the_path_counts_and_behind_one_all_ways_that_lead_here() {
+        // B0B1_1 has 69.20 m and :B1_11_1 20.80 m: at 96 m, less 5 m and 30 m.
+        assert!((seen(&[("B1B2_1", 6.0, 0.0)]).leader.expect("on the path").gap_m - 61.0).abs() < 1e-9);
+        assert_eq!(seen(&[("B1A1_1", 6.0, 0.0), (":B1_13_0", 2.0, 0.0), ("B1B2_0", 6.0, 0.0)]), LaneBeside::default());
+        // From A0B0_1 one turns left into B0B1_1, on 5.01 m and 14.34 m inside: 25 m, 19.35 m and the 3.2 m to the end of 73.20 m.
+        let behind = seen(&[("A0B0_1", 70.0, 0.0)]).follower.expect("it leads here");
+        assert!((behind.gap_m - 47.55).abs() < 1e-9, "{behind:?}");
+        assert_eq!(seen(&[("A0B0_0", 70.0, 0.0), ("C0B0_1", 70.0, 0.0)]), LaneBeside::default(), "they lead elsewhere");
+    }
+
+    #[test]
+    fn who_changes_lanes_is_in_both_as_far_as_its_body_reaches() {
+        // Lanes of 3.2 m: a body of 1.8 m that is 1 m left of its middle reaches 0.3 m over the line, at 0.8 m it does 0.1 m.
+        assert_eq!(seen(&[("B0B1_0", 45.0, 1.0)]).leader, near(10.0, 0.0));
+        assert_eq!(seen(&[("B0B1_0", 45.0, 0.8), ("B0B1_0", 45.0, -1.0)]).leader, None);
+    }
+
+    #[test]
+    fn a_path_has_lanes_beside_it_where_its_edges_have_more_than_one_for_cars() {
+        let of = |file: &str, edges: &[&str]| {
+            let found = lanes_beside(&RoadMap::load_along(file, edges).expect("a path"));
+            (found.left, found.right)
+        };
+        assert_eq!(of(GRID, &["B0B1", "B1B2"]), (true, false));
+        assert_eq!(of(GRID, &["B0B1", "B1C1", "C1C2"]), (true, true), "it goes over to the inner lane");
+        assert_eq!(of("tests/data/networks/roundabout.net.xml", &["Ss", "se", "eE"]), (false, false));
+        // Lane 0 of cn is a pavement, and of cn alone lane 1 is for cars.
+        assert_eq!(of("tests/data/networks/town.net.xml", &["cn", "nne"]), (false, false));
+    }
+}

@@ -1,0 +1,94 @@
+//! Where the ego's path changes lanes. In: a [`RoadMap`]. Out: the stretches on which it does, with the lanes from that by which it enters to that
+//! by which it leaves. Metres.
+
+use crate::map::{
+    RoadMap,
+    network::{LaneId, Side},
+};
+
+/// A stretch of the path, along one edge, that begins in one lane and ends in another.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LaneChange {
+    /// Its place among the route's lanes.
+    pub index: usize,
+    /// Where on the route it begins, metres.
+    pub start_s_m: f64,
+    /// From there to the edge's end, metres.
+    pub length_m: f64,
+    /// The lanes in the order in which they are driven.
+    pub lanes: Vec<LaneId>,
+    /// To which side it changes.
+    pub side: Side,
+}
+
+impl LaneChange {
+    /// Where on the route it must be over, metres; on a closed route it may be a lap more.
+    pub fn end_s_m(&self) -> f64 {
+        self.start_s_m + self.length_m
+    }
+}
+
+/// The changes of lanes of a map's route in driving order; `lanes` are the network's lanes of the route's.
+pub(super) fn lane_changes(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<LaneChange> {
+    lanes.iter().enumerate().filter_map(|(k, exit)| lane_change(map, k, (*exit)?)).collect()
+}
+
+/// The change on the route's lane `index`, which is left by the lane `exit`: it begins at the start of another lane of the edge.
+fn lane_change(map: &RoadMap, index: usize, exit: LaneId) -> Option<LaneChange> {
+    let (net, here) = (&map.network, &map.route.lanes()[index]);
+    let begins = here.shape[0];
+    let from_start_m = |lane: LaneId| net.lane(lane).line.points()[0].truncate().distance(begins);
+    let entry = net.edge_of(exit).lanes().min_by(|a, b| from_start_m(*a).total_cmp(&from_start_m(*b)))?;
+    // Where a gap between lanes was bridged, or the path begins, it may begin a little beside.
+    if entry == exit || from_start_m(entry) > net.lane(entry).half_width_m() {
+        return None;
+    }
+    let side = if (exit > entry) != net.is_left_hand() { Side::Left } else { Side::Right };
+    let beside = std::iter::successors(Some(entry), |lane| net.neighbour(*lane, side));
+    let lanes = beside.take(entry.index().abs_diff(exit.index()) + 1).collect();
+    Some(LaneChange { index, start_s_m: here.start_s_m, length_m: here.length_m, lanes, side })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::path_lanes::PathLanes;
+    use super::*;
+
+    /// Where a path changes lanes: the lanes, the side, and where it begins and ends in centimetres.
+    fn changes(file: &str, edges: &[&str]) -> Vec<(Vec<String>, Side, i64, i64)> {
+        let map = RoadMap::load_along(&format!("tests/data/networks/{file}.net.xml"), edges).expect("a path");
+        let cm = |m: f64| (m * 100.0).round() as i64;
+        let names = |lanes: &[LaneId]| lanes.iter().map(|lane| map.network.lane(*lane).id.clone()).collect();
+        let found = PathLanes::new(&map).lane_changes(&map);
+        found.iter().map(|c| (names(&c.lanes), c.side, cm(c.start_s_m), cm(c.end_s_m()))).collect()
+    }
+
+    #[test]
+    fn a_change_goes_from_the_lane_by_which_its_edge_is_entered_to_that_by_which_it_is_left() {
+        let lanes = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        // B0B1_0 has 69.20 m, the turn 9.03 m, B1C1 69.20 m.
+        let expected = [(lanes(&["B1C1_0", "B1C1_1"]), Side::Left, 7823, 14743)];
+        assert_eq!(changes("grid-signals", &["B0B1", "B1C1", "C1C2"]), expected);
+        // From the on-ramp (272.41 m and 3.69 m inside) a vehicle has to leave the lane to speed up on, of 93.81 m.
+        let found = changes("ramps", &["onramp", "between-AddedOnRampEdge", "between"]);
+        let edge = |k: usize| format!("between-AddedOnRampEdge_{k}");
+        assert_eq!(
+            found.iter().map(|c| (c.0.clone(), c.1)).collect::<Vec<_>>(),
+            [(vec![edge(0), edge(1)], Side::Left)]
+        );
+        assert_eq!(found[0].3 - found[0].2, 9381);
+        assert_eq!(changes("grid-signals", &["A1B1", "B1C1", "C1C2"]), []);
+    }
+
+    #[test]
+    fn with_left_hand_traffic_the_inner_lane_is_on_the_right() {
+        // From the outer of the two lanes of wc that are for cars into the street that only the inner one leads to.
+        let side = |file: &str, to: &str| {
+            let map = RoadMap::load_along(&format!("tests/data/networks/{file}.net.xml"), &["wc"]).expect("a path");
+            let outer = map.network.lane_named("wc_1").expect("a lane");
+            let map = map.along(&["wc", to], outer).expect("a path");
+            PathLanes::new(&map).lane_changes(&map).first().map(|change| change.side)
+        };
+        assert_eq!((side("town", "cn"), side("town-left", "cs")), (Some(Side::Left), Some(Side::Right)));
+    }
+}

@@ -1,0 +1,86 @@
+//! Lanes beside the ego's in a drive: what a policy is told of who is there, and of where the path changes lanes.
+
+use super::{
+    network::{GRID, driver, flows, policy_that_sees, scenario},
+    world::one_at_a_time,
+};
+use codrive::{
+    controls::Controls,
+    scenario::Scenario,
+    sim::{EventKind, Snapshot, World},
+    space::CAR_LENGTH_M,
+    traffic::Demand,
+};
+
+/// The gap to the next vehicle ahead of an ego that drives up B0B1 in its outer lane, in the inner lane (x = 91.60 m in the file), by where bodies are on
+/// the ground. `None` where one is about to leave that lane, or to come in.
+fn gap_by_bodies_m(snapshot: &Snapshot) -> Option<f64> {
+    let own_m = snapshot.ego.pose().front(CAR_LENGTH_M).y;
+    let on_street = snapshot.cars.iter().filter(|car| car.pose.yaw_rad.sin() > 0.9 && car.pose.position.y < 260.0);
+    let beside = on_street.map(|car| (car, (car.pose.position.x - 91.6).abs())).filter(|(_, off_m)| *off_m < 2.6);
+    let mut nearest_m = 1000.0_f64;
+    for (car, off_m) in beside {
+        let front_m = car.pose.front(car.body.length_m).y;
+        if off_m > 0.5 {
+            return None;
+        }
+        if front_m >= own_m && front_m - car.body.length_m - own_m < 200.0 {
+            nearest_m = nearest_m.min(front_m - car.body.length_m - own_m);
+        }
+    }
+    Some(nearest_m)
+}
+
+#[test]
+fn a_policy_is_told_the_gap_to_the_next_vehicle_in_the_lane_beside() {
+    let _alone = one_at_a_time();
+    let folder = tempfile::tempdir().expect("a folder");
+    // It advises 2 m/s at 0 m and 8 m/s at 60 m and beyond.
+    let policy = policy_that_sees(folder.path(), "left_leader_gap", 0.0, 60.0);
+    let drive = Scenario { policy, hold_s: 1.0, warm_up_s: 40.0, ..scenario("B0B1 B1B2", flows()) };
+    let mut world = World::new(&drive).unwrap_or_else(|error| panic!("{error}"));
+    let mut driver = driver(&world);
+    let (mut compared, mut near) = (0, 0);
+    while world.ended().is_none() {
+        let is_here = (80.0..150.0).contains(&(world.snapshot().ego.position.y + 70.0));
+        let expected = gap_by_bodies_m(world.snapshot()).filter(|_| is_here);
+        let controls = driver.controls(&world.perceived_by(&driver));
+        world.tick(&controls).expect("a tick");
+        for event in world.events() {
+            let (EventKind::Advice(advice), Some(gap_m)) = (event.kind, expected) else { continue };
+            let expected_mps = (2.0 + gap_m / 10.0).clamp(2.0, 8.0);
+            assert!((advice.target_mps - expected_mps).abs() < 0.02, "{:?}: {gap_m} m, {advice:?}", event.tick);
+            compared += 1;
+            near += u32::from(gap_m < 60.0);
+        }
+    }
+    println!("{compared} compared, {near} with somebody near");
+    assert!(compared > 10 && near > 5);
+}
+
+#[test]
+fn a_policy_is_told_of_lines_and_of_the_end_of_a_lane_and_refused_where_no_lane_is_beside() {
+    let _alone = one_at_a_time();
+    let folder = tempfile::tempdir().expect("a folder");
+    let first_advice_mps = |map: &str, path: &str, feature: &str, to: f64| {
+        let policy = policy_that_sees(folder.path(), feature, 0.0, to);
+        let map = map.into();
+        let drive = Scenario { policy, hold_s: 1.0, path_start_m: 20.0, ..scenario(path, Demand::default()) };
+        let mut world =
+            World::new(&Scenario { map, standing_start: true, ..drive }).map_err(|error| error.to_string())?;
+        world.tick(&Controls::default()).expect("a tick");
+        Ok::<f64, String>(world.snapshot().advice.expect("advice").target_mps)
+    };
+    let (round, town) = ("tests/data/networks/roundabout.net.xml", "tests/data/networks/town.net.xml");
+    // The way to what is seen is the middle of the range, where 5 m/s are advised: by the lengths in the files, less 20 m.
+    for (map, path, feature, way_m) in [
+        (round, "Ss se eE", "yield_distance", 124.07 - 20.0),
+        (town, "cn nne", "stop_distance", 104.90 - 20.0),
+        (GRID, "B0B1 B1C1 C1C2", "lane_end_distance", 69.20 + 9.03 + 69.20 - 20.0),
+    ] {
+        let advised_mps = first_advice_mps(map, path, feature, 2.0 * way_m).expect("it drives");
+        assert!((advised_mps - 5.0).abs() < 0.01, "{feature}: {advised_mps}");
+    }
+    let refused = first_advice_mps(round, "Ss se eE", "right_follower_gap", 1.0).expect_err("one lane");
+    assert!(refused.contains("`right_follower_gap`, and its path has no lane to the right of its own"), "{refused}");
+}
