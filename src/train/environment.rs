@@ -81,6 +81,9 @@ pub struct VecEnv {
     /// What is seen of the drivers, where somebody asks; and steps since the last sample.
     samples: Option<Vec<BlockSample>>,
     unsampled_steps: u32,
+    /// Rings whose episodes count; those beyond go on for ever and take nothing from the stock.
+    #[serde(default = "all_lanes")]
+    rings: usize,
     /// What the policy corrects, where it does.
     #[serde(default)]
     corrected: Option<CorrectedLanes>,
@@ -112,10 +115,17 @@ impl VecEnv {
             batches: 0,
             samples: None,
             unsampled_steps: 0,
+            rings: LANES,
             corrected: None,
         };
-        (0..LANES).for_each(|l| block.renew(l));
+        (0..LANES).for_each(|l| block.begin_episode(l));
         block
+    }
+
+    /// The same block of which only the first `rings` count: the episodes of the others never end.
+    #[must_use]
+    pub fn with_rings(self, rings: usize) -> Self {
+        Self { rings, ..self }
     }
 
     /// Lets each ring begin at another part of its horizon, so that a batch has all parts of an episode.
@@ -256,7 +266,9 @@ impl VecEnv {
         let share = 1.0 / steps as f32;
         std::array::from_fn(|l| {
             self.elapsed[l] += 1;
-            let ending = if totals.least_gap_m[l] <= 0.0 {
+            let ending = if l >= self.rings {
+                Ending::None
+            } else if totals.least_gap_m[l] <= 0.0 {
                 Ending::Crash
             } else if self.elapsed[l] >= self.config.horizon_decisions(self.hold_length()) {
                 Ending::Horizon
@@ -274,7 +286,7 @@ impl VecEnv {
             self.tell_corrected(l, CorrectedLanes::decide);
             let (last_seen, last_state) = (self.observe(l), self.whole_state(l));
             if ending != Ending::None {
-                self.renew(l);
+                self.begin_episode(l);
             }
             Outcome { reward, mean_mps, ending, last_seen, last_state }
         })
@@ -288,8 +300,8 @@ impl VecEnv {
         (self.config.reward.action_penalty * size) as f32
     }
 
-    /// A fresh episode for lane `l`.
-    fn renew(&mut self, l: usize) {
+    /// Begins another episode in ring `l`, whatever became of the one in it.
+    pub fn begin_episode(&mut self, l: usize) {
         if self.used == LANES {
             self.restock();
         }
@@ -323,6 +335,11 @@ impl VecEnv {
     fn named(&self, name: &str) -> Stream {
         rng::stream(self.config.seed, &format!("{}/{name}", self.stream))
     }
+}
+
+/// What checkpoints of blocks say that were written before a block could have fewer.
+fn all_lanes() -> usize {
+    LANES
 }
 
 /// What a hold adds up to, lane by lane.

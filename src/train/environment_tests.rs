@@ -3,6 +3,7 @@
 use super::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, Learner, NetworkConfig, RewardConfig, RewardKind, RingConfig,
     TrainConfig,
+    drawn_ring::{draw_ring, episode_stream},
     environment::{Ending, Outcome, VecEnv},
     simd::LANES,
 };
@@ -227,6 +228,40 @@ fn an_episode_ends_at_its_horizon_and_another_ring_takes_its_place() {
         let renewed = (0..LANES).filter(|l| block.observe(*l).circumference_m != before[*l]).count();
         assert_eq!(renewed, if ended { LANES } else { 0 });
     }
+}
+
+#[test]
+fn of_a_block_with_fewer_rings_the_others_end_nothing_and_take_no_episode() {
+    // All crash: to the letter and full ahead.
+    let ahead = all(Action::Acceleration(0.5));
+    let lengths_m = |rings: usize| {
+        let mut block = block(&config()).with_rings(rings);
+        let mut seen = vec![block.observe(0).circumference_m];
+        while seen.len() < 3 {
+            let outcomes = block.hold(&ahead);
+            assert!(outcomes[rings..].iter().all(|outcome| outcome.ending == Ending::None));
+            if outcomes[0].ending == Ending::Crash {
+                seen.push(block.observe(0).circumference_m);
+            }
+        }
+        seen
+    };
+    let drawn = |number: u64| drawn_m(&config(), number);
+    let alone = lengths_m(1);
+    // Ring 0 of the first stock, then rings 0 and 1 of the second.
+    for (seen, drawn) in alone.iter().zip([drawn(0), drawn(1 << 32), drawn(1 | 1 << 32)]) {
+        assert!((seen - drawn).abs() < 1e-4, "{seen} is not {drawn}");
+    }
+    assert_eq!(lengths_m(LANES)[0], alone[0]);
+    // Whoever begins another episode gets the next of the stock.
+    let mut block = block(&config()).with_rings(1);
+    block.begin_episode(0);
+    assert!((block.observe(0).circumference_m - drawn(1 << 32)).abs() < 1e-4);
+}
+
+/// Length of the ring of episode `number` of the block, metres.
+fn drawn_m(config: &TrainConfig, number: u64) -> f64 {
+    draw_ring(config, &mut episode_stream(config.seed, "test", number)).length_m
 }
 
 #[test]

@@ -10,11 +10,12 @@ use super::{
 };
 use crate::{
     metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, Trajectories},
-    policy::{Action, Advisor, DriverEstimate, DriverTraits, Hold, Policy, WhoDrives},
+    policy::{Action, Advice, Advisor, DriverEstimate, DriverTraits, Hold, Policy, WhoDrives},
     space::CAR_LENGTH_M,
     time::Tick,
 };
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Drives `rings` rings drawn from `config` by the random numbers named `stream`, each with a policy of its own from
 /// `make` (`None`: the ego's model drives).
@@ -24,28 +25,60 @@ pub fn evaluate(
     rings: usize,
     make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
 ) -> Vec<EvaluationResult> {
-    let blocks = rings.div_ceil(LANES);
-    let one = |index| evaluate_block(config, stream, index, config.hold_of(index, blocks), &make);
-    let verdicts: Vec<Vec<EvaluationResult>> = (0..blocks).into_par_iter().map(one).collect();
-    verdicts.into_iter().flatten().take(rings).collect()
+    evaluate_part(config, stream, 0..rings, rings, make)
 }
 
-fn evaluate_block(
+/// Some of the `of` rings of [`evaluate`], so that whoever waits for many can look up in between. `rings` begins with a whole block:
+/// at a multiple of 16.
+pub fn evaluate_part(
     config: &TrainConfig,
     stream: &str,
-    index: usize,
-    hold: Hold,
-    make: &(impl Fn() -> Option<Box<dyn Policy>> + Sync),
+    rings: Range<usize>,
+    of: usize,
+    make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
 ) -> Vec<EvaluationResult> {
-    let mut block = VecEnv::new(config, stream, index, hold);
-    let mut drivers = Advisors::new(config, hold, make);
-    let tally = |l| EpisodeMetrics::new(config.ring.step_s, block.observe(l).circumference_m);
-    let mut tallies: Vec<EpisodeMetrics> = (0..LANES).map(tally).collect();
-    for step in 0..steps(config, config.ring.horizon_s) {
-        drivers.advise(&mut block, step);
-        block.step();
-        let ring = block.rings();
-        for (l, tally) in tallies.iter_mut().enumerate() {
+    debug_assert!(rings.start.is_multiple_of(LANES), "a part begins at {}", rings.start);
+    let blocks = of.div_ceil(LANES);
+    let one = |index| {
+        let mut block = EvaluatedBlock::new(config, stream, index, config.hold_of(index, blocks), &make);
+        (0..steps(config, config.ring.horizon_s)).for_each(|_| block.step());
+        block.results().collect::<Vec<_>>()
+    };
+    let part = rings.start / LANES..rings.end.div_ceil(LANES);
+    let verdicts: Vec<Vec<EvaluationResult>> = part.into_par_iter().map(one).collect();
+    verdicts.into_iter().flatten().take(rings.len()).collect()
+}
+
+/// A block of [`evaluate`]'s rings on the way through its horizon.
+pub(super) struct EvaluatedBlock {
+    pub env: VecEnv,
+    pub advisors: Advisors,
+    metrics: Vec<EpisodeMetrics>,
+    step: u64,
+}
+
+impl EvaluatedBlock {
+    /// Block `index`, each ring with a policy of its own from `make`, which is asked every `hold`.
+    pub fn new(
+        config: &TrainConfig,
+        stream: &str,
+        index: usize,
+        hold: Hold,
+        make: impl FnMut() -> Option<Box<dyn Policy>>,
+    ) -> Self {
+        let env = VecEnv::new(config, stream, index, hold);
+        let metrics = |l| EpisodeMetrics::new(config.ring.step_s, env.observe(l).circumference_m);
+        let metrics = (0..LANES).map(metrics).collect();
+        Self { advisors: Advisors::new(config, hold, make), env, metrics, step: 0 }
+    }
+
+    /// One step: what is due is advised, and what comes of it is counted.
+    pub fn step(&mut self) {
+        self.advisors.advise(&mut self.env, self.step);
+        self.step += 1;
+        self.env.step();
+        let ring = self.env.rings();
+        for (l, metrics) in self.metrics.iter_mut().enumerate() {
             let pair = |gap_m: f32, behind_mps: f32, ahead_mps: f32| {
                 Some(Approach { gap_m: gap_m.into(), closing_mps: f64::from(behind_mps) - f64::from(ahead_mps) })
             };
@@ -53,14 +86,18 @@ fn evaluate_block(
             let now = EpisodeStep {
                 ahead: pair(ring.gap_m()[l], ego_mps, ring.leader_mps()[l]),
                 behind: pair(ring.gap_behind_m()[l], ring.follower_mps()[l], ego_mps),
-                advice: drivers.of[l].standing(),
-                driven_by: Some(block.driven_by()[l]),
+                advice: self.advisors.standing(l),
+                driven_by: Some(self.env.driven_by()[l]),
                 ..EpisodeStep::default()
             };
-            tally.add(ring.speeds_mps(l), now);
+            metrics.add(ring.speeds_mps(l), now);
         }
     }
-    tallies.iter().map(EpisodeMetrics::verdict).collect()
+
+    /// What came of the rings so far.
+    pub fn results(&self) -> impl Iterator<Item = EvaluationResult> + '_ {
+        self.metrics.iter().map(EpisodeMetrics::verdict)
+    }
 }
 
 /// A driver and what a policy makes of him.
@@ -121,7 +158,8 @@ fn told(
     drivers.into_iter().flatten().take(rings).flatten().collect()
 }
 
-fn steps(config: &TrainConfig, time_s: f64) -> u64 {
+/// Steps in a time.
+pub(super) fn steps(config: &TrainConfig, time_s: f64) -> u64 {
     (time_s / config.ring.step_s).round() as u64
 }
 
@@ -134,13 +172,18 @@ pub(super) struct Advisors {
 
 impl Advisors {
     /// Each with a policy of its own from `make`, which is asked every `hold`.
-    pub fn new(config: &TrainConfig, hold: Hold, make: &impl Fn() -> Option<Box<dyn Policy>>) -> Self {
+    pub fn new(config: &TrainConfig, hold: Hold, mut make: impl FnMut() -> Option<Box<dyn Policy>>) -> Self {
         let advisor = |_| Advisor::new(make(), hold, config.reward.range_mps);
         Self {
             of: (0..LANES).map(advisor).collect(),
             ticks: (config.ring.step_s / crate::time::TICK_S).round() as u64,
             limit_mps: config.ring.idm.v0,
         }
+    }
+
+    /// The advice that stands in ring `l`.
+    pub fn standing(&self, l: usize) -> Option<Advice> {
+        self.of[l].standing()
     }
 
     /// What the policy of ring `l` makes of the driver now, if it asks.

@@ -17,6 +17,7 @@ pub mod environment;
 pub mod evaluation;
 pub mod fitted_network;
 pub mod identification;
+mod joint_evaluation;
 mod late_view;
 mod latent_traits;
 pub mod learner;
@@ -38,7 +39,8 @@ pub use config::{
     RingConfig, RunConfig, SilenceConfig, StudentConfig, TrainConfig,
 };
 pub use drawn_ring::drawn_ring;
-pub use evaluation::{IdentifiedDriver, evaluate, identified, trajectories};
+pub use evaluation::{IdentifiedDriver, evaluate, evaluate_part, identified, trajectories};
+pub use joint_evaluation::evaluate_jointly;
 pub use learner::{Learner, LearningCurveRow};
 pub use lessons::EstimatorKind;
 

@@ -1,0 +1,175 @@
+"""``evaluate``: policies over whole horizons, with the numbers of ``codrive evaluate``."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codrive._codrive import Configuration, evaluate_answers, evaluate_policy, policy_names
+from codrive._settings import configuration
+
+#: Columns whose name in ``codrive evaluate``'s tables says more than that of the result.
+_COLUMNS = {"mean_mps": "mean_speed_mps", "settled_mps": "settled_speed_mps"}
+
+
+def policies() -> list[str]:
+    """Names of the policies that ``evaluate`` knows: the built-in ones, then the shipped ones."""
+    built_in, shipped = policy_names()
+    return [*built_in, *shipped]
+
+
+def evaluate(
+    policy: Any = None,
+    name: str = "ring-250",
+    *,
+    over: int = 20,
+    hold: float | Sequence[float] | None = None,
+    driver: str | None = "follow",
+    advice: str | None = None,
+    aim: float = 0.0,
+    as_: Literal["pandas", "polars"] = "pandas",
+    progress: bool | None = None,
+    **settings: Any,
+) -> Any:
+    """Drives policies on the same rings over whole horizons, transients included.
+
+    Args:
+        policy: A name (``codrive.policies()``, or ``"auto"`` for the one that is shipped for the ring), a policy.toml, an ONNX file;
+            a callable that is given observations, float32, ``(over, k)``, and gives actions, ``(over, 1)`` or ``(over,)``, as those
+            of ``make_vec`` with the same settings; something with ``predict``, as models of Stable-Baselines3; or a list of such.
+            Without one, all built-in ones.
+        name: As ``codrive.make``.
+        over: Rings, each with random numbers of its own, 1 to 100,000.
+        hold: How long one advice stands, s; or several such.
+        driver: Who follows, as ``codrive.make``; None: as the settings say.
+        advice: What the actions of a callable are: ``"acceleration"`` or ``"speed"``.
+        aim: Speed that the built-in policies aim for, m/s; 0 takes 98.5 % of the equilibrium speed.
+        as_: ``"pandas"`` or ``"polars"``.
+        progress: Says on the standard error how far it is; None: where a person watches.
+        **settings: As ``codrive.make``.
+
+    Returns:
+        A data frame with one row for each policy, hold and ring: ``policy``, ``hold_s``, ``driver``, ``seed``, ``ring``, then
+        what ``codrive evaluate --json`` says of a ring: ``mean_speed_mps`` and ``settled_speed_mps`` (m/s, all cars, over the
+        horizon and over its last quarter), ``sd_over_cars_mps``, ``sd_in_time_mps``, ``last_disturbance_s``, ``least_gap_m``,
+        ``crashed``, ``crash_s``, ``fuel_l_100km``, ``throughput_per_h``, ``in_range`` and what is told of conflicts.
+
+    Raises:
+        TypeError: There is no setting of that name, or the policy is nothing that answers.
+        ValueError: A value is not allowed, there is no such policy, or its answers cannot be actions.
+    """
+    if as_ not in ("pandas", "polars"):
+        raise ValueError(f"as_ is {as_!r}; allowed: 'pandas', 'polars'")
+    if isinstance(over, bool) or not isinstance(over, (int, np.integer)) or not 1 <= over <= 100_000:
+        raise ValueError(f"over is {over!r}; allowed: a whole number from 1 to 100000")
+    aim = float(aim)
+    if not (np.isfinite(aim) and aim >= 0.0):
+        raise ValueError(f"aim is {aim}; allowed: 0 or more, m/s")
+    asked = policy_names()[0] if policy is None else policy if isinstance(policy, (list, tuple)) else [policy]
+    settings = {**settings, "hold_max_s": 0.0} if name.endswith(".toml") else settings
+    held = list(hold) if isinstance(hold, Iterable) else [hold]
+    cases = [(one, configuration(name, hold_s, advice, driver, settings)) for one in asked for hold_s in held]
+    rows: list[dict[str, Any]] = []
+    meter = _Meter(len(cases) * int(over), progress)
+    for one, case in cases:
+        label, results = _results(one, case, name, aim, int(over), meter)
+        config = json.loads(case.json())
+        head = {"policy": label, "hold_s": config["hold_s"], "driver": driver or "configured", "seed": config["seed"]}
+        rows += [{**head, "ring": ring, **_row(result)} for ring, result in enumerate(results)]
+    meter.end()
+    return _table(rows, as_)
+
+
+def _row(result: dict[str, Any]) -> dict[str, Any]:
+    return {_COLUMNS.get(key, key): value for key, value in result.items()}
+
+
+def _results(
+    policy: Any, case: Configuration, name: str, aim: float, over: int, meter: _Meter
+) -> tuple[str, list[dict[str, Any]]]:
+    """What a policy is called, and what came of each ring."""
+    if isinstance(policy, (str, os.PathLike)):
+        own, warning, text = evaluate_policy(case, os.fspath(policy), name, aim, over, meter.at)
+        if warning:
+            warnings.warn(f"{own}: {warning}", stacklevel=3)
+    else:
+        own, text = _label(policy), evaluate_answers(case, over, _answers(policy, case, over))
+        meter.at(over)
+    meter.next(over)
+    return own, json.loads(text)
+
+
+def _label(policy: Any) -> str:
+    return getattr(policy, "__name__", None) or type(policy).__name__
+
+
+def _answers(policy: Any, case: Configuration, over: int) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
+    """What asks a policy for all rings and looks at its answers."""
+    if hasattr(policy, "predict"):
+        ask = lambda seen: policy.predict(seen, deterministic=True)[0]  # noqa: E731
+    elif callable(policy):
+        ask = policy
+    else:
+        raise TypeError(
+            f"policy is {policy!r}; allowed: a name, a file, a callable, something with predict, or a list of such"
+        )
+
+    def answers(seen: NDArray[np.float32]) -> NDArray[np.float32]:
+        given = np.asarray(ask(seen))
+        if given.dtype.kind not in "fiu" or given.shape not in ((over,), (over, 1)):
+            raise ValueError(
+                f"the policy gave {given.dtype} of shape {given.shape}; allowed: numbers of shape ({over}, 1) or ({over},)"
+            )
+        actions = np.ascontiguousarray(given, dtype=np.float32).reshape(-1)
+        levels = case.levels
+        wrong = ~np.isfinite(actions) if levels == 0 else (actions % 1 != 0) | (actions < 0) | (actions >= levels)
+        if wrong.any():
+            ring = int(np.flatnonzero(wrong)[0])
+            allowed = f"0 to {levels - 1}" if levels else "a finite number, -1 to 1 spans the limits"
+            raise ValueError(f"the policy's action for ring {ring} is {actions[ring]}; allowed: {allowed}")
+        return actions
+
+    return answers
+
+
+def _table(rows: list[dict[str, Any]], kind: str) -> Any:
+    columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
+    if kind == "pandas":
+        import pandas
+
+        return pandas.DataFrame(columns)
+    try:
+        import polars
+    except ImportError:
+        raise ImportError("as_='polars' needs polars: pip install polars") from None
+    return polars.DataFrame(columns, infer_schema_length=None)
+
+
+class _Meter:
+    """How far an evaluation is, in one line."""
+
+    def __init__(self, rings: int, shown: bool | None) -> None:
+        self._rings = rings
+        self._before = 0
+        self._is_shown = sys.stderr.isatty() if shown is None else bool(shown)
+
+    def at(self, of_case: int) -> None:
+        """So many rings of the present case are driven."""
+        if self._is_shown:
+            print(f"\r{self._before + of_case} of {self._rings} rings", end="", file=sys.stderr, flush=True)
+
+    def next(self, of_case: int) -> None:
+        """The present case is over."""
+        self._before += of_case
+
+    def end(self) -> None:
+        """All are driven."""
+        if self._is_shown:
+            print(file=sys.stderr)

@@ -1,0 +1,271 @@
+"""Rings of traffic as environments of Gymnasium, over the fast engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.spaces import Box, Discrete
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from codrive._codrive import Configuration, Rings
+from codrive._settings import configuration
+
+#: Seeds are whole numbers below this: what a setting of codrive holds.
+SEEDS = 2**53
+
+_NEVER = "no episode has begun; call reset() first"
+
+
+def _spaces(settings: Configuration) -> tuple[Box, gymnasium.Space]:
+    observation = Box(-np.inf, np.inf, (len(settings.inputs()),), np.float32)
+    return observation, Discrete(settings.levels) if settings.levels else Box(-1.0, 1.0, (1,), np.float32)
+
+
+def _check_render_mode(render_mode: object) -> None:
+    if render_mode is not None:
+        raise ValueError(f"render_mode is {render_mode!r}; allowed: None, rings are not drawn")
+
+
+class _Episodes:
+    """Rings, who they are seeded by, and whether they may be stepped."""
+
+    def __init__(self, settings: Configuration, num_envs: int, own_seed: int | None) -> None:
+        self.rings = Rings(settings, num_envs)
+        self.levels = settings.levels
+        self.is_begun = False
+        self._shape = (num_envs,) if settings.levels else (num_envs, 1)
+        self._own_seed = own_seed
+
+    def seed(self, seed: int | None, random: np.random.Generator) -> bool:
+        """Begins the episodes of a seed if one is due; True if so."""
+        if seed is None and self.is_begun:
+            return False
+        if seed is None:
+            seed = self._own_seed if self._own_seed is not None else int(random.integers(SEEDS))
+        self.rings.reset(int(seed) % SEEDS)
+        self.is_begun = True
+        return True
+
+    def actions(self, actions: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float32]:
+        """Actions as the engine takes them, float32, ``(num_envs,)``, or why they are none."""
+        shape = self._shape if shape is None else shape
+        kinds = "iu" if self.levels else "fiu"
+        try:
+            array = np.asarray(actions)
+        except ValueError as fault:
+            raise ValueError(f"actions are no array: {fault}; allowed: shape {shape}") from None
+        if array.dtype.kind not in kinds:
+            allowed = "whole numbers" if self.levels else "numbers"
+            raise TypeError(f"actions are of dtype {array.dtype}; allowed: {allowed}, shape {shape}")
+        if array.shape != shape:
+            raise ValueError(f"actions have shape {array.shape}; allowed: {shape}")
+        with np.errstate(over="ignore"):
+            return np.ascontiguousarray(array, dtype=np.float32).reshape(-1)
+
+
+class RingVectorEnv(gymnasium.vector.VectorEnv):
+    """Many rings, each with one advised driver among cars of the intelligent driver model.
+
+    An action stands for a hold (``hold_s``). A step is one hold of every ring.
+
+    * **Observation**, float32, ``(num_envs, k)``: what ``sees`` names, each scaled so that -1 and 1 are the ends of its range in
+      ``inputs``; values beyond are not cut off.
+    * **Action**, ``Box(-1, 1, (num_envs, 1))``: -1 and 1 are the ends of ``action_limits`` (m/s2 or m/s), what lies beyond is cut off; or
+      ``MultiDiscrete`` with ``levels`` evenly spaced over them.
+    * **Reward**, float64, m/s: the mean speed over the hold (of all cars, or of the advised one: ``reward``) less penalties.
+    * **Terminated**: cars collided. **Truncated**: the horizon (``horizon_s``) is reached.
+    * **Info**: ``mean_speed_mps``, mean speed of all cars of each ring over the hold.
+
+    A ring that ends begins another episode in the same step (``AutoresetMode.SAME_STEP``): its observation is the first of the new
+    episode, the last of the old one is in ``infos["final_obs"]``, its info in ``infos["final_info"]``.
+
+    The same seed, ``num_envs`` and actions make the same episodes to the bit, on any number of threads (``RAYON_NUM_THREADS``).
+    """
+
+    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+
+    def __init__(
+        self,
+        name: str = "ring-250",
+        num_envs: int = 1,
+        *,
+        hold: float | None = None,
+        advice: str | None = None,
+        driver: str | None = None,
+        copy: bool = True,
+        render_mode: None = None,
+        **settings: Any,
+    ) -> None:
+        """See ``codrive.make_vec``."""
+        _check_render_mode(render_mode)
+        if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+            raise ValueError(f"num_envs is {num_envs!r}; allowed: a whole number from 1 to 65536")
+        self.settings = configuration(name, hold, advice, driver, settings)
+        self.copy = bool(copy)
+        self.num_envs = int(num_envs)
+        self.single_observation_space, self.single_action_space = _spaces(self.settings)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._episodes = _Episodes(self.settings, self.num_envs, settings.get("seed"))
+        self._everywhere = np.ones(self.num_envs, np.bool_)
+
+    @property
+    def inputs(self) -> list[tuple[str, float, float]]:
+        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
+        return self.settings.inputs()
+
+    @property
+    def action_limits(self) -> tuple[float, float]:
+        """What -1 and 1 are as an action, m/s2 or m/s."""
+        return self.settings.action_limits
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode in each ring.
+
+        Args:
+            seed: Begins the episodes of this seed from the first on; None: the next ones.
+            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: only there.
+
+        Returns:
+            Observations, float32, ``(num_envs, k)``, and an empty dict.
+        """
+        self._check_open()
+        if seed is not None and not isinstance(seed, (int, np.integer)):
+            raise TypeError(f"seed is {seed!r}; allowed: one whole number, from which each ring has its own random numbers")
+        super().reset(seed=seed)
+        mask = self._mask(options)
+        if not self._episodes.seed(seed, self.np_random):
+            self._episodes.rings.begin(mask)
+        return self._given(self._episodes.rings.observations), {}
+
+    def step(
+        self, actions: Any
+    ) -> tuple[
+        NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
+    ]:
+        """One hold of every ring under these actions, ``(num_envs, 1)``, or ``(num_envs,)`` where they are levels.
+
+        Raises:
+            ValueError: Their shape is another, or one is NaN or out of range.
+            ResetNeeded: No episode has begun.
+        """
+        self._check_open()
+        rings = self._episodes.rings
+        if not self._episodes.is_begun:
+            raise ResetNeeded(_NEVER)
+        has_ended = rings.step(self._episodes.actions(actions))
+        mean_speed_mps = self._given(rings.mean_speeds_mps)
+        infos = {"mean_speed_mps": mean_speed_mps, "_mean_speed_mps": self._everywhere.copy()}
+        terminations, truncations = self._given(rings.terminations), self._given(rings.truncations)
+        if has_ended:
+            infos.update(self._final(terminations | truncations, mean_speed_mps))
+        return self._given(rings.observations), self._given(rings.rewards), terminations, truncations, infos
+
+    def _final(self, ended: NDArray[np.bool_], mean_speed_mps: NDArray[np.float64]) -> dict[str, Any]:
+        """What Gymnasium's own vector environments say of episodes that have just ended."""
+        final_obs = np.full(self.num_envs, None, dtype=object)
+        for ring in np.flatnonzero(ended):
+            final_obs[ring] = self._episodes.rings.final_observations[ring].copy()
+        final_info = {"mean_speed_mps": np.where(ended, mean_speed_mps, 0.0), "_mean_speed_mps": ended.copy()}
+        return {"final_obs": final_obs, "_final_obs": ended, "final_info": final_info, "_final_info": ended.copy()}
+
+    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
+        mask = (options or {}).get("reset_mask")
+        if mask is None:
+            return self._everywhere
+        mask = np.asarray(mask)
+        if mask.dtype != np.bool_ or mask.shape != (self.num_envs,):
+            raise ValueError(
+                f"reset_mask is of dtype {mask.dtype} and shape {mask.shape}; allowed: bool, ({self.num_envs},)"
+            )
+        return np.ascontiguousarray(mask)
+
+    def _given(self, array: NDArray[Any]) -> NDArray[Any]:
+        return array.copy() if self.copy else array
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise ClosedEnvironmentError("the environment is closed; make another")
+
+
+class RingEnv(gymnasium.Env):
+    """One ring; see ``RingVectorEnv`` for observations, actions, rewards and endings.
+
+    After an episode has ended, ``reset`` has to be called before the next ``step``.
+    """
+
+    metadata = {"render_modes": []}
+
+    def __init__(
+        self,
+        name: str = "ring-250",
+        *,
+        hold: float | None = None,
+        advice: str | None = None,
+        driver: str | None = None,
+        render_mode: None = None,
+        **settings: Any,
+    ) -> None:
+        """See ``codrive.make``."""
+        _check_render_mode(render_mode)
+        self.settings = configuration(name, hold, advice, driver, settings)
+        self.observation_space, self.action_space = _spaces(self.settings)
+        self._episodes = _Episodes(self.settings, 1, settings.get("seed"))
+        self._has_ended = False
+        self._is_closed = False
+
+    @property
+    def inputs(self) -> list[tuple[str, float, float]]:
+        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
+        return self.settings.inputs()
+
+    @property
+    def action_limits(self) -> tuple[float, float]:
+        """What -1 and 1 are as an action, m/s2 or m/s."""
+        return self.settings.action_limits
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode: the first one of a seed, or the next one. Returns the observation, float32, ``(k,)``, and an empty dict."""
+        self._check_open()
+        super().reset(seed=seed)
+        if not self._episodes.seed(seed, self.np_random) and not self._has_ended:
+            self._episodes.rings.begin(np.ones(1, np.bool_))
+        self._has_ended = False
+        return self._episodes.rings.observations[0].copy(), {}
+
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """One hold under this action, ``(1,)``, or the number of a level.
+
+        Raises:
+            ValueError: Its shape is another, or it is NaN or out of range.
+            ResetNeeded: No episode has begun, or it has ended.
+        """
+        self._check_open()
+        if not self._episodes.is_begun:
+            raise ResetNeeded(_NEVER)
+        if self._has_ended:
+            raise ResetNeeded("the episode has ended; call reset() first")
+        rings = self._episodes.rings
+        shape = () if self._episodes.levels else (1,)
+        self._has_ended = rings.step(self._episodes.actions(action, shape))
+        # The engine has begun the next episode already; its first observation waits for reset.
+        seen = rings.final_observations if self._has_ended else rings.observations
+        info = {"mean_speed_mps": float(rings.mean_speeds_mps[0])}
+        return seen[0].copy(), float(rings.rewards[0]), bool(rings.terminations[0]), bool(rings.truncations[0]), info
+
+    def close(self) -> None:
+        """Ends it; nothing can be done with it afterwards."""
+        self._is_closed = True
+
+    def _check_open(self) -> None:
+        if self._is_closed:
+            raise ClosedEnvironmentError("the environment is closed; make another")

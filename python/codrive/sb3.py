@@ -1,0 +1,82 @@
+"""``codrive.sb3.VecEnv``: rings as the vector environment of Stable-Baselines3, which has an interface of its own.
+
+Example::
+
+    from stable_baselines3 import PPO
+    import codrive.sb3
+
+    model = PPO("MlpPolicy", codrive.sb3.VecEnv("ring-250", num_envs=1024, advice="speed"), device="cpu")
+    model.learn(1_000_000)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+try:
+    from stable_baselines3.common.vec_env.base_vec_env import VecEnv as _VecEnv
+except ImportError as fault:
+    raise ImportError("codrive.sb3 needs Stable-Baselines3: pip install stable-baselines3") from fault
+
+from codrive._ring import RingVectorEnv
+
+
+class VecEnv(_VecEnv):
+    """All rings as one environment: 1,024 of them are one call, not 1,024. Takes the arguments of ``codrive.make_vec``."""
+
+    def __init__(self, name: str = "ring-250", num_envs: int = 1, **arguments: Any) -> None:
+        # Its own copies are made below, where the rewards become float32.
+        self.rings = RingVectorEnv(name, num_envs, **{**arguments, "copy": False})
+        self._actions: np.ndarray | None = None
+        super().__init__(num_envs, self.rings.single_observation_space, self.rings.single_action_space)
+
+    def reset(self) -> np.ndarray:
+        """Begins an episode in each ring: those of the seed of ``seed()``, else the next ones. Observations, float32, ``(n, k)``."""
+        # SB3 gives each environment a seed of its own, counted up; the first says them all.
+        observations, _ = self.rings.reset(seed=self._seeds[0])
+        self._reset_seeds()
+        self._reset_options()
+        self.reset_infos = [{} for _ in range(self.num_envs)]
+        return observations.copy()
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Takes actions, ``(n, 1)``, or ``(n,)`` where they are levels."""
+        self._actions = actions
+
+    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """Observations, rewards (float32), endings, and for each ring an info; of an ending its last observation and why."""
+        observations, rewards, terminations, truncations, infos = self.rings.step(self._actions)
+        told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        ended = terminations | truncations
+        for ring in np.flatnonzero(ended):
+            told[ring] = {
+                "terminal_observation": infos["final_obs"][ring],
+                "TimeLimit.truncated": bool(truncations[ring] and not terminations[ring]),
+                "mean_speed_mps": float(infos["mean_speed_mps"][ring]),
+            }
+        return observations.copy(), rewards.astype(np.float32), ended, told
+
+    def close(self) -> None:
+        """Ends the rings."""
+        self.rings.close()
+
+    def get_attr(self, attr_name: str, indices: None | int | Sequence[int] = None) -> list[Any]:
+        """An attribute of the rings, once for each that is asked for."""
+        return [getattr(self.rings, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: None | int | Sequence[int] = None) -> None:
+        """Refuses: the rings are one environment."""
+        raise NotImplementedError(f"{attr_name} cannot be set for single rings; make the environment with other settings")
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: None | int | Sequence[int] = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Refuses: the rings are one environment."""
+        raise NotImplementedError(f"{method_name} cannot be called for single rings")
+
+    def env_is_wrapped(self, wrapper_class: type, indices: None | int | Sequence[int] = None) -> list[bool]:
+        """No ring is wrapped by itself."""
+        return [False for _ in self._get_indices(indices)]

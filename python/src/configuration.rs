@@ -1,0 +1,218 @@
+//! Settings by their own names, as `codrive train` takes them. In: the name of a ring or a configuration's file, and keyword
+//! arguments of Python. Out: a checked [`TrainConfig`], or an error that names the key, the value and what is allowed.
+
+use codrive::{
+    data_folders,
+    driver::{self, DriverError, Population},
+    idm::IdmParams,
+    policy::CorrectedAdvice,
+    policy::NetworkOutput,
+    settings::{self, Field, fields_of},
+    toml_text::{did_you_mean, unknown_key},
+    train::{FollowKind, RingConfig, TrainConfig, config::Scaling},
+};
+use pyo3::{
+    exceptions::{PyTypeError, PyValueError},
+    prelude::*,
+    types::{PyBool, PyDict, PyString},
+};
+use serde_json::{Map, Value};
+use std::path::{Path, PathBuf};
+
+/// Names of rings.
+pub const RINGS: [&str; 2] = ["ring-250", "ring-641"];
+
+/// Drivers of training: late, with an error and a habit that differ from episode to episode.
+const LATE: &str = "late";
+
+/// Settings of rings, checked. See `codrive.make` for what the arguments mean.
+#[pyclass(frozen, module = "codrive._codrive")]
+pub struct Configuration {
+    pub config: TrainConfig,
+    /// What the policy corrects, if anything.
+    pub corrected: Option<CorrectedAdvice>,
+}
+
+#[pymethods]
+impl Configuration {
+    #[new]
+    fn new(name: &str, driver: Option<&str>, settings: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let base = base(name)?;
+        let base = driver.map_or(Ok(base.clone()), |driver| driven_by(&base, driver))?;
+        let config = settings::changed(&base, &changes(settings)?).map_err(|why| PyValueError::new_err(why.message))?;
+        if config.inputs().is_empty() {
+            return Err(PyValueError::new_err(
+                "sees is empty; allowed: names of what the policy sees, such as \"speed,gap\"",
+            ));
+        }
+        let corrected = corrected(&config)?;
+        Ok(Self { config, corrected })
+    }
+
+    /// All settings, nested where they are tables, as JSON.
+    fn json(&self) -> String {
+        serde_json::to_value(&self.config).unwrap_or_default().to_string()
+    }
+
+    /// What each number of an observation is: its name, the value that becomes -1 and the one that becomes 1, SI units.
+    fn inputs(&self) -> Vec<(&'static str, f64, f64)> {
+        self.config.inputs().iter().map(|input| (input.feature.name(), input.from, input.to)).collect()
+    }
+
+    /// Levels of an action; 0 where it is continuous.
+    #[getter]
+    fn levels(&self) -> u32 {
+        self.config.advice.levels
+    }
+
+    /// What -1 and 1 mean as an action (or the first and the last level), m/s or m/s2; an acceleration may be bounded further where
+    /// `speed_change_mps` is set.
+    #[getter]
+    fn action_limits(&self) -> (f64, f64) {
+        self.config.action_limits().into()
+    }
+}
+
+/// The folder that holds `maps/` and `assets/`: that of `CODRIVE_DATA`, a checkout's, or what the wheel brings, written to the user's
+/// cache.
+#[pyfunction]
+pub fn data_folder() -> PyResult<PathBuf> {
+    data_folders::require().map_err(|why| PyValueError::new_err(why.to_string()))?;
+    Ok(data_folders::root().to_path_buf())
+}
+
+/// The settings that a name stands for: those of a ring, or of a file.
+fn base(name: &str) -> PyResult<TrainConfig> {
+    match name {
+        "ring-250" => Ok(TrainConfig::paper_ring()),
+        "ring-641" => Ok(larger_ring()),
+        file if file.ends_with(".toml") => {
+            settings::from_file(Path::new(file)).map_err(|why| PyValueError::new_err(why.message))
+        }
+        unknown => Err(PyValueError::new_err(format!(
+            "there is no ring {unknown:?}{}; allowed: {}, or the FILE.toml of a training's configuration",
+            did_you_mean(unknown, &RINGS),
+            RINGS.join(", ")
+        ))),
+    }
+}
+
+/// The larger of the shipped rings: 40 cars, scaled as its shipped policies see it.
+fn larger_ring() -> TrainConfig {
+    let paper = TrainConfig::paper_ring();
+    let mut config = TrainConfig {
+        ring: RingConfig {
+            vehicles_min: 40,
+            vehicles_max: 40,
+            circumference_min_m: 640.9,
+            circumference_max_m: 640.9,
+            warm_up_s: 300.0,
+            idm: IdmParams { v0: 17.88, ..paper.ring.idm },
+            ..paper.ring.clone()
+        },
+        ..paper
+    };
+    config.advice.top_speed_mps = 18.0;
+    config.network.scaling = Scaling {
+        speed_to_mps: 20.0,
+        gap_to_m: 60.0,
+        circumference_from_m: 560.0,
+        circumference_to_m: 720.0,
+        spacing_from_m: 12.0,
+        spacing_to_m: 20.0,
+    };
+    config
+}
+
+/// The same rings with this driver: as `codrive evaluate --driver` names them, or [`LATE`].
+fn driven_by(config: &TrainConfig, name: &str) -> PyResult<TrainConfig> {
+    if name == LATE {
+        let driver = codrive::train::DriverConfig { follow: FollowKind::Driver, ..config.driver.clone() };
+        return Ok(TrainConfig { driver, ..config.clone() });
+    }
+    if let Ok(population) = Population::named(name) {
+        return Ok(config.driven_by_some_of(population));
+    }
+    match driver::named(name) {
+        Ok(named) => Ok(config.driven_by(&named.params)),
+        Err(DriverError::Unknown { name }) => {
+            let known = [&driver::PRESETS[..], &driver::MACHINES, &Population::NAMES, &[LATE]].concat();
+            Err(PyValueError::new_err(format!(
+                "no driver is called {name:?}{}; allowed: {}, or numbers: \"reaction=1,error=0.5,speed_bias=0,deadband=0\"",
+                did_you_mean(&name, &known),
+                known.join(", ")
+            )))
+        }
+        Err(fault) => Err(PyValueError::new_err(fault.to_string())),
+    }
+}
+
+/// What the policy is to correct, if anything.
+fn corrected(config: &TrainConfig) -> PyResult<Option<CorrectedAdvice>> {
+    if !config.is_residual() {
+        return Ok(None);
+    }
+    let refused = |why: &dyn std::fmt::Display| PyValueError::new_err(format!("residual_over: {why}"));
+    let advice = CorrectedAdvice::read(&config.advice.residual_over, &config.policy_settings(0.0));
+    let advice = advice.map_err(|why| refused(&why))?;
+    advice.check(NetworkOutput::Speed, config.ring.least_spacing_m).map_err(|why| refused(&why))?;
+    Ok(Some(advice))
+}
+
+/// Settings that keyword arguments name; tables such as `idm` are dicts.
+fn changes(settings: &Bound<'_, PyDict>) -> PyResult<Vec<(Field, Value)>> {
+    let fields = fields_of::<TrainConfig>();
+    let Value::Object(named) = json(settings.as_any(), "settings")? else { return Ok(Vec::new()) };
+    let mut flat = Vec::new();
+    flatten(&fields, String::new(), named, &mut flat)?;
+    Ok(flat)
+}
+
+fn flatten(fields: &[Field], table: String, named: Map<String, Value>, flat: &mut Vec<(Field, Value)>) -> PyResult<()> {
+    for (key, value) in named {
+        let path = format!("{table}{key}");
+        let field = fields.iter().find(|field| field.is_called(&path));
+        match (field, value) {
+            (Some(field), value) => flat.push((field.clone(), value)),
+            (None, Value::Object(inner)) if fields.iter().any(|field| field.table() == Some(&path)) => {
+                flatten(fields, format!("{path}."), inner, flat)?;
+            }
+            (None, _) => {
+                let known: Vec<&str> = fields.iter().map(|field| field.path.as_str()).collect();
+                return Err(PyTypeError::new_err(unknown_key(&path, &known)));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A value of Python as JSON: texts, numbers (numpy's, too), truth values and dicts of such.
+fn json(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
+    if let Ok(table) = value.cast::<PyDict>() {
+        let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+            let key: String = key.extract()?;
+            let value = json(&value, &key)?;
+            Ok((key, value))
+        };
+        return table.iter().map(entry).collect::<PyResult<Map<String, Value>>>().map(Value::Object);
+    }
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(text.to_str()?.into());
+    }
+    if let Ok(switch) = value.cast::<PyBool>() {
+        return Ok(switch.is_true().into());
+    }
+    if let Ok(whole) = value.extract::<u64>() {
+        return Ok(whole.into());
+    }
+    if let Ok(whole) = value.extract::<i64>() {
+        return Ok(whole.into());
+    }
+    match value.extract::<f64>() {
+        Ok(number) => Ok(number.into()),
+        Err(_) => Err(PyTypeError::new_err(format!(
+            "{key} is {}; allowed: a number, a text, True or False, or a dict of such",
+            value.repr().map(|repr| repr.to_string()).unwrap_or_else(|_| "unknown".into())
+        ))),
+    }
+}

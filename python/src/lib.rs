@@ -1,0 +1,25 @@
+//! codrive for Python, the native part: `codrive._codrive`. In: settings and actions of Python. Out: observations and rewards in
+//! numpy's memory, tables of evaluations. The Python files beside it make environments of it; docs/python.md says how it is used.
+//!
+//! [`configuration`] reads settings, [`rings`] moves many environments at once, [`evaluation`] judges policies, [`benchmark`] says
+//! how fast rings are without Python, [`threads`] keeps Python out while others compute.
+
+mod benchmark;
+mod configuration;
+mod evaluation;
+mod rings;
+mod threads;
+
+use pyo3::prelude::*;
+
+/// The native part of codrive. Use the package `codrive`.
+#[pymodule]
+mod _codrive {
+    #[pymodule_export]
+    use super::{
+        benchmark::random_steps,
+        configuration::{Configuration, data_folder},
+        evaluation::{evaluate_answers, evaluate_policy, policy_names},
+        rings::Rings,
+    };
+}

@@ -1,0 +1,313 @@
+//! Many rings as one environment. In: one action for each ring, -1 to 1 or the number of a level. Out: what the policies see, the
+//! rewards and endings, written into numpy's own memory. A ring that ends begins another episode in the same step.
+
+use crate::{configuration::Configuration, threads};
+use codrive::{
+    policy::{CorrectedAdvice, NetworkInput, Observation},
+    train::{
+        TrainConfig,
+        environment::{Ending, VecEnv},
+        rollout::action,
+        simd::LANES,
+    },
+};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
+use pyo3::{
+    exceptions::{PyRuntimeError, PyValueError},
+    prelude::*,
+};
+use rayon::prelude::*;
+
+/// Random numbers of the episodes: those of `codrive train`, so that its rings are these.
+const STREAM: &str = "train";
+
+/// Rings in blocks of 16.
+pub struct RingBatch {
+    config: TrainConfig,
+    inputs: Vec<NetworkInput>,
+    corrected: Option<CorrectedAdvice>,
+    blocks: Vec<VecEnv>,
+    rings: usize,
+}
+
+/// Where a step is written: a row or a number for each ring.
+pub struct StepBuffers<'a> {
+    /// What each policy sees next; of an episode that ended, the first of the new one. `(rings, inputs)`.
+    pub observations: &'a mut [f32],
+    /// What it would have seen next, where its episode has just ended; other rows keep what they had. `(rings, inputs)`.
+    pub final_observations: &'a mut [f32],
+    /// m/s.
+    pub rewards: &'a mut [f64],
+    /// Mean speed of all cars of the ring over the hold, m/s.
+    pub mean_speeds_mps: &'a mut [f64],
+    /// Cars collided.
+    pub terminations: &'a mut [bool],
+    /// The horizon is reached.
+    pub truncations: &'a mut [bool],
+}
+
+impl RingBatch {
+    /// Rings without an episode; [`RingBatch::reset`] begins them.
+    pub fn new(configuration: &Configuration, rings: usize) -> Self {
+        let Configuration { config, corrected } = configuration;
+        let (config, corrected) = (config.clone(), corrected.clone());
+        Self { inputs: config.inputs(), config, corrected, blocks: Vec::new(), rings }
+    }
+
+    /// Numbers of an observation.
+    pub fn inputs(&self) -> usize {
+        self.inputs.len()
+    }
+
+    /// Begins the episodes of this seed, from the first on.
+    pub fn reset(&mut self, seed: u64) {
+        self.config.seed = seed;
+        let count = self.rings.div_ceil(LANES);
+        let block = |index| {
+            let block = VecEnv::new(&self.config, STREAM, index, self.config.hold_of(index, count));
+            let mut block = block.with_rings((self.rings - index * LANES).min(LANES));
+            if let Some(advice) = &self.corrected {
+                block.correct(advice);
+            }
+            block
+        };
+        self.blocks = (0..count).into_par_iter().map(block).collect();
+    }
+
+    /// Begins the next episode of these rings.
+    pub fn begin(&mut self, wanted: impl Fn(usize) -> bool + Sync) {
+        self.blocks.par_iter_mut().enumerate().for_each(|(index, block)| {
+            let rings = (0..LANES).filter(|l| index * LANES + l < self.rings && wanted(index * LANES + l));
+            rings.for_each(|l| block.begin_episode(l));
+        });
+    }
+
+    /// What each policy sees now.
+    pub fn observe(&self, observations: &mut [f32]) {
+        let inputs = &self.inputs;
+        let rows = observations.par_chunks_mut(LANES * inputs.len());
+        self.blocks.par_iter().zip(rows).for_each(|(block, rows)| {
+            rows.chunks_exact_mut(inputs.len()).enumerate().for_each(|(l, row)| scale(inputs, &block.observe(l), row));
+        });
+    }
+
+    /// One hold of all rings.
+    pub fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+        let (config, inputs) = (&self.config, &self.inputs);
+        let row = LANES * inputs.len();
+        let blocks = self.blocks.par_iter_mut().zip(actions.par_chunks(LANES));
+        let seen = out.observations.par_chunks_mut(row).zip(out.final_observations.par_chunks_mut(row));
+        let earned = out.rewards.par_chunks_mut(LANES).zip(out.mean_speeds_mps.par_chunks_mut(LANES));
+        let ended = out.terminations.par_chunks_mut(LANES).zip(out.truncations.par_chunks_mut(LANES));
+        blocks.zip(seen).zip(earned.zip(ended)).for_each(|(((block, actions), (seen, last)), (earned, ended))| {
+            let hold = block.hold_length();
+            // Rings beyond the last are advised the middle, and nobody looks.
+            let actions = std::array::from_fn(|l| action(config, actions.get(l).copied().unwrap_or(0.0), hold));
+            let outcomes = block.hold(&actions);
+            for (l, outcome) in outcomes.iter().enumerate().take(earned.0.len()) {
+                let place = l * inputs.len()..(l + 1) * inputs.len();
+                scale(inputs, &outcome.last_seen, &mut seen[place.clone()]);
+                if outcome.ending != Ending::None {
+                    last[place.clone()].copy_from_slice(&seen[place.clone()]);
+                    scale(inputs, &block.observe(l), &mut seen[place]);
+                }
+                (earned.0[l], earned.1[l]) = (f64::from(outcome.reward), f64::from(outcome.mean_mps));
+                (ended.0[l], ended.1[l]) = (outcome.ending == Ending::Crash, outcome.ending == Ending::Horizon);
+            }
+        });
+    }
+}
+
+fn scale(inputs: &[NetworkInput], seen: &Observation, row: &mut [f32]) {
+    row.iter_mut().zip(inputs).for_each(|(number, input)| *number = input.scaled(seen));
+}
+
+/// One row for each of these.
+pub fn scale_rows(inputs: &[NetworkInput], seen: &[Observation], rows: &mut [f32]) {
+    rows.chunks_exact_mut(inputs.len()).zip(seen).for_each(|(row, seen)| scale(inputs, seen, row));
+}
+
+/// Rings whose steps are written into numpy arrays that are made once. See `codrive._ring` for what stands around it.
+#[pyclass(module = "codrive._codrive")]
+pub struct Rings {
+    batch: RingBatch,
+    levels: u32,
+    observations: Py<PyArray2<f32>>,
+    final_observations: Py<PyArray2<f32>>,
+    rewards: Py<PyArray1<f64>>,
+    mean_speeds_mps: Py<PyArray1<f64>>,
+    terminations: Py<PyArray1<bool>>,
+    truncations: Py<PyArray1<bool>>,
+}
+
+#[pymethods]
+impl Rings {
+    #[new]
+    fn new(py: Python<'_>, configuration: &Configuration, num_envs: usize) -> PyResult<Self> {
+        if !(1..=65_536).contains(&num_envs) {
+            return Err(PyValueError::new_err(format!("num_envs is {num_envs}; allowed: 1 to 65536")));
+        }
+        let batch = RingBatch::new(configuration, num_envs);
+        let table = || PyArray2::zeros(py, [num_envs, batch.inputs()], false).unbind();
+        Ok(Self {
+            observations: table(),
+            final_observations: table(),
+            rewards: PyArray1::zeros(py, num_envs, false).unbind(),
+            mean_speeds_mps: PyArray1::zeros(py, num_envs, false).unbind(),
+            terminations: PyArray1::zeros(py, num_envs, false).unbind(),
+            truncations: PyArray1::zeros(py, num_envs, false).unbind(),
+            levels: configuration.config.advice.levels,
+            batch,
+        })
+    }
+
+    /// What the policies see, float32, `(num_envs, inputs)`. Each step writes into this same array.
+    #[getter]
+    fn observations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        self.observations.bind(py).clone()
+    }
+
+    /// What they would have seen next where an episode has just ended, float32, `(num_envs, inputs)`.
+    #[getter]
+    fn final_observations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
+        self.final_observations.bind(py).clone()
+    }
+
+    /// Rewards of the last step, m/s, float64, `(num_envs,)`.
+    #[getter]
+    fn rewards<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.rewards.bind(py).clone()
+    }
+
+    /// Mean speed of all cars over the last step, m/s, float64, `(num_envs,)`.
+    #[getter]
+    fn mean_speeds_mps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.mean_speeds_mps.bind(py).clone()
+    }
+
+    /// Where cars collided, bool, `(num_envs,)`.
+    #[getter]
+    fn terminations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        self.terminations.bind(py).clone()
+    }
+
+    /// Where the horizon was reached, bool, `(num_envs,)`.
+    #[getter]
+    fn truncations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        self.truncations.bind(py).clone()
+    }
+
+    /// Begins the episodes of this seed from the first on.
+    fn reset(&mut self, py: Python<'_>, seed: u64) -> PyResult<()> {
+        let batch = &mut self.batch;
+        threads::on_all_cores(py, || batch.reset(seed))?;
+        self.look(py)
+    }
+
+    /// Begins the next episode of the rings that `mask` marks, bool, `(num_envs,)`.
+    fn begin(&mut self, py: Python<'_>, mask: PyReadonlyArray1<'_, bool>) -> PyResult<()> {
+        self.check_begun()?;
+        let wanted = mask.as_slice()?.to_vec();
+        self.check_length(wanted.len(), "mask")?;
+        let batch = &mut self.batch;
+        threads::on_all_cores(py, || batch.begin(|ring| wanted[ring]))?;
+        self.look(py)
+    }
+
+    /// One hold of all rings under these actions, float32, `(num_envs,)`. True if an episode ended.
+    fn step(&mut self, py: Python<'_>, actions: PyReadonlyArray1<'_, f32>) -> PyResult<bool> {
+        self.check_begun()?;
+        let actions = actions.as_slice()?;
+        self.check_length(actions.len(), "actions")?;
+        self.check_actions(actions)?;
+        let out = StepBuffers {
+            observations: slice(self.observations.bind(py))?,
+            final_observations: slice(self.final_observations.bind(py))?,
+            rewards: slice(self.rewards.bind(py))?,
+            mean_speeds_mps: slice(self.mean_speeds_mps.bind(py))?,
+            terminations: slice(self.terminations.bind(py))?,
+            truncations: slice(self.truncations.bind(py))?,
+        };
+        let (rows, rings) = (self.batch.rings * self.batch.inputs(), self.batch.rings);
+        let lengths = [out.observations.len(), out.final_observations.len(), out.rewards.len() * self.batch.inputs()];
+        let marks = [out.mean_speeds_mps.len(), out.terminations.len(), out.truncations.len()];
+        if lengths != [rows; 3] || marks != [rings; 3] {
+            return Err(PyValueError::new_err(
+                "an array of the environment has been resized; make the environment anew",
+            ));
+        }
+        let batch = &mut self.batch;
+        let work = move || {
+            let StepBuffers { observations, final_observations, rewards, mean_speeds_mps, terminations, truncations } =
+                out;
+            let out = StepBuffers {
+                observations,
+                final_observations,
+                rewards,
+                mean_speeds_mps,
+                terminations: &mut *terminations,
+                truncations: &mut *truncations,
+            };
+            batch.step(actions, out);
+            terminations.iter().zip(&*truncations).any(|(crash, horizon)| *crash || *horizon)
+        };
+        if rings <= LANES { threads::here(py, work) } else { threads::on_all_cores(py, work) }
+    }
+}
+
+impl Rings {
+    fn look(&mut self, py: Python<'_>) -> PyResult<()> {
+        let observations = slice(self.observations.bind(py))?;
+        let batch = &self.batch;
+        threads::on_all_cores(py, || batch.observe(observations))
+    }
+
+    fn check_begun(&self) -> PyResult<()> {
+        if self.batch.blocks.is_empty() {
+            Err(PyRuntimeError::new_err("no episode has begun: reset first"))
+        } else {
+            Ok(())
+        }
+    }
+
+    fn check_length(&self, length: usize, what: &str) -> PyResult<()> {
+        let rings = self.batch.rings;
+        if length == rings {
+            return Ok(());
+        }
+        Err(PyValueError::new_err(format!("{what} has {length} entries; allowed: {rings}, one for each environment")))
+    }
+
+    /// Actions are numbers, or numbers of levels.
+    fn check_actions(&self, actions: &[f32]) -> PyResult<()> {
+        let levels = self.levels;
+        let is_action = |action: &f32| match levels {
+            0 => action.is_finite(),
+            levels => action.fract() == 0.0 && (0.0..levels as f32).contains(action),
+        };
+        let Some(at) = actions.iter().position(|action| !is_action(action)) else { return Ok(()) };
+        let allowed = if levels == 0 {
+            "a finite number; -1 to 1 spans the limits".into()
+        } else {
+            format!("0 to {}", levels - 1)
+        };
+        Err(PyValueError::new_err(format!("the action of environment {at} is {}; allowed: {allowed}", actions[at])))
+    }
+}
+
+/// The memory of an array that this module made and keeps.
+#[expect(
+    clippy::mut_from_ref,
+    reason = "numpy's arrays are shared with Python; what one is to hold is written while `Rings` is borrowed"
+)]
+fn slice<'a, T: numpy::Element, D: numpy::ndarray::Dimension>(
+    array: &'a Bound<'_, numpy::PyArray<T, D>>,
+) -> PyResult<&'a mut [T]> {
+    if !array.is_contiguous() {
+        return Err(PyValueError::new_err("an array of the environment has been reshaped; make the environment anew"));
+    }
+    // SAFETY: the memory is numpy's and lives as long as `array`; Rust writes it through `Rings` alone, which is borrowed mutably.
+    // What Python reads or writes meanwhile from another thread are numbers of either step: any bits are a value of `T`, of a bool, too,
+    // for numpy writes 0 and 1 alone.
+    unsafe { array.as_slice_mut() }.map_err(|e| PyValueError::new_err(e.to_string()))
+}

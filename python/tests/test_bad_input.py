@@ -1,0 +1,198 @@
+"""What cannot be done is said in Python's own errors, with what is allowed; nothing ends the interpreter."""
+
+import gymnasium
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import codrive
+
+SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"name": "ring-25"}, ValueError, r"no ring \"ring-25\" \(did you mean ring-250\?\); allowed: ring-250, ring-641"),
+        ({"name": 3}, TypeError, "name is 3"),
+        ({"name": "no-such.toml"}, ValueError, "no-such.toml: cannot be read"),
+        ({"driver": "slopy"}, ValueError, r"\"slopy\" \(did you mean sloppy\?\)"),
+        ({"driver": "reaction=soon"}, ValueError, "reaction is \"soon\""),
+        ({"driver": 1}, TypeError, "driver is 1"),
+        ({"engine": "rings"}, ValueError, r"engine is 'rings' \(did you mean ring\?\)"),
+        ({"hold": 0.25}, ValueError, "hold_s is 0.25; allowed: a whole number"),
+        ({"hold": float("nan")}, ValueError, "hold_s is not a finite number"),
+        ({"hold": 1.0, "hold_s": 1.0}, TypeError, "hold and hold_s are the same setting"),
+        ({"advice": "sped"}, ValueError, "action is \"sped\"; allowed: one of acceleration, speed"),
+        ({"vehicles_max": 500}, ValueError, "vehicles_max is 500; allowed: a whole number from 2 to 200"),
+        ({"vehicles_max": 22.5}, ValueError, "vehicles_max is 22.5"),
+        ({"vehicles_max": "many"}, ValueError, "vehicles_max is \"many\""),
+        ({"vehicles_max": [1]}, TypeError, r"vehicles_max is \[1\]"),
+        ({"vehicle_max": 22}, TypeError, "unknown key `vehicle_max`; did you mean `vehicles_max`"),
+        ({"idm": {"v1": 3}}, TypeError, "unknown key `idm.v1`"),
+        ({"idm": 3}, TypeError, "unknown key `idm`"),
+        ({"sees": "sped"}, ValueError, r"sees names `sped` \(did you mean speed\?\)"),
+        ({"sees": ""}, ValueError, "sees"),
+        ({"render_mode": "human"}, ValueError, "render_mode is 'human'; allowed: None"),
+        ({"seed": -1}, ValueError, "seed is -1"),
+    ],
+)
+def test_what_make_refuses(arguments, error, words):
+    for make in (codrive.make, codrive.make_vec):
+        with pytest.raises(error, match=words):
+            make(**arguments)
+
+
+@pytest.mark.parametrize("count", [0, -1, 65_537, 2**70, 1.5, "4", None, True])
+def test_numbers_of_environments_that_cannot_be(count):
+    with pytest.raises((ValueError, OverflowError), match="num_envs|int too"):
+        codrive.make_vec(num_envs=count)
+
+
+BAD_ACTIONS = [
+    (np.zeros((3, 1), np.float32), ValueError, r"shape \(3, 1\); allowed: \(4, 1\)"),
+    (np.zeros(4, np.float32), ValueError, r"shape \(4,\); allowed: \(4, 1\)"),
+    (0.5, ValueError, r"shape \(\); allowed"),
+    (np.array([[0.0], [0.0], [np.nan], [0.0]]), ValueError, "action of environment 2 is NaN"),
+    (np.full((4, 1), np.inf), ValueError, "action of environment 0 is inf"),
+    (np.full((4, 1), 1e300), ValueError, "action of environment 0 is inf"),
+    (np.full((4, 1), "fast"), TypeError, "dtype <U4; allowed: numbers"),
+    (np.full((4, 1), None), TypeError, "dtype object"),
+    (np.zeros((4, 1), complex), TypeError, "dtype complex128"),
+    (np.zeros((4, 1), bool), TypeError, "dtype bool"),
+    ([[0.0], [0.0, 1.0], [0.0], [0.0]], ValueError, "actions are no array"),
+    (None, TypeError, "dtype object"),
+]
+
+
+@pytest.mark.parametrize(("actions", "error", "words"), BAD_ACTIONS)
+def test_actions_that_cannot_be(actions, error, words):
+    envs = codrive.make_vec(num_envs=4, **SHORT)
+    envs.reset(seed=1)
+    with pytest.raises(error, match=words):
+        envs.step(actions)
+    # It goes on as if nothing had been asked.
+    again = codrive.make_vec(num_envs=4, **SHORT)
+    again.reset(seed=1)
+    good = np.zeros((4, 1), np.float32)
+    assert np.array_equal(envs.step(good)[0], again.step(good)[0])
+
+
+@pytest.mark.parametrize(
+    ("action", "error", "words"),
+    [(3, ValueError, "is 3; allowed: 0 to 2"), (-1, ValueError, "is -1"), (1.0, TypeError, "whole numbers"), ([1], ValueError, "shape")],
+)
+def test_levels_that_are_not_there(action, error, words):
+    env = codrive.make(levels=3, **SHORT)
+    env.reset(seed=1)
+    with pytest.raises(error, match=words):
+        env.step(action)
+
+
+def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
+    one, many = codrive.make(**SHORT), codrive.make_vec(num_envs=2, **SHORT)
+    for env, action in ((one, np.zeros(1)), (many, np.zeros((2, 1)))):
+        with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
+            env.step(action)
+        env.reset(seed=1)
+        env.close()
+        env.close()
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="make another"):
+            env.step(action)
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+            env.reset()
+
+
+@pytest.mark.parametrize("seed", [[1, 2], "1", 1.5])
+def test_seeds_that_cannot_be(seed):
+    with pytest.raises(TypeError, match="seed"):
+        codrive.make_vec(num_envs=2, **SHORT).reset(seed=seed)
+
+
+@pytest.mark.parametrize("mask", [np.ones(3, bool), np.ones(2), "yes", np.ones((2, 1), bool)])
+def test_masks_that_cannot_be(mask):
+    with pytest.raises(ValueError, match="reset_mask"):
+        codrive.make_vec(num_envs=2, **SHORT).reset(options={"reset_mask": mask})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"policy": "fastest"}, ValueError, "policy `fastest` is unknown"),
+        ({"policy": "follower-stoper"}, ValueError, "did you mean follower-stopper"),
+        ({"policy": "no-such.onnx"}, ValueError, "no-such.onnx"),
+        ({"policy": 3}, TypeError, "policy is 3; allowed"),
+        ({"policy": "none", "over": 0}, ValueError, "over is 0"),
+        ({"policy": "none", "as_": "arrow"}, ValueError, "as_ is 'arrow'"),
+        ({"policy": "none", "aim": float("nan")}, ValueError, "aim is nan"),
+        ({"policy": lambda seen: np.zeros(3), "over": 2}, ValueError, r"shape \(3,\); allowed"),
+        ({"policy": lambda seen: np.full(len(seen), np.nan), "over": 2}, ValueError, "ring 0 is nan"),
+        ({"policy": lambda seen: "fast", "over": 2}, ValueError, "the policy gave <U4"),
+        ({"policy": lambda seen: 1 / 0, "over": 2}, ZeroDivisionError, "division"),
+    ],
+)
+def test_what_evaluate_refuses(arguments, error, words):
+    with pytest.raises(error, match=words):
+        codrive.evaluate(**{"over": 2, "driver": "exact", **SHORT, **arguments})
+
+
+_numbers = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(2**70), 2**70),
+    st.floats(),
+    st.text(max_size=8),
+    st.lists(st.floats(), max_size=4),
+    st.dictionaries(st.text(max_size=4), st.floats(), max_size=2),
+    st.binary(max_size=3),
+)
+_names = st.one_of(st.sampled_from([*codrive.settings(), "hold", "advice", "name", "engine"]), st.text(max_size=12))
+#: Whatever goes wrong goes wrong so.
+ALLOWED = (TypeError, ValueError, OverflowError, gymnasium.error.Error, gymnasium.error.ClosedEnvironmentError)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(st.dictionaries(_names, _numbers, max_size=3))
+def test_any_settings_make_an_environment_or_an_error(arguments):
+    # The dear ones are bounded from above.
+    if isinstance(arguments.get("warm_up_s"), float) and arguments["warm_up_s"] > 100.0:
+        arguments["warm_up_s"] = 100.0
+    try:
+        env = codrive.make(**arguments)
+        env.reset(seed=1)
+        env.step(env.action_space.sample())
+    except ALLOWED as error:
+        assert str(error)
+
+
+_calls = st.lists(
+    st.one_of(
+        st.tuples(st.just("reset"), st.one_of(st.none(), st.integers(-3, 2**70), st.text(max_size=3))),
+        st.tuples(st.just("step"), st.one_of(st.floats(), st.lists(st.floats(width=32), min_size=3, max_size=3), st.none())),
+        st.tuples(st.just("good"), st.floats(-1, 1)),
+        st.tuples(st.just("mask"), st.lists(st.booleans(), min_size=2, max_size=4)),
+        st.tuples(st.just("close"), st.none()),
+    ),
+    max_size=8,
+)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(_calls)
+def test_any_order_of_calls_gives_numbers_or_an_error(calls):
+    envs = codrive.make_vec(num_envs=3, **SHORT)
+    for call, value in calls:
+        try:
+            if call == "reset":
+                envs.reset(seed=value)
+            elif call == "mask":
+                envs.reset(options={"reset_mask": np.array(value)})
+            elif call == "close":
+                envs.close()
+            else:
+                actions = np.full((3, 1), value) if call == "good" else np.reshape(value, (-1, 1))
+                seen, rewards, *_ = envs.step(actions)
+                assert np.isfinite(seen).all() and np.isfinite(rewards).all()
+        except ALLOWED as error:
+            assert str(error)

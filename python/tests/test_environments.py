@@ -1,0 +1,192 @@
+"""Rings as environments of Gymnasium."""
+
+import multiprocessing
+import threading
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import codrive
+
+#: Episodes of seconds.
+SHORT = {"warm_up_s": 5.0, "horizon_s": 4.0}
+
+
+def random_drive(envs, holds, seed):
+    """All that a vector environment gives under random actions of a seed."""
+    rng = np.random.default_rng(seed)
+    given = [envs.reset(seed=seed)[0]]
+    for _ in range(holds):
+        seen, rewards, terminations, truncations, _ = envs.step(rng.uniform(-1, 1, (envs.num_envs, 1)).astype(np.float32))
+        given += [seen, rewards, terminations, truncations]
+    return b"".join(part.tobytes() for part in given)
+
+
+@pytest.mark.parametrize("name", ["codrive/Ring250-v0", "codrive/Ring641-v0"])
+def test_gymnasiums_checker_passes(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # What it always says of bounds that are infinite, which those of a gap are.
+        warnings.filterwarnings("ignore", message=".*infinity.*")
+        check_env(gymnasium.make(name, **SHORT).unwrapped)
+
+
+def test_gymnasiums_checker_passes_for_levels_too():
+    check_env(gymnasium.make("codrive/Ring250-v0", levels=5, **SHORT).unwrapped)
+
+
+def test_the_ids_make_one_and_many():
+    assert isinstance(gymnasium.make("codrive/Ring250-v0", hold=2.0).unwrapped, codrive.RingEnv)
+    envs = gymnasium.make_vec(
+        "codrive/Ring641-v0", num_envs=3, vectorization_mode="vector_entry_point", advice="speed", **SHORT
+    )
+    assert isinstance(envs.unwrapped, codrive.RingVectorEnv)
+    assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    assert envs.reset(seed=1)[0].shape == (3, 4)
+
+
+def test_one_environment_is_the_first_of_a_vector_of_one():
+    env, envs = codrive.make(**SHORT), codrive.make_vec(num_envs=1, **SHORT)
+    one, many = env.reset(seed=5)[0], envs.reset(seed=5)[0]
+    assert np.array_equal(one, many[0])
+    for hold in range(10):
+        action = np.array([np.sin(hold)], np.float32)
+        seen, reward, terminated, truncated, _ = env.step(action)
+        all_seen, rewards, terminations, truncations, infos = envs.step(action[None])
+        assert (reward, terminated, truncated) == (rewards[0], terminations[0], truncations[0])
+        last = infos["final_obs"][0] if terminated or truncated else all_seen[0]
+        assert np.array_equal(seen, last)
+        if terminated or truncated:
+            assert np.array_equal(env.reset()[0], all_seen[0])
+
+
+def test_a_seed_makes_the_same_episodes_again_and_another_seed_others():
+    envs = codrive.make_vec(num_envs=37, **SHORT)
+    first = random_drive(envs, 9, seed=3)
+    assert random_drive(envs, 9, seed=3) == first
+    assert random_drive(codrive.make_vec(num_envs=37, **SHORT), 9, seed=3) == first
+    assert random_drive(envs, 9, seed=4) != first
+
+
+def test_the_setting_seed_is_that_of_the_first_reset():
+    own = codrive.make(seed=12, **SHORT).reset()[0]
+    assert np.array_equal(own, codrive.make(**SHORT).reset(seed=12)[0])
+    assert not np.array_equal(own, codrive.make(seed=13, **SHORT).reset()[0])
+
+
+def test_an_episode_ends_at_its_horizon_in_the_same_step():
+    # Four holds of 1 s in 4 s; the model's own guard keeps anybody from crashing.
+    envs = codrive.make_vec(num_envs=5, driver="guarded", **SHORT)
+    envs.reset(seed=1)
+    still = np.zeros((5, 1), np.float32)
+    for hold in range(1, 9):
+        seen, _, terminations, truncations, infos = envs.step(still)
+        assert not terminations.any()
+        assert truncations.all() == (hold % 4 == 0) and truncations.any() == truncations.all()
+        assert ("final_obs" in infos) == truncations.any()
+    assert infos["_final_obs"].all() and infos["_final_info"].all()
+    final = np.stack(infos["final_obs"])
+    assert final.dtype == np.float32 and final.shape == seen.shape and not np.array_equal(final, seen)
+    assert np.array_equal(infos["final_info"]["mean_speed_mps"], infos["mean_speed_mps"])
+
+
+def test_a_crash_terminates_and_costs_the_penalty():
+    # To the letter and full ahead: 0.5 m/s2 closes any gap of 250 m in a minute.
+    env = codrive.make(driver="exact", collision_penalty=100.0, horizon_s=100.0, warm_up_s=5.0)
+    env.reset(seed=1)
+    for _ in range(100):
+        _, reward, terminated, truncated, info = env.step(np.ones(1, np.float32))
+        if terminated:
+            break
+    assert terminated and not truncated
+    assert reward == pytest.approx(info["mean_speed_mps"] - 100.0, abs=1e-4)
+    with pytest.raises(gymnasium.error.ResetNeeded, match="has ended"):
+        env.step(np.ones(1, np.float32))
+
+
+def test_an_action_is_a_share_of_its_limits():
+    # One hold of 1 s to the letter: the speed changes by the acceleration, 0.5 m/s2 at 1, and not at all at 0. Speeds are scaled: 10 m/s is 1.
+    for action, change_mps in ((1.0, 0.5), (0.0, 0.0), (-0.4, -0.2), (7.0, 0.5)):
+        env = codrive.make(warm_up_s=60.0)
+        assert env.action_limits == (-0.5, 0.5) and env.inputs[0] == ("speed", 0.0, 10.0)
+        before = env.reset(seed=2)[0][0]
+        after = env.step(np.array([action], np.float32))[0][0]
+        assert (after - before) * 5.0 == pytest.approx(change_mps, abs=1e-4)
+
+
+def test_levels_lie_evenly_between_the_limits():
+    for level, change_mps in ((0, -0.5), (1, 0.0), (2, 0.5)):
+        env = codrive.make(levels=3, warm_up_s=60.0)
+        before = env.reset(seed=2)[0][0]
+        assert (env.step(level)[0][0] - before) * 5.0 == pytest.approx(change_mps, abs=1e-4)
+    assert codrive.make_vec(num_envs=2, levels=3).action_space == gymnasium.spaces.MultiDiscrete([3, 3])
+
+
+def test_arrays_are_the_callers_own_unless_copy_is_false():
+    for copy in (True, False):
+        envs = codrive.make_vec(num_envs=4, copy=copy, **SHORT)
+        envs.reset(seed=1)
+        first = envs.step(np.zeros((4, 1), np.float32))
+        kept = [part.copy() for part in first[:4]]
+        second = envs.step(np.ones((4, 1), np.float32))
+        for part, as_it_was, later in zip(first[:2], kept, second):
+            assert np.array_equal(part, as_it_was) == copy
+            assert np.shares_memory(part, later) != copy
+
+
+def test_a_mask_resets_those_alone():
+    envs = codrive.make_vec(num_envs=20, **SHORT)
+    before = envs.reset(seed=1)[0]
+    mask = np.arange(20) % 7 == 3
+    after = envs.reset(options={"reset_mask": mask})[0]
+    changed = (after != before).any(axis=1)
+    assert np.array_equal(changed, mask)
+
+
+def test_the_settings_are_those_that_were_asked_for():
+    settings = codrive.settings("ring-250", hold=2.0, advice="speed", idm={"v0": 20.0}, vehicles_max=24)
+    assert (settings["hold_s"], settings["action"], settings["idm"]["v0"]) == (2.0, "speed", 20.0)
+    assert (settings["vehicles_min"], settings["vehicles_max"], settings["circumference_min_m"]) == (22, 24, 250.0)
+    assert codrive.settings(driver="late")["follow"] == "driver"
+    assert codrive.settings(driver="reaction=2,error=0.1")["reaction_s"] == 2.0
+    assert codrive.settings(driver="people")["population"] == "people"
+    # numpy's numbers are numbers.
+    assert codrive.settings(vehicles_max=np.int64(23), horizon_s=np.float32(50.0))["horizon_s"] == 50.0
+
+
+def test_python_goes_on_while_rings_are_warmed_up():
+    ticks, stop = 0, threading.Event()
+
+    def count():
+        nonlocal ticks
+        while not stop.wait(0.001):
+            ticks += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    codrive.make_vec(num_envs=512, warm_up_s=400.0).reset(seed=1)
+    stop.set()
+    thread.join()
+    # Held for the whole warm-up the lock would let none through.
+    assert ticks >= 5
+
+
+def _child(queue):
+    queue.put(random_drive(codrive.make_vec(num_envs=40, **SHORT), 3, seed=1))
+
+
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="this system forks no processes")
+def test_a_forked_process_has_threads_of_its_own():
+    here = random_drive(codrive.make_vec(num_envs=40, **SHORT), 3, seed=1)
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = context.Process(target=_child, args=(queue,), daemon=True)
+        child.start()
+    assert queue.get(timeout=60) == here
+    child.join(timeout=60)

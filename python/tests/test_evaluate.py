@@ -1,0 +1,111 @@
+"""Evaluations: the numbers of the program, and policies of all kinds."""
+
+import json
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+import pandas
+import polars
+import pytest
+
+import codrive
+
+SHORT = {"warm_up_s": 20.0, "horizon_s": 30.0}
+ROOT = pathlib.Path(__file__).parents[2]
+PROGRAM = pathlib.Path(os.environ.get("CODRIVE_PROGRAM", ROOT / "target/debug/codrive"))
+
+
+def of_the_program(*arguments):
+    """What ``codrive evaluate --json`` says on rings of ``SHORT``."""
+    assert PROGRAM.is_file(), f"{PROGRAM} is not there: cargo build, or CODRIVE_PROGRAM says where it is"
+    command = [PROGRAM, "evaluate", "--json", "--warm-up", "20", "--horizon", "30", *arguments]
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT).stdout)
+
+
+def same(row, result):
+    """True if a row has the numbers of a ring to the bit."""
+    names = {"mean_mps": "mean_speed_mps", "settled_mps": "settled_speed_mps"}
+    for key, value in result.items():
+        own = row[names.get(key, key)]
+        assert (value is None and pandas.isna(own)) or own == value, f"{key}: {own} is not {value}"
+    return True
+
+
+def test_named_policies_have_the_numbers_of_the_program_to_the_bit():
+    names = ["follower-stopper", "none", "ring-250-speed"]
+    asked = [word for name in names for word in ("--policy", name)]
+    told = of_the_program(*asked, "--holds", "1,5", "--driver", "sloppy", "--over", "18", "--seed", "4")
+    own = codrive.evaluate(names, over=18, hold=[1.0, 5.0], driver="sloppy", seed=4, **SHORT)
+    assert len(own) == 3 * 2 * 18 and len(told["rows"]) == 6
+    for row in told["rows"]:
+        rings = own[(own.policy == row["policy"]) & (own.hold_s == row["hold_s"])]
+        assert list(rings.ring) == list(range(18))
+        assert all(same(ring, result) for (_, ring), result in zip(rings.iterrows(), row["rings"], strict=True))
+    # Not all the same numbers: the policies and drivers did drive.
+    assert own.groupby(["policy", "hold_s"]).mean_speed_mps.mean().nunique() >= 5
+
+
+def test_files_and_auto_have_the_numbers_of_the_program_to_the_bit():
+    for file in ("assets/policies/ring-250-speed/policy.onnx", "assets/policies/ring-250-personal/policy.toml"):
+        told = of_the_program("--policy", file, "--over", "2", "--driver", "people", "--holds", "5")["rows"][0]
+        own = codrive.evaluate(ROOT / file, over=2, driver="people", hold=5.0, **SHORT)
+        assert all(same(ring, result) for (_, ring), result in zip(own.iterrows(), told["rings"], strict=True))
+    own = codrive.evaluate("auto", "ring-641", over=2, hold=5.0, **SHORT)
+    assert set(own.policy) == {"ring-641-speed"}
+
+
+def test_a_callable_drives_as_the_policy_that_it_is():
+    # 4.3 m/s of 0 to 10: an action of -0.14. The program's own constant policy aims at 4.3.
+    constant = codrive.evaluate("constant", over=18, aim=4.3, hold=2.0, **SHORT)
+
+    def answer(seen):
+        assert seen.shape == (18, 4) and seen.dtype == np.float32
+        return np.full((18, 1), 2 * 4.3 / 10.0 - 1.0)
+
+    own = codrive.evaluate(answer, over=18, hold=2.0, advice="speed", **SHORT)
+    assert set(own.policy) == {"answer"}
+    # The action is float32: 4.3 to 3e-7.
+    assert own.mean_speed_mps.to_numpy() == pytest.approx(constant.mean_speed_mps.to_numpy(), abs=1e-5)
+    assert own.least_gap_m.to_numpy() == pytest.approx(constant.least_gap_m.to_numpy(), abs=1e-4)
+
+
+def test_something_with_predict_is_asked_without_noise():
+    class Model:
+        def predict(self, observation, deterministic=False):
+            assert deterministic
+            return np.zeros((len(observation), 1), np.float32), None
+
+    own = codrive.evaluate(Model(), over=3, advice="speed", **SHORT)
+    # The middle of 0 to 10 m/s.
+    middle = codrive.evaluate("constant", over=3, aim=5.0, **SHORT)
+    assert set(own.policy) == {"Model"}
+    assert list(own.mean_speed_mps) == list(middle.mean_speed_mps)
+
+
+def test_the_table_is_of_pandas_or_of_polars():
+    own = codrive.evaluate("none", over=2, **SHORT)
+    assert isinstance(own, pandas.DataFrame)
+    assert list(own.columns[:6]) == ["policy", "hold_s", "driver", "seed", "ring", "mean_speed_mps"]
+    other = codrive.evaluate("none", over=2, as_="polars", **SHORT)
+    assert isinstance(other, polars.DataFrame)
+    assert other["mean_speed_mps"].to_list() == list(own.mean_speed_mps)
+
+
+def test_without_a_name_all_built_in_policies_drive():
+    own = codrive.evaluate(over=1, **SHORT)
+    assert list(own.policy) == ["none", "constant", "two-phase", "follower-stopper", "pi", "linear-feedback"]
+    assert set(own.policy) < set(codrive.policies()) and "ring-641-acceleration" in codrive.policies()
+
+
+def test_a_hold_that_a_policy_was_not_trained_for_is_warned_of():
+    with pytest.warns(UserWarning, match="trained for holds of"):
+        codrive.evaluate("ring-641-speed", "ring-641", over=1, hold=1.0, **SHORT)
+
+
+def test_progress_is_said_where_it_is_asked_for(capfd):
+    codrive.evaluate("none", over=1, progress=True, **SHORT)
+    assert "1 of 1 rings" in capfd.readouterr().err
+    codrive.evaluate("none", over=1, progress=False, **SHORT)
+    assert capfd.readouterr().err == ""

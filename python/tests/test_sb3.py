@@ -1,0 +1,59 @@
+"""Stable-Baselines3: its checker, and its own kind of vector environment. It brings PyTorch, several GB with its libraries, so that
+where it is not installed these tests note themselves as not run (tests/not-run-here)."""
+
+import importlib.util
+import os
+
+import numpy as np
+import pytest
+
+import codrive
+
+SHORT = {"warm_up_s": 5.0, "horizon_s": 4.0}
+
+if importlib.util.find_spec("stable_baselines3") is None:
+
+    @pytest.fixture(autouse=True)
+    def noted_as_not_run(request):
+        line = f"stable-baselines3\tpython::{request.node.name}"
+        if file := os.environ.get("CODRIVE_TESTS_NOT_RUN"):
+            with open(file, "a", encoding="utf-8") as notes:
+                notes.write(line + "\n")
+        pytest.skip("stable-baselines3 is not installed")
+
+
+def test_its_checker_passes():
+    from stable_baselines3.common.env_checker import check_env
+
+    for settings in ({}, {"levels": 5}, {"advice": "speed", "driver": "people"}):
+        check_env(codrive.make(**SHORT, **settings))
+
+
+def test_its_vector_environment_is_ours():
+    import codrive.sb3
+
+    ours = codrive.make_vec(num_envs=20, **SHORT)
+    theirs = codrive.sb3.VecEnv(num_envs=20, **SHORT)
+    theirs.seed(3)
+    assert np.array_equal(theirs.reset(), ours.reset(seed=3)[0])
+    for hold in range(1, 9):
+        actions = np.full((20, 1), 0.1 * hold, np.float32)
+        seen, rewards, ended, told = theirs.step(actions)
+        own, own_rewards, terminations, truncations, infos = ours.step(actions)
+        assert np.array_equal(seen, own) and np.array_equal(rewards, own_rewards.astype(np.float32))
+        assert np.array_equal(ended, terminations | truncations) and ended.all() == (hold % 4 == 0)
+        for ring in np.flatnonzero(ended):
+            assert np.array_equal(told[ring]["terminal_observation"], infos["final_obs"][ring])
+            assert told[ring]["TimeLimit.truncated"] == truncations[ring]
+
+
+def test_it_learns_on_many_rings_and_its_model_is_evaluated():
+    from stable_baselines3 import PPO
+
+    import codrive.sb3
+
+    envs = codrive.sb3.VecEnv(num_envs=64, advice="speed", **SHORT)
+    model = PPO("MlpPolicy", envs, n_steps=8, batch_size=256, n_epochs=1, seed=1, device="cpu")
+    model.learn(512)
+    table = codrive.evaluate(model, over=2, advice="speed", **SHORT)
+    assert set(table.policy) == {"PPO"} and np.isfinite(table.mean_speed_mps).all()

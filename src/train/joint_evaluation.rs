@@ -1,0 +1,152 @@
+//! Evaluates a policy that answers for many rings at once, as one of another program does for which a call is dear. In: a
+//! configuration's rings and who is asked. Out: what [`super::evaluate()`] would say of a policy with these answers, to the bit.
+
+use super::{
+    config::TrainConfig,
+    evaluation::{EvaluatedBlock, steps},
+    simd::LANES,
+};
+use crate::{
+    metrics::EvaluationResult,
+    policy::{Action, MeanSpeed, Observation, Policy},
+};
+use rayon::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What is known of one ring between the question and the advisor that wants the answer.
+#[derive(Clone, Copy, Debug, Default)]
+struct Answer {
+    mean_speed: MeanSpeed,
+    action: Option<Action>,
+}
+
+/// Gives the answer that was given already.
+struct Answered {
+    answer: Arc<Mutex<Answer>>,
+    step_s: f64,
+}
+
+impl Policy for Answered {
+    fn watch(&mut self, seen: &Observation) {
+        self.answer.lock().unwrap_or_else(PoisonError::into_inner).mean_speed.watch(seen.speed_mps, self.step_s);
+    }
+
+    fn act(&mut self, _time_s: f64, _observation: &Observation) -> Action {
+        let answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner).action;
+        // Nothing was answered: as an answer that is no number, for which the advisor has its own rule.
+        answer.unwrap_or(Action::Speed(f64::NAN))
+    }
+}
+
+/// A block and the answers to its rings.
+struct AskedBlock {
+    driven: EvaluatedBlock,
+    answers: Vec<Arc<Mutex<Answer>>>,
+}
+
+impl AskedBlock {
+    fn new(config: &TrainConfig, stream: &str, index: usize) -> Self {
+        let answers: Vec<Arc<Mutex<Answer>>> = (0..LANES).map(|_| Arc::default()).collect();
+        let mut next = answers.iter();
+        let policy = || {
+            let answer = Arc::clone(next.next()?);
+            Some(Box::new(Answered { answer, step_s: config.ring.step_s }) as Box<dyn Policy>)
+        };
+        Self { driven: EvaluatedBlock::new(config, stream, index, config.hold(), policy), answers }
+    }
+
+    /// What the advisor of ring `l` is about to show its policy.
+    fn observation(&self, l: usize, config: &TrainConfig) -> Observation {
+        let seen = self.driven.env.observe(l);
+        let mut mean_speed = self.answers[l].lock().unwrap_or_else(PoisonError::into_inner).mean_speed;
+        Observation {
+            hold_s: config.hold().seconds(),
+            mean_speed_mps: mean_speed.watch(seen.speed_mps, config.ring.step_s),
+            advised_mps: self.driven.advisors.standing(l).map(|advice| advice.target_mps),
+            ..seen
+        }
+    }
+}
+
+/// Drives the rings of [`super::evaluate()`] for the same arguments side by side. Each hold `ask` is shown one observation for each
+/// ring and answers with one action for each. All rings have the shortest hold.
+///
+/// # Errors
+/// That of `ask`, which ends the drives.
+pub fn evaluate_jointly<E>(
+    config: &TrainConfig,
+    stream: &str,
+    rings: usize,
+    mut ask: impl FnMut(&[Observation]) -> Result<Vec<Action>, E>,
+) -> Result<Vec<EvaluationResult>, E> {
+    let mut blocks: Vec<AskedBlock> =
+        (0..rings.div_ceil(LANES)).into_par_iter().map(|index| AskedBlock::new(config, stream, index)).collect();
+    let mut left = steps(config, config.ring.horizon_s);
+    while left > 0 {
+        let seen = |block: &AskedBlock| (0..LANES).map(|l| block.observation(l, config)).collect::<Vec<_>>();
+        let seen: Vec<Observation> = blocks.iter().flat_map(seen).take(rings).collect();
+        let actions = ask(&seen)?;
+        let answers = blocks.iter().flat_map(|block| &block.answers);
+        for (answer, action) in answers.zip(&actions) {
+            answer.lock().unwrap_or_else(PoisonError::into_inner).action = Some(*action);
+        }
+        let steps = left.min(config.hold().steps().into());
+        blocks.par_iter_mut().for_each(|block| (0..steps).for_each(|_| block.driven.step()));
+        left -= steps;
+    }
+    Ok(blocks.iter().flat_map(|block| block.driven.results()).take(rings).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::train::{RingConfig, evaluate, evaluate_part};
+    use std::convert::Infallible;
+
+    /// A policy whose answer depends on all that an advisor adds to what is seen of the traffic.
+    fn answer(seen: &Observation) -> Action {
+        let advised_mps = seen.advised_mps.unwrap_or(2.0);
+        Action::Speed(0.4 * seen.mean_speed_mps + 0.3 * seen.leader_speed_mps + 0.2 * advised_mps + 0.1 * seen.hold_s)
+    }
+
+    struct OneByOne;
+
+    impl Policy for OneByOne {
+        fn act(&mut self, _time_s: f64, seen: &Observation) -> Action {
+            answer(seen)
+        }
+    }
+
+    fn config() -> TrainConfig {
+        let paper = TrainConfig::paper_ring();
+        // 25.5 s is no whole number of holds.
+        TrainConfig { ring: RingConfig { warm_up_s: 20.0, horizon_s: 25.5, ..paper.ring.clone() }, ..paper }
+    }
+
+    #[test]
+    fn who_is_asked_for_all_rings_drives_as_one_who_is_asked_for_each() {
+        let ask = |seen: &[Observation]| Ok::<_, Infallible>(seen.iter().map(answer).collect());
+        let Ok(jointly) = evaluate_jointly(&config(), "test", 20, ask);
+        let one_by_one = evaluate(&config(), "test", 20, || Some(Box::new(OneByOne)));
+        assert_eq!(jointly.len(), 20);
+        assert_eq!(jointly, one_by_one);
+    }
+
+    #[test]
+    fn an_error_of_who_is_asked_ends_the_drives() {
+        let mut questions = 0;
+        let ask = |seen: &[Observation]| {
+            questions += 1;
+            if questions < 3 { Ok(seen.iter().map(answer).collect()) } else { Err("tired") }
+        };
+        assert_eq!(evaluate_jointly(&config(), "test", 1, ask), Err("tired"));
+        assert_eq!(questions, 3);
+    }
+
+    #[test]
+    fn an_evaluation_in_parts_is_that_of_the_whole() {
+        let part = |rings| evaluate_part(&config(), "test", rings, 37, || Some(Box::new(OneByOne)));
+        let whole = evaluate(&config(), "test", 37, || Some(Box::new(OneByOne)));
+        assert_eq!([part(0..16), part(16..37)].concat(), whole);
+    }
+}
