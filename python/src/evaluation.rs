@@ -23,7 +23,7 @@ use std::{
 const STREAM: &str = "evaluate";
 
 /// Rings that are driven between two looks at what Python has to say, such as Ctrl-C.
-const PART: usize = 256;
+const PART: usize = 64;
 
 /// Built-in policies that drive where none is named, as in `codrive evaluate`; and the shipped ones.
 #[pyfunction]

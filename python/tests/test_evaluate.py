@@ -3,7 +3,10 @@
 import json
 import os
 import pathlib
+import signal
 import subprocess
+import sys
+import time
 
 import numpy as np
 import pandas
@@ -109,3 +112,26 @@ def test_progress_is_said_where_it_is_asked_for(capfd):
     assert "1 of 1 rings" in capfd.readouterr().err
     codrive.evaluate("none", over=1, progress=False, **SHORT)
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("policy", "horizon_s"), [("'follower-stopper'", 800.0), ("lambda seen: seen[:, :1] * 0", 36_000.0)], ids=["by name", "by a callable"]
+)
+def test_ctrl_c_ends_an_evaluation(policy, horizon_s):
+    # Without an end it would drive for hours; it is stopped once it has begun.
+    program = (
+        "import codrive, signal\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "print('begun', flush=True)\n"
+        f"codrive.evaluate({policy}, over=100_000 if isinstance({policy}, str) else 64, horizon_s={horizon_s}, warm_up_s=0.0)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as done:
+        assert done.stdout.readline() == "begun\n"
+        time.sleep(1.0)
+        assert done.poll() is None, done.stderr.read()
+        done.send_signal(signal.SIGINT)
+        try:
+            _, said = done.communicate(timeout=120)
+        finally:
+            done.kill()
+    assert said.rstrip().endswith("KeyboardInterrupt")

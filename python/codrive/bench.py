@@ -1,0 +1,180 @@
+"""``python -m codrive.bench``: environment steps/s under random actions, and how they compare, all in one run.
+
+An environment step is one hold of one ring of 22 cars. Compared are the same rings in Rust without Python, a ring of the same maths in
+numpy, and SUMO by TraCI as Flow drove it (one ring, one decision a step of 0.1 s), where SUMO's Python is found.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import pathlib
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from codrive._codrive import data_folder, random_steps
+from codrive._numpy_ring import NumpyRing
+from codrive._register import make_vec
+from codrive._settings import configuration
+
+#: One step of the ring's model, s.
+STEP_S = 0.1
+
+#: A driver who keeps his distance whatever he is advised: after a collision most of the time would go into warming up other rings.
+DRIVER = "late"
+
+
+def python_rate(num_envs: int, hold_s: float, steps: int) -> float:
+    """Environment steps/s through ``VectorEnv.step``."""
+    envs = make_vec("ring-250", num_envs, hold=hold_s, driver=DRIVER, copy=False, seed=1)
+    envs.reset()
+    rng = np.random.default_rng(1)
+    begun = time.perf_counter()
+    for _ in range(steps):
+        envs.step(rng.uniform(-1.0, 1.0, (num_envs, 1)).astype(np.float32))
+    return num_envs * steps / (time.perf_counter() - begun)
+
+
+def rust_rate(num_envs: int, hold_s: float, steps: int) -> float:
+    """The same without Python."""
+    return num_envs * steps / random_steps(configuration("ring-250", hold_s, None, DRIVER, {}), num_envs, steps)
+
+
+def numpy_rate(num_envs: int, steps: int) -> float:
+    """Environment steps/s of the ring in numpy, held for one step of the model."""
+    rings = NumpyRing(num_envs, seed=1)
+    rng = np.random.default_rng(1)
+    begun = time.perf_counter()
+    for _ in range(steps):
+        rings.step(rng.uniform(-0.5, 0.5, num_envs).astype(np.float32))
+    return num_envs * steps / (time.perf_counter() - begun)
+
+
+def _traci() -> tuple[Any, str] | None:
+    """SUMO's module and its program, where they are: ``SUMO_HOME``, a checkout's ``.sumo``, or installed."""
+    homes = [pathlib.Path(os.environ["SUMO_HOME"])] if os.environ.get("SUMO_HOME") else []
+    homes += [folder / ".sumo/sumo" for folder in (data_folder(), pathlib.Path.cwd())]
+    for home in homes:
+        if (home / "tools/traci").is_dir() and (home / "bin/sumo").is_file():
+            sys.path.append(str(home / "tools"))
+            import traci
+
+            return traci, str(home / "bin/sumo")
+    try:
+        import sumo
+        import traci
+    except ImportError:
+        return None
+    return traci, str(pathlib.Path(sumo.SUMO_HOME) / "bin/sumo")
+
+
+_ROUTES = """<routes>
+<vType id="idm" carFollowModel="IDM" length="5" minGap="2" tau="1" accel="1" decel="1.5" maxSpeed="30" sigma="0.2"/>
+<route id="round" edges="e0 e1 e2 e3" repeat="10000"/>
+{cars}
+</routes>
+"""
+
+
+def sumo_rate(steps: int, cars: int = 22) -> float | None:
+    """Environment steps/s of one ring by TraCI: each step asks for all cars' places and speeds and commands one. None without SUMO."""
+    found = _traci()
+    if found is None:
+        return None
+    traci, program = found
+    with tempfile.TemporaryDirectory() as folder:
+        routes = pathlib.Path(folder) / "ring.rou.xml"
+        # From the last edge backwards, so that nobody is in the way of who enters after him.
+        places = sorted((250.0 / cars * k for k in range(cars)), reverse=True)
+        line = '<vehicle id="{k}" type="idm" depart="0" departPos="{at:.3f}" departSpeed="0"><route edges="{edges}" repeat="10000"/></vehicle>'
+        order = ["e0", "e1", "e2", "e3"] * 2
+        lines = []
+        for k, place in enumerate(places):
+            edge = int(place // 62.5)
+            lines.append(line.format(k=k, at=place % 62.5, edges=" ".join(order[edge : edge + 4])))
+        routes.write_text(_ROUTES.format(cars="\n".join(lines)), encoding="utf-8")
+        net = data_folder() / "maps/ring-250/net.xml"
+        command = [program, "-n", str(net), "-r", str(routes), "--step-length", str(STEP_S), "--no-step-log", "--no-warnings"]
+        traci.start([*command, "--seed", "1"], label="codrive.bench")
+        sumo = traci.getConnection("codrive.bench")
+        try:
+            while sumo.vehicle.getIDCount() < cars:
+                sumo.simulationStep()
+            for car in sumo.vehicle.getIDList():
+                sumo.vehicle.subscribe(car, (traci.constants.VAR_SPEED, traci.constants.VAR_LANEPOSITION, traci.constants.VAR_ROAD_ID))
+            rng = np.random.default_rng(1)
+            begun = time.perf_counter()
+            for _ in range(steps):
+                sumo.simulationStep()
+                seen = sumo.vehicle.getAllSubscriptionResults()
+                speed_mps = seen["0"][traci.constants.VAR_SPEED]
+                sumo.vehicle.setSpeed("0", max(speed_mps + rng.uniform(-0.5, 0.5) * STEP_S, 0.0))
+            return steps / (time.perf_counter() - begun)
+        finally:
+            sumo.close()
+
+
+def measure(num_envs: int, seconds: float) -> dict[str, Any]:
+    """All rates, environment steps/s, and the ratios that are promised.
+
+    Args:
+        num_envs: Rings side by side.
+        seconds: About how long each measurement takes.
+    """
+
+    def timed(rate: Callable[[int], float], first: int) -> float:
+        # As many steps as fill the time, by the rate of a first few.
+        steps = max(int(rate(first) * seconds / num_envs), first)
+        return rate(steps)
+
+    rates: dict[str, Any] = {"num_envs": num_envs, "cores": os.cpu_count()}
+    for hold_s in (1.0, STEP_S):
+        # The two in turns, best of three: what else the machine does hits both.
+        turns = [
+            (timed(lambda n: python_rate(num_envs, hold_s, n), 20), timed(lambda n: rust_rate(num_envs, hold_s, n), 20))
+            for _ in range(3)
+        ]
+        python, rust = (max(turn[k] for turn in turns) for k in (0, 1))
+        rates[f"hold {hold_s} s"] = {"python": python, "rust": rust, "python / rust": python / rust}
+    one_step = rates[f"hold {STEP_S} s"]["python"]
+    own = timed(lambda n: numpy_rate(num_envs, n), 5)
+    rates["numpy"] = {"rate": own, "codrive / numpy": one_step / own}
+    sumo = sumo_rate(max(int(1000 * seconds), 100))
+    if sumo is None:
+        rates["sumo by TraCI"] = "not measured: SUMO's Python is not here; scripts/setup or SUMO_HOME brings it"
+    else:
+        rates["sumo by TraCI"] = {"rate": sumo, "codrive / sumo": one_step / sumo}
+    return rates
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="python -m codrive.bench", description=__doc__.splitlines()[0])
+    parser.add_argument("--num-envs", type=int, default=1024, help="rings side by side (default 1024)")
+    parser.add_argument("--seconds", type=float, default=2.0, help="about how long each measurement takes (default 2)")
+    parser.add_argument("--json", action="store_true", help="print as JSON")
+    asked = parser.parse_args(arguments)
+    if not (asked.num_envs >= 1 and 0.0 < asked.seconds <= 3600.0):
+        parser.error("--num-envs must be at least 1, --seconds above 0 and at most 3600")
+    rates = measure(asked.num_envs, asked.seconds)
+    if asked.json:
+        print(json.dumps(rates, indent=1))
+        return
+    print(f"{rates['num_envs']} rings of 22 cars, {rates['cores']} cores; environment steps/s")
+    for name in ("hold 1.0 s", f"hold {STEP_S} s"):
+        of = rates[name]
+        print(f"  {name}: {of['python']:.3g} by VectorEnv.step, {of['rust']:.3g} in Rust: {of['python / rust']:.0%}")
+    print(f"  numpy, hold {STEP_S} s: {rates['numpy']['rate']:.3g}; codrive {rates['numpy']['codrive / numpy']:.0f} x")
+    sumo = rates["sumo by TraCI"]
+    said = sumo if isinstance(sumo, str) else f"{sumo['rate']:.3g}; codrive {sumo['codrive / sumo']:.0f} x"
+    print(f"  SUMO by TraCI, hold {STEP_S} s: {said}")
+
+
+if __name__ == "__main__":
+    main()

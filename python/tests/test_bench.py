@@ -1,0 +1,49 @@
+"""The benchmark and what it compares with."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import codrive
+from codrive import bench
+from codrive._numpy_ring import NumpyRing
+
+
+def test_the_ring_of_numpy_drives_as_that_of_the_engine():
+    # Without noise, from an even start at a standstill: the same maths, in float32 in another order.
+    env = codrive.make(
+        hold=0.1, idm={"noise": 0.0}, bunched_share=0.0, warm_up_s=0.0, sees="speed,leader_speed,gap", horizon_s=100.0
+    )
+    ring = NumpyRing(1, seed=1, noise=0.0)
+    env.reset(seed=1)
+    for step in range(300):
+        action = np.array([0.4 * np.sin(step / 40.0) + 0.2], np.float32)
+        seen, _, terminated, _, info = env.step(action)
+        own, mean_mps = ring.step(0.5 * action)
+        # -1 to 1 spans 0 to 10 m/s and 0 to 30 m.
+        speed, leader, gap = (seen + 1.0) * np.array([5.0, 5.0, 15.0])
+        assert not terminated
+        assert own[0] == pytest.approx([speed, leader, gap], abs=5e-3)
+        assert mean_mps[0] == pytest.approx(info["mean_speed_mps"], abs=1e-3)
+
+
+def test_the_benchmark_measures_all_ratios():
+    done = subprocess.run(
+        [sys.executable, "-m", "codrive.bench", "--num-envs", "32", "--seconds", "0.05", "--json"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    rates = json.loads(done.stdout)
+    assert rates["hold 1.0 s"]["python / rust"] > 0.0 and rates["numpy"]["codrive / numpy"] > 0.0
+    sumo = rates["sumo by TraCI"]
+    assert sumo["rate"] > 0.0 if isinstance(sumo, dict) else "SUMO_HOME" in sumo
+
+
+def test_without_sumo_the_benchmark_says_what_brings_it(monkeypatch):
+    monkeypatch.setattr(bench, "_traci", lambda: None)
+    assert bench.sumo_rate(10) is None
+    assert "scripts/setup" in bench.measure(16, 0.01)["sumo by TraCI"]
