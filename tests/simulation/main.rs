@@ -12,5 +12,6 @@ mod obstacles;
 #[cfg(feature = "onnx")]
 mod onnx;
 mod policies;
+mod python_episode;
 mod train;
 mod world;
