@@ -2,12 +2,13 @@
 //! numpy's memory, tables of evaluations. The Python files beside it make environments of it; docs/python.md says how it is used.
 //!
 //! [`configuration`] reads settings, [`rings`] moves many environments at once, [`evaluation`] judges policies, [`benchmark`] says
-//! how fast rings are without Python, [`threads`] keeps Python out while others compute.
+//! how fast rings are without Python, [`sweep`] carries out runs of plans, [`threads`] keeps Python out while others compute.
 
 mod benchmark;
 mod configuration;
 mod evaluation;
 mod rings;
+mod sweep;
 mod threads;
 
 use pyo3::prelude::*;
@@ -21,5 +22,6 @@ mod _codrive {
         configuration::{Configuration, data_folder},
         evaluation::{evaluate_answers, evaluate_policy, policy_names},
         rings::Rings,
+        sweep::Plan,
     };
 }

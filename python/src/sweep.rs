@@ -1,0 +1,67 @@
+//! Sweeps for Python: the runs of a plan, each as bytes. In: a plan's file. Out: names of parts, and parts.
+
+use crate::threads::here;
+use codrive::sweep::{SweepError, SweepPlan, results::SweepFolder};
+use pyo3::{
+    exceptions::{PyIndexError, PyRuntimeError, PyValueError},
+    prelude::*,
+    types::PyBytes,
+};
+use std::path::PathBuf;
+
+/// The runs of a plan, in its order.
+#[pyclass(frozen, module = "codrive._codrive")]
+pub struct Plan(SweepPlan);
+
+#[pymethods]
+impl Plan {
+    /// Reads a plan and checks every run of it. Files that it names are beside it.
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        here(py, || SweepPlan::read(&path))?.map(Self).map_err(raised)
+    }
+
+    /// How many runs.
+    fn __len__(&self) -> usize {
+        self.0.runs.len()
+    }
+
+    /// The name of each run's part: what is run, not where it stands in the plan.
+    fn part_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        here(py, || self.0.runs.iter().map(|run| run.part_name()).collect::<Result<_, _>>())?.map_err(raised)
+    }
+
+    /// What sets a run apart, as (table, what is varied in it as JSON).
+    fn words(&self, number: usize) -> PyResult<(String, String)> {
+        let run = self.run(number)?;
+        Ok((run.table.clone(), serde_json::Value::Object(run.varied.clone()).to_string()))
+    }
+
+    /// Does a run and gives its part, a Parquet file as bytes: the same bytes wherever it is done.
+    fn execute<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Bound<'py, PyBytes>> {
+        let run = self.run(number)?;
+        let part = here(py, || run.execute())?.map_err(raised)?;
+        Ok(PyBytes::new(py, &part))
+    }
+
+    /// Puts the parts in the folder `root`/parts into one table a kind. Gives (file, runs, rows) of each.
+    fn collect(&self, py: Python<'_>, root: PathBuf) -> PyResult<Vec<(PathBuf, usize, u64)>> {
+        let collected = here(py, || SweepFolder::open(&root)?.collect(&self.0))?.map_err(raised)?;
+        Ok(collected.into_iter().map(|table| (table.path, table.runs, table.rows)).collect())
+    }
+}
+
+impl Plan {
+    fn run(&self, number: usize) -> PyResult<&codrive::sweep::SweepRun> {
+        let runs = self.0.runs.len();
+        self.0.runs.get(number).ok_or_else(|| PyIndexError::new_err(format!("run {number}; allowed: 0 to {}", runs - 1)))
+    }
+}
+
+/// An error of a sweep in Python's own types.
+fn raised(error: SweepError) -> PyErr {
+    match error {
+        SweepError::Plan(text) => PyValueError::new_err(text),
+        error => PyRuntimeError::new_err(error.to_string()),
+    }
+}

@@ -1,0 +1,124 @@
+"""A sweep on a Ray cluster of two nodes: the same table as that of the program, to the byte; a node that is killed loses nothing."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+import pyarrow.parquet
+import pytest
+import ray
+
+from ray.cluster_utils import Cluster  # noqa: E402
+
+import codrive.sweep  # noqa: E402
+
+PLAN = """
+[[rings]]
+rings = 16
+[rings.settings]
+horizon_s = HORIZON
+warm_up_s = 5
+[rings.each]
+policy = ["calm.toml", "pi"]
+seed = "1-4"
+
+[[drives]]
+[drives.settings]
+traffic = "native"
+duration_s = 2
+trees = 0
+[drives.each]
+seed = "1-2"
+"""
+CALM = 'format = "codrive controller 1"\nkind = "constant"\nspeed_mps = 4.0\n'
+
+
+def plan(folder: pathlib.Path, horizon_s: int = 20) -> pathlib.Path:
+    """A plan of ten runs with a file beside it."""
+    (folder / "calm.toml").write_text(CALM)
+    path = folder / "plan.toml"
+    path.write_text(PLAN.replace("HORIZON", str(horizon_s)))
+    return path
+
+
+@pytest.fixture
+def cluster():
+    """Two nodes of a core each, each a process of this machine."""
+    made = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "object_store_memory": 80 << 20})
+    made.second = made.add_node(num_cpus=1, object_store_memory=80 << 20)
+    ray.init(address=made.address, log_to_driver=False, logging_level="error")
+    yield made
+    ray.shutdown()
+    made.shutdown()
+
+
+def tables(out: pathlib.Path) -> dict[str, bytes]:
+    """Each table by its name."""
+    return {path.name: path.read_bytes() for path in out.glob("*.parquet")}
+
+
+def test_two_nodes_come_to_the_table_of_the_program_to_the_byte(tmp_path, cluster):
+    path = plan(tmp_path)
+    program = os.environ["CODRIVE_PROGRAM"]
+    subprocess.run([program, "sweep", path, "--out", tmp_path / "local"], check=True, capture_output=True)
+    out = tmp_path / "ray"
+    assert codrive.sweep.sweep(str(path), str(out)) == {}
+    assert [table[1:] for table in codrive.sweep.collect(str(path), str(out))] == [(2, 2), (8, 128)]
+    assert tables(out) == tables(tmp_path / "local")
+    parts = {part.name: part.stat().st_mtime_ns for part in (out / "parts").iterdir()}
+    assert len(parts) == 10
+
+    # A second start makes what is missing, and nothing else.
+    lost = sorted(parts)[3]
+    (out / "parts" / lost).unlink()
+    assert codrive.sweep.sweep(str(path), str(out)) == {}
+    again = {part.name: part.stat().st_mtime_ns for part in (out / "parts").iterdir()}
+    assert {name for name in parts if again[name] != parts[name]} == {lost}
+
+
+def test_a_node_that_is_killed_loses_nothing_and_costs_no_wrong_row(tmp_path, cluster):
+    path = plan(tmp_path, horizon_s=20_000)
+    out = tmp_path / "ray"
+    runner = subprocess.Popen(
+        [sys.executable, "-m", "codrive.sweep", path, "--out", out, "--address", cluster.address],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not (out / "parts").is_dir() or not [part for part in (out / "parts").iterdir() if not part.name.startswith(".")]:
+        assert runner.poll() is None, runner.communicate()
+        time.sleep(0.05)
+    cluster.remove_node(cluster.second, allow_graceful=False)
+    said, errors = runner.communicate(timeout=300)
+    assert runner.returncode == 0, errors
+    assert "rings.parquet: 8 runs, 128 rows" in said
+    rows = pyarrow.parquet.read_table(out / "rings.parquet").to_pandas()
+    assert len(rows) == 128 and not rows.duplicated(["run", "ring"]).any()
+    # A run made here, without a cluster.
+    runs = codrive.sweep.Plan(str(path))
+    assert runs.execute(0) == (out / "parts" / runs.part_names()[0]).read_bytes()
+
+
+def test_what_fails_is_told_with_its_reason_and_the_others_are_kept(tmp_path, cluster, monkeypatch):
+    path = plan(tmp_path)
+    out = tmp_path / "ray"
+    names = codrive.sweep.Plan(str(path)).part_names()
+    # Something else stands where a part belongs.
+    (out / "parts" / names[2]).mkdir(parents=True)
+    (out / "parts" / names[2] / "x").write_text("")
+    monkeypatch.setattr(codrive.sweep.Store, "names", lambda self: {p.name for p in (out / "parts").iterdir() if p.is_file()})
+    failed = codrive.sweep.sweep(str(path), str(out))
+    assert list(failed) == [2] and names[2] in failed[2], failed
+    assert sum(part.is_file() for part in (out / "parts").iterdir()) == 9
+
+
+def test_a_wrong_plan_is_refused_before_anything_is_begun(tmp_path, capsys):
+    path = tmp_path / "plan.toml"
+    path.write_text("[[drives]]\n[drives.each]\nhold = [1]\n")
+    assert codrive.sweep.main([str(path), "--out", str(tmp_path / "out")]) == 2
+    assert f"{path}:3:1: unknown key `hold`; did you mean `hold_s`?" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(IndexError, match="allowed: 0 to 9"):
+        codrive.sweep.Plan(str(plan(tmp_path))).execute(10)
