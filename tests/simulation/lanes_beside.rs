@@ -1,15 +1,15 @@
 //! Lanes beside the ego's in a drive: what a policy is told of who is there, and of where the path changes lanes.
 
 use super::{
-    network::{GRID, driver, flows, policy_that_sees, scenario},
+    network::{GRID, drive, driver, flows, policy_that_sees, scenario},
     world::one_at_a_time,
 };
 use codrive::{
-    controls::Controls,
+    controls::{Controls, Indicator},
     scenario::Scenario,
     sim::{EventKind, Snapshot, World},
     space::CAR_LENGTH_M,
-    traffic::Demand,
+    traffic::{Demand, Flow},
 };
 
 /// The gap to the next vehicle ahead of an ego that drives up B0B1 in its outer lane, in the inner lane (x = 91.60 m in the file), by where bodies are on
@@ -83,4 +83,30 @@ fn a_policy_is_told_of_lines_and_of_the_end_of_a_lane_and_refused_where_no_lane_
     }
     let refused = first_advice_mps(round, "Ss se eE", "right_follower_gap", 1.0).expect_err("one lane");
     assert!(refused.contains("`right_follower_gap`, and its path has no lane to the right of its own"), "{refused}");
+}
+
+#[test]
+fn a_driver_changes_lanes_among_others_without_touching_them_and_indicates_until_it_is_over() {
+    let _alone = one_at_a_time();
+    let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 700.0, mix: Vec::new() };
+    // All go by B1C1, where the ego comes by the outer lane and has to leave by the inner one.
+    let demand =
+        Demand { files: Vec::new(), flows: vec![flow("A1B1", "C1C2"), flow("A1B1", "C1C0"), flow("B0B1", "C1C2")] };
+    for seed in 1..=3 {
+        let on_grid = scenario("B0B1 B1C1 C1C2", demand.clone());
+        let (mut beside, mut indicated) = (0, 0);
+        let found = drive(&Scenario { warm_up_s: 60.0, seed, ..on_grid }, |world| {
+            let (snapshot, net) = (world.snapshot(), &world.map().network);
+            let lane = snapshot.ego_lane.map(|at| net.lane(at.lane).id.as_str());
+            // On the outer lane before the change is over.
+            if lane == Some("B1C1_0") && snapshot.ego_s_m > 69.20 + 9.03 + 1.0 {
+                indicated += u32::from(snapshot.ego_indicator == Indicator::Left);
+                beside += 1;
+            }
+        });
+        println!("seed {seed}: {indicated} of {beside} ticks; {found:?}");
+        assert!(beside > 100 && indicated == beside);
+        assert_eq!((found.ended, found.contact_count), (Some(codrive::sim::EndReason::PathEnd), 0));
+        assert_eq!((found.left_road, found.near_misses), (0, 0));
+    }
 }

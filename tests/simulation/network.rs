@@ -36,7 +36,7 @@ pub(super) fn driver(world: &World) -> SimulatedDriver {
 }
 
 /// Drives to the end; `see` is shown the world after each tick. What came of it.
-fn drive(scenario: &Scenario, mut see: impl FnMut(&World)) -> codrive::sim::Summary {
+pub(super) fn drive(scenario: &Scenario, mut see: impl FnMut(&World)) -> codrive::sim::Summary {
     let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
     let mut driver = driver(&world);
     let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);

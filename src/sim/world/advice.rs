@@ -5,7 +5,9 @@ use super::{WorldError, lane_beside::lanes_beside, sham};
 use crate::{
     idm::IdmParams,
     map::{RoadMap, Route},
-    policy::{self, Advice, Advisor, Observation, Policy, PolicyError, PolicySettings, PolicySource, RoadKind},
+    policy::{
+        self, Advice, Advisor, LanesBeside, Observation, Policy, PolicyError, PolicySettings, PolicySource, RoadKind,
+    },
     scenario::Scenario,
     space::CAR_LENGTH_M,
     time::Tick,
@@ -28,6 +30,8 @@ pub(super) struct AdviceSource {
     /// The policy's name, and how it came to that one.
     pub policy: policy::ResolvedPolicy,
     pub expected: ExpectedSpeeds,
+    /// It sees who drives in the lanes beside. Looking for them takes memory, which a drive does without.
+    pub sees_lanes_beside: bool,
     /// Each vehicle has a policy of its own, engaged from this.
     source: Arc<PolicySource>,
     advisor: Advisor,
@@ -65,7 +69,8 @@ impl AdviceSource {
             policy => policy,
         };
         let advisor = Advisor::new(policy, scenario.hold(), scenario.range_mps());
-        Ok(Self { policy: resolved, expected, source, advisor, next: None })
+        let sees_lanes_beside = source.lacks(RoadKind::Network(LanesBeside::default())).is_some();
+        Ok(Self { policy: resolved, expected, sees_lanes_beside, source, advisor, next: None })
     }
 
     /// The same policy once more, engaged for another vehicle.
@@ -73,6 +78,7 @@ impl AdviceSource {
         Self {
             policy: self.policy.clone(),
             expected: self.expected,
+            sees_lanes_beside: self.sees_lanes_beside,
             source: Arc::clone(&self.source),
             advisor: Advisor::new(self.source.engage(), scenario.hold(), scenario.range_mps()),
             next: None,

@@ -22,6 +22,9 @@ const STOPS_MPS2: f64 = 4.5;
 const STANDING_MPS: f64 = 0.1;
 /// Who stands so near a line stands at it, metres.
 const AT_LINE_M: f64 = 5.0;
+/// Inside a junction a driver stands so far before its line, metres, and what its car-following model adds, 0.6 m. (SUMO's own vehicles stand
+/// 0.1 m before it.) Who stands further back is too late in the second part when it clears the junction.
+const BEFORE_LINE_M: f64 = 0.5;
 /// Others that stand are waited for no longer than this, s: they let the ego go first, or wait for each other in a circle.
 const PATIENCE_S: f64 = 5.0;
 /// Lines further away than the way on which the ego brakes comfortably and this are no matter yet, metres.
@@ -135,7 +138,8 @@ impl GiveWay {
         }
     }
 
-    /// Way from the ego's front bumper to the next line, if this driver must not cross it now, metres.
+    /// Way from the ego's front bumper to the next line, if this driver must not cross it now, metres; as far beyond a line inside a junction as
+    /// a car would be that stands there for the driver to stop at the line.
     pub fn must_yield_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, driver: &DriverParams) -> Option<f64> {
         let (k, ahead_m) = self.next?;
         let line = &self.lines[k];
@@ -143,7 +147,9 @@ impl GiveWay {
         let braking_m = |decel_mps2: f64| speed_mps * speed_mps / (2.0 * decel_mps2);
         let is_near = (braking_m(STOPS_MPS2)..=braking_m(driver.idm.b) + SEEN_EARLIER_M).contains(&ahead_m);
         let waits = || self.must_wait(line, ahead_m, snapshot, &OwnPace::of(driver, map, line));
-        (is_near && waits()).then_some(ahead_m)
+        // Nobody stands before a line inside a junction as before a car.
+        let nearer_m = if line.waits_inside { driver.idm.s0 - BEFORE_LINE_M } else { 0.0 };
+        (is_near && waits()).then_some(ahead_m + nearer_m.max(0.0))
     }
 
     /// Way from the ego's front bumper to the next line of the path, metres: at which one stops for the line's own sake, or of those at which

@@ -187,3 +187,13 @@ fn the_next_line_is_told_apart_by_whether_one_stops_there_in_any_case() {
     assert_eq!(ahead(&Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], -0.1)), [None, None], "behind the ego");
     assert_eq!(ahead(&Case::new(TOWN, &["cn", "nne"], 30.0)), [None, Some(30.0)], "all stop at n");
 }
+
+#[test]
+fn inside_a_junction_a_driver_stops_nearer_to_the_line_than_to_a_car() {
+    let mut case = Case::new(GRID, &["B0B1", "B1A1"], 4.0);
+    case.put(1, "B2B1_1", 29.2, LIMIT_MPS);
+    let driver = DriverParams::default();
+    case.stand(1);
+    // The model keeps 2 m (s0) to a car; half a metre is kept to the line, so the car stands 1.5 m beyond it.
+    assert_eq!(case.give_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver), Some(5.5));
+}

@@ -53,12 +53,14 @@ impl Agent {
         let (route, snapshot) = (&self.map.route, &self.view);
         let ahead_m = snapshot.ego.speed_mps.max(0.0) * BEND_AHEAD_S;
         let network = self.network.as_ref();
+        let is_seen = network.is_some() && self.advice.sees_lanes_beside;
+        let beside = |side: Side| is_seen.then(|| lane_beside(snapshot, &self.map, side)).flatten();
         RoadAhead {
             speed_limit_mps: route.speed_limit_mps(snapshot.ego_s_m),
             bend_per_m: route.curvature_at(snapshot.ego_s_m + ahead_m, LANE_HINT_SPAN_M),
             follower: derived_state::follower(snapshot, route),
-            left: network.and_then(|_| lane_beside(snapshot, &self.map, Side::Left)),
-            right: network.and_then(|_| lane_beside(snapshot, &self.map, Side::Right)),
+            left: beside(Side::Left),
+            right: beside(Side::Right),
             signal: network.and_then(|network| network.next_signal(snapshot, &self.map)),
             yield_line_m: network.and_then(|network| network.line_ahead_m(snapshot, &self.map, false)),
             stop_line_m: network.and_then(|network| network.line_ahead_m(snapshot, &self.map, true)),

@@ -20,6 +20,7 @@ struct Drive {
     tick: u64,
     signals: SignalStates,
     turned_rad: f64,
+    offset_m: f64,
     cars: Vec<VehicleSnapshot>,
 }
 
@@ -35,7 +36,7 @@ impl Drive {
         let starts: Vec<u32> = (0..=links.len()).map(|k| links[..k].iter().sum::<usize>() as u32).collect();
         let mut signals = SignalStates::default();
         signals.set(&vec![letter; starts[links.len()] as usize], &starts);
-        Self { map, rules: RoadRules::default(), tick: 0, signals, turned_rad: 0.0, cars: Vec::new() }
+        Self { map, rules: RoadRules::default(), tick: 0, signals, turned_rad: 0.0, offset_m: 0.0, cars: Vec::new() }
     }
 
     /// A tick at which the ego's front is here.
@@ -44,12 +45,14 @@ impl Drive {
         let (index, on_lane_m) = route.lane_at(s_m);
         let lane = self.map.network.lane_named(&route.lanes()[index].id).expect("a lane");
         let middle = route.pose_of_front(s_m, CAR_LENGTH_M);
-        let pose = Pose { yaw_rad: middle.yaw_rad + self.turned_rad, ..middle };
+        let position = middle.position + middle.left() * self.offset_m;
+        let pose = Pose { position, yaw_rad: middle.yaw_rad + self.turned_rad };
         self.tick += 1;
         let snapshot = Snapshot {
             tick: Tick(self.tick),
             ego: EgoState { speed_mps, position: pose.position.extend(0.0), ..EgoState::default() },
             ego_s_m: s_m,
+            lane_offset_m: self.offset_m,
             ego_lane: Some(LanePosition { lane, s_m: on_lane_m, offset_m: 0.0 }),
             cars: self.cars.clone(),
             signals: self.signals.clone(),
@@ -186,5 +189,16 @@ fn one_that_turns_off_beside_an_ego_that_stands_is_none_though_its_tail_would_sw
         let lane = if way_m < 0.0 { ("B0B1_0", 69.2 + way_m) } else { (":B1_10_0", way_m) };
         drive.cars = vec![car(&drive.map, lane.0, lane.1, dvec2(94.8, 79.6 + way_m), FRAC_PI_2, 7.0)];
         assert!(near_misses(&mut drive, 69.0, 0.0).is_empty(), "{way_m}");
+    }
+}
+
+#[test]
+fn who_changes_lanes_does_not_nearly_miss_those_that_come_towards_it_and_who_swerves_towards_them_does() {
+    // At x = 92.2, on the way to the inner lane; at 10 m/s and 0.15 rad its side would be at x = 89.0 in 1.3 s, when both fronts meet: the side of
+    // the oncoming car is at 89.3. At 0.4 rad it leaves its lanes.
+    for (turned_rad, wanted) in [(0.15, 0), (0.4, 1)] {
+        let mut drive = Drive { turned_rad, offset_m: 2.6, ..Drive::straight_on(b'G') };
+        drive.cars = vec![car(&drive.map, "B1B0_1", 25.2, dvec2(88.4, 54.4), -FRAC_PI_2, 10.0)];
+        assert_eq!(near_misses(&mut drive, 20.0, 10.0).len(), wanted, "{turned_rad}");
     }
 }

@@ -1,8 +1,8 @@
 //! When the ego would collide with another vehicle if both went on along their lanes at the speeds that they have. In: a snapshot and its map.
 //! Out: seconds.
 //!
-//! Vehicles that pass each other in a bend head for each other: so both follow their lanes, the ego its route while it is on it. Where a lane leads
-//! on in several ways, and beside all lanes, a vehicle goes on straight.
+//! Vehicles that pass each other in a bend head for each other: so both follow their lanes, the ego its route while it is on it, and its lane while it
+//! heads along it, as where it changes lanes. Where a lane leads on in several ways, and beside all lanes, a vehicle goes on straight.
 
 use crate::{
     map::{
@@ -19,13 +19,16 @@ const HORIZON_S: f64 = 3.0;
 const STEPS_PER_S: f64 = 10.0;
 /// An ego so far beside its route's line goes on straight, metres.
 const ON_ROUTE_M: f64 = 1.0;
+/// Cosine of the greatest angle to its lane at which an ego beside its route follows the lane: 0.3 rad, a little more than in a change of lanes within
+/// 20 m.
+const ALONG_LANE: f64 = 0.955;
 /// The longest vehicle, metres: a bus with a joint.
 const LONGEST_M: f64 = 20.0;
 
 /// The ego, and how it goes on.
 pub(super) struct MovingEgo<'a> {
-    now: Pose,
-    speed_mps: f64,
+    /// As a vehicle of the traffic: in its lane, if it heads along it.
+    vehicle: VehicleSnapshot,
     /// Its route and where its front is on it, if it follows it.
     on_route: Option<(&'a RoadMap, f64)>,
 }
@@ -43,27 +46,31 @@ impl<'a> MovingEgo<'a> {
     pub fn of(snapshot: &Snapshot, map: &'a RoadMap, now: &Pose, is_wrong_way: bool) -> Self {
         let follows = snapshot.ego_lane.is_some() && !is_wrong_way && snapshot.lane_offset_m.abs() < ON_ROUTE_M;
         let on_route = follows.then_some((map, snapshot.ego_s_m));
-        Self { now: *now, speed_mps: snapshot.ego.speed_mps, on_route }
+        let heads_along = |at: &LanePosition| (now.yaw_rad - map.network.pose(*at).yaw_rad).cos() > ALONG_LANE;
+        let lane = snapshot.ego_lane.filter(heads_along);
+        let speed_mps = snapshot.ego.speed_mps;
+        Self { vehicle: VehicleSnapshot { pose: *now, lane, speed_mps, ..VehicleSnapshot::default() }, on_route }
     }
 
     /// Seconds until both touch, at most [`HORIZON_S`]; `None` if they do not within that.
     pub fn time_to_collision_s(&self, map: &RoadMap, car: &VehicleSnapshot) -> Option<f64> {
-        let reach_m = (self.speed_mps.abs() + car.speed_mps) * HORIZON_S + LONGEST_M;
-        if self.now.position.distance(car.pose.position) > reach_m || (self.speed_mps == 0.0 && car.speed_mps == 0.0) {
+        let own = &self.vehicle;
+        let reach_m = (own.speed_mps.abs() + car.speed_mps) * HORIZON_S + LONGEST_M;
+        if own.pose.position.distance(car.pose.position) > reach_m || (own.speed_mps == 0.0 && car.speed_mps == 0.0) {
             return None;
         }
         let steps = (HORIZON_S * STEPS_PER_S).round() as u32;
         let times = (0..=steps).map(|step| f64::from(step) / STEPS_PER_S);
-        times.into_iter().find(|after_s| self.after(*after_s).overlaps(&car_after(&map.network, car, *after_s)))
+        times
+            .into_iter()
+            .find(|after_s| self.after(&map.network, *after_s).overlaps(&car_after(&map.network, car, *after_s)))
     }
 
-    fn after(&self, after_s: f64) -> VehicleBox {
-        let way_m = self.speed_mps * after_s;
+    fn after(&self, net: &Network, after_s: f64) -> VehicleBox {
+        let way_m = self.vehicle.speed_mps * after_s;
         let on_route = self.on_route.filter(|(map, s_m)| map.route.is_closed() || s_m + way_m < map.route.length_m());
-        let pose = match on_route {
-            Some((map, s_m)) if way_m > 0.0 => map.route.pose_of_front(map.route.wrap(s_m + way_m), CAR_LENGTH_M),
-            _ => Pose { position: self.now.position + self.now.forward() * way_m, ..self.now },
-        };
+        let Some((map, s_m)) = on_route.filter(|_| way_m > 0.0) else { return car_after(net, &self.vehicle, after_s) };
+        let pose = map.route.pose_of_front(map.route.wrap(s_m + way_m), CAR_LENGTH_M);
         VehicleBox { pose, length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M }
     }
 }
