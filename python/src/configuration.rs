@@ -40,11 +40,6 @@ impl Configuration {
         let base = base(name)?;
         let base = driver.map_or(Ok(base.clone()), |driver| driven_by(&base, driver))?;
         let config = settings::changed(&base, &changes(settings)?).map_err(|why| PyValueError::new_err(why.message))?;
-        if config.inputs().is_empty() {
-            return Err(PyValueError::new_err(
-                "sees is empty; allowed: names of what the policy sees, such as \"speed,gap\"",
-            ));
-        }
         let corrected = corrected(&config)?;
         Ok(Self { config, corrected })
     }

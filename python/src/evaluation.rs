@@ -22,7 +22,7 @@ use std::{
 /// Random numbers of the rings: those of `codrive evaluate`.
 const STREAM: &str = "evaluate";
 
-/// Rings that are driven between two looks at what Python has to say, such as Ctrl-C.
+/// Rings that are driven between two calls of `done`, in which Python hears of Ctrl-C.
 const PART: usize = 64;
 
 /// Built-in policies that drive where none is named, as in `codrive evaluate`; and the shipped ones.
@@ -53,7 +53,6 @@ pub fn evaluate_policy(
     let warning = source.engage().and_then(|policy| policy::untrained_hold(policy.as_ref(), hold));
     let mut results: Vec<EvaluationResult> = Vec::new();
     while results.len() < rings {
-        py.check_signals()?;
         let part = results.len()..(results.len() + PART).min(rings);
         results.extend(threads::on_all_cores(py, || evaluate_part(config, STREAM, part, rings, || source.engage()))?);
         done.call1((results.len(),))?;

@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import codrive
+from codrive._codrive import Configuration, Rings
 
 SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
 
@@ -77,6 +78,18 @@ def test_actions_that_cannot_be(actions, error, words):
     again.reset(seed=1)
     good = np.zeros((4, 1), np.float32)
     assert np.array_equal(envs.step(good)[0], again.step(good)[0])
+
+
+def test_the_native_part_takes_no_arrays_of_another_length():
+    rings = Rings(Configuration("ring-250", None, {"warm_up_s": 1.0}), 4)
+    with pytest.raises(RuntimeError, match="reset first"):
+        rings.step(np.zeros(4, np.float32))
+    rings.reset(1)
+    for length in (0, 3, 5):
+        with pytest.raises(ValueError, match=f"actions has {length} entries; allowed: 4"):
+            rings.step(np.zeros(length, np.float32))
+        with pytest.raises(ValueError, match=f"mask has {length} entries; allowed: 4"):
+            rings.begin(np.zeros(length, bool))
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,18 @@ def test_an_episode_ends_at_its_horizon_in_the_same_step():
     assert np.array_equal(infos["final_info"]["mean_speed_mps"], infos["mean_speed_mps"])
 
 
+def test_the_last_observation_is_what_would_have_been_seen_without_the_horizon():
+    ended, going = (codrive.make_vec(num_envs=20, warm_up_s=5.0, horizon_s=horizon_s) for horizon_s in (3.0, 4.0))
+    for envs in (ended, going):
+        envs.reset(seed=6)
+    for hold in range(3):
+        actions = np.full((20, 1), 0.1 * hold, np.float32)
+        _, _, _, truncations, infos = ended.step(actions)
+        seen = going.step(actions)[0]
+    assert truncations.all()
+    assert np.array_equal(np.stack(infos["final_obs"]), seen)
+
+
 def test_a_crash_terminates_and_costs_the_penalty():
     # To the letter and full ahead: 0.5 m/s2 closes any gap of 250 m in a minute.
     env = codrive.make(driver="exact", collision_penalty=100.0, horizon_s=100.0, warm_up_s=5.0)

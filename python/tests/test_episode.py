@@ -23,7 +23,7 @@ def fnv_1a(data: bytes) -> int:
 
 def driven(copy: bool = True) -> str:
     envs = codrive.make_vec(
-        "ring-250", RINGS, hold=1.0, advice="speed", driver="late", warm_up_s=10.0, horizon_s=5.0, copy=copy
+        "ring-250", RINGS, hold=1.0, advice="speed", driver="late", warm_up_s=10.0, horizon_s=3.0, copy=copy
     )
     envs.reset(seed=7)
     text = "hold, reward of ring 0 and of ring 19, FNV-1a of all rewards (f64) and of all observations (f32)\n"

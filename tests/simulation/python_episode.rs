@@ -14,12 +14,12 @@ use std::fmt::Write;
 const EXPECTED: &str = include_str!("../../python/tests/episode.txt");
 const RINGS: usize = 20;
 
-/// Eight holds of 1 s with a horizon of 5 s, so that each ring begins a second episode; drivers drawn at random.
+/// Eight holds of 1 s with a horizon of 3 s, so that each ring begins a second and a third episode; drivers drawn at random.
 fn config() -> TrainConfig {
     let paper = TrainConfig::paper_ring();
     TrainConfig {
         advice: AdviceConfig { action: ActionKind::Speed, ..paper.advice.clone() },
-        ring: RingConfig { warm_up_s: 10.0, horizon_s: 5.0, ..paper.ring.clone() },
+        ring: RingConfig { warm_up_s: 10.0, horizon_s: 3.0, ..paper.ring.clone() },
         driver: DriverConfig { follow: FollowKind::Driver, ..paper.driver.clone() },
         seed: 7,
         ..paper
