@@ -1,7 +1,8 @@
 """All runs of a plan on a Ray cluster: ``python -m codrive.sweep PLAN.toml --out FOLDER_OR_URL`` (or ``codrive sweep --on ray``).
 
-Each run is a task of its own. Its part is written once, by the task, to a folder or to any address that fsspec knows (``s3://bucket/path``),
-and what is there is not made again: a second start does what is missing. The parts are the same bytes as those of ``codrive sweep`` on one machine.
+Each run is a task of its own. Its part is written once, by the task, to a folder or to any address that fsspec knows
+(``s3://bucket/path``), and what is there is not made again: a second start does what is missing. The parts are the same bytes as those of
+``codrive sweep`` on one machine.
 """
 
 from __future__ import annotations
@@ -64,7 +65,9 @@ class Store:
     @property
     def folder(self) -> pathlib.Path | None:
         """The folder, where it is one of this machine."""
-        return pathlib.Path(self._root) if "file" in (self._fs.protocol if not isinstance(self._fs.protocol, str) else (self._fs.protocol,)) else None
+        protocol = self._fs.protocol
+        is_here = "file" in ((protocol,) if isinstance(protocol, str) else protocol)
+        return pathlib.Path(self._root) if is_here else None
 
 
 def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
@@ -83,7 +86,10 @@ def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
             continue
         size += path.stat().st_size
         if size > MOST_BYTES:
-            raise ValueError(f"{folder}: more than {MOST_BYTES >> 20} MiB lie beside the plan\n  remedy: put it, with the files that it names, into a folder of its own")
+            raise ValueError(
+                f"{folder}: more than {MOST_BYTES >> 20} MiB lie beside the plan\n"
+                "  remedy: put it, with the files that it names, into a folder of its own"
+            )
         files[str(name)] = path.read_bytes()
     return files
 
@@ -96,7 +102,8 @@ def _unpacked(digest: str, name: str) -> Plan:
 
 def execute(files: dict[str, bytes], plan: str, number: int, name: str, out: str) -> str:
     """One run, in a process of the cluster. Gives the name of its part, which is written."""
-    digest = hashlib.sha256(repr(sorted((file, hashlib.sha256(text).hexdigest()) for file, text in files.items())).encode()).hexdigest()[:24]
+    contents = sorted((file, hashlib.sha256(text).hexdigest()) for file, text in files.items())
+    digest = hashlib.sha256(repr(contents).encode()).hexdigest()[:24]
     folder = pathlib.Path(tempfile.gettempdir()) / f"codrive-sweep-{digest}"
     if not (folder / plan).exists():
         # Beside its place and moved there: processes of one machine come at the same time.
@@ -114,14 +121,23 @@ def execute(files: dict[str, bytes], plan: str, number: int, name: str, out: str
     return name
 
 
-def sweep(plan: str, out: str, *, workers: int | None = None, retries: int = 1, address: str | None = None, progress: bool | None = None) -> dict[int, str]:
+def sweep(
+    plan: str,
+    out: str,
+    *,
+    workers: int | None = None,
+    retries: int = 1,
+    address: str | None = None,
+    progress: bool | None = None,
+) -> dict[int, str]:
     """Carries out what is missing of a plan on a Ray cluster.
 
     Args:
         plan: The plan's file. The files beside it are carried along.
         out: Folder, or an address of fsspec that all machines reach.
         workers: Tasks at a time; None: the cores of the cluster.
-        retries: How often a run that failed is tried again, after all others. What a node takes along that is no more is always made again.
+        retries: How often a run that failed is tried again, after all others. What a node takes along that is no more is always
+            made again.
         address: Of the cluster; None: the one of ``RAY_ADDRESS``, else one on this machine.
         progress: Says on the standard error how far it is; None: where a person watches.
 
@@ -234,7 +250,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--collect", action="store_true", help="run nothing; put the runs that are there into tables")
     given = parser.parse_args(arguments)
     try:
-        failed = {} if given.collect else sweep(given.plan, given.out, workers=given.workers, retries=given.retries, address=given.address)
+        failed = {}
+        if not given.collect:
+            options = {"workers": given.workers, "retries": given.retries, "address": given.address}
+            failed = sweep(given.plan, given.out, **options)
         if not failed:
             for path, runs, rows in collect(given.plan, given.out):
                 print(f"{path}: {runs} runs, {rows} rows")

@@ -54,7 +54,10 @@ impl Plan {
 impl Plan {
     fn run(&self, number: usize) -> PyResult<&codrive::sweep::SweepRun> {
         let runs = self.0.runs.len();
-        self.0.runs.get(number).ok_or_else(|| PyIndexError::new_err(format!("run {number}; allowed: 0 to {}", runs - 1)))
+        self.0
+            .runs
+            .get(number)
+            .ok_or_else(|| PyIndexError::new_err(format!("run {number}; allowed: 0 to {}", runs - 1)))
     }
 }
 

@@ -9,10 +9,9 @@ import time
 import pyarrow.parquet
 import pytest
 import ray
+from ray.cluster_utils import Cluster
 
-from ray.cluster_utils import Cluster  # noqa: E402
-
-import codrive.sweep  # noqa: E402
+import codrive.sweep
 
 PLAN = """
 [[rings]]
@@ -87,7 +86,7 @@ def test_a_node_that_is_killed_loses_nothing_and_costs_no_wrong_row(tmp_path, cl
         stderr=subprocess.PIPE,
         text=True,
     )
-    while not (out / "parts").is_dir() or not [part for part in (out / "parts").iterdir() if not part.name.startswith(".")]:
+    while not list(out.glob("parts/[!.]*")):
         assert runner.poll() is None, runner.communicate()
         time.sleep(0.05)
     cluster.remove_node(cluster.second, allow_graceful=False)
@@ -108,7 +107,8 @@ def test_what_fails_is_told_with_its_reason_and_the_others_are_kept(tmp_path, cl
     # Something else stands where a part belongs.
     (out / "parts" / names[2]).mkdir(parents=True)
     (out / "parts" / names[2] / "x").write_text("")
-    monkeypatch.setattr(codrive.sweep.Store, "names", lambda self: {p.name for p in (out / "parts").iterdir() if p.is_file()})
+    files = lambda self: {part.name for part in (out / "parts").iterdir() if part.is_file()}  # noqa: E731
+    monkeypatch.setattr(codrive.sweep.Store, "names", files)
     failed = codrive.sweep.sweep(str(path), str(out))
     assert list(failed) == [2] and names[2] in failed[2], failed
     assert sum(part.is_file() for part in (out / "parts").iterdir()) == 9

@@ -45,6 +45,8 @@ const SECTIONS: [(&str, &[&str]); 8] = [
     ),
     ("Run", &[]),
 ];
+/// A setting that no window can drive otherwise: there is always a participant.
+const WITHOUT_WIDGET: &str = "participant";
 /// Sections that are closed at first: what is set once for a rig.
 const CLOSED: [&str; 4] = ["Display", "Sound", "Rig", "Surroundings"];
 
@@ -75,7 +77,8 @@ impl ScenarioEditor {
     /// An editor that starts from `scenario`.
     pub fn new(scenario: &Scenario, choices: SettingChoices) -> Self {
         let driving = json(scenario);
-        Self { fields: Scenario::fields(), choices, edited: driving.clone(), driving, policy: String::new() }
+        let fields = Scenario::fields().into_iter().filter(|field| field.path != WITHOUT_WIDGET).collect();
+        Self { fields, choices, edited: driving.clone(), driving, policy: String::new() }
     }
 
     /// Tells which scenario drives now. A new one replaces all edits.
@@ -315,7 +318,7 @@ mod tests {
     fn sections_name_only_settings_that_exist() {
         let all = Scenario::fields();
         for (title, paths) in SECTIONS {
-            for path in paths {
+            for path in paths.iter().chain([&WITHOUT_WIDGET]) {
                 assert!(all.iter().any(|field| field.path.starts_with(path)), "{title}: {path}");
             }
         }
