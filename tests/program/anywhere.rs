@@ -69,7 +69,7 @@ fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
     let elsewhere = Elsewhere::new();
     let listed = run(elsewhere.command().args(["map", "list"]));
     assert!(listed.status.success(), "{}", said(&listed));
-    assert_eq!(maps(&said(&listed)), ["practice", "ring-250", "ring-641"]);
+    assert_eq!(maps(&said(&listed)), ["merge", "practice", "ring-250", "ring-641"]);
     let out = elsewhere.at("work/über alles");
     let drove = run(elsewhere.command().args(DRIVE).arg("--out").arg(&out));
     assert!(drove.status.success() && said(&drove).contains("policy ring-250-speed (auto"), "{}", said(&drove));
@@ -88,7 +88,7 @@ fn own_maps_are_kept_in_the_home_and_known_by_name_and_without_a_home_the_remedy
     assert!(made.status.success() && said(&made).contains("codrive --map ring-300"), "{}", said(&made));
     assert!(elsewhere.at("home/.local/share/codrive/maps/ring-300/net.xml").is_file());
     let listed = run(elsewhere.command().args(["map", "list"]));
-    assert_eq!(maps(&said(&listed)), ["practice", "ring-250", "ring-300", "ring-641"]);
+    assert_eq!(maps(&said(&listed)), ["merge", "practice", "ring-250", "ring-300", "ring-641"]);
     let drove = run(elsewhere.command().args(DRIVE).args(["--map", "ring-300", "--policy", "pi"]));
     assert!(drove.status.success() && said(&drove).contains("22 cars on ring-300"), "{}", said(&drove));
     let refused = run(elsewhere.command().env_remove("HOME").args(["map", "ring", "--circumference", "300"]));
