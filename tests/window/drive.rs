@@ -119,7 +119,7 @@ fn esc_ends_a_drive_and_beside_an_experimenter_the_drivers_window_obeys_the_driv
 fn esc_closes_an_open_list_of_the_panel_and_then_the_drive() {
     // Where the list of maps hangs in the panel of a window of this size, and the fill of the map that is chosen in it.
     const LIST: [u32; 2] = [1190, 669];
-    const CHOSEN: [u32; 2] = [1250, 729];
+    const CHOSEN: [u32; 2] = [1250, 758];
     let server = Server::start([1300, 1020]);
     let program = drive(&server, &["--traffic", "native", "--panel", "--paused", "--trees", "0"]);
     let window = focused(&server, "codrive");
