@@ -48,10 +48,18 @@ class Store:
 
     def put(self, name: str, part: bytes) -> None:
         """Writes a part: it is there whole or not at all."""
-        beside = f"{self._parts}/.{name}.{os.getpid()}-{time.time_ns()}"
-        with self._fs.open(beside, "wb") as file:
-            file.write(part)
-        self._fs.mv(beside, f"{self._parts}/{name}")
+        path = f"{self._parts}/{name}"
+        if self.folder is None:
+            # Object stores show what is put when it is whole.
+            self._fs.pipe_file(path, part)
+            return
+        beside = f"{self._parts}/.{name}.{os.getpid()}"
+        try:
+            pathlib.Path(beside).write_bytes(part)
+            os.replace(beside, path)
+        except OSError as why:
+            pathlib.Path(beside).unlink(missing_ok=True)
+            raise RuntimeError(f"{path}: {why.strerror}") from why
 
     def get(self, names: Iterable[str], folder: pathlib.Path) -> None:
         """Copies parts into a folder of this machine."""
@@ -275,4 +283,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    # By its own name, so that the cluster's processes find what they are given in the package.
+    from codrive.sweep import main as command
+
+    sys.exit(command())

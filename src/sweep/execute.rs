@@ -19,7 +19,7 @@ use crate::{
     study::Study,
     train::{self, Learner, TrainConfig},
 };
-use std::sync::atomic::AtomicBool;
+use std::{path::Path, sync::atomic::AtomicBool};
 
 /// Random numbers of rings: those of `codrive evaluate`.
 const STREAM: &str = "evaluate";
@@ -61,7 +61,7 @@ fn rings(task: &RingsTask, head: &RowHead) -> Result<Vec<DriveRow>, SweepError> 
         ring,
         map: String::new(),
         engine: "ring".into(),
-        policy: task.policy.clone(),
+        policy: bare(&task.policy),
         driver: if task.driver.is_empty() { "configured".into() } else { task.driver.clone() },
         hold_s: config.advice.hold_s,
         result,
@@ -74,13 +74,18 @@ fn drive(scenario: &Scenario, head: RowHead) -> Result<DriveRow, SweepError> {
     Ok(DriveRow {
         head,
         ring: 0,
-        map: scenario.map.clone(),
+        map: bare(&scenario.map),
         engine: scenario.traffic.to_string(),
-        policy: scenario.policy.clone(),
+        policy: bare(&scenario.policy),
         driver: scenario.driver.clone(),
         hold_s: scenario.hold_s,
         result: evaluation_drive::evaluate(scenario)?,
     })
+}
+
+/// A name, or that of a file without its folder: the same on every machine.
+fn bare(name: &str) -> String {
+    Path::new(name).file_name().map_or_else(|| name.into(), |last| last.to_string_lossy().into_owned())
 }
 
 /// A training to its end.
@@ -160,7 +165,6 @@ fn of_outcome<'a>(outcome: &'a PlannedOutcome, head: &'a RowHead) -> impl Iterat
 mod tests {
     use super::*;
     use crate::{record::TableReader, sweep::SweepPlan};
-    use std::path::Path;
 
     fn parts(text: &str) -> Vec<(SweepRun, Vec<u8>)> {
         let plan = SweepPlan::from_text(text, Path::new("plan.toml")).expect("a plan");
@@ -187,6 +191,23 @@ mod tests {
         let read = table(&bytes);
         assert_eq!(read.numbers("mean_speed_mps"), expected);
         assert_eq!((read.wholes("seed"), read.wholes("ring")), (vec![7; 4], vec![0, 1, 2, 3]));
+    }
+
+    #[test]
+    fn a_part_is_the_same_bytes_wherever_its_plan_lies() {
+        let made = || {
+            let folder = tempfile::tempdir().expect("a folder");
+            let policy = "format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = 4.0\n";
+            std::fs::write(folder.path().join("calm.toml"), policy).expect("written");
+            let rings =
+                "[[rings]]\nrings = 1\n[rings.settings]\nwarm_up_s = 1\nhorizon_s = 2\npolicy = \"calm.toml\"\n";
+            let drive = "[[drives]]\n[drives.settings]\ntraffic = \"native\"\nduration_s = 1\ntrees = 0\npolicy = \"calm.toml\"\n";
+            let plan = SweepPlan::from_text(&(rings.to_owned() + drive), &folder.path().join("plan.toml"));
+            plan.expect("a plan").runs.iter().map(|run| run.execute().expect("it runs")).collect::<Vec<_>>()
+        };
+        let (here, there) = (made(), made());
+        assert!(here == there && here.len() == 2);
+        assert_eq!(table(&here[0]).words("policy"), ["calm.toml"]);
     }
 
     #[test]
