@@ -224,7 +224,7 @@ fn a_running_drive_can_be_paused_and_a_paused_one_stepped_and_started() {
 }
 
 #[test]
-fn every_setting_is_there_with_its_tooltip() {
+fn every_setting_that_a_window_can_drive_is_there_with_its_tooltip() {
     let mut harness = tall(Bench::driving());
     for section in ["Display", "Sound", "Rig", "Surroundings"] {
         open(&mut harness, section);
@@ -239,7 +239,8 @@ fn every_setting_is_there_with_its_tooltip() {
         harness.remove_cursor();
         harness.run_steps(60);
     }
-    for field in Scenario::fields() {
+    // Every window has a participant, and refuses a drive without.
+    for field in Scenario::fields().into_iter().filter(|field| field.path != "participant") {
         let flag = field.flag().replace('-', " ");
         let found = match field.table() {
             Some(_) => {
