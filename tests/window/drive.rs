@@ -120,6 +120,8 @@ fn esc_closes_an_open_list_of_the_panel_and_then_the_drive() {
     // Where the list of maps hangs in the panel of a window of this size, and the fill of the map that is chosen in it.
     const LIST: [u32; 2] = [1190, 669];
     const CHOSEN: [u32; 2] = [1250, 758];
+    // The panel beside that list.
+    const BESIDE: [u32; 2] = [1060, 669];
     let server = Server::start([1300, 1020]);
     let program = drive(&server, &["--traffic", "native", "--panel", "--paused", "--trees", "0"]);
     let window = focused(&server, "codrive");
@@ -130,7 +132,11 @@ fn esc_closes_an_open_list_of_the_panel_and_then_the_drive() {
         let [r, _, b] = server.picture(window).at(CHOSEN[0], CHOSEN[1]);
         b > r.saturating_add(40)
     };
-    wait_for("the large window", || (server.picture(window).size == [1280, 1000]).then_some(()));
+    wait_for("the large window with its panel", || {
+        let picture = server.picture(window);
+        let is_drawn = || picture.at(LIST[0], LIST[1]) != picture.at(BESIDE[0], BESIDE[1]);
+        (picture.size == [1280, 1000] && is_drawn()).then_some(())
+    });
     sleep(Duration::from_secs(2));
     assert!(!blue(), "no list hangs open");
     server.click(LIST);
