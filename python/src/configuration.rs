@@ -6,7 +6,6 @@ use codrive::{
     driver::{self, DriverError, Population},
     idm::IdmParams,
     policy::CorrectedAdvice,
-    policy::NetworkOutput,
     settings::{self, Field, fields_of},
     toml_text::{did_you_mean, unknown_key},
     train::{FollowKind, RingConfig, TrainConfig, config::Scaling},
@@ -40,7 +39,7 @@ impl Configuration {
         let base = base(name)?;
         let base = driver.map_or(Ok(base.clone()), |driver| driven_by(&base, driver))?;
         let config = settings::changed(&base, &changes(settings)?).map_err(|why| PyValueError::new_err(why.message))?;
-        let corrected = corrected(&config)?;
+        let corrected = config.corrected_advice().map_err(PyValueError::new_err)?;
         Ok(Self { config, corrected })
     }
 
@@ -140,18 +139,6 @@ fn driven_by(config: &TrainConfig, name: &str) -> PyResult<TrainConfig> {
         }
         Err(fault) => Err(PyValueError::new_err(fault.to_string())),
     }
-}
-
-/// What the policy is to correct, if anything.
-fn corrected(config: &TrainConfig) -> PyResult<Option<CorrectedAdvice>> {
-    if !config.is_residual() {
-        return Ok(None);
-    }
-    let refused = |why: &dyn std::fmt::Display| PyValueError::new_err(format!("residual_over: {why}"));
-    let advice = CorrectedAdvice::read(&config.advice.residual_over, &config.policy_settings(0.0));
-    let advice = advice.map_err(|why| refused(&why))?;
-    advice.check(NetworkOutput::Speed, config.ring.least_spacing_m).map_err(|why| refused(&why))?;
-    Ok(Some(advice))
 }
 
 /// Settings that keyword arguments name; tables such as `idm` are dicts.

@@ -4,14 +4,14 @@ use assert_cmd::Command;
 use codrive::rng;
 use std::fs;
 
-fn codrive(arguments: &[&str]) -> Command {
+pub fn codrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
     command
 }
 
 /// Exit code and all that was said.
-fn said(command: &mut Command) -> (i32, String) {
+pub fn said(command: &mut Command) -> (i32, String) {
     let output = command.output().expect("it runs");
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     (output.status.code().expect("it ends by itself"), text)

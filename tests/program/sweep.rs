@@ -1,6 +1,6 @@
 //! A sweep from the command line: the same tables however it is carried out, what is done stays done, and what fails is told.
 
-use assert_cmd::Command;
+use super::advised::{codrive, said};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -10,19 +10,6 @@ use std::{
 
 /// Four drives of two seconds.
 const PLAN: &str = "[[drives]]\n[drives.settings]\ntraffic = \"native\"\nduration_s = 2\ntrees = 0\n[drives.each]\npolicy = [\"none\", \"pi\"]\nseed = \"1-2\"\n";
-
-fn codrive(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
-    command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-    command
-}
-
-/// Exit code and all that was said.
-fn said(command: &mut Command) -> (i32, String) {
-    let output = command.output().expect("it runs");
-    let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
-    (output.status.code().expect("it ends by itself"), text)
-}
 
 /// A folder with a plan in it.
 fn plan(text: &str) -> (tempfile::TempDir, PathBuf) {
