@@ -50,17 +50,16 @@ pub fn join(parts: &[PathBuf], out: &Path) -> Result<u64, RecordError> {
         let mut writer: Option<ArrowWriter<&mut (dyn Write + Send)>> = None;
         let mut file = Some(file);
         for path in parts {
-            for batch in TableBatches::open(path)? {
+            let batches = TableBatches::open(path)?;
+            if let Some(file) = file.take() {
+                // The columns alone: what is said about the first part is not said about the whole.
+                let columns = Arc::new(Schema::new(batches.schema().fields().clone()));
+                let made = ArrowWriter::try_new(file, columns, Some(properties().build()));
+                writer = Some(made.map_err(fault(out))?);
+            }
+            for batch in batches {
                 let batch = batch?;
-                // With nothing said about the whole.
-                let columns = Arc::new(Schema::new(batch.schema().fields().clone()));
-                if let Some(file) = file.take() {
-                    let made = ArrowWriter::try_new(file, Arc::clone(&columns), Some(properties().build()));
-                    writer = Some(made.map_err(fault(out))?);
-                }
                 rows += batch.num_rows() as u64;
-                let batch = batch.with_schema(columns);
-                let batch = batch.map_err(|why| RecordError::Table { path: path.clone(), why: why.to_string() })?;
                 writer.iter_mut().try_for_each(|writer| writer.write(&batch)).map_err(fault(path))?;
             }
         }
@@ -108,6 +107,10 @@ mod tests {
         let others = [put("d", part(&[5, 6], "d")), put("e", part(&[], "e")), put("f", part(&[7], "f"))];
         join(&others, &out).expect("joined");
         assert_eq!(std::fs::read(&out).expect("bytes"), whole);
+        // Parts without rows are a table without rows.
+        let empty = folder.path().join("empty.parquet");
+        assert_eq!(join(&parts[1..2], &empty).expect("joined"), 0);
+        assert_eq!(TableReader::parquet(&empty).expect("a table").rows(), 0);
         // A part that is none is named, and the whole stays.
         let broken = [parts[0].clone(), put("g", b"no table".into())];
         let why = join(&broken, &out).expect_err("no table").to_string();

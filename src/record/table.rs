@@ -3,7 +3,9 @@
 
 use super::RecordError;
 use crate::{file, foreign::guarded};
-use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
+use arrow_array::{
+    Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, RecordBatchReader, StringArray, UInt32Array, UInt64Array,
+};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::{
     ProjectionMask,
@@ -104,6 +106,11 @@ impl TableBatches {
 
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Its columns, also where it has no rows.
+    pub fn schema(&self) -> Arc<Schema> {
+        self.reader.schema()
     }
 
     fn builder(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, RecordError> {
