@@ -64,6 +64,8 @@ class _Episodes:
             raise TypeError(f"actions are of dtype {array.dtype}; allowed: {allowed}, shape {shape}")
         if array.shape != shape:
             raise ValueError(f"actions have shape {array.shape}; allowed: {shape}")
+        if array.dtype == np.float32 and array.flags.c_contiguous:
+            return array.reshape(-1)
         with np.errstate(over="ignore"):
             return np.ascontiguousarray(array, dtype=np.float32).reshape(-1)
 

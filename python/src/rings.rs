@@ -91,29 +91,51 @@ impl RingBatch {
         });
     }
 
-    /// One hold of all rings.
-    pub fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+    /// One hold of all rings on all cores. To be called within [`threads::here`].
+    ///
+    /// # Errors
+    /// `RuntimeError` where the system gives no threads.
+    pub fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) -> PyResult<()> {
         let (config, inputs) = (&self.config, &self.inputs);
-        let row = LANES * inputs.len();
-        let blocks = self.blocks.par_iter_mut().zip(actions.par_chunks(LANES));
-        let seen = out.observations.par_chunks_mut(row).zip(out.final_observations.par_chunks_mut(row));
-        let earned = out.rewards.par_chunks_mut(LANES).zip(out.mean_speeds_mps.par_chunks_mut(LANES));
-        let ended = out.terminations.par_chunks_mut(LANES).zip(out.truncations.par_chunks_mut(LANES));
-        blocks.zip(seen).zip(earned.zip(ended)).for_each(|(((block, actions), (seen, last)), (earned, ended))| {
-            let hold = block.hold_length();
-            // Rings beyond the last are advised the middle, and nobody looks.
-            let actions = std::array::from_fn(|l| action(config, actions.get(l).copied().unwrap_or(0.0), hold));
-            let outcomes = block.hold(&actions);
-            for (l, outcome) in outcomes.iter().enumerate().take(earned.0.len()) {
-                let place = l * inputs.len()..(l + 1) * inputs.len();
-                scale(inputs, &outcome.last_seen, &mut seen[place.clone()]);
-                if outcome.ending != Ending::None {
-                    last[place.clone()].copy_from_slice(&seen[place.clone()]);
-                    scale(inputs, &block.observe(l), &mut seen[place]);
-                }
-                (earned.0[l], earned.1[l]) = (f64::from(outcome.reward), f64::from(outcome.mean_mps));
-                (ended.0[l], ended.1[l]) = (outcome.ending == Ending::Crash, outcome.ending == Ending::Horizon);
+        let blocks = self.blocks.len().div_ceil(threads::cores()?);
+        let (rings, numbers) = (blocks * LANES, blocks * LANES * inputs.len());
+        let parts = self.blocks.chunks_mut(blocks).zip(actions.chunks(rings));
+        let seen = out.observations.chunks_mut(numbers).zip(out.final_observations.chunks_mut(numbers));
+        let earned = out.rewards.chunks_mut(rings).zip(out.mean_speeds_mps.chunks_mut(rings));
+        let ended = out.terminations.chunks_mut(rings).zip(out.truncations.chunks_mut(rings));
+        let parts = parts.zip(seen).zip(earned.zip(ended)).map(|(((blocks, actions), seen), (earned, ended))| {
+            let [observations, final_observations] = seen.into();
+            let ([rewards, mean_speeds_mps], [terminations, truncations]) = (earned.into(), ended.into());
+            let out =
+                StepBuffers { observations, final_observations, rewards, mean_speeds_mps, terminations, truncations };
+            (blocks, actions, out)
+        });
+        threads::side_by_side(parts.collect(), |(blocks, actions, out)| step(config, inputs, blocks, actions, out))
+    }
+}
+
+/// One hold of some blocks.
+fn step(config: &TrainConfig, inputs: &[NetworkInput], blocks: &mut [VecEnv], actions: &[f32], out: StepBuffers<'_>) {
+    let count = inputs.len();
+    for (index, (block, actions)) in blocks.iter_mut().zip(actions.chunks(LANES)).enumerate() {
+        let (hold, first) = (block.hold_length(), index * LANES);
+        // Rings beyond the last are advised the middle, and nobody looks.
+        let drawn = std::array::from_fn(|l| action(config, actions.get(l).copied().unwrap_or(0.0), hold));
+        block.hold_each(&drawn, |block, l, outcome| {
+            if l >= actions.len() {
+                return;
             }
+            let ring = first + l;
+            let place = ring * count..(ring + 1) * count;
+            scale(inputs, &outcome.last_seen, &mut out.observations[place.clone()]);
+            if outcome.ending != Ending::None {
+                out.final_observations[place.clone()].copy_from_slice(&out.observations[place.clone()]);
+                scale(inputs, &block.observe(l), &mut out.observations[place]);
+            }
+            out.rewards[ring] = f64::from(outcome.reward);
+            out.mean_speeds_mps[ring] = f64::from(outcome.mean_mps);
+            out.terminations[ring] = outcome.ending == Ending::Crash;
+            out.truncations[ring] = outcome.ending == Ending::Horizon;
         });
     }
 }
@@ -248,10 +270,10 @@ impl Rings {
                 terminations: &mut *terminations,
                 truncations: &mut *truncations,
             };
-            batch.step(actions, out);
-            terminations.iter().zip(&*truncations).any(|(crash, horizon)| *crash || *horizon)
+            batch.step(actions, out)?;
+            Ok(terminations.iter().zip(&*truncations).any(|(crash, horizon)| *crash || *horizon))
         };
-        if rings <= LANES { threads::here(py, work) } else { threads::on_all_cores(py, work) }
+        threads::here(py, work)?
     }
 }
 

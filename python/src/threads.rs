@@ -1,33 +1,58 @@
 //! Work beside Python: on all cores, without the interpreter's lock, and without a panic that reaches the interpreter.
 
 use pyo3::{exceptions::PyRuntimeError, prelude::*};
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuilder, Yield};
 use std::{
-    mem,
+    cell::Cell,
+    hint, mem,
     panic::{AssertUnwindSafe, catch_unwind},
     process,
     sync::{Arc, Mutex, PoisonError},
+    time::{Duration, Instant},
 };
 
-/// The pool and the process that its threads live in: a process that Python forks has none of them.
-static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+/// Threads, and the process that they live in: a process that Python forks has none of them.
+struct Threads(Mutex<Option<(u32, Arc<ThreadPool>)>>);
+
+/// As many as there are cores; and one fewer, for what the calling thread takes its part in.
+static ALL: Threads = Threads(Mutex::new(None));
+static HELPERS: Threads = Threads(Mutex::new(None));
+
+impl Threads {
+    /// These threads, so many where there are none yet.
+    ///
+    /// # Errors
+    /// `RuntimeError` where the system gives none.
+    fn get(&self, count: impl FnOnce() -> usize) -> PyResult<Arc<ThreadPool>> {
+        let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*pool {
+            Some((process, threads)) if *process == process::id() => Ok(Arc::clone(threads)),
+            _ => {
+                let threads = ThreadPoolBuilder::new().num_threads(count()).build();
+                let threads = Arc::new(threads.map_err(|e| PyRuntimeError::new_err(format!("no threads: {e}")))?);
+                // Taking a pool down waits for its threads, which are not here.
+                mem::forget(pool.replace((process::id(), Arc::clone(&threads))));
+                Ok(threads)
+            }
+        }
+    }
+}
 
 /// As many threads as there are cores, or as `RAYON_NUM_THREADS` says.
 ///
 /// # Errors
 /// `RuntimeError` where the system gives no threads.
 pub fn pool() -> PyResult<Arc<ThreadPool>> {
-    let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
-    match &*pool {
-        Some((process, threads)) if *process == process::id() => Ok(Arc::clone(threads)),
-        _ => {
-            let threads = ThreadPoolBuilder::new().build();
-            let threads = Arc::new(threads.map_err(|e| PyRuntimeError::new_err(format!("no threads: {e}")))?);
-            // Taking a pool down waits for its threads, which are not here.
-            mem::forget(pool.replace((process::id(), Arc::clone(&threads))));
-            Ok(threads)
-        }
-    }
+    // 0: as rayon itself finds.
+    ALL.get(|| 0)
+}
+
+/// How many those are.
+///
+/// # Errors
+/// As [`pool`].
+pub fn cores() -> PyResult<usize> {
+    Ok(pool()?.current_num_threads())
 }
 
 /// Works on all cores while other threads of Python go on.
@@ -39,7 +64,66 @@ pub fn on_all_cores<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) ->
     here(py, || pool.install(work))
 }
 
-/// The same on this thread alone: what one core does at once waits for no other.
+/// Does each job on a thread of its own, the first on this one, and always the same: what it works on stays in the memory that is near to
+/// that core. As many jobs as [`cores`] at most. To be called within [`here`].
+///
+/// # Errors
+/// `RuntimeError` where the system gives no threads.
+pub fn side_by_side<J: Send>(jobs: Vec<J>, work: impl Fn(J) + Sync) -> PyResult<()> {
+    let mut jobs = jobs.into_iter();
+    let Some(own) = jobs.next() else { return Ok(()) };
+    if jobs.len() == 0 {
+        // To wake another thread takes longer than one block of rings.
+        work(own);
+        return Ok(());
+    }
+    let helpers = cores()? - 1;
+    let others: Vec<_> = jobs.map(|job| Mutex::new(Some(job))).collect();
+    HELPERS.get(|| helpers)?.in_place_scope(|scope| {
+        scope.spawn_broadcast(|_, thread| {
+            let job =
+                others.get(thread.index()).and_then(|job| job.lock().unwrap_or_else(PoisonError::into_inner).take());
+            job.into_iter().for_each(&work);
+            stay_awake();
+        });
+        work(own);
+    });
+    Ok(())
+}
+
+/// How long a helper stays awake after its last job. To wake takes as long as half a step of a thousand rings.
+const AWAKE: Duration = Duration::from_micros(100);
+
+thread_local! {
+    /// This thread is awake and looks for jobs.
+    static LOOKS: Cell<bool> = const { Cell::new(false) };
+    /// Its last job ended then.
+    static LAST: Cell<Option<Instant>> = const { Cell::new(None) };
+}
+
+/// Looks for further jobs for a while once the present one has ended.
+#[expect(clippy::disallowed_methods, reason = "the clock says when to sleep, and nothing else")]
+fn stay_awake() {
+    LAST.set(Some(Instant::now()));
+    if LOOKS.get() {
+        return;
+    }
+    rayon::spawn(|| {
+        // Jobs that are found here end within `yield_now`, and look no further themselves.
+        if LOOKS.replace(true) {
+            return;
+        }
+        let begun = Instant::now();
+        while LAST.get().unwrap_or(begun).max(begun).elapsed() < AWAKE {
+            if rayon::yield_now() != Some(Yield::Executed) {
+                hint::spin_loop();
+            }
+        }
+        LOOKS.set(false);
+    });
+}
+
+/// The same as [`on_all_cores`] on this thread alone: what one core does at once waits for no other.
 ///
 /// # Errors
 /// As [`on_all_cores`].

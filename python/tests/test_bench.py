@@ -30,6 +30,23 @@ def test_the_ring_of_numpy_drives_as_that_of_the_engine():
         assert mean_mps[0] == pytest.approx(info["mean_speed_mps"], abs=1e-3)
 
 
+def test_the_driver_of_numpy_drives_as_that_of_the_engine():
+    # Without chance: a driver who is late to the advice and to his leader, too fast by habit, and in the end kept back by the wave.
+    driver = {"random_driver": False, "reaction_s": 0.8, "leader_reaction_s": 0.6, "error_mps": 0.0, "speed_bias_mps": 0.3, "deadband_mps": 0.2}
+    fixed = {"idm": {"noise": 0.0}, "bunched_share": 0.0, "warm_up_s": 0.0, "sees": "speed,leader_speed,gap", "horizon_s": 100.0}
+    env = codrive.make(hold=0.1, driver="late", **driver, **fixed)
+    ring = NumpyRing(1, seed=1, noise=0.0, driver=driver)
+    env.reset(seed=1)
+    for step in range(600):
+        action = np.array([0.9 * np.sin(step / 25.0) + 0.1], np.float32)
+        seen, _, terminated, _, info = env.step(action)
+        own, mean_mps = ring.step(0.5 * action)
+        speed, leader, gap = (seen + 1.0) * np.array([5.0, 5.0, 15.0])
+        assert not terminated
+        assert own[0] == pytest.approx([speed, leader, gap], abs=5e-3), step
+        assert mean_mps[0] == pytest.approx(info["mean_speed_mps"], abs=1e-3), step
+
+
 def test_the_benchmark_measures_all_ratios():
     done = subprocess.run(
         [sys.executable, "-m", "codrive.bench", "--num-envs", "32", "--seconds", "0.05", "--json"],

@@ -321,26 +321,26 @@ impl AdviceFollower {
         }
         let wanted = if self.is_driver { self.driver(speed) } else { self.exact(speed) };
         let dt = self.step_s;
+        let mut driven = splat(0.0);
         let mut driven_by = [DrivenBy::Advice; LANES];
-        let driven = lane(|l| {
+        for l in 0..LANES {
             let has_nothing_in_mind = self.is_driver && wanted[l] == f32::INFINITY;
             let is_free = self.mode[l] == StandingAdvice::Model || has_nothing_in_mind || !self.follows[l];
             let keeps_distance = self.is_driver && model[l] < wanted[l];
-            if is_free || keeps_distance {
-                driven_by[l] = if is_free { DrivenBy::Model } else { DrivenBy::Distance };
-                return (speed[l] + model[l] * dt).max(0.0);
+            let by_model = is_free || keeps_distance;
+            driven[l] = (speed[l] + if by_model { model[l] } else { wanted[l] } * dt).max(0.0);
+            let by_distance = if keeps_distance { DrivenBy::Distance } else { DrivenBy::Advice };
+            driven_by[l] = if is_free { DrivenBy::Model } else { by_distance };
+        }
+        if self.brakes {
+            for l in 0..LANES {
+                let hardest = (speed[l] - self.guard_mps2 * dt).max(0.0);
+                let safe = self.safe_mps(ring.gap_m()[l], ring.leader_mps()[l]).max(hardest);
+                if driven_by[l] == DrivenBy::Advice && safe < driven[l] {
+                    (driven[l], driven_by[l]) = (safe, DrivenBy::Guard);
+                }
             }
-            let driven = (speed[l] + wanted[l] * dt).max(0.0);
-            if !self.brakes {
-                return driven;
-            }
-            let hardest = (speed[l] - self.guard_mps2 * dt).max(0.0);
-            let safe = self.safe_mps(ring.gap_m()[l], ring.leader_mps()[l]).max(hardest);
-            if safe < driven {
-                driven_by[l] = DrivenBy::Guard;
-            }
-            driven.min(safe)
-        });
+        }
         self.driven_by = driven_by;
         self.view.drive(&driven);
         driven
@@ -397,7 +397,7 @@ impl AdviceFollower {
     #[inline(always)]
     fn driver(&mut self, speed: &SimdLanes) -> SimdLanes {
         let size = self.shown_mps.len();
-        self.newest = (self.newest + 1) % size;
+        self.newest = if self.newest + 1 == size { 0 } else { self.newest + 1 };
         for l in 0..LANES {
             let is_advised = self.mode[l] == StandingAdvice::Speed;
             if is_advised && (self.looks[l] || self.in_mind_mps[l] < 0.0) {
@@ -406,9 +406,13 @@ impl AdviceFollower {
             self.shown_mps[self.newest][l] = if is_advised { self.in_mind_mps[l] } else { -1.0 };
         }
         let (fresh, _) = self.rng.normal_pair();
+        self.error_mps = lane(|l| self.error_mps[l] * self.keep + self.fresh_mps[l] * fresh[l]);
+        let seen_mps = lane(|l| {
+            let at = self.newest + size - self.delay[l] as usize;
+            self.shown_mps[if at >= size { at - size } else { at }][l]
+        });
         lane(|l| {
-            self.error_mps[l] = self.error_mps[l] * self.keep + self.fresh_mps[l] * fresh[l];
-            let seen = self.shown_mps[(self.newest + size - self.delay[l] as usize) % size][l];
+            let seen = seen_mps[l];
             // Until an advice is perceived, and once silence is, the ego is driven by its model alone.
             if seen < 0.0 {
                 return f32::INFINITY;

@@ -223,14 +223,29 @@ impl VecEnv {
     /// One hold under these actions, which correct an advice where one is corrected; rings whose episode ended
     /// begin another.
     pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
+        let (last_seen, last_state) = (Observation::default(), WholeState::default());
+        let mut outcomes = [Outcome { reward: 0.0, mean_mps: 0.0, ending: Ending::None, last_seen, last_state }; LANES];
+        self.hold_each(actions, |_, l, outcome| outcomes[l] = outcome);
+        outcomes
+    }
+
+    /// The same, told ring by ring; one that ended has begun its next episode when it is told. Nothing is gathered, which
+    /// takes longer than a step of the rings.
+    #[inline(always)]
+    pub fn hold_each(&mut self, actions: &[Action; LANES], mut each: impl FnMut(&Self, usize, Outcome)) {
         let (steps, hold) = (self.hold_steps, self.hold_length());
         for (l, action) in actions.iter().enumerate() {
-            self.advise(l, Some(residual(self.observe(l).corrected_mps, *action)), hold);
+            let corrected_mps = self.corrected.as_ref().map(|lanes| lanes.advised_mps(l));
+            self.advise(l, Some(residual(corrected_mps, *action)), hold);
         }
         let range_mps = self.config.reward.range_mps as f32;
         let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;
         let totals = in_wide_vectors(AdvisedHold { block: self, steps, range_mps, fresh });
-        self.settle(actions, steps, &totals)
+        let horizon = self.config.horizon_decisions(hold);
+        for (l, action) in actions.iter().enumerate() {
+            let outcome = self.settle(l, *action, horizon, &totals);
+            each(self, l, outcome);
+        }
     }
 
     /// From now on what is seen of the drivers is kept; see [`VecEnv::take_samples`].
@@ -261,35 +276,34 @@ impl VecEnv {
         }
     }
 
-    /// Rewards and endings of a hold; rings that ended are renewed.
-    fn settle(&mut self, actions: &[Action; LANES], steps: u32, totals: &Totals) -> [Outcome; LANES] {
-        let share = 1.0 / steps as f32;
-        std::array::from_fn(|l| {
-            self.elapsed[l] += 1;
-            let ending = if l >= self.rings {
-                Ending::None
-            } else if totals.least_gap_m[l] <= 0.0 {
-                Ending::Crash
-            } else if self.elapsed[l] >= self.config.horizon_decisions(self.hold_length()) {
-                Ending::Horizon
-            } else {
-                Ending::None
-            };
-            let mean_mps = totals.mean_mps[l] * share;
-            let speed = if self.config.reward.kind == RewardKind::All { mean_mps } else { totals.ego_mps[l] * share };
-            let headway = self.config.reward.headway_penalty as f32 * totals.short_headway[l] * share;
-            let missed = self.config.reward.range_penalty as f32 * totals.missed_mps[l] * share;
-            let mut reward = speed - headway - missed - self.action_penalty(actions[l]);
-            if ending == Ending::Crash {
-                reward -= self.config.reward.collision_penalty as f32;
-            }
-            self.tell_corrected(l, CorrectedLanes::decide);
-            let (last_seen, last_state) = (self.observe(l), self.whole_state(l));
-            if ending != Ending::None {
-                self.begin_episode(l);
-            }
-            Outcome { reward, mean_mps, ending, last_seen, last_state }
-        })
+    /// Reward and ending of a hold of ring `l`, whose episode has `horizon` of them; one that ended is renewed.
+    #[inline(always)]
+    fn settle(&mut self, l: usize, action: Action, horizon: u32, totals: &Totals) -> Outcome {
+        let share = 1.0 / self.hold_steps as f32;
+        self.elapsed[l] += 1;
+        let ending = if l >= self.rings {
+            Ending::None
+        } else if totals.least_gap_m[l] <= 0.0 {
+            Ending::Crash
+        } else if self.elapsed[l] >= horizon {
+            Ending::Horizon
+        } else {
+            Ending::None
+        };
+        let mean_mps = totals.mean_mps[l] * share;
+        let speed = if self.config.reward.kind == RewardKind::All { mean_mps } else { totals.ego_mps[l] * share };
+        let headway = self.config.reward.headway_penalty as f32 * totals.short_headway[l] * share;
+        let missed = self.config.reward.range_penalty as f32 * totals.missed_mps[l] * share;
+        let mut reward = speed - headway - missed - self.action_penalty(action);
+        if ending == Ending::Crash {
+            reward -= self.config.reward.collision_penalty as f32;
+        }
+        self.tell_corrected(l, CorrectedLanes::decide);
+        let (last_seen, last_state) = (self.observe(l), self.whole_state(l));
+        if ending != Ending::None {
+            self.begin_episode(l);
+        }
+        Outcome { reward, mean_mps, ending, last_seen, last_state }
     }
 
     fn action_penalty(&self, action: Action) -> f32 {

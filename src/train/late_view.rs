@@ -2,7 +2,7 @@
 //! which each ego acts: what was a reaction time ago, carried on to now as a driver anticipates it (Treiber, Kesting, Helbing
 //! 2006), as [`crate::driver`] does in whole drives. Metres, m/s.
 
-use super::simd::{LANES, SimdLanes, splat};
+use super::simd::{LANES, SimdLanes, lane, splat};
 use serde::{Deserialize, Serialize};
 
 /// Span over which a leader's braking is judged, s.
@@ -83,41 +83,58 @@ impl LateView {
     }
 
     /// Takes in the present; returns gaps and leaders' speeds as the drivers have them in mind.
+    #[inline(always)]
     pub fn see(&mut self, gap_m: &SimdLanes, leader_mps: &SimdLanes) -> [SimdLanes; 2] {
         let size = self.moments.len();
-        self.newest = (self.newest + 1) % size;
+        self.newest = if self.newest + 1 == size { 0 } else { self.newest + 1 };
         self.moments[self.newest] = Moment { gap_m: *gap_m, leader_mps: *leader_mps, way_m: self.way_m };
-        let (mut gaps_m, mut leaders_mps) = (*gap_m, *leader_mps);
+        // Gathered lane by lane: each driver remembers another moment.
+        let mut then = Moment { gap_m: *gap_m, leader_mps: *leader_mps, way_m: self.way_m };
+        let (mut before_mps, mut late_s) = (*leader_mps, splat(0.0));
         for l in 0..LANES {
             let late = self.late[l].min(self.seen[l]) as usize;
             self.seen[l] = self.seen[l].saturating_add(1);
-            if late > 0 {
-                (gaps_m[l], leaders_mps[l]) = self.anticipated(l, late);
-            }
+            late_s[l] = late as f32 * self.step_s;
+            let moment = self.past(late);
+            then.gap_m[l] = moment.gap_m[l];
+            then.leader_mps[l] = moment.leader_mps[l];
+            then.way_m[l] = moment.way_m[l];
+            let judged = late + self.judged_steps;
+            // What was seen before is one more than `late` once this step is counted.
+            before_mps[l] =
+                if self.seen[l] as usize > judged { self.past(judged).leader_mps[l] } else { then.leader_mps[l] };
         }
-        [gaps_m, leaders_mps]
+        self.anticipated(&then, &before_mps, &late_s)
     }
 
-    /// Where the leader of lane `l` is now if he goes on as he did `late` steps ago; only his braking is carried on.
-    fn anticipated(&self, l: usize, late: usize) -> (f32, f32) {
-        let size = self.moments.len();
-        let at = |back: usize| &self.moments[(self.newest + size - back) % size];
-        let moment = at(late);
-        let (gap_m, leader_mps) = (moment.gap_m[l], moment.leader_mps[l]);
-        let judged = late + self.judged_steps;
-        // What was seen before is one more than `late` once this step is counted.
-        let brake_mps2 = if self.seen[l] as usize > judged {
-            let span_s = self.judged_steps as f32 * self.step_s;
-            ((at(judged).leader_mps[l] - leader_mps) / span_s).clamp(0.0, HARDEST_MPS2)
-        } else {
-            0.0
-        };
-        let late_s = late as f32 * self.step_s;
+    /// What was `back` steps ago.
+    #[inline(always)]
+    fn past(&self, back: usize) -> &Moment {
+        // Without a division, which takes longer than all the rest.
+        let at = self.newest + self.moments.len() - back;
+        &self.moments[if at >= self.moments.len() { at - self.moments.len() } else { at }]
+    }
+
+    /// Where the leaders are now if they go on as they did then, `late_s` ago; only their braking since the moment before is carried on.
+    #[inline(always)]
+    fn anticipated(&self, then: &Moment, before_mps: &SimdLanes, late_s: &SimdLanes) -> [SimdLanes; 2] {
+        let span_s = self.judged_steps as f32 * self.step_s;
+        let brake_mps2 = lane(|l| ((before_mps[l] - then.leader_mps[l]) / span_s).clamp(0.0, HARDEST_MPS2));
         // He brakes until now, or until he stands.
-        let braked_s = if brake_mps2 > 0.0 { late_s.min(leader_mps / brake_mps2) } else { late_s };
-        let now_mps = (leader_mps - brake_mps2 * braked_s).max(0.0);
-        let his_way_m = (leader_mps + now_mps) / 2.0 * braked_s;
-        (gap_m + his_way_m - (self.way_m[l] - moment.way_m[l]), now_mps)
+        let braked_s = lane(|l| {
+            let until_he_stands_s = late_s[l].min(then.leader_mps[l] / brake_mps2[l]);
+            if brake_mps2[l] > 0.0 { until_he_stands_s } else { late_s[l] }
+        });
+        let now_mps = lane(|l| (then.leader_mps[l] - brake_mps2[l] * braked_s[l]).max(0.0));
+        let gap_m = lane(|l| {
+            let his_way_m = (then.leader_mps[l] + now_mps[l]) / 2.0 * braked_s[l];
+            then.gap_m[l] + his_way_m - (self.way_m[l] - then.way_m[l])
+        });
+        let is_late = |l: usize| late_s[l] > 0.0;
+        [
+            lane(|l| if is_late(l) { gap_m[l] } else { then.gap_m[l] }),
+            lane(|l| if is_late(l) { now_mps[l] } else { then.leader_mps[l] }),
+        ]
     }
 }
 
