@@ -7,12 +7,13 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codrive._codrive import Configuration, evaluate_answers, evaluate_policy, policy_names
+from codrive._frames import Frames, library
 from codrive._settings import configuration
 
 #: Columns whose name in ``codrive evaluate``'s tables says more than that of the result.
@@ -34,7 +35,7 @@ def evaluate(
     driver: str | None = "follow",
     advice: str | None = None,
     aim: float = 0.0,
-    as_: Literal["pandas", "polars"] = "pandas",
+    as_: Frames = "pandas",
     progress: bool | None = None,
     **settings: Any,
 ) -> Any:
@@ -65,8 +66,7 @@ def evaluate(
         TypeError: There is no setting of that name, or the policy is nothing that answers.
         ValueError: A value is not allowed, there is no such policy, or its answers cannot be actions.
     """
-    if as_ not in ("pandas", "polars"):
-        raise ValueError(f"as_ is {as_!r}; allowed: 'pandas', 'polars'")
+    frames = library(as_)
     if isinstance(over, bool) or not isinstance(over, (int, np.integer)) or not 1 <= over <= 100_000:
         raise ValueError(f"over is {over!r}; allowed: a whole number from 1 to 100000")
     aim = float(aim)
@@ -84,7 +84,9 @@ def evaluate(
         head = {"policy": label, "hold_s": config["hold_s"], "driver": driver or "configured", "seed": config["seed"]}
         rows += [{**head, "ring": ring, **_row(result)} for ring, result in enumerate(results)]
     meter.end()
-    return _table(rows, as_)
+    columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
+    more = {"infer_schema_length": None} if as_ == "polars" else {}
+    return frames.DataFrame(columns, **more)
 
 
 def _row(result: dict[str, Any]) -> dict[str, Any]:
@@ -137,19 +139,6 @@ def _answers(policy: Any, case: Configuration, over: int) -> Callable[[NDArray[n
         return actions
 
     return answers
-
-
-def _table(rows: list[dict[str, Any]], kind: str) -> Any:
-    columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
-    if kind == "pandas":
-        import pandas
-
-        return pandas.DataFrame(columns)
-    try:
-        import polars
-    except ImportError:
-        raise ImportError("as_='polars' needs polars: pip install polars") from None
-    return polars.DataFrame(columns, infer_schema_length=None)
 
 
 class _Meter:

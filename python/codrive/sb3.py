@@ -21,6 +21,7 @@ try:
 except ImportError as fault:
     raise ImportError("codrive.sb3 needs Stable-Baselines3: pip install stable-baselines3") from fault
 
+from codrive._codrive import Configuration
 from codrive._ring import RingVectorEnv
 
 
@@ -32,6 +33,11 @@ class VecEnv(_VecEnv):
         self.rings = RingVectorEnv(name, num_envs, **{**arguments, "copy": False})
         self._actions: np.ndarray | None = None
         super().__init__(num_envs, self.rings.single_observation_space, self.rings.single_action_space)
+
+    @property
+    def settings(self) -> Configuration:
+        """The settings of the rings, for ``codrive.save_policy``."""
+        return self.rings.settings
 
     def reset(self) -> np.ndarray:
         """Begins an episode in each ring: those of the seed of ``seed()``, else the next ones. Observations, float32, ``(n, k)``."""
@@ -80,3 +86,24 @@ class VecEnv(_VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: None | int | Sequence[int] = None) -> list[bool]:
         """No ring is wrapped by itself."""
         return [False for _ in self._get_indices(indices)]
+
+
+def layers(model: Any) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The network of a model that acts, for ``codrive.save_policy``: weights ``(inputs, outputs)`` and biases of each layer.
+
+    Args:
+        model: One of PPO, TRPO or A2C with ``MlpPolicy`` and tanh between its layers, their default.
+
+    Raises:
+        ValueError: Its network is of another kind; export it as ONNX yourself, with ``codrive.describe_policy`` beside it.
+    """
+    policy = model.policy
+    hidden = list(getattr(getattr(policy, "mlp_extractor", None), "policy_net", ()))
+    kinds = [type(part).__name__ for part in hidden]
+    if not hidden or kinds != ["Linear", "Tanh"] * (len(kinds) // 2) or type(policy.features_extractor).__name__ != "FlattenExtractor":
+        raise ValueError(
+            f"the policy is {type(policy).__name__} of {kinds or 'no'} layers; allowed: MlpPolicy with layers of tanh. "
+            "Export it as ONNX, and write codrive.describe_policy(envs) beside it as NAME.onnx.toml"
+        )
+    linear = [*hidden[::2], policy.action_net]
+    return [(part.weight.detach().cpu().numpy().T, part.bias.detach().cpu().numpy()) for part in linear]

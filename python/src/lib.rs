@@ -1,12 +1,15 @@
 //! codrive for Python, the native part: `codrive._codrive`. In: settings and actions of Python. Out: observations and rewards in
 //! numpy's memory, tables of evaluations. The Python files beside it make environments of it; docs/python.md says how it is used.
 //!
-//! [`configuration`] reads settings, [`rings`] moves many environments at once, [`evaluation`] judges policies, [`benchmark`] says
-//! how fast rings are without Python, [`sweep`] carries out runs of plans, [`threads`] keeps Python out while others compute.
+//! [`configuration`] reads settings, [`rings`] moves many environments at once, [`evaluation`] judges policies, [`policy_file`] writes
+//! them, [`folders`] reads what was recorded, [`benchmark`] says how fast rings are without Python, [`sweep`] carries out runs of plans,
+//! [`threads`] keeps Python out while others compute.
 
 mod benchmark;
 mod configuration;
 mod evaluation;
+mod folders;
+mod policy_file;
 mod rings;
 mod sweep;
 mod threads;
@@ -21,6 +24,8 @@ mod _codrive {
         benchmark::random_steps,
         configuration::{Configuration, data_folder},
         evaluation::{evaluate_answers, evaluate_policy, policy_names},
+        folders::{find_drives, measures, recorded_settings, space_time},
+        policy_file::{network_description, write_network},
         rings::Rings,
         sweep::Plan,
     };

@@ -57,3 +57,19 @@ def test_it_learns_on_many_rings_and_its_model_is_evaluated():
     model.learn(512)
     table = codrive.evaluate(model, over=2, advice="speed", **SHORT)
     assert set(table.policy) == {"PPO"} and np.isfinite(table.mean_speed_mps).all()
+
+
+def test_its_networks_become_policies_of_ours(tmp_path):
+    import codrive.sb3
+    from stable_baselines3 import A2C, PPO
+
+    rings = codrive.sb3.VecEnv(num_envs=16, hold=2.0, **SHORT)
+    for model in (PPO("MlpPolicy", rings, n_steps=8, device="cpu"), A2C("MlpPolicy", rings, policy_kwargs={"net_arch": []}, device="cpu")):
+        codrive.save_policy(tmp_path / "policy.onnx", codrive.sb3.layers(model), rings)
+        ours = codrive.evaluate(tmp_path / "policy.onnx", over=16, hold=2.0, **SHORT)
+        # Before a first update its outputs are near 0 where all lie, so that nothing runs apart.
+        assert np.allclose(ours.mean_speed_mps, codrive.evaluate(model, over=16, hold=2.0, **SHORT).mean_speed_mps, atol=1e-3)
+    with pytest.raises(ValueError, match="describe_policy"):
+        import torch
+
+        codrive.sb3.layers(PPO("MlpPolicy", rings, n_steps=8, device="cpu", policy_kwargs={"activation_fn": torch.nn.ReLU}))

@@ -9,6 +9,7 @@ use super::{
     trajectories::DriveTrajectories,
 };
 use crate::plot::escaped;
+use std::path::Path;
 
 /// Drives one by one: all of them, or of a study the trials of one participant.
 pub(super) fn one_by_one(
@@ -71,6 +72,18 @@ fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<Rep
         ),
     });
     Ok((figures, hits))
+}
+
+/// Positions of all vehicles of a recorded drive over time, along the ego's path, as SVG; `None` where nothing was recorded of them.
+///
+/// # Errors
+/// It holds no recording, or one that cannot be read.
+pub fn space_time(recording: &Path) -> Result<Option<String>, AnalysisError> {
+    let trial = RecordedTrial::open(recording)?;
+    Ok(match trial.is_on_network() {
+        true => PathTraces::of(&trial)?.map(|traces| network::space_time("", &traces, None)),
+        false => DriveTrajectories::of(&trial)?.map(|traces| figures::space_time("", &traces, None)),
+    })
 }
 
 /// Moments that the figure of speeds marks, in words.

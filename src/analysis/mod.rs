@@ -59,6 +59,7 @@ pub mod trajectories;
 pub mod trial;
 
 pub use collect::{AnalysedRecording, FoundRecording, find};
+pub use drive_section::space_time;
 pub use measures::{DriveMeasures, MEASURES, RoadKinds};
 pub use people::StudyParticipants;
 pub use setup::DriveSetup;

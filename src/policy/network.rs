@@ -215,8 +215,11 @@ impl Network {
         Ok(network)
     }
 
-    /// Fails where a number of it cannot be.
-    pub(super) fn check(&self) -> Result<(), NetworkFault> {
+    /// Whether it can be driven with.
+    ///
+    /// # Errors
+    /// It is of another format, its layers do not fit together, or a number cannot be.
+    pub fn check(&self) -> Result<(), NetworkFault> {
         if self.format != FORMAT {
             return Err(NetworkFault::Format(self.format.clone()));
         }

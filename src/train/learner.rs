@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     metrics::mean_and_interval,
-    policy::{CorrectedAdvice, ExpectedGain, FORMAT, Network, NetworkOutput},
+    policy::{CorrectedAdvice, ExpectedGain, FORMAT, Network, NetworkLayer, NetworkOutput},
     rng,
 };
 use rayon::prelude::*;
@@ -388,6 +388,11 @@ fn value_inputs(config: &TrainConfig, seen: &[f32], states: &[WholeState]) -> Ve
 /// A policy's parameters as the drive uses them.
 fn network(config: &TrainConfig, theta: &[f32]) -> Network {
     let shape = policy_shape(config);
+    network_of(config, shape.net.network_layers(shape.split(theta).0))
+}
+
+/// Layers that were trained with this configuration, wherever that was, as the drive uses them; [`Network::check`] says if they fit it.
+pub fn network_of(config: &TrainConfig, layers: Vec<NetworkLayer>) -> Network {
     Network {
         format: FORMAT.into(),
         action: match config.advice.action {
@@ -400,7 +405,7 @@ fn network(config: &TrainConfig, theta: &[f32]) -> Network {
         least_spacing_m: config.ring.least_spacing_m,
         holds_s: config.holds_s(),
         inputs: config.inputs(),
-        layers: shape.net.network_layers(shape.split(theta).0),
+        layers,
         corrected: None,
         estimator: None,
         expected_gain: None,

@@ -41,7 +41,7 @@ pub use config::{
 pub use drawn_ring::drawn_ring;
 pub use evaluation::{IdentifiedDriver, evaluate, evaluate_part, identified, trajectories};
 pub use joint_evaluation::evaluate_jointly;
-pub use learner::{Learner, LearningCurveRow};
+pub use learner::{Learner, LearningCurveRow, network_of};
 pub use lessons::EstimatorKind;
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ mod write_estimator;
 
 pub use error::{AnswerFault, DescriptionFault, NodeFault, OnnxFault, PortFault, RunFault, RuntimeFault, TensorFault};
 pub use load::OnnxPolicy;
-pub use write::write;
+pub use write::{describe, write};
 pub use write_estimator::write_estimator;
 
 use super::{CorrectedAdvice, ExpectedGain, NetworkInput, NetworkOutput, SettingFault, network_file::is_zero};

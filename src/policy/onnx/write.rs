@@ -46,7 +46,12 @@ pub fn write(network: &Network) -> Vec<u8> {
     let outputs = network.layers[last].bias.len();
     graph.input.push(rows_of(INPUT, network.inputs.len()));
     graph.output.push(rows_of(OUTPUT, outputs));
-    file(graph, toml::to_string(&description(network)).unwrap_or_default())
+    file(graph, describe(network))
+}
+
+/// What a network's numbers mean: the text of `NAME.onnx.toml`, which files of other origin have beside them.
+pub fn describe(network: &Network) -> String {
+    toml::to_string(&description(network)).unwrap_or_default()
 }
 
 /// The file of a graph, with what its numbers mean.

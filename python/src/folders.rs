@@ -1,0 +1,62 @@
+//! Recordings and data sets for Python. In: a folder. Out: which drives it holds, how each was set, its picture, and measures of all.
+
+use crate::threads;
+use codrive::{
+    analysis::{self, AnalysisError, FoundRecording, collect, tables},
+    record::{self, inputs},
+};
+use pyo3::{
+    exceptions::{PyFileNotFoundError, PyValueError},
+    prelude::*,
+};
+use std::path::{Path, PathBuf};
+
+/// One drive: participant, segment, place, condition, levels of factors, its folder, that of the same drive without advice.
+type FoundDrive = (String, String, String, String, Vec<(String, String)>, PathBuf, Option<PathBuf>);
+
+/// What a folder holds: its title, true if it is a data set or a participant of one, and its drives.
+#[pyfunction]
+pub fn find_drives(py: Python<'_>, folder: PathBuf) -> PyResult<(String, bool, Vec<FoundDrive>)> {
+    let contents = found(py, &folder)?;
+    let drives = contents.found.into_iter().map(|drive| {
+        let FoundRecording { participant, segment, place, condition, levels, recording, baseline, .. } = drive;
+        (participant, segment, place, condition, levels, recording, baseline)
+    });
+    Ok((contents.title, contents.root.is_some(), drives.collect()))
+}
+
+/// The settings of a recorded drive as JSON.
+#[pyfunction]
+pub fn recorded_settings(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
+    let read = || {
+        record::open(&folder).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let scenario = inputs::scenario(&folder).map_err(|e| PyValueError::new_err(e.message))?;
+        serde_json::to_string(&scenario).map_err(|e| PyValueError::new_err(e.to_string()))
+    };
+    threads::here(py, read)?
+}
+
+/// Positions of all vehicles over time, as SVG; `None` where there is next to nothing to draw.
+#[pyfunction]
+pub fn space_time(py: Python<'_>, folder: PathBuf) -> PyResult<Option<String>> {
+    threads::here(py, || analysis::space_time(&folder))?.map_err(refused)
+}
+
+/// Each drive of a folder in numbers, as CSV with a line of names: `trials.csv` of `codrive analyse`.
+#[pyfunction]
+pub fn measures(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
+    let contents = found(py, &folder)?;
+    let drives = threads::on_all_cores(py, || collect::analyse(&contents.found, &[], &|| ()))?.map_err(refused)?;
+    Ok(tables::trials(&drives))
+}
+
+fn found(py: Python<'_>, folder: &Path) -> PyResult<collect::FolderContents> {
+    if !folder.is_dir() {
+        return Err(PyFileNotFoundError::new_err(format!("there is no folder {}", folder.display())));
+    }
+    threads::here(py, || analysis::find(folder))?.map_err(refused)
+}
+
+fn refused(why: AnalysisError) -> PyErr {
+    PyValueError::new_err(why.to_string())
+}

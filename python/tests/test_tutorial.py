@@ -1,0 +1,96 @@
+"""docs/tutorial.md: all that is on it, from its top to its end, in an empty folder."""
+
+import contextlib
+import io
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import time
+
+
+ROOT = pathlib.Path(__file__).parents[2]
+PROGRAM = pathlib.Path(os.environ.get("CODRIVE_PROGRAM", ROOT / "target/debug/codrive"))
+PAGE = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```(\S+) ?(.*)\n((?:.*\n)*?)```$", re.MULTILINE)
+
+
+@contextlib.contextmanager
+def screen():
+    """A screen of its own for windows, in memory."""
+    reading, writing = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp"],
+        pass_fds=[writing],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(writing)
+    with os.fdopen(reading) as told:
+        number = told.readline().strip()
+    try:
+        assert number, "Xvfb did not start: scripts/setup --test installs it"
+        yield f":{number}"
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def windows(display):
+    """Titles of the windows that can be seen."""
+    asked = ["xdotool", "search", "--onlyvisible", "--name", "."]
+    found = subprocess.run(asked, capture_output=True, text=True, env={**os.environ, "DISPLAY": display}).stdout.split()
+    name = ["xdotool", "getwindowname"]
+    return [subprocess.run([*name, one], capture_output=True, text=True, env={**os.environ, "DISPLAY": display}).stdout for one in found]
+
+
+def driven_in_a_window(command, environment):
+    """Opens the window, and ends it by Ctrl-C once it is there."""
+    with screen() as display:
+        drive = subprocess.Popen(
+            ["bash", "-c", f"exec {command}"],
+            env={**environment, "DISPLAY": display, "WAYLAND_DISPLAY": ""},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        # A first picture is drawn in software; who waits five minutes waits for nothing.
+        end = time.monotonic() + 300
+        while not windows(display) and drive.poll() is None and time.monotonic() < end:
+            time.sleep(0.5)
+        seen = windows(display)
+        drive.send_signal(signal.SIGINT)
+        said = drive.communicate(timeout=120)[0]
+        assert seen and drive.returncode in (0, 130), f"{command}: windows {seen}, exit status {drive.returncode}\n{said}"
+
+
+def test_all_that_is_on_the_page_can_be_done(tmp_path, monkeypatch):
+    assert PROGRAM.is_file(), f"{PROGRAM} is not there: cargo build, or CODRIVE_PROGRAM says where it is"
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin/codrive").symlink_to(PROGRAM)
+    environment = {**os.environ, "PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}", "CODRIVE_DATA": str(ROOT)}
+    names, said, done = {"__name__": "tutorial"}, io.StringIO(), []
+    for kind, word, text in BLOCK.findall(PAGE):
+        done.append((kind, word))
+        if kind == "toml":
+            (tmp_path / word).write_text(text)
+        elif (kind, word) == ("sh", "window"):
+            driven_in_a_window(text.strip(), environment)
+        elif kind == "sh":
+            run = subprocess.run(["bash", "-euc", text], env=environment, capture_output=True, text=True)
+            assert run.returncode == 0, f"{text}{run.stdout}{run.stderr}"
+        elif (kind, word) == ("python", ""):
+            with contextlib.redirect_stdout(said):
+                exec(compile(text, f"block {len(done)} of docs/tutorial.md", "exec"), names)
+    # Nothing was passed over but what says so.
+    assert PAGE.count("\n```") == 2 * len(done) and done.count(("python", "no-test")) == 1 and len(done) >= 9
+    # It taught something: the page promises a policy that is faster than no advice, judged on rings that it has not seen.
+    speeds = names["table"].groupby("policy").mean_speed_mps.mean()
+    assert speeds["mine.onnx"] > speeds["none"] + 0.3, said.getvalue()
+    # The study was rehearsed and analysed with it.
+    assert (tmp_path / "data/derivatives/codrive/report.html").stat().st_size > 10_000
+    measured = names["data"].measures()
+    assert set(measured.condition) == {"none", "mine"} and len(measured) == 8
+    driven = measured.groupby("condition").mean_speed_mps.mean()
+    assert driven["mine"] > driven["none"] + 0.2, driven
