@@ -104,7 +104,7 @@ pub(super) struct GiveWay {
     next: Option<(usize, f64)>,
     /// So long the ego has stood at it while it might go, ticks.
     stood_ticks: u32,
-    /// Who was at an all-way stop before the ego.
+    /// Who stood at the line of an all-way stop before the ego did; whether they have gone on since or not.
     first_come: Vec<VehicleId>,
 }
 
@@ -121,19 +121,22 @@ impl GiveWay {
         let next = lines.min_by(|a, b| a.1.total_cmp(&b.1));
         if next.map(|(k, _)| k) != self.next.map(|(k, _)| k) {
             self.stood_ticks = 0;
+            self.first_come.clear();
         }
         self.next = next;
         let Some((k, ahead_m)) = next else { return };
         let line = &self.lines[k];
         let own = own_light(line, snapshot);
+        if line.stop == StopRule::Allway && self.stood_ticks == 0 {
+            for foe in foes(line, snapshot).filter(|foe| foe.is_at_line() && foe.stands()) {
+                if !self.first_come.contains(&foe.car.id) {
+                    self.first_come.push(foe.car.id);
+                }
+            }
+        }
         if !line.waits_inside && own.is_some_and(is_closed) {
             self.stood_ticks = 0;
         } else if ahead_m < AT_LINE_M && snapshot.ego.speed_mps < STANDING_MPS {
-            if self.stood_ticks == 0 && line.stop == StopRule::Allway {
-                self.first_come.clear();
-                let came = foes(line, snapshot).filter(|foe| foe.ahead_m < AT_LINE_M);
-                self.first_come.extend(came.map(|foe| foe.car.id));
-            }
             self.stood_ticks += 1;
         }
     }
@@ -177,10 +180,9 @@ impl GiveWay {
         let is_clearing = line.waits_inside && own.is_some_and(is_closed);
         let is_patient = !is_clearing && f64::from(self.stood_ticks) * crate::time::TICK_S < PATIENCE_S;
         foes(line, snapshot).any(|foe| {
-            let stands = foe.car.speed_mps < STANDING_MPS;
-            let is_later = line.stop == StopRule::Allway && own.is_none() && foe.ahead_m > 0.0;
-            let is_let_go = is_later && self.stood_ticks > 0 && !self.first_come.contains(&foe.car.id);
-            !is_let_go && (is_patient || !stands) && foe.is_in_conflict(pace, ahead_m, line, snapshot)
+            let is_allway = line.stop == StopRule::Allway && own.is_none();
+            let is_later = is_allway && foe.can_stop() && !self.first_come.contains(&foe.car.id);
+            !is_later && (is_patient || !foe.stands()) && foe.is_in_conflict(pace, ahead_m, line, snapshot)
         })
     }
 }
@@ -219,6 +221,20 @@ fn foes<'a>(line: &'a YieldLine, snapshot: &'a Snapshot) -> impl Iterator<Item =
 }
 
 impl Foe<'_> {
+    fn stands(&self) -> bool {
+        self.car.speed_mps < STANDING_MPS
+    }
+
+    fn is_at_line(&self) -> bool {
+        (0.0..AT_LINE_M).contains(&self.ahead_m)
+    }
+
+    /// True if it can stop before its line.
+    fn can_stop(&self) -> bool {
+        let speed_mps = self.car.speed_mps.max(0.0);
+        self.ahead_m > 0.0 && speed_mps * speed_mps <= 2.0 * STOPS_MPS2 * self.ahead_m
+    }
+
     /// True if the ego would come too near to it in the junction.
     fn is_in_conflict(&self, pace: &OwnPace, ahead_m: f64, line: &YieldLine, snapshot: &Snapshot) -> bool {
         let link = &line.foes[self.link];
@@ -226,8 +242,7 @@ impl Foe<'_> {
         if self.ahead_m > 0.0 {
             let light = link.signal.and_then(|(signal, letter)| snapshot.signals.light(signal, letter));
             // Who can stop for red or yellow does.
-            let stops = speed_mps * speed_mps <= 2.0 * STOPS_MPS2 * self.ahead_m;
-            if light.is_some_and(is_closed) && stops {
+            if light.is_some_and(is_closed) && self.can_stop() {
                 return false;
             }
         }

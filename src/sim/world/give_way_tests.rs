@@ -161,6 +161,31 @@ fn where_all_stop_who_came_first_goes_first() {
     case.stand(1);
     assert!(!case.waits(), "this one came later");
     assert!(case.waits_for(":n_5_0", 3.0, 3.0), "and went before");
+    // From 8 m/s 8^2 / (2 * 4.5) = 7.1 m to stop.
+    let mut waits_for_another = |before_line_m: f64| {
+        case.snapshot.cars.clear();
+        case.put(3, "wn_0", end_m - before_line_m, 8.0);
+        case.waits()
+    };
+    assert!(waits_for_another(6.0), "it does not stop any more");
+    assert!(!waits_for_another(8.0), "it comes later and can stop");
+}
+
+#[test]
+fn where_all_stop_those_that_stand_while_the_ego_comes_go_first_also_when_they_have_begun_to_go() {
+    let mut case = Case::new(TOWN, &["cn", "nne"], 10.0);
+    let end_m = case.map.network.lane(case.map.network.lane_named("wn_0").expect("a lane")).length_m;
+    case.put(1, "wn_0", end_m - 1.0, 0.0);
+    case.stand(1);
+    // The ego has come to its line; the other goes on, and could still stop.
+    case.snapshot.ego_s_m += 8.0;
+    case.snapshot.cars.clear();
+    case.put(1, "wn_0", end_m - 0.5, 1.0);
+    case.stand(1);
+    assert!(case.waits());
+    case.snapshot.cars.clear();
+    case.put(2, "wn_0", end_m - 0.5, 1.0);
+    assert!(!case.waits(), "another one, who comes later");
 }
 
 #[test]

@@ -18,6 +18,8 @@ convert town town-left --lefthand
 convert oneway one-way
 convert eight figure-eight -x eight.con.xml
 convert track track
+convert crossing crossing --no-turnarounds
+convert allway allway --no-turnarounds
 # When they were made, by which version and with which options is no part of them.
 for net in ../*.net.xml; do
     sed -i '/^<!-- generated on/,/^-->/d' "$net"
