@@ -87,7 +87,8 @@ struct Written {
 /// A file with what the engine makes of SUMO's default type: its vehicles change lanes only while they drive.
 fn default_type(town: &Town) -> PathBuf {
     let file = town.folder.path().join("default.rou.xml");
-    let text = "<routes><vType id=\"DEFAULT_VEHTYPE\" lcMaxSpeedLatStanding=\"0\"/></routes>";
+    let text =
+        "<routes><vType id=\"DEFAULT_VEHTYPE\" lcMaxSpeedLatStanding=\"0\" lcMaxSpeedLatFactor=\"0.2\"/></routes>";
     fs::write(&file, text).expect("written");
     file
 }

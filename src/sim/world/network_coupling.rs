@@ -319,7 +319,8 @@ impl NetworkCoupling {
     fn between(&self, from: &PlacedVehicle, to: &PlacedVehicle, fraction: f64) -> Shown {
         let (a, b) = (&from.vehicle, &to.vehicle);
         let farthest_m = 2.0 * a.speed_mps.max(b.speed_mps) * self.step_s + JUMP_M;
-        let jumps = is_jump(&a.pose, &b.pose, farthest_m);
+        let fronts = [a, b].map(|at| Pose::new(at.pose.front(at.body.length_m), at.pose.yaw_rad));
+        let jumps = is_jump(&fronts[0], &fronts[1], farthest_m);
         let mix = |a: f64, b: f64| a + (b - a) * fraction;
         let nearer = if fraction < 0.5 { from } else { to };
         let place = |vehicle: &NetworkVehicle| {
@@ -365,8 +366,9 @@ impl NetworkCoupling {
     }
 }
 
-/// True if a vehicle has not driven from one place to the other: it is farther than it can have come, or beside where it was heading. The
-/// chord of an arc points midway between the headings at its ends.
+/// True if a front bumper has not driven from one place to the other: it is farther than it can have come, or beside where it was heading.
+/// The chord of an arc points midway between the headings at its ends. (Of SUMO's vehicles, the front is what drives: the rear of a long
+/// one swings aside where it begins to change lanes behind a bend.)
 fn is_jump(from: &Pose, to: &Pose, farthest_m: f64) -> bool {
     let way = to.position - from.position;
     let sideways_m = way.dot(from.lerp(to, 0.5).left()).abs();
