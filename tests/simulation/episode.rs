@@ -110,7 +110,7 @@ fn a_controller_that_is_asked_outside_drives_as_within_to_the_bit() {
     let scenario = Scenario {
         traffic: "native".parse().expect("an engine"),
         advised: "4".parse().expect("a number"),
-        policy: "follower-stopper".into(),
+        policy: "linear-feedback".into(),
         warm_up_s: 30.0,
         duration_s: 0.0,
         ..Scenario::default()
@@ -179,7 +179,7 @@ fn on_a_network_agents_come_and_go_and_what_is_advised_is_to_the_bit_that_of_a_p
     let _alone = one_at_a_time();
     // A hold of one step, so that whoever comes is advised at once by either.
     let set = json!({
-        "action": "speed", "levels": 11, "top_speed_mps": 10.0, "hold_s": 0.1, "horizon_s": 60.0,
+        "action": "speed", "levels": 11, "top_speed_mps": 10.0, "hold_s": 0.1, "horizon_s": 90.0,
     });
     let config = on_grid(set);
     let mut episode = begin(&config, 1);
@@ -206,9 +206,9 @@ fn on_a_network_agents_come_and_go_and_what_is_advised_is_to_the_bit_that_of_a_p
     assert!(ever.iter().all(may), "{ever:?}");
     assert!(ever.len() >= 6 && !gone.is_empty(), "{ever:?} were advised, {gone:?} have left");
     let (fingerprint, steps) = (episode.fingerprint(), episode.world().snapshot().tick.0 / 10);
-    assert_eq!((steps, episode.world().contacts_of_others()), (600, 0), "to the horizon, without a contact");
+    assert_eq!((steps, episode.world().contacts_of_others()), (900, 0), "to the horizon, without a contact");
     drop(episode);
-    assert_eq!(fingerprint, by_policy(&config, 7.0, 1, 600));
+    assert_eq!(fingerprint, by_policy(&config, 7.0, 1, 900));
 }
 
 #[test]
