@@ -127,7 +127,7 @@ fn flatten(fields: &[Field], table: String, named: Map<String, Value>, flat: &mu
         let path = format!("{table}{key}");
         let field = fields.iter().find(|field| field.is_called(&path));
         match (field, value) {
-            (Some(field), value) => flat.push((field.clone(), value)),
+            (Some(field), value) => flat.push((field.clone(), single(&path, value)?)),
             (None, Value::Object(inner)) if fields.iter().any(|field| field.table() == Some(&path)) => {
                 flatten(fields, format!("{path}."), inner, flat)?;
             }
@@ -143,18 +143,39 @@ pub fn unknown_setting(path: &str, fields: &[Field]) -> PyErr {
     PyTypeError::new_err(unknown_key(path, &known))
 }
 
+/// The value of a setting, which is one and no list of several.
+pub fn single(key: &str, value: Value) -> PyResult<Value> {
+    match value {
+        Value::Array(_) => Err(PyTypeError::new_err(format!("{key} is {value}; allowed: {ALLOWED}"))),
+        value => Ok(value),
+    }
+}
+
+/// What a setting can be.
+const ALLOWED: &str = "a number, a text, True or False, or a dict of such";
+
+/// Tables and lists within each other: settings have no more than a demand, and a dict of Python may hold itself.
+const DEEPEST: usize = 8;
+
 /// A value of Python as JSON: texts, numbers (numpy's, too), truth values, lists and dicts of such.
 pub fn json(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
+    nested_json(value, key, 0)
+}
+
+fn nested_json(value: &Bound<'_, PyAny>, key: &str, depth: usize) -> PyResult<Value> {
+    if depth > DEEPEST {
+        return Err(PyTypeError::new_err(format!("{key} is nested too deeply; allowed: {ALLOWED}")));
+    }
     if let Ok(table) = value.cast::<PyDict>() {
         let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
             let key: String = key.extract()?;
-            let value = json(&value, &key)?;
+            let value = nested_json(&value, &key, depth + 1)?;
             Ok((key, value))
         };
         return table.iter().map(entry).collect::<PyResult<Map<String, Value>>>().map(Value::Object);
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let entries = value.try_iter()?.map(|entry| json(&entry?, key));
+        let entries = value.try_iter()?.map(|entry| nested_json(&entry?, key, depth + 1));
         return entries.collect::<PyResult<Vec<Value>>>().map(Value::Array);
     }
     if let Ok(text) = value.cast::<PyString>() {
@@ -172,7 +193,7 @@ pub fn json(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
     match value.extract::<f64>() {
         Ok(number) => Ok(number.into()),
         Err(_) => Err(PyTypeError::new_err(format!(
-            "{key} is {}; allowed: a number, a text, True or False, or a dict of such",
+            "{key} is {}; allowed: {ALLOWED}",
             value.repr().map(|repr| repr.to_string()).unwrap_or_else(|_| "unknown".into())
         ))),
     }

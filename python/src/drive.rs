@@ -2,7 +2,7 @@
 //! advised vehicles see, their rewards and endings, as numpy arrays. See `codrive._drive` for what stands around it.
 
 use crate::{
-    configuration::{json, unknown_setting},
+    configuration::{Configuration, json, single, unknown_setting},
     threads,
 };
 use codrive::{
@@ -91,6 +91,12 @@ impl DriveConfiguration {
         self.config.learning.action_limits().into()
     }
 
+    /// What says of a policy that learns in such drives what its numbers mean, as for one that learns on rings.
+    #[getter]
+    fn learning(&self) -> Configuration {
+        Configuration { config: self.config.learning.clone(), corrected: None }
+    }
+
     /// SUMO moves the traffic in this process, of which there is one at a time.
     #[getter]
     fn needs_sumo(&self) -> bool {
@@ -122,7 +128,7 @@ fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)>
             continue;
         }
         if let Some(field) = fields.iter().find(|field| field.is_called(&key)) {
-            flat.push((field.clone(), value));
+            flat.push((field.clone(), single(&key, value)?));
             continue;
         }
         match value {
@@ -130,7 +136,8 @@ fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)>
                 for (name, value) in inner {
                     let path = format!("{key}.{name}");
                     let field = fields.iter().find(|field| field.is_called(&path));
-                    flat.push((field.ok_or_else(|| unknown_setting(&path, &fields))?.clone(), value));
+                    let field = field.ok_or_else(|| unknown_setting(&path, &fields))?;
+                    flat.push((field.clone(), single(&path, value)?));
                 }
             }
             _ => {
@@ -317,6 +324,12 @@ impl Drive {
         let count = rows.len() / inputs.max(1);
         PyArray1::from_vec(py, rows).reshape([count, inputs])
     }
+}
+
+/// The SUMO that drives in this process would have; `None` where there is none.
+#[pyfunction]
+pub fn sumo_home() -> Option<PathBuf> {
+    sumo::home().ok()
 }
 
 /// Lets this interpreter try networks that do not come with codrive (`_check_network.py` beside this module), so that one on which SUMO

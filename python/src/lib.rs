@@ -24,7 +24,7 @@ mod _codrive {
     use super::{
         benchmark::random_steps,
         configuration::{Configuration, data_folder},
-        drive::{Drive, DriveConfiguration, try_network},
+        drive::{Drive, DriveConfiguration, sumo_home, try_network},
         evaluation::{evaluate_answers, evaluate_policy, policy_names},
         folders::{find_drives, measures, recorded_settings, space_time},
         policy_file::{network_description, write_network},
