@@ -32,8 +32,23 @@ fn main() {
     if let Err(reason) = &built {
         println!("cargo:warning=built without SUMO: {reason}");
     }
+    embed_shim(&out, built.is_ok()).expect("the list of libraries can be written");
     let home = home.filter(|_| built.is_ok()).unwrap_or_default();
     println!("cargo:rustc-env=CODRIVE_SUMO_HOME_AT_BUILD={}", home.display());
+}
+
+/// Lists the shim, if it was built, which goes into the program, too (`traffic::sumo`): as a library of Python it has no folder of its own.
+fn embed_shim(out: &Path, is_built: bool) -> std::io::Result<()> {
+    let name = shim_name();
+    let text = match is_built {
+        true => format!("&[({name:?}, include_bytes!({:?}))]\n", out.join(&name).display().to_string()),
+        false => "&[]\n".into(),
+    };
+    std::fs::write(out.join("embedded_shim.rs"), text)
+}
+
+fn shim_name() -> String {
+    format!("{}codrive_sumo{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX)
 }
 
 /// Lists the files that go into the program (`data_folders`): maps, the policies' own files, questionnaires, studies.
@@ -92,11 +107,18 @@ fn library_folder(home: &Path) -> Option<PathBuf> {
 fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
     let folder = library_folder(home).ok_or("SUMO's libraries are not here")?;
     let mut build = cc::Build::new();
-    // Optimised in every profile: it stands in the loop of each step.
-    build.cpp(true).std("c++17").pic(true).opt_level(2).include(home.join("include")).cargo_metadata(false);
+    // Optimised in every profile: it stands in the loop of each step. Without symbols for debuggers: it is in the program, too.
+    build
+        .cpp(true)
+        .std("c++17")
+        .pic(true)
+        .opt_level(2)
+        .debug(false)
+        .include(home.join("include"))
+        .cargo_metadata(false);
     let compiler = build.try_get_compiler().map_err(|error| error.to_string())?;
     let mut command: Command = compiler.to_command();
-    let file = out.join(format!("{}codrive_sumo{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX));
+    let file = out.join(shim_name());
     command.args(["-shared", "-fvisibility=hidden"]).args(&SHIM[..2]).arg("-o").arg(file);
     command.arg(format!("-L{}", folder.display())).arg("-lsumocpp");
     command.arg(format!("-Wl,-rpath,{}", folder.display()));

@@ -151,14 +151,27 @@ fn user_by(variable: EnvironmentLookup<'_>) -> Option<PathBuf> {
     Some(data.or_else(|| Some(set(variable, "HOME")?.join(".local/share")))?.join("codrive"))
 }
 
-/// The embedded files in the user's cache, else in the folder for temporary files; written once a version.
+/// A folder with files that are in the program, such as a library that it opens: in the user's cache, else in the folder for temporary
+/// files; written once a version.
+///
+/// # Errors
+/// Neither can be written to.
+pub fn unpacked_files(kind: &str, files: &[(&str, &[u8])]) -> Result<PathBuf, DataFolderError> {
+    written(&|name| env::var_os(name), kind, files)
+}
+
+/// The embedded files, as [`unpacked_files`] writes files.
 fn unpacked(variable: EnvironmentLookup<'_>) -> Result<PathBuf, DataFolderError> {
-    let name = format!("data-{}", hash());
+    written(variable, "data", EMBEDDED)
+}
+
+fn written(variable: EnvironmentLookup<'_>, kind: &str, files: &[(&str, &[u8])]) -> Result<PathBuf, DataFolderError> {
+    let name = format!("{kind}-{}", hash(files));
     let cache = set(variable, "XDG_CACHE_HOME").or_else(|| Some(set(variable, "HOME")?.join(".cache")));
     let places: Vec<PathBuf> = cache.into_iter().map(|cache| cache.join("codrive")).chain([temporary()]).collect();
     let mut faults = Vec::new();
     for place in &places {
-        match private_folder(place).and_then(|()| unpack(&place.join(&name))) {
+        match private_folder(place).and_then(|()| unpack(&place.join(&name), files)) {
             Ok(folder) => return Ok(folder),
             Err(error) => faults.push(format!("{}: {error}", place.display())),
         }
@@ -199,9 +212,9 @@ fn private_folder(folder: &Path) -> io::Result<()> {
 }
 
 /// What tells one version's files from another's.
-fn hash() -> String {
+fn hash(files: &[(&str, &[u8])]) -> String {
     let mut hash = Sha256::new();
-    for (name, bytes) in EMBEDDED {
+    for (name, bytes) in files {
         hash.update(name.as_bytes());
         hash.update(bytes);
     }
@@ -209,14 +222,14 @@ fn hash() -> String {
 }
 
 /// Writes the files beside `folder` and moves them there whole, unless they are there and unchanged.
-fn unpack(folder: &Path) -> io::Result<PathBuf> {
-    let is_there = EMBEDDED.iter().all(|(name, bytes)| fs::read(folder.join(name)).is_ok_and(|there| there == *bytes));
-    if is_there {
+fn unpack(folder: &Path, files: &[(&str, &[u8])]) -> io::Result<PathBuf> {
+    let is_there = || files.iter().all(|(name, bytes)| fs::read(folder.join(name)).is_ok_and(|there| there == *bytes));
+    if is_there() {
         return Ok(folder.into());
     }
     let unfinished = folder.with_extension(format!("{}.unfinished", std::process::id()));
     let _ = fs::remove_dir_all(&unfinished);
-    for (name, bytes) in EMBEDDED {
+    for (name, bytes) in files {
         let file = unfinished.join(name);
         private::folder(file.parent().unwrap_or(&unfinished))?;
         fs::write(file, bytes)?;
@@ -224,7 +237,7 @@ fn unpack(folder: &Path) -> io::Result<PathBuf> {
     let _ = fs::remove_dir_all(folder);
     let moved = fs::rename(&unfinished, folder);
     // Another program may have been sooner.
-    if moved.is_err() && !holds_data(folder) {
+    if moved.is_err() && !is_there() {
         let _ = fs::remove_dir_all(&unfinished);
         moved?;
     }
@@ -296,6 +309,11 @@ mod tests {
         assert_eq!(unpacked(&variable).unwrap(), folder);
         assert!(fs::read(folder.join(SIGN)).unwrap().len() > 1000);
         assert_eq!(fs::read_dir(folder.parent().unwrap()).unwrap().count(), 1, "nothing is left beside it");
+        // Other files have a folder of their own, and other bytes another.
+        let library = |bytes: &'static [u8]| written(&variable, "library", &[("lib.so", bytes)]).unwrap();
+        let (one, other) = (library(b"one"), library(b"other"));
+        assert!(one != other && one.parent() == folder.parent());
+        assert_eq!([one, other].map(|folder| fs::read(folder.join("lib.so")).unwrap()), [&b"one"[..], b"other"]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from codrive._codrive import Configuration, network_description, write_network
+from codrive._codrive import Configuration, DriveConfiguration, network_description, write_network
 
 
 def save_policy(path: str | os.PathLike[str], layers: Sequence[tuple[Any, Any]], envs: Any) -> None:
@@ -18,7 +18,7 @@ def save_policy(path: str | os.PathLike[str], layers: Sequence[tuple[Any, Any]],
         path: ``NAME.onnx``, which other programs read, too, or ``NAME.toml``, codrive's own kind. What is there is replaced.
         layers: Weights ``(inputs, outputs)`` and biases ``(outputs,)`` of each layer: y = x W + b, then tanh on all but the last. The first
             sees an observation of ``envs``; the last gives an action, one number, or one for each level, of which the largest wins.
-        envs: The environments that it was trained in (``make``, ``make_vec``, ``codrive.sb3.VecEnv``): they say what its numbers mean.
+        envs: The environments that it was trained in (``make``, ``make_vec``, ``make_parallel``, ``codrive.sb3.VecEnv``): they say what its numbers mean.
 
     Raises:
         ValueError: Layers do not fit together or to ``envs``, or hold numbers that are not finite.
@@ -45,6 +45,8 @@ def describe_policy(envs: Any) -> str:
 
 def _settings(envs: Any) -> Configuration:
     settings = getattr(getattr(envs, "unwrapped", envs), "settings", None)
+    if isinstance(settings, DriveConfiguration):
+        settings = settings.learning
     if not isinstance(settings, Configuration):
         raise TypeError(f"envs is {envs!r}; allowed: an environment of codrive.make, codrive.make_vec or codrive.sb3.VecEnv")
     return settings

@@ -6,29 +6,30 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.error import ClosedEnvironmentError, ResetNeeded
-from gymnasium.spaces import Box, Discrete
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from codrive._codrive import Configuration, Rings
 from codrive._settings import configuration
-
-#: Seeds are whole numbers below this: what a setting of codrive holds.
-SEEDS = 2**53
-
-_NEVER = "no episode has begun; call reset() first"
-
-
-def _spaces(settings: Configuration) -> tuple[Box, gymnasium.Space]:
-    observation = Box(-np.inf, np.inf, (len(settings.inputs()),), np.float32)
-    return observation, Discrete(settings.levels) if settings.levels else Box(-1.0, 1.0, (1,), np.float32)
+from codrive._spaces import (
+    ENDED,
+    NEVER,
+    SEEDS,
+    as_float32,
+    check_open,
+    checked_count,
+    checked_mask,
+    checked_vector_seed,
+    final_infos,
+    spaces,
+)
 
 
 def _check_render_mode(render_mode: object) -> None:
     if render_mode is not None:
-        raise ValueError(f"render_mode is {render_mode!r}; allowed: None, rings are not drawn")
+        raise ValueError(f"render_mode is {render_mode!r}; allowed: None; engine='native' and engine='sumo' draw rings")
 
 
 class _Episodes:
@@ -53,21 +54,7 @@ class _Episodes:
 
     def actions(self, actions: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float32]:
         """Actions as the engine takes them, float32, ``(num_envs,)``, or why they are none."""
-        shape = self._shape if shape is None else shape
-        kinds = "iu" if self.levels else "fiu"
-        try:
-            array = np.asarray(actions)
-        except ValueError as fault:
-            raise ValueError(f"actions are no array: {fault}; allowed: shape {shape}") from None
-        if array.dtype.kind not in kinds:
-            allowed = "whole numbers" if self.levels else "numbers"
-            raise TypeError(f"actions are of dtype {array.dtype}; allowed: {allowed}, shape {shape}")
-        if array.shape != shape:
-            raise ValueError(f"actions have shape {array.shape}; allowed: {shape}")
-        if array.dtype == np.float32 and array.flags.c_contiguous:
-            return array.reshape(-1)
-        with np.errstate(over="ignore"):
-            return np.ascontiguousarray(array, dtype=np.float32).reshape(-1)
+        return as_float32(actions, self.levels, self._shape if shape is None else shape)
 
 
 class RingVectorEnv(gymnasium.vector.VectorEnv):
@@ -105,12 +92,11 @@ class RingVectorEnv(gymnasium.vector.VectorEnv):
     ) -> None:
         """See ``codrive.make_vec``."""
         _check_render_mode(render_mode)
-        if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
-            raise ValueError(f"num_envs is {num_envs!r}; allowed: a whole number from 1 to 65536")
+        num_envs = checked_count(num_envs, 65536)
         self.settings = configuration(name, hold, advice, driver, settings)
         self.copy = bool(copy)
-        self.num_envs = int(num_envs)
-        self.single_observation_space, self.single_action_space = _spaces(self.settings)
+        self.num_envs = num_envs
+        self.single_observation_space, self.single_action_space = spaces(self.settings)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._episodes = _Episodes(self.settings, self.num_envs, settings.get("seed"))
@@ -138,13 +124,12 @@ class RingVectorEnv(gymnasium.vector.VectorEnv):
         Returns:
             Observations, float32, ``(num_envs, k)``, and an empty dict.
         """
-        self._check_open()
-        if seed is not None and not isinstance(seed, (int, np.integer)):
-            raise TypeError(f"seed is {seed!r}; allowed: one whole number, from which each ring has its own random numbers")
+        check_open(self.closed)
+        checked_vector_seed(seed, "ring has its own random numbers")
         super().reset(seed=seed)
-        mask = self._mask(options)
+        mask = checked_mask(options, self.num_envs)
         if not self._episodes.seed(seed, self.np_random):
-            self._episodes.rings.begin(mask)
+            self._episodes.rings.begin(self._everywhere if mask is None else mask)
         return self._given(self._episodes.rings.observations), {}
 
     def step(
@@ -158,43 +143,20 @@ class RingVectorEnv(gymnasium.vector.VectorEnv):
             ValueError: Their shape is another, or one is NaN or out of range.
             ResetNeeded: No episode has begun.
         """
-        self._check_open()
+        check_open(self.closed)
         rings = self._episodes.rings
         if not self._episodes.is_begun:
-            raise ResetNeeded(_NEVER)
+            raise ResetNeeded(NEVER)
         has_ended = rings.step(self._episodes.actions(actions))
         mean_speed_mps = self._given(rings.mean_speeds_mps)
         infos = {"mean_speed_mps": mean_speed_mps, "_mean_speed_mps": self._everywhere.copy()}
         terminations, truncations = self._given(rings.terminations), self._given(rings.truncations)
         if has_ended:
-            infos.update(self._final(terminations | truncations, mean_speed_mps))
+            infos.update(final_infos(terminations | truncations, rings.final_observations, mean_speed_mps))
         return self._given(rings.observations), self._given(rings.rewards), terminations, truncations, infos
-
-    def _final(self, ended: NDArray[np.bool_], mean_speed_mps: NDArray[np.float64]) -> dict[str, Any]:
-        """What Gymnasium's own vector environments say of episodes that have just ended."""
-        final_obs = np.full(self.num_envs, None, dtype=object)
-        for ring in np.flatnonzero(ended):
-            final_obs[ring] = self._episodes.rings.final_observations[ring].copy()
-        final_info = {"mean_speed_mps": np.where(ended, mean_speed_mps, 0.0), "_mean_speed_mps": ended.copy()}
-        return {"final_obs": final_obs, "_final_obs": ended, "final_info": final_info, "_final_info": ended.copy()}
-
-    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
-        mask = (options or {}).get("reset_mask")
-        if mask is None:
-            return self._everywhere
-        mask = np.asarray(mask)
-        if mask.dtype != np.bool_ or mask.shape != (self.num_envs,):
-            raise ValueError(
-                f"reset_mask is of dtype {mask.dtype} and shape {mask.shape}; allowed: bool, ({self.num_envs},)"
-            )
-        return np.ascontiguousarray(mask)
 
     def _given(self, array: NDArray[Any]) -> NDArray[Any]:
         return array.copy() if self.copy else array
-
-    def _check_open(self) -> None:
-        if self.closed:
-            raise ClosedEnvironmentError("the environment is closed; make another")
 
 
 class RingEnv(gymnasium.Env):
@@ -218,7 +180,7 @@ class RingEnv(gymnasium.Env):
         """See ``codrive.make``."""
         _check_render_mode(render_mode)
         self.settings = configuration(name, hold, advice, driver, settings)
-        self.observation_space, self.action_space = _spaces(self.settings)
+        self.observation_space, self.action_space = spaces(self.settings)
         self._episodes = _Episodes(self.settings, 1, settings.get("seed"))
         self._has_ended = False
         self._is_closed = False
@@ -237,7 +199,7 @@ class RingEnv(gymnasium.Env):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begins an episode: the first one of a seed, or the next one. Returns the observation, float32, ``(k,)``, and an empty dict."""
-        self._check_open()
+        check_open(self._is_closed)
         super().reset(seed=seed)
         if not self._episodes.seed(seed, self.np_random) and not self._has_ended:
             self._episodes.rings.begin(np.ones(1, np.bool_))
@@ -251,11 +213,11 @@ class RingEnv(gymnasium.Env):
             ValueError: Its shape is another, or it is NaN or out of range.
             ResetNeeded: No episode has begun, or it has ended.
         """
-        self._check_open()
+        check_open(self._is_closed)
         if not self._episodes.is_begun:
-            raise ResetNeeded(_NEVER)
+            raise ResetNeeded(NEVER)
         if self._has_ended:
-            raise ResetNeeded("the episode has ended; call reset() first")
+            raise ResetNeeded(ENDED)
         rings = self._episodes.rings
         shape = () if self._episodes.levels else (1,)
         self._has_ended = rings.step(self._episodes.actions(action, shape))
@@ -267,7 +229,3 @@ class RingEnv(gymnasium.Env):
     def close(self) -> None:
         """Ends it; nothing can be done with it afterwards."""
         self._is_closed = True
-
-    def _check_open(self) -> None:
-        if self._is_closed:
-            raise ClosedEnvironmentError("the environment is closed; make another")

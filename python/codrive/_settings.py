@@ -2,10 +2,44 @@
 
 from __future__ import annotations
 
+import difflib
+import importlib.util
 import json
+import os
+import pathlib
 from typing import Any
 
-from codrive._codrive import Configuration
+from gymnasium.error import DependencyNotInstalled
+
+from codrive._codrive import Configuration, DriveConfiguration, sumo_home
+from codrive._drives import Arguments
+
+#: The rings of training.
+RINGS = ("ring-250", "ring-641")
+#: What moves the cars.
+ENGINES = ("ring", "native", "sumo")
+
+_NO_SUMO = (
+    "engine='sumo' needs SUMO, and neither SUMO_HOME nor the package sumo has it: pip install eclipse-sumo==1.28.0; "
+    "engine='native' drives rings and other closed lanes without it"
+)
+
+
+def engine_of(name: str, engine: str | None, allowed: tuple[str, ...] = ENGINES) -> str:
+    """The engine that is asked for; without one that of the name: rings and configurations of training are rings where those are allowed,
+    all else is driven in SUMO.
+
+    Raises:
+        ValueError: There is no such engine.
+    """
+    if engine is None:
+        is_ring = isinstance(name, str) and (name in RINGS or name.endswith(".toml"))
+        return ("ring" if "ring" in allowed else "native") if is_ring else "sumo"
+    if isinstance(engine, str) and engine in allowed:
+        return engine
+    near = difflib.get_close_matches(str(engine), allowed, n=1)
+    meant = f" (did you mean {near[0]}?)" if near else ""
+    raise ValueError(f"engine is {engine!r}{meant}; allowed: {', '.join(allowed)}")
 
 
 def configuration(
@@ -21,6 +55,32 @@ def configuration(
         TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
         ValueError: A value is not allowed.
     """
+    return Configuration(*_arguments(name, hold, advice, driver, settings))
+
+
+def drive_configuration(
+    name: str,
+    engine: str,
+    hold: float | None,
+    advice: str | None,
+    driver: str | None,
+    settings: dict[str, Any],
+) -> tuple[DriveConfiguration, Arguments]:
+    """The same for whole drives, and what makes them once more in another process.
+
+    Raises:
+        TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
+        ValueError: A value is not allowed.
+    """
+    if "traffic" in settings:
+        raise TypeError("engine and traffic are the same setting: give engine")
+    arguments = _arguments(name, hold, advice, driver, {**settings, "traffic": engine})
+    return DriveConfiguration(*arguments), arguments
+
+
+def _arguments(
+    name: str, hold: float | None, advice: str | None, driver: str | None, settings: dict[str, Any]
+) -> Arguments:
     for short, given, long in (("hold", hold, "hold_s"), ("advice", advice, "action")):
         if given is not None:
             if long in settings:
@@ -29,15 +89,44 @@ def configuration(
     for what, text in (("name", name), ("driver", driver)):
         if text is not None and not isinstance(text, str):
             raise TypeError(f"{what} is {text!r}; allowed: a text")
-    return Configuration(name, driver, settings)
+    return Arguments(name, driver, settings)
 
 
 def settings(name: str = "ring-250", **changes: Any) -> dict[str, Any]:
-    """All settings of a ring as ``make`` would take them: names and values, tables as dicts, SI units.
+    """All settings as ``make`` would take them: names and values, tables as dicts, SI units.
 
     Raises:
         TypeError: There is no setting of that name.
         ValueError: A value is not allowed.
     """
+    engine = engine_of(name, changes.pop("engine", None))
     arguments = {key: changes.pop(key, None) for key in ("hold", "advice", "driver")}
-    return json.loads(configuration(name, **arguments, settings=changes).json())
+    if engine == "ring":
+        return json.loads(configuration(name, **arguments, settings=changes).json())
+    changes.pop("seed", None)
+    return json.loads(drive_configuration(name, engine, **arguments, settings=changes)[0].json())
+
+
+def sumo_variables() -> dict[str, str]:
+    """Variables of the environment with which a process finds SUMO: none where it does so anyway, else where pip has put it.
+
+    Raises:
+        DependencyNotInstalled: It is nowhere.
+    """
+    is_said = bool(os.environ.get("CODRIVE_SUMO_HOME")) or _holds_sumo(os.environ.get("SUMO_HOME"))
+    if not is_said:
+        try:
+            package = importlib.util.find_spec("sumo")
+        except ValueError:
+            package = None
+        home = os.path.dirname(package.origin) if package is not None and package.origin else None
+        if _holds_sumo(home):
+            return {"SUMO_HOME": home}
+    if sumo_home() is None:
+        raise DependencyNotInstalled(_NO_SUMO)
+    return {}
+
+
+def _holds_sumo(home: str | None) -> bool:
+    """True if the folder has the library that drives are driven with."""
+    return bool(home) and any(any((pathlib.Path(home) / folder).glob("*sumocpp*")) for folder in ("lib64", "lib", "bin"))

@@ -1,4 +1,4 @@
-"""``codrive.sb3.VecEnv``: rings as the vector environment of Stable-Baselines3, which has an interface of its own.
+"""``codrive.sb3.VecEnv``: rings, or whole drives, as the vector environment of Stable-Baselines3, which has an interface of its own.
 
 Example::
 
@@ -21,22 +21,22 @@ try:
 except ImportError as fault:
     raise ImportError("codrive.sb3 needs Stable-Baselines3: pip install stable-baselines3") from fault
 
-from codrive._codrive import Configuration
-from codrive._ring import RingVectorEnv
+from codrive._codrive import Configuration, DriveConfiguration
+from codrive._register import make_vec
 
 
 class VecEnv(_VecEnv):
-    """All rings as one environment: 1,024 of them are one call, not 1,024. Takes the arguments of ``codrive.make_vec``."""
+    """All rings, or drives, as one environment: 1,024 rings are one call, not 1,024. Takes the arguments of ``codrive.make_vec``."""
 
     def __init__(self, name: str = "ring-250", num_envs: int = 1, **arguments: Any) -> None:
         # Its own copies are made below, where the rewards become float32.
-        self.rings = RingVectorEnv(name, num_envs, **{**arguments, "copy": False})
+        self.rings = make_vec(name, num_envs, **{**arguments, "copy": False})
         self._actions: np.ndarray | None = None
         super().__init__(num_envs, self.rings.single_observation_space, self.rings.single_action_space)
 
     @property
-    def settings(self) -> Configuration:
-        """The settings of the rings, for ``codrive.save_policy``."""
+    def settings(self) -> Configuration | DriveConfiguration:
+        """The settings, for ``codrive.save_policy``."""
         return self.rings.settings
 
     def reset(self) -> np.ndarray:

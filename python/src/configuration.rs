@@ -4,16 +4,15 @@
 use codrive::{
     data_folders,
     driver::{self, DriverError, Population},
-    idm::IdmParams,
     policy::CorrectedAdvice,
     settings::{self, Field, fields_of},
     toml_text::{did_you_mean, unknown_key},
-    train::{FollowKind, RingConfig, TrainConfig, config::Scaling},
+    train::{FollowKind, TrainConfig},
 };
 use pyo3::{
     exceptions::{PyTypeError, PyValueError},
     prelude::*,
-    types::{PyBool, PyDict, PyString},
+    types::{PyBool, PyDict, PyList, PyString, PyTuple},
 };
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
@@ -79,7 +78,7 @@ pub fn data_folder() -> PyResult<PathBuf> {
 fn base(name: &str) -> PyResult<TrainConfig> {
     match name {
         "ring-250" => Ok(TrainConfig::paper_ring()),
-        "ring-641" => Ok(larger_ring()),
+        "ring-641" => Ok(TrainConfig::larger_ring()),
         file if file.ends_with(".toml") => {
             settings::from_file(Path::new(file)).map_err(|why| PyValueError::new_err(why.message))
         }
@@ -89,33 +88,6 @@ fn base(name: &str) -> PyResult<TrainConfig> {
             RINGS.join(", ")
         ))),
     }
-}
-
-/// The larger of the shipped rings: 40 cars, scaled as its shipped policies see it.
-fn larger_ring() -> TrainConfig {
-    let paper = TrainConfig::paper_ring();
-    let mut config = TrainConfig {
-        ring: RingConfig {
-            vehicles_min: 40,
-            vehicles_max: 40,
-            circumference_min_m: 640.9,
-            circumference_max_m: 640.9,
-            warm_up_s: 300.0,
-            idm: IdmParams { v0: 17.88, ..paper.ring.idm },
-            ..paper.ring.clone()
-        },
-        ..paper
-    };
-    config.advice.top_speed_mps = 18.0;
-    config.network.scaling = Scaling {
-        speed_to_mps: 20.0,
-        gap_to_m: 60.0,
-        circumference_from_m: 560.0,
-        circumference_to_m: 720.0,
-        spacing_from_m: 12.0,
-        spacing_to_m: 20.0,
-    };
-    config
 }
 
 /// The same rings with this driver: as `codrive evaluate --driver` names them, or [`LATE`].
@@ -155,28 +127,56 @@ fn flatten(fields: &[Field], table: String, named: Map<String, Value>, flat: &mu
         let path = format!("{table}{key}");
         let field = fields.iter().find(|field| field.is_called(&path));
         match (field, value) {
-            (Some(field), value) => flat.push((field.clone(), value)),
+            (Some(field), value) => flat.push((field.clone(), single(&path, value)?)),
             (None, Value::Object(inner)) if fields.iter().any(|field| field.table() == Some(&path)) => {
                 flatten(fields, format!("{path}."), inner, flat)?;
             }
-            (None, _) => {
-                let known: Vec<&str> = fields.iter().map(|field| field.path.as_str()).collect();
-                return Err(PyTypeError::new_err(unknown_key(&path, &known)));
-            }
+            (None, _) => return Err(unknown_setting(&path, fields)),
         }
     }
     Ok(())
 }
 
-/// A value of Python as JSON: texts, numbers (numpy's, too), truth values and dicts of such.
-fn json(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
+/// The error of a name that none of these settings has.
+pub fn unknown_setting(path: &str, fields: &[Field]) -> PyErr {
+    let known: Vec<&str> = fields.iter().map(|field| field.path.as_str()).collect();
+    PyTypeError::new_err(unknown_key(path, &known))
+}
+
+/// The value of a setting, which is one and no list of several.
+pub fn single(key: &str, value: Value) -> PyResult<Value> {
+    match value {
+        Value::Array(_) => Err(PyTypeError::new_err(format!("{key} is {value}; allowed: {ALLOWED}"))),
+        value => Ok(value),
+    }
+}
+
+/// What a setting can be.
+const ALLOWED: &str = "a number, a text, True or False, or a dict of such";
+
+/// Tables and lists within each other: settings have no more than a demand, and a dict of Python may hold itself.
+const DEEPEST: usize = 8;
+
+/// A value of Python as JSON: texts, numbers (numpy's, too), truth values, lists and dicts of such.
+pub fn json(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
+    nested_json(value, key, 0)
+}
+
+fn nested_json(value: &Bound<'_, PyAny>, key: &str, depth: usize) -> PyResult<Value> {
+    if depth > DEEPEST {
+        return Err(PyTypeError::new_err(format!("{key} is nested too deeply; allowed: {ALLOWED}")));
+    }
     if let Ok(table) = value.cast::<PyDict>() {
         let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
             let key: String = key.extract()?;
-            let value = json(&value, &key)?;
+            let value = nested_json(&value, &key, depth + 1)?;
             Ok((key, value))
         };
         return table.iter().map(entry).collect::<PyResult<Map<String, Value>>>().map(Value::Object);
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let entries = value.try_iter()?.map(|entry| nested_json(&entry?, key, depth + 1));
+        return entries.collect::<PyResult<Vec<Value>>>().map(Value::Array);
     }
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(text.to_str()?.into());
@@ -193,7 +193,7 @@ fn json(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
     match value.extract::<f64>() {
         Ok(number) => Ok(number.into()),
         Err(_) => Err(PyTypeError::new_err(format!(
-            "{key} is {}; allowed: a number, a text, True or False, or a dict of such",
+            "{key} is {}; allowed: {ALLOWED}",
             value.repr().map(|repr| repr.to_string()).unwrap_or_else(|_| "unknown".into())
         ))),
     }

@@ -15,8 +15,9 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
-        ({"name": "ring-25"}, ValueError, r"no ring \"ring-25\" \(did you mean ring-250\?\); allowed: ring-250, ring-641"),
+        ({"name": "ring-25"}, ValueError, r"ring-25.*did you mean .*ring-250"),
         ({"name": 3}, TypeError, "name is 3"),
+        ({"name": "ring-25", "engine": "ring"}, ValueError, r"no ring \"ring-25\" \(did you mean ring-250\?\); allowed: ring-250, ring-641"),
         ({"name": "no-such.toml"}, ValueError, "no-such.toml: cannot be read"),
         ({"driver": "slopy"}, ValueError, r"\"slopy\" \(did you mean sloppy\?\)"),
         ({"driver": "reaction=soon"}, ValueError, "reaction is \"soon\""),
@@ -35,6 +36,8 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
         ({"idm": 3}, TypeError, "unknown key `idm`"),
         ({"sees": "sped"}, ValueError, r"sees names `sped` \(did you mean speed\?\)"),
         ({"sees": ""}, ValueError, "sees"),
+        ({"engine": "sumoo"}, ValueError, r"engine is 'sumoo' \(did you mean sumo\?\); allowed: ring, native, sumo"),
+        ({"engine": ["sumo"]}, ValueError, r"engine is \['sumo'\]"),
         ({"render_mode": "human"}, ValueError, "render_mode is 'human'; allowed: None"),
         ({"seed": -1}, ValueError, "seed is -1"),
     ],
@@ -45,10 +48,47 @@ def test_what_make_refuses(arguments, error, words):
             make(**arguments)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"name": "ring-25"}, ValueError, "ring-25.*did you mean .*ring-250"),
+        ({"name": 3}, TypeError, "name is 3"),
+        ({"name": "no/such/net.xml"}, ValueError, "no/such/net.xml"),
+        ({"driver": "slopy"}, ValueError, r"\"slopy\" \(did you mean sloppy\?\)"),
+        ({"hold": 0.25}, ValueError, "hold_s is 0.25; allowed: a whole number"),
+        ({"hold": 1.0, "hold_s": 1.0}, TypeError, "hold and hold_s are the same setting"),
+        ({"traffic": "sumo"}, TypeError, "engine and traffic are the same setting"),
+        ({"advice": "sped"}, ValueError, "sped.*acceleration"),
+        ({"vehicle": 22}, TypeError, "unknown key `vehicle`; did you mean `vehicles`"),
+        ({"vehicles": 1}, ValueError, "vehicles is 1; allowed: a whole number from 2 to 1000"),
+        ({"vehicles": [1]}, TypeError, r"vehicles is \[1\]"),
+        ({"idm": {"v1": 3}}, TypeError, "idm.v1"),
+        ({"policy": "pi"}, TypeError, "policy"),
+        ({"duration_s": 10.0}, TypeError, "horizon_s"),
+        ({"sees": "sped"}, ValueError, r"sees names `sped` \(did you mean speed\?\)"),
+        ({"sees": "signal_distance"}, ValueError, "signal_distance"),
+        ({"seed": -1}, ValueError, "seed is -1"),
+        ({"seed": 2**53}, ValueError, "seed is 9007199254740992"),
+        ({"seed": 1.5}, ValueError, "seed is 1.5"),
+        ({"advised": 3}, ValueError, "advised is 3; allowed: 1.*make_parallel"),
+        ({"participant": False}, ValueError, "participant is False"),
+        ({"render_mode": "human"}, ValueError, "render_mode is 'human'; allowed: None, 'rgb_array'"),
+        ({"view": "bird"}, ValueError, r"view is 'bird' \(did you mean birdseye\?\)"),
+        ({"size": (0, 10)}, ValueError, r"size is \(0, 10\)"),
+        ({"size": 100}, ValueError, "size is 100"),
+    ],
+)
+def test_what_makers_of_whole_drives_refuse(arguments, error, words):
+    for make in (codrive.make, codrive.make_vec):
+        with pytest.raises(error, match=words):
+            make(**{"engine": "native", **arguments})
+
+
 @pytest.mark.parametrize("count", [0, -1, 65_537, 2**70, 1.5, "4", None, True])
 def test_numbers_of_environments_that_cannot_be(count):
-    with pytest.raises((ValueError, OverflowError), match="num_envs|int too"):
-        codrive.make_vec(num_envs=count)
+    for engine in ("ring", "native"):
+        with pytest.raises(ValueError, match="num_envs"):
+            codrive.make_vec(num_envs=count, engine=engine)
 
 
 BAD_ACTIONS = [
@@ -67,15 +107,15 @@ BAD_ACTIONS = [
 ]
 
 
-@pytest.mark.parametrize(("actions", "error", "words"), BAD_ACTIONS)
-def test_actions_that_cannot_be(actions, error, words):
-    envs = codrive.make_vec(num_envs=4, **SHORT)
-    envs.reset(seed=1)
-    with pytest.raises(error, match=words):
-        envs.step(actions)
+@pytest.mark.parametrize("engine", ["ring", "native"])
+def test_actions_that_cannot_be(engine):
+    envs, again = (codrive.make_vec(num_envs=4, engine=engine, **SHORT) for _ in range(2))
+    for one in (envs, again):
+        one.reset(seed=1)
+    for actions, error, words in BAD_ACTIONS:
+        with pytest.raises(error, match=words):
+            envs.step(actions)
     # It goes on as if nothing had been asked.
-    again = codrive.make_vec(num_envs=4, **SHORT)
-    again.reset(seed=1)
     good = np.zeros((4, 1), np.float32)
     assert np.array_equal(envs.step(good)[0], again.step(good)[0])
 
@@ -97,15 +137,17 @@ def test_the_native_part_takes_no_arrays_of_another_length():
     [(3, ValueError, "is 3; allowed: 0 to 2"), (-1, ValueError, "is -1"), (1.0, TypeError, "whole numbers"), ([1], ValueError, "shape")],
 )
 def test_levels_that_are_not_there(action, error, words):
-    env = codrive.make(levels=3, **SHORT)
-    env.reset(seed=1)
-    with pytest.raises(error, match=words):
-        env.step(action)
+    for engine in ("ring", "native"):
+        env = codrive.make(levels=3, engine=engine, **SHORT)
+        env.reset(seed=1)
+        with pytest.raises(error, match=words):
+            env.step(action)
 
 
 def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
     one, many = codrive.make(**SHORT), codrive.make_vec(num_envs=2, **SHORT)
-    for env, action in ((one, np.zeros(1)), (many, np.zeros((2, 1)))):
+    drive, drives = codrive.make(engine="native", **SHORT), codrive.make_vec(num_envs=2, engine="native", **SHORT)
+    for env, action in ((one, np.zeros(1)), (many, np.zeros((2, 1))), (drive, np.zeros(1)), (drives, np.zeros((2, 1)))):
         with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
             env.step(action)
         env.reset(seed=1)
@@ -119,14 +161,16 @@ def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
 
 @pytest.mark.parametrize("seed", [[1, 2], "1", 1.5])
 def test_seeds_that_cannot_be(seed):
-    with pytest.raises(TypeError, match="seed"):
-        codrive.make_vec(num_envs=2, **SHORT).reset(seed=seed)
+    for engine in ("ring", "native"):
+        with pytest.raises(TypeError, match="seed"):
+            codrive.make_vec(num_envs=2, engine=engine, **SHORT).reset(seed=seed)
 
 
 @pytest.mark.parametrize("mask", [np.ones(3, bool), np.ones(2), "yes", np.ones((2, 1), bool)])
 def test_masks_that_cannot_be(mask):
-    with pytest.raises(ValueError, match="reset_mask"):
-        codrive.make_vec(num_envs=2, **SHORT).reset(options={"reset_mask": mask})
+    for engine in ("ring", "native"):
+        with pytest.raises(ValueError, match="reset_mask"):
+            codrive.make_vec(num_envs=2, engine=engine, **SHORT).reset(options={"reset_mask": mask})
 
 
 @pytest.mark.parametrize(
@@ -148,6 +192,16 @@ def test_masks_that_cannot_be(mask):
 def test_what_evaluate_refuses(arguments, error, words):
     with pytest.raises(error, match=words):
         codrive.evaluate(**{"over": 2, "driver": "exact", **SHORT, **arguments})
+
+
+def test_a_table_that_holds_itself_is_refused():
+    endless = {}
+    endless["v0"] = endless
+    for engine in ("ring", "native"):
+        with pytest.raises(TypeError, match="v0 is nested too deeply"):
+            codrive.make(engine=engine, idm=endless)
+    with pytest.raises(ValueError, match="demand"):
+        codrive.make("merge", demand={"flows": [{"from": "a", "to": ["b"], "per_hour": 1.0}]})
 
 
 _numbers = st.one_of(
@@ -207,5 +261,60 @@ def test_any_order_of_calls_gives_numbers_or_an_error(calls):
                 actions = np.full((3, 1), value) if call == "good" else np.reshape(value, (-1, 1))
                 seen, rewards, *_ = envs.step(actions)
                 assert np.isfinite(seen).all() and np.isfinite(rewards).all()
+        except ALLOWED as error:
+            assert str(error)
+
+
+_drive_names = st.one_of(
+    st.sampled_from([*codrive.settings(engine="native"), "hold", "advice", "name", "engine", "advised", "view", "size"]), st.text(max_size=12)
+)
+#: Bounds from above for what would take long.
+DEAR = {"warm_up_s": 20.0, "vehicles": 40, "wave_wait_s": 20.0, "horizon_s": 100.0, "trees": 100}
+
+
+@settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(st.dictionaries(_drive_names, _numbers, max_size=3))
+def test_any_settings_make_a_drive_or_an_error(arguments):
+    arguments = {"warm_up_s": 1.0, "engine": "native", **arguments}
+    for key, most in DEAR.items():
+        if isinstance(arguments.get(key), (int, float)):
+            arguments[key] = min(arguments[key], most)
+    try:
+        env = codrive.make(**arguments)
+        env.reset(seed=1)
+        env.step(env.action_space.sample())
+    # A drive on such settings may fail, which is said.
+    except (*ALLOWED, RuntimeError) as error:
+        assert str(error)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(_calls)
+def test_any_order_of_calls_of_a_drive_gives_numbers_or_an_error(calls):
+    env = codrive.make(engine="native", **SHORT)
+    several = codrive.make_parallel(engine="native", advised=3, **SHORT)
+    for call, value in calls:
+        try:
+            if call == "reset":
+                env.reset(seed=value)
+            elif call == "mask":
+                env.reset(options={"reset_mask": value})
+            elif call == "close":
+                env.close()
+            else:
+                seen, reward, *_ = env.step(np.full(1, value) if call == "good" else value)
+                assert np.isfinite(seen).all() and np.isfinite(reward)
+        except ALLOWED as error:
+            assert str(error)
+        try:
+            if call in ("reset", "mask"):
+                several.reset(seed=value if call == "reset" else None)
+            elif call == "close":
+                several.close()
+            else:
+                given = value if call == "good" or isinstance(value, (list, type(None))) else [value] * 3
+                actions = given if given is None else dict(zip(several.agents, np.broadcast_to(given, (3,))[:, None]))
+                seen, rewards, *_ = several.step(actions)
+                assert all(np.isfinite(row).all() for row in seen.values()) and np.isfinite(list(rewards.values())).all()
         except ALLOWED as error:
             assert str(error)

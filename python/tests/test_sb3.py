@@ -27,17 +27,22 @@ def test_its_checker_passes():
 
     for settings in ({}, {"levels": 5}, {"advice": "speed", "driver": "people"}):
         check_env(codrive.make(**SHORT, **settings))
+    for engine in ("native", "sumo"):
+        env = codrive.make(engine=engine, **SHORT)
+        check_env(env)
+        env.close()
 
 
-def test_its_vector_environment_is_ours():
+@pytest.mark.parametrize("settings", [{"num_envs": 20}, {"num_envs": 3, "engine": "native"}], ids=["rings", "drives"])
+def test_its_vector_environment_is_ours(settings):
     import codrive.sb3
 
-    ours = codrive.make_vec(num_envs=20, **SHORT)
-    theirs = codrive.sb3.VecEnv(num_envs=20, **SHORT)
+    ours = codrive.make_vec(**settings, **SHORT)
+    theirs = codrive.sb3.VecEnv(**settings, **SHORT)
     theirs.seed(3)
     assert np.array_equal(theirs.reset(), ours.reset(seed=3)[0])
     for hold in range(1, 9):
-        actions = np.full((20, 1), 0.1 * hold, np.float32)
+        actions = np.full((settings["num_envs"], 1), 0.1 * hold, np.float32)
         seen, rewards, ended, told = theirs.step(actions)
         own, own_rewards, terminations, truncations, infos = ours.step(actions)
         assert np.array_equal(seen, own) and np.array_equal(rewards, own_rewards.astype(np.float32))

@@ -4,10 +4,13 @@
 //! * [`drive`]: the loop's body, the same with and without a window. [`offline`]: a drive by a simulated driver.
 //! * [`rehearsal`]: a study with simulated participants; [`baselines`]: trials once more without advice.
 //! * [`evaluation_drive`]: one whole drive, evaluated as on the fast ring.
+//! * [`episode`]: a drive that is advised from outside, as a learner needs it; [`episode_config`]: its settings.
 //! * [`recording_manifest`]: what a recording says of its circumstances. [`summary_text`]: a drive in words.
 
 pub mod baselines;
 pub mod drive;
+pub mod episode;
+pub mod episode_config;
 pub mod evaluation_drive;
 pub mod offline;
 pub mod recording_manifest;

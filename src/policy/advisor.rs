@@ -1,6 +1,7 @@
-//! Who asks the policy. In: an observation each step. Out: each hold the advice that stands from now on.
+//! Who asks the policy, or hears what is advised from outside. In: an observation each step. Out: each hold the advice that stands from
+//! now on.
 
-use super::{Action, Advice, Hold, MeanSpeed, Observation, Policy, WhoDrives};
+use super::{Action, Advice, Hold, MeanSpeed, Observation, OutsideAdvice, Policy, WhoDrives};
 use crate::time::Tick;
 
 /// The shown speed goes no further than this beyond what the driver has reached, m/s, before another hold adds to it.
@@ -15,9 +16,18 @@ pub fn shown_mps(shown_before_mps: Option<f64>, speed_mps: f64, a: f64, hold_s: 
     (from + a * hold_s).max(0.0)
 }
 
+/// Who says what is advised.
+enum AdviceOrigin {
+    Nobody,
+    /// It is asked once a hold.
+    Policy(Box<dyn Policy>),
+    /// Somebody who speaks before the step that an advice begins with.
+    Outside(OutsideAdvice),
+}
+
 /// Asks a policy once a hold and turns its action into advice.
 pub struct Advisor {
-    policy: Option<Box<dyn Policy>>,
+    origin: AdviceOrigin,
     hold: Hold,
     range_mps: f64,
     steps: u64,
@@ -37,29 +47,63 @@ pub fn untrained_hold(policy: &dyn Policy, hold: Hold) -> Option<String> {
 impl Advisor {
     /// An advisor that asks `policy` (`None` never advises) every `hold` and allows `range_mps` on either side of the target.
     pub fn new(policy: Option<Box<dyn Policy>>, hold: Hold, range_mps: f64) -> Self {
+        Self::of(policy.map_or(AdviceOrigin::Nobody, AdviceOrigin::Policy), hold, range_mps)
+    }
+
+    /// An advisor that asks nobody: what is advised is said by [`Advisor::say`], for `hold` each time.
+    pub fn from_outside(hold: Hold, range_mps: f64) -> Self {
+        Self::of(AdviceOrigin::Outside(OutsideAdvice::default()), hold, range_mps)
+    }
+
+    fn of(origin: AdviceOrigin, hold: Hold, range_mps: f64) -> Self {
         let mean_speed = MeanSpeed::default();
-        Self { policy, hold, range_mps, steps: 0, mean_speed, standing: None }
+        Self { origin, hold, range_mps, steps: 0, mean_speed, standing: None }
+    }
+
+    /// Says from outside what is advised from the next step on; without effect where a policy is asked.
+    pub fn say(&mut self, action: Action) {
+        if let AdviceOrigin::Outside(outside) = &mut self.origin {
+            outside.say(action);
+        }
+    }
+
+    /// What whoever advises is told in the step that begins with this observation: beside it the hold, the mean speed and what stands.
+    pub fn told(&self, observation: &Observation) -> Observation {
+        let mut mean_speed = self.mean_speed;
+        Observation {
+            hold_s: self.hold.seconds(),
+            mean_speed_mps: mean_speed.watch(observation.speed_mps, self.hold.step_s()),
+            advised_mps: self.standing.map(|advice| advice.target_mps),
+            ..*observation
+        }
     }
 
     /// One step has begun at `now`. Returns the advice if it was issued in this step.
     pub fn step(&mut self, now: Tick, observation: &Observation, speed_limit_mps: f64) -> Option<Advice> {
-        let policy = self.policy.as_mut()?;
-        let (hold_s, step_s) = (self.hold.seconds(), self.hold.step_s());
-        let mean_speed_mps = self.mean_speed.watch(observation.speed_mps, step_s);
-        let advised_mps = self.standing.map(|advice| advice.target_mps);
-        let observation = &Observation { hold_s, mean_speed_mps, advised_mps, ..*observation };
-        policy.watch(observation);
+        if matches!(self.origin, AdviceOrigin::Nobody) {
+            return None;
+        }
+        let observation = &self.told(observation);
+        self.mean_speed.watch(observation.speed_mps, self.hold.step_s());
         let due = self.steps.is_multiple_of(u64::from(self.hold.steps()));
-        let time_s = self.steps as f64 * step_s;
+        let time_s = self.steps as f64 * self.hold.step_s();
         self.steps += 1;
-        if !due {
-            return None;
-        }
-        if policy.abstains(time_s, observation) {
-            self.standing = None;
-            return None;
-        }
-        let action = policy.act(time_s, observation);
+        let (action, driver) = match &mut self.origin {
+            AdviceOrigin::Nobody => return None,
+            AdviceOrigin::Outside(outside) => (outside.take()?, None),
+            AdviceOrigin::Policy(policy) => {
+                policy.watch(observation);
+                if !due {
+                    return None;
+                }
+                if policy.abstains(time_s, observation) {
+                    self.standing = None;
+                    return None;
+                }
+                let action = policy.act(time_s, observation);
+                (action, policy.driver_estimate())
+            }
+        };
         let (Action::Acceleration(number) | Action::Speed(number)) = action;
         let is_fallback = !number.is_finite();
         if is_fallback && !self.standing.is_some_and(|advice| advice.is_fallback) {
@@ -73,27 +117,23 @@ impl Advisor {
         };
         let speed_mps = match action {
             Action::Acceleration(a) => {
-                shown_mps(self.standing.map(|advice| advice.target_mps), observation.speed_mps, a, hold_s)
+                let shown = self.standing.map(|advice| advice.target_mps);
+                shown_mps(shown, observation.speed_mps, a, self.hold.seconds())
             }
             Action::Speed(v) => v,
         };
         let target_mps = speed_mps.clamp(0.0, speed_limit_mps.max(0.0));
-        let advice = Advice {
-            issued: now,
-            hold: self.hold,
-            action,
-            target_mps,
-            range_mps: self.range_mps,
-            is_fallback,
-            driver: policy.driver_estimate(),
-        };
-        self.standing = Some(advice);
+        let (hold, range_mps) = (self.hold, self.range_mps);
+        self.standing = Some(Advice { issued: now, hold, action, target_mps, range_mps, is_fallback, driver });
         self.standing
     }
 
     /// What the policy makes of the driver now, if it asks.
     pub fn who_drives(&self) -> Option<WhoDrives> {
-        self.policy.as_ref()?.who_drives()
+        match &self.origin {
+            AdviceOrigin::Policy(policy) => policy.who_drives(),
+            AdviceOrigin::Nobody | AdviceOrigin::Outside(_) => None,
+        }
     }
 
     /// The advice that stands now.
@@ -125,6 +165,40 @@ mod tests {
             .filter_map(|k| advisor.step(Tick(k * 10), &at(0.0), 30.0).map(|advice| advice.issued.0 / 10))
             .collect();
         assert_eq!(issued, [0, 7, 14, 21]);
+    }
+
+    #[test]
+    fn what_is_said_outside_begins_in_the_next_step_whenever_that_is_and_stands_until_the_next_word() {
+        let hold = Hold::of_steps(10, 0.1);
+        let mut outside = Advisor::from_outside(hold, 0.5);
+        let mut policy = Advisor::new(Some(Box::new(Brake)), hold, 0.5);
+        let seen = |k: u64| at(4.0 - 0.01 * k as f64);
+        for k in 0..35 {
+            // The third step of an agent that came within a hold of the others.
+            if k % 10 == 3 {
+                assert_eq!(outside.told(&seen(k)).hold_s, 1.0);
+                outside.say(Action::Acceleration(-0.5));
+            }
+            let issued = outside.step(Tick(k * 10), &seen(k), 30.0);
+            assert_eq!(issued.is_some(), k % 10 == 3, "step {k}");
+        }
+        let first = 4.0 - 0.03 - 0.5;
+        let advised: Vec<f64> = [first, first - 0.5, first - 1.0, first - 1.5].to_vec();
+        // No further below the driver than an advisor goes: 1 m/s, before the hold adds to it.
+        let expected = advised[3].max(4.0 - 0.33 - 1.0 - 0.5);
+        assert!((outside.standing().unwrap().target_mps - expected).abs() < 1e-12, "{:?}", outside.standing());
+        // Said when a policy is asked it is the policy's advice to the bit.
+        let mut same = Advisor::from_outside(hold, 0.5);
+        for k in 0..35 {
+            if k % 10 == 0 {
+                same.say(Action::Acceleration(-0.5));
+            }
+            let issued = (same.step(Tick(k * 10), &seen(k), 30.0), policy.step(Tick(k * 10), &seen(k), 30.0));
+            assert_eq!(issued.0, issued.1, "step {k}");
+            assert_eq!(same.told(&seen(k)), policy.told(&seen(k)));
+        }
+        policy.say(Action::Speed(9.0));
+        assert!(policy.step(Tick(400), &seen(35), 30.0).is_none(), "a policy is asked, and nobody else");
     }
 
     #[test]

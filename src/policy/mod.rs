@@ -20,6 +20,7 @@ pub mod onnx;
 #[path = "without_onnx.rs"]
 pub mod onnx;
 mod open_loop;
+mod outside;
 mod parameters;
 mod pi_saturation;
 mod replayed;
@@ -41,6 +42,7 @@ pub use network::{FORMAT, LayerFault, Network, NetworkFault, NetworkLayer, Netwo
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, LATENTS, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
+pub use outside::OutsideAdvice;
 pub use parameters::{Order, Parameter, SearchScale};
 pub use pi_saturation::{PiParameters, PiSaturation};
 pub use replayed::ReplayedAdvice;

@@ -12,4 +12,4 @@ pub use error::WorldError;
 pub use event::{EndReason, Event, EventKind};
 pub use snapshot::{HASH_START, Leader, Pitch, Snapshot, VehicleSnapshot, is_in_lane};
 pub use summary::{ContactRecord, Summary, SummaryAccumulator};
-pub use world::{Agent, ExpectedSpeeds, HandOver, NotPutBack, World};
+pub use world::{Agent, AgentDrivers, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, World, lanes_beside};

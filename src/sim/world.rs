@@ -19,6 +19,7 @@ mod lane_beside;
 mod lane_changes;
 mod network_coupling;
 mod network_view;
+mod outside;
 mod path_lanes;
 mod perception;
 mod put_back;
@@ -33,11 +34,14 @@ mod yield_lines;
 pub use advice::ExpectedSpeeds;
 pub use agent::Agent;
 pub use hand_over::HandOver;
+pub use lane_beside::lanes_beside;
+pub use outside::{AgentDrivers, OutsideSettings};
 pub use put_back::NotPutBack;
 
 use super::{Event, EventKind, Snapshot, VehicleSnapshot, WorldError, event::EndReason};
 use crate::{
     controls::Controls,
+    driver,
     ego::{CarParams, Obstacle},
     map::RoadMap,
     policy,
@@ -64,6 +68,8 @@ pub struct World {
     advised: Vec<VehicleId>,
     /// Contacts of those that have left.
     contacts_before: u32,
+    /// Who drives those beside the participant, where the scenario does not say it.
+    drivers: Option<AgentDrivers>,
     touchable: Touchable,
     ended: Option<EndReason>,
 }
@@ -83,10 +89,19 @@ impl World {
     /// # Errors
     /// See [`WorldError`]; the messages name the remedy.
     pub fn new(scenario: &Scenario) -> Result<Self, WorldError> {
+        Self::advised_by(scenario, None, AdviceSource::new)
+    }
+
+    /// The same with this advice and these drivers of others.
+    fn advised_by(
+        scenario: &Scenario,
+        drivers: Option<AgentDrivers>,
+        advice: impl FnOnce(&Scenario, &RoadMap) -> Result<AdviceSource, WorldError>,
+    ) -> Result<Self, WorldError> {
         let map = Arc::new(scenario.load_map()?);
         let scenario = &scenario.on(&map);
         scenario.check_on_road().map_err(|(key, message)| WorldError::Setting { key, message })?;
-        let advice = AdviceSource::new(scenario, &map)?;
+        let advice = advice(scenario, &map)?;
         let mut traffic = TrafficCoupling::start(scenario, &map)?;
         let bodies = traffic.bodies();
         let mut participant = Agent::participant(scenario, &map, advice, traffic.ego_start(), bodies)?;
@@ -98,6 +113,7 @@ impl World {
             agents: vec![participant],
             advised: Vec::new(),
             contacts_before: 0,
+            drivers,
             touchable: Touchable::default(),
             ended: None,
         };
@@ -187,7 +203,11 @@ impl World {
         }
         let (bodies, known) = (self.traffic.bodies(), self.agents.len());
         for new in self.traffic.new_agents(&self.scenario, &self.map)? {
-            let agent = Agent::advised(&self.scenario, &self.agents[0], &new, bodies)?;
+            let driver = match &self.drivers {
+                Some(drivers) => drivers(new.id)?,
+                None => driver::named(&self.scenario.driver)?.params,
+            };
+            let agent = Agent::advised(&self.scenario, &self.agents[0], &new, (&driver, bodies))?;
             self.advised.push(new.id);
             self.agents.push(agent);
         }

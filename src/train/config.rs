@@ -1,11 +1,11 @@
 //! Everything that makes one training. This struct **is** the file, the flags and their help: doc comments are the
 //! help, the ranges the limits. Defaults are those of the field (docs/references.md: learning) where the field agrees.
 
-use super::lessons::EstimatorKind;
+use super::{inputs::inputs, lessons::EstimatorKind};
 use crate::{
-    driver::{LONGEST_REACTION_S, Population},
+    driver::Population,
     idm::IdmParams,
-    policy::{Feature, Hold, NetworkInput, PolicySettings},
+    policy::{Hold, NetworkInput, PolicySettings},
     settings::flat_settings,
     space::CAR_LENGTH_M,
 };
@@ -372,6 +372,35 @@ impl TrainConfig {
         }
     }
 
+    /// The larger of the shipped rings: 40 cars, scaled as its shipped policies see it.
+    pub fn larger_ring() -> Self {
+        let paper = Self::paper_ring();
+        Self {
+            advice: AdviceConfig { top_speed_mps: 18.0, ..paper.advice.clone() },
+            ring: RingConfig {
+                vehicles_min: 40,
+                vehicles_max: 40,
+                circumference_min_m: 640.9,
+                circumference_max_m: 640.9,
+                warm_up_s: 300.0,
+                idm: IdmParams { v0: 17.88, ..paper.ring.idm },
+                ..paper.ring.clone()
+            },
+            network: NetworkConfig {
+                scaling: Scaling {
+                    speed_to_mps: 20.0,
+                    gap_to_m: 60.0,
+                    circumference_from_m: 560.0,
+                    circumference_to_m: 720.0,
+                    spacing_from_m: 12.0,
+                    spacing_to_m: 20.0,
+                },
+                ..paper.network.clone()
+            },
+            ..paper
+        }
+    }
+
     /// What built-in policies are built from: the middle of these rings, and an aim in m/s, 0 for the automatic one.
     pub fn policy_settings(&self, aim_mps: f64) -> PolicySettings {
         let length_m = (self.ring.circumference_min_m + self.ring.circumference_max_m) / 2.0;
@@ -433,31 +462,7 @@ impl TrainConfig {
 
     /// What the policy sees, scaled; unknown names are left out (its check refuses them).
     pub fn inputs(&self) -> Vec<NetworkInput> {
-        let s = &self.network.scaling;
-        let input = |feature| {
-            let (from, to) = match feature {
-                Feature::Speed | Feature::LeaderSpeed | Feature::MeanSpeed | Feature::ControllerSpeed => {
-                    (0.0, s.speed_to_mps)
-                }
-                Feature::RelativeSpeed => (-s.speed_to_mps / 2.0, s.speed_to_mps / 2.0),
-                Feature::Gap | Feature::Headway => (0.0, s.gap_to_m),
-                Feature::Circumference => (s.circumference_from_m, s.circumference_to_m),
-                Feature::Spacing => (s.spacing_from_m, s.spacing_to_m),
-                // 0.1 s to 30 s.
-                Feature::LogHold => (0.1_f64.ln(), 30.0_f64.ln()),
-                Feature::Reaction => (0.0, LONGEST_REACTION_S),
-                // PeRP's drivers go beyond it; people do not.
-                Feature::SpeedBias => (-2.0, 2.0),
-                Feature::TrackingError | Feature::Willingness => (0.0, 1.0),
-                Feature::TimeGapFactor => (0.5, 1.5),
-                // 19 of 20 drivers: latents are spread about as N(0, 1).
-                Feature::Latent1 | Feature::Latent2 | Feature::Latent3 | Feature::Latent4 => (-2.0, 2.0),
-                // Of the road of whole drives: the check refuses them.
-                _ => (0.0, 1.0),
-            };
-            NetworkInput { feature, from, to }
-        };
-        self.network.sees.split(',').filter_map(|name| Feature::named(name.trim())).map(input).collect()
+        inputs(&self.network.sees, &self.network.scaling)
     }
 
     /// Sizes of a network's layers with `outputs` outputs.

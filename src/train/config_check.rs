@@ -1,7 +1,7 @@
 //! Which configurations can be trained. In: a [`TrainConfig`]. Out: the key of the first setting that does not fit the others, and
 //! why.
 
-use super::{TrainConfig, config::ActionKind, drawn_ring::TRUCK_LENGTH_M};
+use super::{TrainConfig, config::ActionKind, drawn_ring::TRUCK_LENGTH_M, inputs::check_names};
 use crate::{
     policy::{Feature, Hold, NetworkInput, RoadKind},
     settings::Settings,
@@ -24,16 +24,8 @@ impl Settings for TrainConfig {
         if !self.is_residual() && self.inputs().iter().any(|input| input.feature == Feature::ControllerSpeed) {
             return Err(("sees", "sees names `controller_speed`; allowed: only where residual_over is set".into()));
         }
-        if let Some(name) = self.network.sees.split(',').map(str::trim).find(|name| Feature::named(name).is_none()) {
-            let known: Vec<&str> = crate::policy::FEATURES.iter().map(|f| f.name()).collect();
-            return Err((
-                "sees",
-                format!(
-                    "sees names `{name}`{}; allowed: {}",
-                    crate::toml_text::did_you_mean(name, &known),
-                    known.join(", ")
-                ),
-            ));
+        if let Err(fault) = check_names(&self.network.sees) {
+            return Err(("sees", fault));
         }
         if let Some(input) = self.inputs().iter().find(|input| !input.feature.is_seen_on(RoadKind::BareRing)) {
             let text = format!("sees names `{}`; the rings of training have none", input.feature.name());

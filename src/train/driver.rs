@@ -138,7 +138,7 @@ impl TrainConfig {
     }
 
     /// The driver of one episode.
-    pub(super) fn draw_driver(&self, stream: &mut Stream) -> DriverParams {
+    pub fn draw_driver(&self, stream: &mut Stream) -> DriverParams {
         let driver = &self.driver;
         let set = DriverParams {
             reaction_s: driver.reaction_s,

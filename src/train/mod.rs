@@ -1,7 +1,7 @@
 //! Training of policies on the fast ring. In: a [`TrainConfig`]. Out: a [`crate::policy::Network`], and its learning
 //! curve. SI units.
 //!
-//! [`ring`] moves sixteen rings at once; [`environment`] makes episodes of them, [`driver`] lets their egos follow the
+//! [`ring`] moves sixteen rings at once; [`inputs`] says what policies see; [`environment`] makes episodes of them, [`driver`] lets their egos follow the
 //! advice; [`net`] is the network, [`distribution`] the randomness of its actions, [`trpo`] the update, [`learner`] the
 //! loop around them; [`evaluate()`] drives any policy over the horizon and says how fast all cars went; `tuning` searches the
 //! parameters of a controller (feature `tune`); [`silence`] learns where a policy had better advise nothing.
@@ -17,6 +17,7 @@ pub mod environment;
 pub mod evaluation;
 pub mod fitted_network;
 pub mod identification;
+pub mod inputs;
 mod joint_evaluation;
 mod late_view;
 mod latent_traits;
@@ -36,7 +37,7 @@ pub mod tuning;
 
 pub use config::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, OptimiserConfig, RewardConfig, RewardKind,
-    RingConfig, RunConfig, SilenceConfig, StudentConfig, TrainConfig,
+    RingConfig, RunConfig, Scaling, SilenceConfig, StudentConfig, TrainConfig,
 };
 pub use drawn_ring::drawn_ring;
 pub use evaluation::{IdentifiedDriver, evaluate, evaluate_part, identified, trajectories};

@@ -5,6 +5,7 @@ mod agents;
 mod agents_network;
 mod driver;
 mod ego;
+mod episode;
 mod give_way;
 mod lanes_beside;
 mod network;

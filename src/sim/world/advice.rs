@@ -6,13 +6,17 @@ use crate::{
     idm::IdmParams,
     map::{RoadMap, Route},
     policy::{
-        self, Advice, Advisor, LanesBeside, Observation, Policy, PolicyError, PolicySettings, PolicySource, RoadKind,
+        self, Action, Advice, Advisor, LanesBeside, Observation, Policy, PolicyError, PolicySettings, PolicySource,
+        RoadKind,
     },
     scenario::Scenario,
     space::CAR_LENGTH_M,
     time::Tick,
 };
 use std::sync::Arc;
+
+/// What stands for a policy's name where advice comes from outside.
+const OUTSIDE: &str = "outside";
 
 /// Speeds that this drive is about, m/s: the speedometer's scale follows from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +36,8 @@ pub(super) struct AdviceSource {
     pub expected: ExpectedSpeeds,
     /// It sees who drives in the lanes beside. Looking for them takes memory, which a drive does without.
     pub sees_lanes_beside: bool,
-    /// Each vehicle has a policy of its own, engaged from this.
-    source: Arc<PolicySource>,
+    /// Each vehicle has a policy of its own, engaged from this; `None` where advice comes from outside.
+    source: Option<Arc<PolicySource>>,
     advisor: Advisor,
     /// Shown when the step begins that it was asked for.
     next: Option<Advice>,
@@ -59,28 +63,37 @@ impl AdviceSource {
             static SAID: std::sync::Once = std::sync::Once::new();
             SAID.call_once(|| log::warn!("{warning}"));
         }
-        let expected = ExpectedSpeeds {
-            equilibrium_mps: settings.equilibrium_mps,
-            advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),
-            limit_mps: map.route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
-        };
+        let expected = expected_speeds(scenario, map, &settings);
         let policy = match policy {
             Some(_) if scenario.sham_advice => Some(Box::new(sham::advice(scenario)?) as Box<dyn Policy>),
             policy => policy,
         };
         let advisor = Advisor::new(policy, scenario.hold(), scenario.range_mps());
         let sees_lanes_beside = source.lacks(RoadKind::Network(LanesBeside::default())).is_some();
-        Ok(Self { policy: resolved, expected, sees_lanes_beside, source, advisor, next: None })
+        Ok(Self { policy: resolved, expected, sees_lanes_beside, source: Some(source), advisor, next: None })
     }
 
-    /// The same policy once more, engaged for another vehicle.
+    /// Advice that is said from outside, and no policy.
+    pub fn from_outside(scenario: &Scenario, map: &RoadMap, sees_lanes_beside: bool) -> Self {
+        let policy = policy::ResolvedPolicy { name: OUTSIDE.into(), why: None };
+        let expected = expected_speeds(scenario, map, &policy_settings(scenario, &map.route));
+        let advisor = Advisor::from_outside(scenario.hold(), scenario.range_mps());
+        Self { policy, expected, sees_lanes_beside, source: None, advisor, next: None }
+    }
+
+    /// The same once more for another vehicle: a policy is engaged anew.
     pub fn another(&self, scenario: &Scenario) -> Self {
+        let (hold, range_mps) = (scenario.hold(), scenario.range_mps());
+        let advisor = match &self.source {
+            Some(source) => Advisor::new(source.engage(), hold, range_mps),
+            None => Advisor::from_outside(hold, range_mps),
+        };
         Self {
             policy: self.policy.clone(),
             expected: self.expected,
             sees_lanes_beside: self.sees_lanes_beside,
-            source: Arc::clone(&self.source),
-            advisor: Advisor::new(self.source.engage(), scenario.hold(), scenario.range_mps()),
+            source: self.source.clone(),
+            advisor,
             next: None,
         }
     }
@@ -95,6 +108,16 @@ impl AdviceSource {
         self.next = self.advisor.step(now, observation, limit_mps);
     }
 
+    /// What whoever advises is told of this observation ([`Advisor::told`]).
+    pub fn told(&self, observation: &Observation) -> Observation {
+        self.advisor.told(observation)
+    }
+
+    /// Says from outside what is advised from the next step on ([`Advisor::say`]).
+    pub fn say(&mut self, action: Action) {
+        self.advisor.say(action);
+    }
+
     /// The advice that is new in the step that begins, once.
     pub fn issue(&mut self) -> Option<Advice> {
         self.next.take()
@@ -103,6 +126,15 @@ impl AdviceSource {
     /// True while an advice stands.
     pub fn stands(&self) -> bool {
         self.advisor.standing().is_some()
+    }
+}
+
+/// What a drive is about whose policies are built from these.
+fn expected_speeds(scenario: &Scenario, map: &RoadMap, settings: &PolicySettings) -> ExpectedSpeeds {
+    ExpectedSpeeds {
+        equilibrium_mps: settings.equilibrium_mps,
+        advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),
+        limit_mps: map.route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
     }
 }
 

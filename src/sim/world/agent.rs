@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     controls::{Controls, Indicator},
-    driver::{self, SimulatedDriver},
+    driver::{DriverParams, SimulatedDriver},
     ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle},
     map::RoadMap,
     rng,
@@ -132,19 +132,19 @@ impl Agent {
         })
     }
 
-    /// Another vehicle, advised as the participant's is, on a road of its own, driven by the scenario's simulated driver. What is random
-    /// about him comes from a stream of this vehicle's own.
+    /// Another vehicle, advised as the participant's is, on a road of its own, driven by this simulated driver. What is random about him
+    /// comes from a stream of this vehicle's own.
     pub(super) fn advised(
         scenario: &Scenario,
         participant: &Self,
         new: &NewAgent,
-        bodies: usize,
+        (driver, bodies): (&DriverParams, usize),
     ) -> Result<Self, WorldError> {
         let NewAgent { id, map, start } = new;
         let mut agent = Self::on_road(scenario, map, participant.advice.another(scenario), *start, bodies)?;
         agent.view.tick = participant.view.tick;
         let seed = rng::stream(scenario.seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
-        let driver = SimulatedDriver::new(&driver::named(&scenario.driver)?.params, agent.car.params(), seed)?;
+        let driver = SimulatedDriver::new(driver, agent.car.params(), seed)?;
         // Who stands in a jam has a foot on the brake.
         let driver = if start.speed_mps < STANDS_MPS { driver.with_foot_on_brake() } else { driver };
         Ok(Self { id: *id, driver: Some(driver), ..agent })

@@ -94,7 +94,7 @@ pub(super) fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Opt
 }
 
 /// On which sides of the route's own lanes cars have others.
-pub(super) fn lanes_beside(map: &RoadMap) -> LanesBeside {
+pub fn lanes_beside(map: &RoadMap) -> LanesBeside {
     let net = &map.network;
     let lanes = || map.route.lanes().iter().filter_map(|lane| net.lane_named(&lane.id));
     let has = |side: Side| lanes().any(|lane| car_lane_beside(net, lane, side).is_some());

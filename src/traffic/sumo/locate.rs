@@ -1,6 +1,6 @@
 //! Where SUMO and the shim are on this machine. Out: paths, or [`TrafficError::Absent`] with what was looked for.
 
-use crate::traffic::TrafficError;
+use crate::{data_folders, traffic::TrafficError};
 use std::{
     env::{self, consts},
     path::{Path, PathBuf},
@@ -34,12 +34,44 @@ pub(super) fn library(home: &Path) -> Result<PathBuf, TrafficError> {
     found.ok_or_else(|| TrafficError::Absent(format!("no {file} in {}", home.display())))
 }
 
-/// The shim itself: beside the program (as it is shipped), else where the build left it.
+/// The shim as it is in the program: its name and its bytes (build.rs); none where it was built without SUMO.
+const EMBEDDED_SHIM: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/embedded_shim.rs"));
+
+/// The shim itself: beside the program (as it is shipped), else where the build left it, else the program's own copy in the user's cache.
 pub(super) fn shim() -> Result<PathBuf, TrafficError> {
     let file = format!("{}codrive_sumo{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
     let beside = env::current_exe().ok().and_then(|exe| Some(exe.parent()?.join(&file)));
     let built = Path::new(env!("CODRIVE_SHIM_DIR")).join(&file);
-    beside.into_iter().chain([built]).find(|path| path.exists()).ok_or_else(|| {
-        TrafficError::Absent("this program was built without SUMO; build it again where SUMO is".to_string())
-    })
+    shim_of(beside.into_iter().chain([built]), &file)
+}
+
+/// The first of these that is there, else the program's own copy.
+fn shim_of(mut places: impl Iterator<Item = PathBuf>, file: &str) -> Result<PathBuf, TrafficError> {
+    if let Some(found) = places.find(|path| path.exists()) {
+        return Ok(found);
+    }
+    if EMBEDDED_SHIM.is_empty() {
+        return Err(TrafficError::Absent(
+            "this program was built without SUMO; build it again where SUMO is".to_string(),
+        ));
+    }
+    let folder = data_folders::unpacked_files("sumo", EMBEDDED_SHIM);
+    folder.map(|folder| folder.join(file)).map_err(|why| TrafficError::Absent(why.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn where_no_shim_lies_the_one_in_the_program_is_written_and_is_the_one_that_was_built() {
+        let (name, bytes) = EMBEDDED_SHIM.first().expect("built with SUMO");
+        let built = Path::new(env!("CODRIVE_SHIM_DIR")).join(name);
+        assert!(fs::read(&built).expect("the build left it") == *bytes);
+        assert_eq!(shim_of([built.clone()].into_iter(), name).expect("it is there"), built);
+        let own = shim_of([PathBuf::from("nowhere").join(name)].into_iter(), name).expect("it can be written");
+        assert!(own.ends_with(name) && own != built);
+        assert!(fs::read(&own).expect("written") == *bytes);
+    }
 }

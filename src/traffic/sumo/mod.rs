@@ -24,7 +24,7 @@ mod wire;
 
 pub use locate::{home, program};
 pub use network::{EgoReport, EgoStart, NetworkSetup, SumoNetwork};
-pub use network_check::{COMMAND as CHECK_NETWORK, try_network};
+pub use network_check::{COMMAND as CHECK_NETWORK, check_networks_by, try_network};
 pub use remote::VERSION;
 
 use super::{

@@ -24,10 +24,11 @@ use sha2::{Digest, Sha256};
 use std::{
     collections::BTreeMap,
     env::{self, consts},
+    ffi::OsString,
     io::Read,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, OnceLock, PoisonError},
     thread::sleep,
     time::{Duration, Instant},
 };
@@ -44,6 +45,15 @@ const STEPS: usize = 60;
 const MOST_CARS: usize = 60;
 /// What the child may say that is kept, bytes.
 const MOST_WORDS: u64 = 4096;
+
+/// The program and the arguments before the network's file that the child is started with, where that is not this program.
+static CHECKER: OnceLock<(PathBuf, Vec<OsString>)> = OnceLock::new();
+
+/// Lets the child be another program: one that calls [`try_network`] with its last argument, and where that fails says why on its standard
+/// error and ends with 1. For whoever has this program as a library.
+pub fn check_networks_by(program: PathBuf, arguments: Vec<OsString>) {
+    let _ = CHECKER.set((program, arguments));
+}
 
 /// What is known of a network: nothing bad, or why it cannot be used.
 type Known = BTreeMap<[u8; 32], Result<(), NetworkFault>>;
@@ -93,10 +103,13 @@ pub(super) fn check(home: &Path, net_file: &Path) -> Result<(), TrafficError> {
 
 /// What a child process finds.
 fn try_in_child(home: &Path, net_file: &Path) -> Result<Result<(), NetworkFault>, TrafficError> {
-    let program = own_program()?;
+    let (program, arguments) = match CHECKER.get() {
+        Some((program, arguments)) => (program.clone(), arguments.clone()),
+        None => (own_program()?, vec![COMMAND.into()]),
+    };
     let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", program.display()));
     let mut child = Command::new(&program)
-        .arg(COMMAND)
+        .args(arguments)
         .arg(net_file)
         .env("CODRIVE_SUMO_HOME", home)
         .stdin(Stdio::null())

@@ -1,0 +1,115 @@
+"""A whole drive as an environment of Gymnasium: the physics of a car, its driver, and traffic by SUMO or the native engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from codrive._codrive import DriveConfiguration
+from codrive._drive_series import Camera, DriveSeries, Setup, check_one_advised, drive_metadata
+from codrive._spaces import as_float32, check_actions, spaces
+
+
+class DriveEnv(gymnasium.Env):
+    """A whole drive: the participant's car with its physics, a simulated driver who follows the advice, other traffic.
+
+    Observations, actions, rewards and endings are those of ``codrive.RingEnv``; **terminated** also says that the participant's car has
+    arrived at the end of its path. ``reset(seed=s)`` begins the drive of seed ``s``; ``reset()`` the next one of the series that the last
+    seed has begun. After an episode has ended, ``reset`` has to be called before the next ``step``.
+
+    With SUMO the drive is in a process of its own, which is started by ``reset`` and ends with ``close`` or with the environment. Where
+    it is lost, ``step`` raises ``RuntimeError``, and ``reset`` starts another.
+    """
+
+    def __init__(
+        self,
+        name: str = "ring-250",
+        *,
+        engine: str | None = None,
+        hold: float | None = None,
+        advice: str | None = None,
+        driver: str | None = None,
+        render_mode: str | None = None,
+        view: str = "driver",
+        size: tuple[int, int] = (1280, 720),
+        **settings: Any,
+    ) -> None:
+        """See ``codrive.make``."""
+        camera = Camera(render_mode, view, size)
+        check_one_advised(settings)
+        setup = Setup(name, engine, hold, advice, driver, settings)
+        self.render_mode = render_mode
+        self.settings: DriveConfiguration = setup.configuration
+        self.observation_space, self.action_space = spaces(self.settings)
+        self.metadata = drive_metadata(setup.hold_s)
+        self._series = DriveSeries(setup, camera)
+
+    @property
+    def inputs(self) -> list[tuple[str, float, float]]:
+        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
+        return self.settings.inputs()
+
+    @property
+    def action_limits(self) -> tuple[float, float]:
+        """What -1 and 1 are as an action, m/s2 or m/s."""
+        return self.settings.action_limits
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode. Returns the observation, float32, ``(k,)``, and an empty dict.
+
+        Raises:
+            ValueError: There can be no such drive.
+            RuntimeError: The drive has failed.
+        """
+        seed = self._series.first_seed(seed)
+        super().reset(seed=seed)
+        observed = self._series.begin(seed, self.np_random)
+        if len(observed.agents) != 1:
+            self._series.fail()
+            raise RuntimeError(f"{len(observed.agents)} vehicles are advised, where the participant's alone was to be")
+        return observed.observations[0], {}
+
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """One hold under this action, ``(1,)``, or the number of a level.
+
+        Raises:
+            ValueError: Its shape is another, or it is NaN or out of range.
+            ResetNeeded: No episode has begun, or it has ended.
+            RuntimeError: The drive has failed.
+        """
+        self._series.check_step()
+        levels = self.settings.levels
+        actions = as_float32(action, levels, () if levels else (1,))
+        check_actions(actions, levels, [""])
+        result = self._series.hold(actions)
+        terminated = bool(result.terminations[0])
+        truncated = result.is_truncated and not terminated
+        if terminated or truncated:
+            self._series.end()
+        info = {"mean_speed_mps": result.mean_speed_mps}
+        return result.final_observations[0], float(result.rewards[0]), terminated, truncated, info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """What is seen now, uint8, ``(height, width, 3)``; None without a ``render_mode``.
+
+        Raises:
+            ResetNeeded: No episode has begun.
+        """
+        return self._series.render()
+
+    def fingerprint(self) -> str:
+        """A hash over all states of this drive so far: equal where all of them are, to the bit.
+
+        Raises:
+            ResetNeeded: No episode has begun.
+        """
+        return self._series.fingerprint()
+
+    def close(self) -> None:
+        """Ends the drive; nothing can be done with it afterwards."""
+        self._series.close()

@@ -1,0 +1,205 @@
+"""Whole drives side by side as a vector environment of Gymnasium, each in a process of its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.seeding import np_random
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from codrive._codrive import DriveConfiguration
+from codrive._drive_series import Camera, Setup, check_one_advised, drive_metadata, next_seed
+from codrive._spaces import (
+    NEVER,
+    as_float32,
+    check_actions,
+    check_open,
+    checked_count,
+    checked_mask,
+    checked_vector_seed,
+    final_infos,
+    spaces,
+)
+from codrive._workers import close_all
+
+#: Processes at the most.
+_MOST = 1024
+
+
+class DriveVectorEnv(gymnasium.vector.VectorEnv):
+    """Whole drives that go on at the same time, each in a process of its own; see ``codrive.DriveEnv`` for what one is.
+
+    Arrays, infos and endings are those of ``codrive.RingVectorEnv``: a drive that ends begins another in the same step
+    (``AutoresetMode.SAME_STEP``). ``reset(seed=s)`` begins in environment ``i`` the drives that ``codrive.DriveEnv`` drives after
+    ``reset(seed=s + i)``.
+
+    Where a process is lost, or Ctrl-C stops a step, the step raises; ``reset`` starts another process and begins all drives anew.
+    """
+
+    def __init__(
+        self,
+        name: str = "ring-250",
+        num_envs: int = 1,
+        *,
+        engine: str | None = None,
+        hold: float | None = None,
+        advice: str | None = None,
+        driver: str | None = None,
+        copy: bool = True,
+        render_mode: str | None = None,
+        view: str = "driver",
+        size: tuple[int, int] = (1280, 720),
+        **settings: Any,
+    ) -> None:
+        """See ``codrive.make_vec``."""
+        self._drives = []
+        self._camera = Camera(render_mode, view, size)
+        self.num_envs = checked_count(num_envs, _MOST)
+        check_one_advised(settings)
+        self._setup = Setup(name, engine, hold, advice, driver, settings)
+        self.render_mode = render_mode
+        self.settings: DriveConfiguration = self._setup.configuration
+        self.single_observation_space, self.single_action_space = spaces(self.settings)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.metadata = {**drive_metadata(self._setup.hold_s), "autoreset_mode": AutoresetMode.SAME_STEP}
+        self._drives = [self._setup.worker() for _ in range(self.num_envs)]
+        self._random = [np_random()[0] for _ in range(self.num_envs)]
+        self._observations = np.zeros((self.num_envs, len(self.settings.inputs())), np.float32)
+        self._has_begun = False
+        #: Where an episode can go on.
+        self._is_ready = np.zeros(self.num_envs, np.bool_)
+
+    @property
+    def inputs(self) -> list[tuple[str, float, float]]:
+        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
+        return self.settings.inputs()
+
+    @property
+    def action_limits(self) -> tuple[float, float]:
+        """What -1 and 1 are as an action, m/s2 or m/s."""
+        return self.settings.action_limits
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode in each environment.
+
+        Args:
+            seed: Environment ``i`` begins the drives of ``seed + i``; None: the next ones.
+            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: only there.
+
+        Returns:
+            Observations, float32, ``(num_envs, k)``, and an empty dict.
+
+        Raises:
+            RuntimeError: A drive has failed.
+        """
+        check_open(self.closed)
+        checked_vector_seed(seed, "drive i begins with seed + i")
+        mask = checked_mask(options, self.num_envs)
+        if seed is None and not self._has_begun:
+            seed = self._setup.own_seed
+        super().reset(seed=seed)
+        where = np.arange(self.num_envs) if mask is None else np.flatnonzero(mask)
+        if seed is not None:
+            for number in where:
+                self._random[number] = np_random(int(seed) + int(number))[0]
+        self._has_begun = True
+        self._begin({int(number): None if seed is None else int(seed) + int(number) for number in where})
+        return self._observations.copy(), {}
+
+    def step(
+        self, actions: Any
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """One hold of every drive under these actions, ``(num_envs, 1)``, or ``(num_envs,)`` where they are levels.
+
+        Raises:
+            ValueError: Their shape is another, or one is NaN or out of range.
+            ResetNeeded: No episode has begun.
+            RuntimeError: A drive has failed.
+        """
+        check_open(self.closed)
+        if not self._is_ready.all():
+            raise ResetNeeded(NEVER)
+        levels = self.settings.levels
+        given = as_float32(actions, levels, (self.num_envs,) if levels else (self.num_envs, 1))
+        check_actions(given, levels, [f" of environment {number}" for number in range(self.num_envs)])
+        results = self._all("hold", {number: (given[number : number + 1],) for number in range(self.num_envs)})
+        rewards = np.array([result.rewards[0] for result in results.values()], np.float64)
+        terminations = np.array([result.terminations[0] for result in results.values()], np.bool_)
+        truncations = np.array([result.is_truncated for result in results.values()], np.bool_) & ~terminations
+        mean_speed_mps = np.array([result.mean_speed_mps for result in results.values()], np.float64)
+        ended = terminations | truncations
+        for number in np.flatnonzero(~ended):
+            self._observations[number] = results[number].final_observations[0]
+        infos = {"mean_speed_mps": mean_speed_mps, "_mean_speed_mps": np.ones(self.num_envs, np.bool_)}
+        if ended.any():
+            final = {number: result.final_observations[0] for number, result in results.items()}
+            infos.update(final_infos(ended, final, mean_speed_mps))
+            self._begin({int(number): None for number in np.flatnonzero(ended)})
+        return self._observations.copy(), rewards, terminations, truncations, infos
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """What is seen now in each, uint8, ``(height, width, 3)``; None without a ``render_mode``."""
+        check_open(self.closed)
+        if not self._camera.is_on:
+            return None
+        return tuple(self._of_all("render", self._camera.arguments))
+
+    def fingerprints(self) -> list[str]:
+        """Of each drive a hash over all its states so far: equal where all of them are, to the bit."""
+        check_open(self.closed)
+        return self._of_all("fingerprint", ())
+
+    def close_extras(self, **_: Any) -> None:
+        """Ends the processes."""
+        close_all(self._drives)
+
+    def _of_all(self, call: str, arguments: tuple[Any, ...]) -> list[Any]:
+        if not self._is_ready.all():
+            raise ResetNeeded(NEVER)
+        return list(self._all(call, dict.fromkeys(range(self.num_envs), arguments)).values())
+
+    def _begin(self, seeds: dict[int, int | None]) -> None:
+        """Begins drives of these seeds, or the next ones of their series, in these environments."""
+        begun = self._all("begin", {number: (next_seed(seed, self._random[number]),) for number, seed in seeds.items()})
+        for number, observed in begun.items():
+            self._observations[number] = observed.observations[0]
+            self._is_ready[number] = True
+
+    def _all(self, call: str, arguments: dict[int, tuple[Any, ...]]) -> dict[int, Any]:
+        """The same call of several drives at once. Where one fails, none goes on."""
+        self._is_ready[list(arguments)] = False
+        answers: dict[int, Any] = {}
+        faults: dict[int, Exception] = {}
+        try:
+            for number, given in arguments.items():
+                try:
+                    self._drives[number].ask(call, *given)
+                except Exception as fault:
+                    faults[number] = fault
+            for number in arguments.keys() - faults.keys():
+                try:
+                    answers[number] = self._drives[number].answer()
+                except Exception as fault:
+                    faults[number] = fault
+        except BaseException:
+            # Ctrl-C: who has not answered drives on, and his answer would be taken for that to the next question.
+            self._is_ready[:] = False
+            for number in arguments.keys() - answers.keys():
+                self._drives[number].kill()
+            raise
+        if faults:
+            self._is_ready[:] = False
+            for number in faults:
+                self._drives[number].kill()
+            first = min(faults)
+            raise type(faults[first])(f"environment {first}: {faults[first]}") from None
+        self._is_ready[list(arguments)] = True
+        return {number: answers[number] for number in arguments}

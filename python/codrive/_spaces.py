@@ -1,0 +1,126 @@
+"""What the environments of all engines have in common: spaces, seeds, and actions as the engines take them."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError
+from gymnasium.spaces import Box, Discrete, Space
+from numpy.typing import NDArray
+
+#: Seeds are whole numbers below this: what a setting of codrive holds.
+SEEDS = 2**53
+
+#: Why there is no step before a reset.
+NEVER = "no episode has begun; call reset() first"
+ENDED = "the episode has ended; call reset() first"
+
+
+class AdviceSettings(Protocol):
+    """What settings of each engine say of observations and actions."""
+
+    def inputs(self) -> list[tuple[str, float, float]]: ...
+    @property
+    def levels(self) -> int: ...
+    @property
+    def action_limits(self) -> tuple[float, float]: ...
+
+
+def spaces(settings: AdviceSettings) -> tuple[Box, Space]:
+    """The spaces of what one vehicle sees and is advised."""
+    observation = Box(-np.inf, np.inf, (len(settings.inputs()),), np.float32)
+    return observation, Discrete(settings.levels) if settings.levels else Box(-1.0, 1.0, (1,), np.float32)
+
+
+def as_float32(actions: Any, levels: int, shape: tuple[int, ...], of: str = "") -> NDArray[np.float32]:
+    """Actions of this shape as the engines take them, float32, flat, or why they are none; ``of`` says whose they are.
+
+    Raises:
+        TypeError: They are no numbers, or no whole ones where they are levels.
+        ValueError: Their shape is another.
+    """
+    try:
+        array = np.asarray(actions)
+    except ValueError as fault:
+        raise ValueError(f"actions{of} are no array: {fault}; allowed: shape {shape}") from None
+    if array.dtype.kind not in ("iu" if levels else "fiu"):
+        allowed = "whole numbers" if levels else "numbers"
+        raise TypeError(f"actions{of} are of dtype {array.dtype}; allowed: {allowed}, shape {shape}")
+    if array.shape != shape:
+        raise ValueError(f"actions{of} have shape {array.shape}; allowed: {shape}")
+    if array.dtype == np.float32 and array.flags.c_contiguous:
+        return array.reshape(-1)
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(array, dtype=np.float32).reshape(-1)
+
+
+def check_actions(actions: NDArray[np.float32], levels: int, whose: list[str]) -> None:
+    """Refuses actions that are not finite, or no levels, and names whose.
+
+    Raises:
+        ValueError: One is so.
+    """
+    wrong = (actions < 0) | (actions >= levels) if levels else ~np.isfinite(actions)
+    if wrong.any():
+        first = int(np.flatnonzero(wrong)[0])
+        given = f"{actions[first]:.0f}" if levels else "NaN" if np.isnan(actions[first]) else str(actions[first])
+        allowed = f"0 to {levels - 1}" if levels else "a finite number, -1 to 1 spans the limits"
+        raise ValueError(f"the action{whose[first]} is {given}; allowed: {allowed}")
+
+
+def checked_count(num_envs: Any, most: int) -> int:
+    """A number of environments.
+
+    Raises:
+        ValueError: It is none that can be.
+    """
+    if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or not 1 <= num_envs <= most:
+        raise ValueError(f"num_envs is {num_envs!r}; allowed: a whole number from 1 to {most}")
+    return int(num_envs)
+
+
+def checked_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bool_] | None:
+    """The mask of ``reset(options={"reset_mask": mask})``, if there is one.
+
+    Raises:
+        ValueError: It is none.
+    """
+    mask = (options or {}).get("reset_mask")
+    if mask is None:
+        return None
+    mask = np.asarray(mask)
+    if mask.dtype != np.bool_ or mask.shape != (num_envs,):
+        raise ValueError(f"reset_mask is of dtype {mask.dtype} and shape {mask.shape}; allowed: bool, ({num_envs},)")
+    return np.ascontiguousarray(mask)
+
+
+def checked_vector_seed(seed: Any, how: str) -> None:
+    """Refuses seeds of many environments that are not one whole number; ``how`` says what each makes of it.
+
+    Raises:
+        TypeError: It is none.
+    """
+    if seed is not None and not isinstance(seed, (int, np.integer)):
+        raise TypeError(f"seed is {seed!r}; allowed: one whole number, from which each {how}")
+
+
+def final_infos(
+    ended: NDArray[np.bool_], final_observations: Any, mean_speed_mps: NDArray[np.float64]
+) -> dict[str, Any]:
+    """What Gymnasium's own vector environments say of episodes that have just ended: their last observation, of those numbers, and info."""
+    final_obs = np.full(len(ended), None, dtype=object)
+    for number in np.flatnonzero(ended):
+        final_obs[number] = final_observations[number].copy()
+    final_info = {"mean_speed_mps": np.where(ended, mean_speed_mps, 0.0), "_mean_speed_mps": ended.copy()}
+    return {"final_obs": final_obs, "_final_obs": ended.copy(), "final_info": final_info, "_final_info": ended.copy()}
+
+
+def check_open(is_closed: bool) -> None:
+    """Refuses what comes after ``close``.
+
+    Raises:
+        ClosedEnvironmentError: It is closed.
+    """
+    if is_closed:
+        raise ClosedEnvironmentError("the environment is closed; make another")

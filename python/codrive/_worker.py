@@ -1,0 +1,48 @@
+"""``python -m codrive._worker``: the process of one drive; ``_workers`` starts it and says what its messages are."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+from codrive._drives import LocalDrive
+from codrive._workers import READY, read_message, write_message
+
+
+def main() -> None:
+    """Answers until the other end is gone."""
+    # Ctrl-C reaches all processes of a terminal; who started this one decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nothing, 0)
+    # SUMO and native code print, and would print among the replies.
+    try:
+        os.dup2(2, 1)
+    except OSError:
+        os.dup2(nothing, 1)
+    drive = None
+    try:
+        replies.write(READY)
+        arguments = read_message(requests)
+        while True:
+            try:
+                if drive is None:
+                    drive, value = LocalDrive(arguments), None
+                else:
+                    call, given = read_message(requests)
+                    value = getattr(drive, call)(*given)
+                reply = (None, value)
+            except EOFError:
+                return
+            except Exception as fault:
+                reply = (type(fault).__name__, str(fault))
+            write_message(replies, reply)
+            if drive is None:
+                return
+    except (EOFError, BrokenPipeError):
+        return
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,258 @@
+"""Drives in processes of their own: SUMO runs once in a process, and takes it along where it breaks down. ``_worker`` is their program.
+
+Messages are pickled with their length before them, over the pipes of standard input and output.
+"""
+
+from __future__ import annotations
+
+import builtins
+import os
+import pickle
+import signal
+import struct
+import subprocess
+import sys
+import weakref
+from collections.abc import Iterable
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codrive._drives import Arguments, HoldResult, Observed
+
+#: How long a worker may take to end by itself, s: SUMO removes its files.
+_GRACE_S = 5.0
+_AGAIN = "reset() starts another"
+#: Faults that are raised here as there; others are told as RuntimeError.
+_KINDS = ("TypeError", "ValueError", "OverflowError", "RuntimeError", "OSError", "FileNotFoundError", "MemoryError")
+
+
+#: The first that a worker sends: what was printed before, while Python started, is passed over.
+READY = b"\0codrive worker\0"
+
+
+def wait_for_ready(pipe: BinaryIO) -> None:
+    """Passes over what was printed before a worker is ready.
+
+    Raises:
+        EOFError: The other end is gone.
+    """
+    seen = b""
+    while seen != READY:
+        byte = pipe.read(1)
+        if not byte:
+            raise EOFError
+        seen = (seen + byte)[-len(READY) :]
+
+
+def write_message(pipe: BinaryIO, message: Any) -> None:
+    """Writes a message and sends it off."""
+    content = pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL)
+    pipe.write(struct.pack("<Q", len(content)) + content)
+    pipe.flush()
+
+
+def read_message(pipe: BinaryIO) -> Any:
+    """Waits for a message.
+
+    Raises:
+        EOFError: The other end is gone.
+    """
+    head = pipe.read(8)
+    size = struct.unpack("<Q", head)[0] if len(head) == 8 else 0
+    content = pipe.read(size)
+    if size == 0 or len(content) < size:
+        raise EOFError
+    return pickle.loads(content)
+
+
+class WorkerDrive:
+    """A drive in a process of its own. The process is started by ``begin``, and again after it was lost.
+
+    A call is ``ask`` and then ``answer``, so that many can drive at once.
+    """
+
+    def __init__(self, arguments: Arguments, variables: dict[str, str], folder: str) -> None:
+        """``variables`` are those of the process's environment that differ from this one's, ``folder`` is what paths are relative to."""
+        self._arguments = arguments
+        self._variables = variables
+        self._folder = folder
+        self._process: subprocess.Popen[bytes] | None = None
+        self._end: weakref.finalize[..., Any] | None = None
+        self._owner = os.getpid()
+        self._is_new = False
+
+    @property
+    def pid(self) -> int | None:
+        """The process, if there is one."""
+        return None if self._process is None else self._process.pid
+
+    def begin(self, seed: int) -> Observed:
+        """As ``LocalDrive.begin``."""
+        self.ask("begin", seed)
+        return self.answer()
+
+    def hold(self, actions: NDArray[np.float32]) -> HoldResult:
+        """As ``LocalDrive.hold``."""
+        self.ask("hold", actions)
+        return self.answer()
+
+    def fingerprint(self) -> str:
+        """As ``LocalDrive.fingerprint``."""
+        self.ask("fingerprint")
+        return self.answer()
+
+    def render(self, width: int, height: int, view: str) -> NDArray[np.uint8]:
+        """As ``LocalDrive.render``."""
+        self.ask("render", width, height, view)
+        return self.answer()
+
+    def ask(self, call: str, *arguments: Any) -> None:
+        """Begins a call.
+
+        Raises:
+            RuntimeError: The process is gone.
+        """
+        if self._process is not None and os.getpid() != self._owner:
+            # The pipes are those of the process that this one was forked from.
+            self._process = None
+        try:
+            if self._process is None and call == "begin":
+                self._start()
+            if self._process is None:
+                raise RuntimeError(f"the drive's process is not there; {_AGAIN}")
+            write_message(self._process.stdin, (call, arguments))
+        except OSError:
+            raise self._lost() from None
+        except BaseException:
+            self.kill()
+            raise
+
+    def answer(self) -> Any:
+        """Waits for what the call gives.
+
+        Raises:
+            RuntimeError: The process is gone, or the drive has failed.
+            Exception: As the call, by the type of the fault.
+        """
+        if self._process is None:
+            raise RuntimeError(f"the drive's process is not there; {_AGAIN}")
+        try:
+            answers = self._process.stdout
+            if self._is_new:
+                wait_for_ready(answers)
+            fault, value = read_message(answers)
+            if self._is_new and fault is None:
+                # That was for the settings.
+                fault, value = read_message(answers)
+            self._is_new = False
+        except EOFError:
+            raise self._lost() from None
+        except BaseException:
+            # Ctrl-C: who reads on would read the answer to another question.
+            self.kill()
+            raise
+        if fault is None:
+            return value
+        if fault in _KINDS:
+            raise getattr(builtins, fault)(value)
+        raise RuntimeError(f"{fault}: {value}")
+
+    def hang_up(self) -> None:
+        """Lets the process end by itself; ``close`` waits for it."""
+        if self._process is not None and os.getpid() == self._owner:
+            _close(self._process.stdin)
+
+    def close(self) -> None:
+        """Ends the process."""
+        self._process = None
+        if self._end is not None:
+            self._end()
+
+    def kill(self) -> None:
+        """Ends the process at once."""
+        if self._process is not None and os.getpid() == self._owner:
+            self._process.kill()
+        self.close()
+
+    def _start(self) -> None:
+        if not sys.executable:
+            raise RuntimeError("sys.executable is empty, so that no process with Python can be started; engine='native' needs none")
+        # Its modules are found where those of this process are, in the same order.
+        variables = {
+            **os.environ,
+            **self._variables,
+            "PYTHONPATH": os.pathsep.join(path for path in sys.path if isinstance(path, str) and path),
+            "PYTHONSAFEPATH": "1",
+        }
+        try:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "codrive._worker"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                cwd=self._folder,
+                env=variables,
+            )
+        except OSError as why:
+            raise RuntimeError(f"no process can be started for the drive: {why}") from None
+        self._owner = os.getpid()
+        self._process = process
+        self._end = weakref.finalize(self, _finish, process, self._owner)
+        self._is_new = True
+        write_message(process.stdin, self._arguments)
+
+    def _lost(self) -> RuntimeError:
+        """The process is gone: why, and what helps."""
+        process = self._process
+        # Its own end is what is to be told, not that it was killed here.
+        self.close()
+        how = "" if process is None else f" ({_ending(process.returncode)})"
+        return RuntimeError(f"the drive's process has ended{how}; {_AGAIN}")
+
+
+def close_all(drives: Iterable[WorkerDrive]) -> None:
+    """Ends the processes of all, which end side by side."""
+    drives = list(drives)
+    for drive in drives:
+        drive.hang_up()
+    for drive in drives:
+        drive.close()
+
+
+def _ending(status: int) -> str:
+    """What an exit status means."""
+    if status < 0:
+        try:
+            return signal.Signals(-status).name
+        except ValueError:
+            return f"signal {-status}"
+    return f"exit status {status}"
+
+
+def _close(pipe: BinaryIO | None) -> None:
+    try:
+        if pipe is not None:
+            pipe.close()
+    except OSError:
+        pass  # The other end is gone; what was not sent is lost with it.
+
+
+def _finish(process: subprocess.Popen[bytes], owner: int) -> None:
+    """Ends a process and takes note of it, so that none is left as a zombie. In a fork it is another's."""
+    if os.getpid() != owner:
+        # Not waited for by who is not its parent.
+        process.returncode = 0
+        return
+    _close(process.stdin)
+    try:
+        process.wait(_GRACE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    except BaseException:
+        process.kill()
+        process.wait()
+        raise
+    finally:
+        _close(process.stdout)

@@ -1,0 +1,229 @@
+"""Drives in processes of their own: what ends them, and what is said of it. None is left behind."""
+
+import gc
+import multiprocessing
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+
+import codrive
+from codrive import _settings
+from codrive._workers import WorkerDrive
+
+SHORT = {"warm_up_s": 1.0, "horizon_s": 5.0}
+STILL = np.zeros(1)
+
+
+def children(of=None):
+    """Processes whose parent is this one, zombies among them."""
+    of = os.getpid() if of is None else of
+    found = []
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            number, rest = stat.read_text().split(" ", 1)
+        except OSError:
+            continue
+        if int(rest.rsplit(")", 1)[1].split()[1]) == of:
+            found.append(int(number))
+    return set(found)
+
+
+@pytest.fixture(autouse=True)
+def nobody_is_left():
+    gc.collect()
+    before = children()
+    yield
+    gc.collect()
+    assert children() <= before
+
+
+def begun(**arguments):
+    """An environment in a process, and the process."""
+    before = children()
+    env = codrive.make("ring-250", engine="sumo", **{**SHORT, **arguments})
+    env.reset(seed=1)
+    (process,) = children() - before
+    return env, process
+
+
+def test_its_end_ends_the_process():
+    env, process = begun()
+    env.close()
+    assert process not in children()
+    env, process = begun()
+    del env
+    gc.collect()
+    assert process not in children()
+    envs = codrive.make_vec("ring-250", 3, engine="native", **SHORT)
+    before = children()
+    envs.reset(seed=1)
+    assert len(children() - before) == 3
+    envs.close()
+    assert children() == before
+
+
+def test_the_end_of_python_ends_the_process():
+    program = """if True:
+        import codrive
+        env = codrive.make("ring-250", engine="sumo", warm_up_s=1.0)
+        env.reset(seed=1)
+        print(env._series._drive.pid)
+    """
+    variables = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=variables)
+    # Nothing but what was printed here: what is printed there goes to the standard error.
+    assert not pathlib.Path(f"/proc/{int(done.stdout)}").exists()
+
+
+def test_what_is_printed_while_the_process_starts_does_not_come_between(tmp_path, monkeypatch):
+    (tmp_path / "sitecustomize.py").write_text("print('Hello from a package')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONUNBUFFERED", "1")
+    env, _ = begun()
+    assert np.isfinite(env.step(STILL)[0]).all()
+
+
+@pytest.mark.parametrize("fatal", [signal.SIGKILL, signal.SIGSEGV])
+def test_a_process_that_is_gone_is_said_and_reset_starts_another(fatal):
+    env, process = begun()
+    expected = env.step(STILL)[0]
+    os.kill(process, fatal)
+    with pytest.raises(RuntimeError, match=rf"process has ended \({fatal.name}\); reset\(\) starts another"):
+        env.step(STILL)
+    assert process not in children()
+    with pytest.raises(gymnasium.error.ResetNeeded, match="failed.*reset"):
+        env.step(STILL)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.fingerprint()
+    env.reset(seed=1)
+    assert np.array_equal(env.step(STILL)[0], expected)
+
+
+def test_one_of_many_that_is_gone_is_named_and_reset_begins_all_anew():
+    before = children()
+    envs = codrive.make_vec("ring-250", 3, engine="native", **SHORT)
+    first = envs.reset(seed=1)[0]
+    processes = sorted(children() - before)
+    os.kill(processes[1], signal.SIGKILL)
+    with pytest.raises(RuntimeError, match=r"environment 1: the drive's process has ended \(SIGKILL\)"):
+        envs.step(np.zeros((3, 1)))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.step(np.zeros((3, 1)))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.fingerprints()
+    assert np.array_equal(envs.reset(seed=1)[0], first)
+    envs.step(np.zeros((3, 1)))
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_ctrl_c_stops_a_drive_and_ends_its_process(many):
+    before = children()
+    # A warm-up that takes longer than anybody waits here.
+    long = {"engine": "sumo", "warm_up_s": 3600.0, "vehicles": 40}
+    env = codrive.make_vec("ring-641", 2, **long) if many else codrive.make("ring-641", **long)
+    main = threading.main_thread().ident
+    interrupt = threading.Timer(2.0, lambda: signal.pthread_kill(main, signal.SIGINT))
+    interrupt.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            env.reset(seed=1)
+            pytest.fail("the warm-up was over before it was stopped")
+    finally:
+        interrupt.cancel()
+    assert children() == before
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.zeros((2, 1)) if many else STILL)
+    env.close()
+
+
+def test_the_process_itself_does_not_hear_ctrl_c():
+    env, process = begun()
+    os.kill(process, signal.SIGINT)
+    assert np.isfinite(env.step(STILL)[0]).all()
+
+
+def test_a_fault_in_the_process_is_raised_here_by_its_own_type():
+    # Settings are checked here first, so that this one is asked for behind their back.
+    drive = WorkerDrive(("no-such-map", None, {}), {}, os.getcwd())
+    with pytest.raises(ValueError, match="no-such-map"):
+        drive.begin(1)
+    drive.close()
+    env, _ = begun()
+    with pytest.raises(ValueError, match="2 actions"):
+        env._series.hold(np.zeros(2, np.float32))
+
+
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="this system forks no processes")
+def test_a_fork_leaves_the_process_to_who_started_it():
+    env, process = begun()
+
+    def child(queue):
+        try:
+            env.step(STILL)
+        except RuntimeError as why:
+            queue.put(str(why))
+        env.reset(seed=1)
+        queue.put(env.fingerprint())
+        env.close()
+
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        forked = context.Process(target=child, args=(queue,))
+        forked.start()
+    assert "reset() starts another" in queue.get(timeout=60)
+    fingerprint = queue.get(timeout=60)
+    forked.join(timeout=60)
+    forked.close()
+    queue.close()
+    queue.join_thread()
+    assert process in children()
+    assert env.step(STILL)[0].dtype == np.float32
+    env.reset(seed=1)
+    assert env.fingerprint() == fingerprint
+
+
+def test_paths_are_those_of_the_folder_where_it_was_made(tmp_path, monkeypatch):
+    network = pathlib.Path(__file__).parents[2] / "tests/data/networks/ramps.net.xml"
+    (tmp_path / "here.net.xml").write_bytes(network.read_bytes())
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    env = codrive.make("here.net.xml", horizon_s=2.0)
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    env.reset(seed=1)
+    env.step(STILL)
+
+
+def test_without_sumo_it_is_said_what_to_install_and_the_native_engine_drives(tmp_path, monkeypatch):
+    monkeypatch.setenv("CODRIVE_SUMO_HOME", str(tmp_path))
+    for make in (codrive.make, codrive.make_vec):
+        with pytest.raises(gymnasium.error.DependencyNotInstalled, match="pip install eclipse-sumo==1.28.0"):
+            make("ring-250", engine="sumo")
+    env = codrive.make("ring-250", engine="native", **SHORT)
+    env.reset(seed=1)
+    env.step(STILL)
+
+
+def test_sumo_of_pip_is_found_where_nothing_else_is_said(tmp_path, monkeypatch):
+    package = tmp_path / "sumo"
+    (package / "lib64").mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delenv("CODRIVE_SUMO_HOME", raising=False)
+    monkeypatch.setenv("SUMO_HOME", str(tmp_path))
+    # A folder without the library, such as a system's own SUMO may be, is none.
+    assert "SUMO_HOME" not in _settings.sumo_variables()
+    (package / "lib64/libsumocpp.so").write_text("")
+    assert _settings.sumo_variables() == {"SUMO_HOME": str(package)}
+    monkeypatch.setenv("CODRIVE_SUMO_HOME", str(tmp_path))
+    with pytest.raises(gymnasium.error.DependencyNotInstalled):
+        _settings.sumo_variables()

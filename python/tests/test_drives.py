@@ -1,0 +1,178 @@
+"""Whole drives as environments of Gymnasium: one here and in a process of its own, many side by side."""
+
+import json
+import pathlib
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import codrive
+from codrive._codrive import HAS_DESKTOP
+
+NETWORKS = pathlib.Path(__file__).parents[2] / "tests/data/networks"
+#: Episodes of seconds.
+SHORT = {"warm_up_s": 2.0, "horizon_s": 4.0}
+
+
+def made(engine, **arguments):
+    return codrive.make("ring-250", engine=engine, **{**SHORT, **arguments})
+
+
+def random_drive(env, holds, seed):
+    """All that an environment gives under random actions of a seed, and the fingerprint."""
+    rng = np.random.default_rng(seed)
+    given = [env.reset(seed=seed)[0]]
+    for _ in range(holds):
+        seen, reward, *ended, info = env.step(rng.uniform(-1, 1, env.action_space.shape).astype(np.float32))
+        given += [seen, np.array([reward, *ended, info["mean_speed_mps"]])]
+    return b"".join(part.tobytes() for part in given), env.fingerprint()
+
+
+@pytest.mark.parametrize("engine", ["native", "sumo"])
+def test_gymnasiums_checker_passes(engine):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # What it always says of bounds that are infinite, and of pictures that are not asked for.
+        warnings.filterwarnings("ignore", message=".*infinity.*")
+        warnings.filterwarnings("ignore", message=".*render.*")
+        env = gymnasium.make("codrive/Drive-v0", engine=engine, **SHORT).unwrapped
+        check_env(env)
+    env.close()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=".*render.*")
+        check_env(made(engine, levels=5))
+
+
+def test_what_moves_the_cars_is_as_asked_or_as_the_name_says():
+    assert isinstance(codrive.make("ring-250"), codrive.RingEnv)
+    assert isinstance(codrive.make_vec("ring-641", 2), codrive.RingVectorEnv)
+    for name, engine, traffic in (("ring-250", "native", "native"), ("ring-250", "sumo", "sumo"), ("practice", None, "sumo")):
+        env = codrive.make(name, engine=engine)
+        assert isinstance(env, codrive.DriveEnv) and json.loads(env.settings.json())["traffic"] == traffic
+    envs = gymnasium.make_vec("codrive/Drive-v0", num_envs=2, vectorization_mode="vector_entry_point", engine="native")
+    assert isinstance(envs.unwrapped, codrive.DriveVectorEnv)
+    assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    assert codrive.settings("ring-250", engine="native", hold=2.0)["hold_s"] == 2.0
+
+
+@pytest.mark.parametrize("engine", ["native", "sumo"])
+def test_a_seed_makes_the_same_drive_to_the_bit_and_another_seed_another(engine):
+    env, again = made(engine), made(engine)
+    first = random_drive(env, 4, seed=3)
+    assert random_drive(env, 4, seed=3) == first and random_drive(again, 4, seed=3) == first
+    assert random_drive(env, 4, seed=4)[1] != first[1]
+
+
+def test_a_seed_begins_a_series_of_drives():
+    env = made("native")
+    series = [env.reset(seed=5)[0], env.reset()[0], env.reset()[0]]
+    assert not np.array_equal(series[0], series[1]) and not np.array_equal(series[1], series[2])
+    assert all(np.array_equal(one, other) for one, other in zip(series, [env.reset(seed=5)[0], env.reset()[0], env.reset()[0]]))
+    # The setting is the seed of the first reset.
+    own = made("native", seed=5)
+    assert all(np.array_equal(one, own.reset()[0]) for one in series)
+
+
+@pytest.mark.parametrize("engine", ["native", "sumo"])
+def test_an_episode_ends_at_its_horizon(engine):
+    env = made(engine, hold=2.0)
+    env.reset(seed=1)
+    # Two holds of 2 s in 4 s.
+    assert [env.step(np.zeros(1))[2:4] for _ in range(2)] == [(False, False), (False, True)]
+    with pytest.raises(gymnasium.error.ResetNeeded, match="has ended"):
+        env.step(np.zeros(1))
+    env.reset()
+    assert env.step(np.zeros(1))[2:4] == (False, False)
+
+
+def test_the_end_of_the_path_terminates():
+    # The path is 1300.3 m long; its speeds lead to the end within half a minute.
+    env = codrive.make(str(NETWORKS / "ramps.net.xml"), path_start_m=1200.0, horizon_s=60.0)
+    env.reset(seed=1)
+    for _ in range(60):
+        _, _, terminated, truncated, _ = env.step(np.ones(1))
+        if terminated or truncated:
+            break
+    assert (terminated, truncated) == (True, False)
+
+
+@pytest.mark.parametrize("name", ["merge", "practice", "grid-signals.net.xml"])
+def test_any_map_is_driven(name):
+    env = codrive.make(str(NETWORKS / name) if name.endswith(".xml") else name, horizon_s=3.0)
+    seen, _ = env.reset(seed=1)
+    while True:
+        assert seen in env.observation_space and np.isfinite(seen).all()
+        seen, reward, terminated, truncated, info = env.step(np.zeros(1))
+        assert np.isfinite(reward) and 0.0 <= info["mean_speed_mps"] < 60.0
+        if terminated or truncated:
+            break
+    assert truncated
+
+
+@pytest.mark.parametrize("engine", ["native", "sumo"])
+def test_many_drives_are_the_same_as_one_by_one(engine):
+    # One of the processes, to the bit, is the drive here; endings are in the same step.
+    envs = codrive.make_vec("ring-250", 3, engine=engine, **SHORT)
+    singles = [made(engine) for _ in range(3)]
+    seen, _ = envs.reset(seed=8)
+    assert seen.shape == (3, len(envs.inputs)) and seen.dtype == np.float32
+    assert np.array_equal(seen, [env.reset(seed=8 + number)[0] for number, env in enumerate(singles)])
+    rng = np.random.default_rng(1)
+    for hold in range(1, 7):
+        actions = rng.uniform(-1, 1, (3, 1)).astype(np.float32)
+        seen, rewards, terminations, truncations, infos = envs.step(actions)
+        assert truncations.all() == (hold == 4) and ("final_obs" in infos) == (hold == 4)
+        for number, env in enumerate(singles):
+            own, reward, terminated, truncated, info = env.step(actions[number])
+            assert (reward, terminated, truncated) == (rewards[number], terminations[number], truncations[number])
+            assert info["mean_speed_mps"] == infos["mean_speed_mps"][number]
+            if terminated or truncated:
+                assert np.array_equal(infos["final_obs"][number], own)
+                own = env.reset()[0]
+            assert np.array_equal(seen[number], own)
+    assert envs.fingerprints() == [env.fingerprint() for env in singles]
+    envs.close()
+
+
+def test_a_mask_resets_those_alone():
+    envs = codrive.make_vec("ring-250", 3, engine="native", **SHORT)
+    before = envs.reset(seed=1)[0]
+    after = envs.reset(options={"reset_mask": np.array([False, True, False])})[0]
+    assert list((after != before).any(axis=1)) == [False, True, False]
+
+
+def test_two_environments_with_sumo_are_driven_in_turns():
+    one, other = made("sumo"), made("sumo")
+    alone = random_drive(made("sumo"), 3, seed=2)
+    one.reset(seed=9)
+    assert random_drive(other, 3, seed=2) == alone
+    one.step(np.zeros(1))
+    assert random_drive(one, 3, seed=2) == alone
+
+
+def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
+    arguments = {"render_mode": "rgb_array", "size": (160, 90), "view": "birdseye", **SHORT}
+    if not HAS_DESKTOP:
+        for make in (codrive.make, codrive.make_vec):
+            with pytest.raises(gymnasium.error.DependencyNotInstalled, match="features desktop"):
+                make("ring-250", engine="native", **arguments)
+        env = made("native")
+        env.reset(seed=1)
+        assert env.render() is None and env.metadata["render_modes"] == []
+        return
+    for engine in ("native", "sumo"):
+        env = codrive.make("ring-250", engine=engine, **arguments)
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            env.render()
+        env.reset(seed=1)
+        first = env.render()
+        assert first.shape == (90, 160, 3) and first.dtype == np.uint8 and first.std() > 5.0
+        env.step(np.ones(1))
+        assert not np.array_equal(env.render(), first)
+    pictures = codrive.make_vec("ring-250", 2, engine="native", **arguments)
+    pictures.reset(seed=1)
+    assert [picture.shape for picture in pictures.render()] == [(90, 160, 3)] * 2

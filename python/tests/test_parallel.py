@@ -1,0 +1,177 @@
+"""Several advised vehicles as agents of PettingZoo."""
+
+import pathlib
+import re
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from pettingzoo import ParallelEnv
+from pettingzoo.test import parallel_api_test, parallel_seed_test
+
+import codrive
+
+NETWORKS = pathlib.Path(__file__).parents[2] / "tests/data/networks"
+SHORT = {"warm_up_s": 2.0, "horizon_s": 6.0}
+
+
+def ring(**arguments):
+    return codrive.make_parallel("ring-250", **{"advised": 4, "engine": "native", **SHORT, **arguments})
+
+
+def still(env):
+    return {agent: np.zeros(1, np.float32) for agent in env.agents}
+
+
+@pytest.mark.parametrize("engine", ["native", "sumo"])
+def test_pettingzoos_own_tests_pass(engine, capsys):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = ring(engine=engine)
+        parallel_api_test(env, num_cycles=20)
+        parallel_api_test(ring(engine=engine, levels=3), num_cycles=20)
+        env.close()
+    assert capsys.readouterr().out.count("Passed") == 2
+
+
+def test_a_seed_makes_the_same_drive_for_pettingzoo_too():
+    parallel_seed_test(ring)
+
+
+def test_agents_of_a_ring_are_known_before():
+    env = ring()
+    assert isinstance(env, ParallelEnv) and env.agents == []
+    # Every fifth or sixth of 22: floor(22 k / 4).
+    assert env.possible_agents == ["ego", "vehicle_5", "vehicle_11", "vehicle_16"]
+    observations, infos = env.reset(seed=1)
+    assert list(observations) == env.agents == env.possible_agents and infos == {agent: {} for agent in env.agents}
+    for agent in env.agents:
+        assert observations[agent] in env.observation_space(agent)
+        assert env.action_space(agent) is env.action_space(agent)
+    with pytest.raises(ValueError, match=r"no agent 'vehicle_111' \(did you mean 'vehicle_11'\?\)"):
+        env.action_space("vehicle_111")
+    # A share is one of all: 9.1 % of 22 are 2.
+    assert ring(advised="9.1%").possible_agents == ["ego", "vehicle_11"]
+    assert ring(advised=0.091).possible_agents == ["ego", "vehicle_11"]
+
+
+def test_an_agent_alone_is_the_environment_of_one():
+    alone, one = ring(advised=1), codrive.make("ring-250", engine="native", **SHORT)
+    assert np.array_equal(alone.reset(seed=4)[0]["ego"], one.reset(seed=4)[0])
+    while alone.agents:
+        observations, rewards, terminations, truncations, infos = alone.step({"ego": np.full(1, 0.5)})
+        seen, reward, terminated, truncated, info = one.step(np.full(1, 0.5))
+        assert np.array_equal(observations["ego"], seen) and infos["ego"] == info
+        assert (rewards["ego"], terminations["ego"], truncations["ego"]) == (reward, terminated, truncated)
+    assert truncated and alone.fingerprint() == one.fingerprint()
+    assert np.array_equal(alone.reset()[0]["ego"], one.reset()[0])
+
+
+@pytest.mark.parametrize(("slow", "fast"), [("ego", "vehicle_11"), ("vehicle_11", "ego")])
+def test_each_agent_follows_its_own_action(slow, fast):
+    # -1 is an advised speed of 0, from an even start at a standstill: who is told so stands, the other goes.
+    env = ring(advised=2, advice="speed", start="even", warm_up_s=0.0, horizon_s=20.0)
+    assert env.inputs[0] == ("speed", 0.0, 10.0)
+    env.reset(seed=2)
+    for _ in range(8):
+        observations = env.step({slow: -np.ones(1), fast: np.ones(1)})[0]
+    speeds_mps = {agent: 5.0 * (seen[0] + 1.0) for agent, seen in observations.items()}
+    assert speeds_mps[slow] < 0.5 < 1.0 < speeds_mps[fast]
+
+
+def test_all_end_at_the_horizon():
+    env = ring()
+    env.reset(seed=1)
+    for hold in range(1, 7):
+        _, rewards, terminations, truncations, _ = env.step(still(env))
+        assert len(rewards) == 4 and not any(terminations.values())
+        assert list(truncations.values()) == [hold == 6] * 4
+    assert env.agents == []
+    with pytest.raises(gymnasium.error.ResetNeeded, match="has ended"):
+        env.step({})
+
+
+def test_agents_come_and_go_on_a_network():
+    env = codrive.make_parallel("merge", advised="30%", participant=False, horizon_s=120.0)
+    assert not hasattr(env, "possible_agents")
+    observations, _ = env.reset(seed=1)
+    gone, seen_once = set(), set(env.agents)
+    assert set(observations) == seen_once
+    while env.agents:
+        before = set(env.agents)
+        given = env.step(still(env))
+        observations, rewards, terminations, truncations, infos = given
+        came = set(env.agents) - before
+        assert all(set(part) == before | came for part in given)
+        assert set(env.agents) == {agent for agent in before if not (terminations[agent] or truncations[agent])} | came
+        assert all(rewards[agent] == 0.0 and not terminations[agent] for agent in came)
+        assert not came & (gone | seen_once), "nobody comes twice"
+        gone |= before - set(env.agents)
+        seen_once |= came
+        for agent in env.agents:
+            assert observations[agent] in env.observation_space(agent)
+    assert len(seen_once) > 5 and any(truncations.values())
+
+
+def test_pettingzoos_own_test_passes_on_a_network():
+    flows = [{"from": start, "to": end, "per_hour": 400.0} for start, end in (("A0B0", "B2C2"), ("C2C1", "A1A0"), ("A2A1", "C0B0"))]
+    env = codrive.make_parallel(str(NETWORKS / "grid-signals.net.xml"), advised="30%", demand={"flows": flows}, horizon_s=60.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # It would like to know all of them before, and, as it does not, says of each episode that it is over.
+        warnings.filterwarnings("ignore", message="This environment does not have possible_agents")
+        warnings.filterwarnings("ignore", message="No agents present")
+        parallel_api_test(env, num_cycles=100)
+
+
+@pytest.mark.parametrize(
+    ("actions", "error", "words"),
+    [
+        ([0.0, 0.0], TypeError, "actions are list; allowed: a dict"),
+        (None, TypeError, "actions are NoneType"),
+        ({"ego": np.zeros(1)}, ValueError, "none for 'vehicle_11'"),
+        ({"ego": 0, "vehicle_11": 0, "vehicle_12": 0}, ValueError, r"'vehicle_12' \(did you mean 'vehicle_11'\?\), who is not among"),
+        ({"ego": np.zeros(1), "vehicle_11": np.zeros(2)}, ValueError, r"of 'vehicle_11' have shape \(2,\); allowed: \(1,\)"),
+        ({"ego": np.zeros(1), "vehicle_11": np.array([np.nan])}, ValueError, "action of 'vehicle_11' is NaN"),
+        ({"ego": np.array([np.inf]), "vehicle_11": np.zeros(1)}, ValueError, "action of 'ego' is inf"),
+        ({"ego": "fast", "vehicle_11": np.zeros(1)}, TypeError, "dtype <U4"),
+    ],
+)
+def test_actions_that_cannot_be(actions, error, words):
+    env, again = ring(advised=2), ring(advised=2)
+    for one in (env, again):
+        one.reset(seed=1)
+    with pytest.raises(error, match=words):
+        env.step(actions)
+    # It goes on as if nothing had been asked.
+    env.step(still(env)), again.step(still(again))
+    assert env.fingerprint() == again.fingerprint()
+
+
+@pytest.mark.parametrize(
+    ("advised", "error"), [(None, TypeError), (True, TypeError), ([2], TypeError), ("many", ValueError), (0, ValueError), (-1, ValueError), (float("nan"), ValueError)]
+)
+def test_shares_that_cannot_be(advised, error):
+    with pytest.raises(error, match=f"advised is .*{re.escape(str(advised))}"):
+        ring(advised=advised)
+
+
+def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
+    env = ring()
+    with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
+        env.step({})
+    env.close()
+    env.close()
+    for call in (env.reset, lambda: env.step({})):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="make another"):
+            call()
+
+
+def test_without_pettingzoo_it_is_said_what_to_install(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "pettingzoo", None)
+    monkeypatch.delitem(sys.modules, "codrive._parallel")
+    with pytest.raises(ImportError, match="pip install pettingzoo"):
+        ring()

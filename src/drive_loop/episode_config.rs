@@ -1,0 +1,261 @@
+//! Settings of an episode: those of a drive ([`Scenario`]), and what a learner needs beside them, which training on rings has, too
+//! ([`TrainConfig`]). In: a map, settings by their keys. Out: an [`EpisodeConfig`], checked against its road, or the key at fault and what is
+//! allowed.
+
+use crate::{
+    driver::{self, Population},
+    map::RoadMap,
+    policy::{Feature, Hold, LanesBeside, NetworkInput, RoadKind},
+    scenario::{Scenario, StartLayout},
+    settings::{self, Field, SettingsError, fields_of},
+    sim::{WorldError, lanes_beside},
+    traffic::Demand,
+    train::{DriverConfig, FollowKind, TrainConfig, inputs},
+};
+use serde_json::Value;
+
+/// Keys of training that episodes have, too: what a policy puts out, sees and is rewarded for.
+const OF_TRAINING: [&str; 10] = [
+    "action",
+    "levels",
+    "accel_limit_mps2",
+    "top_speed_mps",
+    "speed_change_mps",
+    "sees",
+    "horizon_s",
+    "reward",
+    "action_penalty",
+    "collision_penalty",
+];
+/// The table of training that they have whole.
+const SCALING: &str = "scaling";
+
+/// Keys of a drive that an episode has not, and what there is instead.
+const NOT_OF_EPISODES: [(&str, &str); 5] = [
+    ("policy", "an episode is advised from outside: by whoever drives it hold by hold"),
+    ("policy_speed_mps", "it is the aim of built-in policies; an episode is advised from outside"),
+    ("sham_advice", "it is the advice of another drive; an episode is advised from outside"),
+    ("duration_s", "horizon_s is the length of an episode"),
+    ("seed", "each episode is begun with its own"),
+];
+
+/// Late drivers: each with a reaction, an error and a habit of his own, as in training by default.
+pub const LATE: &str = "late";
+
+/// Everything that makes an episode but its seed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EpisodeConfig {
+    /// The drive. Its policy, its duration and its seed mean nothing here.
+    pub scenario: Scenario,
+    /// What the learner does, sees and is rewarded for, and which drivers are drawn; the rest of it follows the drive.
+    pub learning: TrainConfig,
+    /// Each advised vehicle of each episode has a driver drawn by `learning`; otherwise all have the scenario's.
+    pub draws_drivers: bool,
+}
+
+/// Maps on which episodes have the traffic of training.
+const RINGS: [&str; 2] = ["ring-250", "ring-641"];
+/// What a learner sees on a network where nothing is named.
+const SEEN_ON_NETWORKS: &str = "speed,leader_speed,gap,speed_limit";
+
+/// Key and fault of settings.
+type Fault = (&'static str, String);
+
+impl EpisodeConfig {
+    /// The settings of a map with some replaced, checked as a whole. Where nothing is named, the shipped rings have the traffic of
+    /// training, other roads that of a drive. On a network a learner sees the speed limit where a ring has its circumference, and on all
+    /// roads but the shipped rings speeds are advised and scaled up to the highest limit of the route. `demand` says who comes to a
+    /// network; `driver` is one that [`driver::named`] knows, a population, or [`LATE`].
+    ///
+    /// # Errors
+    /// There is no such map or driver, a value has the wrong type or is out of range, or the settings do not go together or do not fit the
+    /// road.
+    pub fn new(
+        map: &str,
+        driver: Option<&str>,
+        demand: Demand,
+        changes: &[(Field, Value)],
+    ) -> Result<Self, SettingsError> {
+        let base = match map {
+            "ring-250" => Self::on_ring(map, TrainConfig::paper_ring()),
+            "ring-641" => Self::on_ring(map, TrainConfig::larger_ring()),
+            _ => Self::elsewhere(map),
+        };
+        let known = Scenario::fields();
+        let is_of_drive = |change: &&(Field, Value)| known.iter().any(|own| own.path == change.0.path);
+        let of_drive: Vec<_> = changes.iter().filter(is_of_drive).cloned().collect();
+        let scenario = Scenario { demand, ..base.scenario };
+        let scenario = settings::changed(&scenario, &of_drive)?;
+        let road = scenario.load_map().map_err(|error| fault("map", error))?;
+        let mut learning = base.learning;
+        if scenario.on(&road).is_on_network() {
+            learning.network.sees = SEEN_ON_NETWORKS.into();
+        }
+        if !RINGS.contains(&map) {
+            let limits_mps = road.route.lanes().iter().map(|lane| lane.speed_limit_mps);
+            let limit_mps = limits_mps.fold(0.0, f64::max).clamp(1.0, 60.0);
+            (learning.advice.top_speed_mps, learning.network.scaling.speed_to_mps) = (limit_mps, limit_mps);
+        }
+        // What rings alone must be is not asked of the learner's settings: each is checked by itself here, all of them below.
+        let mut json = serde_json::to_value(&learning).unwrap_or_default();
+        for (field, value) in changes.iter().filter(|change| !is_of_drive(change)) {
+            if let Some(message) = field.fault(value) {
+                return Err(SettingsError { key: field.path.clone(), message });
+            }
+            field.set(&mut json, value.clone());
+        }
+        let learning = serde_json::from_value(json).map_err(|error| fault("", error))?;
+        let whole = Self { scenario, learning, draws_drivers: false }.aligned();
+        let whole = match driver {
+            Some(driver) => whole.driven_by(driver)?,
+            None => whole,
+        };
+        whole.check(&road).map_err(|(key, message)| SettingsError { key: key.into(), message })?;
+        Ok(whole)
+    }
+
+    fn on_ring(map: &str, learning: TrainConfig) -> Self {
+        let ring = &learning.ring;
+        let scenario = Scenario {
+            map: map.into(),
+            vehicles: ring.vehicles_min,
+            idm: ring.idm,
+            start: if ring.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
+            warm_up_s: ring.warm_up_s,
+            step_s: ring.step_s,
+            hold_s: learning.advice.hold_s,
+            ..Scenario::default()
+        };
+        Self { scenario, learning, draws_drivers: false }
+    }
+
+    fn elsewhere(map: &str) -> Self {
+        let scenario = Scenario { map: map.into(), ..Scenario::default() };
+        let mut learning = TrainConfig::default();
+        learning.ring.horizon_s = scenario.duration_s;
+        Self { scenario, learning, draws_drivers: false }
+    }
+
+    /// Its settings, those of the drive first.
+    pub fn fields() -> Vec<Field> {
+        let of_drive = Scenario::fields().into_iter().filter(|field| not_of_episodes(&field.path).is_none());
+        let is_of_training = |field: &Field| {
+            OF_TRAINING.contains(&field.path.as_str()) || field.table().is_some_and(|table| table == SCALING)
+        };
+        of_drive.chain(fields_of::<TrainConfig>().into_iter().filter(is_of_training)).collect()
+    }
+
+    /// Why a key that drives or trainings have is no setting of an episode, in words that follow it; `None` of others.
+    pub fn why_not(key: &str) -> Option<&'static str> {
+        let of_rings = "a setting of rings alone; whole drives have those of codrive run";
+        not_of_episodes(key).or_else(|| {
+            let is_known = |fields: &[Field]| fields.iter().any(|field| field.is_called(key));
+            (!is_known(&Self::fields()) && is_known(&fields_of::<TrainConfig>())).then_some(of_rings)
+        })
+    }
+
+    /// The same with this driver.
+    fn driven_by(self, name: &str) -> Result<Self, SettingsError> {
+        if name == LATE {
+            let driver = DriverConfig { follow: FollowKind::Driver, ..self.learning.driver };
+            return Ok(Self { learning: TrainConfig { driver, ..self.learning }, draws_drivers: true, ..self });
+        }
+        if let Ok(population) = Population::named(name) {
+            let learning = self.learning.driven_by_some_of(population);
+            return Ok(Self { learning, draws_drivers: true, ..self });
+        }
+        let named = driver::named(name).map_err(|error| fault("driver", error))?;
+        let scenario = Scenario { driver: named.text, ..self.scenario };
+        Ok(Self { scenario, ..self })
+    }
+
+    /// What the settings of the learner have in common with those of the drive is that of the drive.
+    fn aligned(self) -> Self {
+        let Self { scenario, mut learning, draws_drivers } = self;
+        learning.advice.hold_s = scenario.hold_s;
+        learning.advice.hold_max_s = 0.0;
+        learning.ring.step_s = scenario.step_s;
+        learning.ring.warm_up_s = scenario.warm_up_s;
+        learning.ring.idm = scenario.idm;
+        (learning.ring.vehicles_min, learning.ring.vehicles_max) = (scenario.vehicles, scenario.vehicles);
+        learning.reward.range_mps = scenario.range_mps();
+        Self { scenario, learning, draws_drivers }
+    }
+
+    /// How long one action stands.
+    pub fn hold(&self) -> Hold {
+        self.scenario.hold()
+    }
+
+    /// What the learner sees, scaled.
+    pub fn inputs(&self) -> Vec<NetworkInput> {
+        self.learning.inputs()
+    }
+
+    /// The scenario of the episode of this seed: without an end of its own.
+    pub fn scenario(&self, seed: u64) -> Scenario {
+        Scenario { policy: "none".into(), duration_s: 0.0, seed, ..self.scenario.clone() }
+    }
+
+    /// True where vehicles come and go.
+    ///
+    /// # Errors
+    /// There is no such road.
+    pub fn is_open(&self) -> Result<bool, WorldError> {
+        Ok(self.scenario.on(&self.scenario.load_map()?).is_on_network())
+    }
+
+    /// What must hold between settings, and between them and the road; each alone is within its limits already.
+    fn check(&self, map: &RoadMap) -> Result<(), Fault> {
+        let horizon_s = self.learning.ring.horizon_s;
+        if self.scenario.hold_s > horizon_s {
+            return Err(("hold_s", format!("hold_s is {}; the horizon is {horizon_s} s", self.scenario.hold_s)));
+        }
+        if self.learning.advice.levels == 1 {
+            return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));
+        }
+        inputs::check_names(&self.learning.network.sees).map_err(|fault| ("sees", fault))?;
+        if !self.inputs().iter().all(NetworkInput::is_sound) {
+            return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
+        }
+        let of_learner =
+            |input: &&NetworkInput| input.feature.is_of_driver() || input.feature == Feature::ControllerSpeed;
+        if let Some(input) = self.inputs().iter().find(of_learner) {
+            let text = format!("sees names `{}`, which whole drives tell nobody", input.feature.name());
+            return Err(("sees", text));
+        }
+        let scenario = self.scenario.on(map);
+        scenario.check_on_road()?;
+        if scenario.advises_nobody() {
+            let text =
+                format!("advised is {}; allowed: at least one vehicle, which the actions are for", scenario.advised);
+            return Err(("advised", text));
+        }
+        let road = match scenario.is_on_network() {
+            true => RoadKind::Network(lanes_beside(map)),
+            false => RoadKind::ClosedRoute,
+        };
+        match self.inputs().iter().find(|input| !input.feature.is_seen_on(road)) {
+            None => Ok(()),
+            Some(input) => {
+                let kind = if scenario.is_on_network() { "this path through a network" } else { "this closed route" };
+                Err(("sees", format!("sees names `{}`; {kind} has none", input.feature.name())))
+            }
+        }
+    }
+
+    /// True if what it sees is in the lanes beside.
+    pub(super) fn sees_lanes_beside(&self) -> bool {
+        let alone = RoadKind::Network(LanesBeside::default());
+        let of_rings = |feature: Feature| feature.is_seen_on(RoadKind::BareRing);
+        self.inputs().iter().any(|input| !input.feature.is_seen_on(alone) && !of_rings(input.feature))
+    }
+}
+
+fn not_of_episodes(key: &str) -> Option<&'static str> {
+    NOT_OF_EPISODES.iter().find(|(refused, _)| *refused == key).map(|(_, instead)| *instead)
+}
+
+fn fault(key: &str, message: impl ToString) -> SettingsError {
+    SettingsError { key: key.into(), message: message.to_string() }
+}
