@@ -337,8 +337,13 @@ impl PlanReader<'_> {
         for mut combination in self.combinations(&at, &table.settings, &table.each)? {
             let seed = self.whole(combination.take("seed"), study.file.seed, [0, (1 << 53) - 1])?;
             let participants = self.whole(combination.take("participants"), 12, [1, 1000])? as usize;
-            let (population, key) = self.word(combination.take("population"), Population::None.name())?;
-            let population = Population::named(&population).map_err(|why| self.wrong(&key, &why.to_string()))?;
+            let population = match combination.take("population") {
+                None => Population::None,
+                found => {
+                    let (name, key) = self.word(found, "")?;
+                    Population::named(&name).map_err(|why| self.wrong(&key, &why.to_string()))?
+                }
+            };
             if let Some((name, _, key)) = combination.settings.first() {
                 return Err(self.unknown(key, name, &OF_REHEARSALS));
             }
