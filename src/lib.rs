@@ -75,6 +75,7 @@ pub mod analysis;
 pub mod audio;
 #[cfg(feature = "desktop")]
 pub mod bench;
+#[cfg(feature = "command")]
 pub mod cli;
 pub mod controls;
 pub mod data_folders;
@@ -106,6 +107,7 @@ pub mod private;
 pub mod record;
 #[cfg(feature = "desktop")]
 pub mod render;
+#[cfg(feature = "command")]
 pub mod replay;
 pub mod rng;
 pub mod scenario;

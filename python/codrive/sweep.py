@@ -8,9 +8,7 @@ Each run is a task of its own. Its part is written once, by the task, to a folde
 from __future__ import annotations
 
 import argparse
-import functools
 import hashlib
-import os
 import pathlib
 import sys
 import tempfile
@@ -18,64 +16,16 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-import fsspec
-
 from codrive._codrive import Plan
+from codrive._sweep_store import PARTS, Store
+from codrive._sweep_worker import Worker
 
-#: Folder of the parts, as ``codrive sweep`` has it.
-PARTS = "parts"
 #: The files beside a plan are carried to every machine; so many bytes at the most.
 MOST_BYTES = 64 << 20
 #: Tasks that wait at a time for each core: enough that none is idle, few enough that a stop is heard at once.
 WAITING = 4
 #: So many failures are told; the others are counted.
 TOLD = 10
-
-
-class Store:
-    """Where the parts are: a folder, or an address of fsspec."""
-
-    def __init__(self, out: str) -> None:
-        self.out = out
-        self._fs, self._root = fsspec.core.url_to_fs(out)
-        self._parts = f"{self._root.rstrip('/')}/{PARTS}"
-
-    def names(self) -> set[str]:
-        """The parts that are there."""
-        self._fs.makedirs(self._parts, exist_ok=True)
-        self._fs.invalidate_cache(self._parts)
-        return {path.rsplit("/", 1)[-1] for path in self._fs.ls(self._parts, detail=False)}
-
-    def put(self, name: str, part: bytes) -> None:
-        """Writes a part: it is there whole or not at all."""
-        path = f"{self._parts}/{name}"
-        if self.folder is None:
-            # Object stores show what is put when it is whole.
-            self._fs.pipe_file(path, part)
-            return
-        beside = f"{self._parts}/.{name}.{os.getpid()}"
-        try:
-            pathlib.Path(beside).write_bytes(part)
-            os.replace(beside, path)
-        except OSError as why:
-            pathlib.Path(beside).unlink(missing_ok=True)
-            raise RuntimeError(f"{path}: {why.strerror}") from why
-
-    def get(self, names: Iterable[str], folder: pathlib.Path) -> None:
-        """Copies parts into a folder of this machine."""
-        for name in names:
-            self._fs.get_file(f"{self._parts}/{name}", str(folder / name))
-
-    def upload(self, path: pathlib.Path) -> None:
-        """Puts a table beside the parts."""
-        self._fs.put_file(str(path), f"{self._root.rstrip('/')}/{path.name}")
-
-    @property
-    def folder(self) -> pathlib.Path | None:
-        """The folder, where it is one of this machine."""
-        protocol = self._fs.protocol
-        is_here = "file" in ((protocol,) if isinstance(protocol, str) else protocol)
-        return pathlib.Path(self._root) if is_here else None
 
 
 def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
@@ -102,21 +52,48 @@ def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
     return files
 
 
-@functools.lru_cache(maxsize=4)
-def _unpacked(digest: str, name: str) -> Plan:
-    """The plan among the files that came with it, read once a process."""
-    return Plan(str(pathlib.Path(tempfile.gettempdir()) / f"codrive-sweep-{digest}" / name))
+#: The process that makes runs for this one, and the plan and the place that it is for.
+_at_work: dict[tuple[str, str], Worker] = {}
 
 
-def execute(files: dict[str, bytes], plan: str, number: int, name: str, out: str) -> str:
-    """One run, in a process of the cluster. Gives the name of its part, which is written."""
+def _worker(plan: str, out: str) -> Worker:
+    """The process for a plan: the one that is there, or a new one where it has ended or was for another."""
+    for asked, worker in list(_at_work.items()):
+        if asked != (plan, out) or not worker.is_alive:
+            _at_work.pop(asked).close()
+    if (plan, out) not in _at_work:
+        _at_work[plan, out] = Worker(plan, out)
+    return _at_work[plan, out]
+
+
+def _digest(files: dict[str, bytes]) -> str:
+    """A name for files with these contents."""
     contents = sorted((file, hashlib.sha256(text).hexdigest()) for file, text in files.items())
-    digest = hashlib.sha256(repr(contents).encode()).hexdigest()[:24]
+    return hashlib.sha256(repr(contents).encode()).hexdigest()[:24]
+
+
+def execute(digest: str, files: list[Any], plan: str, number: int, name: str, limit_s: float | None, out: str) -> str:
+    """One run, in a process of the cluster. Gives the name of its part, which is written.
+
+    Args:
+        digest: A name for the files.
+        files: A reference to them, in a list, so that it is looked at on machines alone that do not have them yet.
+        plan: Name of the plan among them.
+        number: Number of the run.
+        name: Name of its part.
+        limit_s: How long it may take, s.
+        out: Folder, or an address of fsspec.
+
+    Raises:
+        RuntimeError: It failed, took its process along, or was not done after ``limit_s`` seconds.
+    """
     folder = pathlib.Path(tempfile.gettempdir()) / f"codrive-sweep-{digest}"
     if not (folder / plan).exists():
+        import ray
+
         # Beside its place and moved there: processes of one machine come at the same time.
         with tempfile.TemporaryDirectory(prefix="codrive-sweep-") as made:
-            for file, text in files.items():
+            for file, text in ray.get(files[0]).items():
                 path = pathlib.Path(made) / "all" / file
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(text)
@@ -124,8 +101,7 @@ def execute(files: dict[str, bytes], plan: str, number: int, name: str, out: str
                 (pathlib.Path(made) / "all").rename(folder)
             except OSError:
                 pass  # Another was first, with the same files.
-    part = _unpacked(digest, plan).execute(number)
-    Store(out).put(name, part)
+    _worker(str(folder / plan), out).run(number, name, limit_s)
     return name
 
 
@@ -161,8 +137,10 @@ def sweep(
         raise ImportError("a sweep on a cluster needs Ray: pip install 'codrive[ray]'") from None
     path = pathlib.Path(plan)
     runs = Plan(str(path))
-    names = runs.part_names()
+    names, limits_s = runs.part_names(), runs.limits_s()
+    # Processes of the cluster have working directories of their own.
     store = Store(out)
+    out = out if store.folder is None else str(store.folder)
     there = store.names()
     due = [number for number, name in enumerate(names) if name not in there]
     meter = _Meter(len(names), len(names) - len(due), progress)
@@ -174,7 +152,7 @@ def sweep(
         ray.init(address=address, log_to_driver=False, logging_level="warning")
     # SUMO runs once in a process, which Ray gives one task at a time; a task on a core has one thread.
     task = ray.remote(num_cpus=1, max_retries=-1, runtime_env={"env_vars": {"RAYON_NUM_THREADS": "1"}})(execute)
-    files = ray.put(carried)
+    files, digest = [ray.put(carried)], _digest(carried)
     at_a_time = workers or int(ray.cluster_resources().get("CPU", 1)) * WAITING
     failed: dict[int, str] = {}
     for _ in range(retries + 1):
@@ -183,7 +161,7 @@ def sweep(
         begun: dict[Any, int] = {}
         while True:
             while len(begun) < at_a_time and (number := next(waiting, None)) is not None:
-                begun[task.remote(files, path.name, number, names[number], out)] = number
+                begun[task.remote(digest, files, path.name, number, names[number], limits_s[number], out)] = number
             if not begun:
                 break
             done, _rest = ray.wait(list(begun), num_returns=1, timeout=1.0)

@@ -31,6 +31,17 @@ impl Plan {
         here(py, || self.0.runs.iter().map(|run| run.part_name()).collect::<Result<_, _>>())?.map_err(raised)
     }
 
+    /// The name of one run's part, from the files as they are now.
+    fn part_name(&self, py: Python<'_>, number: usize) -> PyResult<String> {
+        let run = self.run(number)?;
+        here(py, || run.part_name())?.map_err(raised)
+    }
+
+    /// How long each run may take, s; `None`: as long as it wants.
+    fn limits_s(&self) -> Vec<Option<f64>> {
+        self.0.runs.iter().map(|run| run.limit_s).collect()
+    }
+
     /// What sets a run apart, as (table, what is varied in it as JSON).
     fn words(&self, number: usize) -> PyResult<(String, String)> {
         let run = self.run(number)?;

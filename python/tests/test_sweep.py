@@ -4,6 +4,7 @@ import os
 import pathlib
 import subprocess
 import sys
+import threading
 import time
 
 import pyarrow.parquet
@@ -12,6 +13,7 @@ import ray
 from ray.cluster_utils import Cluster
 
 import codrive.sweep
+from codrive._sweep_worker import Worker
 
 PLAN = """
 [[rings]]
@@ -112,6 +114,90 @@ def test_what_fails_is_told_with_its_reason_and_the_others_are_kept(tmp_path, cl
     failed = codrive.sweep.sweep(str(path), str(out))
     assert list(failed) == [2] and names[2] in failed[2], failed
     assert sum(part.is_file() for part in (out / "parts").iterdir()) == 9
+
+
+#: A drive of a second, and one that would take the better part of an hour.
+HANGING = """
+[[drives]]
+limit_s = 5
+[drives.settings]
+traffic = "native"
+trees = 0
+[drives.each]
+duration_s = [604800, 1]
+"""
+
+
+def test_a_run_that_hangs_is_ended_at_its_limit_tried_again_and_told(tmp_path, cluster):
+    path = tmp_path / "plan.toml"
+    path.write_text(HANGING)
+    start = time.monotonic()
+    failed = codrive.sweep.sweep(str(path), str(tmp_path / "out"))
+    assert failed == {0: "it was not done after limit_s, 5 s"}
+    # Once, and once again.
+    assert time.monotonic() - start >= 10.0
+    runs = codrive.sweep.Plan(str(path))
+    assert [part.name for part in (tmp_path / "out" / "parts").iterdir()] == [runs.part_names()[1]]
+
+
+def test_a_run_that_takes_its_process_along_costs_itself_alone(tmp_path):
+    path = tmp_path / "plan.toml"
+    path.write_text(HANGING)
+    names = codrive.sweep.Plan(str(path)).part_names()
+    codrive.sweep.Store(str(tmp_path / "out")).names()
+    worker = Worker(str(path), str(tmp_path / "out"))
+    with pytest.raises(RuntimeError, match=r"run 1 is .* where the sweep was started\n  remedy: install the same version"):
+        worker.run(1, names[0], None)
+    worker.run(1, names[1], None)
+    threading.Timer(0.5, worker._process.kill).start()
+    with pytest.raises(RuntimeError, match=r"its process ended \(exit status -9\)"):
+        worker.run(0, names[0], None)
+    assert not worker.is_alive
+    path.write_text("[[drives]]\nlimit_s = 0\n")
+    with pytest.raises(RuntimeError, match="limit_s is 0; allowed"):
+        Worker(str(path), str(tmp_path / "out"))
+
+
+def test_nothing_goes_on_after_whoever_started_it(tmp_path):
+    path = tmp_path / "plan.toml"
+    path.write_text(HANGING)
+    name = codrive.sweep.Plan(str(path)).part_names()[0]
+    text = (
+        "import sys, threading; from codrive._sweep_worker import Worker\n"
+        "worker = Worker(*sys.argv[1:3])\n"
+        "print(worker._process.pid, flush=True)\n"
+        "worker.run(0, sys.argv[3], None)\n"
+    )
+    command = [sys.executable, "-c", text, path, tmp_path / "out", name]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as starter:
+        child = int(starter.stdout.readline())
+        # It is at work: it has used the processor for a while.
+        before = cpu_ticks(child)
+        while cpu_ticks(child) < before + 20:
+            time.sleep(0.02)
+        starter.kill()
+    deadline = time.monotonic() + 30.0
+    while is_running(child):
+        assert time.monotonic() < deadline, "the run goes on without anybody who waits for it"
+        time.sleep(0.02)
+
+
+def stat(process: int) -> list[str]:
+    """What Linux says of a process after its name: its state first (proc(5))."""
+    return pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+
+
+def cpu_ticks(process: int) -> int:
+    """Time of the processor that it has used."""
+    return int(stat(process)[11])
+
+
+def is_running(process: int) -> bool:
+    """Whether it is there, and no mere entry that nobody has asked for."""
+    try:
+        return stat(process)[0] != "Z"
+    except OSError:
+        return False
 
 
 def test_a_wrong_plan_is_refused_before_anything_is_begun(tmp_path, capsys):

@@ -14,7 +14,7 @@ use std::{
         atomic::{AtomicBool, Ordering},
         mpsc,
     },
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 /// How often a stop is looked for while a run is waited for.
@@ -258,23 +258,40 @@ impl Crew<'_> {
             Some(at_work) => at_work,
             None => worker.insert(Worker::start(self)?),
         };
-        let answer = at_work.run(number, stop)?;
-        Ok(match answer {
-            Some(answer) if answer.is_empty() => Ok(()),
-            Some(why) => Err(why),
-            None => {
+        let limit_s = self.plan.runs[number].limit_s;
+        Ok(match at_work.run(number, limit_s.map(Duration::from_secs_f64), stop)? {
+            WorkerAnswer::Said(answer) if answer.is_empty() => Ok(()),
+            WorkerAnswer::Said(why) => Err(why),
+            WorkerAnswer::Ended => {
                 let end = worker.take().map(Worker::end).unwrap_or_default();
                 Err(format!("its process ended ({end})"))
+            }
+            WorkerAnswer::TooLong => {
+                // Which ends it.
+                *worker = None;
+                Err(format!("it was not done after limit_s, {} s", limit_s.unwrap_or_default()))
             }
         })
     }
 }
 
-/// A process that carries out one run after the other: a number in, an empty line or a fault in JSON out.
+/// A process that carries out one run after the other: an empty line out when it has read the plan; then a number in, an empty line or a
+/// fault out, in JSON.
 struct Worker {
     child: Child,
     stdin: ChildStdin,
     answers: mpsc::Receiver<String>,
+    is_ready: bool,
+}
+
+/// What came of a run.
+enum WorkerAnswer {
+    /// What the worker said: nothing if it is done, else why it failed.
+    Said(String),
+    /// Its process is no more.
+    Ended,
+    /// It is still at it after the limit.
+    TooLong,
 }
 
 impl Worker {
@@ -293,25 +310,41 @@ impl Worker {
         };
         let (tell, answers) = mpsc::channel();
         std::thread::spawn(move || read_answers(stdout, &tell));
-        Ok(Self { child, stdin, answers })
+        Ok(Self { child, stdin, answers, is_ready: false })
     }
 
-    /// What it says of a run; `None` if it is no more.
+    /// Has it make a run. The limit begins when the plan is read.
     ///
     /// # Errors
     /// Somebody stops the sweep.
-    fn run(&mut self, number: usize, stop: &AtomicBool) -> Result<Option<String>, CliError> {
+    fn run(&mut self, number: usize, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, CliError> {
+        if !self.is_ready {
+            match self.answer(None, stop)? {
+                WorkerAnswer::Said(_) => self.is_ready = true,
+                ended => return Ok(ended),
+            }
+        }
         // A worker that is no more is told by its silence.
         let _ = writeln!(self.stdin, "{number}").and_then(|()| self.stdin.flush());
+        self.answer(limit, stop)
+    }
+
+    /// What it says next.
+    fn answer(&mut self, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, CliError> {
+        let start = Instant::now();
         loop {
             if stop.load(Ordering::Relaxed) {
                 let _ = self.child.kill();
                 return Err(CliError::Failed("stopped; the same command makes what is missing".into()));
             }
-            match self.answers.recv_timeout(LOOK) {
-                Ok(answer) => return Ok(Some(answer)),
+            let left = limit.map(|limit| limit.saturating_sub(start.elapsed()));
+            match self.answers.recv_timeout(left.map_or(LOOK, |left| left.min(LOOK))) {
+                Ok(answer) => return Ok(WorkerAnswer::Said(answer)),
+                Err(mpsc::RecvTimeoutError::Timeout) if left.is_some_and(|left| left.is_zero()) => {
+                    return Ok(WorkerAnswer::TooLong);
+                }
                 Err(mpsc::RecvTimeoutError::Timeout) => {}
-                Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(None),
+                Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(WorkerAnswer::Ended),
             }
         }
     }
@@ -343,13 +376,14 @@ fn read_answers(stdout: ChildStdout, tell: &mpsc::Sender<String>) {
 /// Carries out the runs whose numbers come on the standard input. Ctrl-C is for whoever started it.
 fn worker(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
     let _ = stop_on_ctrl_c();
+    let answer = |text: String| out::line(format_args!("{}", serde_json::Value::String(text)));
+    answer(String::new())?;
     for line in std::io::stdin().lines() {
         let line = line.map_err(|why| CliError::Failed(format!("the standard input: {why}")))?;
         let run = line.trim().parse().ok().and_then(|number: usize| plan.runs.get(number));
         let run = run.ok_or_else(|| CliError::Input(format!("the standard input: no run has the number {line:?}")))?;
         let made = run.execute().and_then(|bytes| folder.put(&run.part_name()?, &bytes));
-        let answer = made.map_or_else(|why| why.to_string(), |()| String::new());
-        out::line(format_args!("{}", serde_json::Value::String(answer)))?;
+        answer(made.map_or_else(|why| why.to_string(), |()| String::new()))?;
     }
     Ok(())
 }

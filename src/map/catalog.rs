@@ -159,6 +159,19 @@ impl RoadMap {
         }
     }
 
+    /// The files that a map is made of, named as for [`RoadMap::load`]: its network, then what stands beside it of the road and of who comes there.
+    ///
+    /// # Errors
+    /// There is no such map.
+    pub fn files(name_or_path: &str) -> Result<Vec<PathBuf>, MapError> {
+        let place = place_of(name_or_path)?;
+        let net_file = if place.is_dir() { place.join("net.xml") } else { place };
+        let beside = ["map.toml", DEMAND].map(|name| net_file.with_file_name(name));
+        let beside =
+            beside.into_iter().filter(|file| net_file.ends_with("net.xml") && file.is_file()).collect::<Vec<_>>();
+        Ok([vec![net_file], beside].concat())
+    }
+
     /// Loads a map as [`RoadMap::load`] does, with the open route along these edges.
     ///
     /// # Errors

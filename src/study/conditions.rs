@@ -7,7 +7,8 @@ use super::{
 };
 use crate::{
     driver,
-    policy::ResolvedPolicy,
+    map::{MapError, RoadMap},
+    policy::{self, ResolvedPolicy},
     scenario::Scenario,
     settings::{self, Field},
     sim::World,
@@ -15,7 +16,10 @@ use crate::{
     traffic::EngineChoice,
 };
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
 
 /// One condition.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +81,19 @@ impl Study {
             }
         }
         Ok(expected)
+    }
+
+    /// The files that its drives read: those of their maps, and of policies that are files.
+    ///
+    /// # Errors
+    /// A map is no longer there.
+    pub fn files(&self) -> Result<Vec<PathBuf>, MapError> {
+        let mut files = BTreeSet::new();
+        for [map, policy] in self.expected.policies.keys() {
+            files.extend(RoadMap::files(map)?);
+            files.extend(policy::file_of(policy).iter().flat_map(|file| policy::files_of(file)));
+        }
+        Ok(files.into_iter().collect())
     }
 
     /// The scenario of a drive: base, then the segment's settings, then the condition's.

@@ -3,6 +3,7 @@
 
 use super::{
     SweepError, SweepRun,
+    identity::fingerprint_of,
     plan::{RehearsalTask, RingsTask, SweepTask},
     rows::{DriveRow, RehearsalRow, RowHead, TrainingRow, drive_columns, rehearsal_columns, training_columns},
 };
@@ -28,25 +29,30 @@ impl SweepRun {
     /// Does what is to be done and gives its part. A part says in its metadata what it is of.
     ///
     /// # Errors
-    /// A file is not there, or a drive cannot start or go on.
+    /// A file is not there or was changed meanwhile, or a drive cannot start or go on.
     pub fn execute(&self) -> Result<Vec<u8>, SweepError> {
-        let about = [("codrive.run", self.identity()?.to_string())];
-        let head = |seed: u64| -> Result<RowHead, SweepError> {
-            let varied = serde_json::Value::Object(self.varied.clone()).to_string();
-            Ok(RowHead { run: self.fingerprint()?, table: self.table.clone(), varied, seed })
-        };
-        Ok(match &self.task {
-            SweepTask::Rings(task) => parquet_bytes(&drive_columns(), &rings(task, &head(task.config.seed)?)?, &about)?,
+        let identity = self.identity()?.to_string();
+        let run = fingerprint_of(&identity);
+        let about = [("codrive.run", identity)];
+        let varied = serde_json::Value::Object(self.varied.clone()).to_string();
+        let head = |seed: u64| RowHead { run: run.clone(), table: self.table.clone(), varied: varied.clone(), seed };
+        let part = match &self.task {
+            SweepTask::Rings(task) => parquet_bytes(&drive_columns(), &rings(task, &head(task.config.seed))?, &about)?,
             SweepTask::Drive(scenario) => {
-                parquet_bytes(&drive_columns(), &[drive(scenario, head(scenario.seed)?)?], &about)?
+                parquet_bytes(&drive_columns(), &[drive(scenario, head(scenario.seed))?], &about)?
             }
             SweepTask::Training(config) => {
-                parquet_bytes(&training_columns(), &training(config, &head(config.seed)?)?, &about)?
+                parquet_bytes(&training_columns(), &training(config, &head(config.seed))?, &about)?
             }
             SweepTask::Rehearsal(task) => {
-                parquet_bytes(&rehearsal_columns(), &rehearsal(task, &head(task.seed)?)?, &about)?
+                parquet_bytes(&rehearsal_columns(), &rehearsal(task, &head(task.seed))?, &about)?
             }
-        })
+        };
+        // Its name would say another thing than its rows.
+        if self.fingerprint()? != run {
+            return Err(SweepError::Run("a file that it reads was changed while it ran".into()));
+        }
+        Ok(part)
     }
 }
 

@@ -1,14 +1,14 @@
 //! What a run is made of, and its fingerprint. In: a [`SweepRun`]. Out: JSON with every setting and the fingerprint of every file that it
 //! reads, and SHA-256 of that. It has no path of a machine and no place in a plan: a run that stands in two plans is one run.
 
-use super::{SweepError, SweepRun, plan::SweepTask};
-use crate::{policy, record::file_sha256, scenario::Scenario, train::TrainConfig};
+use super::{SweepError, SweepRun, file_fingerprints::sha256_of, plan::SweepTask};
+use crate::{map::RoadMap, policy, scenario::Scenario, train::TrainConfig};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Raised when the same settings come to other numbers, or a run to other columns.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// Letters of a fingerprint: half of SHA-256, which no two of a million runs share.
 const LETTERS: usize = 32;
 
@@ -29,6 +29,7 @@ impl SweepRun {
             SweepTask::Training(config) => of_training(config)?,
             SweepTask::Rehearsal(task) => json!({
                 "study": of_file(&task.study)?,
+                "files": in_any_order(&task.reads)?,
                 "seed": task.seed,
                 "participants": task.participants,
                 "population": task.population.name(),
@@ -47,33 +48,48 @@ impl SweepRun {
     /// # Errors
     /// As [`SweepRun::identity`].
     pub fn fingerprint(&self) -> Result<String, SweepError> {
-        let identity = self.identity()?.to_string();
-        let hex: String = Sha256::digest(identity.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(hex[..LETTERS].to_owned())
+        Ok(fingerprint_of(&self.identity()?.to_string()))
     }
+}
+
+/// The fingerprint of an identity.
+pub(super) fn fingerprint_of(identity: &str) -> String {
+    let hex: String = Sha256::digest(identity.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
+    hex[..LETTERS].to_owned()
 }
 
 /// A policy: its name, or the fingerprint of its files.
 fn of_policy(name: &str) -> Result<Value, SweepError> {
     let Some(file) = policy::file_of(name) else { return Ok(json!(name)) };
-    let files = policy::files_of(&file);
-    Ok(json!({ "files": files.iter().map(|file| of_file(file)).collect::<Result<Vec<_>, _>>()? }))
+    Ok(json!({ "files": of_files(&policy::files_of(&file))? }))
+}
+
+/// Files in their order.
+fn of_files(files: &[PathBuf]) -> Result<Vec<Value>, SweepError> {
+    files.iter().map(|file| of_file(file)).collect()
+}
+
+/// The same whose order is that of their places on this machine.
+fn in_any_order(files: &[PathBuf]) -> Result<Vec<String>, SweepError> {
+    let mut files = files.iter().map(|file| sha256_of(file)).collect::<Result<Vec<_>, _>>()?;
+    files.sort();
+    files.dedup();
+    Ok(files)
 }
 
 /// A file by what is in it.
 fn of_file(path: &Path) -> Result<Value, SweepError> {
-    Ok(json!({ "sha256": file_sha256(path)? }))
+    Ok(json!({ "sha256": sha256_of(path)? }))
 }
 
 /// A scenario, with what is in the files that it names in place of their names.
 fn of_scenario(scenario: &Scenario) -> Result<Value, SweepError> {
-    let map = scenario.load_map().map_err(|why| SweepError::Plan(why.to_string()))?;
+    let map = RoadMap::files(&scenario.map).map_err(|why| SweepError::Plan(why.to_string()))?;
     let mut settings = serde_json::to_value(scenario).unwrap_or_default();
-    settings["map"] = of_file(&map.net_file)?;
+    settings["map"] = json!({ "files": of_files(&map)? });
     settings["policy"] = of_policy(&scenario.policy)?;
     if !scenario.demand.files.is_empty() {
-        let files = scenario.demand.files.iter().map(|file| of_file(file)).collect::<Result<Vec<_>, _>>()?;
-        settings["demand"]["files"] = json!(files);
+        settings["demand"]["files"] = json!(of_files(&scenario.demand.files)?);
     }
     Ok(settings)
 }
@@ -110,6 +126,56 @@ mod tests {
             let changed = one.replace("[drives.each]", &format!("{setting}\n[drives.each]"));
             assert_ne!(fingerprints(&changed)[0], first, "{setting}");
         }
+    }
+
+    #[test]
+    fn all_files_of_a_map_count_and_not_where_it_lies() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let map = folder.path().join("mine");
+        std::fs::create_dir(&map).expect("a folder");
+        let shipped = RoadMap::files("ring-250").expect("a map");
+        shipped.iter().for_each(|file| {
+            std::fs::copy(file, map.join(file.file_name().expect("a name"))).expect("copied");
+        });
+        let drive = |name: &str| format!("[[drives]]\n[drives.settings]\ntraffic = \"native\"\nmap = \"{name}\"\n");
+        let print = |text: &str| {
+            let plan = SweepPlan::from_text(text, &folder.path().join("plan.toml")).expect("a plan");
+            plan.runs[0].fingerprint().expect("its files are there")
+        };
+        let there = print(&drive("ring-250"));
+        assert_eq!(print(&drive("./mine")), there);
+        let about = std::fs::read_to_string(map.join("map.toml")).expect("a text");
+        std::fs::write(map.join("map.toml"), about + "# the other way round\n").expect("written");
+        let changed = print(&drive("./mine"));
+        assert_ne!(changed, there);
+        std::fs::write(map.join("demand.rou.xml"), "<routes/>").expect("written");
+        assert_ne!(print(&drive("./mine")), changed);
+    }
+
+    #[test]
+    fn what_the_drives_of_a_study_read_counts() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let policy = folder.path().join("calm.toml");
+        let aim = |mps: f64| {
+            let text = format!("format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = {mps}\n");
+            std::fs::write(&policy, text).expect("written");
+        };
+        aim(4.0);
+        let study = format!(
+            "title = \"Short\"\nparticipants = 2\nseed = 1\norder = \"williams\"\n[base]\ntraffic = \"native\"\nduration_s = 10\n[[condition]]\nname = \"advised\"\nset = {{ policy = {policy:?} }}\n\
+             [[condition]]\nname = \"free\"\nset = {{ policy = \"none\" }}\n[[segment]]\nname = \"drives\"\nkind = \"trials\"\n"
+        );
+        std::fs::write(folder.path().join("study.toml"), study).expect("written");
+        let print = || {
+            let text = "[[rehearsals]]\nstudy = \"study.toml\"\n";
+            let plan = SweepPlan::from_text(text, &folder.path().join("plan.toml")).expect("a plan");
+            plan.runs[0].fingerprint().expect("its files are there")
+        };
+        let first = print();
+        aim(4.5);
+        assert_ne!(print(), first);
+        aim(4.0);
+        assert_eq!(print(), first);
     }
 
     #[test]

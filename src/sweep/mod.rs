@@ -1,7 +1,8 @@
 //! Many runs from one plan. In: a plan file, which names drives, rings, trainings and rehearsals with all combinations of what is varied.
 //! Out: for each run a table of its own (Parquet), under a name that says what was run; and all of them in one table a kind.
 //!
-//! * [`plan`]: the file and the runs that it names; [`identity`]: what a run is made of, and its fingerprint.
+//! * [`plan`]: the file and the runs that it names; [`identity`]: what a run is made of, and its fingerprint, with those of the files that it
+//!   reads, `file_fingerprints`.
 //! * [`execute`]: one run, here and now; [`rows`]: what is written of it.
 //! * [`results`]: the folder of a sweep: what is done, what is missing, all of it in tables.
 //!
@@ -11,6 +12,7 @@
 
 mod combinations;
 pub mod execute;
+mod file_fingerprints;
 pub mod identity;
 pub mod plan;
 pub mod results;

@@ -30,6 +30,8 @@ const RINGS: u32 = 16;
 const OF_RINGS: [&str; 3] = ["policy", "driver", "aim_mps"];
 /// Those below `each` of rehearsals.
 const OF_REHEARSALS: [&str; 3] = ["seed", "participants", "population"];
+/// How long a run may be allowed to take, s: a hundred days at the most.
+const LIMITS_S: (f64, f64) = (0.1, 8_640_000.0);
 
 /// One run.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +42,8 @@ pub struct SweepRun {
     pub table: String,
     /// What is varied in that table, as this run has it.
     pub varied: Map<String, Value>,
+    /// How long it may take, s of the clock on the wall; `None`: as long as it wants. It does not decide what the run comes to.
+    pub limit_s: Option<f64>,
     /// What is run.
     pub task: SweepTask,
 }
@@ -89,6 +93,8 @@ pub struct RingsTask {
 pub struct RehearsalTask {
     /// The study's file.
     pub study: PathBuf,
+    /// The files that its drives read.
+    pub reads: Vec<PathBuf>,
     /// Its seed, from which orders, drivers and drives come.
     pub seed: u64,
     /// How many participants.
@@ -127,6 +133,7 @@ struct RingsTable {
     name: Option<String>,
     config: Option<PathBuf>,
     rings: Option<u32>,
+    limit_s: Option<f64>,
     #[serde(default)]
     settings: toml::Table,
     #[serde(default)]
@@ -139,6 +146,7 @@ struct RingsTable {
 struct DrivesTable {
     name: Option<String>,
     scenario: Option<PathBuf>,
+    limit_s: Option<f64>,
     #[serde(default)]
     settings: toml::Table,
     #[serde(default)]
@@ -151,6 +159,7 @@ struct DrivesTable {
 struct TrainingsTable {
     name: Option<String>,
     config: Option<PathBuf>,
+    limit_s: Option<f64>,
     #[serde(default)]
     settings: toml::Table,
     #[serde(default)]
@@ -163,6 +172,7 @@ struct TrainingsTable {
 struct RehearsalsTable {
     name: Option<String>,
     study: PathBuf,
+    limit_s: Option<f64>,
     #[serde(default)]
     settings: toml::Table,
     #[serde(default)]
@@ -202,6 +212,13 @@ impl SweepPlan {
     }
 }
 
+/// The table of a plan that a run is of: what it is called, and the limit of its runs.
+#[derive(Clone)]
+struct RunOrigin {
+    table: String,
+    limit_s: Option<f64>,
+}
+
 /// A plan that is being read.
 struct PlanReader<'a> {
     text: &'a str,
@@ -221,6 +238,7 @@ impl PlanReader<'_> {
 
     fn rings(&mut self, index: usize, table: &RingsTable) -> Result<(), SweepError> {
         let at = format!("rings.{index}");
+        let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let base = match &table.config {
             Some(file) => self.settings_file(&format!("{at}.config"), file)?,
             None => TrainConfig::paper_ring(),
@@ -248,13 +266,14 @@ impl PlanReader<'_> {
                     .map_err(|why| self.wrong(&policy.1, &why.to_string()))?;
                 self.checked.insert(asked, task.policy.clone());
             }
-            self.add(table.name.as_deref(), "rings", index, combination.varied, SweepTask::Rings(Box::new(task)))?;
+            self.add(&origin, combination.varied, SweepTask::Rings(Box::new(task)))?;
         }
         Ok(())
     }
 
     fn drives(&mut self, index: usize, table: &DrivesTable) -> Result<(), SweepError> {
         let at = format!("drives.{index}");
+        let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let base = match &table.scenario {
             Some(file) => Scenario::from_file(&self.folder.join(file))
                 .map_err(|why| self.wrong(&format!("{at}.scenario"), &why.message))?,
@@ -278,7 +297,7 @@ impl PlanReader<'_> {
                 None => self.checked_policy(&scenario, key)?,
             };
             self.checked.insert(asked, scenario.policy.clone());
-            self.add(table.name.as_deref(), "drives", index, combination.varied, SweepTask::Drive(Box::new(scenario)))?;
+            self.add(&origin, combination.varied, SweepTask::Drive(Box::new(scenario)))?;
         }
         Ok(())
     }
@@ -295,6 +314,7 @@ impl PlanReader<'_> {
 
     fn trainings(&mut self, index: usize, table: &TrainingsTable) -> Result<(), SweepError> {
         let at = format!("trainings.{index}");
+        let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let base = match &table.config {
             Some(file) => self.settings_file(&format!("{at}.config"), file)?,
             None => TrainConfig::default(),
@@ -303,37 +323,48 @@ impl PlanReader<'_> {
             let mut config: TrainConfig = self.changed(&base, &combination, &[])?;
             config.advice.residual_over = self.beside(&config.advice.residual_over);
             let task = SweepTask::Training(Box::new(config));
-            self.add(table.name.as_deref(), "trainings", index, combination.varied, task)?;
+            self.add(&origin, combination.varied, task)?;
         }
         Ok(())
     }
 
     fn rehearsals(&mut self, index: usize, table: &RehearsalsTable) -> Result<(), SweepError> {
         let at = format!("rehearsals.{index}");
+        let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let path = self.folder.join(&table.study);
         let study = Study::load(&path).map_err(|why| self.wrong(&format!("{at}.study"), &why.to_string()))?;
+        let reads = study.files().map_err(|why| self.wrong(&format!("{at}.study"), &why.to_string()))?;
         for mut combination in self.combinations(&at, &table.settings, &table.each)? {
             let seed = self.whole(combination.take("seed"), study.file.seed, [0, (1 << 53) - 1])?;
             let participants = self.whole(combination.take("participants"), 12, [1, 1000])? as usize;
-            let (population, key) = self.word(combination.take("population"), Population::None.name())?;
-            let population = Population::named(&population).map_err(|why| self.wrong(&key, &why.to_string()))?;
+            let population = match combination.take("population") {
+                None => Population::None,
+                found => {
+                    let (name, key) = self.word(found, "")?;
+                    Population::named(&name).map_err(|why| self.wrong(&key, &why.to_string()))?
+                }
+            };
             if let Some((name, _, key)) = combination.settings.first() {
                 return Err(self.unknown(key, name, &OF_REHEARSALS));
             }
-            let task = RehearsalTask { study: path.clone(), seed, participants, population };
-            self.add(table.name.as_deref(), "rehearsals", index, combination.varied, SweepTask::Rehearsal(task))?;
+            let task = RehearsalTask { study: path.clone(), reads: reads.clone(), seed, participants, population };
+            self.add(&origin, combination.varied, SweepTask::Rehearsal(task))?;
         }
         Ok(())
     }
 
-    fn add(
-        &mut self,
-        name: Option<&str>,
-        kind: &str,
-        index: usize,
-        varied: Map<String, Value>,
-        task: SweepTask,
-    ) -> Result<(), SweepError> {
+    /// What all runs of the table at a key such as `drives.0` have in common.
+    fn origin(&self, at: &str, name: Option<&str>, limit_s: Option<f64>) -> Result<RunOrigin, SweepError> {
+        if let Some(limit) = limit_s.filter(|limit| !(LIMITS_S.0..=LIMITS_S.1).contains(limit)) {
+            let text = format!("limit_s is {limit}; allowed: a number from {} to {} s", LIMITS_S.0, LIMITS_S.1);
+            return Err(self.wrong(&format!("{at}.limit_s"), &text));
+        }
+        let (kind, index) = at.split_once('.').unwrap_or((at, ""));
+        let numbered = || format!("{kind} {}", index.parse::<usize>().map_or(0, |index| index + 1));
+        Ok(RunOrigin { table: name.map_or_else(numbered, str::to_owned), limit_s })
+    }
+
+    fn add(&mut self, origin: &RunOrigin, varied: Map<String, Value>, task: SweepTask) -> Result<(), SweepError> {
         let number = self.runs.len();
         if number == MOST_RUNS {
             return Err(SweepError::Plan(format!(
@@ -341,8 +372,8 @@ impl PlanReader<'_> {
                 self.name
             )));
         }
-        let table = name.map_or_else(|| format!("{kind} {}", index + 1), str::to_owned);
-        self.runs.push(SweepRun { number, table, varied, task });
+        let RunOrigin { table, limit_s } = origin.clone();
+        self.runs.push(SweepRun { number, table, varied, limit_s, task });
         Ok(())
     }
 

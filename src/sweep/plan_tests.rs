@@ -105,3 +105,13 @@ fn files_that_a_plan_names_lie_beside_it() {
     assert_eq!(drive(&plan.runs[0]), (folder.path().join("calm.toml").display().to_string(), 20));
     assert_eq!(drive(&plan.runs[1]), ("pi".into(), 20));
 }
+
+#[test]
+fn a_limit_is_of_its_table_and_does_not_make_another_run() {
+    let text = "[[drives]]\nlimit_s = 90\n[drives.settings]\ntraffic = \"native\"\n[[drives]]\n[drives.settings]\ntraffic = \"native\"\n";
+    let plan = plan(text);
+    assert_eq!(plan.runs.iter().map(|run| run.limit_s).collect::<Vec<_>>(), [Some(90.0), None]);
+    assert_eq!(plan.runs[0].fingerprint().expect("files"), plan.runs[1].fingerprint().expect("files"));
+    let told = fault(&text.replace("90", "0"));
+    assert!(told.starts_with("plan.toml:2:11: limit_s is 0; allowed: a number from 0.1 to 8640000 s"), "{told}");
+}

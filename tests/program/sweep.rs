@@ -90,6 +90,22 @@ fn a_run_that_fails_is_tried_again_and_told_and_the_others_are_kept() {
     assert!(code == 0 && text.contains("4 runs"), "{text}");
 }
 
+#[test]
+fn a_run_that_hangs_is_ended_at_its_limit_tried_again_and_told_and_the_others_are_kept() {
+    // Two drives that take a moment, and one that would take hours; the short ones have the time that a busy machine may need.
+    let text = PLAN.replace("[[drives]]\n", "[[drives]]\nlimit_s = 4\n").replace("duration_s = 2\n", "");
+    let text = text.replace("policy = [\"none\", \"pi\"]\nseed = \"1-2\"", "duration_s = [600000, 1, 2]");
+    let (folder, plan) = plan(&text);
+    let out = folder.path().join("out");
+    let start = std::time::Instant::now();
+    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--workers", "1"]));
+    let told = "drives 1: duration_s 600000: it was not done after limit_s, 4 s";
+    assert!(code == 1 && text.contains("1 runs failed") && text.contains(told), "{text}");
+    assert_eq!(parts(&out).len(), 2, "{text}");
+    // Once, and once again.
+    assert!(start.elapsed() >= Duration::from_secs(8), "{:?}", start.elapsed());
+}
+
 #[cfg(unix)]
 #[test]
 fn a_sweep_that_is_stopped_or_whose_worker_is_killed_goes_on_where_it_was() {

@@ -1,0 +1,58 @@
+"""Where the parts of a sweep are: a folder, or any address that fsspec knows."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Iterable
+
+import fsspec
+
+#: Folder of the parts, as ``codrive sweep`` has it.
+PARTS = "parts"
+
+
+class Store:
+    """Where the parts are: a folder, or an address of fsspec."""
+
+    def __init__(self, out: str) -> None:
+        self.out = out
+        self._fs, self._root = fsspec.core.url_to_fs(out)
+        self._parts = f"{self._root.rstrip('/')}/{PARTS}"
+
+    def names(self) -> set[str]:
+        """The parts that are there."""
+        self._fs.makedirs(self._parts, exist_ok=True)
+        self._fs.invalidate_cache(self._parts)
+        return {path.rsplit("/", 1)[-1] for path in self._fs.ls(self._parts, detail=False)}
+
+    def put(self, name: str, part: bytes) -> None:
+        """Writes a part: it is there whole or not at all."""
+        path = f"{self._parts}/{name}"
+        if self.folder is None:
+            # Object stores show what is put when it is whole.
+            self._fs.pipe_file(path, part)
+            return
+        beside = f"{self._parts}/.{name}.{os.getpid()}"
+        try:
+            pathlib.Path(beside).write_bytes(part)
+            os.replace(beside, path)
+        except OSError as why:
+            pathlib.Path(beside).unlink(missing_ok=True)
+            raise RuntimeError(f"{path}: {why.strerror}") from why
+
+    def get(self, names: Iterable[str], folder: pathlib.Path) -> None:
+        """Copies parts into a folder of this machine."""
+        for name in names:
+            self._fs.get_file(f"{self._parts}/{name}", str(folder / name))
+
+    def upload(self, path: pathlib.Path) -> None:
+        """Puts a table beside the parts."""
+        self._fs.put_file(str(path), f"{self._root.rstrip('/')}/{path.name}")
+
+    @property
+    def folder(self) -> pathlib.Path | None:
+        """The folder, where it is one of this machine."""
+        protocol = self._fs.protocol
+        is_here = "file" in ((protocol,) if isinstance(protocol, str) else protocol)
+        return pathlib.Path(self._root) if is_here else None

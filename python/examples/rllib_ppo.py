@@ -1,0 +1,143 @@
+"""Trains a policy for the 250 m ring by RLlib's PPO, with rings in several processes, on one machine or on a Ray cluster.
+
+    pip install './python[ray]' 'ray[rllib]' torch
+    python python/examples/rllib_ppo.py --runners 2 --envs 64 --out mine.onnx
+
+Each env runner is a process with rings of its own; on a cluster Ray puts them where cores are free.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+import codrive
+import gymnasium
+import numpy as np
+import ray
+from gymnasium.vector import AutoresetMode
+from ray.rllib.algorithms.ppo import PPOConfig
+from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
+from ray.tune.registry import register_env
+
+#: What is advised, and who follows: as in train_sb3.py, which says why.
+RING = {
+    "advice": "speed",
+    "hold": 1.0,
+    "driver": "perfect",
+    "sees": "speed,leader_speed,gap,mean_speed",
+    "range_penalty": 0.6,
+}
+HIDDEN = [64, 64]
+#: Of each ring in an update.
+HOLDS = 64
+
+
+class NextStep(gymnasium.vector.VectorWrapper):
+    """Rings as RLlib steps them: a ring that has ended says its last observation, and the first of the next episode a step later.
+
+    codrive's rings go on in the same step. So the first hold of an episode is driven under the action that RLlib gives for the reset, and
+    nothing is learned from it.
+    """
+
+    def __init__(self, env: gymnasium.vector.VectorEnv) -> None:
+        super().__init__(env)
+        self.metadata = {**env.metadata, "autoreset_mode": AutoresetMode.NEXT_STEP}
+        self._is_due = np.zeros(env.num_envs, np.bool_)
+
+    def reset(self, **arguments: Any) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begins an episode in each ring."""
+        self._is_due[:] = False
+        return self.env.reset(**arguments)
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One hold of every ring; those that had ended begin."""
+        observations, rewards, terminations, truncations, infos = self.env.step(actions)
+        ended = terminations | truncations
+        for ring in np.flatnonzero(ended):
+            observations[ring] = infos["final_obs"][ring]
+        rewards[self._is_due] = 0.0
+        # One that ends in the very first hold of its episode has shown nothing: its next one begins a step later.
+        terminations[self._is_due] = truncations[self._is_due] = False
+        self._is_due = ended
+        return observations, rewards, terminations, truncations, {}
+
+
+def rings(config: dict[str, Any]) -> gymnasium.vector.VectorEnv:
+    """The rings of one env runner; each runner draws others."""
+    seed = 1_000 * config.worker_index + 1
+    return NextStep(codrive.make_vec("ring-250", config["num_envs"], seed=seed, **RING))
+
+
+def layers(weights: dict[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The network that acts, for ``codrive.save_policy``; of its outputs the mean, not the deviation."""
+    parts = [weights[name] for name in weights if name.startswith(("encoder.actor_encoder", "pi."))]
+    # RLlib puts the logarithm of the deviation behind the mean, or keeps it apart.
+    parts[-2:] = [part[:1] for part in parts[-2:]]
+    return [(weight.T, bias) for weight, bias in zip(parts[::2], parts[1::2], strict=True)]
+
+
+def network(parts: list[tuple[np.ndarray, np.ndarray]]) -> Any:
+    """The same as a callable, for ``codrive.evaluate``."""
+
+    def act(seen: np.ndarray) -> np.ndarray:
+        for weight, bias in parts[:-1]:
+            seen = np.tanh(seen @ weight + bias)
+        return seen @ parts[-1][0] + parts[-1][1]
+
+    return act
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runners", type=int, default=2, help="processes with rings [default: 2]")
+    parser.add_argument("--envs", type=int, default=64, help="rings of each [default: 64]")
+    parser.add_argument("--updates", type=int, default=60, help="[default: 60]")
+    parser.add_argument("--address", help="of a Ray cluster [default: one on this machine]")
+    parser.add_argument("--out", default="mine.onnx", help="file of the policy, NAME.onnx or NAME.toml [default: mine.onnx]")
+    given = parser.parse_args()
+    ray.init(address=given.address, log_to_driver=False, logging_level="error", runtime_env={"env_vars": {"RAYON_NUM_THREADS": "1"}})
+    register_env("codrive-ring-250", rings)
+    one = codrive.make("ring-250", **RING)
+    model = DefaultModelConfig(fcnet_hiddens=HIDDEN, fcnet_activation="tanh", vf_share_layers=False, head_fcnet_hiddens=[])
+    config = (
+        PPOConfig()
+        .environment("codrive-ring-250", observation_space=one.observation_space, action_space=one.action_space)
+        .env_runners(
+            num_env_runners=given.runners,
+            num_envs_per_env_runner=given.envs,
+            gym_env_vectorize_mode=gymnasium.VectorizeMode.VECTOR_ENTRY_POINT,
+            rollout_fragment_length=HOLDS,
+        )
+        .training(
+            gamma=0.99,
+            lambda_=1.0,
+            lr=5e-4,
+            # Returns are some hundreds of m/s: the value learns them in a step of its own, and its error is not cut off.
+            vf_loss_coeff=1e-4,
+            vf_clip_param=float("inf"),
+            grad_clip=0.5,
+            train_batch_size_per_learner=HOLDS * given.runners * given.envs,
+            minibatch_size=4096,
+            num_epochs=10,
+        )
+        .rl_module(model_config=model)
+    )
+    algorithm = config.build_algo()
+    start = time.perf_counter()
+    for update in range(1, given.updates + 1):
+        algorithm.train()
+        if update % 10 == 0 or update == given.updates:
+            parts = layers(algorithm.get_module().get_state(inference_only=True))
+            table = codrive.evaluate(network(parts), over=20, **RING)
+            print(f"{time.perf_counter() - start:.0f} s: update {update}, {table.mean_speed_mps.mean():.2f} m/s", flush=True)
+    codrive.save_policy(given.out, parts, one)
+    print(f"{given.out}: codrive drive --policy {given.out}")
+    algorithm.stop()
+    ray.shutdown()
+
+
+if __name__ == "__main__":
+    main()
