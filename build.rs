@@ -107,8 +107,15 @@ fn library_folder(home: &Path) -> Option<PathBuf> {
 fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
     let folder = library_folder(home).ok_or("SUMO's libraries are not here")?;
     let mut build = cc::Build::new();
-    // Optimised in every profile: it stands in the loop of each step.
-    build.cpp(true).std("c++17").pic(true).opt_level(2).include(home.join("include")).cargo_metadata(false);
+    // Optimised in every profile: it stands in the loop of each step. Without symbols for debuggers: it is in the program, too.
+    build
+        .cpp(true)
+        .std("c++17")
+        .pic(true)
+        .opt_level(2)
+        .debug(false)
+        .include(home.join("include"))
+        .cargo_metadata(false);
     let compiler = build.try_get_compiler().map_err(|error| error.to_string())?;
     let mut command: Command = compiler.to_command();
     let file = out.join(shim_name());

@@ -309,6 +309,11 @@ mod tests {
         assert_eq!(unpacked(&variable).unwrap(), folder);
         assert!(fs::read(folder.join(SIGN)).unwrap().len() > 1000);
         assert_eq!(fs::read_dir(folder.parent().unwrap()).unwrap().count(), 1, "nothing is left beside it");
+        // Other files have a folder of their own, and other bytes another.
+        let library = |bytes: &'static [u8]| written(&variable, "library", &[("lib.so", bytes)]).unwrap();
+        let (one, other) = (library(b"one"), library(b"other"));
+        assert!(one != other && one.parent() == folder.parent());
+        assert_eq!([one, other].map(|folder| fs::read(folder.join("lib.so")).unwrap()), [&b"one"[..], b"other"]);
     }
 
     #[test]

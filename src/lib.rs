@@ -25,6 +25,7 @@
 //! * **trait**: what sets one driver apart: reaction time, bias, error, time gap, willingness. **teacher**: a policy in training
 //!   that is told the driver's traits; **estimator**: what tells them from what the driver does; **student**: a policy that is
 //!   told the estimates ([`policy::identification`]).
+//! * **episode**: a ring or a whole drive that a learner advises, from a seed to its end ([`drive_loop::episode`]).
 //! * **scenario**: everything that makes one drive: map, traffic, policy, driver, display, seed, duration
 //!   ([`scenario::Scenario`]).
 //!
@@ -48,7 +49,7 @@
 //! render  analysis             wgpu passes / plan of the analysis, measures, mixed models, power, figures, report
 //! study                        study files, orders, sessions, questionnaires, data set, preregistration
 //! panel  doctor  drive_loop    egui: panels and pages / is this rig fit for a study / the one loop without a window:
-//!                              off-line drives, rehearsals
+//!                              off-line drives, rehearsals, episodes
 //! live_drive  sweep            a drive with a person in it: devices in, what is seen and heard out / many runs from one plan
 //! desktop                      windows, displays, keys, the event loop
 //! replay  drive_window         a recording driven again and proven / `codrive drive` / a participant's session of a study

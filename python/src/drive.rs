@@ -1,6 +1,8 @@
 //! Whole drives for Python: physics, pedals and traffic of either engine, advised hold by hold. In: settings, a seed, actions. Out: what
 //! advised vehicles see, their rewards and endings, as numpy arrays. See `codrive._drive` for what stands around it.
 
+#[cfg(feature = "desktop")]
+use crate::picture::Shot;
 use crate::{
     configuration::{Configuration, json, single, unknown_setting},
     threads,
@@ -184,13 +186,20 @@ struct Running {
 pub struct Drive {
     config: EpisodeConfig,
     running: Mutex<Running>,
+    #[cfg(feature = "desktop")]
+    pictures: Mutex<Option<codrive::render::DrivePictures>>,
 }
 
 #[pymethods]
 impl Drive {
     #[new]
     fn new(configuration: &DriveConfiguration) -> Self {
-        Self { config: configuration.config.clone(), running: Mutex::default() }
+        Self {
+            config: configuration.config.clone(),
+            running: Mutex::default(),
+            #[cfg(feature = "desktop")]
+            pictures: Mutex::default(),
+        }
     }
 
     /// Begins the drive of this seed, whatever became of the one before: the world, its warm-up, up to the first hold.
@@ -295,6 +304,23 @@ impl Drive {
     }
 
     /// The picture of this moment, uint8, `(height, width, 3)`; `view` is driver, mirror, birdseye or chase.
+    #[cfg(feature = "desktop")]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        width: u32,
+        height: u32,
+        view: &str,
+    ) -> PyResult<Bound<'py, numpy::PyArray3<u8>>> {
+        let shot = Shot::new(view, [width, height])?;
+        let drawn = threads::here(py, || {
+            let mut pictures = self.pictures.lock().unwrap_or_else(PoisonError::into_inner);
+            self.lock().episode.as_ref().map(|episode| shot.draw(&mut pictures, episode.world()))
+        })?;
+        shot.array(py, drawn.ok_or_else(not_begun)?)
+    }
+
+    /// The same where this build draws none.
     #[cfg(not(feature = "desktop"))]
     #[expect(unused_variables, reason = "the same call as where pictures are drawn")]
     fn render(&self, width: u32, height: u32, view: &str) -> PyResult<()> {

@@ -1,7 +1,7 @@
 //! codrive for Python, the native part: `codrive._codrive`. In: settings and actions of Python. Out: observations and rewards in
 //! numpy's memory, tables of evaluations. The Python files beside it make environments of it; docs/python.md says how it is used.
 //!
-//! [`configuration`] reads settings, [`rings`] moves many environments at once, [`drive`] drives whole drives, [`evaluation`] judges policies, [`policy_file`] writes
+//! [`configuration`] reads settings, [`rings`] moves many environments at once, [`drive`] drives whole drives (`picture` draws them where the build can), [`evaluation`] judges policies, [`policy_file`] writes
 //! them, [`folders`] reads what was recorded, [`benchmark`] says how fast rings are without Python, [`sweep`] carries out runs of plans,
 //! [`threads`] keeps Python out while others compute.
 
@@ -10,6 +10,8 @@ mod configuration;
 mod drive;
 mod evaluation;
 mod folders;
+#[cfg(feature = "desktop")]
+mod picture;
 mod policy_file;
 mod rings;
 mod sweep;

@@ -9,6 +9,7 @@
 mod auto_quality;
 pub mod device;
 pub mod dial;
+mod drive_pictures;
 pub mod instances;
 pub mod level_of_detail;
 pub mod materials;
@@ -28,6 +29,7 @@ pub use device::cost::FrameCost;
 pub use device::gpu::{Gpu, GpuError};
 pub use device::shader::ShaderFault;
 pub use device::timing::PassTimes;
+pub use drive_pictures::{DrivePictures, MAX_SIDE};
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
 

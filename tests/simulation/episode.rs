@@ -39,7 +39,9 @@ fn on_grid(mut set: Value) -> EpisodeConfig {
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 400.0, mix: Vec::new() };
     let flows = vec![flow("A0B0", "B2C2"), flow("C2C1", "A1A0"), flow("A2A1", "C0B0")];
     set["path"] = "B0B1 B1C1 C1C2 C2B2 B2A2 A2A1 A1A0".into();
-    set["warm_up_s"] = 20.into();
+    if set["warm_up_s"].is_null() {
+        set["warm_up_s"] = 20.into();
+    }
     set["advised"] = "50%".into();
     config_of(GRID, None, Demand { files: Vec::new(), flows }, set).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -238,6 +240,26 @@ fn who_comes_within_a_hold_is_advised_from_the_next_one_on() {
         }
     }
     assert!(late >= 4, "{late} came within holds");
+}
+
+#[test]
+fn without_a_participant_the_drive_goes_on_alone_until_somebody_can_be_advised() {
+    let _alone = one_at_a_time();
+    let config = on_grid(json!({ "participant": false, "warm_up_s": 0.0, "hold_s": 2.0, "horizon_s": 60.0 }));
+    let mut episode = begin(&config, 1);
+    // At the beginning the roads are empty.
+    let waited_s = episode.world().time_s();
+    assert!(waited_s > 0.0 && (waited_s / 2.0).fract().abs() < 1e-9, "{waited_s} s are whole holds");
+    let (mut holds, mut most) = (0, 0);
+    while !episode.is_over() {
+        let there = agents(&episode);
+        assert!(!there.is_empty() && !there.contains(&EGO.0), "{there:?}");
+        most = most.max(there.len());
+        hold(&mut episode, 0.5);
+        holds += 1;
+    }
+    assert!(most >= 3, "{most} at once");
+    assert_eq!(waited_s + 2.0 * f64::from(holds), 60.0, "what was waited counts, too");
 }
 
 #[test]

@@ -2,12 +2,10 @@
 
 use crate::cli::{CliError, flags, out};
 use crate::{
-    drive_loop::offline::OfflineDrive,
-    hud::Speedometer,
+    drive_loop::{RunError, offline::OfflineDrive},
     private,
-    render::{Gpu, OFFSCREEN, Renderer, quality_for, render_to_image},
-    scenario::QualityLevel,
-    scene::{self, StaticScene, ViewKind, view_options},
+    render::{DrivePictures, MAX_SIDE},
+    scene::ViewKind,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
 use image::{ImageFormat, RgbaImage};
@@ -15,9 +13,6 @@ use std::{
     io::Cursor,
     path::{Path, PathBuf},
 };
-
-/// Largest side of a picture, pixels: what every graphics card can draw.
-const MAX_SIDE: u32 = 8192;
 
 pub(super) fn command() -> Command {
     Command::new("render")
@@ -89,22 +84,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return Ok(());
     };
     let kind = view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str));
-    let gpu = Gpu::headless().map_err(crate::drive_loop::RunError::from)?;
-    // The picture is wanted even after the drive's own end, and nobody waits for its frames.
+    // The picture is wanted even after the drive's own end.
     scenario.duration_s = 0.0;
-    if scenario.display.quality == QualityLevel::Auto {
-        scenario.display.quality = QualityLevel::Medium;
-    }
     let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
+    let mut pictures = DrivePictures::new(run.world().map(), &scenario).map_err(RunError::from)?;
     run.until(at_s)?;
     let world = run.world();
-    let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize);
-    let mut renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.display.quality, &gpu));
-    let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(&scenario), &stage);
-    if kind.has_dial() {
-        view.dial = Some(Speedometer::new(world).read(world.snapshot()));
-    }
-    let picture = render_to_image(&gpu, &mut renderer, &view, size).map_err(crate::drive_loop::RunError::from)?;
+    let picture = pictures.draw(world, kind, size).map_err(RunError::from)?;
     save(&picture, out)?;
     out::line(format_args!("{}: {}x{}, {} at {:.2} s", out.display(), size[0], size[1], scenario.map, world.time_s()))?;
     Ok(())

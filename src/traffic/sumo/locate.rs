@@ -42,7 +42,12 @@ pub(super) fn shim() -> Result<PathBuf, TrafficError> {
     let file = format!("{}codrive_sumo{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
     let beside = env::current_exe().ok().and_then(|exe| Some(exe.parent()?.join(&file)));
     let built = Path::new(env!("CODRIVE_SHIM_DIR")).join(&file);
-    if let Some(found) = beside.into_iter().chain([built]).find(|path| path.exists()) {
+    shim_of(beside.into_iter().chain([built]), &file)
+}
+
+/// The first of these that is there, else the program's own copy.
+fn shim_of(mut places: impl Iterator<Item = PathBuf>, file: &str) -> Result<PathBuf, TrafficError> {
+    if let Some(found) = places.find(|path| path.exists()) {
         return Ok(found);
     }
     if EMBEDDED_SHIM.is_empty() {
@@ -51,5 +56,22 @@ pub(super) fn shim() -> Result<PathBuf, TrafficError> {
         ));
     }
     let folder = data_folders::unpacked_files("sumo", EMBEDDED_SHIM);
-    folder.map(|folder| folder.join(&file)).map_err(|why| TrafficError::Absent(why.to_string()))
+    folder.map(|folder| folder.join(file)).map_err(|why| TrafficError::Absent(why.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn where_no_shim_lies_the_one_in_the_program_is_written_and_is_the_one_that_was_built() {
+        let (name, bytes) = EMBEDDED_SHIM.first().expect("built with SUMO");
+        let built = Path::new(env!("CODRIVE_SHIM_DIR")).join(name);
+        assert!(fs::read(&built).expect("the build left it") == *bytes);
+        assert_eq!(shim_of([built.clone()].into_iter(), name).expect("it is there"), built);
+        let own = shim_of([PathBuf::from("nowhere").join(name)].into_iter(), name).expect("it can be written");
+        assert!(own.ends_with(name) && own != built);
+        assert!(fs::read(&own).expect("written") == *bytes);
+    }
 }

@@ -1,0 +1,50 @@
+//! Pictures of a drive without a window. In: a road and a scenario once, then the world at any moment. Out: images.
+
+use super::{GpuError, OFFSCREEN, Renderer, device::gpu::Gpu, quality_for, render_to_image};
+use crate::{
+    hud::Speedometer,
+    map::RoadMap,
+    scenario::{QualityLevel, Scenario},
+    scene::{self, StaticScene, ViewKind, view_options},
+    sim::World,
+};
+
+/// Largest side of a picture, pixels: what every graphics card can draw.
+pub const MAX_SIDE: u32 = 8192;
+
+/// What draws drives on one road: a graphics device, and what stands still there.
+pub struct DrivePictures {
+    gpu: Gpu,
+    stage: StaticScene,
+    renderer: Renderer,
+}
+
+impl DrivePictures {
+    /// For drives of this scenario on its road: trees stand as its seed says.
+    ///
+    /// # Errors
+    /// There is no graphics device.
+    pub fn new(map: &RoadMap, scenario: &Scenario) -> Result<Self, GpuError> {
+        let gpu = Gpu::headless()?;
+        // Nobody waits for its frames.
+        let quality = match scenario.display.quality {
+            QualityLevel::Auto => QualityLevel::Medium,
+            chosen => chosen,
+        };
+        let stage = StaticScene::with_trees(map, scenario.seed, scenario.display.trees as usize);
+        let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(quality, &gpu));
+        Ok(Self { gpu, stage, renderer })
+    }
+
+    /// The picture of this moment, `size` pixels wide and high, each from 1 to [`MAX_SIDE`].
+    ///
+    /// # Errors
+    /// The device is lost while it draws.
+    pub fn draw(&mut self, world: &World, kind: ViewKind, size: [u32; 2]) -> Result<image::RgbaImage, GpuError> {
+        let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.stage);
+        if kind.has_dial() {
+            view.dial = Some(Speedometer::new(world).read(world.snapshot()));
+        }
+        render_to_image(&self.gpu, &mut self.renderer, &view, size)
+    }
+}
