@@ -150,7 +150,7 @@ impl SimulatedDriver {
         let rear = pose.position + pose.forward() * self.rear_axle_m;
         let here = route.project(rear, near_s_m);
         let ahead_m = steering::preview_m(&self.params, ego.speed_mps);
-        let aim_s_m = here.s_m + ahead_m;
+        let aim_s_m = here.s_m + ahead_m / route.drawn_scale(here.s_m);
         let to_line = DVec2::from_angle(route.yaw_at(aim_s_m)).perp() * beside_m(aim_s_m);
         let to_aim = route.point_at(aim_s_m) + to_line - rear;
         LaneView {
@@ -207,24 +207,52 @@ impl SimulatedDriver {
     }
 }
 
+/// Bends are looked at in such steps, metres.
+const LOOK_EVERY_M: f64 = 5.0;
+
 /// The highest speed at `s_m` of a route from which every bend ahead is still comfortable for this driver, m/s. Looks as far as the
 /// car needs to slow down at half the comfortable deceleration.
 pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
-    const LOOK_EVERY_M: f64 = 5.0;
     let decel = params.decel_mps2 / 2.0;
     let far_m = 10.0 + speed_mps * speed_mps / (2.0 * decel);
     let looks = (far_m / LOOK_EVERY_M).ceil() as usize;
+    let scale = route.drawn_scale(s_m);
     (0..=looks)
         .map(|i| {
             let ahead_m = i as f64 * LOOK_EVERY_M;
-            let bend = route.curvature_at(s_m + ahead_m, 2.0 * LOOK_EVERY_M).abs().max(1e-6);
+            let Bend { felt_per_m: bend, wheel_per_m } = bend_at(route, s_m + ahead_m / scale, scale);
             let comfortable = (params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt();
             // A corner begins half a window before its curvature is seen whole, and the foot comes down a little later.
             let begins_m = (ahead_m - LOOK_EVERY_M - speed_mps.max(0.0) * params.speed_relaxation_s).max(0.0);
-            let corner_mps = corner_speed_mps(params, bend);
+            let corner_mps = corner_speed_mps(params, wheel_per_m);
             comfortable.min((corner_mps * corner_mps + 2.0 * decel * begins_m).sqrt())
         })
         .fold(f64::INFINITY, f64::min)
+}
+
+/// A bend as a driver has to take it.
+struct Bend {
+    /// Curvature that is felt, 1/m.
+    felt_per_m: f64,
+    /// Curvature by which the wheel has to go round, 1/m.
+    wheel_per_m: f64,
+}
+
+/// The bend around a place of a route of which a declared metre is drawn `scale` metres long. Of an S within a window the turns to
+/// either side are added up, not set off, and the wheel goes round twice as far, on a way that is half as long again.
+fn bend_at(route: &Route, s_m: f64, scale: f64) -> Bend {
+    /// Less to one of the sides is no S, radians: within 10 m it moves the line by a quarter of a metre, which a lane has room for.
+    const SIDE_RAD: f64 = 0.1;
+    let window_m = 2.0 * LOOK_EVERY_M / scale;
+    let turn_per_m = route.curvature_at(s_m, window_m).abs().max(1e-6 * scale);
+    let quarter = |k: i32| route.yaw_at(s_m + window_m * f64::from(k) / 4.0);
+    let turns = (-2..2).map(|k| wrap_angle(quarter(k + 1) - quarter(k)));
+    let [left_rad, right_rad] = turns.fold([0.0, 0.0], |[l, r], turn| [l + turn.max(0.0), r - turn.min(0.0)]);
+    if left_rad.min(right_rad) < SIDE_RAD {
+        return Bend { felt_per_m: turn_per_m / scale, wheel_per_m: turn_per_m / scale };
+    }
+    let felt_per_m = (left_rad + right_rad) / (window_m * scale);
+    Bend { felt_per_m, wheel_per_m: felt_per_m * 2.0 / 1.5 }
 }
 
 /// The speed at which arms can still turn the wheel in time for a corner of this curvature, m/s; no bound on bends that are no

@@ -17,6 +17,9 @@ const FARTHEST_M: f64 = 30.0;
 const TRIM: f64 = 0.004;
 /// Largest such correction, 1/m.
 const TRIM_MAX: f64 = 0.004;
+/// Up to this speed the correction is as quick as [`TRIM`] says, m/s. A curvature moves the car sideways by the square of its speed: a
+/// faster one is corrected as much slower, or it would swing about the line until it leaves the road.
+const TRIM_SPEED_MPS: f64 = 15.0;
 
 #[derive(Clone, Debug)]
 pub(super) struct SteeringModel {
@@ -45,7 +48,8 @@ impl SteeringModel {
         let side_m = aim.y + wander_m;
         let pursuit = 2.0 * side_m / (aim.x * aim.x + side_m * side_m).max(1.0);
         if speed_mps > 1.0 {
-            self.trim = (self.trim - TRIM * (lane.offset_m - wander_m) * TICK_S).clamp(-TRIM_MAX, TRIM_MAX);
+            let gain = TRIM * (TRIM_SPEED_MPS / speed_mps).min(1.0).powi(2);
+            self.trim = (self.trim - gain * (lane.offset_m - wander_m) * TICK_S).clamp(-TRIM_MAX, TRIM_MAX);
         }
         let curvature = pursuit + self.trim;
         let road_wheel_rad = (self.wheelbase_m * curvature).atan() + self.understeer * curvature * speed_mps.powi(2);

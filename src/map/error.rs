@@ -83,7 +83,7 @@ pub enum MapError {
         detail: String,
     },
     /// The network has no chain of lanes for passenger cars that is long enough to drive on.
-    #[error("{}: no road for cars: {detail}\n  remedy: give its lanes permission for passenger cars (allow=\"passenger\"), or import another part of the map", file.display())]
+    #[error("{}: no road for cars: {detail}\n  remedy: give lanes permission for passenger cars (allow=\"passenger\") and connections to each other, or import another part of the map", file.display())]
     NoPath {
         /// Which file.
         file: PathBuf,
@@ -105,7 +105,7 @@ pub enum MapError {
         line: u32,
     },
     /// What netconvert made of a file cannot be used.
-    #[error("{}: netconvert converts this file, but what it makes cannot be used: {problem}", file.display())]
+    #[error("{}: netconvert converts this file, but what it makes cannot be used: {problem}\n  remedy: mend the part of the file that this names, or import another part of the map", file.display())]
     Converted {
         /// What was to be imported.
         file: PathBuf,

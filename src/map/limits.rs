@@ -35,7 +35,7 @@ pub const LENGTH_M: RangeInclusive<f64> = 0.001..=100_000.0;
 /// Speed limits, m/s.
 pub const SPEED_MPS: RangeInclusive<f64> = 0.01..=500.0;
 /// Widths of lanes, metres.
-pub const WIDTH_M: RangeInclusive<f64> = 0.1..=100.0;
+pub const WIDTH_M: RangeInclusive<f64> = 0.001..=100.0;
 /// The longest closed route, metres, as declared and as drawn: an hour at 100 km/h.
 pub const LONGEST_ROUTE_M: f64 = 100_000.0;
 /// The widest hole between two lanes of a route that is bridged, metres: a motorway junction without its inside.

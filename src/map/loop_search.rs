@@ -9,7 +9,7 @@ use super::{
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
     network::{self, Connection, Edge, JunctionId, Lane, LaneId, Network},
     open_path,
-    tight_turns::is_too_tight,
+    tight_turns::{has_kink, is_too_tight},
 };
 use crate::toml_text::did_you_mean;
 use glam::DVec2;
@@ -22,6 +22,9 @@ use std::{
 const SEARCH_STEPS: usize = 2_000_000;
 /// Lanes further apart than this are joined by a curve, metres: netconvert rounds to 0.01 m.
 const GAP_M: f64 = 0.05;
+
+/// A shorter loop is a circle on the spot, metres: at the 8 m/s of such bends once round takes 12 s.
+const ON_THE_SPOT_M: f64 = 100.0;
 
 /// The edges that a person, or an import, chose for a map.
 #[derive(Clone, Copy, Debug)]
@@ -166,9 +169,12 @@ fn beside(net: &Network, lane: usize) -> impl Iterator<Item = usize> {
 /// Lanes that can be entered next, by the lane that was entered; the right-most goal first.
 fn links_by_lane(net: &Network, allowed: AllowedLinks) -> Vec<Vec<usize>> {
     let mut next = vec![Vec::new(); net.lanes().len()];
+    let kinked: Vec<bool> = net.lanes().iter().map(|lane| !allowed.tight_turns && has_kink(lane)).collect();
     for link in net.connections() {
         let (from, to) = (link.from.index(), link.to.index());
         if drivable(net, from)
+            && !kinked[from]
+            && !kinked[to]
             && drivable(net, to)
             && (allowed.turnarounds || !link.is_turnaround())
             && (allowed.tight_turns || !is_too_tight(net, link))
@@ -213,7 +219,8 @@ fn from_first(mut found: Vec<usize>) -> Vec<usize> {
 }
 
 /// The path that is driven where a person chose none: the longest loop that keeps its lanes and crosses itself nowhere, else a loop
-/// that keeps its lanes, else the longest open path that does; with turns that a car can make, if there is one.
+/// that keeps its lanes, else the longest open path that does; with turns that a car can make, if there is one. A loop on which a
+/// participant would go round and round on the spot gives way to an open path that is longer.
 ///
 /// # Errors
 /// If no chain of lanes open to cars is long enough to drive on.
@@ -222,13 +229,25 @@ pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, 
         let next = links_by_lane(net, AllowedLinks { changes: false, turnarounds: false, tight_turns });
         let closed =
             longest_without_crossing(net, &next).or_else(|| any_loop(&next)).map(|found| (from_first(found), true));
-        let open = || open_path::longest(net, &next).map(|found| (found, false));
-        closed.or_else(open)
+        let usable = |lane| tight_turns || !has_kink(lane_at(net, lane));
+        let open = || open_path::longest(net, &next, usable).map(|found| (found, false));
+        match closed {
+            Some((lanes, _)) if length_m(net, &lanes) < ON_THE_SPOT_M => {
+                let longer = open().filter(|(way, _)| length_m(net, way) > length_m(net, &lanes));
+                longer.or(Some((lanes, true)))
+            }
+            found => found.or_else(open),
+        }
     };
     let (lanes, is_closed) = search(false).or_else(|| search(true)).ok_or_else(|| open_path::none(file, net))?;
     let lanes: Vec<LaneId> = lanes.into_iter().map(LaneId::from_index).collect();
     network::Path::through(net, &lanes, is_closed)
         .map_err(|error| MapError::NoPath { file: file.into(), detail: error.to_string() })
+}
+
+/// Length of lanes of streets, metres.
+fn length_m(net: &Network, lanes: &[usize]) -> f64 {
+    lanes.iter().map(|&lane| lane_at(net, lane).length_m).sum()
 }
 
 /// The lanes of a path between junctions.

@@ -104,6 +104,22 @@ fn the_inside_of_a_junction_of_no_size_is_a_point_that_counts() {
 }
 
 #[test]
+fn of_a_long_value_that_is_refused_the_beginning_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("long.net.xml");
+    let good = fs::read_to_string(fixture(FIXTURES[0])).unwrap();
+    // 1,000 points of 4 characters, and one that is none.
+    let shape = "1,2 ".repeat(1000) + "x";
+    fs::write(&file, good.replacen("141.60,5.50 141.60,52.00", &shape, 1)).unwrap();
+    let message = load(&file).unwrap_err().to_string();
+    assert!(
+        message.contains(&format!("shape is \"{}...\" (4001 characters); allowed", "1,2 ".repeat(25))),
+        "{message}"
+    );
+    assert!(message.len() < 500, "{} bytes", message.len());
+}
+
+#[test]
 fn a_corrupt_network_is_refused_with_file_line_value_and_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("bad.net.xml");

@@ -14,6 +14,15 @@ pub(super) struct NetReader<'a> {
     pub file: &'a Path,
 }
 
+/// A value in quotes; of a shape of a thousand points the beginning.
+fn quoted(value: &str) -> String {
+    const MOST: usize = 100;
+    match value.char_indices().nth(MOST) {
+        Some((end, _)) => format!("\"{}...\" ({} characters)", &value[..end], value.chars().count()),
+        None => format!("\"{value}\""),
+    }
+}
+
 impl NetReader<'_> {
     pub fn value(&self, node: Element, attribute: &str, allowed: &'static str) -> MapError {
         let tag = node.name();
@@ -22,7 +31,7 @@ impl NetReader<'_> {
             (None, Some(from), Some(to)) => format!("{tag} from \"{from}\" to \"{to}\""),
             _ => tag.to_owned(),
         };
-        let value = node.attribute(attribute).map_or("absent".to_owned(), |value| format!("\"{value}\""));
+        let value = node.attribute(attribute).map_or("absent".to_owned(), quoted);
         let (file, line, attribute) = (self.file.into(), node.line(), attribute.to_owned());
         MapError::Value { file, line, element, attribute, value, allowed }
     }

@@ -14,14 +14,14 @@ const SEARCH_STEPS: usize = 2_000_000;
 /// Shortest path that is worth driving, metres: two cars of 5 m, the gap of a standstill between them, and room to drive off.
 const SHORTEST_M: f64 = 20.0;
 
-/// The longest chain found; `next` has the lanes that can be entered from each lane, by index. `None` where every chain is shorter
-/// than [`SHORTEST_M`].
-pub(super) fn longest(net: &Network, next: &[Vec<usize>]) -> Option<Vec<usize>> {
+/// The longest chain found of lanes that are `usable`; `next` has the lanes that can be entered from each lane, by index. `None` where
+/// every chain is shorter than [`SHORTEST_M`].
+pub(super) fn longest(net: &Network, next: &[Vec<usize>], usable: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
     let mut entered = vec![false; next.len()];
     next.iter().flatten().for_each(|&goal| entered[goal] = true);
     // From the ends of roads first: the longest way of a road begins at its beginning.
     let (begins, within): (Vec<usize>, Vec<usize>) =
-        (0..next.len()).filter(|&lane| drivable(net, lane)).partition(|&lane| !entered[lane]);
+        (0..next.len()).filter(|&lane| drivable(net, lane) && usable(lane)).partition(|&lane| !entered[lane]);
     let n = begins.len() + within.len();
     let mut search = Search {
         net,

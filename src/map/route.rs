@@ -42,6 +42,16 @@ impl RouteLane {
     }
 }
 
+/// How long a declared metre of a lane is drawn, metres. What the corners of a bend's polygon cut off (5 %) makes no other scale, nor
+/// does a lane shorter than a car: points inside junctions are declared 0.1 m long and drawn as nothing.
+fn drawn_scale(declared_m: f64, drawn_m: f64) -> f64 {
+    const CUT_OFF: f64 = 0.05;
+    const SHORT_M: f64 = 5.0;
+    let scale = drawn_m / declared_m;
+    let is_let_be = declared_m.min(drawn_m) < SHORT_M || (scale - 1.0).abs() <= CUT_OFF;
+    if is_let_be { 1.0 } else { scale }
+}
+
 /// A point of the world as the route sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoutePosition {
@@ -72,6 +82,8 @@ struct ShapeSegment {
     /// Route distances of the ends.
     start_s_m: f64,
     end_s_m: f64,
+    /// [`drawn_scale`] of its lane.
+    drawn_scale: f64,
 }
 
 impl Route {
@@ -126,7 +138,8 @@ impl Route {
             let mut s_m = length_m;
             for pair in lane.shape.windows(2).filter(|p| p[0] != p[1]) {
                 let end_s_m = s_m + pair[0].distance(pair[1]) * scale;
-                segments.push(ShapeSegment { start: pair[0], end: pair[1], start_s_m: s_m, end_s_m });
+                let drawn_scale = drawn_scale(lane.length_m, shape_length_m);
+                segments.push(ShapeSegment { start: pair[0], end: pair[1], start_s_m: s_m, end_s_m, drawn_scale });
                 s_m = end_s_m;
             }
             length_m += lane.length_m;
@@ -281,6 +294,11 @@ impl Route {
     pub fn curvature_at(&self, s_m: f64, window_m: f64) -> f64 {
         let half = window_m / 2.0;
         wrap_angle(self.yaw_at(s_m + half) - self.yaw_at(s_m - half)) / window_m
+    }
+
+    /// How long a declared metre at `s_m` is drawn, metres: 1 but where a network declares a lane longer or shorter than it draws it.
+    pub fn drawn_scale(&self, s_m: f64) -> f64 {
+        self.segments[self.segment_at(self.within(s_m))].drawn_scale
     }
 
     /// True of a ring: the curvature is the same everywhere, to 5 %.

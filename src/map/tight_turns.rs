@@ -1,4 +1,5 @@
-//! Which turns a car cannot make within its lane. In: a connection of a network. Out: whether its turn is too tight. Metres, radians.
+//! Which ways a car cannot drive within its lane. In: a connection of a network, or a lane. Out: whether it turns too tightly, steps aside
+//! or leads backwards. Metres, radians.
 
 use super::network::{Connection, Lane, LaneId, Network};
 use crate::space::wrap_angle;
@@ -11,19 +12,76 @@ const MARGIN_M: f64 = 0.5;
 /// Turns by less than this are no corners, radians: 30 degrees.
 const CORNER_RAD: f64 = 0.52;
 
-/// True if a car on its tightest circle leaves the lane while it turns as the connection does.
+/// Points of a shape that are nearer to each other are one, metres: a last short piece may be askew.
+const POINTS_APART_M: f64 = 0.5;
+/// A step back of less than this is how two lanes overlap that are drawn a little too long, metres.
+const OVERLAP_M: f64 = 1.0;
+
+/// True if a car cannot drive from lane to lane as the connection leads: it would leave the lane on its tightest circle, or the next lane
+/// begins beside it, or behind it.
+pub(super) fn is_too_tight(net: &Network, connection: &Connection) -> bool {
+    let (from, to) = (net.lane(connection.from), net.lane(connection.to));
+    let (out, into) = (direction(from, true), direction(to, false));
+    let turn_rad = wrap_angle(into - out).abs();
+    let leeway_m = from.half_width_m().min(to.half_width_m()) - MARGIN_M;
+    if turn_rad >= CORNER_RAD {
+        return leaves_lane(turn_rad, way_m(net, connection) / turn_rad, leeway_m);
+    }
+    let across = start(to) - end(from);
+    let ahead_m = across.dot(DVec2::from_angle(out)).min(across.dot(DVec2::from_angle(into)));
+    let aside_m = across.dot(DVec2::from_angle(out).perp()).abs().min(across.dot(DVec2::from_angle(into).perp()).abs());
+    ahead_m < -OVERLAP_M || aside_m - leeway_m > reach_aside_m(ahead_m)
+}
+
+/// True of a lane with a corner in its shape that a car cannot drive round within it.
+pub(super) fn has_kink(lane: &Lane) -> bool {
+    let mut points: Vec<DVec2> = Vec::new();
+    for point in lane.shape().iter().map(|point| point.truncate()) {
+        if points.last().is_none_or(|last| last.distance(point) >= POINTS_APART_M) {
+            points.push(point);
+        }
+    }
+    let pieces: Vec<DVec2> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let leeway_m = lane.half_width_m() - MARGIN_M;
+    (0..pieces.len()).any(|first| {
+        // From piece to piece: the turn so far, and the way between the middles of the joints.
+        let (mut turn_rad, mut way_m) = (0.0, 0.0);
+        for last in first + 1..pieces.len() {
+            turn_rad += wrap_angle(pieces[last].to_angle() - pieces[last - 1].to_angle());
+            let turn_rad: f64 = turn_rad;
+            if turn_rad.abs() >= CORNER_RAD && leaves_lane(turn_rad.abs(), way_m / turn_rad.abs(), leeway_m) {
+                return true;
+            }
+            way_m += pieces[last].length();
+            if way_m > TURNING_RADIUS_M * std::f64::consts::PI {
+                break;
+            }
+        }
+        false
+    })
+}
+
+/// True if a car on its tightest circle leaves a lane with this leeway where that turns so far on such a radius.
 ///
 /// A corner of angle a and radius r is cut by a circle of radius R that touches both its sides: in the middle, they are
 /// (R - r) (1 / cos(a / 2) - 1) apart.
-pub(super) fn is_too_tight(net: &Network, connection: &Connection) -> bool {
-    let (from, to) = (net.lane(connection.from), net.lane(connection.to));
-    let turn_rad = wrap_angle(direction(to, false) - direction(from, true)).abs();
-    if turn_rad < CORNER_RAD {
-        return false;
-    }
-    let radius_m = way_m(net, connection) / turn_rad;
-    let leeway_m = from.half_width_m().min(to.half_width_m()) - MARGIN_M;
+fn leaves_lane(turn_rad: f64, radius_m: f64, leeway_m: f64) -> bool {
     (TURNING_RADIUS_M - radius_m) * (1.0 / (turn_rad / 2.0).cos().max(1e-9) - 1.0) > leeway_m
+}
+
+/// How far to its side a car gets on a way ahead, metres: on an arc to the one side and one to the other, L^2 = 4 R d - d^2.
+fn reach_aside_m(ahead_m: f64) -> f64 {
+    let tightest_m = 2.0 * TURNING_RADIUS_M;
+    let rest = tightest_m * tightest_m - ahead_m.clamp(0.0, tightest_m).powi(2);
+    tightest_m - rest.sqrt()
+}
+
+fn start(lane: &Lane) -> DVec2 {
+    lane.shape()[0].truncate()
+}
+
+fn end(lane: &Lane) -> DVec2 {
+    lane.shape()[lane.shape().len() - 1].truncate()
 }
 
 /// Length of the way through the junction: along the lanes inside, or straight across where there are none.
@@ -37,8 +95,7 @@ fn way_m(net: &Network, connection: &Connection) -> f64 {
         let onwards = net.connections_from(lane).iter().find(|way| way.to == connection.to);
         at = onwards.and_then(|way| way.via).filter(|next: &LaneId| *next != lane);
     }
-    let (from, to) = (net.lane(connection.from).shape(), net.lane(connection.to).shape());
-    let across_m = from[from.len() - 1].truncate().distance(to[0].truncate());
+    let across_m = end(net.lane(connection.from)).distance(start(net.lane(connection.to)));
     // A line that ends short of the lanes is bridged.
     way_m.max(across_m)
 }
@@ -89,6 +146,44 @@ mod tests {
         );
         let net = Network::read(Path::new("t.net.xml"), &text).unwrap();
         is_too_tight(&net, &net.connections_from(net.lane_named("a_0").unwrap())[0])
+    }
+
+    /// A connection from a lane that ends at the origin, to the east, to one that begins at a place and heads to the east.
+    fn onward(x: f64, y: f64) -> bool {
+        let text = format!(
+            "<net><edge id=\"a\"><lane id=\"a_0\" index=\"0\" speed=\"9\" length=\"40\" width=\"3.2\" shape=\"-40,0 0,0\"/></edge>\
+             <edge id=\"b\"><lane id=\"b_0\" index=\"0\" speed=\"9\" length=\"40\" width=\"3.2\" shape=\"{x},{y} {},{y}\"/></edge>\
+             <connection from=\"a\" to=\"b\" fromLane=\"0\" toLane=\"0\"/></net>",
+            x + 40.0
+        );
+        let net = Network::read(Path::new("t.net.xml"), &text).unwrap();
+        is_too_tight(&net, &net.connections_from(net.lane_named("a_0").unwrap())[0])
+    }
+
+    #[test]
+    fn a_next_lane_that_begins_behind_or_beside_cannot_be_reached() {
+        // 1.1 m of leeway. Two arcs of 5.5 m bring a car d = 11 - sqrt(121 - L^2) m aside on L m: 1.20 m on 5 m, 4.08 m on 8.5 m.
+        assert!(!onward(0.0, 0.0) && !onward(12.0, 0.5) && !onward(-0.5, 0.0));
+        assert!(onward(-8.0, 0.0) && onward(0.0, 3.2) && onward(0.0, -3.2));
+        assert!(!onward(5.0, 2.2) && onward(5.0, 2.4) && !onward(8.5, 5.1) && onward(8.5, -5.3));
+    }
+
+    #[test]
+    fn a_corner_in_the_shape_of_a_lane_is_a_kink_and_a_bend_is_none() {
+        let kinked = |points: &str| {
+            let text = format!(
+                "<net><edge id=\"a\"><lane id=\"a_0\" index=\"0\" speed=\"9\" length=\"80\" width=\"3.2\" shape=\"{points}\"/></edge></net>"
+            );
+            let net = Network::read(Path::new("t.net.xml"), &text).unwrap();
+            has_kink(net.lane(net.lane_named("a_0").unwrap()))
+        };
+        // At a point: 5.5 (1 / cos(a / 2) - 1) > 1.1 for a > 67.1 degrees. 60 and 75 degrees, to the left and to the right.
+        assert!(!kinked("0,0 40,0 60,34.64") && !kinked("0,0 40,0 60,-34.64"));
+        assert!(kinked("0,0 40,0 50.35,38.64") && kinked("0,0 40,0 50.35,-38.64"));
+        // A right angle in two steps of 45 degrees: 1 m apart it has a radius of 0.64 m, 6 m apart one of 3.8 m.
+        assert!(kinked("0,0 40,0 40.71,0.71 40.71,40") && !kinked("0,0 40,0 44.24,4.24 44.24,40"));
+        // A last piece of 0.3 m that is askew is none.
+        assert!(!kinked("0,0 40,0 40,0.3"));
     }
 
     #[test]

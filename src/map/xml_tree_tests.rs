@@ -52,7 +52,7 @@ fn networks_are_the_same_elements_and_values_as_in_a_tree_for_any_document() {
     let files = |folder: &str| fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
     let networks = files("tests/data").chain(files("tests/data/networks"));
     let networks: Vec<_> = networks.filter(|file| file.to_string_lossy().ends_with(".net.xml")).collect();
-    assert_eq!(networks.len(), 14);
+    assert_eq!(networks.len(), 16);
     for file in networks {
         assert!(both_read(&fs::read_to_string(&file).unwrap()), "{}", file.display());
     }

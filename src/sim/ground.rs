@@ -44,9 +44,11 @@ impl NetworkGround<'_> {
         })
     }
 
-    /// True if a place is in the area of the junction that the ego is in, comes to or comes from.
+    /// True if a place is in the area of the junction that the ego is in, comes to or comes from; where it is on no lane, those of the
+    /// lane nearest to the place.
     fn is_in_junction(&self, at: DVec2) -> bool {
-        let Some(lane) = self.near else { return false };
+        let nearest = || self.network.locate(at.extend(self.height_m), None).map(|found| found.lane);
+        let Some(lane) = self.near.or_else(nearest) else { return false };
         let edge = self.network.edge_of(lane);
         let around = [edge.from, edge.to, edge.junction].into_iter().flatten();
         around.into_iter().any(|junction| {
@@ -138,7 +140,7 @@ mod tests {
         let seen = |near| NetworkGround { network: &net, near, height_m: 0.0 };
         let bare = net.junctions().iter().filter(|junction| {
             let middle = junction.position.truncate();
-            is_inside(middle, &junction.shape) && seen(None).surface(middle) == GroundSurface::Grass
+            is_inside(middle, &junction.shape) && !seen(None).is_on_lane(junction.position, None)
         });
         let mut compared = 0;
         for junction in bare {
@@ -149,6 +151,10 @@ mod tests {
                 "{}",
                 junction.id
             );
+            // One whose front is on no lane, as beside a corner, stands on the same ground.
+            let is_near_a_lane = net.locate(junction.position, None).is_some();
+            let unhinted = seen(None).surface(junction.position.truncate());
+            assert_eq!(unhinted == GroundSurface::Asphalt, is_near_a_lane, "{}", junction.id);
             compared += 1;
         }
         assert!(compared > 0, "there are such junctions");

@@ -12,6 +12,11 @@ use std::{fmt::Write, path::PathBuf};
 /// The most vehicles an hour that a flow may bring: a lane carries some 2,000.
 pub const MOST_PER_HOUR: f64 = 100_000.0;
 
+/// SUMO's name of the type of vehicles that have none in a file.
+const DEFAULT_TYPE: &str = "DEFAULT_VEHTYPE";
+/// The attribute of a type whose vehicles change lanes only while they drive.
+const STANDS_STILL: &str = "lcMaxSpeedLatStanding=\"0\"";
+
 /// Demand for a road network.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -164,14 +169,25 @@ impl Demand {
     }
 
     /// The flows as SUMO reads them, with `car` as attributes of the type of passenger cars. Every kind of a flow is a flow of its own:
-    /// exponential times between vehicles stay exponential when they are split.
+    /// exponential times between vehicles stay exponential when they are split. Nobody changes lanes while he stands, nor does who has no type
+    /// in a file: SUMO would move him sideways with 1 m/s, through whoever stands beside him.
     pub(super) fn flows_xml(&self, car: &str) -> String {
         let mut text = String::from("<routes>\n");
+        if !self.files_define(DEFAULT_TYPE) {
+            push(&mut text, format_args!("  <vType id=\"{DEFAULT_TYPE}\" {STANDS_STILL}/>\n"));
+        }
+        if self.flows.is_empty() {
+            return text + "</routes>\n";
+        }
         for kind in VehicleKind::ALL {
             let model = if kind == VehicleKind::Car { car } else { "" };
             push(
                 &mut text,
-                format_args!("  <vType id=\"{}\" vClass=\"{}\" {model}/>\n", type_name(kind), kind.sumo_class()),
+                format_args!(
+                    "  <vType id=\"{}\" vClass=\"{}\" {STANDS_STILL} {model}/>\n",
+                    type_name(kind),
+                    kind.sumo_class()
+                ),
             );
         }
         const CARS: [KindShare; 1] = [KindShare { kind: VehicleKind::Car, share: 1.0 }];
@@ -192,6 +208,15 @@ impl Demand {
             }
         }
         text + "</routes>\n"
+    }
+}
+
+impl Demand {
+    /// True if a file has a type of this name. One that cannot be read is refused elsewhere.
+    fn files_define(&self, name: &str) -> bool {
+        let quoted = ['"', '\''].map(|quote| format!("id={quote}{name}{quote}"));
+        let texts = self.files.iter().filter_map(|file| std::fs::read_to_string(file).ok());
+        texts.into_iter().any(|text| quoted.iter().any(|id| text.contains(id)))
     }
 }
 
@@ -252,6 +277,17 @@ mod tests {
             "{text}"
         );
         assert_eq!(text.matches("<flow ").count(), 2);
-        assert!(text.contains("<vType id=\"codrive.car\" vClass=\"passenger\" carFollowModel=\"IDM\"/>"), "{text}");
+        let car = "<vType id=\"codrive.car\" vClass=\"passenger\" lcMaxSpeedLatStanding=\"0\" carFollowModel=\"IDM\"/>";
+        assert!(text.contains(car), "{text}");
+        assert!(text.contains("<vType id=\"DEFAULT_VEHTYPE\" lcMaxSpeedLatStanding=\"0\"/>"), "{text}");
+    }
+
+    #[test]
+    fn a_default_type_of_a_file_is_the_files() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("own.rou.xml");
+        std::fs::write(&file, "<routes><vType id=\"DEFAULT_VEHTYPE\" accel=\"3\"/></routes>").expect("written");
+        let demand = Demand { files: vec![file], flows: Vec::new() };
+        assert_eq!(demand.flows_xml(""), "<routes>\n</routes>\n");
     }
 }

@@ -44,7 +44,9 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
         )));
     }
     if n as f64 > most {
-        return Err(TrafficError::Setup(format!("{n} vehicles do not fit on {length_m:.0} m: at most {most}")));
+        return Err(TrafficError::Setup(format!(
+            "{n} vehicles do not fit on {length_m:.0} m: at most {most}\n  remedy: fewer vehicles, or a map with a longer route"
+        )));
     }
     Ok(())
 }
@@ -139,8 +141,14 @@ mod tests {
     #[test]
     fn impossible_numbers_of_cars_are_refused_with_what_is_allowed() {
         let message = |n| even(n, 250.0, 2.0, 0.0).unwrap_err().to_string();
-        assert_eq!(message(1000), "1000 vehicles do not fit on 250 m: at most 35");
-        assert_eq!(message(36), "36 vehicles do not fit on 250 m: at most 35");
+        assert_eq!(
+            message(1000),
+            "1000 vehicles do not fit on 250 m: at most 35\n  remedy: fewer vehicles, or a map with a longer route"
+        );
+        assert_eq!(
+            message(36),
+            "36 vehicles do not fit on 250 m: at most 35\n  remedy: fewer vehicles, or a map with a longer route"
+        );
         assert!(message(0).contains("2 to 35"), "{}", message(0));
         assert!(message(1).starts_with("1 vehicle is too few"), "{}", message(1));
     }

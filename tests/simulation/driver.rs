@@ -5,6 +5,7 @@ use codrive::{
     controls::Controls,
     driver::{DriverParams, PRESETS, Perception, SeenLeader, SimulatedDriver, preset},
     ego::{CarParams, EgoCar, EgoState, GroundSurface, Obstacle, UniformGround},
+    idm::IdmParams,
     map::{Route, RouteLane},
     policy::{Action, Advice},
     space::{CAR_LENGTH_M, Pose},
@@ -106,7 +107,7 @@ impl OfflineDrive<'_> {
                     leader: leader.map(|l| SeenLeader { gap_m: gap_m(l), speed_mps: l.1 }),
                     stop_ahead_m: None,
                     advice,
-                    speed_limit_mps: 30.0,
+                    speed_limit_mps: 60.0,
                     ..Perception::default()
                 });
                 let obstacles: Vec<Obstacle> = leader_at(t + TICK_S)
@@ -195,6 +196,30 @@ fn drivers_stay_within_30_cm_of_the_rings_centre_line() {
 }
 
 #[test]
+fn a_driver_keeps_to_the_line_of_a_motorway_at_its_speeds() {
+    // 130 km/h are 36 m/s; 45 m/s are driven where there is no limit. A car of 1.8 m in a lane of 3.2 m has 0.7 m to either side, and
+    // a driver wanders: half of that is his.
+    let route = ring(5000.0);
+    for speed in [27.0, 36.0, 45.0] {
+        for name in ["perfect", "follow", "idm"] {
+            let params = preset(name).unwrap();
+            let params = DriverParams { idm: IdmParams { v0: speed, ..params.idm }, ..params };
+            let run = OfflineDrive {
+                params,
+                advised: &|_| Some(speed),
+                start_speed_mps: speed,
+                seconds: 120.0,
+                ..calm(&route, name)
+            };
+            let seen = run.go();
+            assert!((seen[11_999].state.speed_mps - speed).abs() < 2.0, "{name}: {} m/s", seen[11_999].state.speed_mps);
+            let offset_m = farthest(&seen);
+            assert!(offset_m < 0.35, "{name} at {speed} m/s: {offset_m} m");
+        }
+    }
+}
+
+#[test]
 fn a_driver_turns_round_street_corners_within_the_lane() {
     // The middle of the car stays over its lane of 3.2 m: 1.6 m to either side.
     for to_right in [false, true] {
@@ -206,6 +231,52 @@ fn a_driver_turns_round_street_corners_within_the_lane() {
             let driven_m: f64 = seen.iter().map(|s| s.state.speed_mps * TICK_S).sum();
             assert!(driven_m > 200.0, "{name}: once round in a minute, not {driven_m} m");
         }
+    }
+}
+
+/// 200 m straight, to the left and to the right by as many degrees on arcs of a radius, and straight on.
+fn s_bend(radius_m: f64, turn_deg: f64) -> Route {
+    let part = |i: i32| DVec2::from_angle(turn_deg.to_radians() * f64::from(i) / 6.0);
+    let first = (0..=6).map(|i| dvec2(0.0, radius_m) + part(i).rotate(DVec2::NEG_Y) * radius_m);
+    let centre = dvec2(0.0, radius_m) + part(6).rotate(DVec2::NEG_Y) * 2.0 * radius_m;
+    let second = (1..=6).map(|i| centre + part(6 - i).rotate(DVec2::Y) * radius_m);
+    let mut shape = vec![dvec2(-200.0, 0.0)];
+    shape.extend(first.chain(second));
+    shape.push(shape[shape.len() - 1] + dvec2(300.0, 0.0));
+    let lane = closed(shape).lanes()[0].clone();
+    Route::open(vec![lane])
+}
+
+#[test]
+fn a_driver_slows_down_for_an_s_that_ends_as_it_began() {
+    for (radius_m, turn_deg) in [(4.0, 75.0), (6.0, 90.0), (15.0, 45.0)] {
+        let route = s_bend(radius_m, turn_deg);
+        for name in ["perfect", "follow", "idm"] {
+            let run = OfflineDrive { start_speed_mps: 14.0, seconds: 45.0, ..calm(&route, name) };
+            let seen = run.go();
+            let text = format!("{name}, {turn_deg} degrees on {radius_m} m");
+            assert!(seen[4_499].state.position.x > 40.0, "{text}: it came through");
+            let offset_m = farthest(&seen);
+            assert!(offset_m < 1.6, "{text}: {offset_m} m");
+        }
+    }
+}
+
+#[test]
+fn a_road_that_is_declared_twice_as_long_as_it_is_drawn_is_driven_as_it_is_drawn() {
+    // A road of 60 m, a right angle with 6 m, and a road of 60 m.
+    let arc = (0..=9).map(|i| dvec2(60.0, 6.0) + DVec2::from_angle(PI / 2.0 * f64::from(i) / 9.0 - PI / 2.0) * 6.0);
+    let mut shape = vec![DVec2::ZERO];
+    shape.extend(arc);
+    shape.push(dvec2(66.0, 66.0));
+    let lane = closed(shape).lanes()[0].clone();
+    for share in [1.0, 2.0, 0.5] {
+        let route = Route::open(vec![RouteLane { length_m: lane.length_m * share, ..lane.clone() }]);
+        let run = OfflineDrive { start_speed_mps: 8.0, seconds: 14.0, ..calm(&route, "perfect") };
+        let seen = run.go();
+        assert!(seen[1_399].state.position.y > 20.0, "declared {share} times as long: it came round");
+        let offset_m = farthest(&seen);
+        assert!(offset_m < 1.0, "declared {share} times as long: {offset_m} m");
     }
 }
 

@@ -84,10 +84,18 @@ struct Written {
     lane_pos_m: f64,
 }
 
+/// A file with what the engine makes of SUMO's default type: its vehicles change lanes only while they drive.
+fn default_type(town: &Town) -> PathBuf {
+    let file = town.folder.path().join("default.rou.xml");
+    let text = "<routes><vType id=\"DEFAULT_VEHTYPE\" lcMaxSpeedLatStanding=\"0\"/></routes>";
+    fs::write(&file, text).expect("written");
+    file
+}
+
 /// All vehicles of every step by SUMO's own program.
 fn written(town: &Town, setup: &NetworkSetup, steps: usize) -> Vec<BTreeMap<String, Written>> {
     let out = town.folder.path().join("fcd.xml");
-    let demand = setup.demand.files[0].to_str().expect("plain");
+    let routes = format!("{},{}", default_type(town).display(), setup.demand.files[0].display());
     let end = (steps as f64 * STEP_S).to_string();
     let (net, out_file) = (town.net.to_str().expect("plain"), out.to_str().expect("plain"));
     run(
@@ -96,7 +104,7 @@ fn written(town: &Town, setup: &NetworkSetup, steps: usize) -> Vec<BTreeMap<Stri
             "--net-file",
             net,
             "--route-files",
-            demand,
+            &routes,
             "--step-length",
             "0.100",
             "--default.carfollowmodel",
@@ -192,6 +200,39 @@ fn every_vehicle_of_every_step_is_as_the_program_of_sumo_writes_it() {
     assert_eq!(names.values().map(|new| &new.name).collect::<BTreeSet<_>>(), in_all);
     println!("{compared} states, {changes_of_lane} changes of lane, {arrived} arrived, at most {most} at once");
     assert!(arrived > 100 && changes_of_lane > 20 && most > 40);
+}
+
+/// How far vehicles went sideways, metres in all, in steps before and after which they stood, and how many such steps there were.
+fn sideways_while_standing(setup: &NetworkSetup, steps: usize) -> (f64, usize) {
+    let mut traffic = SumoNetwork::start(setup).expect("it starts");
+    let mut before: BTreeMap<u32, (LaneId, f64, f64)> = BTreeMap::new();
+    let (mut way_m, mut stood) = (0.0, 0);
+    for _ in 0..steps {
+        traffic.step(&[]).expect("a step");
+        for vehicle in traffic.vehicles() {
+            let (lane, offset_m) = (vehicle.lane.expect("on a lane"), vehicle.offset_m);
+            let last = before.insert(vehicle.id.0, (lane, offset_m, vehicle.speed_mps));
+            if let Some((last_lane, last_m, 0.0)) = last.filter(|_| vehicle.speed_mps == 0.0) {
+                way_m += if last_lane == lane { (offset_m - last_m).abs() } else { 3.2 };
+                stood += 1;
+            }
+        }
+    }
+    (way_m, stood)
+}
+
+#[test]
+fn nobody_goes_sideways_while_he_stands_but_by_a_type_of_his_own() {
+    let _alone = alone();
+    let town = Town::grid();
+    let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 900.0, mix: Vec::new() };
+    let flows = vec![flow("left0A0", "C2right2"), flow("bottom1B0", "B2top1"), flow("top0A2", "C0bottom2")];
+    let (way_m, stood) = sideways_while_standing(&town.setup(Demand { files: Vec::new(), flows }), 2500);
+    assert_eq!(way_m, 0.0);
+    assert!(stood > 1000, "{stood}");
+    // A file's own buses, trucks and motorcycles do as their types say.
+    let (way_m, _) = sideways_while_standing(&town.setup(town.trips()), 2500);
+    assert!(way_m > 1.0, "{way_m} m");
 }
 
 fn compare(found: &NetworkVehicle, written: &Written, setup: &NetworkSetup, step: usize) {

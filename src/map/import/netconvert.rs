@@ -100,10 +100,8 @@ impl Conversion<'_> {
         }
         errors.retain(|error| !error.starts_with(NO_NODES));
         // The system's words where it gives no more memory, netconvert's, and those of what it calls.
-        if ["std::bad_alloc", "memory exhausted", "Cannot allocate memory"].iter().any(|word| words.contains(word)) {
-            return Err(
-                self.beyond(bounds, format!("it needs more memory ({})", words.lines().last().unwrap_or_default()))
-            );
+        if let Some(line) = out_of_memory(&words) {
+            return Err(self.beyond(bounds, format!("it needs more memory ({line})")));
         }
         let message = match errors.is_empty() {
             true => format!("it ended with {status}, after the words: {}", words.lines().last().unwrap_or("none")),
@@ -139,6 +137,14 @@ impl Conversion<'_> {
             std::thread::sleep(Duration::from_millis(1000 / WAITS_PER_S));
         }
     }
+}
+
+/// The line with which it says that there is no more memory, if it does.
+fn out_of_memory(words: &str) -> Option<&str> {
+    let says_so = |line: &&str| {
+        ["std::bad_alloc", "memory exhausted", "Cannot allocate memory"].iter().any(|word| line.contains(word))
+    };
+    words.lines().find(says_so).map(str::trim)
 }
 
 /// The errors among netconvert's words, with what and where as it says them. It names the file in a line of its own, which is
@@ -218,5 +224,14 @@ mod tests {
         let many: String = (0..9).map(|k| format!("Error: edge {k}\n")).collect();
         assert_eq!(errors_of(&many).last().map(String::as_str), Some("and 4 more"));
         assert!(errors_of("Warning: Error: of a street's name\n").is_empty());
+    }
+
+    #[test]
+    fn of_a_want_of_memory_the_line_is_told_that_says_so() {
+        let words = "Loading...\nError: std::bad_alloc\nQuitting (on error).\n";
+        assert_eq!(
+            (out_of_memory(words), out_of_memory("Quitting (on error).")),
+            (Some("Error: std::bad_alloc"), None)
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::map::{loop_search::default_path, network::Network};
-use std::{fs, sync::atomic::AtomicBool};
+use std::{f64::consts::PI, fs, sync::atomic::AtomicBool};
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
@@ -26,12 +26,29 @@ fn converter(folder: &Path, script: &str) -> PathBuf {
     program
 }
 
-/// A network of straight lanes: id of the edge, length, and who may drive there.
+/// A network of straight lanes to the east, each from the end of the first that leads to it: id of the edge, length, and who may drive
+/// there. Two that lead to each other are the halves of a circle of 20 m.
 fn net_of(edges: &[(&str, f64, &str)], ways: &[(&str, &str)]) -> String {
+    let leads = |from: &str, to: &str| ways.contains(&(from, to));
+    let begin_of = |id: &str| {
+        let length = |id: &str| edges.iter().find(|(other, ..)| *other == id).map_or(0.0, |(_, length, _)| *length);
+        let before = |id: &str| ways.iter().find(|(_, to)| *to == id).map(|(from, _)| *from);
+        std::iter::successors(before(id), |id| before(id)).take(9).map(length).sum::<f64>()
+    };
     let edge = |(id, length, who): &(&str, f64, &str)| {
+        let round = edges.iter().find(|(other, ..)| leads(id, other) && leads(other, id)).map(|(other, ..)| id < other);
+        let shape = match round {
+            Some(first) => (0..=20)
+                .map(|k| (f64::from(k) / 20.0 + f64::from(u8::from(first))) * PI)
+                .fold(String::new(), |text, angle| {
+                    text + &format!("{:.4},{:.4} ", 20.0 * angle.cos(), 500.0 + 20.0 * angle.sin())
+                }),
+            None => format!("{},0 {},0", begin_of(id), begin_of(id) + length),
+        };
         format!(
             "<edge id=\"{id}\"><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"{length}\" allow=\"{who}\" \
-             shape=\"0,0 {length},0\"/></edge>\n"
+             shape=\"{}\"/></edge>\n",
+            shape.trim()
         )
     };
     let way = |(from, to): &(&str, &str)| {
@@ -60,6 +77,12 @@ fn without_a_loop_the_longest_open_path_is_found_on_lanes_for_cars_alone() {
     // A loop goes before a longer open path.
     let looped = path_of(&net_of(&longer, &[("a", "e"), ("b", "c"), ("c", "b")])).unwrap();
     assert_eq!(looped, (vec!["b_0".into(), "c_0".into()], true, 130.0));
+    // One of 90 m is a circle on the spot.
+    let on_the_spot = [fork[0], fork[1], ("c", 40.0, "passenger"), ("e", 110.0, "passenger")];
+    let found = path_of(&net_of(&on_the_spot, &[("a", "e"), ("b", "c"), ("c", "b")])).unwrap();
+    assert_eq!(found, (vec!["a_0".into(), "e_0".into()], false, 210.0));
+    let alone = path_of(&net_of(&on_the_spot[1..3], &[("b", "c"), ("c", "b")])).unwrap();
+    assert_eq!(alone, (vec!["b_0".into(), "c_0".into()], true, 90.0));
 }
 
 #[test]
@@ -71,6 +94,21 @@ fn a_network_without_a_road_for_cars_says_what_it_has_instead() {
     let short = said(&[("a", 3.0, "passenger"), ("b", 12.5, "passenger")]);
     assert!(short.contains("2 lanes are open to passenger cars, the longest has 12.5 m"), "{short}");
     assert!(path_of(&net_of(&[("a", 20.0, "passenger")], &[])).is_ok(), "as long as is asked for");
+}
+
+#[test]
+fn a_road_that_joins_no_other_is_imported() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("road.osm");
+    // One way, 0.003 degrees to the east at 52 degrees north: 206 m.
+    let text = "<osm version=\"0.6\"><node id=\"1\" lat=\"52\" lon=\"13\"/><node id=\"2\" lat=\"52\" lon=\"13.003\"/><way \
+                id=\"9\"><nd ref=\"1\"/><nd ref=\"2\"/><tag k=\"highway\" v=\"residential\"/><tag k=\"oneway\" v=\"yes\"/></way></osm>";
+    fs::write(&file, text).unwrap();
+    let made = import_into(&folder.path().join("maps"), &sumos_netconvert(), &file, "road", &bounds()).unwrap();
+    let network = Network::load(&made.folder.join("net.xml").to_string_lossy()).unwrap();
+    assert_eq!(network.census().streets, 1);
+    let length_m = network.lanes()[0].length_m;
+    assert!((length_m - 206.0).abs() < 2.0, "{length_m} m");
 }
 
 #[test]

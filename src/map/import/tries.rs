@@ -120,6 +120,12 @@ impl SourceFormat {
                     options: &[OSM[0], OSM[1], OSM[2], OSM[3], OSM[4], "--ignore-errors", "true"],
                     words: "with junctions as they are",
                 },
+                // netconvert takes a road for isolated that leads out of the file on both sides.
+                Try {
+                    given: Given::File,
+                    options: &[OSM[0], OSM[1], OSM[3], OSM[4], OSM[5], "--ignore-errors", "true"],
+                    words: "with roads that join no other",
+                },
             ],
             Self::Sumo => &[
                 Try { given: Given::Nothing, options: &[], words: "as it is" },

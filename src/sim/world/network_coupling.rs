@@ -30,8 +30,12 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// A way within a step that no vehicle drives, metres beyond what its speeds explain: it was set there.
-const JUMP_M: f64 = 5.0;
+/// A way within a step that no vehicle drives, metres beyond twice what its speeds explain (a lane may be drawn longer than it is
+/// declared), or to the side of where it heads: it was set there. Spread over the step's ticks it would hit whoever is in the way, faster
+/// than anything drives.
+const JUMP_M: f64 = 1.0;
+/// What a bend, or a change of lanes in a long step, explains of a way to the side, as a share of the way.
+const SIDEWAYS: f64 = 0.25;
 
 /// SUMO on a network, and the two steps that the present tick lies between.
 pub(super) struct NetworkCoupling {
@@ -314,8 +318,8 @@ impl NetworkCoupling {
 
     fn between(&self, from: &PlacedVehicle, to: &PlacedVehicle, fraction: f64) -> Shown {
         let (a, b) = (&from.vehicle, &to.vehicle);
-        let farthest_m = a.speed_mps.max(b.speed_mps) * self.step_s + JUMP_M;
-        let jumps = a.pose.position.distance(b.pose.position) > farthest_m;
+        let farthest_m = 2.0 * a.speed_mps.max(b.speed_mps) * self.step_s + JUMP_M;
+        let jumps = is_jump(&a.pose, &b.pose, farthest_m);
         let mix = |a: f64, b: f64| a + (b - a) * fraction;
         let nearer = if fraction < 0.5 { from } else { to };
         let place = |vehicle: &NetworkVehicle| {
@@ -361,6 +365,14 @@ impl NetworkCoupling {
     }
 }
 
+/// True if a vehicle has not driven from one place to the other: it is farther than it can have come, or beside where it was heading. The
+/// chord of an arc points midway between the headings at its ends.
+fn is_jump(from: &Pose, to: &Pose, farthest_m: f64) -> bool {
+    let way = to.position - from.position;
+    let sideways_m = way.dot(from.lerp(to, 0.5).left()).abs();
+    way.length() > farthest_m || sideways_m > JUMP_M.max(SIDEWAYS * way.length())
+}
+
 /// Where a vehicle is along the route between two steps, metres. `None` where that is farther than it can have driven: a route that comes by
 /// twice has two places for it.
 fn s_between(route: &Route, (from_s_m, to_s_m): (f64, f64), farthest_m: f64, fraction: f64) -> Option<f64> {
@@ -371,6 +383,22 @@ fn s_between(route: &Route, (from_s_m, to_s_m): (f64, f64), farthest_m: f64, fra
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::dvec2;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn a_vehicle_that_is_set_beside_itself_or_ahead_has_jumped_and_one_that_turns_has_not() {
+        let at = |x: f64, y: f64, yaw_rad: f64| Pose::new(dvec2(x, y), yaw_rad);
+        let here = at(0.0, 0.0, 0.0);
+        // 10 m/s for 0.1 s: at most 2 m and 1 m.
+        assert!(!is_jump(&here, &at(1.0, 0.1, 0.0), 3.0));
+        // A lane of 3.2 m aside, standing or driving.
+        assert!(is_jump(&here, &at(0.0, 3.2, 0.0), 1.0) && is_jump(&here, &at(1.0, 2.8, 0.0), 3.0));
+        // Across a junction of 12 m that has no insides.
+        assert!(is_jump(&here, &at(12.0, 0.0, 0.0), 3.0));
+        // A quarter of a circle of 6 m in a step of 1 s: 9.4 m.
+        assert!(!is_jump(&here, &at(6.0, 6.0, FRAC_PI_2), 20.0));
+    }
 
     #[test]
     fn between_two_places_that_are_farther_apart_than_it_drives_a_vehicle_is_at_neither_of_them_by_halves() {

@@ -130,15 +130,15 @@ impl TypeFile {
         if types.is_empty() { Ok(None) } else { Self::write("add", &text).map(Some) }
     }
 
-    /// One with the flows of a demand, where it has any, and the types of their vehicles: cars drive by this model.
-    pub fn of_demand(demand: &Demand, idm: &IdmParams) -> Result<Option<Self>, TrafficError> {
+    /// One with the flows of a demand, and the types of their vehicles: cars drive by this model.
+    pub fn of_demand(demand: &Demand, idm: &IdmParams) -> Result<Self, TrafficError> {
         let IdmParams { v0, t, a, b, delta, s0, .. } = idm;
         let car = format!(
             "carFollowModel=\"IDM\" length=\"{CAR_LENGTH_M}\" width=\"{CAR_WIDTH_M}\" maxSpeed=\"{v0}\" tau=\"{t}\" accel=\"{a}\" \
              decel=\"{b}\" delta=\"{delta}\" minGap=\"{s0}\" emergencyDecel=\"{}\"",
             EMERGENCY_BRAKING_MPS2.max(*b)
         );
-        if demand.flows.is_empty() { Ok(None) } else { Self::write("rou", &demand.flows_xml(&car)).map(Some) }
+        Self::write("rou", &demand.flows_xml(&car))
     }
 
     fn write(kind: &str, text: &str) -> Result<Self, TrafficError> {

@@ -121,7 +121,7 @@ impl<'r> Names<'r> {
             length_m,
             speed_limit_mps: reader.within(node, "speed", &SPEED_MPS, "a number from 0.01 to 500 m/s")?,
             width_m: reader
-                .within_if_any(node, "width", &WIDTH_M, "a number from 0.1 to 100 m")?
+                .within_if_any(node, "width", &WIDTH_M, "a number from 0.001 to 100 m")?
                 .unwrap_or(DEFAULT_WIDTH_M),
             line,
             drawn,

@@ -21,12 +21,12 @@ fn networks_folder() -> PathBuf {
     root().join("tests/data/networks")
 }
 
-/// All networks to test on: twelve kinds of their own, two of netconvert, the shipped maps.
+/// All networks to test on: fourteen kinds of their own, two of netconvert, the shipped maps.
 fn files() -> Vec<PathBuf> {
     let entries = fs::read_dir(networks_folder()).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = entries.filter(|file| file.to_string_lossy().ends_with(".net.xml")).collect();
     files.sort();
-    assert_eq!(files.len(), 12);
+    assert_eq!(files.len(), 14);
     files.extend(["junctions-inside", "junctions-none"].map(|name| root().join(format!("tests/data/{name}.net.xml"))));
     files.extend(crate::map::SHIPPED.map(|name| root().join("maps").join(name).join("net.xml")));
     files
