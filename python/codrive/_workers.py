@@ -239,7 +239,7 @@ def _close(pipe: BinaryIO | None) -> None:
 
 
 def _finish(process: subprocess.Popen[bytes]) -> None:
-    """Ends a process and takes note of it, so that none is left as a zombie. In a fork, whose child it is not, this lets go of its pipes."""
+    """Ends a process and takes note of it, so that none is left as a zombie. A fork, whose child it is not, lets go of its pipes."""
     _close(process.stdin)
     try:
         process.wait(_GRACE_S)
