@@ -151,10 +151,7 @@ class DriveSeries:
 
     def hold(self, actions: NDArray[np.float32]) -> HoldResult:
         """Drives one hold under these actions, float32, ``(agents,)``."""
-        self._why_not = _FAILED
-        result = self._done(self._drive.hold, actions)
-        self._why_not = None
-        return result
+        return self._done(self._drive.hold, actions)
 
     def end(self) -> None:
         """The episode is over."""

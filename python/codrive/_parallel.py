@@ -91,8 +91,8 @@ class DriveParallelEnv(ParallelEnv):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
-        """Begins a drive: the one of a seed, or the next one of the series that the last seed has begun. Gives of each agent its observation,
-        float32, ``(k,)``, and an empty dict.
+        """Begins a drive: the one of a seed, or the next one of the series that the last seed has begun. Gives of each agent its
+        observation, float32, ``(k,)``, and an empty dict.
 
         Raises:
             ValueError: There can be no such drive.

@@ -18,7 +18,8 @@ def save_policy(path: str | os.PathLike[str], layers: Sequence[tuple[Any, Any]],
         path: ``NAME.onnx``, which other programs read, too, or ``NAME.toml``, codrive's own kind. What is there is replaced.
         layers: Weights ``(inputs, outputs)`` and biases ``(outputs,)`` of each layer: y = x W + b, then tanh on all but the last. The first
             sees an observation of ``envs``; the last gives an action, one number, or one for each level, of which the largest wins.
-        envs: The environments that it was trained in (``make``, ``make_vec``, ``make_parallel``, ``codrive.sb3.VecEnv``): they say what its numbers mean.
+        envs: The environments that it was trained in (``make``, ``make_vec``, ``make_parallel``, ``codrive.sb3.VecEnv``): they say what
+            its numbers mean.
 
     Raises:
         ValueError: Layers do not fit together or to ``envs``, or hold numbers that are not finite.

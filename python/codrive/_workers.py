@@ -198,7 +198,7 @@ class WorkerDrive:
             raise RuntimeError(f"no process can be started for the drive: {why}") from None
         self._owner = os.getpid()
         self._process = process
-        self._end = weakref.finalize(self, _finish, process, self._owner)
+        self._end = weakref.finalize(self, _finish, process)
         self._is_new = True
         write_message(process.stdin, self._arguments)
 
@@ -238,21 +238,15 @@ def _close(pipe: BinaryIO | None) -> None:
         pass  # The other end is gone; what was not sent is lost with it.
 
 
-def _finish(process: subprocess.Popen[bytes], owner: int) -> None:
-    """Ends a process and takes note of it, so that none is left as a zombie. In a fork it is another's."""
-    if os.getpid() != owner:
-        # Not waited for by who is not its parent.
-        process.returncode = 0
-        return
+def _finish(process: subprocess.Popen[bytes]) -> None:
+    """Ends a process and takes note of it, so that none is left as a zombie. A fork, whose child it is not, lets go of its pipes."""
     _close(process.stdin)
     try:
         process.wait(_GRACE_S)
-    except subprocess.TimeoutExpired:
+    except BaseException as why:
         process.kill()
         process.wait()
-    except BaseException:
-        process.kill()
-        process.wait()
-        raise
+        if not isinstance(why, subprocess.TimeoutExpired):
+            raise
     finally:
         _close(process.stdout)

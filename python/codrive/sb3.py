@@ -98,9 +98,10 @@ def layers(model: Any) -> list[tuple[np.ndarray, np.ndarray]]:
         ValueError: Its network is of another kind; export it as ONNX yourself, with ``codrive.describe_policy`` beside it.
     """
     policy = model.policy
-    hidden = list(getattr(getattr(policy, "mlp_extractor", None), "policy_net", ()))
-    kinds = [type(part).__name__ for part in hidden]
-    if not hidden or kinds != ["Linear", "Tanh"] * (len(kinds) // 2) or type(policy.features_extractor).__name__ != "FlattenExtractor":
+    # Without hidden layers it is empty, and what acts is a linear map.
+    hidden = getattr(getattr(policy, "mlp_extractor", None), "policy_net", None)
+    kinds = [] if hidden is None else [type(part).__name__ for part in hidden]
+    if hidden is None or kinds != ["Linear", "Tanh"] * (len(kinds) // 2) or type(policy.features_extractor).__name__ != "FlattenExtractor":
         raise ValueError(
             f"the policy is {type(policy).__name__} of {kinds or 'no'} layers; allowed: MlpPolicy with layers of tanh. "
             "Export it as ONNX, and write codrive.describe_policy(envs) beside it as NAME.onnx.toml"

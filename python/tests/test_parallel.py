@@ -150,7 +150,8 @@ def test_actions_that_cannot_be(actions, error, words):
 
 
 @pytest.mark.parametrize(
-    ("advised", "error"), [(None, TypeError), (True, TypeError), ([2], TypeError), ("many", ValueError), (0, ValueError), (-1, ValueError), (float("nan"), ValueError)]
+    ("advised", "error"),
+    [(None, TypeError), (True, TypeError), ([2], TypeError), ("many", ValueError), (0, ValueError), (-1, ValueError), (np.nan, ValueError)],
 )
 def test_shares_that_cannot_be(advised, error):
     with pytest.raises(error, match=f"advised is .*{re.escape(str(advised))}"):

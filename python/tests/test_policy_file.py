@@ -56,7 +56,11 @@ def test_a_description_says_what_the_numbers_mean():
     low, high = envs.action_limits
     assert 'action = "speed"' in text and f"limits = [{low}, {high}]" in text.replace("\n", " ")
     assert [name in text for name in ("speed", "gap", "leader_speed")] == [True, True, False]
-    assert text == codrive.describe_policy(codrive.make(hold=2.0, advice="speed", sees="speed,gap"))
+    same = {"hold": 2.0, "advice": "speed", "sees": "speed,gap"}
+    assert text == codrive.describe_policy(codrive.make(**same))
+    # What learns in whole drives on that ring means the same.
+    assert text == codrive.describe_policy(codrive.make(engine="native", **same))
+    assert text == codrive.describe_policy(codrive.make_parallel(advised=3, **same))
 
 
 def test_what_cannot_be_a_policy_is_refused_and_nothing_is_written(tmp_path):
