@@ -157,15 +157,15 @@ fn user_by(variable: EnvironmentLookup<'_>) -> Option<PathBuf> {
 /// # Errors
 /// Neither can be written to.
 pub fn unpacked_files(kind: &str, files: &[(&str, &[u8])]) -> Result<PathBuf, DataFolderError> {
-    written(&|name| env::var_os(name), kind, files)
+    in_cache(&|name| env::var_os(name), kind, files)
 }
 
 /// The embedded files, as [`unpacked_files`] writes files.
 fn unpacked(variable: EnvironmentLookup<'_>) -> Result<PathBuf, DataFolderError> {
-    written(variable, "data", EMBEDDED)
+    in_cache(variable, "data", EMBEDDED)
 }
 
-fn written(variable: EnvironmentLookup<'_>, kind: &str, files: &[(&str, &[u8])]) -> Result<PathBuf, DataFolderError> {
+fn in_cache(variable: EnvironmentLookup<'_>, kind: &str, files: &[(&str, &[u8])]) -> Result<PathBuf, DataFolderError> {
     let name = format!("{kind}-{}", hash(files));
     let cache = set(variable, "XDG_CACHE_HOME").or_else(|| Some(set(variable, "HOME")?.join(".cache")));
     let places: Vec<PathBuf> = cache.into_iter().map(|cache| cache.join("codrive")).chain([temporary()]).collect();
@@ -310,7 +310,7 @@ mod tests {
         assert!(fs::read(folder.join(SIGN)).unwrap().len() > 1000);
         assert_eq!(fs::read_dir(folder.parent().unwrap()).unwrap().count(), 1, "nothing is left beside it");
         // Other files have a folder of their own, and other bytes another.
-        let library = |bytes: &'static [u8]| written(&variable, "library", &[("lib.so", bytes)]).unwrap();
+        let library = |bytes: &'static [u8]| in_cache(&variable, "library", &[("lib.so", bytes)]).unwrap();
         let (one, other) = (library(b"one"), library(b"other"));
         assert!(one != other && one.parent() == folder.parent());
         assert_eq!([one, other].map(|folder| fs::read(folder.join("lib.so")).unwrap()), [&b"one"[..], b"other"]);
