@@ -330,6 +330,7 @@ impl Worker {
     }
 
     /// What it says next.
+    #[allow(clippy::disallowed_methods, reason = "a limit is of the clock on the wall")]
     fn answer(&mut self, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, CliError> {
         let start = Instant::now();
         loop {

@@ -3,7 +3,7 @@
 
 use crate::record::{RecordError, file_sha256};
 use std::{
-    collections::HashMap,
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
     sync::{LazyLock, Mutex, PoisonError},
@@ -11,7 +11,7 @@ use std::{
 };
 
 /// By the path as it was given; whether an entry still holds is seen by the file, so that plans share them.
-static KNOWN: LazyLock<Mutex<HashMap<PathBuf, KnownFile>>> = LazyLock::new(Mutex::default);
+static KNOWN: LazyLock<Mutex<BTreeMap<PathBuf, KnownFile>>> = LazyLock::new(Mutex::default);
 /// A file that was written to so recently may be written to again without a new time: the clocks of file systems go in steps, of two
 /// seconds at the most (FAT).
 const STEP: Duration = Duration::from_secs(2);
@@ -38,6 +38,7 @@ impl FileStamp {
     }
 
     /// True if whatever is written from now on gets another time.
+    #[allow(clippy::disallowed_methods, reason = "the age of a file is a matter of wall time, and no run knows of it")]
     fn is_settled(&self) -> bool {
         SystemTime::now().duration_since(self.modified).is_ok_and(|age| age > STEP)
     }
@@ -70,6 +71,7 @@ mod tests {
     const ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
     const ABD: &str = "a52d159f262b2c6ddb724a61840befc36eb30c88877a4030b65cbe86298449c9";
 
+    #[allow(clippy::disallowed_methods, reason = "files have the times of the clock on the wall")]
     fn put(path: &Path, text: &str, age_s: u64) {
         fs::write(path, text).expect("written");
         let time = SystemTime::now() - Duration::from_secs(age_s);

@@ -91,6 +91,7 @@ fn a_run_that_fails_is_tried_again_and_told_and_the_others_are_kept() {
 }
 
 #[test]
+#[allow(clippy::disallowed_methods, reason = "a limit is of the clock on the wall")]
 fn a_run_that_hangs_is_ended_at_its_limit_tried_again_and_told_and_the_others_are_kept() {
     // Two drives that take a moment, and one that would take hours; the short ones have the time that a busy machine may need.
     let text = PLAN.replace("[[drives]]\n", "[[drives]]\nlimit_s = 4\n").replace("duration_s = 2\n", "");
