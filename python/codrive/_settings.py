@@ -104,7 +104,10 @@ def settings(name: str = "ring-250", **changes: Any) -> dict[str, Any]:
     if engine == "ring":
         return json.loads(configuration(name, **arguments, settings=changes).json())
     changes.pop("seed", None)
-    return json.loads(drive_configuration(name, engine, **arguments, settings=changes)[0].json())
+    own = json.loads(drive_configuration(name, engine, **arguments, settings=changes)[0].json())
+    own = {"engine": engine, **{key: value for key, value in own.items() if key not in ("map", "traffic")}}
+    # Who is drawn for each drive is not written in it.
+    return own if arguments["driver"] is None else {**own, "driver": arguments["driver"]}
 
 
 def sumo_variables() -> dict[str, str]:

@@ -56,7 +56,16 @@ def test_what_moves_the_cars_is_as_asked_or_as_the_name_says():
     envs = gymnasium.make_vec("codrive/Drive-v0", num_envs=2, vectorization_mode="vector_entry_point", engine="native")
     assert isinstance(envs.unwrapped, codrive.DriveVectorEnv)
     assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
-    assert codrive.settings("ring-250", engine="native", hold=2.0)["hold_s"] == 2.0
+
+
+def test_the_settings_are_those_that_were_asked_for():
+    settings = codrive.settings("merge", hold=2.0, advice="speed", idm={"v0": 20.0})
+    assert (settings["engine"], settings["hold_s"], settings["action"], settings["idm"]["v0"]) == ("sumo", 2.0, "speed", 20.0)
+    assert codrive.settings("ring-250", engine="native", driver="people")["driver"] == "people"
+    # And make takes all of them.
+    for name, asked in (("merge", settings), ("ring-250", codrive.settings("ring-250", engine="native", driver="people"))):
+        assert codrive.settings(name, **asked) == asked
+        codrive.make(name, **asked)
 
 
 @pytest.mark.parametrize("engine", ["native", "sumo"])

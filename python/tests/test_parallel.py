@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+import sys
 import warnings
 
 import gymnasium
@@ -170,9 +171,7 @@ def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
 
 
 def test_without_pettingzoo_it_is_said_what_to_install(monkeypatch):
-    import sys
-
     monkeypatch.setitem(sys.modules, "pettingzoo", None)
-    monkeypatch.delitem(sys.modules, "codrive._parallel")
+    monkeypatch.delitem(sys.modules, "codrive._parallel", raising=False)
     with pytest.raises(ImportError, match="pip install pettingzoo"):
         ring()
