@@ -303,9 +303,11 @@ fn rewards_are_the_mean_speeds_of_the_hold_less_penalties() {
         near(second.agents[agent].reward, all[1]);
     }
     let (first, second) = of("ego");
-    for agent in 0..2 {
-        near(first.agents[agent].reward, own[0][agent] - 0.75);
-        near(second.agents[agent].reward, own[1][agent]);
+    for (agent, own_mps) in first.agents.iter().zip(own[0]) {
+        near(agent.reward, own_mps - 0.75);
+    }
+    for (agent, own_mps) in second.agents.iter().zip(own[1]) {
+        near(agent.reward, own_mps);
     }
     assert!((own[1][0] - own[1][1]).abs() > 0.01, "two vehicles with speeds of their own: {own:?}");
 }
