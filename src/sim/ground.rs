@@ -1,5 +1,6 @@
 //! The ground under the ego's wheels, from the map: asphalt on lanes, their shoulders and in junctions, grass beyond. On a network it has
-//! the height and the grade of the lane where the car is.
+//! the height and the grade of the lane where the car is, and the ego's own way is road, too, where it leads over a gap between two lanes
+//! at which no junction is drawn.
 
 use crate::{
     ego::{GroundModel, GroundShape, GroundSurface},
@@ -32,6 +33,8 @@ pub(super) struct NetworkGround<'a> {
     pub near: Option<LaneId>,
     /// Height of the road there, metres: a bridge is no ground of the road below it.
     pub height_m: f64,
+    /// The ego's own way.
+    pub way: RoadGround<'a>,
 }
 
 impl NetworkGround<'_> {
@@ -62,7 +65,7 @@ impl GroundModel for NetworkGround<'_> {
     fn surface(&self, point: DVec2) -> GroundSurface {
         let at = point.extend(self.height_m);
         let is_road = self.is_on_lane(at, self.near) || self.is_in_junction(point) || self.is_on_lane(at, None);
-        if is_road { GroundSurface::Asphalt } else { GroundSurface::Grass }
+        if is_road { GroundSurface::Asphalt } else { self.way.surface(point) }
     }
 
     fn shape(&self, middle: DVec2) -> GroundShape {
@@ -89,7 +92,18 @@ fn is_inside(point: DVec2, outline: &[DVec3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::network::LanePosition;
+    use crate::map::{RouteLane, network::LanePosition};
+
+    /// An open route along these points.
+    fn way_along(shape: Vec<DVec2>) -> Route {
+        let length_m = shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+        let (id, edge) = ("a_0".to_owned(), "a".to_owned());
+        Route::open(vec![RouteLane { id, edge, start_s_m: 0.0, length_m, speed_limit_mps: 9.0, width_m: 3.2, shape }])
+    }
+
+    fn far_away() -> Route {
+        way_along(vec![DVec2::splat(1e5), DVec2::new(1e5 + 10.0, 1e5)])
+    }
 
     #[test]
     fn asphalt_reaches_over_the_shoulder_on_either_side_and_grass_begins_there() {
@@ -111,7 +125,9 @@ mod tests {
         // Lanes of 3.2 m; the grid's crossings lie 100 m apart, B1 in its middle. C1B1 comes to it from the east.
         let lane = net.lane_named("C1B1_0").expect("a lane");
         let near = Some(lane);
-        let ground = NetworkGround { network: &net, near, height_m: 0.0 };
+        let elsewhere = far_away();
+        let way = RoadGround { route: &elsewhere, near_s_m: 1.0 };
+        let ground = NetworkGround { network: &net, near, height_m: 0.0, way };
         let line = net.pose(LanePosition { lane, s_m: 40.0, offset_m: 0.0 });
         let (middle, left) = (line.position.truncate(), DVec2::from_angle(line.yaw_rad).perp());
         let at = |offset_m: f64| ground.surface(middle + left * offset_m);
@@ -124,7 +140,7 @@ mod tests {
 
         let hill = Network::load("tests/data/networks/hill.net.xml").expect("a network");
         let lane = hill.lane_named("up_1").expect("a lane");
-        let ground = NetworkGround { network: &hill, near: Some(lane), height_m: 9.0 };
+        let ground = NetworkGround { network: &hill, near: Some(lane), height_m: 9.0, ..ground };
         // Between the second and third point of its shape in the file, 62.1 m apart on the ground and 9 m in height.
         let (a, b) = (DVec2::new(50.2751, 103.4195), DVec2::new(110.4934, 118.4741));
         let shape = ground.shape((a + b) / 2.0);
@@ -137,7 +153,9 @@ mod tests {
     fn the_area_of_a_junction_is_asphalt_where_no_lane_is_drawn() {
         // A network without insides of junctions.
         let net = Network::load("tests/data/networks/random-8.net.xml").expect("a network");
-        let seen = |near| NetworkGround { network: &net, near, height_m: 0.0 };
+        let elsewhere = far_away();
+        let way = || RoadGround { route: &elsewhere, near_s_m: 1.0 };
+        let seen = |near| NetworkGround { network: &net, near, height_m: 0.0, way: way() };
         let bare = net.junctions().iter().filter(|junction| {
             let middle = junction.position.truncate();
             is_inside(middle, &junction.shape) && !seen(None).is_on_lane(junction.position, None)
@@ -158,6 +176,30 @@ mod tests {
             compared += 1;
         }
         assert!(compared > 0, "there are such junctions");
+    }
+
+    #[test]
+    fn the_way_over_a_gap_between_two_lanes_is_asphalt() {
+        // Two lanes to the east with 14 m between them, where a junction without an outline is.
+        let lane = |id: &str, from: f64| {
+            format!(
+                "<edge id=\"{id}\"><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"40\" shape=\"{from},0 {},0\"/></edge>",
+                from + 40.0
+            )
+        };
+        let text = format!(
+            "<net>{}{}<connection from=\"a\" to=\"b\" fromLane=\"0\" toLane=\"0\"/></net>",
+            lane("a", 0.0),
+            lane("b", 54.0)
+        );
+        let net = Network::read(std::path::Path::new("t.net.xml"), &text).expect("a network");
+        let route = way_along(vec![DVec2::ZERO, DVec2::new(94.0, 0.0)]);
+        let way = RoadGround { route: &route, near_s_m: 45.0 };
+        let ground = NetworkGround { network: &net, near: None, height_m: 0.0, way };
+        // A lane of 3.2 m and its shoulders of 0.4 m.
+        let at = |y: f64| ground.surface(DVec2::new(47.0, y));
+        assert_eq!([0.0, 1.9, -1.9].map(at), [GroundSurface::Asphalt; 3]);
+        assert_eq!([2.1, -2.1].map(at), [GroundSurface::Grass; 2]);
     }
 
     #[test]

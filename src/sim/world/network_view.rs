@@ -10,7 +10,10 @@ use crate::{
         network::{LanePosition, SignalLight},
     },
     policy::SignalAhead,
-    sim::{Snapshot, VehicleSnapshot, ground::NetworkGround},
+    sim::{
+        Snapshot, VehicleSnapshot,
+        ground::{NetworkGround, RoadGround},
+    },
     space::Pose,
 };
 
@@ -78,13 +81,15 @@ impl NetworkView {
     /// The ground around the ego.
     pub fn ground<'a>(&self, map: &'a RoadMap, snapshot: &Snapshot) -> NetworkGround<'a> {
         let lane = snapshot.ego_lane.map(|at| at.lane);
-        NetworkGround { network: &map.network, near: lane, height_m: snapshot.ego.position.z }
+        let way = RoadGround { route: &map.route, near_s_m: snapshot.ego_s_m };
+        NetworkGround { network: &map.network, near: lane, height_m: snapshot.ego.position.z, way }
     }
 
     /// The ground at a place of the route, before the ego is there.
     pub fn ground_at<'a>(&self, map: &'a RoadMap, s_m: f64) -> NetworkGround<'a> {
         let near = map.network.lane_named(&map.route.lanes()[map.route.lane_at(s_m).0].id);
-        NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m) }
+        let way = RoadGround { route: &map.route, near_s_m: s_m };
+        NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m), way }
     }
 
     /// Way from the ego's front bumper to the nearest line of its path that must not be crossed now, metres: a signal's, one where others
