@@ -101,6 +101,7 @@ def main() -> None:
     ray.init(address=given.address, log_to_driver=False, logging_level="error", runtime_env={"env_vars": {"RAYON_NUM_THREADS": "1"}})
     register_env("codrive-ring-250", rings)
     one = codrive.make("ring-250", **RING)
+    batch = HOLDS * given.runners * given.envs
     model = DefaultModelConfig(fcnet_hiddens=HIDDEN, fcnet_activation="tanh", vf_share_layers=False, head_fcnet_hiddens=[])
     config = (
         PPOConfig()
@@ -119,8 +120,8 @@ def main() -> None:
             vf_loss_coeff=1e-4,
             vf_clip_param=float("inf"),
             grad_clip=0.5,
-            train_batch_size_per_learner=HOLDS * given.runners * given.envs,
-            minibatch_size=4096,
+            train_batch_size_per_learner=batch,
+            minibatch_size=min(4096, batch),
             num_epochs=10,
         )
         .rl_module(model_config=model)
