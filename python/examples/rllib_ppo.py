@@ -65,15 +65,14 @@ class NextStep(gymnasium.vector.VectorWrapper):
 
 
 def rings(config: dict[str, Any]) -> gymnasium.vector.VectorEnv:
-    """The rings of one env runner; each runner draws others."""
-    seed = 1_000 * config.worker_index + 1
-    return NextStep(codrive.make_vec("ring-250", config["num_envs"], seed=seed, **RING))
+    """The rings of one env runner. RLlib seeds those of each with its number."""
+    return NextStep(codrive.make_vec("ring-250", config["num_envs"], **RING))
 
 
 def layers(weights: dict[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
     """The network that acts, for ``codrive.save_policy``; of its outputs the mean, not the deviation."""
-    parts = [weights[name] for name in weights if name.startswith(("encoder.actor_encoder", "pi."))]
-    # RLlib puts the logarithm of the deviation behind the mean, or keeps it apart.
+    parts = [weights[name] for name in weights if name.startswith(("encoder.actor_encoder.net.", "pi.net."))]
+    # RLlib puts the logarithm of the deviation behind the mean.
     parts[-2:] = [part[:1] for part in parts[-2:]]
     return [(weight.T, bias) for weight, bias in zip(parts[::2], parts[1::2], strict=True)]
 
@@ -125,6 +124,7 @@ def main() -> None:
             num_epochs=10,
         )
         .rl_module(model_config=model)
+        .debugging(seed=1)
     )
     algorithm = config.build_algo()
     start = time.perf_counter()
