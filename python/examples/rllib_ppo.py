@@ -1,7 +1,7 @@
 """Trains a policy for the 250 m ring by RLlib's PPO, with rings in several processes, on one machine or on a Ray cluster.
 
     pip install './python[ray]' 'ray[rllib]' torch
-    python python/examples/rllib_ppo.py --runners 2 --envs 64 --out mine.onnx
+    python python/examples/rllib_ppo.py --runners 2 --envs 128 --out mine.onnx
 
 Each env runner is a process with rings of its own; on a cluster Ray puts them where cores are free.
 """
@@ -92,8 +92,8 @@ def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runners", type=int, default=2, help="processes with rings [default: 2]")
-    parser.add_argument("--envs", type=int, default=64, help="rings of each [default: 64]")
-    parser.add_argument("--updates", type=int, default=60, help="[default: 60]")
+    parser.add_argument("--envs", type=int, default=128, help="rings of each [default: 128]")
+    parser.add_argument("--updates", type=int, default=200, help="[default: 200]")
     parser.add_argument("--address", help="of a Ray cluster [default: one on this machine]")
     parser.add_argument("--out", default="mine.onnx", help="file of the policy, NAME.onnx or NAME.toml [default: mine.onnx]")
     given = parser.parse_args()
