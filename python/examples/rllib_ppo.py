@@ -1,7 +1,7 @@
 """Trains a policy for the 250 m ring by RLlib's PPO, with rings in several processes, on one machine or on a Ray cluster.
 
     pip install './python[ray]' 'ray[rllib]' torch
-    python python/examples/rllib_ppo.py --runners 2 --envs 64 --out mine.onnx
+    python python/examples/rllib_ppo.py --runners 2 --envs 128 --out mine.onnx
 
 Each env runner is a process with rings of its own; on a cluster Ray puts them where cores are free.
 """
@@ -65,15 +65,14 @@ class NextStep(gymnasium.vector.VectorWrapper):
 
 
 def rings(config: dict[str, Any]) -> gymnasium.vector.VectorEnv:
-    """The rings of one env runner; each runner draws others."""
-    seed = 1_000 * config.worker_index + 1
-    return NextStep(codrive.make_vec("ring-250", config["num_envs"], seed=seed, **RING))
+    """The rings of one env runner. RLlib seeds those of each with its number."""
+    return NextStep(codrive.make_vec("ring-250", config["num_envs"], **RING))
 
 
 def layers(weights: dict[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
     """The network that acts, for ``codrive.save_policy``; of its outputs the mean, not the deviation."""
-    parts = [weights[name] for name in weights if name.startswith(("encoder.actor_encoder", "pi."))]
-    # RLlib puts the logarithm of the deviation behind the mean, or keeps it apart.
+    parts = [weights[name] for name in weights if name.startswith(("encoder.actor_encoder.net.", "pi.net."))]
+    # RLlib puts the logarithm of the deviation behind the mean.
     parts[-2:] = [part[:1] for part in parts[-2:]]
     return [(weight.T, bias) for weight, bias in zip(parts[::2], parts[1::2], strict=True)]
 
@@ -93,14 +92,15 @@ def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runners", type=int, default=2, help="processes with rings [default: 2]")
-    parser.add_argument("--envs", type=int, default=64, help="rings of each [default: 64]")
-    parser.add_argument("--updates", type=int, default=60, help="[default: 60]")
+    parser.add_argument("--envs", type=int, default=128, help="rings of each [default: 128]")
+    parser.add_argument("--updates", type=int, default=200, help="[default: 200]")
     parser.add_argument("--address", help="of a Ray cluster [default: one on this machine]")
     parser.add_argument("--out", default="mine.onnx", help="file of the policy, NAME.onnx or NAME.toml [default: mine.onnx]")
     given = parser.parse_args()
     ray.init(address=given.address, log_to_driver=False, logging_level="error", runtime_env={"env_vars": {"RAYON_NUM_THREADS": "1"}})
     register_env("codrive-ring-250", rings)
     one = codrive.make("ring-250", **RING)
+    batch = HOLDS * given.runners * given.envs
     model = DefaultModelConfig(fcnet_hiddens=HIDDEN, fcnet_activation="tanh", vf_share_layers=False, head_fcnet_hiddens=[])
     config = (
         PPOConfig()
@@ -119,11 +119,12 @@ def main() -> None:
             vf_loss_coeff=1e-4,
             vf_clip_param=float("inf"),
             grad_clip=0.5,
-            train_batch_size_per_learner=HOLDS * given.runners * given.envs,
-            minibatch_size=4096,
+            train_batch_size_per_learner=batch,
+            minibatch_size=min(4096, batch),
             num_epochs=10,
         )
         .rl_module(model_config=model)
+        .debugging(seed=1)
     )
     algorithm = config.build_algo()
     start = time.perf_counter()

@@ -7,9 +7,11 @@ import sys
 import threading
 import time
 
+import fsspec
 import pyarrow.parquet
 import pytest
 import ray
+from fsspec.implementations.memory import MemoryFile, MemoryFileSystem
 from ray.cluster_utils import Cluster
 
 import codrive.sweep
@@ -198,6 +200,42 @@ def is_running(process: int) -> bool:
         return stat(process)[0] != "Z"
     except OSError:
         return False
+
+
+class ObjectStore(MemoryFileSystem):
+    """As S3 by s3fs: no folder is there before something is in it."""
+
+    protocol = "objects"
+    store, pseudo_dirs = {}, [""]  # noqa: RUF012
+
+    @classmethod
+    def _strip_protocol(cls, path):
+        return super()._strip_protocol(path.removeprefix("objects://"))
+
+    def makedirs(self, path, exist_ok=False):
+        """Does nothing."""
+
+    def pipe_file(self, path, value, mode="overwrite", **kwargs):
+        """What is put is there whole."""
+        self.store[path] = MemoryFile(self, path, value)
+
+
+def test_parts_and_tables_in_an_object_store_are_those_of_a_folder(tmp_path):
+    fsspec.register_implementation("objects", ObjectStore, clobber=True)
+    path = plan(tmp_path)
+    runs, out = codrive.sweep.Plan(str(path)), "objects://study/holds"
+    store, folder = codrive.sweep.Store(out), codrive.sweep.Store(str(tmp_path / "folder"))
+    assert store.folder is None and store.names() == set() == folder.names()
+    for number, name in enumerate(runs.part_names()):
+        part = runs.execute(number)
+        store.put(name, part)
+        folder.put(name, part)
+    assert store.names() == set(runs.part_names()) == folder.names()
+    told = codrive.sweep.collect(str(path), out)
+    assert [table[0] for table in told] == [f"{out}/drives.parquet", f"{out}/rings.parquet"]
+    codrive.sweep.collect(str(path), str(tmp_path / "folder"))
+    tables_there = {name: fsspec.filesystem("objects").cat_file(f"/study/holds/{name}") for name in ("drives.parquet", "rings.parquet")}
+    assert tables_there == tables(tmp_path / "folder")
 
 
 def test_a_wrong_plan_is_refused_before_anything_is_begun(tmp_path, capsys):
