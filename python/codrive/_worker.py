@@ -13,7 +13,7 @@ def main() -> None:
     """Answers until the other end is gone."""
     # Ctrl-C reaches all processes of a terminal; who started this one decides.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    requests, replies = os.fdopen(os.dup(0), "rb", buffering=0), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
     # SUMO and native code print, and would print among the replies.

@@ -8,6 +8,7 @@ from __future__ import annotations
 import builtins
 import os
 import pickle
+import select
 import signal
 import struct
 import subprocess
@@ -23,6 +24,8 @@ from codrive._drives import Arguments, HoldResult, Observed
 
 #: How long a worker may take to end by itself, s: SUMO removes its files.
 _GRACE_S = 5.0
+#: How often who waits looks for Ctrl-C, ms.
+_LOOK_MS = 200
 _AGAIN = "reset() starts another"
 #: Faults that are raised here as there; others are told as RuntimeError.
 _KINDS = ("TypeError", "ValueError", "OverflowError", "RuntimeError", "OSError", "FileNotFoundError", "MemoryError")
@@ -40,31 +43,41 @@ def wait_for_ready(pipe: BinaryIO) -> None:
     """
     seen = b""
     while seen != READY:
-        byte = pipe.read(1)
-        if not byte:
-            raise EOFError
-        seen = (seen + byte)[-len(READY) :]
+        seen = (seen + _read(pipe, 1))[-len(READY) :]
 
 
 def write_message(pipe: BinaryIO, message: Any) -> None:
     """Writes a message and sends it off."""
     content = pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL)
-    pipe.write(struct.pack("<Q", len(content)) + content)
+    left = memoryview(struct.pack("<Q", len(content)) + content)
+    while left:
+        left = left[pipe.write(left) :]
     pipe.flush()
 
 
 def read_message(pipe: BinaryIO) -> Any:
-    """Waits for a message.
+    """Waits for a message in a pipe without a buffer of its own.
 
     Raises:
         EOFError: The other end is gone.
     """
-    head = pipe.read(8)
-    size = struct.unpack("<Q", head)[0] if len(head) == 8 else 0
-    content = pipe.read(size)
-    if size == 0 or len(content) < size:
-        raise EOFError
-    return pickle.loads(content)
+    return pickle.loads(_read(pipe, struct.unpack("<Q", _read(pipe, 8))[0]))
+
+
+def _read(pipe: BinaryIO, size: int) -> bytes:
+    content = bytearray()
+    poll = select.poll() if hasattr(select, "poll") else None
+    if poll is not None:
+        poll.register(pipe, select.POLLIN)
+    while len(content) < size:
+        # Ctrl-C just before the call that waits does not end it: it is looked for again and again.
+        while poll is not None and not poll.poll(_LOOK_MS):
+            pass
+        part = pipe.read(size - len(content))
+        if not part:
+            raise EOFError
+        content += part
+    return bytes(content)
 
 
 class WorkerDrive:
@@ -191,6 +204,7 @@ class WorkerDrive:
                 [sys.executable, "-m", "codrive._worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
+                bufsize=0,
                 cwd=self._folder,
                 env=variables,
             )
