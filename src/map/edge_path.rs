@@ -4,8 +4,8 @@
 
 use super::{
     MapError, Route, RouteLane,
+    joined_shapes::{bridge_gap, change_lanes},
     limits::LONGEST_ROUTE_M,
-    loop_search::{bridge_gap, change_lanes},
     network::{EdgeId, LaneId, Network},
 };
 use crate::toml_text::did_you_mean;

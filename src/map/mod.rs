@@ -2,7 +2,7 @@
 //! [`RoadMap`]: the whole [`Network`], and one [`Route`] of its lanes, closed or open, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
 //! [`network`] reads and writes networks, `xml_tree`, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
-//! closed route and `open_path` a way where there is none (`tight_turns` says which turns they leave out), `edge_path` the open one along
+//! closed route and `open_path` a way where there is none (`tight_turns` says which turns they leave out, `joined_shapes` joins the lines of lanes), `edge_path` the open one along
 //! edges that a person names, `stop_lines` the signals along a route, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
 //! networks and `write` writes them as SUMO reads them.
 
@@ -11,6 +11,7 @@ pub mod circuit;
 mod edge_path;
 mod error;
 pub mod import;
+mod joined_shapes;
 #[cfg(test)]
 mod limit_tests;
 pub mod limits;

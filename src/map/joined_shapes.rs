@@ -1,0 +1,87 @@
+//! Shapes of lanes that follow each other in a route. In: lanes as a network draws them. Out: the same without points that are no line, holes
+//! between lanes, or a step where the lane is changed. Metres.
+
+use super::RouteLane;
+use glam::DVec2;
+
+/// Lanes further apart than this are joined by a curve, metres: netconvert rounds to 0.01 m.
+const GAP_M: f64 = 0.05;
+
+/// Length of a shape as it is drawn, metres.
+pub(super) fn shape_length_m(shape: &[DVec2]) -> f64 {
+    shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
+}
+
+/// The lane driven on an edge that is entered by one lane and left by another: it goes over evenly in between. It has the
+/// id of the lane that is left.
+pub(super) fn change_lanes(entered: &RouteLane, left: &RouteLane) -> RouteLane {
+    if entered.id == left.id {
+        return entered.clone();
+    }
+    let n = (entered.length_m / 2.0).ceil().max(8.0);
+    let point = |i: usize| {
+        let fraction = i as f64 / n;
+        let over = fraction * fraction * (3.0 - 2.0 * fraction);
+        along_shape(&entered.shape, fraction).lerp(along_shape(&left.shape, fraction), over)
+    };
+    RouteLane { shape: (0..=n as usize).map(point).collect(), ..left.clone() }
+}
+
+/// The point at `fraction` (0..1) of a shape's length.
+fn along_shape(shape: &[DVec2], fraction: f64) -> DVec2 {
+    let mut rest_m = fraction * shape_length_m(shape);
+    for pair in shape.windows(2) {
+        let length_m = pair[0].distance(pair[1]);
+        if rest_m < length_m {
+            return pair[0].lerp(pair[1], rest_m / length_m);
+        }
+        rest_m -= length_m;
+    }
+    shape[shape.len() - 1]
+}
+
+/// Gives a lane that is one point an extent of 0.1 mm: its declared length (0.1 m) still counts.
+pub(super) fn extend_points(lanes: &mut [RouteLane]) {
+    const EXTENT_M: f64 = 1e-4;
+    for k in 0..lanes.len() {
+        let point = lanes[k].shape[0];
+        if lanes[k].shape.iter().all(|other| *other == point) {
+            let before = end_direction(&lanes[(k + lanes.len() - 1) % lanes.len()].shape);
+            lanes[k].shape = vec![point - before * EXTENT_M, point];
+        }
+    }
+}
+
+/// Without insides of junctions, lanes may end short of each other: half of a curve across goes to either lane, so that
+/// the road has no hole. SUMO's declared lengths stay as they are.
+pub(super) fn bridge_gaps(lanes: &mut [RouteLane]) {
+    for k in 0..lanes.len() {
+        bridge_gap(lanes, k, (k + 1) % lanes.len());
+    }
+}
+
+/// The same for the gap between two lanes.
+pub(super) fn bridge_gap(lanes: &mut [RouteLane], k: usize, next: usize) {
+    let (from, to) = (lanes[k].shape[lanes[k].shape.len() - 1], lanes[next].shape[0]);
+    let gap_m = from.distance(to);
+    if gap_m < GAP_M {
+        return;
+    }
+    let reversed: Vec<DVec2> = lanes[next].shape.iter().rev().copied().collect();
+    let (out, back) = (end_direction(&lanes[k].shape), end_direction(&reversed));
+    let (a, b) = (from + out * gap_m * 0.4, to + back * gap_m * 0.4);
+    let halves = gap_m.ceil() as usize;
+    let point = |i: usize| {
+        let t = i as f64 / (2 * halves) as f64;
+        let u = 1.0 - t;
+        from * (u * u * u) + a * (3.0 * u * u * t) + b * (3.0 * u * t * t) + to * (t * t * t)
+    };
+    lanes[k].shape.extend((1..=halves).map(point));
+    lanes[next].shape.splice(0..0, (halves..2 * halves).map(point));
+}
+
+/// Unit direction at the end of a shape.
+fn end_direction(shape: &[DVec2]) -> DVec2 {
+    let end = shape[shape.len() - 1];
+    shape.iter().rev().find(|point| **point != end).map_or(DVec2::X, |point| (end - *point).normalize())
+}
