@@ -13,7 +13,6 @@ use super::{
     tight_turns::{has_kink, is_too_tight},
 };
 use crate::toml_text::did_you_mean;
-use glam::DVec2;
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::Path,
