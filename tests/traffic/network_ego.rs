@@ -371,3 +371,45 @@ fn an_oncoming_vehicle_stops_before_an_ego_on_its_lane() {
     assert!(slowest < 0.1, "it stops: {slowest}");
     assert!(nearest > 5.0, "before it touches: {nearest}");
 }
+
+#[test]
+fn an_ego_that_sumo_takes_for_one_of_a_crossing_lane_keeps_its_way() {
+    let _alone = alone();
+    let town = Town::grid();
+    let way = "left0A0 A0B0 B0C0";
+    let place = "depart=\"0\" departLane=\"1\" departPos=\"60\" departSpeed=\"8\"";
+    let first_vehicle = format!("<vehicle id=\"first\" type=\"even\" {place}><route edges=\"{way}\"/></vehicle>");
+    let own = imposed(&town, &first_vehicle, "", 400);
+    let start = first(&own[1]).expect("it departs at once");
+    let ego = EgoStart {
+        lane: start.lane.expect("on a lane"),
+        s_m: start.s_m,
+        speed_mps: start.speed_mps,
+        route: way.split(' ').map(str::to_owned).collect(),
+    };
+    let setup = NetworkSetup { egos: vec![ego], ..town.setup(Demand::default()) };
+    // The lane that turns off from where it comes: at their beginning it is on both.
+    let from = start.lane.expect("on a lane");
+    let vias: Vec<LaneId> = setup.network.connections_from(from).iter().filter_map(|way| way.via).collect();
+    let mut mistaken = 0;
+    let mut traffic = SumoNetwork::start(&setup).expect("it starts");
+    for step in 0..own.len() - 1 {
+        let next = first(&own[step + 1]).expect("it is there to the end");
+        let now = first(&own[step]).unwrap_or(next);
+        let mut report = report(now, next);
+        let other = vias.iter().find(|via| next.lane.is_some_and(|lane| vias.contains(&lane) && **via != lane));
+        if let Some(other) = other.filter(|_| mistaken < 3) {
+            report.lane = Some(*other);
+            mistaken += 1;
+        }
+        traffic.step(&[report]).expect("a step");
+        let is_behind_the_crossing =
+            |lane: LaneId| setup.network.edge(setup.network.lane(lane).edge).id == "A0B0" && next.s_m > 40.0;
+        if next.lane.is_some_and(is_behind_the_crossing) {
+            break;
+        }
+    }
+    assert_eq!(mistaken, 3, "it came through the crossing");
+    let route = traffic.take_over(FIRST).expect("it is there");
+    assert_eq!(route.last().map(String::as_str), Some("B0C0"), "{route:?}");
+}

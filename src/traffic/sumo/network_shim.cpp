@@ -49,6 +49,8 @@ struct Mobile {
     Record last;    // what was read of it last
     bool is_known;  // there was a step before, on a lane
     bool is_ego;    // moved by whoever drives it, wherever that is
+    std::vector<std::string> path;  // of an ego: the edges that it is expected to drive
+    size_t path_at;                 // which of them it was on last
 };
 struct Birth {
     std::string id, kind, type;
@@ -78,10 +80,33 @@ Mobile& vehicle(uint32_t number) {
     return *found;
 }
 
+// moveToXY gives a vehicle that it finds on another lane a route of one or two edges, as where lanes cross inside a junction. Nobody would
+// give way to it at the next: from the edges where it is, its path goes on.
+void restore_path(Mobile& v) {
+    const std::vector<std::string> route = sim::Vehicle::getRoute(v.id);
+    const int index = sim::Vehicle::getRouteIndex(v.id);
+    if (v.path.empty() || index < 0 || static_cast<size_t>(index) >= route.size()) return;
+    if (route.back() == v.path.back()) {
+        v.path_at = v.path.size() - std::min(v.path.size(), route.size() - index);
+        return;
+    }
+    const auto there = std::find(v.path.begin() + static_cast<std::ptrdiff_t>(v.path_at), v.path.end(), route.back());
+    if (there == v.path.end()) return;  // it has left its path
+    std::vector<std::string> edges(route.begin() + index, route.end());
+    edges.insert(edges.end(), there + 1, v.path.end());
+    try {
+        sim::Vehicle::setRoute(v.id, edges);
+    } catch (const sim::TraCIException&) {
+        // Refused in the midst of some junctions: the next step tries again.
+    }
+}
+
 void obey(const Command& c) {
-    const std::string& id = vehicle(c.vehicle).id;
+    Mobile& v = vehicle(c.vehicle);
+    const std::string& id = v.id;
     switch (c.kind) {
         case MOVE_TO_XY: {
+            restore_path(v);
             const bool hinted = c.lane >= 0;
             const Lane none{"", "", -1};
             const Lane& lane = hinted ? lanes.at(c.lane) : none;
@@ -109,7 +134,7 @@ void depart(const std::string& id) {
     if (numbers.count(id)) return;
     const uint32_t number = next_number++;
     numbers.emplace(id, number);
-    vehicles.push_back(Mobile{id, fresh(number), false, false});
+    vehicles.push_back(Mobile{id, fresh(number), false, false, {}, 0});
     births.push_back(Birth{id, sim::Vehicle::getVehicleClass(id), sim::Vehicle::getTypeID(id)});
     departures.push_back(Departure{sim::Vehicle::getLength(id), sim::Vehicle::getWidth(id), sim::Vehicle::getHeight(id), number, nullptr,
                                    nullptr, nullptr});
@@ -214,7 +239,7 @@ API int cs_network_add(const char* id, const char* route, const char* type, size
         sim::Vehicle::moveTo(id, lanes.at(lane).id, pos);
         sim::Vehicle::setPreviousSpeed(id, speed, 0.);
         numbers.emplace(id, next_number);
-        vehicles.push_back(Mobile{id, fresh(next_number), false, true});
+        vehicles.push_back(Mobile{id, fresh(next_number), false, true, sim::Route::getEdges(route), 0});
         *number = next_number++;
     });
 }
@@ -224,8 +249,10 @@ API int cs_network_take(uint32_t number, const char** edges) {
     return guard([&] {
         Mobile& v = vehicle(number);
         v.is_ego = true;
+        v.path = sim::Vehicle::getRoute(v.id);
+        v.path_at = 0;
         route_edges.clear();
-        for (const std::string& edge : sim::Vehicle::getRoute(v.id)) route_edges += (route_edges.empty() ? "" : " ") + edge;
+        for (const std::string& edge : v.path) route_edges += (route_edges.empty() ? "" : " ") + edge;
         *edges = route_edges.c_str();
     });
 }
