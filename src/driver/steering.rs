@@ -55,6 +55,7 @@ impl SteeringModel {
         let road_wheel_rad = (self.wheelbase_m * curvature).atan() + self.understeer * curvature * speed_mps.powi(2);
         let lock = f64::from(STEERING_LOCK_RAD);
         let wanted_rad = (road_wheel_rad * f64::from(STEERING_RATIO)).clamp(-lock, lock);
+        debug_assert!(wanted_rad.is_finite(), "the lane ahead is {lane:?}");
         let lag = if params.arm_s > 0.0 { (TICK_S / params.arm_s).min(1.0) } else { 1.0 };
         // Nobody turns the wheel of a standing car to and fro.
         let rate_rad_s = params.wheel_rad_s * (speed_mps.abs() / 0.5).min(1.0);

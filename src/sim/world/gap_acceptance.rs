@@ -20,6 +20,8 @@ use glam::DVec2;
 const CHANGE_S: f64 = 5.0;
 /// And at least this much way, metres: at walking pace the arc of a car that goes over by 3.2 m has a radius of 20 m there.
 const CHANGE_M: f64 = 20.0;
+/// A change at the very end of its edge takes a way, too, metres: a share of nothing is no number.
+const SHORTEST_CHANGE_M: f64 = 0.1;
 /// The hardest braking that a change may ask for, m/s2 (`b_safe` of MOBIL).
 const SAFE_MPS2: f64 = 4.0;
 /// Who is slower than this, m/s, so near the place where it has to wait, metres, waits.
@@ -135,7 +137,7 @@ impl Progress {
         // Its tail has left the junction before.
         if way_m >= CAR_LENGTH_M && self.is_gap_wide(change, snapshot, map, bound_mps2) {
             let rest_m = change.end_s_m() - snapshot.ego_s_m;
-            let length_m = (speed_mps * CHANGE_S).max(CHANGE_M).min(rest_m);
+            let length_m = (speed_mps * CHANGE_S).max(CHANGE_M).min(rest_m).max(SHORTEST_CHANGE_M);
             self.going_over = Some(GoingOver { from_s_m: snapshot.ego_s_m, length_m });
         }
     }

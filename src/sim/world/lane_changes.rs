@@ -28,6 +28,9 @@ impl LaneChange {
     }
 }
 
+/// Lanes that begin nearer to each other begin at the same place, metres: networks are rounded to centimetres.
+const SAME_PLACE_M: f64 = 0.02;
+
 /// The changes of lanes of a map's route in driving order; `lanes` are the network's lanes of the route's.
 pub(super) fn lane_changes(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<LaneChange> {
     lanes.iter().enumerate().filter_map(|(k, exit)| lane_change(map, k, (*exit)?)).collect()
@@ -39,8 +42,11 @@ fn lane_change(map: &RoadMap, index: usize, exit: LaneId) -> Option<LaneChange> 
     let begins = here.shape[0];
     let from_start_m = |lane: LaneId| net.lane(lane).line.points()[0].truncate().distance(begins);
     let entry = net.edge_of(exit).lanes().min_by(|a, b| from_start_m(*a).total_cmp(&from_start_m(*b)))?;
+    // Lanes that fan out from one point are no change, nor are those inside a junction.
+    let is_entered = from_start_m(exit) <= from_start_m(entry) + SAME_PLACE_M;
+    let is_inside = !net.edge_of(exit).kind.is_street();
     // Where a gap between lanes was bridged, or the path begins, it may begin a little beside.
-    if entry == exit || from_start_m(entry) > net.lane(entry).half_width_m() {
+    if is_entered || is_inside || from_start_m(entry) > net.lane(entry).half_width_m() {
         return None;
     }
     let side = if (exit > entry) != net.is_left_hand() { Side::Left } else { Side::Right };
@@ -61,6 +67,32 @@ mod tests {
         let names = |lanes: &[LaneId]| lanes.iter().map(|lane| map.network.lane(*lane).id.clone()).collect();
         let found = PathLanes::new(&map).lane_changes(&map);
         found.iter().map(|c| (names(&c.lanes), c.side, cm(c.start_s_m), cm(c.end_s_m()))).collect()
+    }
+
+    #[test]
+    fn lanes_that_fan_out_from_one_point_are_no_change() {
+        let lane = |id: &str, index: u32, points: &str| {
+            format!("<lane id=\"{id}_{index}\" index=\"{index}\" speed=\"9\" length=\"40\" shape=\"{points}\"/>")
+        };
+        let way = |from: &str, to: &str, lanes: [u32; 2]| {
+            let [out, into] = lanes;
+            format!("<connection from=\"{from}\" to=\"{to}\" fromLane=\"{out}\" toLane=\"{into}\"/>")
+        };
+        let text = format!(
+            "<net><edge id=\"a\">{}</edge><edge id=\"b\">{}{}</edge><edge id=\"c\">{}</edge>{}{}{}</net>",
+            lane("a", 0, "-40,0 0,0"),
+            lane("b", 0, "0,0 40,-3.2"),
+            lane("b", 1, "0,0 40,0"),
+            lane("c", 0, "40,0 80,0"),
+            way("a", "b", [0, 0]),
+            way("a", "b", [0, 1]),
+            way("b", "c", [1, 0]),
+        );
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("fan.net.xml");
+        std::fs::write(&file, text).expect("written");
+        let map = RoadMap::load_along(&file.to_string_lossy(), &["a", "b", "c"]).expect("a path");
+        assert_eq!(PathLanes::new(&map).lane_changes(&map), []);
     }
 
     #[test]
