@@ -94,12 +94,32 @@ pub struct Obstacle {
     pub length_m: f64,
     /// Width, metres.
     pub width_m: f64,
+    /// Height of the road that it stands on, metres.
+    pub height_m: f64,
+}
+
+/// Vehicles whose roads lie further above each other do not touch, metres: 4.5 m are left free below bridges, and on the way on which two touch
+/// no road climbs half of that.
+const ONE_ROAD_M: f64 = 2.5;
+
+impl Obstacle {
+    /// True if it stands on the road of something at this height: on a bridge, it is nobody's obstacle below.
+    pub fn is_at_height(&self, height_m: f64) -> bool {
+        (self.height_m - height_m).abs() < ONE_ROAD_M
+    }
 }
 
 impl Default for Obstacle {
     /// A car like the ego that stands in the origin.
     fn default() -> Self {
-        Self { id: 0, pose: Pose::default(), speed_mps: 0.0, length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M }
+        Self {
+            id: 0,
+            pose: Pose::default(),
+            speed_mps: 0.0,
+            length_m: CAR_LENGTH_M,
+            width_m: CAR_WIDTH_M,
+            height_m: 0.0,
+        }
     }
 }
 

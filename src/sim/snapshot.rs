@@ -205,7 +205,8 @@ impl VehicleSnapshot {
     /// This vehicle for the physics of another.
     pub(super) fn obstacle(&self) -> crate::ego::Obstacle {
         let VehicleBody { length_m, width_m, .. } = self.body;
-        crate::ego::Obstacle { id: self.id.0, pose: self.pose, speed_mps: self.speed_mps, length_m, width_m }
+        let Self { pose, speed_mps, height_m, .. } = *self;
+        crate::ego::Obstacle { id: self.id.0, pose, speed_mps, length_m, width_m, height_m }
     }
 
     /// A car as its engine placed it.

@@ -243,7 +243,9 @@ impl World {
         cars.extend(others.map(VehicleSnapshot::obstacle));
         let mut has_touched = false;
         for (agent, own) in present(&mut self.agents).iter_mut().zip(&*agents) {
-            let is_near = |other: &&Obstacle| other.pose.position.distance(own.pose.position) < TOUCHABLE_M;
+            let is_near = |other: &&Obstacle| {
+                other.pose.position.distance(own.pose.position) < TOUCHABLE_M && other.is_at_height(own.height_m)
+            };
             near.clear();
             near.extend(cars.iter().filter(is_near));
             near.extend(agents.iter().filter(|other| other.id != own.id).filter(is_near));

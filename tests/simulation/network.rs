@@ -479,3 +479,31 @@ fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
     }
     assert!(stood_ticks > 100);
 }
+
+#[test]
+fn a_car_on_a_hill_is_not_touched_by_those_in_the_tunnel_below() {
+    let _alone = one_at_a_time();
+    // By its description the road up crosses above the tunnel at (139, 31.5), 17 m high; the tunnel lies 2.6 m below zero there. The network
+    // begins at y = 0, 100 m to the south of the description's.
+    let route = codrive::map::RoadMap::load_along(HILL, &["up"]).expect("the hill").route;
+    let above_m = route.project(glam::dvec2(140.3, 130.0), None).s_m;
+    let flow = Flow { from: "tunnel".into(), to: "tunnel".into(), per_hour: 1200.0, mix: Vec::new() };
+    let demand = Demand { files: Vec::new(), flows: vec![flow] };
+    let scenario = Scenario { path_start_m: above_m + CAR_LENGTH_M / 2.0, demand, ..on_slope() };
+    let mut world = World::new(&scenario).unwrap_or_else(|error| panic!("{error}"));
+    let held = Controls { brake: 0.5, ..Controls::default() };
+    let start = world.snapshot().ego.position;
+    assert!((start.z - 17.0).abs() < 1.0, "{start}");
+    let (mut below, mut contacts) = (0, 0);
+    for _ in 0..6000 {
+        world.tick(&held).expect("a tick");
+        let snapshot = world.snapshot();
+        let ego = snapshot.ego.position;
+        let passes = snapshot.cars.iter().filter(|car| car.pose.position.distance(ego.truncate()) < 2.0);
+        below += passes.filter(|car| car.height_m < ego.z - 10.0).count();
+        contacts += world.events().iter().filter(|event| matches!(event.kind, EventKind::Contact { .. })).count();
+    }
+    assert!(below > 50, "vehicles pass below it: {below} ticks");
+    assert_eq!(contacts, 0);
+    assert!(world.snapshot().ego.position.distance(start) < 0.5, "it stands where it stood");
+}

@@ -267,7 +267,7 @@ impl Agent {
     /// Where it will be at the end of this tick, for those that it could touch.
     pub(super) fn obstacle(&self) -> Obstacle {
         let (pose, speed_mps) = self.car.predict(TICK_S);
-        Obstacle { id: self.id.0, pose, speed_mps, ..Obstacle::default() }
+        Obstacle { id: self.id.0, pose, speed_mps, height_m: self.view.ego.position.z, ..Obstacle::default() }
     }
 
     /// Another agent is where its image is.

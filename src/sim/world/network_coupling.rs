@@ -303,15 +303,18 @@ impl NetworkCoupling {
                 lamps: to.vehicle.lamps,
                 pitch: before.map(|before| before.pitch).unwrap_or_default().step(accel_mps2, TICK_S),
             });
-            if at.pose.position.distance(snapshot.ego.position.truncate()) < TOUCHABLE_M {
-                let body = here.vehicle.body;
-                self.obstacles.push(Obstacle {
-                    id: id.0,
-                    pose: at.pose,
-                    speed_mps: at.speed_mps,
-                    length_m: body.length_m,
-                    width_m: body.width_m,
-                });
+            let body = here.vehicle.body;
+            let obstacle = Obstacle {
+                id: id.0,
+                pose: at.pose,
+                speed_mps: at.speed_mps,
+                length_m: body.length_m,
+                width_m: body.width_m,
+                height_m: at.height_m,
+            };
+            let ego = snapshot.ego.position;
+            if at.pose.position.distance(ego.truncate()) < TOUCHABLE_M && obstacle.is_at_height(ego.z) {
+                self.obstacles.push(obstacle);
             }
         }
     }
