@@ -7,6 +7,7 @@ mod driver;
 mod ego;
 mod episode;
 mod give_way;
+mod hills;
 mod lanes_beside;
 mod network;
 mod no_participant;
