@@ -105,8 +105,13 @@ const ONE_ROAD_M: f64 = 2.5;
 impl Obstacle {
     /// True if it stands on the road of something at this height: on a bridge, it is nobody's obstacle below.
     pub fn is_at_height(&self, height_m: f64) -> bool {
-        (self.height_m - height_m).abs() < ONE_ROAD_M
+        is_one_road(self.height_m, height_m)
     }
+}
+
+/// True if two places are so near in height that who meets there can touch: none of them is on a bridge above the other.
+pub fn is_one_road(a_m: f64, b_m: f64) -> bool {
+    (a_m - b_m).abs() < ONE_ROAD_M
 }
 
 impl Default for Obstacle {

@@ -50,7 +50,7 @@ impl Drive {
         self.tick += 1;
         let snapshot = Snapshot {
             tick: Tick(self.tick),
-            ego: EgoState { speed_mps, position: pose.position.extend(0.0), ..EgoState::default() },
+            ego: EgoState { speed_mps, position: pose.position.extend(route.height_m(s_m)), ..EgoState::default() },
             ego_s_m: s_m,
             lane_offset_m: self.offset_m,
             ego_lane: Some(LanePosition { lane, s_m: on_lane_m, offset_m: 0.0 }),
@@ -201,4 +201,45 @@ fn who_changes_lanes_does_not_nearly_miss_those_that_come_towards_it_and_who_swe
         drive.cars = vec![car(&drive.map, "B1B0_1", 25.2, dvec2(88.4, 54.4), -FRAC_PI_2, 10.0)];
         assert_eq!(near_misses(&mut drive, 20.0, 10.0).len(), wanted, "{turned_rad}");
     }
+}
+
+const HILL: &str = "tests/data/networks/hill.net.xml";
+
+#[test]
+fn who_drives_in_a_tunnel_does_not_nearly_miss_who_drives_above_it() {
+    // By its description the road up crosses at (139, 131.5) above the tunnel: 17 m high there, and the tunnel 2.6 m below zero.
+    let mut drive = Drive { map: RoadMap::load_along(HILL, &["up"]).expect("a path"), ..Drive::straight_on(b'G') };
+    let route = &drive.map.route;
+    let crossing = dvec2(139.0, 131.5);
+    let above_m = route.project(crossing, None).s_m - 10.0;
+    let net = &drive.map.network;
+    let tunnel = net.lane_named("tunnel_0").expect("a lane");
+    let below = net.locate(crossing.extend(-2.6), Some(tunnel)).expect("a place");
+    assert_eq!(below.lane, tunnel);
+    // Ten metres before the crossing, too: both would meet there a second later.
+    let at = LanePosition { s_m: below.s_m - 10.0, ..below };
+    let front = net.pose(at);
+    assert!(front.position.z < 0.0 && front.position.distance(crossing.extend(0.0)) < 12.0, "{front:?}");
+    let mut other = car(&drive.map, "tunnel_0", at.s_m, front.position.truncate(), front.yaw_rad, 10.0);
+    other.height_m = front.position.z;
+    drive.cars = vec![other];
+    assert!(near_misses(&mut drive, above_m, 10.0).is_empty());
+    // The same on one level is one.
+    let mut level = Drive { map: RoadMap::load_along(HILL, &["up"]).expect("a path"), ..Drive::straight_on(b'G') };
+    level.cars = vec![VehicleSnapshot { lane: None, height_m: 17.0, ..drive.cars[0] }];
+    assert_eq!(near_misses(&mut level, above_m, 10.0).len(), 1);
+}
+
+#[test]
+fn who_stands_higher_up_a_slope_is_in_the_way() {
+    // From 62 m to 112 m the road rises by 14 %: 23.3 m ahead it is 3.4 m higher, as much as a bridge might be. The gap is driven in 1.36 s.
+    let mut drive = Drive { map: RoadMap::load_along(HILL, &["up"]).expect("a path"), ..Drive::straight_on(b'G') };
+    let (route, gap_m) = (&drive.map.route, 18.3);
+    let pose = route.pose_of_front(70.0 + gap_m + 5.0, 5.0);
+    let name = route.lanes()[0].id.clone();
+    let mut other = car(&drive.map, &name, 70.0 + gap_m + 5.0, pose.front(5.0), pose.yaw_rad, 0.0);
+    other.height_m = route.height_m(70.0 + gap_m + 5.0);
+    assert!(other.height_m - route.height_m(70.0) > 3.0);
+    drive.cars = vec![other];
+    assert_eq!(near_misses(&mut drive, 70.0, 13.5), [1.4]);
 }

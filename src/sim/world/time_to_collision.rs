@@ -2,9 +2,11 @@
 //! Out: seconds.
 //!
 //! Vehicles that pass each other in a bend head for each other: so both follow their lanes, the ego its route while it is on it, and its lane while it
-//! heads along it, as where it changes lanes. Where a lane leads on in several ways, and beside all lanes, a vehicle goes on straight.
+//! heads along it, as where it changes lanes. Where a lane leads on in several ways, and beside all lanes, a vehicle goes on straight. Who is on a
+//! bridge then does not meet who is below it.
 
 use crate::{
+    ego::is_one_road,
     map::{
         RoadMap,
         network::{LanePosition, Network},
@@ -12,7 +14,7 @@ use crate::{
     sim::{Snapshot, snapshot::VehicleSnapshot},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// So far ahead is looked, s.
 const HORIZON_S: f64 = 3.0;
@@ -33,10 +35,12 @@ pub(super) struct MovingEgo<'a> {
     on_route: Option<(&'a RoadMap, f64)>,
 }
 
-/// A vehicle on the ground plane.
+/// A vehicle on its road.
 #[derive(Clone, Copy, Debug)]
 struct VehicleBox {
     pose: Pose,
+    /// Height of the road under it.
+    height_m: f64,
     length_m: f64,
     width_m: f64,
 }
@@ -48,8 +52,11 @@ impl<'a> MovingEgo<'a> {
         let on_route = follows.then_some((map, snapshot.ego_s_m));
         let heads_along = |at: &LanePosition| (now.yaw_rad - map.network.pose(*at).yaw_rad).cos() > ALONG_LANE;
         let lane = snapshot.ego_lane.filter(heads_along);
-        let speed_mps = snapshot.ego.speed_mps;
-        Self { vehicle: VehicleSnapshot { pose: *now, lane, speed_mps, ..VehicleSnapshot::default() }, on_route }
+        let (speed_mps, height_m) = (snapshot.ego.speed_mps, snapshot.ego.position.z);
+        Self {
+            vehicle: VehicleSnapshot { pose: *now, lane, speed_mps, height_m, ..VehicleSnapshot::default() },
+            on_route,
+        }
     }
 
     /// Seconds until both touch, at most [`HORIZON_S`]; `None` if they do not within that.
@@ -70,8 +77,9 @@ impl<'a> MovingEgo<'a> {
         let way_m = self.vehicle.speed_mps * after_s;
         let on_route = self.on_route.filter(|(map, s_m)| map.route.is_closed() || s_m + way_m < map.route.length_m());
         let Some((map, s_m)) = on_route.filter(|_| way_m > 0.0) else { return car_after(net, &self.vehicle, after_s) };
-        let pose = map.route.pose_of_front(map.route.wrap(s_m + way_m), CAR_LENGTH_M);
-        VehicleBox { pose, length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M }
+        let front_s_m = map.route.wrap(s_m + way_m);
+        let pose = map.route.pose_of_front(front_s_m, CAR_LENGTH_M);
+        VehicleBox { pose, height_m: map.route.height_m(front_s_m), length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M }
     }
 }
 
@@ -79,24 +87,25 @@ impl<'a> MovingEgo<'a> {
 fn car_after(net: &Network, car: &VehicleSnapshot, after_s: f64) -> VehicleBox {
     let (length_m, width_m, way_m) = (car.body.length_m, car.body.width_m, car.speed_mps * after_s);
     let straight = |point: DVec2, way_m: f64| point + car.pose.forward() * way_m;
-    let pose = match car.lane.filter(|_| way_m > 0.0) {
+    let (pose, height_m) = match car.lane.filter(|_| way_m > 0.0) {
         Some(at) => {
             // The tail follows the front: into a bend it comes only once it is there.
             let front = front_after(net, at, way_m);
             let tail = match way_m >= length_m {
-                true => front_after(net, at, way_m - length_m),
+                true => front_after(net, at, way_m - length_m).truncate(),
                 false => straight(car.pose.front(length_m), way_m - length_m),
             };
-            let along = front - tail;
-            Pose::new(front - along.normalize_or_zero() * (length_m / 2.0), along.to_angle())
+            let along = front.truncate() - tail;
+            let middle = front.truncate() - along.normalize_or_zero() * (length_m / 2.0);
+            (Pose::new(middle, along.to_angle()), front.z)
         }
-        None => Pose { position: straight(car.pose.position, way_m), ..car.pose },
+        None => (Pose { position: straight(car.pose.position, way_m), ..car.pose }, car.height_m),
     };
-    VehicleBox { pose, length_m, width_m }
+    VehicleBox { pose, height_m, length_m, width_m }
 }
 
 /// Where a front is that goes on along its lane, and along what follows where there is one way only.
-fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> DVec2 {
+fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> DVec3 {
     at.s_m += way_m;
     loop {
         let beyond_m = at.s_m - net.lane(at.lane).length_m;
@@ -104,10 +113,10 @@ fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> DVec2 {
         match (beyond_m > 0.0, ways.next(), ways.next()) {
             (true, Some(next), None) => at = LanePosition { lane: next, s_m: beyond_m, ..at },
             (true, ..) => {
-                let end = net.pose(LanePosition { s_m: net.lane(at.lane).length_m, ..at }).flat();
-                return end.position + end.forward() * beyond_m;
+                let end = net.pose(LanePosition { s_m: net.lane(at.lane).length_m, ..at });
+                return end.position + end.flat().forward().extend(end.grade) * beyond_m;
             }
-            (false, ..) => return net.pose(at).position.truncate(),
+            (false, ..) => return net.pose(at).position,
         }
     }
 }
@@ -119,8 +128,11 @@ impl VehicleBox {
         (along.dot(axis).abs() * self.length_m + across.dot(axis).abs() * self.width_m) / 2.0
     }
 
-    /// Two boxes are apart if they are along one of the four directions of their sides (separating axes).
+    /// Two boxes are apart if they are along one of the four directions of their sides (separating axes), or one is on a bridge above the other.
     fn overlaps(&self, other: &Self) -> bool {
+        if !is_one_road(self.height_m, other.height_m) {
+            return false;
+        }
         let apart = other.pose.position - self.pose.position;
         let axes = [self.pose.forward(), self.pose.left(), other.pose.forward(), other.pose.left()];
         axes.into_iter().all(|axis| apart.dot(axis).abs() <= self.half_along(axis) + other.half_along(axis))
@@ -134,7 +146,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_4;
 
     fn car(x: f64, y: f64, yaw_rad: f64) -> VehicleBox {
-        VehicleBox { pose: Pose::new(dvec2(x, y), yaw_rad), length_m: 5.0, width_m: 1.8 }
+        VehicleBox { pose: Pose::new(dvec2(x, y), yaw_rad), height_m: 0.0, length_m: 5.0, width_m: 1.8 }
     }
 
     #[test]
