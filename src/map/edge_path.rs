@@ -4,7 +4,7 @@
 
 use super::{
     MapError, Route, RouteLane,
-    joined_shapes::{bridge_gap, change_lanes},
+    joined_shapes::{change_lanes, with_bridges},
     limits::LONGEST_ROUTE_M,
     network::{EdgeId, LaneId, Network},
 };
@@ -60,10 +60,7 @@ pub(super) fn along_edges(
             allowed: format!("at most {LONGEST_ROUTE_M} m"),
         });
     }
-    for k in 1..lanes.len() {
-        bridge_gap(&mut lanes, k - 1, k);
-    }
-    Ok(Route::open(lanes).with_heights(net))
+    Ok(Route::open(with_bridges(lanes)).with_heights(net))
 }
 
 /// The edge of an id that a person wrote.

@@ -1,11 +1,13 @@
 //! Shapes of lanes that follow each other in a route. In: lanes as a network draws them. Out: the same without points that are no line, holes
 //! between lanes, or a step where the lane is changed. Metres.
 
-use super::RouteLane;
+use super::{RouteLane, route::BRIDGE_EDGE};
 use glam::DVec2;
 
 /// Lanes further apart than this are joined by a curve, metres: netconvert rounds to 0.01 m.
 const GAP_M: f64 = 0.05;
+/// So wide a gap in an open route is a lane of its own, metres: narrower than the narrowest street that may cross there.
+const BRIDGE_M: f64 = 1.0;
 
 /// Length of a shape as it is drawn, metres.
 pub(super) fn shape_length_m(shape: &[DVec2]) -> f64 {
@@ -60,15 +62,59 @@ pub(super) fn bridge_gaps(lanes: &mut [RouteLane]) {
     }
 }
 
+/// The lanes of an open route without holes. A gap that a car would notice is a lane of its own, so that positions in all others stay those
+/// of the network; smaller ones go to the lanes beside them.
+pub(super) fn with_bridges(lanes: Vec<RouteLane>) -> Vec<RouteLane> {
+    let mut joined: Vec<RouteLane> = Vec::with_capacity(lanes.len());
+    for lane in lanes {
+        if let Some(before) = joined.last() {
+            let (from, to) = (before.shape[before.shape.len() - 1], lane.shape[0]);
+            if from.distance(to) >= BRIDGE_M {
+                joined.push(bridge(before, &lane));
+            }
+        }
+        joined.push(lane);
+        if let Some(next) = joined.len().checked_sub(1).filter(|next| *next > 0) {
+            bridge_gap(&mut joined, next - 1, next);
+        }
+    }
+    joined
+}
+
+/// The curve over the gap between two lanes, as a lane as long as it is drawn.
+fn bridge(before: &RouteLane, after: &RouteLane) -> RouteLane {
+    let (first, second) = curve_across(&before.shape, &after.shape);
+    let start = before.shape[before.shape.len() - 1];
+    let shape: Vec<DVec2> = [start].into_iter().chain(first).chain(second).chain([after.shape[0]]).collect();
+    RouteLane {
+        id: format!("{BRIDGE_EDGE}{}->{}", before.id, after.id),
+        edge: BRIDGE_EDGE.into(),
+        start_s_m: 0.0,
+        length_m: shape_length_m(&shape),
+        speed_limit_mps: before.speed_limit_mps.min(after.speed_limit_mps),
+        width_m: before.width_m.min(after.width_m),
+        shape,
+    }
+}
+
 /// The same for the gap between two lanes.
-pub(super) fn bridge_gap(lanes: &mut [RouteLane], k: usize, next: usize) {
+fn bridge_gap(lanes: &mut [RouteLane], k: usize, next: usize) {
     let (from, to) = (lanes[k].shape[lanes[k].shape.len() - 1], lanes[next].shape[0]);
     let gap_m = from.distance(to);
     if gap_m < GAP_M {
         return;
     }
-    let reversed: Vec<DVec2> = lanes[next].shape.iter().rev().copied().collect();
-    let (out, back) = (end_direction(&lanes[k].shape), end_direction(&reversed));
+    let (first, second) = curve_across(&lanes[k].shape, &lanes[next].shape);
+    lanes[k].shape.extend(first);
+    lanes[next].shape.splice(0..0, second);
+}
+
+/// The points of the curve from the end of one shape to the start of another, without these two: those to its middle, and those from there.
+fn curve_across(before: &[DVec2], after: &[DVec2]) -> (Vec<DVec2>, Vec<DVec2>) {
+    let (from, to) = (before[before.len() - 1], after[0]);
+    let gap_m = from.distance(to);
+    let reversed: Vec<DVec2> = after.iter().rev().copied().collect();
+    let (out, back) = (end_direction(before), end_direction(&reversed));
     let (a, b) = (from + out * gap_m * 0.4, to + back * gap_m * 0.4);
     let halves = gap_m.ceil() as usize;
     let point = |i: usize| {
@@ -76,8 +122,7 @@ pub(super) fn bridge_gap(lanes: &mut [RouteLane], k: usize, next: usize) {
         let u = 1.0 - t;
         from * (u * u * u) + a * (3.0 * u * u * t) + b * (3.0 * u * t * t) + to * (t * t * t)
     };
-    lanes[k].shape.extend((1..=halves).map(point));
-    lanes[next].shape.splice(0..0, (halves..2 * halves).map(point));
+    ((1..=halves).map(point).collect(), (halves..2 * halves).map(point).collect())
 }
 
 /// Unit direction at the end of a shape.

@@ -26,7 +26,15 @@ pub struct RouteLane {
     pub shape: Vec<DVec2>,
 }
 
+/// The edge of lanes that lead over a gap between two others: no network has one of this name.
+pub(super) const BRIDGE_EDGE: &str = ":";
+
 impl RouteLane {
+    /// True of one that no network has: it leads over the gap between two of its lanes, as where it has no insides of junctions.
+    pub fn is_bridge(&self) -> bool {
+        self.edge == BRIDGE_EDGE
+    }
+
     /// A lane of a network on the ground plane.
     pub(super) fn of(net: &Network, id: LaneId) -> Self {
         let lane = net.lane(id);
@@ -154,6 +162,13 @@ impl Route {
     /// True if its end is its start.
     pub fn is_closed(&self) -> bool {
         self.closed
+    }
+
+    /// The place of the next lane of the network after lane `k`; `None` at the end of an open route.
+    pub fn next_lane(&self, k: usize) -> Option<usize> {
+        let n = self.lanes.len();
+        let after = (k + 1..if self.closed { k + 1 + n } else { n }).map(|k| k % n);
+        after.into_iter().find(|k| !self.lanes[*k].is_bridge())
     }
 
     /// The lanes in driving order.

@@ -20,8 +20,7 @@ pub struct StopLine {
 pub fn stop_lines(map: &RoadMap) -> Vec<StopLine> {
     let (net, route) = (&map.network, &map.route);
     let lanes: Vec<Option<LaneId>> = route.lanes().iter().map(|lane| net.lane_named(&lane.id)).collect();
-    let n = lanes.len();
-    let pairs = (0..if route.is_closed() { n } else { n - 1 }).map(|k| (k, (k + 1) % n));
+    let pairs = (0..lanes.len()).filter_map(|k| Some((k, route.next_lane(k)?)));
     let line = |(k, next): (usize, usize)| {
         let (from, to) = (lanes[k]?, lanes[next]?);
         let ways = net.connections_from(from);

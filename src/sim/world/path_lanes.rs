@@ -47,7 +47,7 @@ impl PathLanes {
         for (index, (id, lane)) in lanes.iter().zip(route.lanes()).enumerate() {
             let Some(id) = *id else { continue };
             let begins = net.lane(id).line.points()[0].truncate();
-            // A change of lanes begins on another lane. Gaps that were bridged are let be: their lanes are the route's.
+            // A change of lanes begins on another lane; beyond a small gap that was bridged a lane begins a little beside.
             let changes = begins.distance(lane.shape[0]) > net.lane(id).half_width_m()
                 && lane.shape.iter().all(|point| point.distance(begins) > net.lane(id).half_width_m());
             for other in net.edge_of(id).lanes() {
@@ -190,6 +190,19 @@ mod tests {
         assert!(near(s_of("B1C1_0", 10.0), 10.0) && s_of("B1C1_1", 10.0).is_none(), "still in the outer lane");
         let late_m = length_m - 10.0;
         assert!(near(s_of("B1C1_1", late_m), late_m) && s_of("B1C1_0", late_m).is_none(), "in the inner one");
+    }
+
+    #[test]
+    fn without_insides_of_junctions_a_vehicle_is_on_the_path_where_it_is_drawn() {
+        let map = RoadMap::load_along("tests/data/networks/random-8.net.xml", &["-54", "-3"]).expect("a path");
+        let lanes = PathLanes::new(&map);
+        // -54_0 has 126.07 m, and from its end to the start of -3_0 there are 32.8 m as the crow flies.
+        for (lane, s_m, least_m) in [("-54_0", 120.0, 120.0), ("-3_0", 10.0, 126.07 + 32.8 + 10.0)] {
+            let car = car(&map, lane, s_m);
+            let found_m = lanes.s_of(&map, &car, 120.0).expect("on the path");
+            assert!((least_m - 1e-6..least_m + 0.7).contains(&found_m), "{lane}: {found_m}");
+            assert!(map.route.point_at(found_m).distance(car.pose.front(5.0)) < 0.01, "{lane}");
+        }
     }
 
     #[test]

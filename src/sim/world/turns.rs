@@ -30,8 +30,7 @@ pub(super) struct Turns(Vec<Turn>);
 impl Turns {
     /// The turns of a map's route, and its changes of lanes; `lanes` are the network's lanes of the route's.
     pub fn new(map: &RoadMap, lanes: &[Option<LaneId>], changes: &[LaneChange]) -> Self {
-        let count = if map.route.is_closed() { lanes.len() } else { lanes.len() - 1 };
-        let at_junctions = (0..count).filter_map(|k| turn(map, lanes, k));
+        let at_junctions = (0..lanes.len()).filter_map(|k| turn(map, lanes, k));
         Self(at_junctions.chain(changes.iter().map(change)).collect())
     }
 
@@ -56,7 +55,7 @@ impl Turns {
 fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
     let (net, route) = (&map.network, &map.route);
     let next = |k: usize| (k + 1) % lanes.len();
-    let (from, to) = (lanes[k]?, lanes[next(k)]?);
+    let (from, to) = (lanes[k]?, lanes[route.next_lane(k)?]?);
     if !net.edge_of(from).kind.is_street() {
         return None;
     }
@@ -68,7 +67,7 @@ fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
     };
     let inside = std::iter::successors(Some(next(k)), |k| Some(next(*k)))
         .take(lanes.len())
-        .take_while(|k| lanes[*k].is_some_and(|lane| !net.edge_of(lane).kind.is_street()));
+        .take_while(|k| route.lanes()[*k].edge.starts_with(':'));
     let length_m = inside.map(|k| route.lanes()[k].length_m).sum();
     let here = &route.lanes()[k];
     Some(Turn { from_s_m: route.wrap(here.start_s_m + here.length_m), length_m, side })

@@ -71,9 +71,7 @@ pub(super) struct YieldLine {
 
 /// The lines of a map's route in driving order; `lanes` are the network's lanes of the route's.
 pub(super) fn yield_lines(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<YieldLine> {
-    let n = lanes.len();
-    let count = if map.route.is_closed() { n } else { n - 1 };
-    let mut lines: Vec<YieldLine> = (0..count).filter_map(|k| yield_line(map, lanes, k)).collect();
+    let mut lines: Vec<YieldLine> = (0..lanes.len()).filter_map(|k| yield_line(map, lanes, k)).collect();
     lines.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
     lines
 }
@@ -82,7 +80,7 @@ pub(super) fn yield_lines(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<YieldL
 fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<YieldLine> {
     let (net, route) = (&map.network, &map.route);
     let next = |k: usize| (k + 1) % lanes.len();
-    let (from, to) = (lanes[k]?, lanes[next(k)]?);
+    let (from, to) = (lanes[k]?, lanes[route.next_lane(k)?]?);
     if !net.edge_of(from).kind.is_street() {
         return None;
     }
@@ -104,7 +102,10 @@ fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Yield
         }
         let joins = other.to == way.to;
         let inside = inside(net, other);
-        let length_m = inside.iter().map(|lane| net.lane(*lane).length_m).sum();
+        let length_m = match inside.is_empty() {
+            true => gap_m(net, other),
+            false => inside.iter().map(|lane| net.lane(*lane).length_m).sum(),
+        };
         add_lanes(net, other, foes.len(), &inside, way.to, &mut foe_lanes);
         foes.push(FoeLink {
             #[cfg(test)]
@@ -121,7 +122,7 @@ fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Yield
     let here = &route.lanes()[k];
     let through: Vec<usize> = std::iter::successors(Some(next(k)), |k| Some(next(*k)))
         .take(lanes.len())
-        .take_while(|k| lanes[*k].is_some_and(|lane| is_inside(net, lane, junction)))
+        .take_while(|k| route.lanes()[*k].is_bridge() || lanes[*k].is_some_and(|lane| is_inside(net, lane, junction)))
         .collect();
     let length_m = |k: &usize| route.lanes()[*k].length_m;
     let inside_m: f64 = through.iter().map(length_m).sum();
@@ -131,6 +132,12 @@ fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Yield
         false => (here.start_s_m + here.length_m - net.lane(from).end_offset_m, inside_m),
     };
     Some(YieldLine { s_m: route.wrap(s_m), inside_m, stop, waits_inside, signal: letter(way), foes, foe_lanes })
+}
+
+/// From the end of one lane to the start of the next, metres.
+fn gap_m(net: &Network, way: &Connection) -> f64 {
+    let (before, after) = (net.lane(way.from).line.points(), net.lane(way.to).line.points());
+    before[before.len() - 1].distance(after[0])
 }
 
 fn letter(way: &Connection) -> Option<(SignalId, u32)> {
@@ -259,6 +266,17 @@ mod tests {
         let here: Vec<_> = found.into_iter().filter(|(lane, _)| !lane.starts_with(":B2")).collect();
         assert_eq!(here, expected.map(|(lane, cm)| (lane.to_owned(), cm)));
         assert_eq!(line.foes.iter().map(|foe| foe.joins).collect::<Vec<_>>(), [false, false, false, false]);
+    }
+
+    #[test]
+    fn without_insides_of_junctions_a_line_is_where_its_lane_ends_and_the_way_behind_it_is_that_to_the_next_lane() {
+        let (map, lines) = lines("tests/data/networks/random-8.net.xml", &["-54", "-3"]);
+        // The link from -54_0 to -3_0 yields; -54_0 has 126.07 m and ends in (366.88, 174.74), 32.8 m from (334.86, 167.53), where -3_0 begins.
+        assert_eq!(lines.len(), 1);
+        let line = &lines[0];
+        assert!((line.s_m - 126.07).abs() < 1e-9 && (32.8..33.5).contains(&line.inside_m), "{line:?}");
+        assert!(map.route.point_at(line.s_m).distance(glam::dvec2(366.88, 174.74)) < 0.01);
+        assert!(line.foes.iter().all(|foe| foe.length_m > 5.0), "their ways are as long as they are drawn: {line:?}");
     }
 
     #[test]
