@@ -81,6 +81,8 @@ pub struct Route {
     closed: bool,
     /// Places along the route and the heights there, ascending; none of a flat route.
     heights: Vec<(f64, f64)>,
+    /// Where each lane begins, and the route ends, in drawn metres; none where all lanes are drawn as long as they are declared.
+    drawn_starts_m: Vec<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -138,15 +140,18 @@ impl Route {
         assert!(!lanes.is_empty(), "a route has at least one lane");
         let mut segments = Vec::new();
         let mut length_m = 0.0;
+        let (mut drawn_starts_m, mut is_to_scale) = (vec![0.0], true);
         for lane in &mut lanes {
             let shape_length_m: f64 = lane.shape.windows(2).map(|p| p[0].distance(p[1])).sum();
             assert!(shape_length_m > 0.0 && lane.length_m > 0.0, "lane {} has no length", lane.id);
             let scale = lane.length_m / shape_length_m;
+            let drawn_scale = drawn_scale(lane.length_m, shape_length_m);
+            is_to_scale &= drawn_scale == 1.0;
+            drawn_starts_m.push(drawn_starts_m[drawn_starts_m.len() - 1] + lane.length_m * drawn_scale);
             lane.start_s_m = length_m;
             let mut s_m = length_m;
             for pair in lane.shape.windows(2).filter(|p| p[0] != p[1]) {
                 let end_s_m = s_m + pair[0].distance(pair[1]) * scale;
-                let drawn_scale = drawn_scale(lane.length_m, shape_length_m);
                 segments.push(ShapeSegment { start: pair[0], end: pair[1], start_s_m: s_m, end_s_m, drawn_scale });
                 s_m = end_s_m;
             }
@@ -156,7 +161,10 @@ impl Route {
             }
         }
         let segments_per_m = segments.len() as f64 / length_m;
-        Self { lanes, segments, segments_per_m, length_m, closed, heights: Vec::new() }
+        if is_to_scale {
+            drawn_starts_m.clear();
+        }
+        Self { lanes, segments, segments_per_m, length_m, closed, heights: Vec::new(), drawn_starts_m }
     }
 
     /// True if its end is its start.
@@ -314,6 +322,19 @@ impl Route {
     /// How long a declared metre at `s_m` is drawn, metres: 1 but where a network declares a lane longer or shorter than it draws it.
     pub fn drawn_scale(&self, s_m: f64) -> f64 {
         self.segments[self.segment_at(self.within(s_m))].drawn_scale
+    }
+
+    /// [`Route::ahead`] in metres as drawn, as a driver sees a gap and a brake needs it.
+    pub fn drawn_ahead_m(&self, from_s_m: f64, to_s_m: f64) -> f64 {
+        let Some(lap_m) = self.drawn_starts_m.last() else { return self.ahead(from_s_m, to_s_m) };
+        let drawn_m = |s_m: f64| {
+            let (within_m, (lane, _)) = (self.within(s_m), self.lane_at(s_m));
+            let on_lane_m = within_m - self.lanes[lane].start_s_m;
+            // Beyond the ends of an open route a metre is a metre.
+            self.drawn_starts_m[lane] + on_lane_m * self.drawn_scale(s_m) + (self.wrap(s_m) - within_m)
+        };
+        let ahead_m = drawn_m(to_s_m) - drawn_m(from_s_m);
+        if self.closed && ahead_m < 0.0 { ahead_m + lap_m } else { ahead_m }
     }
 
     /// True of a ring: the curvature is the same everywhere, to 5 %.

@@ -99,6 +99,26 @@ fn an_open_route_goes_straight_on_beyond_its_ends_and_what_is_behind_is_behind()
 }
 
 #[test]
+fn a_gap_is_as_long_as_it_is_drawn_where_lanes_are_declared_longer() {
+    let route = corner();
+    // 120 declared metres are drawn as 60, the next 40 as 40.
+    let cases = [((20.0, 100.0), 40.0), ((100.0, 130.0), 20.0), ((130.0, 100.0), -20.0), ((-3.0, 0.0), 3.0)];
+    for ((from_m, to_m), wanted_m) in cases.into_iter().chain([((120.0, 165.0), 45.0)]) {
+        let found_m = route.drawn_ahead_m(from_m, to_m);
+        assert!((found_m - wanted_m).abs() < 1e-9, "{from_m} {to_m}: {found_m}");
+    }
+    // The same as a lap, with a third lane back to the start, drawn 72.111 m long and declared so.
+    let back_m = DVec2::new(60.0, 40.0).length();
+    let back =
+        RouteLane { length_m: back_m, shape: vec![DVec2::new(60.0, 40.0), DVec2::ZERO], ..route.lanes()[1].clone() };
+    let lap = Route::new(route.lanes().iter().cloned().chain([back]).collect());
+    assert!((lap.drawn_ahead_m(130.0, 100.0) - (60.0 + 40.0 + back_m - 20.0)).abs() < 1e-9);
+    // Where all is to scale it is the way ahead, to the bit.
+    let ring = circle();
+    assert_eq!(ring.drawn_ahead_m(0.1, 0.7), ring.ahead(0.1, 0.7));
+}
+
+#[test]
 fn a_route_over_a_hill_rises_as_its_lanes_do() {
     let net = Network::load("tests/data/networks/hill.net.xml").expect("a network");
     let path = Path::through(&net, &[net.lane_named("up_0").expect("a lane")], false).expect("a path");

@@ -114,7 +114,7 @@ impl LaneChanging {
 
     /// Way from the ego's front bumper to the end of the next edge on which its path changes lanes, metres.
     pub fn lane_end_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
-        let ends = self.changes.iter().map(|change| map.route.ahead(snapshot.ego_s_m, change.end_s_m()));
+        let ends = self.changes.iter().map(|change| map.route.drawn_ahead_m(snapshot.ego_s_m, change.end_s_m()));
         ends.filter(|ahead_m| *ahead_m >= 0.0).min_by(f64::total_cmp)
     }
 }

@@ -116,7 +116,7 @@ impl GiveWay {
 
     /// Notes how the ego stands at the next line.
     pub fn update(&mut self, snapshot: &Snapshot, map: &RoadMap) {
-        let ahead = |line: &YieldLine| map.route.ahead(snapshot.ego_s_m, line.s_m);
+        let ahead = |line: &YieldLine| map.route.drawn_ahead_m(snapshot.ego_s_m, line.s_m);
         let lines = self.lines.iter().map(ahead).enumerate().filter(|(_, ahead_m)| *ahead_m >= 0.0);
         let next = lines.min_by(|a, b| a.1.total_cmp(&b.1));
         if next.map(|(k, _)| k) != self.next.map(|(k, _)| k) {
@@ -162,7 +162,7 @@ impl GiveWay {
             let own = own_light(line, snapshot);
             own != Some(SignalLight::GreenMajor) && (line.stop != StopRule::None && own.is_none()) == stops
         };
-        let ahead = self.lines.iter().filter(counts).map(|line| map.route.ahead(snapshot.ego_s_m, line.s_m));
+        let ahead = self.lines.iter().filter(counts).map(|line| map.route.drawn_ahead_m(snapshot.ego_s_m, line.s_m));
         ahead.filter(|ahead_m| *ahead_m >= 0.0).min_by(f64::total_cmp)
     }
 
