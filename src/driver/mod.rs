@@ -2,7 +2,7 @@
 //! pedals and wheel as people, so that a whole study can be rehearsed without anyone. Seeded; SI units.
 //!
 //! Each tick: the senses deliver late what was advised and anticipate the leader (`senses`); the wanted acceleration is
-//! the smallest of "reach the advised speed", "keep behind the leader" (IDM) and "slow for the bend"; one foot turns it
+//! the smallest of "reach the advised speed", "keep behind the leader" (IDM) and "slow for the bend or the lower limit"; one foot turns it
 //! into pedals (`feet`), two hands the lane into an angle of the wheel (`hands`).
 
 mod compliance;
@@ -77,12 +77,18 @@ pub struct LaneView {
     pub aim: DVec2,
     /// Highest speed from which every bend ahead is still comfortable, m/s.
     pub bend_speed_mps: f64,
+    /// Highest speed from which every limit ahead that is lower than that here is comfortably reached where it begins, m/s.
+    pub next_limit_speed_mps: f64,
+    /// Grade of the road under the car, the tangent of the slope's angle, positive uphill.
+    pub grade: f64,
 }
 
 impl Default for LaneView {
     /// A straight lane, followed exactly.
     fn default() -> Self {
-        Self { offset_m: 0.0, heading_error_rad: 0.0, aim: dvec2(10.0, 0.0), bend_speed_mps: f64::INFINITY }
+        let (bend_speed_mps, next_limit_speed_mps) = (f64::INFINITY, f64::INFINITY);
+        let aim = dvec2(10.0, 0.0);
+        Self { offset_m: 0.0, heading_error_rad: 0.0, aim, bend_speed_mps, next_limit_speed_mps, grade: 0.0 }
     }
 }
 
@@ -158,13 +164,15 @@ impl SimulatedDriver {
             heading_error_rad: wrap_angle(pose.yaw_rad - route.yaw_at(here.s_m)),
             aim: dvec2(to_aim.dot(pose.forward()), to_aim.dot(pose.left())),
             bend_speed_mps: bend_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
+            next_limit_speed_mps: next_limit_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
+            grade: route.grade(here.s_m),
         }
     }
 
     /// The controls of this tick.
     pub fn controls(&mut self, now: &Perception) -> Controls {
         let wanted_mps2 = self.wanted_mps2(now);
-        let (throttle, brake) = self.feet.press(&self.params, now.speed_mps, wanted_mps2);
+        let (throttle, brake) = self.feet.press(&self.params, now.speed_mps, wanted_mps2, now.lane.grade);
         let wander_m = self.lane_wander.next();
         let steering_wheel_rad = self.hands.turn(&self.params, now.speed_mps, &now.lane, wander_m);
         Controls { throttle, brake, steering_wheel_rad, selector: Selector::Drive, indicator: now.indicator }
@@ -193,7 +201,7 @@ impl SimulatedDriver {
             (LeaderRule::Model, Some(leader)) => follow(leader.gap_m, leader.speed_mps),
             (LeaderRule::Model, None) => follow(1e6, now.speed_mps),
         };
-        let bend = reach(now.lane.bend_speed_mps);
+        let road = reach(now.lane.bend_speed_mps.min(now.lane.next_limit_speed_mps));
         let advised = target_mps.map_or(f64::INFINITY, |target_mps| {
             // Bias and error fade below 1 m/s: nobody errs about a standstill.
             let own = (p.speed_bias_mps + wander_mps) * target_mps.clamp(0.0, 1.0);
@@ -203,7 +211,7 @@ impl SimulatedDriver {
         });
         // As behind a leader that stands on the line, whatever rule holds behind cars.
         let stop = stop_ahead_m.map_or(f64::INFINITY, |gap_m| follow(gap_m, 0.0));
-        behind.min(advised).min(bend).min(stop)
+        behind.min(advised).min(road).min(stop)
     }
 }
 
@@ -228,6 +236,31 @@ pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps:
             comfortable.min((corner_mps * corner_mps + 2.0 * decel * begins_m).sqrt())
         })
         .fold(f64::INFINITY, f64::min)
+}
+
+/// The highest speed at `s_m` of a route from which this driver comes to each limit ahead that is lower than that here with no more than its
+/// speed, m/s: comfortably, as for bends.
+fn next_limit_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
+    let decel = params.decel_mps2 / 2.0;
+    let speed_mps = speed_mps.max(0.0);
+    let late_m = speed_mps * params.speed_relaxation_s;
+    let far_m = late_m + speed_mps * speed_mps / (2.0 * decel);
+    let (lanes, (here, at_m)) = (route.lanes(), route.lane_at(s_m));
+    let limit_mps = lanes[here].speed_limit_mps;
+    let mut ahead_m = lanes[here].length_m - at_m;
+    let mut found_mps = f64::INFINITY;
+    for k in here + 1..here + lanes.len() {
+        if ahead_m > far_m || (k >= lanes.len() && !route.is_closed()) {
+            break;
+        }
+        let lane = &lanes[k % lanes.len()];
+        if lane.speed_limit_mps < limit_mps {
+            let braking_m = (ahead_m - late_m).max(0.0);
+            found_mps = found_mps.min((lane.speed_limit_mps.powi(2) + 2.0 * decel * braking_m).sqrt());
+        }
+        ahead_m += lane.length_m;
+    }
+    found_mps
 }
 
 /// A bend as a driver has to take it.

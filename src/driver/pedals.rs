@@ -10,8 +10,12 @@ const CHANGE_MPS2: f64 = 0.12;
 const STANDING_MPS: f64 = 0.08;
 /// A standing driver goes when at least this is wanted, m/s2 (with the ring's model a gap of 2.17 m).
 const GO_MPS2: f64 = 0.15;
-/// Pedal on which a standing driver rests, against the creep (0.06 would do).
+/// Pedal on which a standing driver rests, against the creep (0.06 would do); on a hill more, where that needs more.
 const HOLD_PEDAL: f64 = 0.15;
+/// How many times the pull of the hill the brake of one who stands there holds, beside the creep.
+const HOLD_SHARE: f64 = 1.5;
+/// What a car does by itself on the level as it stands, m/s2.
+const CREEP_MPS2: f64 = 0.6;
 /// Speed error to acceleration, 1/s, and its integral, 1/s2: corner frequency 1 rad/s, well below the car's own lags.
 const GAIN: f64 = 1.0;
 const INTEGRAL: f64 = 0.25;
@@ -72,9 +76,10 @@ impl PedalModel {
         (self.foot, self.brake, self.holding) = (FootPlace::Brake, HOLD_PEDAL, true);
     }
 
-    /// Throttle and brake of this tick for a wanted acceleration in m/s2.
-    pub fn press(&mut self, params: &DriverParams, speed_mps: f64, wanted_mps2: f64) -> (f32, f32) {
-        let command = self.command(speed_mps, wanted_mps2);
+    /// Throttle and brake of this tick for a wanted acceleration in m/s2, on a road of this grade.
+    pub fn press(&mut self, params: &DriverParams, speed_mps: f64, wanted_mps2: f64, grade: f64) -> (f32, f32) {
+        let downhill_mps2 = 9.81 * -grade / grade.hypot(1.0);
+        let command = self.command(speed_mps, wanted_mps2) - downhill_mps2;
         if speed_mps < STANDING_MPS && wanted_mps2 < GO_MPS2 {
             self.holding = true;
         } else if wanted_mps2 >= GO_MPS2 || speed_mps > 3.0 * STANDING_MPS {
@@ -85,8 +90,10 @@ impl PedalModel {
         let mut brake = 0.0;
         match self.foot {
             FootPlace::Throttle => throttle = self.throttle_for(command, speed_mps),
-            FootPlace::Brake if self.holding => brake = HOLD_PEDAL,
-            FootPlace::Brake => brake = (-command.min(0.0) / self.brake_mps2).powf(1.0 / self.brake_exponent).min(1.0),
+            FootPlace::Brake if self.holding => {
+                brake = HOLD_PEDAL.max(self.brake_for(CREEP_MPS2 + HOLD_SHARE * downhill_mps2.abs()));
+            }
+            FootPlace::Brake => brake = self.brake_for(-command.min(0.0)),
             FootPlace::ToThrottle(_) | FootPlace::ToBrake(_) => {}
         }
         let step = |from: f64, to: f64, per_s: f64| from + (to - from).clamp(-per_s * TICK_S, per_s * TICK_S);
@@ -120,7 +127,7 @@ impl PedalModel {
         if !self.creep {
             return out;
         }
-        let creep = 0.6 * (1.0 - (speed_mps.max(0.0) / CREEP_MPS).powi(2));
+        let creep = CREEP_MPS2 * (1.0 - (speed_mps.max(0.0) / CREEP_MPS).powi(2));
         creep.max(out)
     }
 
@@ -136,6 +143,11 @@ impl PedalModel {
         let (l, q) = (self.pedal_linear, 1.0 - self.pedal_linear);
         let by_torque = if q > 1e-3 { ((l * l + 4.0 * q * share).sqrt() - l) / (2.0 * q) } else { share / l };
         by_power.max(by_torque).min(1.0)
+    }
+
+    /// The brake pedal for a deceleration.
+    fn brake_for(&self, decel_mps2: f64) -> f64 {
+        (decel_mps2 / self.brake_mps2).powf(1.0 / self.brake_exponent).min(1.0)
     }
 
     fn move_foot(&mut self, params: &DriverParams, command: f64) {

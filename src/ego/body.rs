@@ -193,7 +193,12 @@ impl CarBody {
         }
     }
 
-    /// Weight and springs of one sub-step. Returns what each wheel stands on.
+    /// What of the weight pulls along a road that is not flat, N.
+    pub fn downhill_n(&self) -> Vec3 {
+        vec3(self.gravity.x, self.gravity.y, 0.0) * self.mass_kg
+    }
+
+    /// Weight on the road and springs of one sub-step. Returns what each wheel stands on.
     pub fn springs(&mut self) -> [WheelContact; 4] {
         let world = &mut self.world;
         let queries = world.broad_phase.as_query_pipeline_mut(
@@ -204,7 +209,7 @@ impl CarBody {
         );
         self.vehicle.update_vehicle(self.dt, queries);
         // After the springs: before them, their dampers would take the weight's impulse for a movement.
-        let weight = self.gravity * self.mass_kg * self.dt;
+        let weight = vec3(0.0, 0.0, self.gravity.z) * self.mass_kg * self.dt;
         self.world.bodies[self.chassis].apply_impulse(weight, true);
         let wheels = self.vehicle.wheels();
         let mut rays: [WheelContact; 4] = std::array::from_fn(|i| {

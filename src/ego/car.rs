@@ -171,7 +171,8 @@ impl EgoCar {
         // All tyres see the same moment: a push of one would pass for a slip of the next, and the standing car would walk.
         let patches: [_; 4] = std::array::from_fn(|i| self.patch(i, &rays[i], &axes, drive_n));
         let mut grips = [TyreForce::default(); 4];
-        self.body.push(air, centre);
+        // The pull of a hill, too: tyres that saw it would hold a standing car against it twice, and let it walk uphill.
+        self.body.push(air + self.body.downhill_n(), centre);
         for (i, (patch, forward, left)) in patches.iter().enumerate() {
             grips[i] = self.tyres[i].step(&self.tread, patch, SUBSTEP_S);
             let point = rays[i].point + Vec3::Z * self.params.suspension.link_height_m as f32;

@@ -51,6 +51,20 @@ fn block(to_right: bool) -> Route {
     closed(shape)
 }
 
+/// A straight road of two lanes that follow each other, with these limits in m/s.
+fn limits_change(first_mps: f64, then_mps: f64) -> Route {
+    let lane = |edge: &str, speed_limit_mps: f64, from: f64, to: f64| RouteLane {
+        id: format!("{edge}_0"),
+        edge: edge.into(),
+        start_s_m: 0.0,
+        length_m: to - from,
+        speed_limit_mps,
+        width_m: 3.2,
+        shape: vec![dvec2(from, 0.0), dvec2(to, 0.0)],
+    };
+    Route::open(vec![lane("a", first_mps, 0.0, 600.0), lane("b", then_mps, 600.0, 1500.0)])
+}
+
 /// The car ahead: front bumper along the route and speed at a time in seconds.
 type LeaderAt<'a> = &'a dyn Fn(f64) -> (f64, f64);
 
@@ -62,6 +76,8 @@ struct OfflineDrive<'a> {
     /// Advised speed at a time in seconds.
     advised: &'a dyn Fn(f64) -> Option<f64>,
     leader: Option<LeaderAt<'a>>,
+    /// Speed limit, m/s; that of the route if none is named.
+    limit_mps: Option<f64>,
     seconds: f64,
 }
 
@@ -107,7 +123,7 @@ impl OfflineDrive<'_> {
                     leader: leader.map(|l| SeenLeader { gap_m: gap_m(l), speed_mps: l.1 }),
                     stop_ahead_m: None,
                     advice,
-                    speed_limit_mps: 60.0,
+                    speed_limit_mps: self.limit_mps.unwrap_or_else(|| self.route.speed_limit_mps(s_m)),
                     ..Perception::default()
                 });
                 let obstacles: Vec<Obstacle> = leader_at(t + TICK_S)
@@ -135,7 +151,27 @@ fn calm<'a>(route: &'a Route, name: &str) -> OfflineDrive<'a> {
         start_speed_mps: 0.0,
         advised: &|_| None,
         leader: None,
+        limit_mps: Some(60.0),
         seconds: 60.0,
+    }
+}
+
+#[test]
+fn a_driver_comes_to_a_lower_limit_with_no_more_than_its_speed_and_to_a_higher_one_only_there() {
+    for (first_mps, then_mps) in [(25.0, 8.33), (8.33, 25.0)] {
+        let route = limits_change(first_mps, then_mps);
+        let drive = OfflineDrive { start_speed_mps: first_mps, limit_mps: None, seconds: 130.0, ..calm(&route, "idm") };
+        let seen = drive.go();
+        let speed_at = |m: f64| {
+            let there = seen.iter().find(|seen| seen.state.position.x >= m).expect("it comes there");
+            there.state.speed_mps
+        };
+        // Police tolerate 3 km/h of what they measure; nobody is fined for less.
+        let over_mps = speed_at(600.0 - CAR_LENGTH_M / 2.0) - first_mps.min(then_mps);
+        assert!(over_mps < 3.0 / 3.6, "{first_mps} {then_mps}: {over_mps}");
+        // Nobody slows down half a kilometre before the sign.
+        assert!(speed_at(300.0) > 0.8 * first_mps, "{}", speed_at(300.0));
+        assert!(speed_at(1100.0) > 0.75 * then_mps, "{}", speed_at(1100.0));
     }
 }
 

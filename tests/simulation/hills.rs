@@ -3,12 +3,16 @@
 use super::world::one_at_a_time;
 use codrive::{
     controls::{Controls, Selector},
+    driver::{LaneView, Perception, SimulatedDriver, preset},
+    ego::{CarParams, EgoCar, GroundModel, GroundShape, GroundSurface},
     map::Route,
     scenario::Scenario,
     sim::{EventKind, World},
-    space::CAR_LENGTH_M,
+    space::{CAR_LENGTH_M, Pose},
+    time::TICK_S,
     traffic::{Demand, Flow},
 };
+use glam::{DVec2, dvec2};
 
 const HILL: &str = "tests/data/networks/hill.net.xml";
 
@@ -88,13 +92,68 @@ fn on_a_hill_the_brake_holds_a_car_and_the_engine_at_idle_holds_it_with_the_pull
     assert!((rate_mps2 / expected_mps2 - 1.0).abs() < 0.02, "{rate_mps2} {expected_mps2}");
 }
 
+/// A road to the east that rises evenly.
+struct Slope(f64);
+
+impl GroundModel for Slope {
+    fn surface(&self, _point: DVec2) -> GroundSurface {
+        GroundSurface::Asphalt
+    }
+
+    fn shape(&self, middle: DVec2) -> GroundShape {
+        GroundShape { height_m: self.0 * middle.x, gradient: dvec2(self.0, 0.0) }
+    }
+}
+
+/// Where the front of a car is in each tick, metres from a line, that its driver comes to with 10 m/s from 50 m before and stops at, and that
+/// opens after 30 s.
+fn stops_at_a_line(grade: f64) -> Vec<f64> {
+    let (car, line_m) = (CarParams::default(), 50.0);
+    let start = Pose::new(dvec2(-CAR_LENGTH_M / 2.0, 0.0), 0.0);
+    let mut ego = EgoCar::new(&car, start, 10.0, 0).expect("a car");
+    let mut driver = SimulatedDriver::new(&preset("idm").expect("a preset"), &car, 1).expect("a driver");
+    let fronts = (0..4000).map(|tick| {
+        let state = *ego.state();
+        let front_m = state.pose().front(CAR_LENGTH_M).x;
+        let is_open = f64::from(tick) * TICK_S > 30.0;
+        let controls = driver.controls(&Perception {
+            speed_mps: state.speed_mps,
+            lane: LaneView { grade, ..LaneView::default() },
+            stop_ahead_m: (!is_open).then_some(line_m - front_m),
+            speed_limit_mps: 13.9,
+            ..Perception::default()
+        });
+        ego.tick(&controls, &Slope(grade), &[]);
+        front_m - line_m
+    });
+    fronts.collect()
+}
+
+#[test]
+fn a_driver_stops_before_a_line_on_a_hill_stands_there_and_drives_off_without_rolling_back() {
+    // Streets are as steep as 12 %; the steepest of public roads are 20 % and more.
+    for grade in [-0.2, -0.12, 0.0, 0.12, 0.2] {
+        let fronts = stops_at_a_line(grade);
+        let (stood_m, then_m) = (fronts[1500], fronts[3000]);
+        assert!((-4.0..=0.0).contains(&stood_m), "{grade}: it stands {stood_m} m before the line");
+        assert!((then_m - stood_m).abs() < 0.02, "{grade}: it moves by {} m in 15 s", then_m - stood_m);
+        let back_m = fronts[3000..].iter().fold(f64::INFINITY, |least, front_m| front_m.min(least)) - then_m;
+        // Nobody behind is nearer than a metre.
+        assert!(
+            back_m > -1.0 && fronts[3999] > 10.0,
+            "{grade}: it rolls back {back_m} m and drives {} m",
+            fronts[3999]
+        );
+    }
+}
+
 #[test]
 fn a_car_on_a_hill_is_not_touched_by_those_in_the_tunnel_below() {
     let _alone = one_at_a_time();
     // By its description the road up crosses above the tunnel at (139, 31.5), 17 m high; the tunnel lies 2.6 m below zero there. The network
     // begins at y = 0, 100 m to the south of the description's.
     let route = codrive::map::RoadMap::load_along(HILL, &["up"]).expect("the hill").route;
-    let above_m = route.project(glam::dvec2(140.3, 130.0), None).s_m;
+    let above_m = route.project(dvec2(140.3, 130.0), None).s_m;
     let flow = Flow { from: "tunnel".into(), to: "tunnel".into(), per_hour: 1200.0, mix: Vec::new() };
     let demand = Demand { files: Vec::new(), flows: vec![flow] };
     let scenario = Scenario { path_start_m: above_m + CAR_LENGTH_M / 2.0, demand, ..on_slope() };
