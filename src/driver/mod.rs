@@ -33,6 +33,7 @@ use glam::{DVec2, dvec2};
 use pedals::PedalModel;
 use perception::{DelayedPerception, OrnsteinUhlenbeck};
 use steering::SteeringModel;
+pub use steering::TURN_IN_S;
 
 /// Time constant of the wander in the lane, s.
 const LANE_TIME_S: f64 = 8.0;
@@ -75,6 +76,8 @@ pub struct LaneView {
     pub heading_error_rad: f64,
     /// A point of the centre line ahead, from the rear axle: x along the car, y to its left, metres.
     pub aim: DVec2,
+    /// Curvatures of the arcs to the points of the centre line that are aimed at [`TURN_IN_S`] later, 1/m.
+    pub next_arcs_per_m: [f64; TURN_IN_S.len()],
     /// Highest speed from which every bend ahead is still comfortable, m/s.
     pub bend_speed_mps: f64,
     /// Highest speed from which every limit ahead that is lower than that here is comfortably reached where it begins, m/s.
@@ -88,7 +91,15 @@ impl Default for LaneView {
     fn default() -> Self {
         let (bend_speed_mps, next_limit_speed_mps) = (f64::INFINITY, f64::INFINITY);
         let aim = dvec2(10.0, 0.0);
-        Self { offset_m: 0.0, heading_error_rad: 0.0, aim, bend_speed_mps, next_limit_speed_mps, grade: 0.0 }
+        Self {
+            offset_m: 0.0,
+            heading_error_rad: 0.0,
+            aim,
+            next_arcs_per_m: [0.0; TURN_IN_S.len()],
+            bend_speed_mps,
+            next_limit_speed_mps,
+            grade: 0.0,
+        }
     }
 }
 
@@ -156,13 +167,20 @@ impl SimulatedDriver {
         let rear = pose.position + pose.forward() * self.rear_axle_m;
         let here = route.project(rear, near_s_m);
         let ahead_m = steering::preview_m(&self.params, ego.speed_mps);
-        let aim_s_m = here.s_m + ahead_m / route.drawn_scale(here.s_m);
+        let scale = route.drawn_scale(here.s_m);
+        let aim_s_m = here.s_m + ahead_m / scale;
         let to_line = DVec2::from_angle(route.yaw_at(aim_s_m)).perp() * beside_m(aim_s_m);
         let to_aim = route.point_at(aim_s_m) + to_line - rear;
+        let arc_later = |after_s: f64| {
+            let s_m = here.s_m + ego.speed_mps.max(0.0) * after_s / scale;
+            let to_aim = route.point_at(s_m + ahead_m / scale) - route.point_at(s_m);
+            steering::arc_per_m(to_aim.rotate(DVec2::from_angle(-route.yaw_at(s_m))))
+        };
         LaneView {
             offset_m: here.offset_m - beside_m(here.s_m),
             heading_error_rad: wrap_angle(pose.yaw_rad - route.yaw_at(here.s_m)),
             aim: dvec2(to_aim.dot(pose.forward()), to_aim.dot(pose.left())),
+            next_arcs_per_m: TURN_IN_S.map(arc_later),
             bend_speed_mps: bend_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
             next_limit_speed_mps: next_limit_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
             grade: route.grade(here.s_m),
@@ -279,10 +297,12 @@ fn bend_at(route: &Route, s_m: f64, scale: f64) -> Bend {
     let window_m = 2.0 * LOOK_EVERY_M / scale;
     let turn_per_m = route.curvature_at(s_m, window_m).abs().max(1e-6 * scale);
     let quarter = |k: i32| route.yaw_at(s_m + window_m * f64::from(k) / 4.0);
+    // The corners of streets are shorter than the window.
+    let half_per_m = wrap_angle(quarter(1) - quarter(-1)).abs() / (window_m / 2.0);
     let turns = (-2..2).map(|k| wrap_angle(quarter(k + 1) - quarter(k)));
     let [left_rad, right_rad] = turns.fold([0.0, 0.0], |[l, r], turn| [l + turn.max(0.0), r - turn.min(0.0)]);
     if left_rad.min(right_rad) < SIDE_RAD {
-        return Bend { felt_per_m: turn_per_m / scale, wheel_per_m: turn_per_m / scale };
+        return Bend { felt_per_m: turn_per_m / scale, wheel_per_m: turn_per_m.max(half_per_m) / scale };
     }
     let felt_per_m = (left_rad + right_rad) / (window_m * scale);
     Bend { felt_per_m, wheel_per_m: felt_per_m * 2.0 / 1.5 }

@@ -8,6 +8,7 @@ use crate::{
     ego::CarParams,
     time::TICK_S,
 };
+use glam::{DVec2, dvec2};
 
 /// Nearest point that the eyes aim at, metres: nearer, the car would swing about the line at walking pace.
 const NEAREST_M: f64 = 5.0;
@@ -20,6 +21,10 @@ const TRIM_MAX: f64 = 0.004;
 /// Up to this speed the correction is as quick as [`TRIM`] says, m/s. A curvature moves the car sideways by the square of its speed: a
 /// faster one is corrected as much slower, or it would swing about the line until it leaves the road.
 const TRIM_SPEED_MPS: f64 = 15.0;
+
+/// The wheel is turned in time for where it has to be so much later, s: into street corners, which take more than arms can do in the first of
+/// them. In wider bends it is always in time.
+pub const TURN_IN_S: [f64; 3] = [0.4, 0.7, 1.0];
 
 #[derive(Clone, Debug)]
 pub(super) struct SteeringModel {
@@ -36,6 +41,11 @@ pub(super) fn preview_m(params: &DriverParams, speed_mps: f64) -> f64 {
     (speed_mps.abs() * params.preview_s).clamp(NEAREST_M, FARTHEST_M)
 }
 
+/// Curvature of the arc from the rear axle, along the car, to a point in its axes, 1/m.
+pub(super) fn arc_per_m(aim: DVec2) -> f64 {
+    2.0 * aim.y / aim.length_squared().max(1.0)
+}
+
 impl SteeringModel {
     pub fn new(car: &CarParams) -> Self {
         let understeer = (1.0 / car.tyres.front_cornering - 1.0 / car.tyres.rear_cornering) / 9.81;
@@ -46,15 +56,19 @@ impl SteeringModel {
     pub fn turn(&mut self, params: &DriverParams, speed_mps: f64, lane: &LaneView, wander_m: f64) -> f32 {
         let aim = lane.aim;
         let side_m = aim.y + wander_m;
-        let pursuit = 2.0 * side_m / (aim.x * aim.x + side_m * side_m).max(1.0);
+        let pursuit = arc_per_m(dvec2(aim.x, side_m));
         if speed_mps > 1.0 {
             let gain = TRIM * (TRIM_SPEED_MPS / speed_mps).min(1.0).powi(2);
             self.trim = (self.trim - gain * (lane.offset_m - wander_m) * TICK_S).clamp(-TRIM_MAX, TRIM_MAX);
         }
         let curvature = pursuit + self.trim;
-        let road_wheel_rad = (self.wheelbase_m * curvature).atan() + self.understeer * curvature * speed_mps.powi(2);
-        let lock = f64::from(STEERING_LOCK_RAD);
-        let wanted_rad = (road_wheel_rad * f64::from(STEERING_RATIO)).clamp(-lock, lock);
+        let at_once_rad = self.wheel_rad_for(curvature, speed_mps);
+        let wanted_rad =
+            lane.next_arcs_per_m.iter().zip(TURN_IN_S).fold(at_once_rad, |most_rad: f64, (arc, after_s)| {
+                let then_rad = self.wheel_rad_for(*arc, speed_mps);
+                let by_now_rad = (then_rad.abs() - params.wheel_rad_s * after_s).max(0.0).copysign(then_rad);
+                if by_now_rad.abs() > most_rad.abs() { by_now_rad } else { most_rad }
+            });
         debug_assert!(wanted_rad.is_finite(), "the lane ahead is {lane:?}");
         let lag = if params.arm_s > 0.0 { (TICK_S / params.arm_s).min(1.0) } else { 1.0 };
         // Nobody turns the wheel of a standing car to and fro.
@@ -62,5 +76,12 @@ impl SteeringModel {
         let held_rad = self.wheel_rad.unwrap_or(wanted_rad);
         let step = ((wanted_rad - held_rad) * lag).clamp(-rate_rad_s * TICK_S, rate_rad_s * TICK_S);
         *self.wheel_rad.insert(held_rad + step) as f32
+    }
+
+    /// The wheel's angle for an arc, radians.
+    fn wheel_rad_for(&self, curvature: f64, speed_mps: f64) -> f64 {
+        let road_wheel_rad = (self.wheelbase_m * curvature).atan() + self.understeer * curvature * speed_mps.powi(2);
+        let lock = f64::from(STEERING_LOCK_RAD);
+        (road_wheel_rad * f64::from(STEERING_RATIO)).clamp(-lock, lock)
     }
 }

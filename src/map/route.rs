@@ -60,6 +60,13 @@ fn drawn_scale(declared_m: f64, drawn_m: f64) -> f64 {
     if is_let_be { 1.0 } else { scale }
 }
 
+/// A corner of a line is rounded over no more than this to either side, metres: an arc that begins there passes the corner at 1.5 m, and nobody
+/// cuts more of a lane. Long pieces with a corner between them would else look like a wide bend.
+pub(super) fn rounded_m(turn_rad: f64) -> f64 {
+    const CUT_M: f64 = 1.5;
+    CUT_M / (turn_rad.abs() / 4.0).tan()
+}
+
 /// A point of the world as the route sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoutePosition {
@@ -292,7 +299,7 @@ impl Route {
 
     /// Direction of the centre line at `s_m`, radians from east, smooth across the joints of the shape: around each joint
     /// it turns evenly from one segment's direction to the next, over half of either segment but no further than the
-    /// other one is long, so that a bend of short chords does not reach far into a straight. At the ends of an open route, and
+    /// other one is long, so that a bend of short chords does not reach far into a straight, nor than [`rounded_m`]. At the ends of an open route, and
     /// beyond, it is that of the first or last segment.
     pub fn yaw_at(&self, s_m: f64) -> f64 {
         let s_m = self.within(s_m);
@@ -305,11 +312,13 @@ impl Route {
             return self.segments[here].yaw();
         }
         let (from, to) = if in_first_half { ((here + n - 1) % n, here) } else { (here, (here + 1) % n) };
-        let before_joint_m = (length_m(from) / 2.0).min(length_m(to));
-        let after_joint_m = (length_m(to) / 2.0).min(length_m(from));
+        let turn = wrap_angle(self.segments[to].yaw() - self.segments[from].yaw());
+        let most_m = rounded_m(turn);
+        let declared = |i: usize| most_m * length_m(i) / self.segments[i].start.distance(self.segments[i].end);
+        let before_joint_m = (length_m(from) / 2.0).min(length_m(to)).min(declared(from));
+        let after_joint_m = (length_m(to) / 2.0).min(length_m(from)).min(declared(to));
         let past_joint_m = if to == here { after_start_m } else { after_start_m - length_m(here) };
         let fraction = ((past_joint_m + before_joint_m) / (before_joint_m + after_joint_m)).clamp(0.0, 1.0);
-        let turn = wrap_angle(self.segments[to].yaw() - self.segments[from].yaw());
         wrap_angle(self.segments[from].yaw() + turn * fraction)
     }
 

@@ -270,6 +270,48 @@ fn a_driver_turns_round_street_corners_within_the_lane() {
     }
 }
 
+/// 60 m straight, an arc of a radius and so many degrees to the right, and 60 m straight.
+fn right_turn(radius_m: f64, turn_deg: f64) -> Route {
+    let part = |i: i32| DVec2::from_angle(-turn_deg.to_radians() * f64::from(i) / 6.0);
+    let arc = (0..=6).map(|i| dvec2(60.0, -radius_m) + part(i).rotate(DVec2::Y) * radius_m);
+    let mut shape = vec![DVec2::ZERO];
+    shape.extend(arc);
+    shape.push(shape[shape.len() - 1] + part(6) * 60.0);
+    Route::open(vec![closed(shape).lanes()[0].clone()])
+}
+
+#[test]
+fn a_driver_who_turns_right_does_not_swing_out_into_the_lane_beside() {
+    // From the outer lane of a street into that of another, with lanes of 3.2 m and kerbs of 1.5 m: the arc of netconvert has 3.1 m, less than
+    // the car's 4.7 m. A car of 1.8 m that is 0.7 m out touches the line; 1.1 m in, its wheels come to the end of the shoulder of 0.4 m.
+    for (radius_m, turn_deg) in [(3.1, 90.0), (4.0, 90.0), (6.0, 90.0), (4.0, 70.0)] {
+        let route = right_turn(radius_m, turn_deg);
+        for name in ["perfect", "follow", "idm"] {
+            let run = OfflineDrive { start_speed_mps: 8.0, seconds: 20.0, ..calm(&route, name) };
+            let seen = run.go();
+            let out_m = seen.iter().map(|seen| seen.offset_m).fold(0.0, f64::max);
+            let in_m = seen.iter().map(|seen| -seen.offset_m).fold(0.0, f64::max);
+            assert!(
+                out_m < 1.0 && in_m < 1.6,
+                "{name}, {turn_deg} degrees on {radius_m} m: {out_m} m out, {in_m} m in"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_driver_slows_down_for_a_corner_between_two_long_straights() {
+    // A street of 5 m with a corner of 93 degrees, as OpenStreetMap has them: 2.5 m to either side, and the shoulder of 0.4 m.
+    let shape = vec![DVec2::ZERO, dvec2(60.0, 0.0), dvec2(60.0, 0.0) + DVec2::from_angle(-1.62) * 60.0];
+    let route = Route::open(vec![closed(shape).lanes()[0].clone()]);
+    for name in ["perfect", "follow", "idm"] {
+        let seen = OfflineDrive { start_speed_mps: 8.9, seconds: 25.0, ..calm(&route, name) }.go();
+        assert!(seen[2_499].state.position.y < -20.0, "{name}: it came round");
+        let offset_m = farthest(&seen);
+        assert!(offset_m < 2.9, "{name}: {offset_m} m");
+    }
+}
+
 /// 200 m straight, to the left and to the right by as many degrees on arcs of a radius, and straight on.
 fn s_bend(radius_m: f64, turn_deg: f64) -> Route {
     let part = |i: i32| DVec2::from_angle(turn_deg.to_radians() * f64::from(i) / 6.0);

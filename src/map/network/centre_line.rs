@@ -7,7 +7,10 @@
 //! of [`CentreLine::unfolded`]; and where a strip reaches over itself, on the inside of tight bends, a point has two places, of
 //! which the one that is nearer to the line is found.
 
-use crate::space::{Pose3, wrap_angle};
+use crate::{
+    map::route::rounded_m,
+    space::{Pose3, wrap_angle},
+};
 use glam::{DVec2, DVec3};
 
 /// Points closer than this on the ground are one, metres.
@@ -172,7 +175,7 @@ impl CentreLine {
     }
 
     /// Direction at `s_m` in segment `here`, smooth across the joints as that of [`Route`](crate::map::Route): around each it turns
-    /// evenly, over half of either segment but no further than the other one is long. At the lane's ends it is the segment's own.
+    /// evenly, over half of either segment but no further than the other one is long, nor than [`rounded_m`]. At the lane's ends it is the segment's own.
     fn yaw_at(&self, here: usize, s_m: f64) -> f64 {
         let length_m = |k: usize| self.positions_m[k + 1] - self.positions_m[k];
         let yaw = |k: usize| self.direction(k).to_angle();
@@ -188,11 +191,14 @@ impl CentreLine {
             }
             (here, here + 1, after_start_m - length_m(here))
         };
-        let before_joint_m = (length_m(from) / 2.0).min(length_m(to));
-        let after_joint_m = (length_m(to) / 2.0).min(length_m(from));
+        let turn = wrap_angle(yaw(to) - yaw(from));
+        let most_m = rounded_m(turn);
+        let declared = |k: usize| most_m * length_m(k) / (self.points[k + 1] - self.points[k]).truncate().length();
+        let before_joint_m = (length_m(from) / 2.0).min(length_m(to)).min(declared(from));
+        let after_joint_m = (length_m(to) / 2.0).min(length_m(from)).min(declared(to));
         let around_m = before_joint_m + after_joint_m;
         let fraction = if around_m > 0.0 { ((past_joint_m + before_joint_m) / around_m).clamp(0.0, 1.0) } else { 0.0 };
-        wrap_angle(yaw(from) + wrap_angle(yaw(to) - yaw(from)) * fraction)
+        wrap_angle(yaw(from) + turn * fraction)
     }
 
     /// Distance on the ground between a point and segment `k`, metres: cheap, and at most four times what

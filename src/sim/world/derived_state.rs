@@ -54,7 +54,11 @@ pub(super) fn look_around(snapshot: &mut Snapshot, route: &Route) {
     let ego_s_m = snapshot.ego_s_m;
     // On an open route those behind are at a negative way ahead.
     let on_route = snapshot.cars.iter().filter_map(|car| match car.s_m {
-        Some(s_m) => Some((route.drawn_ahead_m(ego_s_m, s_m) - car.body.length_m, car.speed_mps, car)),
+        // Where its lane is declared longer than it is drawn, it comes on as much slower.
+        Some(s_m) => {
+            let speed_mps = car.speed_mps * route.drawn_scale(s_m);
+            Some((route.drawn_ahead_m(ego_s_m, s_m) - car.body.length_m, speed_mps, car))
+        }
         None => in_the_way(car, route, ego_s_m),
     });
     snapshot.leader = on_route
@@ -73,7 +77,10 @@ pub(super) fn look_at_all(snapshot: &mut Snapshot) {
 pub(super) fn follower(snapshot: &Snapshot, route: &Route) -> Option<NearVehicle> {
     // Less than a lap on closed routes; on open ones it is below 0 to those ahead.
     let behind_m = |s_m: f64| route.drawn_ahead_m(s_m, snapshot.ego_s_m);
-    let behind = snapshot.cars.iter().filter_map(|car| Some((behind_m(car.s_m?), car.speed_mps)));
+    let behind = snapshot.cars.iter().filter_map(|car| {
+        let s_m = car.s_m?;
+        Some((behind_m(s_m), car.speed_mps * route.drawn_scale(s_m)))
+    });
     let nearest = behind.filter(|(behind_m, _)| *behind_m > 0.0).min_by(|a, b| a.0.total_cmp(&b.0));
     nearest.map(|(behind_m, speed_mps)| NearVehicle { gap_m: behind_m - CAR_LENGTH_M, speed_mps })
 }

@@ -10,14 +10,21 @@ use crate::{
         network::{Connection, LaneId, LanePosition, Network, Side},
     },
     policy::{LaneBeside, LanesBeside, NearVehicle},
-    sim::{Snapshot, snapshot::Leader},
+    sim::{
+        Snapshot,
+        snapshot::{Leader, VehicleSnapshot},
+    },
     space::CAR_LENGTH_M,
+    traffic::VehicleBody,
 };
 
 /// So far ahead and behind others are looked for, metres: 6 s at 33 m/s.
 const SEEN_M: f64 = 200.0;
 /// A body reaches into a lane beside its own if it is there by more than this, metres: nobody drives on the line.
 const REACHES_M: f64 = 0.2;
+
+/// The tail is looked for in other lanes where it may be so far beside the front, metres: otherwise both are in the same.
+const TAIL_OUT_M: f64 = 0.4;
 
 /// A lane with what leads into it and where it leads on along a path.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,8 +62,7 @@ impl Corridor {
     pub fn nearest(&self, net: &Network, snapshot: &Snapshot, own_m: f64) -> (Option<Leader>, Option<Leader>) {
         let mut found = (None, None);
         for car in &snapshot.cars {
-            let Some(at) = car.lane.and_then(|at| self.place_m(reaches_into(net, at, self.lane, car.body.width_m)))
-            else {
+            let Some(at) = car.lane.and_then(|at| self.place_m(reaches_into(net, car, at, self.lane))) else {
                 continue;
             };
             let (gap_m, nearest) = match at >= own_m {
@@ -71,15 +77,26 @@ impl Corridor {
     }
 }
 
-/// The place in `lane` that is level with a vehicle's front, if that is in a lane beside and its body reaches into `lane`; otherwise its own place.
-fn reaches_into(net: &Network, at: LanePosition, lane: LaneId, width_m: f64) -> LanePosition {
+/// The place in `lane` that is level with a vehicle's front, if that is in a lane beside and its body reaches into `lane`, at its front or with its
+/// tail; otherwise its own place.
+fn reaches_into(net: &Network, car: &VehicleSnapshot, at: LanePosition, lane: LaneId) -> LanePosition {
+    let VehicleBody { length_m, width_m, .. } = car.body;
     let half_m = |lane: LaneId| net.lane(lane).half_width_m();
     // The middle of `lane` is so far to the left of that of the vehicle's lane.
     let beside_m = [(Side::Left, 1.0), (Side::Right, -1.0)].into_iter().find_map(|(side, sign)| {
         (net.neighbour(at.lane, side) == Some(lane)).then(|| sign * (half_m(at.lane) + half_m(lane)))
     });
-    let is_in = |beside_m: f64| (beside_m - at.offset_m).abs() < half_m(lane) + width_m / 2.0 - REACHES_M;
-    match beside_m.filter(|beside_m| is_in(*beside_m)) {
+    let is_there =
+        |beside_m: f64, offset_m: f64| (beside_m - offset_m).abs() < half_m(lane) + width_m / 2.0 - REACHES_M;
+    // Who goes over by some degrees has the tail where its front was.
+    let has_tail_there = |beside_m: f64| {
+        let out_m = (car.pose.yaw_rad - net.pose(at).yaw_rad).sin().abs() * length_m;
+        let tail = || net.locate(car.pose.rear(length_m).extend(car.height_m), Some(at.lane));
+        let is_beside =
+            |tail: LanePosition| tail.lane == lane || (tail.lane == at.lane && is_there(beside_m, tail.offset_m));
+        out_m > TAIL_OUT_M && tail().is_some_and(is_beside)
+    };
+    match beside_m.filter(|beside_m| is_there(*beside_m, at.offset_m) || has_tail_there(*beside_m)) {
         Some(_) => LanePosition { lane, s_m: level_m(net, at, lane), offset_m: 0.0 },
         None => at,
     }
@@ -154,7 +171,6 @@ fn add_behind(net: &Network, lane: LaneId, starts: &mut Vec<(LaneId, f64)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{sim::VehicleSnapshot, traffic::VehicleBody};
 
     const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 
@@ -211,6 +227,27 @@ mod tests {
         // Lanes of 3.2 m: a body of 1.8 m that is 1 m left of its middle reaches 0.3 m over the line, at 0.8 m it does 0.1 m.
         assert_eq!(seen(&[("B0B1_0", 45.0, 1.0)]).leader, near(10.0, 0.0));
         assert_eq!(seen(&[("B0B1_0", 45.0, 0.8), ("B0B1_0", 45.0, -1.0)]).leader, None);
+    }
+
+    #[test]
+    fn who_stands_across_two_lanes_is_in_that_of_its_tail_too() {
+        let map = RoadMap::load_along(GRID, &["B0B1", "B1B2"]).expect("a path");
+        let front = at(&map, "B0B1_0", 45.0, 0.5);
+        let pose = map.network.pose(front);
+        // Out of the left lane at 30 degrees: its tail is 2.5 m to the left of its front, 3 m left of the middle of B0B1_0, whose lane is 3.2 m wide.
+        for (turned_deg, wanted) in [(-30.0, near(10.0, 0.0)), (0.0, None)] {
+            let yaw_rad = pose.yaw_rad + f64::to_radians(turned_deg);
+            let middle = pose.position.truncate() - glam::DVec2::from_angle(yaw_rad) * 2.5;
+            let car = VehicleSnapshot {
+                lane: Some(front),
+                pose: crate::space::Pose::new(middle, yaw_rad),
+                body: VehicleBody::CAR,
+                ..VehicleSnapshot::default()
+            };
+            let ego_lane = Some(at(&map, "B0B1_0", 30.0, 0.0));
+            let snapshot = Snapshot { ego_s_m: 30.0, ego_lane, cars: vec![car], ..Snapshot::default() };
+            assert_eq!(lane_beside(&snapshot, &map, Side::Left).expect("B0B1_1").leader, wanted, "{turned_deg}");
+        }
     }
 
     #[test]
