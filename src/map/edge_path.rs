@@ -1,12 +1,13 @@
 //! The open route along edges that a person names. In: a [`Network`] and edges in the order in which they are driven. Out: the lanes to
 //! drive, insides of junctions included, as an open [`Route`]; or what does not fit, with the remedy. Deterministic: the fewest
-//! changes of lanes, and of those the outermost lanes.
+//! ways that a car cannot drive within its lane, of those the fewest changes of lanes, and of those the outermost lanes.
 
 use super::{
     MapError, Route, RouteLane,
     joined_shapes::{change_lanes, with_bridges},
     limits::LONGEST_ROUTE_M,
     network::{EdgeId, LaneId, Network},
+    tight_turns::is_too_tight,
 };
 use crate::toml_text::did_you_mean;
 use std::{collections::BTreeMap, path::Path};
@@ -14,6 +15,8 @@ use std::{collections::BTreeMap, path::Path};
 /// The best way on from a lane by which an edge is entered.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct WayOn {
+    /// Connections from here to the end that a car cannot drive within its lane.
+    tight: usize,
     /// Changes of lanes from here to the end.
     changes: usize,
     /// Those of them on this edge.
@@ -35,7 +38,7 @@ pub(super) fn along_edges(
     let ways = ways_on(file, net, &chosen)?;
     let first = ways.first().and_then(|lanes| {
         let allowed = lanes.iter().filter(|(lane, _)| begins_on.is_none_or(|first| first == **lane));
-        allowed.min_by_key(|(lane, way)| (way.changes, **lane))
+        allowed.min_by_key(|(lane, way)| (way.tight, way.changes, **lane))
     });
     let Some((&first, _)) = first else {
         return Err(MapError::EmptyPath { file: file.into() });
@@ -88,15 +91,21 @@ fn ways_on(file: &Path, net: &Network, chosen: &[EdgeId]) -> Result<Vec<BTreeMap
     for (k, edge) in chosen.iter().enumerate().rev() {
         let here: BTreeMap<LaneId, WayOn> = match ways.last() {
             None => cars_lanes(net, *edge)
-                .map(|lane| (lane, WayOn { changes: 0, changes_here: 0, exit: lane, next: lane }))
+                .map(|lane| (lane, WayOn { tight: 0, changes: 0, changes_here: 0, exit: lane, next: lane }))
                 .collect(),
             Some(on) => {
+                let exits = cars_lanes(net, *edge).flat_map(|exit| net.connections_from(exit));
+                let exits: Vec<(LaneId, LaneId, usize, usize)> = exits
+                    .filter_map(|way| {
+                        let beyond = on.get(&way.to)?;
+                        let tight = beyond.tight + usize::from(is_too_tight(net, way));
+                        Some((way.from, way.to, tight, beyond.changes))
+                    })
+                    .collect();
                 let best = |lane: LaneId| {
-                    let exits = cars_lanes(net, *edge).flat_map(|exit| net.connections_from(exit));
-                    let ways = exits.filter_map(|connection| {
-                        let changes_here = connection.from.index().abs_diff(lane.index());
-                        let changes = on.get(&connection.to)?.changes + changes_here;
-                        Some(WayOn { changes, changes_here, exit: connection.from, next: connection.to })
+                    let ways = exits.iter().map(|&(exit, next, tight, changes)| {
+                        let changes_here = exit.index().abs_diff(lane.index());
+                        WayOn { tight, changes: changes + changes_here, changes_here, exit, next }
                     });
                     Some((lane, ways.min()?))
                 };
@@ -188,6 +197,32 @@ mod tests {
         assert!(sharpest < 0.35, "{sharpest}");
         let heading: DVec2 = lane.shape[1] - lane.shape[0];
         assert!(heading.length() > 0.0);
+    }
+
+    #[test]
+    fn where_several_lanes_would_do_one_is_taken_on_which_a_car_can_drive_on() {
+        // Two lanes lead to two; the outer of the second edge begins `aside_m` further out, right where the first edge ends.
+        let first_lane = |aside_m: f64| {
+            let edge = |id: &str, lanes: [(f64, f64); 2]| {
+                let lane = |k: usize, (x, y): (f64, f64)| {
+                    format!(
+                        "<lane id=\"{id}_{k}\" index=\"{k}\" speed=\"9\" length=\"40\" width=\"3.2\" shape=\"{x},{y} {},{y}\"/>",
+                        x + 40.0
+                    )
+                };
+                format!("<edge id=\"{id}\">{}{}</edge>", lane(0, lanes[0]), lane(1, lanes[1]))
+            };
+            let way = |k: usize| format!("<connection from=\"a\" to=\"b\" fromLane=\"{k}\" toLane=\"{k}\"/>");
+            let (a, b) = (edge("a", [(0.0, -1.6), (0.0, 1.6)]), edge("b", [(40.0, -1.6 - aside_m), (40.0, 1.6)]));
+            let text = format!("<net>{a}{b}{}{}</net>", way(0), way(1));
+            let net = Network::read(Path::new("t.net.xml"), &text).unwrap();
+            let route = along_edges(Path::new("t.net.xml"), &net, &["a", "b"], None).unwrap();
+            let ids: Vec<String> = route.lanes().iter().map(|lane| lane.id.clone()).collect();
+            ids
+        };
+        assert_eq!(first_lane(0.0), ["a_0", "b_0"]);
+        // A step of 3.2 m on no way at all cannot be driven.
+        assert_eq!(first_lane(3.2), ["a_1", "b_1"]);
     }
 
     #[test]

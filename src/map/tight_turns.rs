@@ -1,5 +1,5 @@
-//! Which ways a car cannot drive within its lane. In: a connection of a network, or a lane. Out: whether it turns too tightly, steps aside
-//! or leads backwards. Metres, radians.
+//! Which ways a car cannot drive within its lane. In: a connection of a network, or a lane. Out: whether it turns too tightly, has a
+//! corner in its line, steps aside or leads backwards. Metres, radians.
 
 use super::network::{Connection, Lane, LaneId, Network};
 use crate::space::wrap_angle;
@@ -16,16 +16,23 @@ const CORNER_RAD: f64 = 0.52;
 const POINTS_APART_M: f64 = 0.5;
 /// A step back of less than this is how two lanes overlap that are drawn a little too long, metres.
 const OVERLAP_M: f64 = 1.0;
+/// How much of the lanes before and behind a junction is looked at together with the lines inside it, metres: two cars. The rest is
+/// looked at lane by lane.
+const JOINED_M: f64 = 10.0;
 
-/// True if a car cannot drive from lane to lane as the connection leads: it would leave the lane on its tightest circle, or the next lane
-/// begins beside it, or behind it.
+/// True if a car cannot drive from lane to lane as the connection leads: it would leave the lane on its tightest circle, or at a
+/// corner of the line inside the junction, or the next lane begins beside it, or behind it.
 pub(super) fn is_too_tight(net: &Network, connection: &Connection) -> bool {
     let (from, to) = (net.lane(connection.from), net.lane(connection.to));
     let (out, into) = (direction(from, true), direction(to, false));
     let turn_rad = wrap_angle(into - out).abs();
     let leeway_m = from.half_width_m().min(to.half_width_m()) - MARGIN_M;
+    let inside = insides(net, connection);
+    if !inside.is_empty() && has_corner(&joined_pieces(from, &inside, to), leeway_m) {
+        return true;
+    }
     if turn_rad >= CORNER_RAD {
-        return leaves_lane(turn_rad, way_m(net, connection) / turn_rad, leeway_m);
+        return leaves_lane(turn_rad, way_m(from, &inside, to) / turn_rad, leeway_m);
     }
     let across = start(to) - end(from);
     let ahead_m = across.dot(DVec2::from_angle(out)).min(across.dot(DVec2::from_angle(into)));
@@ -35,30 +42,94 @@ pub(super) fn is_too_tight(net: &Network, connection: &Connection) -> bool {
 
 /// True of a lane with a corner in its shape that a car cannot drive round within it.
 pub(super) fn has_kink(lane: &Lane) -> bool {
-    let mut points: Vec<DVec2> = Vec::new();
-    for point in lane.shape().iter().map(|point| point.truncate()) {
-        if points.last().is_none_or(|last| last.distance(point) >= POINTS_APART_M) {
-            points.push(point);
-        }
-    }
-    let pieces: Vec<DVec2> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let leeway_m = lane.half_width_m() - MARGIN_M;
+    has_corner(&pieces(&points(lane)), lane.half_width_m() - MARGIN_M)
+}
+
+/// A straight piece of a line.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    heading_rad: f64,
+    length_m: f64,
+    /// The hole between the piece before and this one, metres.
+    gap_m: f64,
+}
+
+/// True of a line with a corner that a car leaves a lane with this leeway at.
+fn has_corner(pieces: &[Piece], leeway_m: f64) -> bool {
     (0..pieces.len()).any(|first| {
         // From piece to piece: the turn so far, and the way between the middles of the joints.
         let (mut turn_rad, mut way_m) = (0.0, 0.0);
         for last in first + 1..pieces.len() {
-            turn_rad += wrap_angle(pieces[last].to_angle() - pieces[last - 1].to_angle());
+            turn_rad += wrap_angle(pieces[last].heading_rad - pieces[last - 1].heading_rad);
+            way_m += pieces[last].gap_m;
             let turn_rad: f64 = turn_rad;
             if turn_rad.abs() >= CORNER_RAD && leaves_lane(turn_rad.abs(), way_m / turn_rad.abs(), leeway_m) {
                 return true;
             }
-            way_m += pieces[last].length();
+            way_m += pieces[last].length_m;
             if way_m > TURNING_RADIUS_M * std::f64::consts::PI {
                 break;
             }
         }
         false
     })
+}
+
+/// The points of a lane that are apart from each other.
+fn points(lane: &Lane) -> Vec<DVec2> {
+    let mut points: Vec<DVec2> = Vec::new();
+    for point in lane.shape().iter().map(|point| point.truncate()) {
+        if points.last().is_none_or(|last| last.distance(point) >= POINTS_APART_M) {
+            points.push(point);
+        }
+    }
+    points
+}
+
+fn pieces(points: &[DVec2]) -> Vec<Piece> {
+    let between = points.windows(2).map(|pair| pair[1] - pair[0]);
+    between.map(|step| Piece { heading_rad: step.to_angle(), length_m: step.length(), gap_m: 0.0 }).collect()
+}
+
+/// The line through a junction with the ends of the lanes before and behind it. How far a lane begins aside of where the one before ends
+/// is no corner: that has a rule of its own.
+fn joined_pieces(from: &Lane, inside: &[&Lane], to: &Lane) -> Vec<Piece> {
+    let mut before = points(from);
+    before.reverse();
+    let mut before = first_metres(before);
+    before.reverse();
+    let lines = [before].into_iter().chain(inside.iter().map(|lane| points(lane))).chain([first_metres(points(to))]);
+    let mut joined: Vec<Piece> = Vec::new();
+    let mut end: Option<DVec2> = None;
+    for line in lines {
+        let mut pieces = pieces(&line);
+        if let (Some(first), Some(end)) = (pieces.first_mut(), end) {
+            first.gap_m = line[0].distance(end);
+        }
+        end = if pieces.is_empty() { end } else { line.last().copied() };
+        joined.append(&mut pieces);
+    }
+    joined
+}
+
+/// The first [`JOINED_M`] of a line.
+fn first_metres(points: Vec<DVec2>) -> Vec<DVec2> {
+    let mut kept = Vec::new();
+    let mut left_m = JOINED_M;
+    for point in points {
+        let Some(last) = kept.last().copied() else {
+            kept.push(point);
+            continue;
+        };
+        let step: DVec2 = point - last;
+        if step.length() >= left_m {
+            kept.push(last + step.normalize_or_zero() * left_m);
+            break;
+        }
+        left_m -= step.length();
+        kept.push(point);
+    }
+    kept
 }
 
 /// True if a car on its tightest circle leaves a lane with this leeway where that turns so far on such a radius.
@@ -84,20 +155,25 @@ fn end(lane: &Lane) -> DVec2 {
     lane.shape()[lane.shape().len() - 1].truncate()
 }
 
-/// Length of the way through the junction: along the lanes inside, or straight across where there are none.
-fn way_m(net: &Network, connection: &Connection) -> f64 {
+/// The lanes inside the junction, in driving order.
+fn insides<'a>(net: &'a Network, connection: &Connection) -> Vec<&'a Lane> {
     let mut at = connection.via;
-    let mut way_m = 0.0;
+    let mut inside = Vec::new();
     // As many lanes as are followed inside a junction.
     for _ in 0..16 {
         let Some(lane) = at else { break };
-        way_m += drawn_m(net.lane(lane));
+        inside.push(net.lane(lane));
         let onwards = net.connections_from(lane).iter().find(|way| way.to == connection.to);
         at = onwards.and_then(|way| way.via).filter(|next: &LaneId| *next != lane);
     }
-    let across_m = end(net.lane(connection.from)).distance(start(net.lane(connection.to)));
+    inside
+}
+
+/// Length of the way through the junction: along the lanes inside, or straight across where there are none.
+fn way_m(from: &Lane, inside: &[&Lane], to: &Lane) -> f64 {
+    let way_m: f64 = inside.iter().map(|lane| drawn_m(lane)).sum();
     // A line that ends short of the lanes is bridged.
-    way_m.max(across_m)
+    way_m.max(end(from).distance(start(to)))
 }
 
 fn drawn_m(lane: &Lane) -> f64 {
@@ -146,6 +222,46 @@ mod tests {
         );
         let net = Network::read(Path::new("t.net.xml"), &text).unwrap();
         is_too_tight(&net, &net.connections_from(net.lane_named("a_0").unwrap())[0])
+    }
+
+    /// A connection between two straight lanes of 3.2 m, by lanes inside the junction along these points; each ends where the next begins.
+    fn through(from: &str, insides: &[&str], to: &str) -> bool {
+        let lane = |id: &str, kind: &str, shape: &str| {
+            format!(
+                "<edge id=\"{id}\" {kind}><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"40\" width=\"3.2\" shape=\"{shape}\"/></edge>"
+            )
+        };
+        let mut text = lane("a", "", from) + &lane("b", "", to);
+        let mut before = "a".to_owned();
+        for (k, shape) in insides.iter().enumerate() {
+            text += &lane(&format!(":n{k}"), "function=\"internal\"", shape);
+            text += &format!("<connection from=\"{before}\" to=\"b\" fromLane=\"0\" toLane=\"0\" via=\":n{k}_0\"/>");
+            before = format!(":n{k}");
+        }
+        text += &format!("<connection from=\"{before}\" to=\"b\" fromLane=\"0\" toLane=\"0\"/>");
+        let net = Network::read(Path::new("t.net.xml"), &format!("<net>{text}</net>")).unwrap();
+        is_too_tight(&net, &net.connections_from(net.lane_named("a_0").unwrap())[0])
+    }
+
+    #[test]
+    fn a_corner_of_the_line_inside_a_junction_counts_however_long_the_line_is() {
+        let (from, north) = ("-40,0 0,0", "20,20 20,60");
+        // A right angle after 20 m: on a circle of 5.5 m a car is 2.28 m aside there, and has 1.1 m. Along its 40 m it would have 25 m.
+        assert!(through(from, &["0,0 20,0 20,20"], north));
+        // The same where one lane inside ends and the next begins, and where the lane behind the junction begins.
+        assert!(through(from, &["0,0 20,0", "20,0 20,20"], north) && through(from, &["0,0 20,0"], "20,0 20,40"));
+        // Cut off over 6 m to either side, or on an arc, there is none.
+        assert!(!through(from, &["0,0 14,0 20,6 20,20"], north));
+        let arc = |k: i32| {
+            DVec2::new(0.0, 20.0)
+                + DVec2::from_angle(f64::from(k) * 0.1 * std::f64::consts::FRAC_PI_2).rotate(DVec2::NEG_Y) * 20.0
+        };
+        let arc: Vec<String> = (0..=10).map(|k| format!("{:.6},{:.6}", arc(k).x, arc(k).y)).collect();
+        assert!(!through(from, &[&arc.join(" ")], north));
+        // One to and fro leads on straight ahead, and has two corners.
+        assert!(through(from, &["0,0 10,0 10,20 30,20 30,0 40,0"], "40,0 80,0"));
+        // Lines that are drawn 0.8 m too long, or 0.8 m aside, have none.
+        assert!(!through(from, &["-0.8,0 20.8,0"], "20,0 60,0") && !through(from, &["0,0.8 20,0.8"], "20,0 60,0"));
     }
 
     /// A connection from a lane that ends at the origin, to the east, to one that begins at a place and heads to the east.

@@ -218,6 +218,18 @@ pub enum TrafficError {
         /// The lane that is left.
         to: String,
     },
+    /// A lane of the route leads to two lanes of the same edge that are both on it.
+    #[error(
+        "the route goes from lane \"{from}\" to lane \"{to}\", and elsewhere over lane \"{other}\" of the same edge, to which \"{from}\" leads, too: SUMO's cars of a closed route would take either\n  remedy: choose edges of which each is driven once (route = [..] in map.toml), or drive with --traffic native"
+    )]
+    RouteForks {
+        /// The lane that leads to both.
+        from: String,
+        /// The one that the route takes there.
+        to: String,
+        /// The other.
+        other: String,
+    },
     /// SUMO or the connection to it reported an error.
     #[error("SUMO: {0}")]
     Sumo(String),

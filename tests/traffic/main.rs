@@ -1,12 +1,13 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives, `several` about several of them,
 //! `noise` about its strength, `sumo` about SUMO alone, `network` about roads on which vehicles come and go, `network_ego` about an ego there, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
-//! socket, `fuel` about the emission model, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
+//! socket, `forks` about lanes that lead to several, `fuel` about the emission model, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
 //! Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation in a process, so every test holds [`alone`].
 
 mod contract;
 mod ended;
+mod forks;
 mod fuel;
 mod imposed;
 mod network;

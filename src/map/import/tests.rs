@@ -66,6 +66,35 @@ fn path_of(text: &str) -> Result<(Vec<String>, bool, f64), MapError> {
 }
 
 #[test]
+fn a_way_with_a_corner_inside_the_junction_is_left_out_of_the_path_while_there_is_another() {
+    // From a to the north, by b (100 m) or, after a corner inside the junction, by c (200 m).
+    let lane = |id: &str, kind: &str, length: u32, shape: &str| {
+        format!(
+            "<edge id=\"{id}\" {kind}><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"{length}\" shape=\"{shape}\"/></edge>"
+        )
+    };
+    let way = |to: &str, via: &str| {
+        format!(
+            "<connection from=\"a\" to=\"{to}\" fromLane=\"0\" toLane=\"0\" via=\":{via}_0\" dir=\"l\"/>\
+             <connection from=\":{via}\" to=\"{to}\" fromLane=\"0\" toLane=\"0\" dir=\"l\"/>"
+        )
+    };
+    let inside = "function=\"internal\"";
+    let edges = [
+        lane("a", "", 100, "-100,0 0,0"),
+        lane("b", "", 100, "15,15 15,115"),
+        lane("c", "", 200, "20,20 20,220"),
+        lane(":n", inside, 25, "0,0 4,0.5 8,2 11.5,4.5 13.5,8 14.5,11 15,15"),
+        lane(":m", inside, 40, "0,0 20,0 20,20"),
+    ];
+    let text = |ways: &[String]| format!("<net>{}{}</net>", edges.concat(), ways.concat());
+    let found = path_of(&text(&[way("b", "n"), way("c", "m")])).unwrap();
+    assert_eq!(found.0, ["a_0", ":n_0", "b_0"]);
+    // Nor is it taken without the other: the longest street makes a path.
+    assert_eq!(path_of(&text(&[way("c", "m")])).unwrap().0, ["c_0"]);
+}
+
+#[test]
 fn without_a_loop_the_longest_open_path_is_found_on_lanes_for_cars_alone() {
     let fork = [("a", 100.0, "passenger"), ("b", 50.0, "passenger"), ("c", 80.0, "passenger"), ("d", 500.0, "bus")];
     let ways = [("a", "b"), ("a", "c"), ("c", "d")];

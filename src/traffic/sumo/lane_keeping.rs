@@ -1,7 +1,15 @@
 //! Whether cars that keep their lane stay on a route. In: a map. Out: nothing, or the two lanes between which its route changes:
-//! SUMO's cars of a closed route have no wish to change lanes (they are one file of traffic), and would leave it there.
+//! SUMO's cars of a closed route have no wish to change lanes (they are one file of traffic), and would leave it there. And the lanes
+//! that are to be closed so that they do not leave it where a lane leads to several of the next edge.
 
-use crate::{map::RoadMap, traffic::TrafficError};
+use crate::{
+    map::{
+        RoadMap,
+        network::{LaneId, Network},
+    },
+    traffic::TrafficError,
+};
+use std::collections::BTreeSet;
 
 /// Fails where the route goes on from a lane that the lane before does not lead to.
 pub(super) fn check(map: &RoadMap) -> Result<(), TrafficError> {
@@ -19,6 +27,35 @@ pub(super) fn check(map: &RoadMap) -> Result<(), TrafficError> {
         }
     }
     Ok(())
+}
+
+/// The lanes beside the route to which a lane of it leads, too, ids in the order of the network. SUMO's cars know the edges of their route
+/// and choose one of such lanes by rules of their own.
+///
+/// # Errors
+/// If the route goes over such a lane elsewhere, so that it cannot be closed.
+pub(super) fn lanes_beside(map: &RoadMap) -> Result<Vec<String>, TrafficError> {
+    let net = &map.network;
+    let streets: Vec<LaneId> = map.route.lanes().iter().filter_map(|lane| street(net, &lane.id)).collect();
+    let on_route: BTreeSet<LaneId> = streets.iter().copied().collect();
+    let mut beside = BTreeSet::new();
+    let ends = streets.first().filter(|_| map.route.is_closed());
+    for (&from, &to) in streets.iter().zip(streets.iter().skip(1).chain(ends)) {
+        let same_edge = |way: &LaneId| *way != to && net.lane(*way).edge == net.lane(to).edge;
+        for other in net.connections_from(from).iter().map(|way| way.to).filter(same_edge) {
+            if on_route.contains(&other) {
+                let [from, to, other] = [from, to, other].map(|lane| net.lane(lane).id.clone());
+                return Err(TrafficError::RouteForks { from, to, other });
+            }
+            beside.insert(other);
+        }
+    }
+    Ok(beside.into_iter().filter(|lane| net.lane(*lane).admits_cars()).map(|lane| net.lane(lane).id.clone()).collect())
+}
+
+/// The lane of this id, if it is one of a street.
+fn street(net: &Network, id: &str) -> Option<LaneId> {
+    net.lane_named(id).filter(|lane| net.edge_of(*lane).kind.is_street())
 }
 
 #[cfg(test)]
@@ -39,5 +76,66 @@ mod tests {
         std::fs::write(folder.path().join("map.toml"), map_file).unwrap();
         let said = check(&RoadMap::load(folder.path().to_str().unwrap()).unwrap()).unwrap_err().to_string();
         assert!(said.contains("changes from lane \"ab_1\" to lane \"ab_0\"") && said.contains("remedy"), "{said}");
+    }
+
+    /// Four streets with one lane each, but for those that are named; the first and the third end in the same junction.
+    fn block(two_lanes: &[&str], ways: &[(&str, u32, &str, u32)]) -> RoadMap {
+        let corners = [
+            ("bc", "x", "c", "95,5 95,90"),
+            ("cd", "c", "x", "90,95 0,95"),
+            ("da", "x", "a", "-5,90 -5,5"),
+            ("ab", "a", "x", "0,0 90,0"),
+        ];
+        let edges: String = corners
+            .iter()
+            .map(|(id, from, to, shape)| {
+                let lane = |k: u32| {
+                    format!("<lane id=\"{id}_{k}\" index=\"{k}\" speed=\"9\" length=\"90\" shape=\"{shape}\"/>")
+                };
+                let lanes: String = (0..1 + u32::from(two_lanes.contains(id))).map(lane).collect();
+                format!("<edge id=\"{id}\" from=\"{from}\" to=\"{to}\">{lanes}</edge>")
+            })
+            .collect();
+        let way = |(from, lane, to, onto): &(&str, u32, &str, u32)| {
+            format!("<connection from=\"{from}\" to=\"{to}\" fromLane=\"{lane}\" toLane=\"{onto}\" dir=\"s\"/>")
+        };
+        let ways: String = ways.iter().map(way).collect();
+        let junctions =
+            ["x", "c", "a"].map(|id| format!("<junction id=\"{id}\" type=\"priority\" x=\"0\" y=\"0\"/>")).concat();
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("net.xml");
+        std::fs::write(&file, format!("<net version=\"1.20\">{edges}{junctions}{ways}</net>")).unwrap();
+        RoadMap::load(file.to_str().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn lanes_beside_the_route_are_those_to_which_it_leads_too_and_one_that_is_on_it_is_a_fault() {
+        for name in ["ring-250", "ring-641", "practice", "tests/data/networks/figure-eight.net.xml"] {
+            assert!(lanes_beside(&RoadMap::load(name).unwrap()).unwrap().is_empty(), "{name}");
+        }
+        // bc_0 leads nowhere.
+        let one = block(
+            &["bc"],
+            &[("ab", 0, "bc", 0), ("ab", 0, "bc", 1), ("bc", 1, "cd", 0), ("cd", 0, "da", 0), ("da", 0, "ab", 0)],
+        );
+        assert_eq!(lanes_beside(&one).unwrap(), ["bc_0"]);
+        // Twice round from bc_0, over one lane of each edge and then over the other; ab_0 leads to both lanes of bc.
+        let twice = [
+            ("ab", 0, "bc", 0),
+            ("ab", 0, "bc", 1),
+            ("bc", 0, "cd", 0),
+            ("cd", 0, "da", 0),
+            ("da", 0, "ab", 1),
+            ("ab", 1, "bc", 1),
+            ("bc", 1, "cd", 1),
+            ("cd", 1, "da", 1),
+            ("da", 1, "ab", 0),
+        ];
+        let said = lanes_beside(&block(&["ab", "bc", "cd", "da"], &twice)).unwrap_err().to_string();
+        assert!(
+            said.contains("from lane \"ab_0\" to lane \"bc_0\", and elsewhere over lane \"bc_1\"")
+                && said.contains("remedy"),
+            "{said}"
+        );
     }
 }

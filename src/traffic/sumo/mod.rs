@@ -140,6 +140,7 @@ impl SumoTraffic {
         let route = &setup.map.route;
         lane_keeping::check(&setup.map)?;
         check_network(&mut simulation, &setup.map)?;
+        simulation.close_lanes(&lane_keeping::lanes_beside(&setup.map)?)?;
         let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
         simulation.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;
         simulation.add_route(NAME, &options::endless_edges(route))?;
@@ -270,7 +271,12 @@ impl SumoTraffic {
         }
         let route = &self.map.route;
         let Some(lane) = usize::try_from(record.lane).ok().and_then(|lane| route.lanes().get(lane)) else {
-            return Err(TrafficError::Sumo(format!("car {i} is no longer on the route")));
+            let at = self.simulation.pose(i as u32)?.front;
+            return Err(TrafficError::Sumo(format!(
+                "car {i} is no longer on the route: its front is at x = {:.1}, y = {:.1} m on another lane\n  remedy: choose edges \
+                 that one lane each leads along (route = [..] in map.toml)",
+                at.x, at.y
+            )));
         };
         let car = &mut self.cars[i];
         car.s_m = route.wrap(lane.start_s_m + record.lane_pos_m);

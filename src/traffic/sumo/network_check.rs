@@ -214,7 +214,7 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     let mut traffic = match SumoTraffic::start_unchecked(&super::home()?, setup) {
         Ok(traffic) => traffic,
         // Its loop is none for SUMO's cars, and a path along other edges may be driven.
-        Err(TrafficError::RouteChangesLanes { .. }) => return try_roads(net_file),
+        Err(TrafficError::RouteChangesLanes { .. } | TrafficError::RouteForks { .. }) => return try_roads(net_file),
         Err(error) => return Err(error),
     };
     for step in 0..STEPS {

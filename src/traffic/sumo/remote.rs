@@ -130,6 +130,18 @@ impl Remote {
         Ok((length_m, speed_mps))
     }
 
+    /// Closes lanes to passenger cars in this simulation.
+    pub fn close_lanes(&mut self, ids: &[String]) -> Result<(), TrafficError> {
+        let classes = ["passenger".to_owned()];
+        let mut message = Message::new();
+        for id in ids {
+            message.add(wire::SET_LANE, |content| {
+                content.variable(wire::DISALLOWED, id).texts(&classes);
+            });
+        }
+        if message.is_empty() { Ok(()) } else { self.exchange("that lanes beside the route are closed", message) }
+    }
+
     /// Makes a vehicle type, by way of a draft for the reason that `cs_type` in shim.cpp tells.
     pub fn add_type(&mut self, base: &str, name: &str, v: &VehicleType) -> Result<(), TrafficError> {
         let draft = format!("{name}.draft");

@@ -14,7 +14,7 @@ namespace {
 struct Interface {
     uint32_t number, command_bytes, record_bytes, vehicle_type_bytes;
 };
-constexpr uint32_t INTERFACE = 3;
+constexpr uint32_t INTERFACE = 4;
 
 // Same layout as `Command`, `Record` and `VehicleType` in shim.rs.
 struct Command {
@@ -141,6 +141,14 @@ API int cs_lane(size_t lane, double* length, double* speed) {
     return guard([&] {
         *length = lane_lengths.at(lane) = sim::Lane::getLength(lanes.at(lane));
         *speed = sim::Lane::getMaxSpeed(lanes.at(lane));
+    });
+}
+
+// Closes lanes to the vehicles of this drive: SUMO's own choose a lane where one leads to several.
+API int cs_close_lanes(const char* const* ids, size_t n) {
+    return guard([&] {
+        const std::vector<std::string> classes = {"passenger"};
+        for (const std::string& id : strings(ids, n)) sim::Lane::setDisallowed(id, classes);
     });
 }
 

@@ -80,7 +80,7 @@ struct Interface {
 impl Interface {
     /// This program's side.
     const OWN: Self = Self {
-        number: 3,
+        number: 4,
         command_bytes: size_of::<Command>() as u32,
         record_bytes: size_of::<Record>() as u32,
         vehicle_type_bytes: size_of::<VehicleType>() as u32,
@@ -109,6 +109,7 @@ pub(super) struct Api {
     version: unsafe extern "C" fn(*mut Text) -> c_int,
     lanes: unsafe extern "C" fn(Texts, usize) -> c_int,
     lane: unsafe extern "C" fn(usize, *mut f64, *mut f64) -> c_int,
+    close_lanes: unsafe extern "C" fn(Texts, usize) -> c_int,
     vehicle_type: unsafe extern "C" fn(Text, Text, *const VehicleType) -> c_int,
     route: unsafe extern "C" fn(Text, Texts, usize) -> c_int,
     add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64) -> c_int,
@@ -169,6 +170,7 @@ impl Api {
             version: symbol!(b"cs_version\0"),
             lanes: symbol!(b"cs_lanes\0"),
             lane: symbol!(b"cs_lane\0"),
+            close_lanes: symbol!(b"cs_close_lanes\0"),
             vehicle_type: symbol!(b"cs_type\0"),
             route: symbol!(b"cs_route\0"),
             add: symbol!(b"cs_add\0"),
@@ -262,6 +264,11 @@ impl Shim {
         let (mut length_m, mut speed_mps) = (0.0, 0.0);
         self.check(unsafe { (self.api.lane)(lane, &mut length_m, &mut speed_mps) })?;
         Ok((length_m, speed_mps))
+    }
+
+    /// Closes lanes to passenger cars in this simulation.
+    pub fn close_lanes(&mut self, ids: &[String]) -> Result<(), TrafficError> {
+        self.check(with_texts(ids, |texts, n| unsafe { (self.api.close_lanes)(texts, n) }))
     }
 
     /// Makes a vehicle type.

@@ -35,6 +35,14 @@ impl Simulation {
         }
     }
 
+    /// Closes lanes to passenger cars in this simulation.
+    pub fn close_lanes(&mut self, ids: &[String]) -> Result<(), TrafficError> {
+        match self {
+            Self::Here(shim) => shim.close_lanes(ids),
+            Self::Elsewhere(remote) => remote.close_lanes(ids),
+        }
+    }
+
     /// Makes a vehicle type.
     pub fn add_type(&mut self, base: &str, name: &str, values: &VehicleType) -> Result<(), TrafficError> {
         match self {

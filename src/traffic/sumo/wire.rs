@@ -21,6 +21,7 @@ pub(super) const CLOSE: u8 = 0x7F;
 pub(super) const GET_LANE: u8 = 0xA3;
 pub(super) const GET_VEHICLE: u8 = 0xA4;
 pub(super) const GET_SIMULATION: u8 = 0xAB;
+pub(super) const SET_LANE: u8 = 0xC3;
 pub(super) const SET_VEHICLE: u8 = 0xC4;
 pub(super) const SET_TYPE: u8 = 0xC5;
 pub(super) const SET_ROUTE: u8 = 0xC6;
@@ -30,6 +31,7 @@ pub(super) const ANSWER: u8 = 0x10;
 
 /// Variables.
 pub(super) const OPTION: u8 = 0x32;
+pub(super) const DISALLOWED: u8 = 0x35;
 pub(super) const PREVIOUS_SPEED: u8 = 0x3C;
 pub(super) const SPEED: u8 = 0x40;
 pub(super) const MAX_SPEED: u8 = 0x41;
