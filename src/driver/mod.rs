@@ -294,15 +294,18 @@ struct Bend {
 fn bend_at(route: &Route, s_m: f64, scale: f64) -> Bend {
     /// Less to one of the sides is no S, radians: within 10 m it moves the line by a quarter of a metre, which a lane has room for.
     const SIDE_RAD: f64 = 0.1;
+    /// A turn by more than this is that of a street corner, radians.
+    const CORNER_RAD: f64 = 1.0;
     let window_m = 2.0 * LOOK_EVERY_M / scale;
     let turn_per_m = route.curvature_at(s_m, window_m).abs().max(1e-6 * scale);
     let quarter = |k: i32| route.yaw_at(s_m + window_m * f64::from(k) / 4.0);
-    // The corners of streets are shorter than the window.
+    // The corners of streets are shorter than the window; a bend by less is cut.
     let half_per_m = wrap_angle(quarter(1) - quarter(-1)).abs() / (window_m / 2.0);
+    let wheel_per_m = if turn_per_m * window_m > CORNER_RAD { turn_per_m.max(half_per_m) } else { turn_per_m };
     let turns = (-2..2).map(|k| wrap_angle(quarter(k + 1) - quarter(k)));
     let [left_rad, right_rad] = turns.fold([0.0, 0.0], |[l, r], turn| [l + turn.max(0.0), r - turn.min(0.0)]);
     if left_rad.min(right_rad) < SIDE_RAD {
-        return Bend { felt_per_m: turn_per_m / scale, wheel_per_m: turn_per_m.max(half_per_m) / scale };
+        return Bend { felt_per_m: turn_per_m / scale, wheel_per_m: wheel_per_m / scale };
     }
     let felt_per_m = (left_rad + right_rad) / (window_m * scale);
     Bend { felt_per_m, wheel_per_m: felt_per_m * 2.0 / 1.5 }

@@ -54,10 +54,7 @@ impl NetworkGround<'_> {
         let Some(lane) = self.near.or_else(nearest) else { return false };
         let edge = self.network.edge_of(lane);
         let around = [edge.from, edge.to, edge.junction].into_iter().flatten();
-        around.into_iter().any(|junction| {
-            let outline = &self.network.junction(junction).shape;
-            is_inside(at, outline)
-        })
+        around.into_iter().any(|junction| self.network.junction(junction).covers(at))
     }
 }
 
@@ -75,18 +72,6 @@ impl GroundModel for NetworkGround<'_> {
         let road = self.network.pose(found);
         GroundShape { height_m: road.position.z, gradient: DVec2::from_angle(road.yaw_rad) * road.grade }
     }
-}
-
-/// True of a point within a polygon: a ray to the east crosses its outline an odd number of times.
-fn is_inside(point: DVec2, outline: &[DVec3]) -> bool {
-    let mut inside = false;
-    for k in 0..outline.len() {
-        let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
-        if (a.y > point.y) != (b.y > point.y) && point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x) {
-            inside = !inside;
-        }
-    }
-    inside
 }
 
 #[cfg(test)]
@@ -158,7 +143,7 @@ mod tests {
         let seen = |near| NetworkGround { network: &net, near, height_m: 0.0, way: way() };
         let bare = net.junctions().iter().filter(|junction| {
             let middle = junction.position.truncate();
-            is_inside(middle, &junction.shape) && !seen(None).is_on_lane(junction.position, None)
+            junction.covers(middle) && !seen(None).is_on_lane(junction.position, None)
         });
         let mut compared = 0;
         for junction in bare {
@@ -200,16 +185,5 @@ mod tests {
         let at = |y: f64| ground.surface(DVec2::new(47.0, y));
         assert_eq!([0.0, 1.9, -1.9].map(at), [GroundSurface::Asphalt; 3]);
         assert_eq!([2.1, -2.1].map(at), [GroundSurface::Grass; 2]);
-    }
-
-    #[test]
-    fn a_point_is_inside_an_outline_that_goes_round_it() {
-        let outline: Vec<DVec3> =
-            [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (2.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 7.0)).into();
-        assert_eq!(
-            [(1.0, 0.2), (3.9, 3.0), (2.0, 2.0), (5.0, 1.0)].map(|(x, y)| is_inside(DVec2::new(x, y), &outline)),
-            [true, true, false, false]
-        );
-        assert!(!is_inside(DVec2::ZERO, &[]));
     }
 }

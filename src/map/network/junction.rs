@@ -2,7 +2,7 @@
 //! links who yields to whom. A **link** is a connection, or a crossing, by its place in the junction's rules.
 
 use super::{ConnectionId, JunctionId, LaneId, words::word_enum};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 word_enum! {
     /// The rule at a junction.
@@ -121,6 +121,25 @@ pub struct Junction {
     pub declared: bool,
 }
 
+impl Junction {
+    /// True of a point of the ground plane in its area.
+    pub fn covers(&self, point: DVec2) -> bool {
+        is_inside(point, &self.shape)
+    }
+}
+
+/// True of a point within a polygon: a ray to the east crosses its outline an odd number of times.
+fn is_inside(point: DVec2, outline: &[DVec3]) -> bool {
+    let mut inside = false;
+    for k in 0..outline.len() {
+        let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
+        if (a.y > point.y) != (b.y > point.y) && point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x) {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
 /// A ring of edges whose traffic has priority.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Roundabout {
@@ -142,5 +161,16 @@ mod tests {
         assert_eq!(set.iter().collect::<Vec<_>>(), [0, 3, 69]);
         assert_eq!(set.bits(70), row);
         assert!(!set.contains(1) && !set.contains(1000));
+    }
+
+    #[test]
+    fn a_point_is_inside_an_outline_that_goes_round_it() {
+        let outline: Vec<DVec3> =
+            [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (2.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 7.0)).into();
+        assert_eq!(
+            [(1.0, 0.2), (3.9, 3.0), (2.0, 2.0), (5.0, 1.0)].map(|(x, y)| is_inside(DVec2::new(x, y), &outline)),
+            [true, true, false, false]
+        );
+        assert!(!is_inside(DVec2::ZERO, &[]));
     }
 }

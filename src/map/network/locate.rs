@@ -48,6 +48,12 @@ impl Network {
         self.locate_heading(pose.position, Some(pose.yaw_rad), hint)
     }
 
+    /// The place in one lane that is nearest to a point, however far.
+    pub fn place_in(&self, lane: LaneId, point: DVec3) -> LanePosition {
+        let Foot { s_m, offset_m, .. } = self.lane(lane).line.nearest(point);
+        LanePosition { lane, s_m, offset_m }
+    }
+
     fn locate_heading(&self, point: DVec3, yaw_rad: Option<f64>, hint: Option<LaneId>) -> Option<LanePosition> {
         let near_hint = hint.and_then(|hint| self.near_lane(hint, point, yaw_rad));
         let (lane, foot) = near_hint.or_else(|| self.anywhere(point, yaw_rad))?;

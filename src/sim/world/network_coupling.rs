@@ -69,10 +69,11 @@ pub(super) struct NetworkCoupling {
 /// Where an agent is and will be, as SUMO is told.
 fn report(agent: &Agent, step_s: f64) -> EgoReport {
     let (snapshot, state) = (agent.snapshot(), agent.report(step_s));
-    let lane = agent.network.as_ref().and_then(|network| network.lane_at(snapshot, &agent.map, &state.next_pose));
+    let told = agent.network.as_ref().map(|network| network.told(snapshot, &agent.map, &state.next_pose));
+    let (lane, next_pose) = told.unwrap_or((None, state.next_pose));
     EgoReport {
         id: agent.id(),
-        state,
+        state: ExternalVehicleState { next_pose, ..state },
         lane: lane.map(|at| at.lane),
         is_wrong_way: lane.is_some_and(|at| is_against(&agent.map.network, at, &state.next_pose)),
         lamps: snapshot.ego_lamps(),

@@ -14,7 +14,7 @@ use crate::{
         Snapshot, VehicleSnapshot,
         ground::{NetworkGround, RoadGround},
     },
-    space::Pose,
+    space::{CAR_LENGTH_M, Pose},
 };
 
 /// A driver stops for a yellow light if this is enough, m/s2 (the deceleration that German rules for times of yellow reckon with is
@@ -67,10 +67,24 @@ impl NetworkView {
         self.give_way.update(snapshot, map);
     }
 
-    /// The lane in which the ego will be at a pose soon, as traffic is told.
-    pub fn lane_at(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> Option<LanePosition> {
-        let last = snapshot.ego_lane.map(|at| at.lane);
-        self.lanes.ego_lane(map, pose, snapshot.ego.position.z, snapshot.ego_s_m, last)
+    /// The lane in which the ego will be at a pose soon, and the pose, as traffic is told: `None` beside all lanes.
+    ///
+    /// Inside a junction it is always in a lane, in that of its path or that in which it was last, and in the middle of that: lanes lie over each
+    /// other there, and SUMO would take a place beside the middle for one in another lane, with the route of that.
+    pub fn told(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> (Option<LanePosition>, Pose) {
+        let (net, last) = (&map.network, snapshot.ego_lane.map(|at| at.lane));
+        let height_m = snapshot.ego.position.z;
+        let found = self.lanes.ego_lane(map, pose, height_m, snapshot.ego_s_m, last);
+        let front = pose.front(CAR_LENGTH_M);
+        let lane = found.or_else(|| {
+            let lane = self.lanes.in_junction(map, front, snapshot.ego_s_m, last)?;
+            Some(net.place_in(lane, front.extend(height_m)))
+        });
+        let inside = lane.filter(|at| !net.edge_of(at.lane).kind.is_street());
+        let middle = inside.map(|at| net.pose(LanePosition { offset_m: 0.0, ..at }).flat());
+        let told =
+            middle.map(|front| Pose { position: front.position - front.forward() * (CAR_LENGTH_M / 2.0), ..front });
+        (lane, told.unwrap_or(*pose))
     }
 
     /// Where a vehicle's front is along this path, metres; `None` beside it.
@@ -155,5 +169,61 @@ impl NetworkView {
     /// True once the ego has come over the last edge of an open path to its end. Who crosses there on another way is not at it.
     pub fn is_at_end(&self, snapshot: &Snapshot, map: &RoadMap) -> bool {
         !map.route.is_closed() && self.is_on_last && snapshot.ego_s_m >= map.route.length_m()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ego::EgoState;
+    use glam::{DVec2, dvec2};
+
+    fn told(map: &RoadMap, pose: Pose, ego_lane: Option<LanePosition>, ego_s_m: f64) -> (Option<String>, Pose) {
+        let ego = EgoState { position: pose.position.extend(0.0), ..EgoState::default() };
+        let snapshot = Snapshot { ego, ego_lane, ego_s_m, ..Snapshot::default() };
+        let (lane, pose) = NetworkView::new(map).told(&snapshot, map, &pose);
+        (lane.map(|at| map.network.lane(at.lane).id.clone()), pose)
+    }
+
+    #[test]
+    fn inside_a_junction_traffic_is_told_of_the_middle_of_the_lane_and_on_a_street_of_the_place() {
+        // B0B1_0 has 69.2 m in x = 94.8, and ends at y = 79.6; its way straight on, :B1_11_0, leads 20.8 m on.
+        let map = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &["B0B1", "B1B2"]).expect("a path");
+        let lane = |name: &str, s_m: f64| {
+            let lane = map.network.lane_named(name).expect("a lane");
+            Some(LanePosition { lane, s_m, offset_m: 0.0 })
+        };
+        let at = |x: f64, y: f64, yaw_rad: f64| {
+            Pose::new(dvec2(x, y) - DVec2::from_angle(yaw_rad) * CAR_LENGTH_M / 2.0, yaw_rad)
+        };
+        let beside = at(95.3, 60.0, 1.5);
+        assert_eq!(told(&map, beside, lane("B0B1_0", 49.0), 49.0), (Some("B0B1_0".into()), beside));
+        let (name, pose) = told(&map, at(95.3, 90.0, 1.5), lane(":B1_11_0", 10.0), 79.6);
+        assert_eq!(name.as_deref(), Some(":B1_11_0"));
+        assert!(pose.front(CAR_LENGTH_M).distance(dvec2(94.8, 90.0)) < 1e-6, "{pose:?}");
+        assert!((pose.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+        // Far beside the roads nobody is told.
+        assert_eq!(told(&map, at(300.0, 300.0, 1.5), None, 79.6).0, None);
+    }
+
+    #[test]
+    fn who_is_in_a_junction_but_in_none_of_its_lanes_is_still_there_for_traffic() {
+        // From Ss into a roundabout whose junction s is wider than its lanes: somewhere in it there is no lane, whichever way one points.
+        let map = RoadMap::load_along("tests/data/networks/roundabout.net.xml", &["Ss", "se", "eE"]).expect("a path");
+        let net = &map.network;
+        let junction = net.junction(net.junction_named("s").expect("a junction"));
+        let entry = net.lane_named("Ss_0").expect("a lane");
+        let end = LanePosition { lane: entry, s_m: net.lane(entry).length_m, offset_m: 0.0 };
+        let view = NetworkView::new(&map);
+        let mut lost = 0;
+        for k in 0..40_000 {
+            let place = junction.position.truncate() + dvec2(f64::from(k % 200), f64::from(k / 200)) * 0.15 - 15.0;
+            let pose = Pose::new(place - dvec2(CAR_LENGTH_M / 2.0, 0.0), 0.0);
+            if junction.covers(place) && view.lanes.ego_lane(&map, &pose, 0.0, end.s_m, Some(entry)).is_none() {
+                lost += 1;
+                assert!(told(&map, pose, Some(end), end.s_m).0.is_some(), "{place}");
+            }
+        }
+        assert!(lost > 0, "there is such a place");
     }
 }

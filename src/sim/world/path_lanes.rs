@@ -103,6 +103,17 @@ impl PathLanes {
         on_path.or_else(|| net.locate_pose(&at, last).filter(|found| is_in(net, *found, &at)))
     }
 
+    /// The lane of who is in the area of a junction and in none of its lanes: that of the path there, or else the last one. `None` beside junctions.
+    pub fn in_junction(&self, map: &RoadMap, front: DVec2, near_s_m: f64, last: Option<LaneId>) -> Option<LaneId> {
+        let net = &map.network;
+        let own = self.lanes[map.route.lane_at(map.route.project(front, Some(near_s_m)).s_m).0];
+        own.into_iter().chain(last).find(|lane| {
+            let edge = net.edge_of(*lane);
+            let around = [edge.junction, edge.to, edge.from].into_iter().flatten();
+            around.into_iter().any(|junction| net.junction(junction).covers(front))
+        })
+    }
+
     /// The lines at signals, in driving order.
     pub fn stop_lines(&self) -> &[StopLine] {
         &self.stop_lines
