@@ -112,6 +112,18 @@ pub enum MapError {
         /// What is wrong with the network.
         problem: Box<MapError>,
     },
+    /// The network, or what netconvert made of a file, is larger than what is read.
+    #[error("{}: {what} {size}; allowed: at most {allowed}\n  remedy: import a part of it; cut that out first: osmium extract does it with OpenStreetMap's files, netconvert --keep-edges.in-boundary X1,Y1,X2,Y2 with others", file.display())]
+    NetworkTooLarge {
+        /// What was to be imported.
+        file: PathBuf,
+        /// Which network, in words that its size follows.
+        what: &'static str,
+        /// Its size.
+        size: String,
+        /// The most that is read.
+        allowed: String,
+    },
     /// The route of `map.toml` names an edge that the network does not have, or names one twice.
     #[error("{}: route: edge \"{edge}\" {problem}{near}; edges of this network: {known}", file.display())]
     RouteEdge {

@@ -11,6 +11,8 @@ const TURNING_RADIUS_M: f64 = 5.5;
 const MARGIN_M: f64 = 0.5;
 /// Turns by less than this are no corners, radians: 30 degrees.
 const CORNER_RAD: f64 = 0.52;
+/// From here on the lines before and behind a turn meet far away, radians: 150 degrees.
+const NEARLY_BACK_RAD: f64 = 2.6;
 
 /// Points of a shape that are nearer to each other are one, metres: a last short piece may be askew.
 const POINTS_APART_M: f64 = 0.5;
@@ -48,31 +50,61 @@ pub(super) fn has_kink(lane: &Lane) -> bool {
 /// A straight piece of a line.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
-    heading_rad: f64,
-    length_m: f64,
-    /// The hole between the piece before and this one, metres.
-    gap_m: f64,
+    start: DVec2,
+    end: DVec2,
+}
+
+impl Piece {
+    fn step(&self) -> DVec2 {
+        self.end - self.start
+    }
 }
 
 /// True of a line with a corner that a car leaves a lane with this leeway at.
 fn has_corner(pieces: &[Piece], leeway_m: f64) -> bool {
     (0..pieces.len()).any(|first| {
-        // From piece to piece: the turn so far, and the way between the middles of the joints.
+        // From piece to piece: the turn so far, and the way between the joints.
         let (mut turn_rad, mut way_m) = (0.0, 0.0);
         for last in first + 1..pieces.len() {
-            turn_rad += wrap_angle(pieces[last].heading_rad - pieces[last - 1].heading_rad);
-            way_m += pieces[last].gap_m;
+            turn_rad += wrap_angle(pieces[last].step().to_angle() - pieces[last - 1].step().to_angle());
+            way_m += pieces[last - 1].end.distance(pieces[last].start);
             let turn_rad: f64 = turn_rad;
-            if turn_rad.abs() >= CORNER_RAD && leaves_lane(turn_rad.abs(), way_m / turn_rad.abs(), leeway_m) {
+            let is_corner = match turn_rad.abs() {
+                0.0..CORNER_RAD => false,
+                CORNER_RAD..NEARLY_BACK_RAD => {
+                    // A circle that touches the first and the last piece passes this far from where their lines meet.
+                    let circle_m = TURNING_RADIUS_M * (1.0 / (turn_rad / 2.0).cos() - 1.0);
+                    circle_m - corner_cut_m(&pieces[first..=last]) > leeway_m
+                }
+                _ => leaves_lane(turn_rad.abs(), way_m / turn_rad.abs(), leeway_m),
+            };
+            if is_corner {
                 return true;
             }
-            way_m += pieces[last].length_m;
+            way_m += pieces[last].step().length();
             if way_m > TURNING_RADIUS_M * std::f64::consts::PI {
                 break;
             }
         }
         false
     })
+}
+
+/// How far a line passes from where the lines of its first and its last piece meet, metres.
+fn corner_cut_m(pieces: &[Piece]) -> f64 {
+    let (first, last) = (pieces[0], pieces[pieces.len() - 1]);
+    let (out, into) = (first.step(), last.step());
+    let along = (last.start - first.end).perp_dot(into) / out.perp_dot(into);
+    let corner = first.end + out * along;
+    let joints = pieces.windows(2).map(|pair| Piece { start: pair[0].end, end: pair[1].start });
+    let between = pieces[1..pieces.len() - 1].iter().copied();
+    joints.chain(between).map(|piece| distance_m(corner, piece)).fold(f64::INFINITY, f64::min)
+}
+
+fn distance_m(point: DVec2, piece: Piece) -> f64 {
+    let step = piece.step();
+    let share = (point - piece.start).dot(step) / step.length_squared().max(1e-12);
+    (piece.start + step * share.clamp(0.0, 1.0)).distance(point)
 }
 
 /// The points of a lane that are apart from each other.
@@ -87,29 +119,19 @@ fn points(lane: &Lane) -> Vec<DVec2> {
 }
 
 fn pieces(points: &[DVec2]) -> Vec<Piece> {
-    let between = points.windows(2).map(|pair| pair[1] - pair[0]);
-    between.map(|step| Piece { heading_rad: step.to_angle(), length_m: step.length(), gap_m: 0.0 }).collect()
+    points.windows(2).map(|pair| Piece { start: pair[0], end: pair[1] }).collect()
 }
 
 /// The line through a junction with the ends of the lanes before and behind it. How far a lane begins aside of where the one before ends
-/// is no corner: that has a rule of its own.
+/// is no corner: that has a rule of its own. Nor is a short line inside, which may lead back to a lane that overlaps.
 fn joined_pieces(from: &Lane, inside: &[&Lane], to: &Lane) -> Vec<Piece> {
     let mut before = points(from);
     before.reverse();
     let mut before = first_metres(before);
     before.reverse();
-    let lines = [before].into_iter().chain(inside.iter().map(|lane| points(lane))).chain([first_metres(points(to))]);
-    let mut joined: Vec<Piece> = Vec::new();
-    let mut end: Option<DVec2> = None;
-    for line in lines {
-        let mut pieces = pieces(&line);
-        if let (Some(first), Some(end)) = (pieces.first_mut(), end) {
-            first.gap_m = line[0].distance(end);
-        }
-        end = if pieces.is_empty() { end } else { line.last().copied() };
-        joined.append(&mut pieces);
-    }
-    joined
+    let inside = inside.iter().filter(|lane| drawn_m(lane) > OVERLAP_M).map(|lane| points(lane));
+    let lines = [before].into_iter().chain(inside).chain([first_metres(points(to))]);
+    lines.flat_map(|line| pieces(&line)).collect()
 }
 
 /// The first [`JOINED_M`] of a line.
@@ -262,6 +284,8 @@ mod tests {
         assert!(through(from, &["0,0 10,0 10,20 30,20 30,0 40,0"], "40,0 80,0"));
         // Lines that are drawn 0.8 m too long, or 0.8 m aside, have none.
         assert!(!through(from, &["-0.8,0 20.8,0"], "20,0 60,0") && !through(from, &["0,0.8 20,0.8"], "20,0 60,0"));
+        // Nor does one that leads back to a lane that begins 0.8 m before the other ends.
+        assert!(!through(from, &["0,0 -0.8,0"], "-0.8,0 40,0"));
     }
 
     /// A connection from a lane that ends at the origin, to the east, to one that begins at a place and heads to the east.
@@ -296,8 +320,9 @@ mod tests {
         // At a point: 5.5 (1 / cos(a / 2) - 1) > 1.1 for a > 67.1 degrees. 60 and 75 degrees, to the left and to the right.
         assert!(!kinked("0,0 40,0 60,34.64") && !kinked("0,0 40,0 60,-34.64"));
         assert!(kinked("0,0 40,0 50.35,38.64") && kinked("0,0 40,0 50.35,-38.64"));
-        // A right angle in two steps of 45 degrees: 1 m apart it has a radius of 0.64 m, 6 m apart one of 3.8 m.
-        assert!(kinked("0,0 40,0 40.71,0.71 40.71,40") && !kinked("0,0 40,0 44.24,4.24 44.24,40"));
+        // A right angle in two steps of 45 degrees cuts the corner by half of what lies between them. The circle of 5.5 m passes 2.28 m from it:
+        // 1.78 m aside where they are 1 m apart, 0.78 m where they are 3 m apart.
+        assert!(kinked("0,0 40,0 40.71,0.71 40.71,40") && !kinked("0,0 40,0 42.12,2.12 42.12,40"));
         // A last piece of 0.3 m that is askew is none.
         assert!(!kinked("0,0 40,0 40,0.3"));
     }

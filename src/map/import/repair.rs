@@ -1,5 +1,6 @@
 //! Mends an OpenDRIVE file for a last try: takes out what netconvert cannot read and what it would not bring into a network anyway.
-//! In: the document's text. Out: the same without its signals, signs and objects, and with arcs of no curvature as straight lines.
+//! In: the document's text. Out: the same without its signals, signs and objects, and with arcs of no curvature as straight lines. And mends a
+//! network that netconvert made: lanes with a speed limit of 0 get netconvert's default.
 
 /// The mended text, and what was mended; `None` where there is nothing to mend.
 pub(super) fn repair(text: &str) -> Option<(String, Vec<String>)> {
@@ -59,6 +60,35 @@ fn with_lines_for_flat_arcs(text: &str) -> (String, usize) {
     (kept, n)
 }
 
+/// netconvert's own limit for roads without one, as a network has it, m/s, and in words. OpenDRIVE's files write 0 or -1 where no limit is known, and netconvert
+/// makes 0 of both: nobody could drive there.
+const DEFAULT_LIMIT: (&str, &str) = ("13.89", "50 km/h");
+
+/// The text of a network with a limit for each of its lanes, and how many got one, in words; `None` where all have one.
+pub(super) fn with_default_limits(text: &str) -> Option<(String, String)> {
+    let (mut kept, mut rest, mut n) = (String::new(), text, 0);
+    while let Some(at) = find_tag(rest, "<lane") {
+        let Some(close) = rest[at..].find('>').map(|k| at + k) else { break };
+        let value = rest[at..close].find(" speed=\"").map(|k| at + k + 8);
+        let value = value.and_then(|begin| Some((begin, begin + rest[begin..close].find('"')?)));
+        match value.filter(|(begin, end)| rest[*begin..*end].parse().is_ok_and(|limit: f64| limit <= 0.0)) {
+            Some((begin, end)) => {
+                kept.push_str(&rest[..begin]);
+                kept.push_str(DEFAULT_LIMIT.0);
+                rest = &rest[end..];
+                n += 1;
+            }
+            None => {
+                kept.push_str(&rest[..close]);
+                rest = &rest[close..];
+            }
+        }
+    }
+    kept.push_str(rest);
+    let lanes = if n == 1 { "1 lane that has".to_owned() } else { format!("{n} lanes that have") };
+    (n > 0).then(|| (kept, format!("{} for {lanes} a speed limit of 0", DEFAULT_LIMIT.1)))
+}
+
 /// Where a tag begins whose name is just this.
 fn find_tag(text: &str, begin: &str) -> Option<usize> {
     let ends =
@@ -91,5 +121,19 @@ mod tests {
         );
         assert_eq!(repair("<OpenDRIVE><road/></OpenDRIVE>"), None);
         assert_eq!(repair("<OpenDRIVE><signals>"), None, "cut off");
+    }
+
+    #[test]
+    fn lanes_with_a_limit_of_0_get_the_default_and_others_stay() {
+        let text = "<net><edge speed=\"0\"><lane id=\"a\" speed=\"0.000000\" length=\"9\"/><lane id=\"b\" speed=\"0.50\"/><lane speed=\"-1\"/>\
+                    <lanes speed=\"0\"/></edge></net>";
+        let (mended, done) = with_default_limits(text).unwrap();
+        assert_eq!(
+            mended,
+            "<net><edge speed=\"0\"><lane id=\"a\" speed=\"13.89\" length=\"9\"/><lane id=\"b\" speed=\"0.50\"/><lane speed=\"13.89\"/>\
+             <lanes speed=\"0\"/></edge></net>"
+        );
+        assert_eq!(done, "50 km/h for 2 lanes that have a speed limit of 0");
+        assert_eq!(with_default_limits("<net><lane speed=\"9\"/></net>"), None);
     }
 }

@@ -236,6 +236,49 @@ fn where_fine_options_fail_coarser_ones_are_tried_and_the_report_says_so() {
     assert_eq!(said, format!("{}: netconvert failed: bad signal", file.display()));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_network_that_becomes_too_large_is_told_by_the_name_of_the_file_with_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let maps = folder.path().join("maps");
+    // One byte more than is read. Coarser options may help with OpenDRIVE, and are tried; nothing helps with the others.
+    let program = converter(folder.path(), "echo >> $(dirname $0)/runs; truncate -s $((48 * 1024 * 1024 + 1)) $net");
+    for (name, runs) in [("town.xodr", 3), ("town.osm", 1)] {
+        let file = folder.path().join(name);
+        fs::write(&file, "<OpenDRIVE><road/></OpenDRIVE>").unwrap();
+        let said =
+            import_into(&maps, &program, &file, "no", &bounds()).map(|made| made.folder).unwrap_err().to_string();
+        let begin =
+            format!("{}: netconvert makes a network of it that has 49 MiB; allowed: at most 48 MiB", file.display());
+        assert!(said.starts_with(&begin) && said.contains("remedy: import a part of it"), "{said}");
+        let counted = fs::read_to_string(folder.path().join("runs")).unwrap().len();
+        assert_eq!(counted, runs, "{name}");
+        fs::remove_file(folder.path().join("runs")).unwrap();
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn lanes_that_netconvert_gives_no_speed_get_one_and_the_report_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("road.xodr");
+    fs::write(&file, "<OpenDRIVE><road/></OpenDRIVE>").unwrap();
+    let still = folder.path().join("still.net.xml");
+    let net = net_of(&[("a", 90.0, "passenger"), ("b", 80.0, "passenger")], &[("a", "b")]);
+    fs::write(&still, net.replacen("speed=\"9\"", "speed=\"0.000000\"", 1)).unwrap();
+    let program = converter(folder.path(), &format!("cp {} $net", still.display()));
+    let made = import_into(&folder.path().join("maps"), &program, &file, "road", &bounds()).unwrap();
+    let line = "taken          with its own lines through junctions and curves sampled each metre; 50 km/h for 1 lane that has a speed limit of 0";
+    let written = fs::read_to_string(made.folder.join(REPORT_FILE)).unwrap();
+    assert!(written.lines().any(|found| found == line), "{written}");
+    let network = Network::load(&made.folder.join("net.xml").to_string_lossy()).unwrap();
+    let limits: Vec<f64> = network.lanes().iter().map(|lane| lane.speed_limit_mps).collect();
+    assert_eq!(limits, [13.89, 9.0]);
+    // A network of SUMO's own is taken as it is, and refused.
+    let own = import_into(&folder.path().join("maps"), Path::new("none"), &still, "own", &bounds());
+    assert!(own.map(|made| made.folder).unwrap_err().to_string().contains("speed"));
+}
+
 #[test]
 fn lines_through_a_junction_that_miss_its_lanes_are_not_driven() {
     // Lane b begins 2 m beside the end of a's line through the junction, as in some OpenDRIVE files.

@@ -4,11 +4,11 @@
 use super::{
     ImportBounds,
     netconvert::Conversion,
-    repair::repair,
+    repair::{repair, with_default_limits},
     warnings::{self, ERROR, WARNING, WarningKind},
 };
 use crate::{
-    file::{read_bounded, read_text},
+    file::{read_bounded, read_text, size_text},
     map::{
         MapError, catalog,
         limits::{MOST_BYTES, MOST_IMPORT_BYTES},
@@ -167,7 +167,7 @@ pub(super) fn make(
         match make_once(program, file, format, (net, one), (bounds, runs)) {
             Err(error @ MapError::Interrupted { .. }) => return Err(error),
             Err(error) => {
-                let is_final = !is_worth_another_try(&error);
+                let is_final = !is_worth_another_try(&error, format);
                 before.push(format!("not {}: {}", one.words, in_one_line(&error, file)));
                 errors.push(error);
                 if is_final {
@@ -193,7 +193,9 @@ pub(super) fn make(
         Some((_, bytes, made)) => private::replace(net, &bytes).map_err(failed).map(|()| made),
         // What netconvert could not read in one try is no reason where it could in another.
         None => {
-            let converted = |error: &MapError| matches!(error, MapError::NoPath { .. } | MapError::Converted { .. });
+            let converted = |error: &MapError| {
+                matches!(error, MapError::NoPath { .. } | MapError::Converted { .. } | MapError::NetworkTooLarge { .. })
+            };
             let reason = errors.iter().position(converted).filter(|_| format != SourceFormat::Sumo).unwrap_or(0);
             Err(errors.swap_remove(reason))
         }
@@ -243,7 +245,7 @@ fn make_once(
         }
         None => {
             let copied = read_bounded(file, MOST_BYTES).and_then(|bytes| private::replace(net, &bytes));
-            copied.map_err(|source| MapError::Io { file: file.into(), source })?;
+            copied.map_err(|source| unreadable(file, file, "the network has", source))?;
             String::new()
         }
     };
@@ -257,8 +259,17 @@ fn make_once(
         MapError::NotXml { line, column, message, .. } => {
             of(MapError::NotXml { file: known.into(), line, column, message })
         }
+        MapError::Io { source, .. } => unreadable(file, net, "netconvert makes a network of it that has", source),
         other => other,
     })?;
+    let text = match with_default_limits(&text).filter(|_| one.given != Given::Nothing) {
+        Some((text, done)) => {
+            private::replace(net, text.as_bytes()).map_err(|source| MapError::Io { file: file.into(), source })?;
+            how = format!("{how}; {done}");
+            text
+        }
+        None => text,
+    };
     let network = Network::read(known, &text).map_err(of)?;
     // This one is about the roads, whoever wrote them down.
     let path = default_path(file, &network)?;
@@ -266,9 +277,25 @@ fn make_once(
     Ok(MadeNetwork { network, path, words: how, before: Vec::new(), warnings: count(WARNING), errors: count(ERROR) })
 }
 
+/// The error of a network that could not be read, about the `file` that a person knows.
+fn unreadable(file: &Path, net: &Path, what: &'static str, source: std::io::Error) -> MapError {
+    let file = file.to_path_buf();
+    match net.metadata() {
+        Ok(found) if source.kind() == std::io::ErrorKind::FileTooLarge => MapError::NetworkTooLarge {
+            file,
+            what,
+            size: size_text(found.len().next_multiple_of(1 << 20)),
+            allowed: size_text(MOST_BYTES),
+        },
+        _ => MapError::Io { file, source },
+    }
+}
+
 /// False where no options help: the file cannot be read at all, or is none of the kind.
-fn is_worth_another_try(error: &MapError) -> bool {
+fn is_worth_another_try(error: &MapError, format: SourceFormat) -> bool {
     match error {
+        // Coarser options make curves of fewer points; there are none for the others.
+        MapError::NetworkTooLarge { .. } => format == SourceFormat::OpenDrive,
         // Its parser's, where the file is cut off or no XML.
         MapError::Netconvert { message, .. } => !message.contains("At line/column"),
         MapError::NetconvertAbsent { .. }
