@@ -76,8 +76,8 @@ pub struct LaneView {
     pub heading_error_rad: f64,
     /// A point of the centre line ahead, from the rear axle: x along the car, y to its left, metres.
     pub aim: DVec2,
-    /// Curvatures of the arcs to the points of the centre line that are aimed at [`TURN_IN_S`] later, 1/m.
-    pub next_arcs_per_m: [f64; TURN_IN_S.len()],
+    /// Curvatures of the corners where it will be [`TURN_IN_S`] later, 1/m; 0 where there are none.
+    pub next_corners_per_m: [f64; TURN_IN_S.len()],
     /// Highest speed from which every bend ahead is still comfortable, m/s.
     pub bend_speed_mps: f64,
     /// Highest speed from which every limit ahead that is lower than that here is comfortably reached where it begins, m/s.
@@ -95,7 +95,7 @@ impl Default for LaneView {
             offset_m: 0.0,
             heading_error_rad: 0.0,
             aim,
-            next_arcs_per_m: [0.0; TURN_IN_S.len()],
+            next_corners_per_m: [0.0; TURN_IN_S.len()],
             bend_speed_mps,
             next_limit_speed_mps,
             grade: 0.0,
@@ -171,16 +171,13 @@ impl SimulatedDriver {
         let aim_s_m = here.s_m + ahead_m / scale;
         let to_line = DVec2::from_angle(route.yaw_at(aim_s_m)).perp() * beside_m(aim_s_m);
         let to_aim = route.point_at(aim_s_m) + to_line - rear;
-        let arc_later = |after_s: f64| {
-            let s_m = here.s_m + ego.speed_mps.max(0.0) * after_s / scale;
-            let to_aim = route.point_at(s_m + ahead_m / scale) - route.point_at(s_m);
-            steering::arc_per_m(to_aim.rotate(DVec2::from_angle(-route.yaw_at(s_m))))
-        };
+        let corner_later =
+            |after_s: f64| corner_per_m(route, here.s_m + ego.speed_mps.max(0.0) * after_s / scale, scale);
         LaneView {
             offset_m: here.offset_m - beside_m(here.s_m),
             heading_error_rad: wrap_angle(pose.yaw_rad - route.yaw_at(here.s_m)),
             aim: dvec2(to_aim.dot(pose.forward()), to_aim.dot(pose.left())),
-            next_arcs_per_m: TURN_IN_S.map(arc_later),
+            next_corners_per_m: TURN_IN_S.map(corner_later),
             bend_speed_mps: bend_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
             next_limit_speed_mps: next_limit_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
             grade: route.grade(here.s_m),
@@ -309,6 +306,16 @@ fn bend_at(route: &Route, s_m: f64, scale: f64) -> Bend {
     }
     let felt_per_m = (left_rad + right_rad) / (window_m * scale);
     Bend { felt_per_m, wheel_per_m: felt_per_m * 2.0 / 1.5 }
+}
+
+/// The curvature of a street corner around a place of a route of which a declared metre is drawn `scale` metres long, positive to the left, 1/m;
+/// 0 where there is none. It is that between two ways of 5 m, so that a spike in the line is no corner.
+fn corner_per_m(route: &Route, s_m: f64, scale: f64) -> f64 {
+    /// A bend by less is cut, radians.
+    const CORNER_RAD: f64 = 0.8;
+    let [before, here, after] = [-1.0, 0.0, 1.0].map(|share| route.point_at(s_m + share * LOOK_EVERY_M / scale));
+    let turn_rad = (here - before).angle_to(after - here);
+    if turn_rad.abs() > CORNER_RAD { turn_rad / LOOK_EVERY_M } else { 0.0 }
 }
 
 /// The speed at which arms can still turn the wheel in time for a corner of this curvature, m/s; no bound on bends that are no

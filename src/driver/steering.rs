@@ -64,8 +64,8 @@ impl SteeringModel {
         let curvature = pursuit + self.trim;
         let at_once_rad = self.wheel_rad_for(curvature, speed_mps);
         let wanted_rad =
-            lane.next_arcs_per_m.iter().zip(TURN_IN_S).fold(at_once_rad, |most_rad: f64, (arc, after_s)| {
-                let then_rad = self.wheel_rad_for(*arc, speed_mps);
+            lane.next_corners_per_m.iter().zip(TURN_IN_S).fold(at_once_rad, |most_rad: f64, (corner, after_s)| {
+                let then_rad = self.wheel_rad_for(*corner, speed_mps);
                 let by_now_rad = (then_rad.abs() - params.wheel_rad_s * after_s).max(0.0).copysign(then_rad);
                 if by_now_rad.abs() > most_rad.abs() { by_now_rad } else { most_rad }
             });
