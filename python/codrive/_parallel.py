@@ -20,6 +20,11 @@ from codrive._codrive import DriveConfiguration
 from codrive._drive_series import Camera, DriveSeries, Setup, drive_metadata
 from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
 
+_ONE_EACH = (
+    "engine is 'ring'; allowed: native, sumo: the fast ring advises one vehicle of each ring, the ego, and its other cars follow the "
+    "intelligent driver model alone; engine='native' drives the same ring with several advised vehicles"
+)
+
 
 class DriveParallelEnv(AdviceMeaning, ParallelEnv):
     """One drive, in which each advised vehicle is an agent; see ``codrive.DriveEnv`` for what they see, do and are rewarded for.
@@ -49,6 +54,8 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
         camera = Camera(render_mode, view, size)
         if isinstance(advised, bool) or not isinstance(advised, (str, int, float, np.integer, np.floating)):
             raise TypeError(f"advised is {advised!r}; allowed: a number of vehicles, or a share such as '20%' or 0.2")
+        if engine == "ring":
+            raise ValueError(_ONE_EACH)
         setup = Setup(name, engine, hold, advice, driver, {**settings, "advised": str(advised)})
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
