@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from codrive._codrive import DriveConfiguration
 from codrive._drive_series import Camera, DriveSeries, Setup, check_one_advised, drive_metadata
-from codrive._spaces import as_float32, check_actions, spaces
+from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
 
 
-class DriveEnv(gymnasium.Env):
+class DriveEnv(AdviceMeaning, gymnasium.Env):
     """A whole drive: the participant's car with its physics, a simulated driver who follows the advice, other traffic.
 
     Observations, actions, rewards and endings are those of ``codrive.RingEnv``; **terminated** also says that the participant's car has
@@ -46,16 +46,6 @@ class DriveEnv(gymnasium.Env):
         self.observation_space, self.action_space = spaces(self.settings)
         self.metadata = drive_metadata(setup.hold_s)
         self._series = DriveSeries(setup, camera)
-
-    @property
-    def inputs(self) -> list[tuple[str, float, float]]:
-        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
-        return self.settings.inputs()
-
-    @property
-    def action_limits(self) -> tuple[float, float]:
-        """What -1 and 1 are as an action, m/s2 or m/s."""
-        return self.settings.action_limits
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

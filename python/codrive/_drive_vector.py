@@ -16,6 +16,7 @@ from codrive._codrive import DriveConfiguration
 from codrive._drive_series import Camera, Setup, check_one_advised, drive_metadata, next_seed
 from codrive._spaces import (
     NEVER,
+    AdviceMeaning,
     as_float32,
     check_actions,
     check_open,
@@ -31,7 +32,7 @@ from codrive._workers import close_all
 _MOST = 1024
 
 
-class DriveVectorEnv(gymnasium.vector.VectorEnv):
+class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
     """Whole drives that go on at the same time, each in a process of its own; see ``codrive.DriveEnv`` for what one is.
 
     Arrays, infos and endings are those of ``codrive.RingVectorEnv``: a drive that ends begins another in the same step
@@ -74,16 +75,6 @@ class DriveVectorEnv(gymnasium.vector.VectorEnv):
         self._has_begun = False
         #: Where an episode can go on.
         self._is_ready = np.zeros(self.num_envs, np.bool_)
-
-    @property
-    def inputs(self) -> list[tuple[str, float, float]]:
-        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
-        return self.settings.inputs()
-
-    @property
-    def action_limits(self) -> tuple[float, float]:
-        """What -1 and 1 are as an action, m/s2 or m/s."""
-        return self.settings.action_limits
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

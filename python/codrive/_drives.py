@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codrive._codrive import Drive, DriveConfiguration
+from codrive._runtime_folder import runtime_variables
 
 
 class Arguments(NamedTuple):
@@ -66,6 +68,7 @@ class LocalDrive:
 
     def render(self, width: int, height: int, view: str) -> NDArray[np.uint8]:
         """A picture of now, uint8, ``(height, width, 3)``."""
+        os.environ.update(runtime_variables())
         return self._drive.render(width, height, view)
 
     def close(self) -> None:

@@ -18,10 +18,15 @@ except ImportError as fault:
 
 from codrive._codrive import DriveConfiguration
 from codrive._drive_series import Camera, DriveSeries, Setup, drive_metadata
-from codrive._spaces import as_float32, check_actions, spaces
+from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
+
+_ONE_EACH = (
+    "engine is 'ring'; allowed: native, sumo: the fast ring advises one vehicle of each ring, the ego, and its other cars follow the "
+    "intelligent driver model alone; engine='native' drives the same ring with several advised vehicles"
+)
 
 
-class DriveParallelEnv(ParallelEnv):
+class DriveParallelEnv(AdviceMeaning, ParallelEnv):
     """One drive, in which each advised vehicle is an agent; see ``codrive.DriveEnv`` for what they see, do and are rewarded for.
 
     * **Agents** are named as in recordings; ``"ego"`` is the participant's. On a closed road they are known before,
@@ -49,6 +54,8 @@ class DriveParallelEnv(ParallelEnv):
         camera = Camera(render_mode, view, size)
         if isinstance(advised, bool) or not isinstance(advised, (str, int, float, np.integer, np.floating)):
             raise TypeError(f"advised is {advised!r}; allowed: a number of vehicles, or a share such as '20%' or 0.2")
+        if engine == "ring":
+            raise ValueError(_ONE_EACH)
         setup = Setup(name, engine, hold, advice, driver, {**settings, "advised": str(advised)})
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
@@ -59,16 +66,6 @@ class DriveParallelEnv(ParallelEnv):
         self._observation_space, self._action_space = spaces(self.settings)
         self._series = DriveSeries(setup, camera)
         self._random: np.random.Generator | None = None
-
-    @property
-    def inputs(self) -> list[tuple[str, float, float]]:
-        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
-        return self.settings.inputs()
-
-    @property
-    def action_limits(self) -> tuple[float, float]:
-        """What -1 and 1 are as an action, m/s2 or m/s."""
-        return self.settings.action_limits
 
     def observation_space(self, agent: str) -> Box:
         """What an agent sees; the same object for all.

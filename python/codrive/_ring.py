@@ -17,6 +17,7 @@ from codrive._spaces import (
     ENDED,
     NEVER,
     SEEDS,
+    AdviceMeaning,
     as_float32,
     check_open,
     checked_count,
@@ -57,7 +58,7 @@ class _Episodes:
         return as_float32(actions, self.levels, self._shape if shape is None else shape)
 
 
-class RingVectorEnv(gymnasium.vector.VectorEnv):
+class RingVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
     """Many rings, each with one advised driver among cars of the intelligent driver model.
 
     An action stands for a hold (``hold_s``). A step is one hold of every ring.
@@ -101,16 +102,6 @@ class RingVectorEnv(gymnasium.vector.VectorEnv):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._episodes = _Episodes(self.settings, self.num_envs, settings.get("seed"))
         self._everywhere = np.ones(self.num_envs, np.bool_)
-
-    @property
-    def inputs(self) -> list[tuple[str, float, float]]:
-        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
-        return self.settings.inputs()
-
-    @property
-    def action_limits(self) -> tuple[float, float]:
-        """What -1 and 1 are as an action, m/s2 or m/s."""
-        return self.settings.action_limits
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -159,7 +150,7 @@ class RingVectorEnv(gymnasium.vector.VectorEnv):
         return array.copy() if self.copy else array
 
 
-class RingEnv(gymnasium.Env):
+class RingEnv(AdviceMeaning, gymnasium.Env):
     """One ring; see ``RingVectorEnv`` for observations, actions, rewards and endings.
 
     After an episode has ended, ``reset`` has to be called before the next ``step``.
@@ -184,16 +175,6 @@ class RingEnv(gymnasium.Env):
         self._episodes = _Episodes(self.settings, 1, settings.get("seed"))
         self._has_ended = False
         self._is_closed = False
-
-    @property
-    def inputs(self) -> list[tuple[str, float, float]]:
-        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
-        return self.settings.inputs()
-
-    @property
-    def action_limits(self) -> tuple[float, float]:
-        """What -1 and 1 are as an action, m/s2 or m/s."""
-        return self.settings.action_limits
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

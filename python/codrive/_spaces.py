@@ -27,6 +27,22 @@ class AdviceSettings(Protocol):
     def action_limits(self) -> tuple[float, float]: ...
 
 
+class AdviceMeaning:
+    """What the numbers of an environment mean: by its ``settings``, which each environment has."""
+
+    settings: AdviceSettings
+
+    @property
+    def inputs(self) -> list[tuple[str, float, float]]:
+        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
+        return self.settings.inputs()
+
+    @property
+    def action_limits(self) -> tuple[float, float]:
+        """What -1 and 1 are as an action, m/s2 or m/s."""
+        return self.settings.action_limits
+
+
 def spaces(settings: AdviceSettings) -> tuple[Box, Space]:
     """The spaces of what one vehicle sees and is advised."""
     observation = Box(-np.inf, np.inf, (len(settings.inputs()),), np.float32)

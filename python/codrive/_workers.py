@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codrive._drives import Arguments, HoldResult, Observed
+from codrive._runtime_folder import runtime_variables
 
 #: How long a worker may take to end by itself, s: SUMO removes its files.
 _GRACE_S = 5.0
@@ -195,6 +196,7 @@ class WorkerDrive:
         # Its modules are found where those of this process are, in the same order.
         variables = {
             **os.environ,
+            **runtime_variables(),
             **self._variables,
             "PYTHONPATH": os.pathsep.join(path for path in sys.path if isinstance(path, str) and path),
             "PYTHONSAFEPATH": "1",

@@ -35,6 +35,9 @@ pub const HAS_DESKTOP: bool = cfg!(feature = "desktop");
 /// The setting that says who comes to a network, which is no plain value.
 const DEMAND: &str = "demand";
 
+/// The setting that Python calls `engine`.
+const ENGINE: &str = "traffic";
+
 /// Settings of whole drives, checked. See `codrive.make` for what the arguments mean.
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct DriveConfiguration {
@@ -51,9 +54,11 @@ impl DriveConfiguration {
         let Value::Object(named) = json(settings.as_any(), "settings")? else {
             return Err(PyTypeError::new_err("settings: a dict"));
         };
+        let asked_engine = named.get(ENGINE).and_then(Value::as_str).map(str::to_string);
         let (demand, changes) = changes(named)?;
         let made = || {
-            let config = EpisodeConfig::new(map, driver, demand, &changes).map_err(|why| why.message)?;
+            let config = EpisodeConfig::new(map, driver, demand, &changes)
+                .map_err(|why| about_engine(&why.key, asked_engine.as_deref()).unwrap_or(why.message))?;
             let is_open = config.is_open().map_err(|why| why.to_string())?;
             Ok::<_, String>(Self { config, is_open })
         };
@@ -149,6 +154,15 @@ fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)>
         }
     }
     Ok((demand, flat))
+}
+
+/// What a fault of this setting is in the words of Python, where it is one of the engine that was asked for.
+fn about_engine(key: &str, engine: Option<&str>) -> Option<String> {
+    let engine = engine.filter(|engine| key == ENGINE && *engine == "native")?;
+    Some(format!(
+        "engine is '{engine}'; allowed on a road network, with a path or with a demand: 'sumo', which alone moves vehicles that come and \
+         go\n  remedy: engine='sumo', or a closed route such as \"ring-250\" or \"practice\""
+    ))
 }
 
 /// Who comes to a network: a file of SUMO's by its path, or `{"files": [...], "flows": [{"from": ..., "to": ..., "per_hour": ...}]}`.

@@ -71,6 +71,33 @@ def test_its_end_ends_the_process():
     assert children() == before
 
 
+def variable_of(process, name):
+    """A variable with which a process was started, if it was."""
+    variables = pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0")
+    found = [each.split(b"=", 1)[1] for each in variables if each.startswith(f"{name}=".encode())]
+    return os.fsdecode(found[0]) if found else None
+
+
+def test_libraries_of_graphics_find_a_private_folder_for_their_sockets(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    env, process = begun()
+    assert variable_of(process, "XDG_RUNTIME_DIR") == str(tmp_path)
+    env.close()
+    monkeypatch.delenv("XDG_RUNTIME_DIR")
+    env, process = begun()
+    folder = pathlib.Path(variable_of(process, "XDG_RUNTIME_DIR"))
+    assert folder.is_dir() and folder.stat().st_mode & 0o777 == 0o700 and folder.stat().st_uid == os.getuid()
+    env.close()
+
+
+def test_that_folder_goes_with_the_python_that_made_it():
+    program = "from codrive._runtime_folder import runtime_variables as v; print(v()['XDG_RUNTIME_DIR'], v() == v())"
+    variables = {name: value for name, value in os.environ.items() if name != "XDG_RUNTIME_DIR"}
+    done = subprocess.run([sys.executable, "-c", program], env=variables, capture_output=True, text=True, check=True)
+    folder, is_one = done.stdout.split()
+    assert is_one == "True" and not pathlib.Path(folder).exists()
+
+
 def test_the_end_of_python_ends_the_process():
     program = """if True:
         import codrive

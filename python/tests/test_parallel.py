@@ -159,6 +159,11 @@ def test_shares_that_cannot_be(advised, error):
         ring(advised=advised)
 
 
+def test_the_fast_ring_advises_one_and_says_which_engine_advises_several():
+    with pytest.raises(ValueError, match="engine is 'ring'; allowed: native, sumo.*engine='native' drives the same ring"):
+        ring(engine="ring")
+
+
 def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
     env = ring()
     with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):

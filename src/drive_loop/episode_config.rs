@@ -5,7 +5,7 @@
 use crate::{
     driver::{self, Population},
     map::RoadMap,
-    policy::{Feature, Hold, LanesBeside, NetworkInput, RoadKind},
+    policy::{Feature, Hold, LanesBeside, NetworkInput, Observation, RoadKind},
     scenario::{Scenario, StartLayout},
     settings::{self, Field, SettingsError, fields_of},
     sim::{WorldError, lanes_beside},
@@ -31,13 +31,18 @@ const OF_TRAINING: [&str; 10] = [
 const SCALING: &str = "scaling";
 
 /// Keys of a drive that an episode has not, and what there is instead.
-const NOT_OF_EPISODES: [(&str, &str); 5] = [
+const NOT_OF_EPISODES: [(&str, &str); 7] = [
     ("policy", "an episode is advised from outside: by whoever drives it hold by hold"),
     ("policy_speed_mps", "it is the aim of built-in policies; an episode is advised from outside"),
     ("sham_advice", "it is the advice of another drive; an episode is advised from outside"),
     ("duration_s", "horizon_s is the length of an episode"),
     ("seed", "each episode is begun with its own"),
+    ("residual_over", CORRECTS_NOTHING),
+    ("residual_mps", CORRECTS_NOTHING),
 ];
+/// Why an episode of a drive corrects no controller.
+const CORRECTS_NOTHING: &str = "a whole drive asks no controller beside the action, which is the advice as it is; the rings of training alone \
+                                add it to a controller's";
 
 /// Late drivers: each with a reaction, an error and a habit of his own, as in training by default.
 pub const LATE: &str = "late";
@@ -55,16 +60,19 @@ pub struct EpisodeConfig {
 
 /// Maps on which episodes have the traffic of training.
 const RINGS: [&str; 2] = ["ring-250", "ring-641"];
-/// What a learner sees on a network where nothing is named.
-const SEEN_ON_NETWORKS: &str = "speed,leader_speed,gap,speed_limit";
+/// What a learner sees where nothing is named on a network, or on a closed route far longer or shorter than the rings of training.
+const SEEN_ELSEWHERE: &str = "speed,leader_speed,gap,speed_limit";
+/// The largest scaled circumference, either way. From -1 to 1 are the rings that the scale is for; twice as far is let pass for the rings
+/// about them, but a constant of 29, as of 1.7 km in the scale of 200 to 300 m, drowns all else that a network sees.
+const LARGEST_CIRCUMFERENCE: f32 = 2.0;
 
 /// Key and fault of settings.
 type Fault = (&'static str, String);
 
 impl EpisodeConfig {
     /// The settings of a map with some replaced, checked as a whole. Where nothing is named, the shipped rings have the traffic of
-    /// training, other roads that of a drive. On a network a learner sees the speed limit where a ring has its circumference, and on all
-    /// roads but the shipped rings speeds are advised and scaled up to the highest limit of the route. `demand` says who comes to a
+    /// training, other roads that of a drive. On a network, and on a closed route whose length is beyond the scale of circumferences, a
+    /// learner sees the speed limit where a ring has its circumference; on all roads but the shipped rings speeds are advised and scaled up to the highest limit of the route. `demand` says who comes to a
     /// network; `driver` is one that [`driver::named`] knows, a population, or [`LATE`].
     ///
     /// # Errors
@@ -89,7 +97,7 @@ impl EpisodeConfig {
         let road = scenario.load_map().map_err(|error| fault("map", error))?;
         let mut learning = base.learning;
         if scenario.on(&road).is_on_network() {
-            learning.network.sees = SEEN_ON_NETWORKS.into();
+            learning.network.sees = SEEN_ELSEWHERE.into();
         }
         if !RINGS.contains(&map) {
             let limits_mps = road.route.lanes().iter().map(|lane| lane.speed_limit_mps);
@@ -105,7 +113,10 @@ impl EpisodeConfig {
             field.set(&mut json, value.clone());
         }
         let learning = serde_json::from_value(json).map_err(|error| fault("", error))?;
-        let whole = Self { scenario, learning, draws_drivers: false }.aligned();
+        let mut whole = Self { scenario, learning, draws_drivers: false }.aligned();
+        if whole.circumference_fault(&road).is_some() && !changes.iter().any(|(field, _)| field.path == "sees") {
+            whole.learning.network.sees = SEEN_ELSEWHERE.into();
+        }
         let whole = match driver {
             Some(driver) => whole.driven_by(driver)?,
             None => whole,
@@ -218,10 +229,14 @@ impl EpisodeConfig {
         if !self.inputs().iter().all(NetworkInput::is_sound) {
             return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
         }
-        let of_learner =
-            |input: &&NetworkInput| input.feature.is_of_driver() || input.feature == Feature::ControllerSpeed;
-        if let Some(input) = self.inputs().iter().find(of_learner) {
-            let text = format!("sees names `{}`, which whole drives tell nobody", input.feature.name());
+        if let Some(feature) =
+            self.inputs().iter().map(|input| input.feature).find(|feature| is_of_rings_alone(*feature))
+        {
+            let why = match feature {
+                Feature::ControllerSpeed => "no controller is asked beside the action",
+                _ => "who drives is not to be seen from outside, and only the rings of training say it",
+            };
+            let text = format!("sees names `{}`, which whole drives tell nobody: {why}", feature.name());
             return Err(("sees", text));
         }
         let scenario = self.scenario.on(map);
@@ -236,12 +251,29 @@ impl EpisodeConfig {
             false => RoadKind::ClosedRoute,
         };
         match self.inputs().iter().find(|input| !input.feature.is_seen_on(road)) {
-            None => Ok(()),
+            None => self.circumference_fault(map).map_or(Ok(()), |text| Err(("sees", text))),
             Some(input) => {
                 let kind = if scenario.is_on_network() { "this path through a network" } else { "this closed route" };
                 Err(("sees", format!("sees names `{}`; {kind} has none", input.feature.name())))
             }
         }
+    }
+
+    /// Why the length of this closed route cannot be seen in the scale of the settings; `None` of the shipped rings, whose own it is.
+    fn circumference_fault(&self, map: &RoadMap) -> Option<String> {
+        let inputs = self.inputs();
+        let input = inputs.iter().find(|input| input.feature == Feature::Circumference)?;
+        let is_closed = !self.scenario.on(map).is_on_network();
+        let circumference_m = map.route.length_m();
+        let scaled = input.scaled(&Observation { circumference_m: circumference_m.into(), ..Observation::default() });
+        (is_closed && !RINGS.contains(&self.scenario.map.as_str()) && scaled.abs() > LARGEST_CIRCUMFERENCE).then(|| {
+            format!(
+                "sees names `circumference`, which is {circumference_m:.0} m here and {scaled:.1} in the scale of {} to {} m; allowed: \
+                 -{LARGEST_CIRCUMFERENCE} to {LARGEST_CIRCUMFERENCE}\n  remedy: scaling.circumference_from_m and \
+                 scaling.circumference_to_m with the length between them, or speed_limit in its place",
+                input.from, input.to
+            )
+        })
     }
 
     /// True if what it sees is in the lanes beside.
@@ -250,6 +282,11 @@ impl EpisodeConfig {
         let of_rings = |feature: Feature| feature.is_seen_on(RoadKind::BareRing);
         self.inputs().iter().any(|input| !input.feature.is_seen_on(alone) && !of_rings(input.feature))
     }
+}
+
+/// True of what is seen on the rings of training, and in no whole drive.
+fn is_of_rings_alone(feature: Feature) -> bool {
+    feature.is_of_driver() || feature == Feature::ControllerSpeed
 }
 
 fn not_of_episodes(key: &str) -> Option<&'static str> {

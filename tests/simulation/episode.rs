@@ -369,7 +369,11 @@ fn what_does_not_fit_is_told_with_what_is_allowed() {
     for (set, begins) in [
         (json!({ "sees": "speed,signal_distance" }), "sees names `signal_distance`; this closed route has none"),
         (json!({ "sees": "speed,gapp" }), "sees names `gapp` (did you mean gap?); allowed: "),
-        (json!({ "sees": "reaction" }), "sees names `reaction`, which whole drives tell nobody"),
+        (json!({ "sees": "reaction" }), "sees names `reaction`, which whole drives tell nobody: who drives"),
+        (
+            json!({ "sees": "controller_speed" }),
+            "sees names `controller_speed`, which whole drives tell nobody: no controller",
+        ),
         (json!({ "levels": 1 }), "levels is 1; allowed: 0"),
         (json!({ "horizon_s": 0.5 }), "horizon_s is 0.5; allowed: a number from 1 to 36000 s"),
         (json!({ "horizon_s": 10.0, "hold_s": 20.0 }), "hold_s is 20; the horizon is 10 s"),
@@ -383,9 +387,14 @@ fn what_does_not_fit_is_told_with_what_is_allowed() {
     }
     assert!(told("rnig-250", json!({})).contains("rnig-250"));
     assert!(told("ring-250", json!({ "path": "nowhere" })).contains("nowhere"));
-    for (key, word) in
-        [("policy", "outside"), ("sham_advice", "outside"), ("duration_s", "horizon_s"), ("truck_share", "rings")]
-    {
+    for (key, word) in [
+        ("residual_over", "no controller"),
+        ("residual_mps", "no controller"),
+        ("policy", "outside"),
+        ("sham_advice", "outside"),
+        ("duration_s", "horizon_s"),
+        ("truck_share", "rings"),
+    ] {
         assert!(EpisodeConfig::why_not(key).expect(key).contains(word), "{key}");
         assert!(EpisodeConfig::fields().iter().all(|field| field.path != key));
     }
@@ -420,4 +429,25 @@ fn the_drive_of_python_is_that_of_rust() {
     }
     assert!(episode.is_over());
     assert!(text == EXPECTED, "python/tests/drive.txt is not what drives do now, which is:\n{text}");
+}
+
+#[test]
+fn a_circumference_is_seen_where_its_scale_is_that_of_the_road() {
+    let config = |map: &str, set: Value| config_of(map, None, Demand::default(), set);
+    let seen = |map: &str, set: Value| {
+        let inputs = config(map, set).expect("settings").inputs();
+        inputs.iter().map(|input| input.feature.name()).collect::<Vec<_>>().join(",")
+    };
+    for ring in ["ring-250", "ring-641"] {
+        assert_eq!(seen(ring, json!({})), "speed,leader_speed,gap,circumference", "{ring}");
+        // Its own scale is whatever it is set to.
+        let far = json!({ "scaling.circumference_from_m": 1.0, "scaling.circumference_to_m": 2.0 });
+        assert_eq!(seen(ring, far), "speed,leader_speed,gap,circumference", "{ring}");
+    }
+    assert_eq!(seen("practice", json!({})), "speed,leader_speed,gap,speed_limit");
+    let why = config("practice", json!({ "sees": "speed,circumference" })).expect_err("beyond the scale").message;
+    assert!(why.starts_with("sees names `circumference`, which is 17") && why.contains("200 to 300 m"), "{why}");
+    assert!(why.contains("remedy: scaling.circumference_from_m"), "{why}");
+    let about_it = json!({ "scaling.circumference_from_m": 1500.0, "scaling.circumference_to_m": 2000.0 });
+    assert_eq!(seen("practice", about_it), "speed,leader_speed,gap,circumference");
 }
