@@ -137,7 +137,8 @@ def make_parallel(
         hold: As ``make``.
         advice: As ``make``.
         driver: As ``make``; each agent has one of his own.
-        engine: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else.
+        engine: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``"ring"`` has one advised vehicle in
+            each ring.
         render_mode: As ``make``.
         **settings: As ``make`` of whole drives.
 

@@ -1,9 +1,13 @@
 """Trains a policy for the 250 m ring by RLlib's PPO, with rings in several processes, on one machine or on a Ray cluster.
 
     pip install './python[ray]' 'ray[rllib]' torch
-    python python/examples/rllib_ppo.py --runners 2 --envs 128 --out mine.onnx
+    python python/examples/rllib_ppo.py --runners 2 --out mine.onnx
 
 Each env runner is a process with rings of its own; on a cluster Ray puts them where cores are free.
+
+It ends when all cars of 20 rings that training has not seen go as fast as ``--goal`` on average (3.0 m/s without advice), or after
+``--updates``. With two runners of 512 rings, on two cores that others used, too, it went 4.03 m/s after 147 s and 2.9 million holds, and
+between 4.02 and 4.07 m/s from there to 8.2 million.
 """
 
 from __future__ import annotations
@@ -110,7 +114,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runners", type=int, default=2, help="processes with rings [default: 2]")
     parser.add_argument("--envs", type=int, default=512, help="rings of each [default: 512]")
-    parser.add_argument("--goal", type=float, default=4.1, help="mean speed to be reached, m/s [default: 4.1]")
+    parser.add_argument("--goal", type=float, default=4.0, help="mean speed to be reached, m/s [default: 4.0]")
     parser.add_argument("--updates", type=int, default=200, help="training ends after so many [default: 200]")
     parser.add_argument("--every", type=int, default=5, help="updates between two evaluations [default: 5]")
     parser.add_argument("--seed", type=int, default=1)
