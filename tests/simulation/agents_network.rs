@@ -47,6 +47,8 @@ fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
 struct Seen {
     ticks: u32,
     advised_ticks: u32,
+    /// Beside the lane of its way.
+    beside_ticks: u32,
     way_m: f64,
     last: Option<glam::DVec2>,
 }
@@ -77,8 +79,9 @@ fn of_the_cars_that_come_a_share_is_advised_along_its_own_way_and_leaves_at_its_
             assert!(step_m <= 1.2 * own.ego.speed_mps.abs() * 0.01 + 0.005, "{step_m} m in a tick");
             of.way_m += step_m;
             of.last = Some(place);
-            // On its way, not beside it: that goes over evenly where it changes lanes, and a driver when there is a gap, from one lane of 3.2 m.
+            // On its way, not beside it. That goes over evenly where it changes lanes, and a driver when there is a gap: from one lane of 3.2 m.
             assert!(own.lane_offset_m.abs() < 3.2, "{} m beside its way", own.lane_offset_m);
+            of.beside_ticks += u32::from(own.lane_offset_m.abs() >= 1.6);
             met += u32::from(own.leader.is_some_and(|leader| leader.gap_m < 30.0));
         }
     });
@@ -97,6 +100,13 @@ fn of_the_cars_that_come_a_share_is_advised_along_its_own_way_and_leaves_at_its_
     let farthest = gone.iter().map(|id| seen[id].way_m).fold(0.0, f64::max);
     assert!(farthest > 250.0, "{farthest} m");
     for (id, of) in &seen {
+        // One change of lanes on streets of 90 m: on a tenth of 900 m at most.
+        assert!(
+            of.beside_ticks * 10 <= of.ticks,
+            "{id:?} was beside its lane in {} of {} ticks",
+            of.beside_ticks,
+            of.ticks
+        );
         assert!(of.advised_ticks + 100 >= of.ticks, "{id:?} was advised {} of {} ticks", of.advised_ticks, of.ticks);
     }
     assert!(met > 1000, "they follow others: {met} ticks");
