@@ -265,7 +265,7 @@ impl EpisodeConfig {
         let input = inputs.iter().find(|input| input.feature == Feature::Circumference)?;
         let is_closed = !self.scenario.on(map).is_on_network();
         let circumference_m = map.route.length_m();
-        let scaled = input.scaled(&Observation { circumference_m: circumference_m.into(), ..Observation::default() });
+        let scaled = input.scaled(&Observation { circumference_m, ..Observation::default() });
         (is_closed && !RINGS.contains(&self.scenario.map.as_str()) && scaled.abs() > LARGEST_CIRCUMFERENCE).then(|| {
             format!(
                 "sees names `circumference`, which is {circumference_m:.0} m here and {scaled:.1} in the scale of {} to {} m; allowed: \
