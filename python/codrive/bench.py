@@ -7,6 +7,7 @@ numpy, and SUMO by TraCI as Flow drove it (one ring, one decision a step of 0.1 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import pathlib
@@ -101,7 +102,9 @@ def sumo_rate(steps: int, cars: int = 22) -> float | None:
         routes.write_text(_ROUTES.format(cars="\n".join(lines)), encoding="utf-8")
         net = data_folder() / "maps/ring-250/net.xml"
         command = [program, "-n", str(net), "-r", str(routes), "--step-length", str(STEP_S), "--no-step-log", "--no-warnings"]
-        traci.start([*command, "--seed", "1"], label="codrive.bench")
+        # Where SUMO is slow to answer, traci says so among the results.
+        with contextlib.redirect_stdout(sys.stderr):
+            traci.start([*command, "--seed", "1"], label="codrive.bench")
         sumo = traci.getConnection("codrive.bench")
         try:
             while sumo.vehicle.getIDCount() < cars:
