@@ -294,12 +294,12 @@ fn bend_at(route: &Route, s_m: f64, scale: f64) -> Bend {
     /// A turn by more than this is that of a street corner, radians.
     const CORNER_RAD: f64 = 1.0;
     let window_m = 2.0 * LOOK_EVERY_M / scale;
-    let turn_per_m = route.curvature_at(s_m, window_m).abs().max(1e-6 * scale);
-    let quarter = |k: i32| route.yaw_at(s_m + window_m * f64::from(k) / 4.0);
+    let yaws = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|quarter| route.yaw_at(s_m + window_m * quarter / 4.0));
+    let turn_per_m = (wrap_angle(yaws[4] - yaws[0]) / window_m).abs().max(1e-6 * scale);
     // The corners of streets are shorter than the window; a bend by less is cut.
-    let half_per_m = wrap_angle(quarter(1) - quarter(-1)).abs() / (window_m / 2.0);
-    let wheel_per_m = if turn_per_m * window_m > CORNER_RAD { turn_per_m.max(half_per_m) } else { turn_per_m };
-    let turns = (-2..2).map(|k| wrap_angle(quarter(k + 1) - quarter(k)));
+    let half_per_m = || wrap_angle(yaws[3] - yaws[1]).abs() / (window_m / 2.0);
+    let wheel_per_m = if turn_per_m * window_m > CORNER_RAD { turn_per_m.max(half_per_m()) } else { turn_per_m };
+    let turns = yaws.windows(2).map(|pair| wrap_angle(pair[1] - pair[0]));
     let [left_rad, right_rad] = turns.fold([0.0, 0.0], |[l, r], turn| [l + turn.max(0.0), r - turn.min(0.0)]);
     if left_rad.min(right_rad) < SIDE_RAD {
         return Bend { felt_per_m: turn_per_m / scale, wheel_per_m: wheel_per_m / scale };
