@@ -72,8 +72,8 @@ type Fault = (&'static str, String);
 impl EpisodeConfig {
     /// The settings of a map with some replaced, checked as a whole. Where nothing is named, the shipped rings have the traffic of
     /// training, other roads that of a drive. On a network, and on a closed route whose length is beyond the scale of circumferences, a
-    /// learner sees the speed limit where a ring has its circumference; on all roads but the shipped rings speeds are advised and scaled up to the highest limit of the route. `demand` says who comes to a
-    /// network; `driver` is one that [`driver::named`] knows, a population, or [`LATE`].
+    /// learner sees the speed limit where a ring has its circumference; on all roads but the shipped rings speeds are advised and scaled up to the
+    /// highest limit of the route. `demand` says who comes to a network; `driver` is one that [`driver::named`] knows, a population, or [`LATE`].
     ///
     /// # Errors
     /// There is no such map or driver, a value has the wrong type or is out of range, or the settings do not go together or do not fit the

@@ -74,8 +74,9 @@ pub(super) fn with_bridges(lanes: Vec<RouteLane>) -> Vec<RouteLane> {
             }
         }
         joined.push(lane);
-        if let Some(next) = joined.len().checked_sub(1).filter(|next| *next > 0) {
-            bridge_gap(&mut joined, next - 1, next);
+        let last = joined.len() - 1;
+        if last > 0 {
+            bridge_gap(&mut joined, last - 1, last);
         }
     }
     joined
@@ -97,7 +98,7 @@ fn bridge(before: &RouteLane, after: &RouteLane) -> RouteLane {
     }
 }
 
-/// The same for the gap between two lanes.
+/// Gives either lane half of a curve over the gap between them.
 fn bridge_gap(lanes: &mut [RouteLane], k: usize, next: usize) {
     let (from, to) = (lanes[k].shape[lanes[k].shape.len() - 1], lanes[next].shape[0]);
     let gap_m = from.distance(to);

@@ -299,8 +299,8 @@ impl Route {
 
     /// Direction of the centre line at `s_m`, radians from east, smooth across the joints of the shape: around each joint
     /// it turns evenly from one segment's direction to the next, over half of either segment but no further than the
-    /// other one is long, so that a bend of short chords does not reach far into a straight, nor than 1.5 m of the corner are cut. At the ends of an open route, and
-    /// beyond, it is that of the first or last segment.
+    /// other one is long, so that a bend of short chords does not reach far into a straight, nor than 1.5 m of the corner are cut. At
+    /// the ends of an open route, and beyond, it is that of the first or last segment.
     pub fn yaw_at(&self, s_m: f64) -> f64 {
         let s_m = self.within(s_m);
         let n = self.segments.len();

@@ -60,8 +60,8 @@ fn with_lines_for_flat_arcs(text: &str) -> (String, usize) {
     (kept, n)
 }
 
-/// netconvert's own limit for roads without one, as a network has it, m/s, and in words. OpenDRIVE's files write 0 or -1 where no limit is known, and netconvert
-/// makes 0 of both: nobody could drive there.
+/// netconvert's own limit for roads without one, as a network has it, m/s, and in words. OpenDRIVE's files write 0 or -1 where no limit is
+/// known, and netconvert makes 0 of both: nobody could drive there.
 const DEFAULT_LIMIT: (&str, &str) = ("13.89", "50 km/h");
 
 /// The text of a network with a limit for each of its lanes, and how many got one, in words; `None` where all have one.

@@ -175,7 +175,8 @@ impl CentreLine {
     }
 
     /// Direction at `s_m` in segment `here`, smooth across the joints as that of [`Route`](crate::map::Route): around each it turns
-    /// evenly, over half of either segment but no further than the other one is long, nor than 1.5 m of the corner are cut. At the lane's ends it is the segment's own.
+    /// evenly, over half of either segment but no further than the other one is long, nor than 1.5 m of the corner are cut. At the
+    /// lane's ends it is the segment's own.
     fn yaw_at(&self, here: usize, s_m: f64) -> f64 {
         let length_m = |k: usize| self.positions_m[k + 1] - self.positions_m[k];
         let yaw = |k: usize| self.direction(k).to_angle();
