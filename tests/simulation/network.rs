@@ -174,6 +174,17 @@ fn the_ego_comes_into_traffic_where_there_is_room() {
     }
 }
 
+/// The merge's main road begins where the ego does: SUMO let a car depart in the very step in which the ego came, into it.
+#[test]
+fn nobody_departs_into_an_ego_that_comes_in_the_same_step() {
+    let _alone = one_at_a_time();
+    for (seed, warm_up_s) in [(6, 34.2), (24, 46.8), (43, 34.2), (1, 0.0), (1, 0.1)] {
+        let scenario = Scenario { map: "merge".into(), warm_up_s, seed, duration_s: 5.0, ..Scenario::default() };
+        let summary = drive(&scenario, |_| ());
+        assert!(summary.contacts.is_empty(), "seed {seed} after {warm_up_s} s: {:?}", summary.contacts);
+    }
+}
+
 #[test]
 fn what_cannot_be_driven_is_refused_with_what_where_and_the_remedy() {
     let _alone = one_at_a_time();

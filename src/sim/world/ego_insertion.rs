@@ -1,5 +1,5 @@
-//! How the ego comes onto a network on which vehicles drive already. In: the vehicles around the place where it starts. Out: the speed with
-//! which it fits in there, or that there is no room. Metres, m/s.
+//! How the ego comes onto a network on which vehicles drive already. In: SUMO at its begin, and the place where the ego starts. Out: SUMO after
+//! the warm-up, and the speed with which the ego fits in there, or that there is no room. Metres, m/s.
 //!
 //! Nobody is taken off the road for it: it waits, beside the road, until there is room, as SUMO has its own vehicles wait. There is
 //! room if it touches nobody, those behind can slow down to its speed comfortably, and it itself need not brake hard.
@@ -7,10 +7,13 @@
 use super::{hand_over::HandOver, path_lanes::PathLanes};
 use crate::{
     driver::{DriverParams, bend_speed_mps},
-    map::RoadMap,
+    map::{RoadMap, network::LaneId},
     scenario::Scenario,
     space::CAR_LENGTH_M,
-    traffic::NetworkVehicle,
+    traffic::{
+        EGO, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleLamps,
+        sumo::{EgoReport, SumoNetwork},
+    },
 };
 
 /// A place where the ego shall start.
@@ -25,15 +28,45 @@ pub(super) struct Insertion<'a> {
 }
 
 impl Insertion<'_> {
-    /// The speed with which it fits in among these vehicles; `None` while there is no room. Where nobody is to come nobody waits.
-    pub fn speed_mps(&self, vehicles: &[NetworkVehicle]) -> Option<f64> {
-        if !self.scenario.participant {
-            return Some(0.0);
+    /// Traffic for the warm-up without the ego, and then until there is room for it on this lane. Its speed, and how long it waited, seconds.
+    ///
+    /// SUMO lets a vehicle depart into one that comes in the same step. So the ego stands in its place for the last step already, and drives off
+    /// from there if there is still room.
+    pub fn warm_up(&self, engine: &mut SumoNetwork, lane: LaneId) -> Result<(f64, f64), TrafficError> {
+        let pose = self.map.route.pose_of_front(self.s_m, CAR_LENGTH_M);
+        // Nobody sees an ego that is beside all lanes.
+        let at = |lane: Option<LaneId>, speed_mps: f64| {
+            let state = ExternalVehicleState { pose, speed_mps, next_pose: pose, next_speed_mps: speed_mps };
+            [EgoReport { id: EGO, state, lane, is_wrong_way: false, lamps: VehicleLamps::default() }]
+        };
+        let (steps, step_s) = ((self.scenario.warm_up_s / self.scenario.step_s).round() as usize, self.scenario.step_s);
+        for _ in usize::from(self.scenario.participant)..steps {
+            engine.step(&at(None, 0.0))?;
         }
+        if !self.scenario.participant {
+            return Ok((0.0, 0.0));
+        }
+        let mut waited_s = 0.0;
+        loop {
+            let room_mps = self.speed_mps(engine.vehicles());
+            engine.step(&at(room_mps.map(|_| lane), room_mps.unwrap_or(0.0)))?;
+            if let Some(still_mps) = room_mps.and_then(|_| self.speed_mps(engine.vehicles())) {
+                return Ok((still_mps, waited_s));
+            }
+            if waited_s >= self.scenario.wave_wait_s {
+                let edge = self.map.network.edge_of(lane).id.clone();
+                return Err(TrafficError::NoRoom { edge, waited_s });
+            }
+            waited_s += step_s;
+        }
+    }
+
+    /// The speed with which it fits in among these vehicles; `None` while there is no room.
+    fn speed_mps(&self, vehicles: &[NetworkVehicle]) -> Option<f64> {
         let (route, idm) = (&self.map.route, &self.scenario.idm);
         let middle = route.pose_of_front(self.s_m, CAR_LENGTH_M).position;
         let mut fits_mps = if self.is_moving { self.free_mps() } else { 0.0 };
-        let others = || vehicles.iter().filter(|vehicle| vehicle.id != crate::traffic::EGO);
+        let others = || vehicles.iter().filter(|vehicle| vehicle.id != EGO);
         for vehicle in others() {
             // Bumper to bumper with whoever stands across.
             let reach_m = (CAR_LENGTH_M + vehicle.body.length_m) / 2.0;
@@ -94,8 +127,7 @@ impl Insertion<'_> {
 
 /// How traffic was when the ego came.
 pub(super) fn hand_over(vehicles: &[NetworkVehicle], speed_mps: f64, waited_s: f64) -> HandOver {
-    let speeds =
-        || vehicles.iter().filter(|vehicle| vehicle.id != crate::traffic::EGO).map(|vehicle| vehicle.speed_mps);
+    let speeds = || vehicles.iter().filter(|vehicle| vehicle.id != EGO).map(|vehicle| vehicle.speed_mps);
     let n = speeds().count().max(1) as f64;
     let mean = speeds().sum::<f64>() / n;
     let speed_sd_mps = (speeds().map(|speed| (speed - mean).powi(2)).sum::<f64>() / n).sqrt();

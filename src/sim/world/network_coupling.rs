@@ -24,7 +24,7 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        EGO, EngineChoice, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleId, VehicleKind, VehicleLamps,
+        EGO, EngineChoice, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleId, VehicleKind,
         sumo::{EgoReport, EgoStart, NetworkSetup, SumoNetwork},
     },
 };
@@ -129,27 +129,10 @@ impl NetworkCoupling {
             seed: scenario.seed,
         };
         let mut engine = SumoNetwork::start(&setup)?;
-        let warm_up = (scenario.warm_up_s / scenario.step_s).round() as u64;
-        // Nobody sees an ego that is beside all lanes.
-        let state = ExternalVehicleState { pose, speed_mps: 0.0, next_pose: pose, next_speed_mps: 0.0 };
-        let away = [EgoReport { id: EGO, state, lane: None, is_wrong_way: false, lamps: VehicleLamps::default() }];
-        for _ in 0..warm_up {
-            engine.step(&away)?;
-        }
-        let spot = Insertion { map, lanes: &lanes, scenario, s_m, is_moving: warm_up > 0 && !scenario.standing_start };
-        let mut waited = 0;
-        let speed_mps = loop {
-            if let Some(speed_mps) = spot.speed_mps(engine.vehicles()) {
-                break speed_mps;
-            }
-            let waited_s = f64::from(waited) * scenario.step_s;
-            if waited_s >= scenario.wave_wait_s {
-                return Err(TrafficError::NoRoom { edge: map.network.edge_of(lane.lane).id.clone(), waited_s }.into());
-            }
-            engine.step(&away)?;
-            waited += 1;
-        };
-        let hand_over = ego_insertion::hand_over(engine.vehicles(), speed_mps, f64::from(waited) * scenario.step_s);
+        let is_moving = scenario.warm_up_s > 0.0 && !scenario.standing_start;
+        let spot = Insertion { map, lanes: &lanes, scenario, s_m, is_moving };
+        let (speed_mps, waited_s) = spot.warm_up(&mut engine, lane.lane)?;
+        let hand_over = ego_insertion::hand_over(engine.vehicles(), speed_mps, waited_s);
         let mut coupling = Self {
             description: engine.describe().to_owned(),
             engine: Some(engine),
