@@ -38,7 +38,13 @@ fn a_drive_in_a_window_killed_at_any_point_is_recovered() {
         let killed = codrive(&arguments, &server, Some(point));
         assert_eq!(killed.status.signal(), Some(9), "{point} was not reached: {killed:?}");
         let found = recover(&drive).unwrap_or_else(|e| panic!("{point}: {e}"));
-        assert_eq!((found.was_whole, found.kept), (false, None), "{point}");
+        // A tick may end while another thread writes a block of the journal: it is torn then, and kept beside.
+        let torn = usize::from(point.starts_with("tick") && found.kept.is_some());
+        assert_eq!(
+            (found.was_whole, found.missing.len(), found.kept.iter().len()),
+            (false, torn, torn),
+            "{point}: {found:?}"
+        );
         let ticks = TableReader::parquet(&Table::Ego.parquet(&drive)).unwrap().wholes("tick");
         assert_eq!(ticks, (1..=ticks.len() as u64).collect::<Vec<_>>(), "{point}: no hole, nothing twice");
         assert!(ticks.len() >= least, "{point}: {ticks:?}");

@@ -64,15 +64,15 @@ enum NetworkFault {
     /// It reads and reads.
     #[error("SUMO did not read this network within {} s{REMEDY}", TIMEOUT.as_secs())]
     TimedOut,
-    /// It says why not.
-    #[error("SUMO cannot drive on this network: {0}{REMEDY}")]
+    /// It says why not, and perhaps what helps.
+    #[error("SUMO cannot drive on this network: {0}{remedy}", remedy = if .0.contains("\n  remedy: ") { "" } else { REMEDY })]
     Refused(String),
     /// It ended without a word; how.
     #[error("SUMO crashes on this network ({0}){REMEDY}")]
     Crashed(std::process::ExitStatus),
 }
 
-/// What helps against all of them.
+/// What helps against all of them, where nothing closer is said.
 const REMEDY: &str = "\n  remedy: repair it with SUMO's netconvert (--sumo-net-file OLD --output-file NEW), or import it again with codrive map import";
 
 /// Fails if `net_file` is not a network that SUMO from the folder `home` can be given in this process.
@@ -281,9 +281,22 @@ mod tests {
     #[test]
     fn every_network_in_maps_is_known_as_ours() {
         let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps");
-        for name in ["practice", "ring-250", "ring-641"] {
-            let bytes = std::fs::read(maps.join(name).join("net.xml")).unwrap();
-            assert!(data_folders::is_shipped_network(&bytes), "{name}");
+        let nets: Vec<_> =
+            std::fs::read_dir(maps).unwrap().map(|folder| folder.unwrap().path().join("net.xml")).collect();
+        assert_eq!(nets.len(), 4);
+        for net in nets {
+            assert!(data_folders::is_shipped_network(&std::fs::read(&net).unwrap()), "{}", net.display());
         }
+    }
+
+    #[test]
+    fn one_remedy_is_said_and_the_closer_one() {
+        let bare = NetworkFault::Refused("edge a is nowhere".into()).to_string();
+        assert!(
+            bare.starts_with("SUMO cannot drive on this network: edge a is nowhere\n  remedy: repair it"),
+            "{bare}"
+        );
+        let closer = NetworkFault::Refused("edge a is nowhere\n  remedy: name another".into()).to_string();
+        assert!(closer.ends_with("nowhere\n  remedy: name another"), "{closer}");
     }
 }
