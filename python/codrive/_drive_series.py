@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from codrive._codrive import HAS_DESKTOP
 from codrive._drives import HoldResult, LocalDrive, Observed
 from codrive._settings import drive_configuration, engine_of, sumo_variables
 from codrive._spaces import ENDED, NEVER, SEEDS, check_open
+from codrive._words import did_you_mean
 from codrive._workers import WorkerDrive
 
 #: What moves the cars of a whole drive.
@@ -73,9 +73,7 @@ class Camera:
         if render_mode not in (None, "rgb_array"):
             raise ValueError(f"render_mode is {render_mode!r}; allowed: None, 'rgb_array'")
         if view not in VIEWS:
-            near = difflib.get_close_matches(str(view), VIEWS, n=1)
-            meant = f" (did you mean {near[0]}?)" if near else ""
-            raise ValueError(f"view is {view!r}{meant}; allowed: {', '.join(VIEWS)}")
+            raise ValueError(f"view is {view!r}{did_you_mean(view, VIEWS)}; allowed: {', '.join(VIEWS)}")
         sides = tuple(size) if isinstance(size, (tuple, list)) else ()
         if len(sides) != 2 or not all(type(side) is int and 1 <= side <= _MOST_PIXELS for side in sides):
             raise ValueError(f"size is {size!r}; allowed: (width, height) in pixels, each from 1 to {_MOST_PIXELS}")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from codrive._codrive import Drive, DriveConfiguration
 from codrive._runtime_folder import runtime_variables
+from codrive._words import in_words_of_python
 
 
 class Arguments(NamedTuple):
@@ -46,13 +47,15 @@ class LocalDrive:
 
     def begin(self, seed: int) -> Observed:
         """Begins a drive of this seed, up to its first advice."""
-        self._drive.begin(seed)
+        with in_words_of_python():
+            self._drive.begin(seed)
         return self._observed()
 
     def hold(self, actions: NDArray[np.float32]) -> HoldResult:
         """Drives one hold under these actions, float32, ``(agents,)``."""
         drive = self._drive
-        drive.hold(actions)
+        with in_words_of_python():
+            drive.hold(actions)
         return HoldResult(
             drive.rewards(),
             drive.terminations(),

@@ -15,9 +15,12 @@ from numpy.typing import NDArray
 from codrive._codrive import Configuration, evaluate_answers, evaluate_policy, policy_names
 from codrive._frames import Frames, library
 from codrive._settings import configuration
+from codrive._words import in_words_of_python
 
 #: Columns whose name in ``codrive evaluate``'s tables says more than that of the result.
 _COLUMNS = {"mean_mps": "mean_speed_mps", "settled_mps": "settled_speed_mps"}
+
+_ELSEWHERE = "codrive.evaluate drives rings of training; codrive.make drives on other maps, and so does a plan of codrive.sweep"
 
 
 def policies() -> list[str]:
@@ -69,13 +72,17 @@ def evaluate(
     frames = library(as_)
     if isinstance(over, bool) or not isinstance(over, (int, np.integer)) or not 1 <= over <= 100_000:
         raise ValueError(f"over is {over!r}; allowed: a whole number from 1 to 100000")
+    if isinstance(aim, bool) or not isinstance(aim, (int, float, np.integer, np.floating)):
+        raise TypeError(f"aim is {aim!r}; allowed: a number, m/s")
     aim = float(aim)
     if not (np.isfinite(aim) and aim >= 0.0):
         raise ValueError(f"aim is {aim}; allowed: 0 or more, m/s")
+    if not isinstance(name, str):
+        raise TypeError(f"name is {name!r}; allowed: a text")
     asked = policy_names()[0] if policy is None else policy if isinstance(policy, (list, tuple)) else [policy]
     settings = {**settings, "hold_max_s": 0.0} if name.endswith(".toml") else settings
     held = list(hold) if isinstance(hold, Iterable) else [hold]
-    cases = [(one, configuration(name, hold_s, advice, driver, settings)) for one in asked for hold_s in held]
+    cases = [(one, configuration(name, hold_s, advice, driver, settings, _ELSEWHERE)) for one in asked for hold_s in held]
     rows: list[dict[str, Any]] = []
     meter = _Meter(len(cases) * int(over), progress)
     for one, case in cases:
@@ -98,7 +105,8 @@ def _results(
 ) -> tuple[str, list[dict[str, Any]]]:
     """What a policy is called, and what came of each ring."""
     if isinstance(policy, (str, os.PathLike)):
-        own, warning, text = evaluate_policy(case, os.fspath(policy), name, aim, over, meter.at)
+        with in_words_of_python():
+            own, warning, text = evaluate_policy(case, os.fspath(policy), name, aim, over, meter.at)
         if warning:
             warnings.warn(f"{own}: {warning}", stacklevel=3)
     else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from typing import Any
 
@@ -19,6 +18,7 @@ except ImportError as fault:
 from codrive._codrive import DriveConfiguration
 from codrive._drive_series import Camera, DriveSeries, Setup, drive_metadata
 from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
+from codrive._words import did_you_mean
 
 _ONE_EACH = (
     "engine is 'ring'; allowed: native, sumo: the fast ring advises one vehicle of each ring, the ego, and its other cars follow the "
@@ -157,7 +157,7 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
             raise ValueError(f"actions have none for {missing[0]!r}; allowed: one for each of env.agents, {len(self.agents)} now")
         for agent in actions:
             if agent not in self.agents:
-                raise ValueError(f"actions have one for {agent!r}{_meant(agent, self.agents)}, who is not among env.agents now")
+                raise ValueError(f"actions have one for {agent!r}{did_you_mean(agent, self.agents)}, who is not among env.agents now")
         levels = self.settings.levels
         shape = () if levels else (1,)
         given = [as_float32(actions[agent], levels, shape, f" of {agent!r}") for agent in self.agents]
@@ -168,9 +168,4 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
     def _check_name(self, agent: str) -> None:
         known = getattr(self, "possible_agents", None)
         if known is not None and agent not in known:
-            raise ValueError(f"there is no agent {agent!r}{_meant(agent, known)}; allowed: {', '.join(known)}")
-
-
-def _meant(agent: Any, known: list[str]) -> str:
-    near = difflib.get_close_matches(str(agent), known, n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""
+            raise ValueError(f"there is no agent {agent!r}{did_you_mean(agent, known)}; allowed: {', '.join(known)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib.util
 import json
 import os
@@ -13,6 +12,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from codrive._codrive import Configuration, DriveConfiguration, sumo_home
 from codrive._drives import Arguments
+from codrive._words import did_you_mean, in_words_of_python
 
 #: The rings of training.
 RINGS = ("ring-250", "ring-641")
@@ -24,6 +24,23 @@ _NO_SUMO = (
     "engine='native' drives rings and other closed lanes without it"
 )
 
+#: Arguments of some functions that others do not take, and why.
+_MISPLACED = {
+    "num_envs": "there is one here; codrive.make_vec has many environments, and codrive.evaluate drives as many rings as over says",
+    "copy": "codrive.make_vec alone can give the same arrays each time",
+    "render_mode": "nothing is drawn here; codrive.make with engine='native' or engine='sumo' draws",
+    "view": "fast rings are not drawn; engine='native' and engine='sumo' are",
+    "size": "fast rings are not drawn; engine='native' and engine='sumo' are",
+    "advised": "a fast ring has one advised vehicle; codrive.make_parallel has several",
+    "engine": "codrive.evaluate drives fast rings alone; codrive.make drives with other engines",
+    "over": "it is an argument of codrive.evaluate; codrive.make_vec has num_envs",
+}
+
+
+def is_ring(name: object) -> bool:
+    """True if it names a ring of training, or the file of one."""
+    return isinstance(name, str) and (name in RINGS or name.endswith(".toml"))
+
 
 def engine_of(name: str, engine: str | None, allowed: tuple[str, ...] = ENGINES) -> str:
     """The engine that is asked for; without one that of the name: rings and configurations of training are rings where those are allowed,
@@ -33,13 +50,10 @@ def engine_of(name: str, engine: str | None, allowed: tuple[str, ...] = ENGINES)
         ValueError: There is no such engine.
     """
     if engine is None:
-        is_ring = isinstance(name, str) and (name in RINGS or name.endswith(".toml"))
-        return ("ring" if "ring" in allowed else "native") if is_ring else "sumo"
+        return ("ring" if "ring" in allowed else "native") if is_ring(name) else "sumo"
     if isinstance(engine, str) and engine in allowed:
         return engine
-    near = difflib.get_close_matches(str(engine), allowed, n=1)
-    meant = f" (did you mean {near[0]}?)" if near else ""
-    raise ValueError(f"engine is {engine!r}{meant}; allowed: {', '.join(allowed)}")
+    raise ValueError(f"engine is {engine!r}{did_you_mean(engine, allowed)}; allowed: {', '.join(allowed)}")
 
 
 def configuration(
@@ -48,14 +62,22 @@ def configuration(
     advice: str | None,
     driver: str | None,
     settings: dict[str, Any],
+    elsewhere: str = "engine='sumo' drives other maps",
 ) -> Configuration:
-    """The checked settings that these arguments of ``make`` ask for.
+    """The checked settings that these arguments of ``make`` ask for; ``elsewhere`` is the remedy for who wants another road than a ring.
 
     Raises:
         TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
         ValueError: A value is not allowed.
     """
-    return Configuration(*_arguments(name, hold, advice, driver, settings))
+    arguments = _arguments(name, hold, advice, driver, settings)
+    try:
+        with in_words_of_python(_given(hold=hold, advice=advice)):
+            return Configuration(*arguments)
+    except ValueError as fault:
+        if is_ring(name):
+            raise
+        raise ValueError(f"{fault}\n  remedy: {elsewhere}") from None
 
 
 def drive_configuration(
@@ -75,7 +97,12 @@ def drive_configuration(
     if "traffic" in settings:
         raise TypeError("engine and traffic are the same setting: give engine")
     arguments = _arguments(name, hold, advice, driver, {**settings, "traffic": engine})
-    return DriveConfiguration(*arguments), arguments
+    with in_words_of_python(_given(hold=hold, advice=advice)):
+        return DriveConfiguration(*arguments), arguments
+
+
+def _given(**shorter: Any) -> list[str]:
+    return [argument for argument, value in shorter.items() if value is not None]
 
 
 def _arguments(
@@ -89,6 +116,9 @@ def _arguments(
     for what, text in (("name", name), ("driver", driver)):
         if text is not None and not isinstance(text, str):
             raise TypeError(f"{what} is {text!r}; allowed: a text")
+    for argument, why in _MISPLACED.items():
+        if argument in settings and not (argument == "advised" and "traffic" in settings):
+            raise TypeError(f"{argument}: {why}")
     return Arguments(name, driver, settings)
 
 

@@ -137,9 +137,12 @@ fn flatten(fields: &[Field], table: String, named: Map<String, Value>, flat: &mu
     Ok(())
 }
 
+/// What the functions of Python take beside settings, for who has written one of them wrongly.
+const ARGUMENTS: [&str; 8] = ["hold", "advice", "driver", "engine", "num_envs", "render_mode", "view", "size"];
+
 /// The error of a name that none of these settings has.
 pub fn unknown_setting(path: &str, fields: &[Field]) -> PyErr {
-    let known: Vec<&str> = fields.iter().map(|field| field.path.as_str()).collect();
+    let known: Vec<&str> = ARGUMENTS.into_iter().chain(fields.iter().map(|field| field.path.as_str())).collect();
     PyTypeError::new_err(unknown_key(path, &known))
 }
 

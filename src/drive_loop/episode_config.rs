@@ -62,9 +62,10 @@ pub struct EpisodeConfig {
 const RINGS: [&str; 2] = ["ring-250", "ring-641"];
 /// What a learner sees where nothing is named on a network, or on a closed route far longer or shorter than the rings of training.
 const SEEN_ELSEWHERE: &str = "speed,leader_speed,gap,speed_limit";
-/// The largest scaled circumference, either way. From -1 to 1 are the rings that the scale is for; twice as far is let pass for the rings
-/// about them, but a constant of 29, as of 1.7 km in the scale of 200 to 300 m, drowns all else that a network sees.
-const LARGEST_CIRCUMFERENCE: f32 = 2.0;
+/// The largest scaled length of a road, or its share of one vehicle, either way. From -1 to 1 are the rings that the scale is for; twice as
+/// far is let pass for the rings about them, but a constant of 29, as of 1.7 km in the scale of 200 to 300 m, drowns all else that a network
+/// sees.
+const LARGEST_LENGTH: f32 = 2.0;
 
 /// Key and fault of settings.
 type Fault = (&'static str, String);
@@ -114,7 +115,7 @@ impl EpisodeConfig {
         }
         let learning = serde_json::from_value(json).map_err(|error| fault("", error))?;
         let mut whole = Self { scenario, learning, draws_drivers: false }.aligned();
-        if whole.circumference_fault(&road).is_some() && !changes.iter().any(|(field, _)| field.path == "sees") {
+        if whole.length_fault(&road).is_some() && !changes.iter().any(|(field, _)| field.path == "sees") {
             whole.learning.network.sees = SEEN_ELSEWHERE.into();
         }
         let whole = match driver {
@@ -251,7 +252,7 @@ impl EpisodeConfig {
             false => RoadKind::ClosedRoute,
         };
         match self.inputs().iter().find(|input| !input.feature.is_seen_on(road)) {
-            None => self.circumference_fault(map).map_or(Ok(()), |text| Err(("sees", text))),
+            None => self.length_fault(map).map_or(Ok(()), |text| Err(("sees", text))),
             Some(input) => {
                 let kind = if scenario.is_on_network() { "this path through a network" } else { "this closed route" };
                 Err(("sees", format!("sees names `{}`; {kind} has none", input.feature.name())))
@@ -259,20 +260,24 @@ impl EpisodeConfig {
         }
     }
 
-    /// Why the length of this closed route cannot be seen in the scale of the settings; `None` of the shipped rings, whose own it is.
-    fn circumference_fault(&self, map: &RoadMap) -> Option<String> {
-        let inputs = self.inputs();
-        let input = inputs.iter().find(|input| input.feature == Feature::Circumference)?;
-        let is_closed = !self.scenario.on(map).is_on_network();
-        let circumference_m = map.route.length_m();
-        let scaled = input.scaled(&Observation { circumference_m, ..Observation::default() });
-        (is_closed && !RINGS.contains(&self.scenario.map.as_str()) && scaled.abs() > LARGEST_CIRCUMFERENCE).then(|| {
-            format!(
-                "sees names `circumference`, which is {circumference_m:.0} m here and {scaled:.1} in the scale of {} to {} m; allowed: \
-                 -{LARGEST_CIRCUMFERENCE} to {LARGEST_CIRCUMFERENCE}\n  remedy: scaling.circumference_from_m and \
-                 scaling.circumference_to_m with the length between them, or speed_limit in its place",
-                input.from, input.to
-            )
+    /// Why the length of this closed route, or what each vehicle has of it, cannot be seen in the scale of the settings; `None` of the shipped
+    /// rings, whose own it is.
+    fn length_fault(&self, map: &RoadMap) -> Option<String> {
+        if self.scenario.on(map).is_on_network() || RINGS.contains(&self.scenario.map.as_str()) {
+            return None;
+        }
+        let (circumference_m, vehicles) = (map.route.length_m(), self.scenario.vehicles);
+        let road = Observation { circumference_m, vehicles, ..Observation::default() };
+        self.inputs().iter().filter(|input| matches!(input.feature, Feature::Circumference | Feature::Spacing)).find_map(|input| {
+            let (name, scaled, length_m) = (input.feature.name(), input.scaled(&road), input.feature.of(&road));
+            (scaled.abs() > LARGEST_LENGTH).then(|| {
+                format!(
+                    "sees names `{name}`, which is {length_m:.0} m here and {scaled:.1} in the scale of {} to {} m; allowed: \
+                     -{LARGEST_LENGTH} to {LARGEST_LENGTH}\n  remedy: scaling.{name}_from_m and scaling.{name}_to_m with the length between \
+                     them, or speed_limit in its place",
+                    input.from, input.to
+                )
+            })
         })
     }
 

@@ -201,7 +201,7 @@ impl Feature {
         LATENTS.contains(&self)
     }
 
-    fn of(self, o: &Observation) -> f64 {
+    pub fn of(self, o: &Observation) -> f64 {
         match self {
             Self::Speed => o.speed_mps,
             Self::LeaderSpeed => o.leader_speed_mps,

@@ -1,0 +1,50 @@
+"""Messages in the words of Python: the engines' own are those of the program, of its options and its settings."""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import re
+from collections.abc import Iterable, Iterator
+
+#: Arguments of ``make`` that are shorter than their settings, and what the settings are called in messages. An action is also what an agent
+#: does: the setting is meant at the beginning of a line.
+_LONGER = {"hold": r"\bhold_s\b", "advice": r"^action\b"}
+#: Options of ``codrive run`` that messages name, and the arguments that they are here.
+_OPTIONS = {"traffic": "engine", **{name: name.replace("-", "_") for name in ("other-model", "participant", "path", "path-start", "wave-wait")}}
+_OPTION = re.compile(rf"(?<![\w-])--({'|'.join(sorted(_OPTIONS, key=len, reverse=True))})(?![\w-])(?: (\w+))?")
+_ENGINE = re.compile(r"\btraffic (sumo|native)\b")
+_COMMAND = re.compile(r"\bcodrive (map|run|policy|train) ?\w*")
+_PROGRAM = "; codrive is also a program, which scripts/drive of a checkout builds"
+
+
+@contextlib.contextmanager
+def in_words_of_python(shorter: Iterable[str] = ()) -> Iterator[None]:
+    """Says errors of the engines in the words of Python; ``shorter`` are those arguments of ``_LONGER`` that were given so."""
+    try:
+        yield
+    except (TypeError, ValueError, RuntimeError) as fault:
+        own = of_python(str(fault), shorter)
+        if type(fault) not in (TypeError, ValueError, RuntimeError) or own == str(fault):
+            raise
+        raise type(fault)(own) from None
+
+
+def of_python(message: str, shorter: Iterable[str] = ()) -> str:
+    """A message in the words of Python."""
+    for argument in shorter:
+        message = re.sub(_LONGER[argument], argument, message, flags=re.MULTILINE)
+    message = _OPTION.sub(lambda option: _argument(option[1], option[2]), message)
+    message = _ENGINE.sub(r"engine='\1'", message)
+    return message + _PROGRAM if _COMMAND.search(message) else message
+
+
+def did_you_mean(given: object, known: Iterable[str]) -> str:
+    """`` (did you mean ...?)`` where a known name is near, otherwise nothing."""
+    near = difflib.get_close_matches(str(given), list(known), n=1)
+    return f" (did you mean {near[0]}?)" if near else ""
+
+
+def _argument(option: str, value: str | None) -> str:
+    name = _OPTIONS[option]
+    return name if value is None else f"{name}={value.capitalize() if value in ('true', 'false') else repr(value)}"

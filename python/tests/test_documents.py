@@ -1,0 +1,25 @@
+"""docs/python.md: each example that needs neither another library's model nor a recording, as it stands there."""
+
+import pathlib
+import re
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parents[2]
+EXAMPLES = re.findall(r"^```python\n((?:.*\n)*?)```$", (ROOT / "docs/python.md").read_text(encoding="utf-8"), re.MULTILINE)
+#: What test_sb3, test_policy_file, test_read and test_sweep have.
+ELSEWHERE = re.compile(r"\bmodel\b|codrive\.read\(|codrive\.sweep")
+
+
+def test_the_page_has_examples_that_can_run_alone():
+    assert len([example for example in EXAMPLES if not ELSEWHERE.search(example)]) == 4
+
+
+@pytest.mark.parametrize("example", [example for example in EXAMPLES if not ELSEWHERE.search(example)])
+def test_examples_do_what_is_written(example):
+    made = {}
+    exec(compile(f"import codrive\n{example}", "docs/python.md", "exec"), made)
+    for env in (made.get("env"), made.get("envs")):
+        if env is not None:
+            env.reset(seed=1)
+            env.close()
