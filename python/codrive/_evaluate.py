@@ -6,12 +6,12 @@ import json
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codrive._answers import answers, label
 from codrive._codrive import Configuration, evaluate_answers, evaluate_policy, policy_names
 from codrive._frames import Frames, library
 from codrive._settings import configuration
@@ -47,8 +47,8 @@ def evaluate(
     Args:
         policy: A name (``codrive.policies()``, or ``"auto"`` for the one that is shipped for the ring), a policy.toml, an ONNX file;
             a callable that is given observations, float32, ``(over, k)``, and gives actions, ``(over, 1)`` or ``(over,)``, as those
-            of ``make_vec`` with the same settings; something with ``predict``, as models of Stable-Baselines3; or a list of such.
-            Without one, all built-in ones.
+            of ``make_vec`` with the same settings; something with ``predict``, as models of Stable-Baselines3; an algorithm of RLlib
+            (its default module), or an ``RLModule``, on PyTorch; or a list of such. Without one, all built-in ones.
         name: As ``codrive.make``.
         over: Rings, each with random numbers of its own, 1 to 100,000.
         hold: How long one advice stands, s; or several such.
@@ -86,9 +86,9 @@ def evaluate(
     rows: list[dict[str, Any]] = []
     meter = _Meter(len(cases) * int(over), progress)
     for one, case in cases:
-        label, results = _results(one, case, name, aim, int(over), meter)
+        own, results = _results(one, case, name, aim, int(over), meter)
         config = json.loads(case.json())
-        head = {"policy": label, "hold_s": config["hold_s"], "driver": driver or "configured", "seed": config["seed"]}
+        head = {"policy": own, "hold_s": config["hold_s"], "driver": driver or "configured", "seed": config["seed"]}
         rows += [{**head, "ring": ring, **_row(result)} for ring, result in enumerate(results)]
     meter.end()
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
@@ -110,43 +110,10 @@ def _results(
         if warning:
             warnings.warn(f"{own}: {warning}", stacklevel=3)
     else:
-        own, text = _label(policy), evaluate_answers(case, over, _answers(policy, case, over))
+        own, text = label(policy), evaluate_answers(case, over, answers(policy, case, over))
         meter.at(over)
     meter.next(over)
     return own, json.loads(text)
-
-
-def _label(policy: Any) -> str:
-    return getattr(policy, "__name__", None) or type(policy).__name__
-
-
-def _answers(policy: Any, case: Configuration, over: int) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
-    """What asks a policy for all rings and looks at its answers."""
-    if hasattr(policy, "predict"):
-        ask = lambda seen: policy.predict(seen, deterministic=True)[0]  # noqa: E731
-    elif callable(policy):
-        ask = policy
-    else:
-        raise TypeError(
-            f"policy is {policy!r}; allowed: a name, a file, a callable, something with predict, or a list of such"
-        )
-
-    def answers(seen: NDArray[np.float32]) -> NDArray[np.float32]:
-        given = np.asarray(ask(seen))
-        if given.dtype.kind not in "fiu" or given.shape not in ((over,), (over, 1)):
-            raise ValueError(
-                f"the policy gave {given.dtype} of shape {given.shape}; allowed: numbers of shape ({over}, 1) or ({over},)"
-            )
-        actions = np.ascontiguousarray(given, dtype=np.float32).reshape(-1)
-        levels = case.levels
-        wrong = ~np.isfinite(actions) if levels == 0 else (actions % 1 != 0) | (actions < 0) | (actions >= levels)
-        if wrong.any():
-            ring = int(np.flatnonzero(wrong)[0])
-            allowed = f"0 to {levels - 1}" if levels else "a finite number, -1 to 1 spans the limits"
-            raise ValueError(f"the policy's action for ring {ring} is {actions[ring]}; allowed: {allowed}")
-        return actions
-
-    return answers
 
 
 class _Meter:

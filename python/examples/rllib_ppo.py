@@ -98,17 +98,6 @@ def layers(weights: dict[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]
     return [(weight.T, bias) for weight, bias in zip(parts[::2], parts[1::2], strict=True)]
 
 
-def network(parts: list[tuple[np.ndarray, np.ndarray]]) -> Any:
-    """The same as a callable, for ``codrive.evaluate``."""
-
-    def act(seen: np.ndarray) -> np.ndarray:
-        for weight, bias in parts[:-1]:
-            seen = np.tanh(seen @ weight + bias)
-        return seen @ parts[-1][0] + parts[-1][1]
-
-    return act
-
-
 def main() -> int:
     """The command. Gives its exit status: 0 the goal is reached, 1 it is not."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -158,14 +147,13 @@ def main() -> int:
     for update in range(1, given.updates + 1):
         algorithm.train()
         if update % given.every == 0 or update == given.updates:
-            parts = layers(algorithm.get_module().get_state(inference_only=True))
-            table = codrive.evaluate(network(parts), over=20, **RING)
+            table = codrive.evaluate(algorithm, over=20, **RING)
             speed_mps = float(table.mean_speed_mps.mean())
             elapsed_s, holds = time.perf_counter() - start, update * batch
             print(f"{elapsed_s:.0f} s: {holds:,} holds, {speed_mps:.2f} m/s, {int(table.crashed.sum())} crashes", flush=True)
             if speed_mps >= given.goal:
                 break
-    codrive.save_policy(given.out, parts, one)
+    codrive.save_policy(given.out, layers(algorithm.get_module().get_state(inference_only=True)), one)
     print(f"{given.out}: codrive drive --policy {given.out}")
     algorithm.stop()
     ray.shutdown()

@@ -19,7 +19,7 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
         ({"name": 3}, TypeError, "name is 3"),
         ({"name": "ring-25", "engine": "ring"}, ValueError, r"no ring \"ring-25\" \(did you mean ring-250\?\); allowed: ring-250, ring-641"),
         ({"name": "merge", "engine": "ring"}, ValueError, r"no ring \"merge\"(?s:.*)remedy: engine='sumo' drives other maps"),
-        ({"name": "no-such-map"}, ValueError, r"remedy: name one of these(?s:.*)codrive is also a program, which a checkout builds"),
+        ({"name": "no-such-map"}, ValueError, r"remedy: name one of these(?s:.*)codrive is also a program, which scripts/drive of a checkout builds"),
         ({"hodl": 1.0}, TypeError, "unknown key `hodl`; did you mean `hold`"),
         ({"num_env": 4}, TypeError, "unknown key `num_env`; did you mean `num_envs`"),
         ({"view": "birdseye"}, TypeError, "view: fast rings are not drawn"),

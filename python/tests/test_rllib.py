@@ -1,0 +1,64 @@
+"""RLlib: what its modules advise, evaluated. It needs PyTorch, several GB with its libraries, so that where it cannot be imported these
+tests note themselves as not run (tests/not-run-here)."""
+
+import os
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+
+import codrive
+
+SHORT = {"warm_up_s": 5.0, "horizon_s": 20.0, "driver": "perfect"}
+
+try:
+    import ray.rllib  # noqa: F401
+    import torch
+except ImportError:
+
+    @pytest.fixture(autouse=True)
+    def noted_as_not_run(request):
+        line = f"rllib\tpython::{request.node.name}"
+        if file := os.environ.get("CODRIVE_TESTS_NOT_RUN"):
+            with open(file, "a", encoding="utf-8") as notes:
+                notes.write(line + "\n")
+        pytest.skip("RLlib or torch is not installed")
+
+
+class Algorithm:
+    """What ``evaluate`` uses of RLlib's."""
+
+    def __init__(self, module):
+        self.module = module
+
+    def get_module(self):
+        return self.module
+
+
+@pytest.mark.parametrize("levels", [0, 5])
+def test_a_module_advises_what_its_network_says_without_exploring(levels):
+    from ray.rllib.algorithms.ppo.ppo_catalog import PPOCatalog
+    from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
+    from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
+
+    env = codrive.make(levels=levels, **SHORT)
+    torch.manual_seed(1)
+    module = DefaultPPOTorchRLModule(
+        observation_space=env.observation_space,
+        action_space=env.action_space,
+        model_config=asdict(DefaultModelConfig(fcnet_hiddens=[8], fcnet_activation="tanh", head_fcnet_hiddens=[], vf_share_layers=False)),
+        catalog_class=PPOCatalog,
+    )
+    state = module.get_state()
+    weights = [state[name] for name in state if name.startswith(("encoder.actor_encoder.net.", "pi.net."))]
+
+    def network(seen):
+        means = np.tanh(seen @ weights[0].T + weights[1]) @ weights[2].T + weights[3]
+        return means.argmax(axis=1) if levels else means[:, :1]
+
+    wanted = codrive.evaluate(network, over=4, levels=levels, **SHORT).drop(columns="policy")
+    for policy, name in ((module, "DefaultPPOTorchRLModule"), (Algorithm(module), "Algorithm")):
+        given = codrive.evaluate(policy, over=4, levels=levels, **SHORT)
+        assert (given.policy == name).all()
+        for column in ("mean_speed_mps", "settled_speed_mps", "least_gap_m"):
+            assert np.allclose(given[column], wanted[column], rtol=0.0, atol=1e-4)
