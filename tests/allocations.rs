@@ -103,8 +103,8 @@ fn a_step_of_either_engine_asks_for_no_memory() {
             let ego = traffic.cars()[0];
             let next_mps = 4.0 + (f64::from(step) * 0.01).sin();
             let next_pose = map.route.pose_of_front(ego.s_m + next_mps * STEP_S, CAR_LENGTH_M);
-            let report =
-                ExternalVehicleState { pose: ego.pose, speed_mps: ego.speed_mps, next_pose, next_speed_mps: next_mps };
+            let pose = ego.pose(&map.route);
+            let report = ExternalVehicleState { pose, speed_mps: ego.speed_mps, next_pose, next_speed_mps: next_mps };
             let times = asked(|| traffic.step(&[VehicleReport::of_ego(report)]).unwrap());
             assert!(step == 0 || times == 0, "{engine:?}, step {step}: {times} times");
         }

@@ -114,8 +114,7 @@ mod tests {
         let scenario = Scenario { traffic: EngineChoice::Native, vehicles: 2, duration_s, ..Scenario::default() };
         let mut drive = Drive::new(&scenario, Pace::RealTime).unwrap();
         let other = drive.world.snapshot().cars[0];
-        let stands =
-            CarState { id: other.id, s_m: other.s_m.expect("on the ring"), pose: other.pose, ..CarState::default() };
+        let stands = CarState { id: other.id, s_m: other.s_m.expect("on the ring"), ..CarState::default() };
         let cars = vec![CarState::default(), stands];
         drive.world.set_traffic(Box::new(UnresponsiveTraffic { cars, questions }));
         drive.patience = PATIENCE;

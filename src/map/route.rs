@@ -101,6 +101,20 @@ struct ShapeSegment {
     end_s_m: f64,
     /// [`drawn_scale`] of its lane.
     drawn_scale: f64,
+    /// As drawn, metres.
+    drawn_m: f64,
+    /// Its direction, radians from east.
+    yaw_rad: f64,
+    /// Where it meets the next one; behind the last of an open route nobody asks.
+    joint: Joint,
+}
+
+/// How a route turns from one segment to the next: evenly, over so much of either.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Joint {
+    turn_rad: f64,
+    before_m: f64,
+    after_m: f64,
 }
 
 impl Route {
@@ -158,14 +172,17 @@ impl Route {
             lane.start_s_m = length_m;
             let mut s_m = length_m;
             for pair in lane.shape.windows(2).filter(|p| p[0] != p[1]) {
-                let end_s_m = s_m + pair[0].distance(pair[1]) * scale;
-                segments.push(ShapeSegment { start: pair[0], end: pair[1], start_s_m: s_m, end_s_m, drawn_scale });
-                s_m = end_s_m;
+                let segment = ShapeSegment::new([pair[0], pair[1]], s_m, scale, drawn_scale);
+                s_m = segment.end_s_m;
+                segments.push(segment);
             }
             length_m += lane.length_m;
             if let Some(last) = segments.last_mut() {
                 last.end_s_m = length_m;
             }
+        }
+        for k in 0..segments.len() {
+            segments[k].joint = segments[k].joint_to(&segments[(k + 1) % segments.len()]);
         }
         let segments_per_m = segments.len() as f64 / length_m;
         if is_to_scale {
@@ -260,7 +277,7 @@ impl Route {
         let fraction = (s_m - segment.start_s_m) / (segment.end_s_m - segment.start_s_m);
         if self.is_beyond(here, fraction) {
             let beyond_m = if fraction < 0.0 { s_m } else { s_m - self.length_m };
-            let beyond = DVec2::from_angle(segment.yaw()) * beyond_m;
+            let beyond = DVec2::from_angle(segment.yaw_rad) * beyond_m;
             return if fraction < 0.0 { segment.start } else { segment.end } + beyond;
         }
         segment.start.lerp(segment.end, fraction.clamp(0.0, 1.0))
@@ -305,21 +322,17 @@ impl Route {
         let s_m = self.within(s_m);
         let n = self.segments.len();
         let here = self.segment_at(s_m);
-        let length_m = |i: usize| self.segments[i].end_s_m - self.segments[i].start_s_m;
         let after_start_m = s_m - self.segments[here].start_s_m;
-        let in_first_half = after_start_m < length_m(here) / 2.0;
+        let length_m = self.segments[here].end_s_m - self.segments[here].start_s_m;
+        let in_first_half = after_start_m < length_m / 2.0;
         if !self.closed && ((in_first_half && here == 0) || (!in_first_half && here + 1 == n)) {
-            return self.segments[here].yaw();
+            return self.segments[here].yaw_rad;
         }
-        let (from, to) = if in_first_half { ((here + n - 1) % n, here) } else { (here, (here + 1) % n) };
-        let turn = wrap_angle(self.segments[to].yaw() - self.segments[from].yaw());
-        let most_m = rounded_m(turn);
-        let declared = |i: usize| most_m * length_m(i) / self.segments[i].start.distance(self.segments[i].end);
-        let before_joint_m = (length_m(from) / 2.0).min(length_m(to)).min(declared(from));
-        let after_joint_m = (length_m(to) / 2.0).min(length_m(from)).min(declared(to));
-        let past_joint_m = if to == here { after_start_m } else { after_start_m - length_m(here) };
-        let fraction = ((past_joint_m + before_joint_m) / (before_joint_m + after_joint_m)).clamp(0.0, 1.0);
-        wrap_angle(self.segments[from].yaw() + turn * fraction)
+        let (from, past_joint_m) =
+            if in_first_half { ((here + n - 1) % n, after_start_m) } else { (here, after_start_m - length_m) };
+        let ShapeSegment { yaw_rad, joint: Joint { turn_rad, before_m, after_m }, .. } = self.segments[from];
+        let fraction = ((past_joint_m + before_m) / (before_m + after_m)).clamp(0.0, 1.0);
+        wrap_angle(yaw_rad + turn_rad * fraction)
     }
 
     /// Curvature at `s_m`, 1/m, positive to the left, as the turn over `window_m` around it.
@@ -380,7 +393,14 @@ impl Route {
             _ => (0, n),
         };
         let mut best = (f64::INFINITY, 0, 0.0);
+        // What is further away than one that is known need not be looked at; beyond the ends of an open route segments go on.
+        let known_m =
+            near_s_m.map_or(f64::INFINITY, |s_m| self.segments[self.segment_at(self.within(s_m))].nearest(point).0);
         for index in (0..count).map(|i| (first + i) % n) {
+            let may_go_on = !self.closed && (index == 0 || index + 1 == n);
+            if !may_go_on && self.segments[index].is_beyond_reach(point, known_m.min(best.0)) {
+                continue;
+            }
             let (mut distance, mut fraction) = self.segments[index].nearest(point);
             let segment = &self.segments[index];
             let straight_on = if self.closed { fraction } else { segment.foot(point) };
@@ -420,9 +440,32 @@ impl Route {
 }
 
 impl ShapeSegment {
-    fn yaw(&self) -> f64 {
-        let along = self.end - self.start;
-        along.y.atan2(along.x)
+    /// One that begins at `start_s_m`, of which a drawn metre is `scale` declared ones.
+    fn new([start, end]: [DVec2; 2], start_s_m: f64, scale: f64, drawn_scale: f64) -> Self {
+        let drawn_m = start.distance(end);
+        let along = end - start;
+        let (end_s_m, yaw_rad) = (start_s_m + drawn_m * scale, along.y.atan2(along.x));
+        Self { start, end, start_s_m, end_s_m, drawn_scale, drawn_m, yaw_rad, joint: Joint::default() }
+    }
+
+    /// Where it meets the next one: the turn takes half of either segment but no more than the other one is long, nor than is rounded.
+    fn joint_to(&self, next: &Self) -> Joint {
+        let length_m = |segment: &Self| segment.end_s_m - segment.start_s_m;
+        let turn_rad = wrap_angle(next.yaw_rad - self.yaw_rad);
+        let most_m = rounded_m(turn_rad);
+        let declared = |segment: &Self| most_m * length_m(segment) / segment.drawn_m;
+        Joint {
+            turn_rad,
+            before_m: (length_m(self) / 2.0).min(length_m(next)).min(declared(self)),
+            after_m: (length_m(next) / 2.0).min(length_m(self)).min(declared(next)),
+        }
+    }
+
+    /// True if no point of it can be as near as this. Rounding errs to the other side.
+    #[inline]
+    fn is_beyond_reach(&self, point: DVec2, distance_m: f64) -> bool {
+        let reach_m = (distance_m + self.drawn_m) * (1.0 + 1e-9);
+        point.distance_squared(self.start) > reach_m * reach_m
     }
 
     /// The fraction along the segment of a point's foot on its line, below 0 before it and above 1 beyond it.

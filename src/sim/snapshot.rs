@@ -209,12 +209,12 @@ impl VehicleSnapshot {
         crate::ego::Obstacle { id: self.id.0, pose, speed_mps, length_m, width_m, height_m }
     }
 
-    /// A car as its engine placed it.
-    pub(super) fn at_start(car: &crate::traffic::CarState) -> Self {
+    /// A car as its engine placed it, at this pose.
+    pub(super) fn at_start(car: &crate::traffic::CarState, pose: Pose) -> Self {
         Self {
             id: car.id,
-            pose: car.pose,
-            pose_before: car.pose,
+            pose,
+            pose_before: pose,
             s_m: Some(car.s_m),
             lane: None,
             speed_mps: car.speed_mps,

@@ -20,14 +20,9 @@ fn a_body_dives_under_brakes_smoothly_and_settles() {
 }
 
 fn car(id: u32) -> VehicleSnapshot {
-    VehicleSnapshot::at_start(&crate::traffic::CarState {
-        id: VehicleId(id),
-        s_m: 10.0 * f64::from(id),
-        pose: Pose::default(),
-        speed_mps: 3.0,
-        accel_mps2: 0.5,
-        braking: false,
-    })
+    let s_m = 10.0 * f64::from(id);
+    let car = crate::traffic::CarState { id: VehicleId(id), s_m, speed_mps: 3.0, accel_mps2: 0.5, braking: false };
+    VehicleSnapshot::at_start(&car, Pose::default())
 }
 
 fn snapshot(cars: u32) -> Snapshot {

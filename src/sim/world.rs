@@ -105,7 +105,7 @@ impl World {
         let mut traffic = TrafficCoupling::start(scenario, &map)?;
         let bodies = traffic.bodies();
         let mut participant = Agent::participant(scenario, &map, advice, traffic.ego_start(), bodies)?;
-        traffic.first_view(&mut participant.view);
+        traffic.first_view(&mut participant.view, &map.route);
         let mut world = Self {
             scenario: scenario.clone(),
             map,

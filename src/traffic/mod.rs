@@ -54,8 +54,6 @@ pub struct CarState {
     pub id: VehicleId,
     /// Front bumper along the route, metres, in `0..length_m`.
     pub s_m: f64,
-    /// Pose of its centre.
-    pub pose: Pose,
     /// Speed, m/s.
     pub speed_mps: f64,
     /// Acceleration over the step, m/s2.

@@ -1,6 +1,10 @@
 //! What a step did to a car's motion, one rule for both engines: speed, acceleration, brake lamps. SI units.
 
 use super::CarState;
+use crate::{
+    map::Route,
+    space::{CAR_LENGTH_M, Pose},
+};
 
 /// Below this speed a car counts as standing, m/s (SUMO's halting speed).
 const STANDING_MPS: f64 = 0.1;
@@ -17,6 +21,12 @@ pub(super) struct SpeedStep {
 }
 
 impl CarState {
+    /// Pose of its centre, where the engine has its front on the route: to 1e-9 m as SUMO draws it (test:
+    /// `poses_are_where_sumo_draws_the_cars`). No part of the state, for a drive asks for it between the steps.
+    pub fn pose(&self, route: &Route) -> Pose {
+        route.pose_of_front(self.s_m, CAR_LENGTH_M)
+    }
+
     /// Sets speed, acceleration and lamps after a step of `step_s`.
     pub(super) fn set_motion(&mut self, speed: SpeedStep, step_s: f64) {
         self.speed_mps = speed.after_mps;

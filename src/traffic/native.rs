@@ -54,7 +54,6 @@ impl NativeTraffic {
         let route = &setup.map.route;
         let cars = setup.cars.iter().zip(0..).map(|(start, id)| {
             let mut car = CarState { id: VehicleId(id), s_m: route.wrap(start.s_m), ..CarState::default() };
-            car.pose = route.pose_of_front(car.s_m, CAR_LENGTH_M);
             let speed = start.speed_mps;
             car.set_motion(SpeedStep { before_mps: speed, chosen_mps: speed, after_mps: speed }, setup.step_s);
             car
@@ -130,7 +129,6 @@ impl NativeTraffic {
             self.speed_mps[i] = after_mps;
             let car = &mut self.cars[i];
             car.s_m = self.s_m[i];
-            car.pose = route.pose_of_front(car.s_m, CAR_LENGTH_M);
             car.set_motion(SpeedStep { before_mps, chosen_mps, after_mps }, self.step_s);
         }
     }

@@ -63,7 +63,6 @@ pub fn is_on_lane(route: &Route, point: RoutePosition) -> bool {
 pub(super) fn follow(car: &mut CarState, report: &ExternalVehicleState, s_m: f64, step_s: f64) {
     let next_mps = report.next_speed_mps.max(0.0);
     car.s_m = s_m;
-    car.pose = report.next_pose;
     car.set_motion(
         SpeedStep { before_mps: report.speed_mps.max(0.0), chosen_mps: next_mps, after_mps: next_mps },
         step_s,

@@ -65,7 +65,6 @@ fn the_engines_agree_to_rounding_with_and_without_noise() {
         assert!(speed < 1e-10 && place < 1e-9 && position < 1e-9, "noise {noise}: {speed:e} {place:e} {position:e}");
         for (a, b) in native.iter().flatten().zip(sumo.iter().flatten()) {
             assert!((a.accel_mps2 - b.accel_mps2).abs() < 1e-9 && a.braking == b.braking, "{a:?} {b:?}");
-            assert!(codrive::space::wrap_angle(a.pose.yaw_rad - b.pose.yaw_rad).abs() < 1e-9, "{a:?} {b:?}");
         }
     }
 }

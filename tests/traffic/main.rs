@@ -86,7 +86,7 @@ fn ring(noise: f64) -> TrafficSetup {
 /// A report of an ego on the centre line whose next speed is `next_mps`.
 fn report(map: &RoadMap, ego: &CarState, next_mps: f64) -> ExternalVehicleState {
     ExternalVehicleState {
-        pose: ego.pose,
+        pose: ego.pose(&map.route),
         speed_mps: ego.speed_mps,
         next_pose: map.route.pose_of_front(ego.s_m + next_mps * STEP_S, CAR_LENGTH_M),
         next_speed_mps: next_mps,
@@ -169,17 +169,14 @@ fn differences(map: &RoadMap, a: &History, b: &History) -> (f64, f64, f64) {
         assert_eq!(x.id, y.id);
         most.0 = most.0.max((x.speed_mps - y.speed_mps).abs());
         most.1 = most.1.max(map.route.difference(x.s_m, y.s_m).abs());
-        most.2 = most.2.max(x.pose.position.distance(y.pose.position));
+        most.2 = most.2.max(x.pose(&map.route).position.distance(y.pose(&map.route).position));
     }
     most
 }
 
 /// Every number of a history as bits.
-fn bits(history: &History) -> Vec<[u64; 6]> {
-    let of = |car: &CarState| {
-        [car.s_m, car.pose.position.x, car.pose.position.y, car.pose.yaw_rad, car.speed_mps, car.accel_mps2]
-            .map(f64::to_bits)
-    };
+fn bits(history: &History) -> Vec<[u64; 3]> {
+    let of = |car: &CarState| [car.s_m, car.speed_mps, car.accel_mps2].map(f64::to_bits);
     history.iter().flatten().map(of).collect()
 }
 

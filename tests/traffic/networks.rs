@@ -128,6 +128,7 @@ fn a_figure_of_eight_is_driven_by_sumo_and_refused_by_the_engine_without_right_o
     let _alone = alone();
     let net = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/networks/figure-eight.net.xml");
     let setup = || even(net, 6, model(0.0), 0.0);
+    let map = setup().map;
     let error = NativeTraffic::start(setup()).expect_err("cars would drive through each other");
     assert!(matches!(error, TrafficError::RouteMeetsItself { .. }), "{error}");
     assert!(error.to_string().contains("--traffic sumo"), "{error}");
@@ -136,7 +137,8 @@ fn a_figure_of_eight_is_driven_by_sumo_and_refused_by_the_engine_without_right_o
     // No two cars in the same place, at the crossing neither: each is 1.8 m wide.
     for cars in &history {
         for (k, car) in cars.iter().enumerate() {
-            let apart = |other: &CarState| other.pose.position.distance(car.pose.position);
+            let middle = |car: &CarState| car.pose(&map.route).position;
+            let apart = |other: &CarState| middle(other).distance(middle(car));
             assert!(cars[..k].iter().all(|other| apart(other) > 1.8), "{cars:?}");
         }
     }

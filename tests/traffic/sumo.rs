@@ -118,9 +118,9 @@ fn poses_are_where_sumo_draws_the_cars() {
             traffic.step(&[]).unwrap();
             history.push(traffic.cars().to_vec());
             for car in traffic.cars().to_vec() {
-                let drawn = traffic.drawn_pose(car.id).unwrap();
-                most_m = most_m.max(drawn.position.distance(car.pose.position));
-                assert!(codrive::space::wrap_angle(drawn.yaw_rad - car.pose.yaw_rad).abs() < 1e-9, "{car:?} {drawn:?}");
+                let (drawn, own) = (traffic.drawn_pose(car.id).unwrap(), car.pose(&map.route));
+                most_m = most_m.max(drawn.position.distance(own.position));
+                assert!(codrive::space::wrap_angle(drawn.yaw_rad - own.yaw_rad).abs() < 1e-9, "{own:?} {drawn:?}");
             }
         }
         println!("{name}: {most_m:e} m");

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     ego::Obstacle,
-    map::RoadMap,
+    map::{RoadMap, Route},
     scenario::Scenario,
     sim::{Snapshot, snapshot::VehicleSnapshot},
     traffic::{TrafficError, VehicleId},
@@ -86,10 +86,11 @@ impl TrafficCoupling {
     }
 
     /// Puts all vehicles, and what signals show, into a snapshot of the first tick.
-    pub fn first_view(&mut self, snapshot: &mut Snapshot) {
+    pub fn first_view(&mut self, snapshot: &mut Snapshot, route: &Route) {
         match self {
             Self::Ring(ring) => {
-                snapshot.cars = ring.at_next_step().1.iter().map(VehicleSnapshot::at_start).collect();
+                let cars = ring.at_next_step().1.iter();
+                snapshot.cars = cars.map(|car| VehicleSnapshot::at_start(car, car.pose(route))).collect();
             }
             Self::Network(network) => network.first_view(snapshot),
         }

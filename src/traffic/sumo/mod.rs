@@ -280,8 +280,6 @@ impl SumoTraffic {
         };
         let car = &mut self.cars[i];
         car.s_m = route.wrap(lane.start_s_m + record.lane_pos_m);
-        // As SUMO draws it, which asking for would cost 54 ns a car (test: poses_are_where_sumo_draws_the_cars).
-        car.pose = route.pose_of_front(car.s_m, CAR_LENGTH_M);
         car.set_motion(speed, self.step_s);
         self.start_mps[i] = speed.after_mps;
         Ok(())

@@ -220,7 +220,7 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     for step in 0..STEPS {
         let ego = traffic.cars()[0];
         let report = (step >= STEPS / 2).then(|| ExternalVehicleState {
-            pose: ego.pose,
+            pose: ego.pose(&map.route),
             speed_mps: ego.speed_mps,
             next_pose: map.route.pose_of_front(ego.s_m + ego.speed_mps * step_s, CAR_LENGTH_M),
             next_speed_mps: ego.speed_mps,
