@@ -1,13 +1,13 @@
 """RLlib: what its modules advise, evaluated. It needs PyTorch, several GB with its libraries, so that where it cannot be imported these
 tests note themselves as not run (tests/not-run-here)."""
 
-import os
 from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 import codrive
+from not_run import leave_out
 
 SHORT = {"warm_up_s": 5.0, "horizon_s": 20.0, "driver": "perfect"}
 
@@ -18,11 +18,7 @@ except ImportError:
 
     @pytest.fixture(autouse=True)
     def noted_as_not_run(request):
-        line = f"rllib\tpython::{request.node.name}"
-        if file := os.environ.get("CODRIVE_TESTS_NOT_RUN"):
-            with open(file, "a", encoding="utf-8") as notes:
-                notes.write(line + "\n")
-        pytest.skip("RLlib or torch is not installed")
+        leave_out(request, "rllib", "RLlib or torch is not installed")
 
 
 class Algorithm:

@@ -2,12 +2,12 @@
 where it is not installed these tests note themselves as not run (tests/not-run-here)."""
 
 import importlib.util
-import os
 
 import numpy as np
 import pytest
 
 import codrive
+from not_run import leave_out
 
 SHORT = {"warm_up_s": 5.0, "horizon_s": 4.0}
 
@@ -15,11 +15,7 @@ if importlib.util.find_spec("stable_baselines3") is None:
 
     @pytest.fixture(autouse=True)
     def noted_as_not_run(request):
-        line = f"stable-baselines3\tpython::{request.node.name}"
-        if file := os.environ.get("CODRIVE_TESTS_NOT_RUN"):
-            with open(file, "a", encoding="utf-8") as notes:
-                notes.write(line + "\n")
-        pytest.skip("stable-baselines3 is not installed")
+        leave_out(request, "stable-baselines3", "stable-baselines3 is not installed")
 
 
 def test_its_checker_passes():
