@@ -2,7 +2,7 @@
 //! program stands. Out: the folder that holds `maps/` and `assets/`, and the folder of the person's own maps. What the program
 //! brings is in it, too, so that its file alone drives.
 
-use crate::private;
+use crate::{private, temporary::TemporaryFolder};
 use sha2::{Digest, Sha256};
 use std::{
     env,
@@ -188,9 +188,8 @@ fn temporary() -> PathBuf {
 
 /// The number of this user, as a file has it that is made in `folder`; 0 where systems have none.
 fn own_number(folder: &Path) -> io::Result<u32> {
-    let probe = folder.join(format!(".codrive-{}", std::process::id()));
-    let made = private::file(&probe)?.metadata();
-    fs::remove_file(&probe)?;
+    // It has no name, or one that cannot be guessed.
+    let made = tempfile::tempfile_in(folder)?.metadata();
     #[cfg(unix)]
     return made.map(|made| std::os::unix::fs::MetadataExt::uid(&made));
     #[cfg(not(unix))]
@@ -227,8 +226,8 @@ fn unpack(folder: &Path, files: &[(&str, &[u8])]) -> io::Result<PathBuf> {
     if is_there() {
         return Ok(folder.into());
     }
-    let unfinished = folder.with_extension(format!("{}.unfinished", std::process::id()));
-    let _ = fs::remove_dir_all(&unfinished);
+    let beside = TemporaryFolder::within(folder.parent().unwrap_or(folder))?;
+    let unfinished = beside.path().join("files");
     for (name, bytes) in files {
         let file = unfinished.join(name);
         private::folder(file.parent().unwrap_or(&unfinished))?;
@@ -238,10 +237,8 @@ fn unpack(folder: &Path, files: &[(&str, &[u8])]) -> io::Result<PathBuf> {
     let moved = fs::rename(&unfinished, folder);
     // Another program may have been sooner.
     if moved.is_err() && !is_there() {
-        let _ = fs::remove_dir_all(&unfinished);
         moved?;
     }
-    let _ = fs::remove_dir_all(&unfinished);
     Ok(folder.into())
 }
 

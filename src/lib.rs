@@ -35,7 +35,8 @@
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
 //! controls  plot  file         / the car-following model / pedals, wheel, selector / figures as SVG and PNG / files read
 //! foreign  private  toml_text  within limits / panics of libraries that read them as errors / files written for the user
-//! lsl                          alone / mistakes in TOML / Lab Streaming Layer: streams of this program and of other devices
+//! temporary  lsl               alone / mistakes in TOML / folders for temporary files / Lab Streaming Layer: streams of this program and
+//!                              of other devices
 //! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets /
 //! triggers                     bytes on a serial port, for amplifiers
 //! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
@@ -120,6 +121,7 @@ pub mod sim;
 pub mod space;
 pub mod study;
 pub mod sweep;
+pub mod temporary;
 pub mod time;
 pub mod toml_text;
 pub mod traffic;

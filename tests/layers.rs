@@ -8,8 +8,9 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 16] = [
+const ROWS: [&[&str]; 17] = [
     &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text", "lsl"],
+    &["temporary"],
     &["data_folders", "settings", "triggers"],
     &["map"],
     &["ego", "policy"],

@@ -6,7 +6,8 @@ use super::{TimeStatistics, now, simulation::SumoTimes};
 use crate::{
     idm::IdmParams,
     map::network::{EdgeKind, Network},
-    private, rng,
+    rng,
+    temporary::TemporaryFolder,
     traffic::{
         Demand, TrafficError,
         sumo::{self, NetworkSetup, SumoNetwork},
@@ -46,7 +47,7 @@ pub struct NetworkLoading {
 /// # Errors
 /// SUMO's netgenerate is not here.
 pub fn network_loading() -> Result<NetworkLoading, TrafficError> {
-    in_folder("loading", |folder| {
+    in_folder(|folder| {
         let file = netgenerate(folder, &["--grid.number", "51", "--grid.length", "100", "-j", "traffic_light"])?;
         let start = now();
         let network = Network::load(&file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
@@ -62,17 +63,13 @@ pub fn network_loading() -> Result<NetworkLoading, TrafficError> {
 /// # Errors
 /// SUMO or its programs are not here.
 pub fn network_step() -> Result<(SumoTimes, f64), TrafficError> {
-    in_folder("network", |folder| measure(&grid(folder)?))
+    in_folder(|folder| measure(&grid(folder)?))
 }
 
 /// What is done in a folder that is gone afterwards.
-fn in_folder<T>(name: &str, work: impl FnOnce(&Path) -> Result<T, TrafficError>) -> Result<T, TrafficError> {
-    let folder = std::env::temp_dir().join(format!("codrive-bench-{name}-{}", std::process::id()));
-    let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", folder.display()));
-    private::folder(&folder).map_err(failed)?;
-    let done = work(&folder);
-    let _ = fs::remove_dir_all(&folder);
-    done
+fn in_folder<T>(work: impl FnOnce(&Path) -> Result<T, TrafficError>) -> Result<T, TrafficError> {
+    let folder = TemporaryFolder::new().map_err(|error| TrafficError::Setup(error.to_string()))?;
+    work(folder.path())
 }
 
 /// A grid by SUMO's netgenerate with these options, two lanes each way.

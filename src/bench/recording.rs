@@ -5,9 +5,10 @@ use super::{TimeStatistics, now};
 use crate::{
     controls::Controls,
     drive_loop::{RunError, recording_manifest},
-    record::{Recorder, tables::FrameRow},
+    record::{RecordError, Recorder, tables::FrameRow},
     scenario::Scenario,
     sim::{SummaryAccumulator, World},
+    temporary::TemporaryFolder,
     traffic::EngineChoice,
 };
 use std::time::Duration;
@@ -26,10 +27,8 @@ const BATCH: u64 = 40;
 pub fn recording(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
     let native = Scenario { traffic: EngineChoice::Native, ..scenario.clone() };
     let mut world = World::new(&native)?;
-    let folder = std::env::temp_dir().join(format!("codrive-bench-{}", std::process::id()));
-    let times = record(&mut world, &folder);
-    let _ = std::fs::remove_dir_all(&folder);
-    times
+    let folder = TemporaryFolder::new().map_err(|why| RecordError::File { path: std::env::temp_dir(), why })?;
+    record(&mut world, &folder.path().join("recording"))
 }
 
 fn record(world: &mut World, folder: &std::path::Path) -> Result<TimeStatistics, RunError> {

@@ -18,6 +18,7 @@ use crate::{
     record::parts::parquet_bytes,
     scenario::Scenario,
     study::Study,
+    temporary::TemporaryFolder,
     train::{self, Learner, TrainConfig},
 };
 use std::{path::Path, sync::atomic::AtomicBool};
@@ -115,7 +116,7 @@ fn training(config: &TrainConfig, head: &RowHead) -> Result<Vec<TrainingRow>, Sw
 fn rehearsal(task: &RehearsalTask, head: &RowHead) -> Result<Vec<RehearsalRow>, SweepError> {
     let study = Study::load(&task.study).and_then(|study| study.with_seed(task.seed, &task.study));
     let study = study.map_err(|why| SweepError::Plan(why.to_string()))?;
-    let folder = tempfile::tempdir().map_err(|why| SweepError::Run(format!("no folder for a rehearsal: {why}")))?;
+    let folder = TemporaryFolder::new().map_err(|why| SweepError::Run(format!("no folder for a rehearsal: {why}")))?;
     let root = folder.path().join("data");
     let rehearsal = Rehearsal::open(&study, &root, task.participants)?.out_of(task.population);
     rehearsal.run(&AtomicBool::new(false), &|_| ())?;

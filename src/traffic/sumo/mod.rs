@@ -107,7 +107,7 @@ impl SumoTraffic {
         let mut shim = Shim::open(home)?;
         let types = TypeFile::of(&setup)?;
         let net = setup.map.net_file.display().to_string();
-        let types = types.as_ref().map(|file| file.0.as_path());
+        let types = types.as_ref().map(TypeFile::path);
         shim.start(&options::options(&net, setup.step_s, types, setup.seed))?;
         let description = format!("{} in process", shim.version()?);
         Self::populate(Simulation::Here(shim), setup, description)

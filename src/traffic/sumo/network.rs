@@ -131,7 +131,7 @@ impl SumoNetwork {
         let mut shim = Shim::open(home)?;
         let flows = TypeFile::of_demand(&setup.demand, &setup.idm)?;
         let routes: Vec<&Path> =
-            std::iter::once(flows.0.as_path()).chain(setup.demand.files.iter().map(PathBuf::as_path)).collect();
+            std::iter::once(flows.path()).chain(setup.demand.files.iter().map(PathBuf::as_path)).collect();
         let net = setup.net_file.display().to_string();
         shim.start(&options::network_options(&net, setup.step_s, &routes, LANE_CHANGE_S, setup.seed))?;
         let description = format!("{} in process", shim.version()?);

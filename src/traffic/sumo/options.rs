@@ -6,14 +6,10 @@ use crate::{
     idm::IdmParams,
     map::Route,
     space::{CAR_LENGTH_M, CAR_WIDTH_M},
+    temporary::TemporaryFolder,
     traffic::{Demand, EMERGENCY_BRAKING_MPS2, FollowingModel, TrafficError, TrafficSetup},
 };
-use std::{
-    fs::{self, OpenOptions},
-    io::Write,
-    path::{Path, PathBuf},
-    sync::atomic::{AtomicU32, Ordering},
-};
+use std::path::{Path, PathBuf};
 
 /// The exponent of SUMO's IDM unless a file says otherwise.
 pub(super) const DEFAULT_DELTA: f64 = 4.0;
@@ -107,7 +103,10 @@ pub(super) fn endless_edges(route: &Route) -> Vec<String> {
 
 /// A file that declares what no call of SUMO can change: an IDM type with an exponent of its own, and a type with another
 /// model; removed when dropped.
-pub(super) struct TypeFile(pub PathBuf);
+pub(super) struct TypeFile {
+    _folder: TemporaryFolder,
+    path: PathBuf,
+}
 
 /// Name of the cars' type in a [`TypeFile`].
 pub(super) const TYPE_IN_FILE: &str = "codrive.delta";
@@ -141,20 +140,16 @@ impl TypeFile {
         Self::write("rou", &demand.flows_xml(&car))
     }
 
-    fn write(kind: &str, text: &str) -> Result<Self, TrafficError> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("codrive-{}-{number}.{kind}.xml", std::process::id()));
-        let written = OpenOptions::new().write(true).create_new(true).open(&path);
-        let written = written.and_then(|mut file| file.write_all(text.as_bytes()));
-        written.map_err(|error| TrafficError::Setup(format!("{}: {error}", path.display())))?;
-        Ok(Self(path))
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
-}
 
-impl Drop for TypeFile {
-    fn drop(&mut self) {
-        // It is a small file in the folder for temporary files: not worth ending a drive for.
-        let _ = fs::remove_file(&self.0);
+    fn write(kind: &str, text: &str) -> Result<Self, TrafficError> {
+        let folder = TemporaryFolder::new();
+        let written =
+            folder.and_then(|folder| Ok((folder.write(&format!("codrive.{kind}.xml"), text.as_bytes())?, folder)));
+        let (path, folder) = written.map_err(|error| TrafficError::Setup(error.to_string()))?;
+        Ok(Self { _folder: folder, path })
     }
 }
