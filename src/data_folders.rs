@@ -18,9 +18,9 @@ const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/embedded.
 /// A folder with this file holds the program's data.
 const SIGN: &str = "maps/ring-250/net.xml";
 
-/// True if a road network that comes with the program has these bytes.
-pub fn is_shipped_network(bytes: &[u8]) -> bool {
-    EMBEDDED.iter().any(|(name, shipped)| name.ends_with("net.xml") && *shipped == bytes)
+/// True if a road network or a demand that comes with the program has these bytes.
+pub fn is_shipped_for_sumo(bytes: &[u8]) -> bool {
+    EMBEDDED.iter().any(|(name, shipped)| name.ends_with(".xml") && *shipped == bytes)
 }
 
 /// Why the program's data cannot be used; with the remedy.

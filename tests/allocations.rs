@@ -151,6 +151,7 @@ fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
         egos: Vec::new(),
         idm: IdmParams::default(),
         step_s: 0.1,
+        until_s: 3600.0,
         seed: 1,
     };
     let mut traffic = SumoNetwork::start(&setup).expect("it starts");

@@ -161,6 +161,7 @@ fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
         egos: Vec::new(),
         idm: IdmParams::default(),
         step_s: 0.1,
+        until_s: 3600.0,
         seed: 1,
     })
 }

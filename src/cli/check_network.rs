@@ -1,5 +1,5 @@
-//! `codrive check-network`, which no help lists: whether SUMO survives a network. The program calls itself so before it
-//! takes a foreign network into its own process.
+//! `codrive check-network`, which no help lists: whether SUMO survives a network and a demand. The program calls itself so before it
+//! takes foreign ones into its own process.
 
 use super::CliError;
 use crate::traffic::{TrafficError, sumo};
@@ -12,11 +12,11 @@ pub(super) fn command() -> Command {
     Command::new(NAME)
         .hide(true)
         .about("Drive some cars on a network to see whether SUMO survives it")
-        .arg(Arg::new("network").value_name("NET.XML").required(true).value_parser(value_parser!(PathBuf)))
+        .arg(Arg::new("trial").value_name("TRIAL.JSON").required(true).value_parser(value_parser!(PathBuf)))
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
-    let Some(file) = matches.get_one::<PathBuf>("network") else { return Ok(()) };
+    let Some(file) = matches.get_one::<PathBuf>("trial") else { return Ok(()) };
     sumo::try_network(file).map_err(|error| match error {
         TrafficError::Setup(text) => CliError::Input(text),
         other => CliError::Failed(other.to_string()),

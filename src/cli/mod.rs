@@ -16,6 +16,7 @@ mod out;
 mod recover;
 mod replay;
 mod run;
+mod stop;
 mod study;
 mod sweep;
 mod train;
@@ -26,6 +27,7 @@ mod tune;
 mod tune;
 
 pub use environment::prepare as prepare_environment;
+pub(crate) use stop::stop_on_ctrl_c;
 
 use crate::{
     data_folders,
@@ -36,7 +38,7 @@ use crate::{
     sim::WorldError,
     study::SessionError,
     toml_text::nearest,
-    traffic::{self, TrafficError},
+    traffic::{TrafficError, sumo},
 };
 use clap::{
     Arg, Command,
@@ -94,6 +96,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     if let Err(why) = checked {
         return tell(&CliError::Input(why.to_string()));
     }
+    sumo::tell_waits_by(|text| out::status_line(format_args!("codrive: {text}")));
     let done = match matches.subcommand() {
         Some(("run", m)) => run::main(m),
         Some(("study", m)) => study::main(m),
@@ -109,10 +112,12 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some((name, m)) => desktop::run(name, m).unwrap_or_else(|| unreachable!("clap knows the commands")),
         None => unreachable!("clap requires a command and with_default_command adds one"),
     };
-    match done {
+    let code = match done {
         Ok(()) => 0,
         Err(error) => tell(&error),
-    }
+    };
+    stop::end_if_starting(code);
+    code
 }
 
 /// Names the nearest command where clap's measure finds none: of two letters that changed places in a short word.
@@ -282,20 +287,6 @@ impl From<RunError> for CliError {
             other => Self::Failed(other.to_string()),
         }
     }
-}
-
-/// A flag that says how the program ends when someone presses Ctrl-C: at the next frame, with everything written.
-pub(crate) fn stop_on_ctrl_c() -> std::sync::Arc<std::sync::atomic::AtomicBool> {
-    let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
-    let flag = std::sync::Arc::clone(&stop);
-    let set = ctrlc::set_handler(move || {
-        flag.store(true, std::sync::atomic::Ordering::Relaxed);
-        traffic::interrupt();
-    });
-    if let Err(error) = set {
-        log::warn!("Ctrl-C will end the program at once: {error}");
-    }
-    stop
 }
 
 #[cfg(test)]

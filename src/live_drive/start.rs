@@ -16,6 +16,10 @@ use std::{
     time::Duration,
 };
 
+/// How often the thread of a drive that is no longer wanted is looked at, and how long it is waited for: half a second.
+const LOOK: Duration = Duration::from_millis(10);
+const LOOKS: usize = 50;
+
 /// A drive that has begun.
 pub struct ReadyDrive {
     /// World and clock, which stands.
@@ -25,7 +29,7 @@ pub struct ReadyDrive {
 }
 
 /// A drive that is being begun on a thread of its own. Dropped before it is there, it ends within a tenth of a second where
-/// it waits for another program.
+/// it waits for another program, and otherwise once SUMO has read its files.
 pub struct PendingDrive {
     scenario: Scenario,
     interruption: Interruption,
@@ -71,10 +75,16 @@ impl PendingDrive {
 
 impl Drop for PendingDrive {
     fn drop(&mut self) {
-        // SUMO is free for the next one when this one has let go of it.
         self.interruption.interrupt();
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+        let Some(thread) = self.thread.take() else { return };
+        // SUMO is free for the next one when this one has let go of it. Where it reads a large file it lets go only after that:
+        // the window closes meanwhile, and the next start waits.
+        for _ in 0..LOOKS {
+            if thread.is_finished() {
+                let _ = thread.join();
+                return;
+            }
+            thread::sleep(LOOK);
         }
     }
 }

@@ -97,12 +97,23 @@ pub enum DemandFault {
         problem: String,
     },
     /// More vehicles than can be.
-    #[error("{}: the demand brings {value} vehicles; allowed: at most {MOST_VEHICLES}{SHORTER}", .file.display())]
+    #[error("{}: the demand brings {value} vehicles and persons; allowed: at most {MOST_VEHICLES}{SHORTER}", .file.display())]
     Vehicles {
         /// The file with which they are too many.
         file: PathBuf,
         /// How many, with those of the files before it.
         value: u64,
+    },
+    /// More vehicles than can be by the demand's own flows.
+    #[error(
+        "the flows of the demand bring {value} vehicles until {until_s} s; allowed: at most {MOST_VEHICLES}\n  remedy: a lower \
+         per_hour, or a shorter drive"
+    )]
+    FlowVehicles {
+        /// How many.
+        value: u64,
+        /// Length of the drive, s.
+        until_s: f64,
     },
     /// An edge.
     #[error(
@@ -143,12 +154,12 @@ impl Demand {
         Ok(())
     }
 
-    /// Fails if a file of the demand cannot be driven on the network.
+    /// Fails if a file of the demand cannot be driven on the network, or if the demand brings too many vehicles until a time, s.
     ///
     /// # Errors
     /// The first fault.
-    pub fn check_files(&self, network: &Network) -> Result<(), DemandFault> {
-        demand_file::check(&self.files, network)
+    pub fn check_files(&self, network: &Network, until_s: f64) -> Result<(), DemandFault> {
+        demand_file::check(self, network, until_s)
     }
 
     /// Fails if a number of a flow cannot be, on whatever network.

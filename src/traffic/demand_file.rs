@@ -3,7 +3,10 @@
 //! an hour, leave out vehicles that stand out of order without a word, and take 4 kB for each that waits. Files are read
 //! element by element; one that is compressed (`.gz`) is left to SUMO.
 
-use super::DemandFault;
+use super::{
+    Demand, DemandFault,
+    demand_count::{self, DemandCount},
+};
 use crate::{
     file,
     map::network::{EdgeId, Network},
@@ -13,11 +16,7 @@ use quick_xml::{
     Reader, XmlVersion,
     events::{BytesStart, Event},
 };
-use std::{
-    collections::BTreeMap,
-    io::BufReader,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, io::BufReader, path::Path};
 
 /// The most vehicles that the files of a demand may bring together: two days of a thousand at a time, and 0.8 GB if all of them wait.
 pub const MOST_VEHICLES: u64 = 200_000;
@@ -30,16 +29,18 @@ const EDGES: [&str; 4] = ["from", "to", "via", "edges"];
 ///
 /// # Errors
 /// A file cannot be read or is not XML, names an edge that the network has not or one that cannot be come to, has vehicles out of order, or all together bring more
-/// than [`MOST_VEHICLES`].
-pub(super) fn check(files: &[PathBuf], network: &Network) -> Result<(), DemandFault> {
-    let mut before = 0;
+/// than [`MOST_VEHICLES`] until a time, s.
+pub(super) fn check(demand: &Demand, network: &Network, until_s: f64) -> Result<(), DemandFault> {
+    let mut count = DemandCount::new(demand, until_s);
+    if count.vehicles() > MOST_VEHICLES {
+        return Err(DemandFault::FlowVehicles { value: count.vehicles(), until_s });
+    }
     let mut ways = Ways { network, reached: BTreeMap::new() };
-    for file in files.iter().filter(|file| !file.to_string_lossy().ends_with(".gz")) {
-        let mut scan = Scan { file, ways: &mut ways, line: 1, last_depart_s: 0.0, vehicles: 0 };
+    for file in demand.files.iter().filter(|file| !file.to_string_lossy().ends_with(".gz")) {
+        let mut scan = Scan { file, ways: &mut ways, line: 1, last_depart_s: 0.0, count: &mut count };
         scan.read()?;
-        before += scan.vehicles;
-        if before > MOST_VEHICLES {
-            return Err(DemandFault::Vehicles { file: file.clone(), value: before });
+        if count.vehicles() > MOST_VEHICLES {
+            return Err(DemandFault::Vehicles { file: file.clone(), value: count.vehicles() });
         }
     }
     Ok(())
@@ -52,7 +53,7 @@ struct Scan<'a, 'n> {
     /// Where the present element begins, from 1.
     line: u32,
     last_depart_s: f64,
-    vehicles: u64,
+    count: &'a mut DemandCount,
 }
 
 impl Scan<'_, '_> {
@@ -73,7 +74,12 @@ impl Scan<'_, '_> {
             buffer.clear();
             match reader.read_event_into(&mut buffer) {
                 Ok(Event::Eof) => return Ok(()),
-                Ok(Event::Start(tag) | Event::Empty(tag)) => self.element(&tag)?,
+                Ok(Event::Start(tag)) => self.element(&tag)?,
+                Ok(Event::Empty(tag)) => {
+                    self.element(&tag)?;
+                    self.count.end(&String::from_utf8_lossy(tag.name().as_ref()));
+                }
+                Ok(Event::End(tag)) => self.count.end(&String::from_utf8_lossy(tag.name().as_ref())),
                 Ok(_) => {}
                 Err(error) => return Err(self.fault("this is not XML", error)),
             }
@@ -88,18 +94,14 @@ impl Scan<'_, '_> {
 
     fn element(&mut self, tag: &BytesStart) -> Result<(), DemandFault> {
         let kind = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
+        let element = self.text(tag, "id")?.map_or(kind.clone(), |id| format!("{kind} \"{id}\""));
+        let counted = self.count.begin(&kind, &|name| demand_count::text_of(tag, name));
+        counted.map_err(|problem| self.fault(&element, problem))?;
         if !matches!(kind.as_str(), "trip" | "vehicle" | "flow" | "route") {
             return Ok(());
         }
-        let element = self.text(tag, "id")?.map_or(kind.clone(), |id| format!("{kind} \"{id}\""));
         self.edges(tag, &element)?;
-        self.departure(tag, if kind == "flow" { "begin" } else { "depart" }, &element)?;
-        self.vehicles += match kind.as_str() {
-            "route" => 0,
-            "flow" => self.number(tag, "number")?.map_or(1, |n| n.clamp(0.0, 1e12) as u64),
-            _ => 1,
-        };
-        Ok(())
+        self.departure(tag, if kind == "flow" { "begin" } else { "depart" }, &element)
     }
 
     fn text(&self, tag: &BytesStart, name: &str) -> Result<Option<String>, DemandFault> {
@@ -195,7 +197,7 @@ mod tests {
         let file = folder.path().join("town.rou.xml");
         std::fs::write(&file, text).unwrap();
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
-        check(&[file], &network).map_err(|fault| fault.to_string())
+        check(&Demand { files: vec![file], flows: Vec::new() }, &network, 3600.0).map_err(|fault| fault.to_string())
     }
 
     #[test]
@@ -210,7 +212,7 @@ mod tests {
                 "town.rou.xml:4: route: edges is \"east\"",
             ),
             (
-                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" from=\"x\" to=\"south\"/></routes>",
+                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" number=\"1\" from=\"x\" to=\"south\"/></routes>",
                 ":1: flow \"f\": from is \"x\"",
             ),
             (
@@ -224,8 +226,8 @@ mod tests {
             ),
             ("<routes>\n<trip id=\"a\" depart=\"9\"></routes>", "town.rou.xml:2: this is not XML"),
             (
-                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" from=\"north\" to=\"south\" number=\"200001\"/></routes>",
-                "town.rou.xml: the demand brings 200001 vehicles; allowed: at most 200000",
+                "<routes><flow id=\"f\" begin=\"0\" end=\"999\" from=\"north\" to=\"south\" number=\"200001\"/></routes>",
+                "town.rou.xml:1: flow \"f\": number is \"200001\" brings 200001 until 3600 s; allowed: at most 200000",
             ),
         ] {
             let fault = said(text).expect_err(text);
@@ -236,7 +238,8 @@ mod tests {
                     <trip id=\"c\" depart=\"9\" from=\"north\" to=\"south\"/></routes>";
         assert_eq!(said(good), Ok(()));
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
-        let absent = check(&["no.rou.xml".into()], &network).unwrap_err().to_string();
+        let absent = Demand { files: vec!["no.rou.xml".into()], flows: Vec::new() };
+        let absent = check(&absent, &network, 3600.0).unwrap_err().to_string();
         assert!(absent.starts_with("no.rou.xml: "), "{absent}");
     }
 
@@ -247,7 +250,10 @@ mod tests {
             writeln!(text, "<trip id=\"{k}\" depart=\"0\" from=\"north\" to=\"south\"/>").unwrap();
         }
         let fault = said(&(text + "</routes>")).unwrap_err();
-        assert!(fault.contains("town.rou.xml: the demand brings 1000000 vehicles; allowed: at most 200000"), "{fault}");
+        assert!(
+            fault.contains("town.rou.xml: the demand brings 1000000 vehicles and persons; allowed: at most 200000"),
+            "{fault}"
+        );
         assert!(fault.contains("remedy: keep those that depart during the drive"), "{fault}");
     }
 }

@@ -49,6 +49,7 @@ impl Town {
             egos: Vec::new(),
             idm: model(0.0),
             step_s: STEP_S,
+            until_s: 3600.0,
             seed: 7,
         }
     }

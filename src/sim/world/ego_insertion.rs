@@ -11,7 +11,7 @@ use crate::{
     scenario::Scenario,
     space::CAR_LENGTH_M,
     traffic::{
-        EGO, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleLamps,
+        self, EGO, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleLamps,
         sumo::{EgoReport, SumoNetwork},
     },
 };
@@ -39,15 +39,14 @@ impl Insertion<'_> {
             let state = ExternalVehicleState { pose, speed_mps, next_pose: pose, next_speed_mps: speed_mps };
             [EgoReport { id: EGO, state, lane, is_wrong_way: false, lamps: VehicleLamps::default() }]
         };
-        let (steps, step_s) = ((self.scenario.warm_up_s / self.scenario.step_s).round() as usize, self.scenario.step_s);
-        for _ in usize::from(self.scenario.participant)..steps {
+        let (steps, step_s) = (warm_up_steps(self.scenario), self.scenario.step_s);
+        for _ in 1..steps {
+            traffic::go_on()?;
             engine.step(&at(None, 0.0))?;
-        }
-        if !self.scenario.participant {
-            return Ok((0.0, 0.0));
         }
         let mut waited_s = 0.0;
         loop {
+            traffic::go_on()?;
             let room_mps = self.speed_mps(engine.vehicles());
             engine.step(&at(room_mps.map(|_| lane), room_mps.unwrap_or(0.0)))?;
             if let Some(still_mps) = room_mps.and_then(|_| self.speed_mps(engine.vehicles())) {
@@ -123,6 +122,18 @@ impl Insertion<'_> {
         let rear = route.pose_of_front(self.s_m, CAR_LENGTH_M).rear(CAR_LENGTH_M);
         leads_here.then(|| vehicle.pose.front(vehicle.body.length_m).distance(rear))
     }
+}
+
+/// Traffic for the warm-up of a drive without a participant.
+pub(super) fn warm_up_alone(scenario: &Scenario, engine: &mut SumoNetwork) -> Result<(), TrafficError> {
+    (0..warm_up_steps(scenario)).try_for_each(|_| {
+        traffic::go_on()?;
+        engine.step(&[])
+    })
+}
+
+fn warm_up_steps(scenario: &Scenario) -> usize {
+    (scenario.warm_up_s / scenario.step_s).round() as usize
 }
 
 /// How traffic was when the ego came.

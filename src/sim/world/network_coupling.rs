@@ -24,7 +24,7 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        EGO, EngineChoice, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleId, VehicleKind,
+        Demand, EGO, EngineChoice, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleId, VehicleKind,
         sumo::{EgoReport, EgoStart, NetworkSetup, SumoNetwork},
     },
 };
@@ -66,6 +66,22 @@ pub(super) struct NetworkCoupling {
     pub hand_over: HandOver,
 }
 
+/// Where the ego starts: front bumper along its path, metres, and as SUMO is told.
+fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f64, EgoStart), WorldError> {
+    let route = &map.route;
+    let s_m = scenario.path_start_m.max(CAR_LENGTH_M);
+    if s_m >= route.length_m() {
+        let (file, start_m) = (map.net_file.clone(), scenario.path_start_m);
+        return Err(MapError::PathStart { file, start_m, length_m: route.length_m() }.into());
+    }
+    let pose = route.pose_of_front(s_m, CAR_LENGTH_M);
+    let lane = lanes.ego_lane(map, &pose, route.height_m(s_m), s_m, None);
+    let lane = lane.ok_or_else(|| TrafficError::Setup("the ego's path begins on no lane of the network".into()))?;
+    let streets = route.lanes().iter().filter(|lane| !lane.edge.starts_with(':'));
+    let route = streets.map(|lane| lane.edge.clone()).collect();
+    Ok((s_m, EgoStart { lane: lane.lane, s_m: lane.s_m, speed_mps: 0.0, route }))
+}
+
 /// Where an agent is and will be, as SUMO is told.
 fn report(agent: &Agent, step_s: f64) -> EgoReport {
     let (snapshot, state) = (agent.snapshot(), agent.report(step_s));
@@ -97,49 +113,43 @@ struct Shown {
 }
 
 impl NetworkCoupling {
-    /// Starts SUMO, lets it run for the scenario's warm-up without the ego, and until there is room for it where it starts.
+    /// Starts SUMO, lets it run for the scenario's warm-up without the ego, and until there is room for it where it starts. Without a
+    /// participant there is no ego in SUMO, and the path is of no matter.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
-        let route = &map.route;
         if scenario.traffic != EngineChoice::Sumo {
             return Err(TrafficError::NotOnNetworks(scenario.traffic.to_string()).into());
         }
-        let s_m = scenario.path_start_m.max(CAR_LENGTH_M);
-        if s_m >= route.length_m() {
-            let (file, start_m) = (map.net_file.clone(), scenario.path_start_m);
-            return Err(MapError::PathStart { file, start_m, length_m: route.length_m() }.into());
-        }
         let lanes = PathLanes::new(map);
-        let pose = route.pose_of_front(s_m, CAR_LENGTH_M);
-        let lane = lanes.ego_lane(map, &pose, route.height_m(s_m), s_m, None);
-        let lane = lane.ok_or_else(|| TrafficError::Setup("the ego's path begins on no lane of the network".into()))?;
-        let streets = route.lanes().iter().filter(|lane| !lane.edge.starts_with(':'));
-        let ego = EgoStart {
-            lane: lane.lane,
-            s_m: lane.s_m,
-            speed_mps: 0.0,
-            route: streets.map(|lane| lane.edge.clone()).collect(),
-        };
+        let ego = if scenario.participant { Some(ego_place(scenario, map, &lanes)?) } else { None };
+        let before_s = scenario.warm_up_s + if ego.is_some() { scenario.wave_wait_s } else { 0.0 };
         let setup = NetworkSetup {
             network: Arc::clone(&map.network),
             net_file: map.net_file.clone(),
             demand: scenario.demand.clone(),
-            egos: vec![ego],
+            egos: ego.iter().map(|(_, ego)| ego.clone()).collect(),
             idm: scenario.idm,
             step_s: scenario.step_s,
+            until_s: Demand::horizon_s(scenario.duration_s, before_s),
             seed: scenario.seed,
         };
         let mut engine = SumoNetwork::start(&setup)?;
-        let is_moving = scenario.warm_up_s > 0.0 && !scenario.standing_start;
-        let spot = Insertion { map, lanes: &lanes, scenario, s_m, is_moving };
-        let (speed_mps, waited_s) = spot.warm_up(&mut engine, lane.lane)?;
-        let hand_over = ego_insertion::hand_over(engine.vehicles(), speed_mps, waited_s);
+        let (mut start, mut waited_s) = (StartPlace { s_m: 0.0, speed_mps: 0.0 }, 0.0);
+        if let Some((s_m, ego)) = ego {
+            let is_moving = scenario.warm_up_s > 0.0 && !scenario.standing_start;
+            let spot = Insertion { map, lanes: &lanes, scenario, s_m, is_moving };
+            let (speed_mps, so_long_s) = spot.warm_up(&mut engine, ego.lane)?;
+            (start, waited_s) = (StartPlace { s_m, speed_mps }, so_long_s);
+        } else {
+            ego_insertion::warm_up_alone(scenario, &mut engine)?;
+        }
+        let hand_over = ego_insertion::hand_over(engine.vehicles(), start.speed_mps, waited_s);
         let mut coupling = Self {
             description: engine.describe().to_owned(),
             engine: Some(engine),
             map: Arc::clone(map),
             lanes,
             step_s: scenario.step_s,
-            start: StartPlace { s_m, speed_mps },
+            start,
             from: Vec::new(),
             to: Vec::new(),
             signals: SignalStates::default(),
@@ -152,7 +162,7 @@ impl NetworkCoupling {
             new: Vec::new(),
             hand_over,
         };
-        coupling.take(s_m);
+        coupling.take(start.s_m);
         if coupling.advised_share > 0.0 {
             coupling.new.extend(coupling.to.iter().map(|placed| placed.vehicle.id));
         }
@@ -180,7 +190,9 @@ impl NetworkCoupling {
             return Err(TrafficError::Setup("this drive was stopped".into()));
         };
         let (step_s, arrived) = (self.step_s, &self.arrived);
-        let here = agents.iter().filter(|agent| !arrived.contains(&agent.id()));
+        // SUMO knows of no participant who is not there.
+        let is_there = |agent: &&Agent| !agent.snapshot().is_without_ego && !arrived.contains(&agent.id());
+        let here = agents.iter().filter(is_there);
         self.reports.clear();
         self.reports.extend(here.map(|agent| report(agent, step_s)));
         engine.step(&self.reports)?;

@@ -64,6 +64,7 @@ impl RingCoupling {
         };
         let mut engine = traffic::start(&scenario.traffic, setup)?;
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
+            traffic::go_on()?;
             engine.step(&[])?;
         }
         let mut gate = HandOverGate::new(scenario);
@@ -71,6 +72,7 @@ impl RingCoupling {
             if let Some(hand_over) = gate.look(engine.cars()) {
                 break hand_over;
             }
+            traffic::go_on()?;
             engine.step(&[])?;
         };
         let to = engine.cars().to_vec();

@@ -15,12 +15,9 @@ use crate::{
     map::{RoadMap, Route},
     scenario::Scenario,
     sim::{Snapshot, snapshot::VehicleSnapshot},
-    traffic::{TrafficError, VehicleId},
+    traffic::{TrafficError, TrafficStart, VehicleId},
 };
 use std::{sync::Arc, time::Duration};
-
-/// So far before the end of a path a vehicle is still on it, metres.
-const END_M: f64 = 0.1;
 
 /// Where a vehicle is put on the road.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,9 +39,9 @@ pub(super) enum TrafficCoupling {
 impl TrafficCoupling {
     /// Starts the traffic of a scenario and lets it run until the ego is put in.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
+        let _starting = TrafficStart::begin();
         Ok(if scenario.is_on_network() {
-            let beyond = without_participant(scenario, map);
-            Self::Network(Box::new(NetworkCoupling::start(beyond.as_ref().unwrap_or(scenario), map)?))
+            Self::Network(Box::new(NetworkCoupling::start(scenario, map)?))
         } else {
             Self::Ring(Box::new(RingCoupling::start(scenario, map)?))
         })
@@ -184,11 +181,4 @@ impl TrafficCoupling {
             Self::Network(_) => panic!("this drive is on a network"),
         }
     }
-}
-
-/// Where there is no participant, the same with the ego at the end of its path: it is on the road until SUMO's first step, whose vehicles
-/// come elsewhere and look less far ahead.
-fn without_participant(scenario: &Scenario, map: &RoadMap) -> Option<Scenario> {
-    let path_start_m = map.route.length_m() - END_M;
-    (!scenario.participant).then(|| Scenario { path_start_m, ..scenario.clone() })
 }

@@ -20,12 +20,14 @@ mod options;
 mod remote;
 mod shim;
 mod simulation;
+mod trial_process;
 mod wire;
 
 pub use locate::{home, program};
 pub use network::{EgoReport, EgoStart, NetworkSetup, SumoNetwork};
 pub use network_check::{COMMAND as CHECK_NETWORK, check_networks_by, try_network};
 pub use remote::VERSION;
+pub use trial_process::tell_waits_by;
 
 use super::{
     CarState, Traffic, TrafficError, TrafficSetup, VehicleId, VehicleReport, bends::BendSpeeds, motion::SpeedStep,
@@ -36,6 +38,7 @@ use crate::{
     space::{CAR_LENGTH_M, Pose, SumoPose},
 };
 use glam::{DVec2, dvec2};
+use network_check::Trial;
 use options::{DEFAULT_DELTA, OTHER_TYPE_IN_FILE, TYPE_IN_FILE, TypeFile};
 use remote::Remote;
 use shim::{Command, CommandKind, Record, Shim};
@@ -97,7 +100,7 @@ impl SumoTraffic {
         setup.check()?;
         // Absent is absent, whatever the network is.
         locate::library(home)?;
-        network_check::check(home, &setup.map.net_file)?;
+        network_check::check(home, &Trial::of_network(&setup.map.net_file))?;
         Self::start_unchecked(home, setup)
     }
 

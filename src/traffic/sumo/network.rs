@@ -7,7 +7,8 @@
 //! vehicles before.
 
 use super::{
-    locate, network_check,
+    locate,
+    network_check::{self, Trial},
     network_shim::{NetworkCommand, NetworkCommandKind, NetworkRecord, NetworkShim, NetworkStep},
     options::{self, TypeFile},
     shim::Shim,
@@ -45,12 +46,14 @@ pub struct NetworkSetup {
     pub net_file: PathBuf,
     /// Who comes.
     pub demand: Demand,
-    /// Vehicles that persons or simulated drivers move.
+    /// Vehicles that persons or simulated drivers move. Where there is none, the vehicles of the demand are numbered from 1.
     pub egos: Vec<EgoStart>,
     /// Model of the cars of the demand's flows.
     pub idm: IdmParams,
     /// Length of a step, seconds.
     pub step_s: f64,
+    /// Time until which the demand may bring so many vehicles and no more, s ([`Demand::horizon_s`]).
+    pub until_s: f64,
     /// Seed of everything random in SUMO.
     pub seed: u64,
 }
@@ -109,6 +112,16 @@ struct NetworkState {
     bodies: Vec<(VehicleId, VehicleBody)>,
 }
 
+impl NetworkSetup {
+    /// Fails if the demand cannot be driven on the network.
+    fn check(&self) -> Result<(), TrafficError> {
+        let normal = self.network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
+        let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
+        let faults = self.demand.check(&edges).and_then(|()| self.demand.check_files(&self.network, self.until_s));
+        faults.map_err(|fault| TrafficError::Setup(fault.to_string()))
+    }
+}
+
 impl SumoNetwork {
     /// SUMO in this process, found by [`locate::home`].
     ///
@@ -117,17 +130,15 @@ impl SumoNetwork {
     pub fn start(setup: &NetworkSetup) -> Result<Self, TrafficError> {
         let home = locate::home()?;
         locate::library(&home)?;
-        network_check::check(&home, &setup.net_file)?;
+        setup.check()?;
+        let (net_file, demand) = (setup.net_file.clone(), setup.demand.clone());
+        network_check::check(&home, &Trial { net_file, demand, has_ego: !setup.egos.is_empty() })?;
         Self::start_unchecked(&home, setup)
     }
 
-    /// The same without a look at the network: where SUMO breaks down on it, so does this process.
+    /// The same without a look at network and demand: where SUMO breaks down on them, so does this process.
     pub(super) fn start_unchecked(home: &Path, setup: &NetworkSetup) -> Result<Self, TrafficError> {
         let network = &setup.network;
-        let normal = network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
-        let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
-        let faults = setup.demand.check(&edges).and_then(|()| setup.demand.check_files(network));
-        faults.map_err(|fault| TrafficError::Setup(fault.to_string()))?;
         let mut shim = Shim::open(home)?;
         let flows = TypeFile::of_demand(&setup.demand, &setup.idm)?;
         let routes: Vec<&Path> =
@@ -138,7 +149,9 @@ impl SumoNetwork {
         shim.add_type("DEFAULT_VEHTYPE", super::NAME, &options::vehicle_type(&setup.idm))?;
         let lanes: Vec<String> = network.lanes().iter().map(|lane| lane.id.clone()).collect();
         let signals: Vec<String> = network.signals().iter().map(|signal| signal.id.clone()).collect();
-        let mut shim = NetworkShim::begin(shim, &lanes, &signals, LANE_CHANGE_S > 0.0)?;
+        // Number 0 is the participant's, whether they are there or not.
+        let first = u32::from(setup.egos.is_empty());
+        let mut shim = NetworkShim::begin(shim, &lanes, &signals, (LANE_CHANGE_S > 0.0, first))?;
         for (k, ego) in setup.egos.iter().enumerate() {
             let name = format!("ego{k}");
             let edge = network.edge_of(ego.lane).id.clone();

@@ -1,11 +1,12 @@
-//! Whether SUMO survives a network. In: a network file. Out: nothing, or an error that names it. SUMO in this process takes
-//! the whole program along where it breaks down (12 of 1,000 networks with a mutation did), so one that is not ours, byte
-//! by byte, is read by our own reader first and then driven a little by a child process, within limits of time and memory.
-//! The result holds for the bytes of the file as long as the program runs.
+//! Whether SUMO survives a network and the demand of a drive on it. In: their files. Out: nothing, or an error that names them. SUMO in this
+//! process takes the whole program along where it breaks down (12 of 1,000 networks with a mutation did), so files that are
+//! not ours, byte by byte, are read by our own readers first and then driven a little by a child process, within limits of
+//! time and memory. The result holds for the bytes of all files together as long as the program runs.
 
 use super::{
     SumoTraffic,
     network::{EgoStart, NetworkSetup, SumoNetwork},
+    trial_process::{self, Ended, TIMEOUT},
 };
 use crate::{
     data_folders, file,
@@ -15,38 +16,35 @@ use crate::{
         network::{LaneId, Network},
     },
     space::CAR_LENGTH_M,
+    temporary::TemporaryFolder,
     traffic::{
-        Demand, ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, VehicleReport,
-        is_interrupted, start,
+        Demand, ExternalVehicleState, MOST_DEMAND_BYTES, ModelMixture, NoiseStreams, Traffic, TrafficError,
+        TrafficSetup, VehicleReport, go_on, start,
     },
 };
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::{
     collections::BTreeMap,
     env::{self, consts},
     ffi::OsString,
-    io::Read,
     path::{Path, PathBuf},
-    process::{Child, Command, Stdio},
-    sync::{Arc, Mutex, OnceLock, PoisonError},
+    process::{Command, ExitStatus},
+    sync::{Arc, Mutex, OnceLock, PoisonError, TryLockError},
     thread::sleep,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// Name of the hidden command of the program that the child runs.
 pub const COMMAND: &str = "check-network";
-/// How long the child may take: the largest network that our reader takes (a town) takes SUMO some seconds.
-const TIMEOUT: Duration = Duration::from_secs(120);
-/// Address space of the child, bytes: SUMO's libraries take 1 GiB of it, a town's network less.
-const MOST_MEMORY: u64 = 4 << 30;
 /// Steps of the child's drive, half of them with an ego that is told where it is.
 const STEPS: usize = 60;
 /// Cars of the child's drive, at most.
 const MOST_CARS: usize = 60;
-/// What the child may say that is kept, bytes.
-const MOST_WORDS: u64 = 4096;
+/// The most bytes of a trial's file: room for a demand with many flows of its own.
+const MOST_TRIAL_BYTES: u64 = 64 << 20;
 
-/// The program and the arguments before the network's file that the child is started with, where that is not this program.
+/// The program and the arguments before the trial's file that the child is started with, where that is not this program.
 static CHECKER: OnceLock<(PathBuf, Vec<OsString>)> = OnceLock::new();
 
 /// Lets the child be another program: one that calls [`try_network`] with its last argument, and where that fails says why on its standard
@@ -55,117 +53,128 @@ pub fn check_networks_by(program: PathBuf, arguments: Vec<OsString>) {
     let _ = CHECKER.set((program, arguments));
 }
 
-/// What is known of a network: nothing bad, or why it cannot be used.
-type Known = BTreeMap<[u8; 32], Result<(), NetworkFault>>;
-
-/// Why SUMO cannot have a network.
-#[derive(Clone, Debug, thiserror::Error)]
-enum NetworkFault {
-    /// It reads and reads.
-    #[error("SUMO did not read this network within {} s{REMEDY}", TIMEOUT.as_secs())]
-    TimedOut,
-    /// It says why not, and perhaps what helps.
-    #[error("SUMO cannot drive on this network: {0}{remedy}", remedy = if .0.contains("\n  remedy: ") { "" } else { REMEDY })]
-    Refused(String),
-    /// It ended without a word; how.
-    #[error("SUMO crashes on this network ({0}){REMEDY}")]
-    Crashed(std::process::ExitStatus),
+/// What SUMO is to be tried on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Trial {
+    /// The network.
+    pub net_file: PathBuf,
+    /// The demand of the drive; none on a closed route.
+    pub demand: Demand,
+    /// True if the drive has an ego, or moves all cars of a closed route.
+    pub has_ego: bool,
 }
 
-/// What helps against all of them, where nothing closer is said.
-const REMEDY: &str = "\n  remedy: repair it with SUMO's netconvert (--sumo-net-file OLD --output-file NEW), or import it again with codrive map import";
+/// What is known of files: nothing bad, or why they cannot be used.
+type Known = BTreeMap<[u8; 32], Result<(), Fault>>;
 
-/// Fails if `net_file` is not a network that SUMO from the folder `home` can be given in this process.
+/// Why SUMO cannot have a network, or a demand on it.
+#[derive(Clone, Debug)]
+enum Fault {
+    /// It reads and reads.
+    TimedOut,
+    /// It says why not, and perhaps what helps.
+    Refused(String),
+    /// It ended without a word; how.
+    Crashed(ExitStatus),
+}
+
+impl Trial {
+    /// A closed route without demand.
+    pub fn of_network(net_file: &Path) -> Self {
+        Self { net_file: net_file.into(), demand: Demand::default(), has_ego: true }
+    }
+
+    /// The message of a fault.
+    fn about(&self, fault: &Fault) -> String {
+        let net = self.net_file.display();
+        let demand: Vec<String> = self.demand.files.iter().map(|file| file.display().to_string()).collect();
+        let (named, what, remedy) = if demand.is_empty() {
+            let remedy = "repair it with SUMO's netconvert (--sumo-net-file OLD --output-file NEW), or import it again with codrive map import";
+            (net.to_string(), "this network", remedy.to_owned())
+        } else {
+            let files = demand.join(",");
+            let remedy = format!("SUMO's own program may say more: sumo --net-file {net} --route-files {files}");
+            (format!("{} on {net}", demand.join(", ")), "this demand and network", remedy)
+        };
+        let remedy = format!("\n  remedy: {remedy}");
+        match fault {
+            Fault::TimedOut => format!("{named}: SUMO did not read {what} within {} s{remedy}", TIMEOUT.as_secs()),
+            Fault::Refused(words) if words.contains("\n  remedy: ") => {
+                format!("{named}: SUMO cannot drive on {what}: {words}")
+            }
+            Fault::Refused(words) => format!("{named}: SUMO cannot drive on {what}: {words}{remedy}"),
+            Fault::Crashed(status) => format!("{named}: SUMO crashes on {what} ({status}){remedy}"),
+        }
+    }
+
+    /// Hash of the bytes of all files; `None` if all come with the program.
+    fn hash(&self) -> Result<Option<[u8; 32]>, TrafficError> {
+        let (mut hash, mut is_shipped) = (Sha256::new(), true);
+        let limits = std::iter::once(MOST_BYTES).chain(std::iter::repeat(MOST_DEMAND_BYTES));
+        for (path, limit) in std::iter::once(&self.net_file).chain(&self.demand.files).zip(limits) {
+            let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", path.display()));
+            let bytes = file::read_bounded(path, limit).map_err(failed)?;
+            // By their bytes: a mark in a file would not do, for a damaged copy keeps it.
+            is_shipped &= data_folders::is_shipped_for_sumo(&bytes);
+            hash.update((bytes.len() as u64).to_le_bytes());
+            hash.update(&bytes);
+        }
+        hash.update([u8::from(self.has_ego)]);
+        Ok((!is_shipped).then(|| hash.finalize().into()))
+    }
+}
+
+/// Fails if SUMO from the folder `home` cannot be given these files in this process.
 ///
 /// # Errors
-/// It cannot be read, our reader refuses it, or SUMO refuses it or breaks down on it.
-pub(super) fn check(home: &Path, net_file: &Path) -> Result<(), TrafficError> {
+/// One cannot be read, our reader refuses it, SUMO refuses it or breaks down on it, or nobody waits any longer.
+pub(super) fn check(home: &Path, trial: &Trial) -> Result<(), TrafficError> {
     static KNOWN: Mutex<Known> = Mutex::new(Known::new());
-    let about = |text: String| TrafficError::Setup(format!("{}: {text}", net_file.display()));
-    let bytes = file::read_bounded(net_file, MOST_BYTES).map_err(|error| about(error.to_string()))?;
-    // By their bytes: a mark in a file would not do, for a damaged copy keeps it.
-    if data_folders::is_shipped_network(&bytes) {
-        return Ok(());
-    }
-    let hash: [u8; 32] = Sha256::digest(&bytes).into();
-    drop(bytes);
-    // One check at a time: a second one of the same network waits for the first and has its result.
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(hash) = trial.hash()? else { return Ok(()) };
+    // One check at a time: a second one of the same files waits for the first and has its result.
+    let mut known = loop {
+        match KNOWN.try_lock() {
+            Ok(known) => break known,
+            Err(TryLockError::Poisoned(known)) => break PoisonError::into_inner(known),
+            Err(TryLockError::WouldBlock) => go_on()?,
+        }
+        sleep(Duration::from_millis(10));
+    };
+    let failed = |fault: Fault| TrafficError::Setup(trial.about(&fault));
     if let Some(result) = known.get(&hash) {
-        return result.clone().map_err(|fault| about(fault.to_string()));
+        return result.clone().map_err(failed);
     }
     // Not kept: its message names the line, and it costs little.
-    Network::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
-    let result = try_in_child(home, net_file)?;
+    Network::load(&trial.net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
+    let result = try_in_child(home, trial)?;
     known.insert(hash, result.clone());
-    result.map_err(|fault| about(fault.to_string()))
+    result.map_err(failed)
 }
 
 /// What a child process finds.
-fn try_in_child(home: &Path, net_file: &Path) -> Result<Result<(), NetworkFault>, TrafficError> {
+fn try_in_child(home: &Path, trial: &Trial) -> Result<Result<(), Fault>, TrafficError> {
     let (program, arguments) = match CHECKER.get() {
         Some((program, arguments)) => (program.clone(), arguments.clone()),
         None => (own_program()?, vec![COMMAND.into()]),
     };
-    let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", program.display()));
-    let mut child = Command::new(&program)
-        .args(arguments)
-        .arg(net_file)
-        .env("CODRIVE_SUMO_HOME", home)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(failed)?;
-    let words = child.stderr.take().map(|mut stderr| {
-        std::thread::spawn(move || {
-            let mut words = Vec::new();
-            let _ = stderr.by_ref().take(MOST_WORDS).read_to_end(&mut words);
-            // The rest is read, too: a child that cannot write would wait.
-            let _ = std::io::copy(&mut stderr, &mut std::io::sink());
-            words
-        })
-    });
-    let ended = wait(&mut child);
-    if ended.is_err() {
-        // It may have ended meanwhile.
-        let _ = child.kill();
-        let _ = child.wait();
-    }
-    let words = words.and_then(|thread| thread.join().ok()).unwrap_or_default();
-    let words = String::from_utf8_lossy(&words);
-    let words = words.trim().trim_start_matches("codrive: ");
-    let status = match ended {
-        Ok(status) => status,
-        Err(Ended::Interrupted) => return Err(TrafficError::Interrupted),
-        Err(Ended::TimedOut) => return Ok(Err(NetworkFault::TimedOut)),
-        Err(Ended::System(error)) => return Err(failed(error)),
-    };
-    Ok(match status.code() {
-        Some(0) => Ok(()),
-        Some(_) => Err(NetworkFault::Refused(words.into())),
-        None => Err(NetworkFault::Crashed(status)),
+    let request = serde_json::to_vec(trial).map_err(|error| TrafficError::Setup(error.to_string()))?;
+    let written = TemporaryFolder::new().and_then(|folder| Ok((folder.write("trial.json", &request)?, folder)));
+    let (file, _folder) = written.map_err(|error| TrafficError::Setup(error.to_string()))?;
+    let mut command = Command::new(&program);
+    command.args(arguments).arg(file).env("CODRIVE_SUMO_HOME", home);
+    let what = trial.demand.files.first().map_or_else(
+        || trial.net_file.display().to_string(),
+        |demand| format!("{} on {}", demand.display(), trial.net_file.display()),
+    );
+    Ok(match trial_process::run(&mut command, &what)? {
+        Ended::TimedOut => Err(Fault::TimedOut),
+        Ended::Itself(status, words) => match status.code() {
+            Some(0) => Ok(()),
+            Some(_) => Err(Fault::Refused(words.trim_start_matches("codrive: ").into())),
+            None => Err(Fault::Crashed(status)),
+        },
     })
-}
-
-/// Why a child was not waited for any longer.
-enum Ended {
-    Interrupted,
-    TimedOut,
-    System(std::io::Error),
-}
-
-fn wait(child: &mut Child) -> Result<std::process::ExitStatus, Ended> {
-    let begun = now();
-    loop {
-        match child.try_wait() {
-            Ok(Some(status)) => return Ok(status),
-            Ok(None) if is_interrupted() => return Err(Ended::Interrupted),
-            Ok(None) if begun.elapsed() > TIMEOUT => return Err(Ended::TimedOut),
-            Ok(None) => sleep(Duration::from_millis(10)),
-            Err(error) => return Err(Ended::System(error)),
-        }
-    }
 }
 
 /// The program itself: a test or a benchmark finds it beside its own folder.
@@ -175,7 +184,7 @@ fn own_program() -> Result<PathBuf, TrafficError> {
     let candidates = here.ancestors().skip(1).take(2).map(|folder| folder.join(&name));
     candidates.into_iter().find(|path: &PathBuf| path.is_file()).ok_or_else(|| {
         let text = format!(
-            "a network that does not come with codrive is tried in a process of its own first, and the program {name} for \
+            "a network or demand that does not come with codrive is tried in a process of its own first, and the program {name} for \
              that is not beside {}\n  remedy: put it there, or build it with cargo build",
             here.display()
         );
@@ -183,16 +192,21 @@ fn own_program() -> Result<PathBuf, TrafficError> {
     })
 }
 
-/// What the child does: limits itself, and drives some cars on the network for a few seconds of simulation.
+/// What the child does: drives some vehicles for a few seconds of simulation, as the trial in a file says.
 ///
 /// # Errors
-/// Our reader or SUMO refuses the network.
-pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
-    limit();
-    let map = match RoadMap::load(&net_file.to_string_lossy()) {
-        Ok(map) if !map.route.is_closed() => return try_roads(net_file),
+/// Our reader or SUMO refuses the network or the demand.
+pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
+    let unreadable = |why: String| TrafficError::Setup(format!("{}: {why}", trial_file.display()));
+    let text = file::read_text(trial_file, MOST_TRIAL_BYTES).map_err(|error| unreadable(error.to_string()))?;
+    let trial: Trial = serde_json::from_str(&text).map_err(|error| unreadable(error.to_string()))?;
+    if !trial.demand.is_empty() {
+        return try_roads(&trial);
+    }
+    let map = match RoadMap::load(&trial.net_file.to_string_lossy()) {
+        Ok(map) if !map.route.is_closed() => return try_roads(&trial),
         Ok(map) => Arc::new(map),
-        Err(MapError::NoRoute { .. }) => return try_roads(net_file),
+        Err(MapError::NoRoute { .. }) => return try_roads(&trial),
         Err(error) => return Err(TrafficError::Setup(error.to_string())),
     };
     let length_m = map.route.length_m();
@@ -214,7 +228,7 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     let mut traffic = match SumoTraffic::start_unchecked(&super::home()?, setup) {
         Ok(traffic) => traffic,
         // Its loop is none for SUMO's cars, and a path along other edges may be driven.
-        Err(TrafficError::RouteChangesLanes { .. } | TrafficError::RouteForks { .. }) => return try_roads(net_file),
+        Err(TrafficError::RouteChangesLanes { .. } | TrafficError::RouteForks { .. }) => return try_roads(&trial),
         Err(error) => return Err(error),
     };
     for step in 0..STEPS {
@@ -230,9 +244,11 @@ pub fn try_network(net_file: &Path) -> Result<(), TrafficError> {
     Ok(())
 }
 
-/// The same for a network without a closed route: cars that SUMO drives from streets to the next.
-fn try_roads(net_file: &Path) -> Result<(), TrafficError> {
-    let network = Network::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
+/// The same for a network without a closed route: the vehicles of the demand, and where the drive has an ego, cars that SUMO drives from
+/// streets to the next.
+fn try_roads(trial: &Trial) -> Result<(), TrafficError> {
+    let network =
+        Network::load(&trial.net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
     let network = Arc::new(network);
     let start = |lane: LaneId| {
         let way = network.connections_from(lane).iter().find(|way| network.lane(way.to).admits_cars())?;
@@ -241,37 +257,21 @@ fn try_roads(net_file: &Path) -> Result<(), TrafficError> {
         let s_m = network.lane(lane).length_m.min(2.0 * CAR_LENGTH_M);
         is_street.then(|| EgoStart { lane, s_m, speed_mps: 0.0, route: route.into() })
     };
-    let egos = network.lane_ids().filter_map(start).take(MOST_CARS).collect();
+    let most = if trial.has_ego { MOST_CARS } else { 0 };
+    let egos = network.lane_ids().filter_map(start).take(most).collect();
     let setup = NetworkSetup {
         network: Arc::clone(&network),
-        net_file: net_file.into(),
-        demand: Demand::default(),
+        net_file: trial.net_file.clone(),
+        demand: trial.demand.clone(),
         egos,
         idm: crate::idm::IdmParams::default(),
         step_s: 0.1,
+        // The drive has counted it, for its own length.
+        until_s: 0.0,
         seed: 1,
     };
     let mut traffic = SumoNetwork::start_unchecked(&super::home()?, &setup)?;
     (0..STEPS).try_for_each(|_| traffic.step(&[]))
-}
-
-/// Bounds the memory of this process, and keeps a breakdown from leaving an image of it on the disk.
-fn limit() {
-    #[cfg(target_os = "linux")]
-    {
-        use nix::sys::resource::{Resource, setrlimit};
-        // Where the system refuses there is no limit, and the time-out is left.
-        let _ = setrlimit(Resource::RLIMIT_AS, MOST_MEMORY, MOST_MEMORY);
-        let _ = setrlimit(Resource::RLIMIT_CORE, 0, 0);
-    }
-}
-
-#[allow(
-    clippy::disallowed_methods,
-    reason = "a time-out for another process is a matter of wall time, not of simulation"
-)]
-fn now() -> Instant {
-    Instant::now()
 }
 
 #[cfg(test)]
@@ -282,21 +282,57 @@ mod tests {
     fn every_network_in_maps_is_known_as_ours() {
         let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps");
         let nets: Vec<_> =
-            std::fs::read_dir(maps).unwrap().map(|folder| folder.unwrap().path().join("net.xml")).collect();
+            std::fs::read_dir(&maps).unwrap().map(|folder| folder.unwrap().path().join("net.xml")).collect();
         assert_eq!(nets.len(), 4);
         for net in nets {
-            assert!(data_folders::is_shipped_network(&std::fs::read(&net).unwrap()), "{}", net.display());
+            let trial = Trial::of_network(&net);
+            assert_eq!(trial.hash().unwrap(), None, "{}", net.display());
+        }
+        let merge = |file: &str| maps.join("merge").join(file);
+        let shipped = Demand { files: vec![merge("demand.rou.xml")], flows: Vec::new() };
+        let trial = Trial { net_file: merge("net.xml"), demand: shipped, has_ego: false };
+        assert_eq!(trial.hash().unwrap(), None);
+    }
+
+    #[test]
+    fn a_trial_is_known_by_the_bytes_of_network_and_demand_together() {
+        let folder = tempfile::tempdir().unwrap();
+        let net = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps/merge/net.xml");
+        let hash = |files: &[&str], has_ego: bool| {
+            let write = |(k, text): (usize, &&str)| {
+                let file = folder.path().join(format!("{k}.rou.xml"));
+                std::fs::write(&file, text).unwrap();
+                file
+            };
+            let files = files.iter().enumerate().map(write).collect();
+            let trial = Trial { net_file: net.clone(), demand: Demand { files, flows: Vec::new() }, has_ego };
+            trial.hash().unwrap().expect("not shipped")
+        };
+        let one = hash(&["<routes/>"], true);
+        assert_eq!(hash(&["<routes/>"], true), one);
+        for (files, has_ego) in [(&["<routes />"][..], true), (&["<routes", "/>"], true), (&["<routes/>"], false)] {
+            assert_ne!(hash(files, has_ego), one, "{files:?}");
         }
     }
 
     #[test]
     fn one_remedy_is_said_and_the_closer_one() {
-        let bare = NetworkFault::Refused("edge a is nowhere".into()).to_string();
+        let trial = Trial::of_network(Path::new("town.net.xml"));
+        let bare = trial.about(&Fault::Refused("edge a is nowhere".into()));
         assert!(
-            bare.starts_with("SUMO cannot drive on this network: edge a is nowhere\n  remedy: repair it"),
+            bare.starts_with("town.net.xml: SUMO cannot drive on this network: edge a is nowhere\n  remedy: repair it"),
             "{bare}"
         );
-        let closer = NetworkFault::Refused("edge a is nowhere\n  remedy: name another".into()).to_string();
+        let closer = trial.about(&Fault::Refused("edge a is nowhere\n  remedy: name another".into()));
         assert!(closer.ends_with("nowhere\n  remedy: name another"), "{closer}");
+        let demand = Demand { files: vec!["rush.rou.xml".into()], flows: Vec::new() };
+        let late = Trial { demand, ..trial }.about(&Fault::TimedOut);
+        assert!(late.starts_with("rush.rou.xml on town.net.xml: SUMO did not read this demand"), "{late}");
+        assert!(
+            late.ends_with(
+                "remedy: SUMO's own program may say more: sumo --net-file town.net.xml --route-files rush.rou.xml"
+            ),
+            "{late}"
+        );
     }
 }

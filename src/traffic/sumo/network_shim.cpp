@@ -235,14 +235,16 @@ void tell(Step* out) {
 
 }  // namespace
 
-// After cs_start. `lateral`: changes of lanes take time, so that vehicles stand beside the middle of a lane.
-API int cs_network_begin(const char* const* lane_ids, size_t lane_count, const char* const* signal_ids, size_t signal_count, int lateral) {
+// After cs_start. `lateral`: changes of lanes take time, so that vehicles stand beside the middle of a lane. `first`: number of the first
+// vehicle.
+API int cs_network_begin(const char* const* lane_ids, size_t lane_count, const char* const* signal_ids, size_t signal_count, int lateral,
+                         uint32_t first) {
     return guard([&] {
         vehicles.clear();
         numbers.clear();
         lanes.clear();
         lane_numbers.clear();
-        next_number = 0;
+        next_number = first;
         next_to_check = 0;
         is_sum_exact = true;
         changes_take_time = lateral != 0;

@@ -102,7 +102,7 @@ impl Default for RawStep {
 
 /// The functions.
 pub(super) struct NetworkApi {
-    pub begin: unsafe extern "C" fn(Texts, usize, Texts, usize, c_int) -> c_int,
+    pub begin: unsafe extern "C" fn(Texts, usize, Texts, usize, c_int, u32) -> c_int,
     pub add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64, *mut u32) -> c_int,
     pub take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     pub step: unsafe extern "C" fn(*const NetworkCommand, usize, f64, *mut RawStep) -> c_int,
@@ -170,11 +170,16 @@ pub(super) struct NetworkShim {
 
 // SAFETY of all calls below: as in shim.rs.
 impl NetworkShim {
-    /// Takes a simulation that has just begun. `lateral`: changes of lanes take time.
-    pub fn begin(shim: Shim, lanes: &[String], signals: &[String], lateral: bool) -> Result<Self, TrafficError> {
+    /// Takes a simulation that has just begun. `lateral`: changes of lanes take time. `first`: number of the first vehicle.
+    pub fn begin(
+        shim: Shim,
+        lanes: &[String],
+        signals: &[String],
+        (lateral, first): (bool, u32),
+    ) -> Result<Self, TrafficError> {
         let begin = shim.api.network.begin;
         let code = with_texts(lanes, |lanes, n| {
-            with_texts(signals, |signals, m| unsafe { begin(lanes, n, signals, m, c_int::from(lateral)) })
+            with_texts(signals, |signals, m| unsafe { begin(lanes, n, signals, m, c_int::from(lateral), first) })
         });
         shim.check(code)?;
         Ok(Self { shim })

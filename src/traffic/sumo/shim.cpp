@@ -14,7 +14,7 @@ namespace {
 struct Interface {
     uint32_t number, command_bytes, record_bytes, vehicle_type_bytes;
 };
-constexpr uint32_t INTERFACE = 4;
+constexpr uint32_t INTERFACE = 5;
 
 // Same layout as `Command`, `Record` and `VehicleType` in shim.rs.
 struct Command {

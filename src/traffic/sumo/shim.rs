@@ -2,7 +2,10 @@
 //! A [`Shim`] is the right to use SUMO in this process: there is one at a time.
 
 use super::{locate, network_shim::NetworkApi};
-use crate::{space::SumoPose, traffic::TrafficError};
+use crate::{
+    space::SumoPose,
+    traffic::{TrafficError, go_on, starts_under_way},
+};
 use glam::DVec2;
 use std::{
     ffi::{CStr, CString, c_char, c_int},
@@ -11,6 +14,8 @@ use std::{
         OnceLock,
         atomic::{AtomicBool, Ordering},
     },
+    thread::sleep,
+    time::Duration,
 };
 
 /// What shall be done to a car before the step; numbered as in shim.cpp.
@@ -80,7 +85,7 @@ struct Interface {
 impl Interface {
     /// This program's side.
     const OWN: Self = Self {
-        number: 4,
+        number: 5,
         command_bytes: size_of::<Command>() as u32,
         record_bytes: size_of::<Record>() as u32,
         vehicle_type_bytes: size_of::<VehicleType>() as u32,
@@ -209,8 +214,13 @@ impl Shim {
     /// Takes the library from the SUMO at `home`.
     pub fn open(home: &Path) -> Result<Self, TrafficError> {
         locate::library(home)?;
-        if BUSY.swap(true, Ordering::Acquire) {
-            return Err(TrafficError::Busy);
+        while BUSY.swap(true, Ordering::Acquire) {
+            // Another start that nobody waits for any longer lets go of it once SUMO has read its files.
+            if starts_under_way() < 2 {
+                return Err(TrafficError::Busy);
+            }
+            go_on()?;
+            sleep(Duration::from_millis(10));
         }
         if LOADED.get().is_none() {
             match Api::load(home) {
@@ -246,7 +256,9 @@ impl Shim {
         let mut all = vec!["sumo".to_string()];
         all.extend_from_slice(options);
         self.cars = 0;
-        self.check(with_texts(&all, |texts, n| unsafe { (self.api.start)(texts, n) }))
+        self.check(with_texts(&all, |texts, n| unsafe { (self.api.start)(texts, n) }))?;
+        // It reads its files without asking.
+        go_on()
     }
 
     /// SUMO's version, as it names itself.

@@ -1,0 +1,179 @@
+//! A process of its own for what may break down or swell. In: a command. Out: how it ended and what it said, or that nobody waits for it any
+//! longer. It is bounded in memory and time, and ends with this program, however that ends.
+
+use crate::traffic::{TrafficError, is_interrupted};
+use std::{
+    io::{self, Read},
+    process::{Child, Command, ExitStatus, Stdio},
+    sync::OnceLock,
+    thread::{self, sleep},
+    time::{Duration, Instant},
+};
+
+/// The longest time that a trial may take: the largest network that our reader takes (a town) takes SUMO some seconds.
+pub(super) const TIMEOUT: Duration = Duration::from_secs(120);
+/// A person is told of a wait that lasts longer than this.
+const SILENT: Duration = Duration::from_secs(2);
+/// Address space of the process, bytes: SUMO's libraries take 1 GiB of it, a town's network less.
+const MOST_MEMORY: u64 = 4 << 30;
+/// What the process says that is kept, bytes.
+const MOST_WORDS: u64 = 4096;
+
+static NOTICE: OnceLock<fn(&str)> = OnceLock::new();
+
+/// Lets a person know of waits that last longer than 2 s, one line each. Without it they are silent.
+pub fn tell_waits_by(notice: fn(&str)) {
+    let _ = NOTICE.set(notice);
+}
+
+/// How a trial ended.
+#[derive(Debug)]
+pub(super) enum Ended {
+    /// By itself: how, and what it said on its standard error.
+    Itself(ExitStatus, String),
+    /// It took too long.
+    TimedOut,
+}
+
+/// Runs a command to its end. `what` is named to a person who waits.
+///
+/// # Errors
+/// [`TrafficError::Interrupted`], and the system's own.
+pub(super) fn run(command: &mut Command, what: &str) -> Result<Ended, TrafficError> {
+    let program = command.get_program().to_os_string();
+    let failed = |error: io::Error| TrafficError::Setup(format!("{}: {error}", program.display()));
+    let mut child =
+        confine(command).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().map_err(failed)?;
+    let words = child.stderr.take().map(|mut stderr| {
+        thread::spawn(move || {
+            let mut words = Vec::new();
+            let _ = stderr.by_ref().take(MOST_WORDS).read_to_end(&mut words);
+            // The rest is read, too: a process that cannot write would wait.
+            let _ = io::copy(&mut stderr, &mut io::sink());
+            words
+        })
+    });
+    let ended = wait(&mut child, what);
+    if !matches!(ended, Ok(Some(_))) {
+        // It may have ended meanwhile.
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+    let words = words.and_then(|thread| thread.join().ok()).unwrap_or_default();
+    if is_interrupted() {
+        return Err(TrafficError::Interrupted);
+    }
+    Ok(match ended.map_err(failed)? {
+        Some(status) => Ended::Itself(status, String::from_utf8_lossy(&words).trim().into()),
+        None => Ended::TimedOut,
+    })
+}
+
+/// Waits for the end, `None` where nobody waits any longer or it takes too long.
+fn wait(child: &mut Child, what: &str) -> io::Result<Option<ExitStatus>> {
+    let begun = now();
+    let mut is_told = false;
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
+        }
+        let waited = begun.elapsed();
+        if is_interrupted() || waited > TIMEOUT {
+            return Ok(None);
+        }
+        if waited > SILENT && !is_told {
+            is_told = true;
+            if let Some(notice) = NOTICE.get() {
+                notice(&format!("SUMO tries {what}; up to {} s; Ctrl-C ends it", TIMEOUT.as_secs()));
+            }
+        }
+        sleep(Duration::from_millis(10));
+    }
+}
+
+/// Bounds the memory of the process that a command starts, keeps a breakdown from leaving an image of it on the disk, and lets it end with
+/// the thread that starts it.
+fn confine(command: &mut Command) -> &mut Command {
+    #[cfg(target_os = "linux")]
+    {
+        use nix::{
+            libc,
+            sys::resource::{Resource, setrlimit},
+        };
+        use std::os::unix::process::CommandExt;
+        let parent = std::process::id();
+        let limit = move || {
+            // Where the system refuses a limit there is none, and the time-out is left.
+            let _ = setrlimit(Resource::RLIMIT_AS, MOST_MEMORY, MOST_MEMORY);
+            let _ = setrlimit(Resource::RLIMIT_CORE, 0, 0);
+            // SAFETY: neither takes a pointer.
+            unsafe {
+                libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL);
+                // The parent may have died before.
+                if libc::getppid().unsigned_abs() != parent {
+                    return Err(io::Error::from_raw_os_error(libc::ESRCH));
+                }
+            }
+            Ok(())
+        };
+        // SAFETY: between fork and exec it calls the system alone: no memory is asked for, no lock taken.
+        unsafe { command.pre_exec(limit) };
+    }
+    command
+}
+
+#[allow(
+    clippy::disallowed_methods,
+    reason = "a time-out for another process is a matter of wall time, not of simulation"
+)]
+fn now() -> Instant {
+    Instant::now()
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_has_at_most_four_gibibytes_and_leaves_no_image() {
+        let mut limits = Command::new("cat");
+        let done = confine(limits.arg("/proc/self/limits")).output().unwrap();
+        let text = String::from_utf8_lossy(&done.stdout).into_owned();
+        let limit = |name: &str| {
+            let line = text.lines().find(|line| line.starts_with(name)).unwrap();
+            line[name.len()..].split_whitespace().next().unwrap().to_owned()
+        };
+        assert_eq!([limit("Max address space"), limit("Max core file size")], ["4294967296", "0"], "{text}");
+    }
+
+    #[test]
+    fn a_trial_ends_with_those_who_wait_for_it() {
+        // The system's signal comes with the end of the thread that started it, as with that of the program.
+        let begun = thread::spawn(|| confine(Command::new("sleep").arg("60")).spawn().unwrap());
+        let mut child = begun.join().unwrap();
+        let status = (0..200).find_map(|_| {
+            sleep(Duration::from_millis(10));
+            child.try_wait().unwrap()
+        });
+        let _ = child.kill();
+        let status = status.expect("it has ended within 2 s");
+        assert_eq!(std::os::unix::process::ExitStatusExt::signal(&status), Some(nix::libc::SIGKILL));
+    }
+
+    #[test]
+    fn a_wait_for_a_trial_ends_within_a_second_of_an_interruption() {
+        let interruption = crate::traffic::Interruption::default();
+        let heard = interruption.clone();
+        let waiting = thread::spawn(move || {
+            heard.obey();
+            let ended = run(Command::new("sleep").arg("60"), "a network");
+            (ended, now())
+        });
+        sleep(Duration::from_millis(100));
+        let interrupted = now();
+        interruption.interrupt();
+        let (ended, at) = waiting.join().unwrap();
+        assert!(matches!(ended, Err(TrafficError::Interrupted)), "{ended:?}");
+        assert!(at - interrupted < Duration::from_secs(1));
+    }
+}
