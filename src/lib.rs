@@ -37,7 +37,7 @@
 //! foreign  private  toml_text  within limits / panics of libraries that read them as errors / files written for the user
 //! lsl                          alone / mistakes in TOML / Lab Streaming Layer: streams of this program and of other devices
 //! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets /
-//! triggers                     bytes on a serial port, for amplifiers
+//! triggers  signing            bytes on a serial port, for amplifiers / signatures of files by a key of the lab
 //! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -116,6 +116,8 @@ pub mod scene;
 #[cfg(feature = "desktop")]
 pub mod session;
 pub mod settings;
+#[cfg(feature = "command")]
+pub mod signing;
 pub mod sim;
 pub mod space;
 pub mod study;

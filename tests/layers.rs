@@ -10,7 +10,7 @@ use std::{
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
 const ROWS: [&[&str]; 16] = [
     &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text", "lsl"],
-    &["data_folders", "settings", "triggers"],
+    &["data_folders", "settings", "triggers", "signing"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver", "metrics"],
@@ -28,7 +28,7 @@ const ROWS: [&[&str]; 16] = [
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 16] = [
+const ROOMS: [(&str, &[&str]); 17] = [
     ("wgpu", &["render", "desktop", "replay", "bench", "cli"]),
     ("winit", &["desktop", "drive_window", "session", "replay"]),
     ("egui", &["render", "panel", "desktop", "drive_window", "session", "replay", "plot"]),
@@ -40,6 +40,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ("rapier3d", &["ego"]),
     ("nalgebra", &["analysis"]),
     ("clap", &["cli"]),
+    ("ssh_key", &["signing"]),
     ("arrow_array", &["record"]),
     ("parquet", &["record"]),
     ("cpal", &["audio"]),
