@@ -38,7 +38,7 @@
 //! temporary  lsl               alone / mistakes in TOML / folders for temporary files / Lab Streaming Layer: streams of this program and
 //!                              of other devices
 //! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets /
-//! triggers                     bytes on a serial port, for amplifiers
+//! triggers  signing            bytes on a serial port, for amplifiers / signatures of files by a key of the lab
 //! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -117,6 +117,8 @@ pub mod scene;
 #[cfg(feature = "desktop")]
 pub mod session;
 pub mod settings;
+#[cfg(feature = "command")]
+pub mod signing;
 pub mod sim;
 pub mod space;
 pub mod study;

@@ -11,7 +11,7 @@ use std::{
 const ROWS: [&[&str]; 17] = [
     &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text", "lsl"],
     &["temporary"],
-    &["data_folders", "settings", "triggers"],
+    &["data_folders", "settings", "triggers", "signing"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver", "metrics"],
@@ -29,7 +29,7 @@ const ROWS: [&[&str]; 17] = [
 ];
 
 /// Libraries that only some rooms may name.
-const ROOMS: [(&str, &[&str]); 16] = [
+const ROOMS: [(&str, &[&str]); 17] = [
     ("wgpu", &["render", "desktop", "replay", "bench", "cli"]),
     ("winit", &["desktop", "drive_window", "session", "replay"]),
     ("egui", &["render", "panel", "desktop", "drive_window", "session", "replay", "plot"]),
@@ -41,6 +41,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ("rapier3d", &["ego"]),
     ("nalgebra", &["analysis"]),
     ("clap", &["cli"]),
+    ("ssh_key", &["signing"]),
     ("arrow_array", &["record"]),
     ("parquet", &["record"]),
     ("cpal", &["audio"]),

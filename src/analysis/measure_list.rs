@@ -393,7 +393,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "m/s",
         "standard deviation of speed over the vehicles (N) at the moment at which the driver takes the car over: the wave that the drive \
          begins with",
-        |s| Some(s.trial.setup.manifest.hand_over?.speed_sd_mps),
+        |s| Some(s.trial.setup.manifest.hand_over.speed_sd_mps),
     ),
     MeasureDefinition::new("contacts", "Contacts with other vehicles", "", "how often the ego vehicle touched another vehicle", |s| {
         Some(s.trial.contacts as f64)

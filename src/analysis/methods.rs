@@ -212,16 +212,9 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
     let asked = if asked.is_empty() { asked } else { format!(", which was the choice of {asked}") };
     let mps =
         joined_values(advised.iter().map(|d| SetupValue::Number(d.setup.scenario.range_mph * MPS_PER_MPH, "m/s")));
-    let dial = words(&advised, |drive| match &drive.setup.manifest.dial {
-        Some(dial) => {
-            format!(
-                "{} (full scale {} {})",
-                drive.setup.scenario.display.units.label(),
-                number_text(dial.full),
-                dial.unit
-            )
-        }
-        None => drive.setup.scenario.display.units.label().into(),
+    let dial = words(&advised, |drive| {
+        let (units, dial) = (drive.setup.scenario.display.units.label(), &drive.setup.manifest.dial);
+        format!("{units} (full scale {} {})", number_text(dial.full), dial.unit)
     });
     let mut text = format!(
         "A speed was advised by the policy {}{sum}{asked}; an advice was held for {}. The acceptable range reached {} ({mps}) to either \

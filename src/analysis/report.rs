@@ -98,13 +98,13 @@ pub fn report(
             env!("CARGO_PKG_VERSION")
         ),
     );
-    took_part(&mut page, who);
-    contacts(&mut page, drives);
     if !changed.is_empty() {
-        page.put("<p class=\"warning\"><b>These files are not as they were written, and were analysed all the same:</b></p><ul>");
+        page.put("<p class=\"warning\"><b>What follows is not as it was written, or not where it belongs, and was analysed all the same:</b></p><ul>");
         changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
         page.put("</ul>");
     }
+    took_part(&mut page, who);
+    contacts(&mut page, drives);
     if let Some(planned) = planned {
         models_page::section(&mut page, planned);
     }

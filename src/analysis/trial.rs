@@ -222,11 +222,9 @@ impl RecordedTrial {
         let columns = if self.is_on_network() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
         let headways = if !self.is_on_network() {
             Headways::Recorded
-        } else if self.setup.manifest.network_tables {
+        } else {
             let vehicles = TripTable::read(&self.recording)?.trips;
             Headways::ByLength(vehicles.into_iter().filter_map(|(id, trip)| Some((id, trip.length_m?))).collect())
-        } else {
-            Headways::ByLength(BTreeMap::new())
         };
         let parts = TableReader::parts(&path, columns)?;
         Ok(EgoSamples { parts, path, samples: Vec::new().into_iter(), headways })

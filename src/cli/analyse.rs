@@ -13,7 +13,7 @@ use crate::{
     },
     drive_loop::RunError,
     record,
-    study::{bids, checksums, erasure},
+    study::{bids, checksums, erasure, places},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use rayon::prelude::*;
@@ -32,6 +32,8 @@ pub(super) fn command() -> Command {
              takes them into a rehearsal (codrive study FILE --rehearse --drivers drivers.toml). To have the report as a PDF, print it \
              from a browser. A drive of days takes no more memory than one of hours: figures show the ways of its first hour, and \
              speeds of evenly spaced steps. A drive whose advice changes more than 500,000 times is refused.\n\n\
+             Before anything is analysed, every file is compared with its checksum, and every recording with its place: participant, trial, \
+             condition, session and plan. Exit code 1 where something differs, with --accept-changes, too.\n\n\
              Of drives on networks trips.csv has the vehicles that came and went, with travel times and time lost, and lines.csv who passed \
              each --line. Vehicles far from the ego are recorded once a second; what is not measured on networks says so in columns.json.",
         )
@@ -65,8 +67,10 @@ pub(super) fn command() -> Command {
                 ),
         )
         .arg(Arg::new("accept-changes").long("accept-changes").action(ArgAction::SetTrue).help(
-            "Analyse recordings and data sets whose files were changed since they were written; the report names them",
+            "Analyse recordings and data sets whose files were changed since they were written, or lie where they do not belong; the output \
+             and the report name them first, and the exit code is 1",
         ))
+        .arg(super::sign::signer_argument())
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
@@ -78,6 +82,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if !changed.is_empty() && !matches.get_flag("accept-changes") {
         return Err(CliError::Failed(refusal(folder, &changed)));
     }
+    for what in &changed {
+        out::line(format_args!("not as written: {what}"))?;
+    }
+    super::sign::say_signer(holdings.root.as_deref().unwrap_or(folder), matches)?;
     let bar = super::progress(holdings.found.len() as u64, "drives".into());
     let lines: Vec<LinePlace> = matches.get_many("line").into_iter().flatten().cloned().collect();
     let drives = collect::analyse(&holdings.found, &lines, &|| bar.inc(1));
@@ -135,42 +143,65 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         super::desktop::FIGURES,
         report::count(drives.len())
     ))?;
-    Ok(())
+    if changed.is_empty() {
+        return Ok(());
+    }
+    Err(CliError::Failed(format!(
+        "{}: analysed although {} not as written (named above and in the report)",
+        folder.display(),
+        things(changed.len())
+    )))
 }
 
-/// Files that are not as they were written: of the data set, or of the recordings one by one where there is none.
+/// What of a folder is not as it was written or not where it belongs.
+pub(super) fn disagreements(folder: &Path) -> Result<Vec<String>, CliError> {
+    changes(&find(folder)?)
+}
+
+/// What is not as it was written or not where it belongs: files of the data set by its list, recordings by their place in it, and by their
+/// own seals.
 fn changes(holdings: &FolderContents) -> Result<Vec<String>, CliError> {
-    if let Some(root) = &holdings.root
-        && let Some(changes) = checksums::changes(root).map_err(RunError::from)?
-    {
-        return Ok(changes.iter().map(ToString::to_string).collect());
+    let mut found: Vec<String> = Vec::new();
+    if let Some(root) = &holdings.root {
+        let listed = checksums::changes(root).map_err(RunError::from)?;
+        let placed = places::misplaced(root).map_err(RunError::from)?;
+        found.extend(listed.iter().chain(&placed).map(ToString::to_string));
     }
     let recordings = holdings.found.iter().flat_map(|found| [Some(&found.recording), found.baseline.as_ref()]);
     let recordings: Vec<&PathBuf> = recordings.flatten().collect();
     let of_one = |folder: &&PathBuf| -> Result<Vec<String>, CliError> {
         // What is still running, or was cut, is refused with its own words.
         record::open(folder)?;
-        let changes = record::changes(folder)?.unwrap_or_default();
-        Ok(changes.iter().map(|change| folder.join(&change.file).display().to_string() + ": " + &change.what).collect())
+        let changes = record::changes(folder)?;
+        let shown = holdings.root.as_deref().and_then(|root| folder.strip_prefix(root).ok()).unwrap_or(folder);
+        Ok(changes.iter().map(|change| format!("{}: {}", shown.join(&change.file).display(), change.what)).collect())
     };
     let all: Vec<Vec<String>> = recordings.par_iter().map(of_one).collect::<Result<_, _>>()?;
-    Ok(all.into_iter().flatten().collect())
+    // A file that differs from the list of the data set and from the seals of its recording is named with both.
+    found.extend(all.into_iter().flatten());
+    found.dedup();
+    Ok(found)
 }
 
 /// Why nothing is analysed, and what can be done.
 fn refusal(folder: &Path, changed: &[String]) -> String {
     const MOST: usize = 20;
-    let mut lines = vec![format!("{}: {} not as written", folder.display(), files(changed.len()))];
+    let mut lines =
+        vec![format!("{}: {} not as written or not where it belongs", folder.display(), things(changed.len()))];
     lines.extend(changed.iter().take(MOST).cloned());
     if changed.len() > MOST {
         lines.push(format!("and {} more", changed.len() - MOST));
     }
-    lines.push("remedy: put the files back as they were, or analyse them as they are with --accept-changes: the report will say so".into());
+    lines.push(
+        "remedy: put the files back as they were, or analyse them as they are with --accept-changes: the report will say so, and the exit \
+         code is 1 all the same"
+            .into(),
+    );
     lines.join("\n  ")
 }
 
-fn files(count: usize) -> String {
-    if count == 1 { "1 file".into() } else { format!("{count} files") }
+fn things(count: usize) -> String {
+    if count == 1 { "1 thing is".into() } else { format!("{count} things are") }
 }
 
 impl From<AnalysisError> for CliError {

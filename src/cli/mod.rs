@@ -16,6 +16,7 @@ mod out;
 mod recover;
 mod replay;
 mod run;
+mod sign;
 mod stop;
 mod study;
 mod sweep;
@@ -90,7 +91,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let given = matches.subcommand().and_then(|(_, m)| m.get_one::<PathBuf>("data"));
     let checked = given.map_or_else(data_folders::check_environment, |folder| data_folders::give(folder));
     // Recordings are read without; the doctor says it in a line of its own.
-    let without = ["analyse", "recover", "calibrate", "doctor", check_network::NAME];
+    let without = ["analyse", "recover", "sign", "calibrate", "doctor", check_network::NAME];
     let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
@@ -103,6 +104,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("analyse", m)) => analyse::main(m),
         Some(("replay", m)) => replay::main(m),
         Some(("recover", m)) => recover::main(m),
+        Some(("sign", m)) => sign::main(m),
         Some(("map", m)) => map::main(m),
         Some((check_network::NAME, m)) => check_network::main(m),
         Some(("train", m)) => train::main(m),
@@ -163,7 +165,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Study", &["study", "calibrate", "doctor"]),
     ("Analyse", &["analyse", "evaluate", "sweep"]),
     ("Train", &["train", "tune"]),
-    ("Maintain", &["map", "recover", "bench"]),
+    ("Maintain", &["map", "recover", "sign", "bench"]),
 ];
 
 const TUNE_ABOUT: &str = "Tune a controller's parameters on the fast ring by CMA-ES";
@@ -194,6 +196,7 @@ pub fn command(listing: HelpListing) -> Command {
         .subcommand(analyse::command())
         .subcommand(replay::command())
         .subcommand(recover::command())
+        .subcommand(sign::command())
         .subcommand(train::command())
         .subcommand(tune::command())
         .subcommand(evaluate::command())

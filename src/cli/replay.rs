@@ -4,7 +4,7 @@
 use super::{CliError, desktop::replay as desktop, out, stop_on_ctrl_c};
 use crate::{
     record::{self, LOST_AND_FOUND, Table},
-    replay::{self, Replay, ReplayReport},
+    replay::{self, Replay, ReplayReport, evidence},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::{
@@ -12,12 +12,19 @@ use std::{
     sync::atomic::Ordering,
 };
 
+/// What the help says of the proof.
+const PROOF: &str = "Every column of every table that a drive makes, and every value of manifest.json and summary.json that follows from \
+     it, is compared bit by bit; every other file by its SHA-256. A table says what each file was proven by. Exit code 1 where something \
+     differs, or where there is no tick to compare.\n\n\
+     Checksums are consistent, not authentic: a person who changes a file can write new ones. A signature is authentic: codrive sign DIR \
+     --key lab-key, then codrive replay DIR --signer lab-key.pub.";
+
 pub(super) fn command() -> Command {
     let path =
         |name, value, help| Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help);
     Command::new("replay")
         .about(desktop::ABOUT)
-        .after_help(format!("Every column of every table that a drive makes is compared bit by bit, every other file by its SHA-256. Exit code 1 where something differs.{}", desktop::DRAWS))
+        .after_help(format!("{PROOF}{}", desktop::DRAWS))
         .arg(
             Arg::new("recording")
                 .value_name("DIR")
@@ -36,6 +43,7 @@ pub(super) fn command() -> Command {
                 ),
         )
         .arg(path("out", "DIR", "Where --what-if records [default: beside the recording, DIR-what-if-...]"))
+        .arg(super::sign::signer_argument())
         .args(desktop::arguments())
 }
 
@@ -47,7 +55,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     if let Some(played) = desktop::play(recording, matches) {
         let (found, all) = played?;
-        return say(recording, &found, all);
+        return say(recording, &found, all, matches);
     }
     let mut replay = Replay::open(recording)?;
     let mut outputs = desktop::Outputs::begin(recording, &replay, matches)?;
@@ -60,42 +68,51 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     bar.finish_and_clear();
     outputs.end(&replay)?;
-    say(recording, replay.verdict(), replay.len())
+    say(recording, replay.verdict(), replay.len(), matches)
 }
 
 /// What the proof has found.
-fn say(recording: &Path, found: &ReplayReport, all: u64) -> Result<(), CliError> {
+fn say(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgMatches) -> Result<(), CliError> {
     let (name, ticks) = (recording.display(), found.ticks);
-    if found.is_proven() {
-        let which = if ticks < all {
-            format!("{ticks} of {all} ticks were driven again, all")
-        } else {
-            format!("all {all} ticks are")
-        };
-        let what = if found.changes.is_some() { "; every file is as it was written" } else { "" };
-        out::line(format_args!("{name}: {which} the same to the bit{what}"))?;
-        if found.changes.is_none() {
-            out::line(format_args!(
-                "It has no checksums (an earlier version wrote it): what devices and the screen did is not proven."
-            ))?;
-        }
-        return Ok(());
+    if !found.is_proven() {
+        return Err(CliError::Failed(fault(recording, found)));
     }
+    if ticks < all {
+        let driven = format!("{name}: {ticks} of {all} ticks were driven again, all the same to the bit");
+        return Ok(out::line(format_args!("{driven}; what follows from the whole drive was not compared"))?);
+    }
+    out::text(evidence::table(&found.files))?;
+    out::line(format_args!("{name}: all {all} ticks are the same to the bit; every file agrees with its checksum"))?;
+    super::sign::say_signer(recording, matches)
+}
+
+/// What is not as it was recorded, line by line.
+fn fault(recording: &Path, found: &ReplayReport) -> String {
+    let name = recording.display();
     let mut lines = vec![format!("{name}: not as it was recorded")];
+    if found.is_empty {
+        lines =
+            vec![format!("{name}: nothing was compared: ego.parquet has no tick, so there is nothing to drive again")];
+    }
     lines.extend(found.difference.as_ref().map(|first| format!("first difference: {first}")));
     if found.cells > 1 {
-        lines.push(format!("cells and rows that differ: {} in {ticks} ticks", found.cells));
+        lines.push(format!("cells and rows that differ: {} in {} ticks", found.cells, found.ticks));
     }
     lines.extend(found.hole.map(|tick| format!("ego.parquet: rows are missing from {:.2} s on", tick.seconds())));
-    lines.extend(found.changes.iter().flatten().map(ToString::to_string));
+    lines.extend(found.facts.iter().map(ToString::to_string));
+    lines.extend(found.changes.iter().map(ToString::to_string));
     if recording.join(LOST_AND_FOUND).exists() {
         lines.push(format!(
             "rows could not be read when it was recovered: {LOST_AND_FOUND}/ in it holds what they were read from"
         ));
-    } else if found.changes.as_ref().is_none_or(Vec::is_empty) {
-        lines.push("The files are as they were written: another version of the program or of SUMO, or another map, does that; compare manifest.json".into());
+    } else if found.changes.is_empty() && !found.is_empty {
+        lines.push(
+            "The files agree with their checksums: another version of the program or of SUMO, another map, or a person who made the \
+             checksums anew does that; compare manifest.json"
+                .into(),
+        );
     }
-    Err(CliError::Failed(lines.join("\n  ")))
+    lines.join("\n  ")
 }
 
 /// The same drive with something changed.

@@ -4,7 +4,7 @@
 use super::{Drive, RunError, drive::note_failure, recording_manifest, summary_text};
 use crate::{
     controls::Controls,
-    driver::{self, DriverParams, SimulatedDriver},
+    driver::{self, DriverError, DriverParams, SimulatedDriver},
     record::{FLUSH_EVERY, Manifest, Recorder},
     scenario::Scenario,
     sim::{Summary, SummaryAccumulator, World},
@@ -54,10 +54,8 @@ impl OfflineDrive {
     /// The world cannot start or the driver cannot be simulated.
     pub fn by(params: &DriverParams, scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, RunError> {
         let drive = Drive::new(scenario, Pace::Paused)?;
-        let driver = SimulatedDriver::new(params, drive.world.ego_params(), scenario.seed)?;
-        let driver = if scenario.standing_start { driver.with_foot_on_brake() } else { driver };
         Ok(Self {
-            driver,
+            driver: driver_of(params, &drive.world)?,
             drive,
             tally: SummaryAccumulator::new(window_s),
             recorder: None,
@@ -203,6 +201,16 @@ impl OfflineDrive {
             contacts_of_others: world.contacts_of_others(),
         }
     }
+}
+
+/// A simulated driver with these numbers in the ego of a world before its first tick.
+///
+/// # Errors
+/// The driver cannot be simulated.
+pub fn driver_of(params: &DriverParams, world: &World) -> Result<SimulatedDriver, DriverError> {
+    let scenario = world.scenario();
+    let driver = SimulatedDriver::new(params, world.ego_params(), scenario.seed)?;
+    Ok(if scenario.standing_start { driver.with_foot_on_brake() } else { driver })
 }
 
 #[allow(clippy::disallowed_methods, reason = "when to write is a matter of wall time")]

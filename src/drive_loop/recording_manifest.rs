@@ -5,7 +5,7 @@ use crate::{
     policy,
     record::{
         Manifest, RecordError, Recorder, inputs,
-        manifest::{DialScale, NamedHash},
+        manifest::{DialScale, NamedHash, RecordingFormat, RecordingState},
     },
     sim::World,
 };
@@ -16,15 +16,16 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
     let scenario = world.scenario();
     let policy = &world.policy().name;
     Manifest {
+        format: RecordingFormat::default(),
         program: concat!("codrive ", env!("CARGO_PKG_VERSION")).into(),
         build: if cfg!(debug_assertions) { "dev" } else { "release" }.into(),
         traffic: world.traffic_engine(),
         seed: scenario.seed,
-        map: NamedHash::of(inputs::last(&scenario.map), Some(&world.map().net_file)),
+        map: NamedHash::of(inputs::last(&world.map().name), Some(&world.map().net_file)),
         policy: NamedHash::of(inputs::last(policy), policy::file_of(policy).as_deref()),
         policy_asked: world.policy().why.clone(),
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
-        hand_over: Some(world.hand_over()),
+        hand_over: world.hand_over(),
         network_tables: scenario.is_on_network(),
         advised_table: world.advises_others(),
         driver,
@@ -34,8 +35,8 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         graphics,
         display_m: [scenario.display.screen_width_m, scenario.display.eye_distance_m],
         screen: None,
-        dial: Some(DialScale { full: Speedometer::scale(world).full, unit: scenario.display.units.label().into() }),
-        state: None,
+        dial: DialScale { full: Speedometer::scale(world).full, unit: scenario.display.units.label().into() },
+        state: RecordingState::Running,
         ended: None,
         hash: None,
         checksums: None,
@@ -116,8 +117,8 @@ mod tests {
         // Another program's sum of the same file; a rule of the program has no file.
         let sum = std::process::Command::new("sha256sum").arg(&world.map().net_file).output().unwrap();
         assert_eq!(told.map.sha256.as_deref(), String::from_utf8_lossy(&sum.stdout).split_whitespace().next());
+        assert!(!told.is_complete() && told.ended.is_none() && told.participant.is_none());
         assert_eq!((told.policy.sha256, told.graphics, told.display_m), (None, None, [1.25, 0.75]));
-        assert!(told.state.is_none() && told.ended.is_none() && told.participant.is_none());
         let cores = std::thread::available_parallelism().unwrap();
         let [system, processor] = [std::env::consts::OS, std::env::consts::ARCH];
         assert!(told.machine.starts_with(&format!("{system} {processor}, ")), "{}", told.machine);

@@ -1,10 +1,10 @@
-//! A recording's checksums, by which a later change of any file is found and named. In: the rows and files as they are
-//! written. Out: `checksums.json`; and what differs from it.
+//! A recording's checksums, by which a later change of any file is found and named (`seals`). In: the rows and files as they are
+//! written. Out: `checksums.json`.
 
 use super::{
-    Manifest, RecordError, Table, files, inputs,
+    RecordError, files, inputs,
     manifest::{self, hex},
-    table::TableReader,
+    seals,
 };
 use crate::file;
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::{
     collections::BTreeMap,
-    fmt,
     fs::File,
     io::{self, Read, Write},
     path::Path,
@@ -20,7 +19,7 @@ use std::{
 
 /// Name of the file.
 pub(super) const FILE: &str = "checksums.json";
-/// Files beside the tables that are written once.
+/// Files beside the tables that every drive has that came to its end.
 pub(super) const OTHERS: [&str; 2] = ["scenario.toml", "summary.json"];
 
 /// All fingerprints of a recording; SHA-256, hexadecimal.
@@ -44,27 +43,22 @@ pub struct TableSums {
 }
 
 impl Checksums {
-    /// Reads those of a recording; `None` if it has none, as one of an earlier version.
+    /// Reads those of a recording.
     ///
     /// # Errors
-    /// They cannot be read.
-    pub fn load(recording: &Path) -> Result<Option<Self>, RecordError> {
+    /// There are none, or they cannot be read.
+    pub fn load(recording: &Path) -> Result<Self, RecordError> {
         let path = recording.join(FILE);
-        if !path.exists() {
-            return Ok(None);
-        }
         let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
-        let read = serde_json::from_str(&text);
-        read.map(Some).map_err(|e| RecordError::Table { path, why: e.to_string() })
+        serde_json::from_str(&text).map_err(|e| RecordError::Table { path, why: e.to_string() })
     }
 
     /// Adds the other files of a recording and saves all. Returns the fingerprint of what was saved.
     pub(super) fn save(mut self, recording: &Path) -> Result<String, RecordError> {
-        for name in OTHERS.map(str::to_owned).into_iter().chain(inputs::carried(recording)?) {
-            let path = recording.join(&name);
-            if path.exists() {
-                self.files.insert(name, file_sha256(&path)?);
-            }
+        let beside = seals::unsealed(recording, &self)?.into_iter().filter(|name| !name.contains('/'));
+        for name in beside.chain(inputs::carried(recording)?) {
+            let sum = file_sha256(&recording.join(&name))?;
+            self.files.insert(name, sum);
         }
         let text = serde_json::to_string_pretty(&self).expect("numbers and words") + "\n";
         files::replace(&recording.join(FILE), text.as_bytes())?;
@@ -152,95 +146,6 @@ fn put<const N: usize>(bytes: &mut Vec<u8>, value: Option<[u8; N]>) {
     bytes.extend(value.into_iter().flatten());
 }
 
-/// Something in a recording that is not as it was written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AlteredFile {
-    /// Name of the file.
-    pub file: String,
-    /// What is different.
-    pub what: String,
-}
-
-impl fmt::Display for AlteredFile {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.file, self.what)
-    }
-}
-
-/// Compares a recording with its own fingerprints. `None` if it has none, as one of an earlier version.
-///
-/// # Errors
-/// A file of it cannot be read.
-pub fn changes(recording: &Path) -> Result<Option<Vec<AlteredFile>>, RecordError> {
-    let manifest = Manifest::load(recording)?;
-    let Some(written) = &manifest.checksums else { return Ok(None) };
-    let mut found = Vec::new();
-    let mut say = |file: &str, what: String| found.push(AlteredFile { file: file.into(), what });
-    if Manifest::is_as_written(recording)? == Some(false) {
-        say(manifest::FILE, "is not as it was written: its own SHA-256 differs".into());
-    }
-    let path = recording.join(FILE);
-    if !path.exists() {
-        say(FILE, "is missing".into());
-        return Ok(Some(found));
-    }
-    if file_sha256(&path)? != *written {
-        say(FILE, "is not as it was written: manifest.json has another SHA-256 of it".into());
-    }
-    let sums = Checksums::load(recording)?.unwrap_or_default();
-    for (name, was) in &sums.files {
-        let path = recording.join(name);
-        if !path.exists() {
-            say(name, "is missing".into());
-        } else if file_sha256(&path)? != *was {
-            say(name, "is not as it was written: its SHA-256 differs".into());
-        }
-    }
-    for table in Table::of(&manifest) {
-        let path = table.parquet(recording);
-        let name = format!("{}.parquet", table.name());
-        let Some(was) = sums.tables.get(table.name()) else {
-            say(&name, format!("{FILE} does not know it"));
-            continue;
-        };
-        if !path.exists() {
-            say(&name, "is missing".into());
-        } else if file_sha256(&path)? != was.sha256 {
-            match table_differences(&path, was) {
-                Ok(what) => what.into_iter().for_each(|what| say(&name, what)),
-                Err(error) => say(&name, format!("cannot be read any more: {error}")),
-            }
-        }
-    }
-    Ok(Some(found))
-}
-
-/// What of a table is not as it was written, in words.
-fn table_differences(path: &Path, was: &TableSums) -> Result<Vec<String>, RecordError> {
-    let mut sums = ColumnSums::default();
-    let rows = TableReader::each_batch(path, &mut |batch| sums.push(batch))?;
-    let mut found = Vec::new();
-    if rows != was.rows {
-        found.push(format!("has {rows} rows; {} were written", was.rows));
-    }
-    let now = sums.finish();
-    for (column, sha256) in &was.columns {
-        match now.get(column) {
-            None => found.push(format!("column {column} is missing")),
-            Some(other) if other != sha256 && rows == was.rows => {
-                found.push(format!("column {column} is not as it was written"));
-            }
-            Some(_) => {}
-        }
-    }
-    found
-        .extend(now.keys().filter(|name| !was.columns.contains_key(*name)).map(|name| format!("column {name} is new")));
-    if found.is_empty() {
-        found.push("was written anew; all values are as they were".into());
-    }
-    Ok(found)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -305,11 +210,5 @@ mod tests {
             assert_eq!(hex(&hashed.hash.finalize()), sum);
         }
         assert!(file_sha256(&folder.path().join("gone")).is_err());
-    }
-
-    #[test]
-    fn a_change_is_told_with_its_file() {
-        let change = AlteredFile { file: "ego.parquet".into(), what: "is missing".into() };
-        assert_eq!(change.to_string(), "ego.parquet: is missing");
     }
 }

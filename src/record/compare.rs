@@ -6,7 +6,7 @@
 //! fingerprints are in `checksums.json`.
 
 use super::{
-    Manifest, RecordError, Table,
+    RecordError, Table,
     network_tables::{NetworkObserver, NetworkRows},
     table::{ColumnValue, TableBatches, TableColumn},
     tables::{
@@ -20,10 +20,10 @@ use crate::{
     time::Tick,
 };
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
-use std::{fmt, path::Path};
+use std::{collections::BTreeMap, fmt, path::Path};
 
 /// Columns that no simulation makes.
-const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
+pub const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
 
 /// A cell that is not as it was recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,29 +66,43 @@ pub struct TableComparison {
     advised: Option<TableCursor>,
     observer: NetworkObserver,
     hash: u64,
+    found: Differences,
+}
+
+/// The differences found so far.
+#[derive(Default)]
+struct Differences {
     first: Option<CellDifference>,
     cells: u64,
+    /// Cells that differ, by the name of the table and of the column.
+    columns: BTreeMap<(&'static str, String), u64>,
+}
+
+impl Differences {
+    fn add(&mut self, difference: CellDifference) {
+        self.cells += 1;
+        *self.columns.entry((difference.table.name(), difference.column.clone())).or_default() += 1;
+        self.first.get_or_insert(difference);
+    }
 }
 
 impl TableComparison {
-    /// Opens the tables of a recording that has ended.
+    /// Opens the tables of a recording that has ended, those that a drive of this world has.
     ///
     /// # Errors
     /// They cannot be read.
-    pub fn open(recording: &Path) -> Result<Self, RecordError> {
+    pub fn open(recording: &Path, world: &World) -> Result<Self, RecordError> {
         let cursor = |table| TableCursor::open(recording, table);
-        let manifest = Manifest::load(recording)?;
         Ok(Self {
             ego: cursor(Table::Ego)?,
             cars: cursor(Table::Cars)?,
             advice: cursor(Table::Advice)?,
             events: cursor(Table::Events)?,
-            network: manifest.network_tables.then(|| NetworkCursors::open(recording)).transpose()?,
-            advised: manifest.advised_table.then(|| cursor(Table::Advised)).transpose()?,
+            network: world.scenario().is_on_network().then(|| NetworkCursors::open(recording)).transpose()?,
+            advised: world.advises_others().then(|| cursor(Table::Advised)).transpose()?,
             observer: NetworkObserver::default(),
             hash: HASH_START,
-            first: None,
-            cells: 0,
+            found: Differences::default(),
         })
     }
 
@@ -115,9 +129,8 @@ impl TableComparison {
         let word = ego.word("selector");
         let selectors = [Selector::Drive, Selector::Neutral, Selector::Reverse];
         let selector = selectors.into_iter().find(|s| word == Some(tables::selector_word(*s)));
-        // Recordings from before there were any have no column of it.
-        let word = ego.word("indicator").unwrap_or(Indicator::Off.word());
-        let indicator = Indicator::ALL.into_iter().find(|side| word == side.word());
+        let word = ego.word("indicator");
+        let indicator = Indicator::ALL.into_iter().find(|side| word == Some(side.word()));
         match (throttle, brake, wheel, selector.zip(indicator)) {
             (Some(throttle), Some(brake), Some(wheel), Some((selector, indicator))) => Ok(Some(Controls {
                 throttle: throttle as f32,
@@ -143,29 +156,24 @@ impl TableComparison {
             if let EventKind::Advice(advice) = event.kind {
                 let speed_mps = snapshot.ego_before.speed_mps;
                 let row = AdviceRow { advice, speed_mps, shown_frame: None, shown_wall_s: None };
-                let found = self.advice.compare(ADVICE, &row)?;
-                self.note(found);
+                self.advice.compare(ADVICE, &row, &mut self.found)?;
             }
             if let Some(row) = EventRow::of(event) {
                 // Marks, pauses and notes stand between them.
                 while self.events.has_row()? && self.events.is_by_hand() {
                     self.events.skip();
                 }
-                let found = self.events.compare(EVENTS, &row)?;
-                self.note(found);
+                self.events.compare(EVENTS, &row, &mut self.found)?;
             }
         }
-        let found = self.ego.compare(EGO, &EgoRow::of(snapshot, &controls.sane(), None, self.hash))?;
-        self.note(found);
+        self.ego.compare(EGO, &EgoRow::of(snapshot, &controls.sane(), None, self.hash), &mut self.found)?;
         if snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
             let network = &world.map().network;
             if let Some(ego) = CarRow::ego(snapshot, network) {
-                let found = self.cars.compare(CARS, &ego)?;
-                self.note(found);
+                self.cars.compare(CARS, &ego, &mut self.found)?;
             }
             for car in recorded_cars(snapshot, self.network.is_some()) {
-                let found = self.cars.compare(CARS, &CarRow::of(snapshot.tick, car, network))?;
-                self.note(found);
+                self.cars.compare(CARS, &CarRow::of(snapshot.tick, car, network), &mut self.found)?;
             }
         }
         self.compare_advised(world)?;
@@ -176,71 +184,51 @@ impl TableComparison {
 
     fn compare_advised(&mut self, world: &World) -> Result<(), RecordError> {
         let Some(cursor) = &mut self.advised else { return Ok(()) };
-        let rows = AdvisedRow::all(world).map(|row| cursor.compare(ADVISED, &row));
-        let found = rows.collect::<Result<Vec<_>, _>>()?;
-        found.into_iter().for_each(|found| self.note(found));
-        Ok(())
+        AdvisedRow::all(world).try_for_each(|row| cursor.compare(ADVISED, &row, &mut self.found))
     }
 
     fn compare_network(&mut self, rows: &NetworkRows) -> Result<(), RecordError> {
         let Some(cursors) = &mut self.network else { return Ok(()) };
-        let mut found = Vec::new();
-        for row in &rows.departures {
-            found.push(cursors.departures.compare(DEPARTURES, row)?);
-        }
-        for row in &rows.arrivals {
-            found.push(cursors.arrivals.compare(ARRIVALS, row)?);
-        }
-        for row in &rows.signals {
-            found.push(cursors.signals.compare(SIGNALS, row)?);
-        }
-        for row in &rows.path {
-            found.push(cursors.path.compare(PATH, row)?);
-        }
-        found.into_iter().for_each(|found| self.note(found));
-        Ok(())
+        let NetworkCursors { departures, arrivals, signals, path } = cursors;
+        let found = &mut self.found;
+        rows.departures.iter().try_for_each(|row| departures.compare(DEPARTURES, row, found))?;
+        rows.arrivals.iter().try_for_each(|row| arrivals.compare(ARRIVALS, row, found))?;
+        rows.signals.iter().try_for_each(|row| signals.compare(SIGNALS, row, found))?;
+        rows.path.iter().try_for_each(|row| path.compare(PATH, row, found))
     }
 
-    /// All ticks to `last` were driven: what the tables have of that time beyond what was driven is counted.
+    /// All ticks to `last` were driven: what the tables have of that time beyond what was driven is counted. `is_cut` of a drive that was
+    /// cut: it may have steps in the journal whose ticks are lost.
     ///
     /// # Errors
     /// A table cannot be read on.
-    pub fn end(&mut self, last: Tick) -> Result<(), RecordError> {
+    pub fn end(&mut self, last: Tick, is_cut: bool) -> Result<(), RecordError> {
         let network = self.network.as_mut().into_iter().flat_map(NetworkCursors::all);
         let others = network.chain(self.advised.as_mut());
         for cursor in [&mut self.cars, &mut self.advice, &mut self.events].into_iter().chain(others) {
-            let mut found = (0, None);
-            // A drive that was cut may have steps in the journal whose ticks are lost.
-            while cursor.has_row()? && cursor.tick() <= last {
+            while cursor.has_row()? && (!is_cut || cursor.tick() <= last) {
                 if !(cursor.table == Table::Events && cursor.is_by_hand()) {
-                    found.0 += 1;
-                    found.1.get_or_insert_with(|| cursor.surplus());
+                    self.found.add(cursor.surplus());
                 }
                 cursor.skip();
             }
-            self.cells += found.0;
-            if self.first.is_none() {
-                self.first = found.1;
-            }
         }
         Ok(())
-    }
-
-    fn note(&mut self, (cells, first): (u64, Option<CellDifference>)) {
-        self.cells += cells;
-        if self.first.is_none() {
-            self.first = first;
-        }
     }
 
     /// The first cell that differs; `None` if all bits are equal so far.
     pub fn first(&self) -> Option<&CellDifference> {
-        self.first.as_ref()
+        self.found.first.as_ref()
     }
 
     /// How many cells differ so far, rows that are missing or too many among them.
     pub fn cells(&self) -> u64 {
-        self.cells
+        self.found.cells
+    }
+
+    /// Cells that differ so far, by the name of the table and of the column.
+    pub fn columns(&self) -> &BTreeMap<(&'static str, String), u64> {
+        &self.found.columns
     }
 }
 
@@ -331,51 +319,38 @@ impl TableCursor {
 
     /// An event that no world makes.
     fn is_by_hand(&self) -> bool {
-        !self.word("event").is_some_and(|kind| EventRow::KINDS_OF_WORLD.contains(&kind))
+        !self.word("event").is_some_and(EventRow::is_of_world)
     }
 
-    /// Compares the row here with the one that was driven, and goes on. How many cells differ, and the first. A row of another
-    /// tick counts as one cell: one too many, or one that is missing, and the tables stay side by side.
+    /// Compares the row here with the one that was driven, and goes on. A row of another tick counts as one cell: one too many, or
+    /// one that is missing, and the tables stay side by side.
     fn compare<R>(
         &mut self,
         columns: &[TableColumn<R>],
         driven: &R,
-    ) -> Result<(u64, Option<CellDifference>), RecordError> {
+        found: &mut Differences,
+    ) -> Result<(), RecordError> {
         let tick = tables::tick(columns, driven);
-        let mut more = 0;
-        let mut extra = None;
         while self.has_row()? && self.tick() < tick {
-            more += 1;
-            extra.get_or_insert_with(|| self.surplus());
+            found.add(self.surplus());
             self.skip();
         }
         if !self.has_row()? || self.tick() > tick {
             let named = columns.iter().find(|column| column.name == "tick").or(columns.first());
             let (name, value) = named.map_or(("tick", String::new()), |column| (column.name, text(column, driven)));
-            let missing = CellDifference { tick, ..self.difference(name, String::new(), value) };
-            return Ok((more + 1, extra.or(Some(missing))));
+            found.add(CellDifference { tick, ..self.difference(name, String::new(), value) });
+            return Ok(());
         }
-        let (cells, first) = self.compare_cells(columns, driven);
+        // The chain of fingerprints differs wherever anything does: it is named first only if nothing else is.
+        let (chain, others): (Vec<_>, Vec<_>) = columns
+            .iter()
+            .filter(|column| !OF_DEVICES.contains(&column.name) && !self.is_equal(column, driven))
+            .partition(|column| column.name == "hash");
+        for column in others.into_iter().chain(chain) {
+            found.add(self.difference(column.name, self.cell(column), text(column, driven)));
+        }
         self.skip();
-        Ok((more + cells, extra.or(first)))
-    }
-
-    fn compare_cells<R>(&self, columns: &[TableColumn<R>], driven: &R) -> (u64, Option<CellDifference>) {
-        let (mut cells, mut first) = (0, None);
-        for column in columns.iter().filter(|column| !OF_DEVICES.contains(&column.name)) {
-            // A recording of an earlier version may lack a column; one that was taken out is found by its checksum.
-            if self.batch.as_ref().is_none_or(|batch| batch.column_by_name(column.name).is_none()) {
-                continue;
-            }
-            if !self.is_equal(column, driven) {
-                cells += 1;
-                // The chain of fingerprints differs wherever anything does: it is named if nothing else is.
-                if first.as_ref().is_none_or(|first: &CellDifference| first.column == "hash") {
-                    first = Some(self.difference(column.name, self.cell(column), text(column, driven)));
-                }
-            }
-        }
-        (cells, first)
+        Ok(())
     }
 
     fn is_equal<R>(&self, column: &TableColumn<R>, driven: &R) -> bool {

@@ -50,6 +50,11 @@ impl EventRow {
         "ended",
     ];
 
+    /// True for a kind that the world makes.
+    pub fn is_of_world(kind: &str) -> bool {
+        Self::KINDS_OF_WORLD.contains(&kind)
+    }
+
     /// The row of an event of the world; advice has a table of its own.
     pub fn of(event: &Event) -> Option<Self> {
         let row = |kind: &str, detail: String, car: Option<u32>, value: Option<f64>| {

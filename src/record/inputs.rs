@@ -4,14 +4,13 @@
 
 use super::{RecordError, files, streams};
 use crate::{
-    file::{SETTINGS_BYTES, read_bounded, read_text},
+    file::read_bounded,
     map::{self, limits::MOST_BYTES},
     policy,
     scenario::Scenario,
     settings::SettingsError,
     sim::World,
-    toml_text,
-    traffic::{MOST_DEMAND_BYTES, NoiseStreams},
+    traffic::MOST_DEMAND_BYTES,
 };
 use std::{
     fs,
@@ -19,7 +18,7 @@ use std::{
 };
 
 /// Folder of the copies.
-const INPUTS: &str = "inputs";
+pub const INPUTS: &str = "inputs";
 
 /// The scenario as a recording keeps it.
 pub fn portable(world: &World) -> Scenario {
@@ -101,23 +100,12 @@ pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
     Ok(names)
 }
 
-/// The scenario of a recording, with the place on this machine of what it carries. One that an older program recorded
-/// keeps the paths that it names.
+/// The scenario of a recording, with the place on this machine of what it carries.
 ///
 /// # Errors
 /// It cannot be read, or is not as this program writes it.
 pub fn scenario(recording: &Path) -> Result<Scenario, SettingsError> {
-    let file = recording.join(SCENARIO);
-    let mut scenario = Scenario::from_file(&file)?;
-    // What was no setting yet was as it is said here.
-    let text = read_text(&file, SETTINGS_BYTES);
-    let has = |names: &[&str]| !text.as_ref().is_ok_and(|text| !names.iter().any(|name| toml_text::has(text, name)));
-    if !has(&["lateral_accel_mps2", "bend_mps2"]) {
-        scenario.lateral_accel_mps2 = 100.0;
-    }
-    if !has(&["noise_streams"]) {
-        scenario.noise_streams = NoiseStreams::Shared;
-    }
+    let mut scenario = Scenario::from_file(&recording.join(SCENARIO))?;
     for name in [&mut scenario.map, &mut scenario.policy] {
         let path = Path::new(name.as_str());
         let carried = path.starts_with(INPUTS) && path.components().all(|part| matches!(part, Component::Normal(_)));

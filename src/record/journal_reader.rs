@@ -1,7 +1,5 @@
 //! Reads a journal, also a damaged one. In: its folder, whole, cut or damaged anywhere. Out: the rows of every good block,
 //! and the holes. Memory is bounded before it is taken: no number in a file is believed that is larger than the file allows.
-//!
-//! Journals of earlier versions (one Arrow stream a table, `*.arrows`, without checksums) are read as far as they make sense.
 
 use super::{
     RecordError, Table,
@@ -66,13 +64,6 @@ pub(super) fn read(
     if path.exists() {
         read_blocks(&path, put, &mut holes)?;
     }
-    for table in Table::ALL {
-        let path = folder.join(format!("{}.arrows", table.name()));
-        if path.exists() {
-            read_stream(&path, table, put, &mut holes)?;
-        }
-    }
-    let known = |name: &str| name == journal::FILE || Table::ALL.iter().any(|t| name == format!("{}.arrows", t.name()));
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
         // Cut before it was made.
@@ -81,7 +72,7 @@ pub(super) fn read(
     };
     for entry in entries {
         let entry = entry.map_err(RecordError::file(folder))?;
-        if !entry.file_name().to_str().is_some_and(known) {
+        if entry.file_name() != journal::FILE {
             let length = entry.metadata().map_or(0, |about| about.len());
             holes.push(LostRows { file: entry.path(), bytes: [0, length], table: None, rows: None, ticks: None });
         }
@@ -196,28 +187,6 @@ pub(super) fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, RowsFault> {
         batches.push(batch);
     }
     if stream.left > 0 { Err(RowsFault::Rest(stream.left)) } else { Ok(batches) }
-}
-
-fn read_stream(
-    path: &Path,
-    table: Table,
-    put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
-    holes: &mut Vec<LostRows>,
-) -> Result<(), RecordError> {
-    let (file, length) = open(path)?;
-    let mut stream = IpcStream { from: BufReader::new(file), left: length, decoder: StreamDecoder::new() };
-    loop {
-        let from = length - stream.left;
-        match stream.next() {
-            Ok(Some(batch)) => put(table, batch)?,
-            Ok(None) if stream.left == 0 => return Ok(()),
-            Ok(None) | Err(_) => {
-                let bytes = [from.min(length - stream.left), length];
-                holes.push(LostRows { file: path.into(), bytes, table: Some(table), rows: None, ticks: None });
-                return Ok(());
-            }
-        }
-    }
 }
 
 /// An Arrow IPC stream, message by message.

@@ -47,7 +47,7 @@ impl RecordingLock {
 /// [`RecordError::Running`]; the system refuses.
 pub(super) fn check_free(recording: &Path) -> Result<(), RecordError> {
     let path = recording.join(FILE);
-    // A recording of an earlier version has none; an archive may be for reading only.
+    // A copy may lack it; an archive may be for reading only.
     if !fs::metadata(&path).is_ok_and(|about| about.is_file()) {
         return Ok(());
     }

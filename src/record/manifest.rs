@@ -11,9 +11,55 @@ use std::path::Path;
 /// Name of its file.
 pub const FILE: &str = "manifest.json";
 
-/// All about one recording. Unknown keys are kept out: a later program says its own version.
+/// Format of the recordings that this version writes and reads. It says which seals, tables, columns and files must be there: what
+/// is missing of them was taken away.
+pub const FORMAT: u32 = 1;
+
+/// Keys of the file, in order, and whether each must be there.
+pub(super) const KEYS: [(&str, bool); 25] = [
+    ("format", true),
+    ("program", true),
+    ("build", true),
+    ("traffic", true),
+    ("seed", true),
+    ("map", true),
+    ("policy", true),
+    ("policy_asked", false),
+    ("lateral_accel_mps2", false),
+    ("hand_over", true),
+    ("network_tables", false),
+    ("advised_table", false),
+    ("driver", true),
+    ("participant", false),
+    ("began", true),
+    ("machine", true),
+    ("graphics", true),
+    ("display_m", true),
+    ("screen", false),
+    ("dial", true),
+    ("state", true),
+    ("ended", true),
+    ("hash", true),
+    ("checksums", true),
+    ("sha256", true),
+];
+
+/// The number of a format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct RecordingFormat(pub u32);
+
+impl Default for RecordingFormat {
+    fn default() -> Self {
+        Self(FORMAT)
+    }
+}
+
+/// All about one recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
+    /// Format of the recording.
+    pub format: RecordingFormat,
     /// Name and version of the program.
     pub program: String,
     /// How it was built: release or dev.
@@ -30,16 +76,14 @@ pub struct Manifest {
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub policy_asked: Option<String>,
     /// Lateral acceleration that bounds the other cars' speed in bends, m/s2; `None` where nothing does.
-    #[serde(skip_serializing_if = "Option::is_none", default, alias = "bend_mps2")]
-    pub lateral_accel_mps2: Option<f64>,
-    /// How traffic was when the driver took over; `None` in a recording of an earlier version.
     #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub hand_over: Option<HandOver>,
-    /// The recording has the tables of a drive on a network; false in one of a closed route, and of an earlier version.
+    pub lateral_accel_mps2: Option<f64>,
+    /// How traffic was when the driver took over.
+    pub hand_over: HandOver,
+    /// The recording has the tables of a drive on a network. It follows from the scenario, and is compared with it.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub network_tables: bool,
-    /// The recording has the table of vehicles that are advised beside the ego; false where the ego alone is, and in one of an earlier
-    /// version.
+    /// The recording has the table of vehicles that are advised beside the ego. It follows from the drive, and is compared with it.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub advised_table: bool,
     /// Who drove: devices, or the name of a simulated driver.
@@ -58,12 +102,10 @@ pub struct Manifest {
     /// The screen and how pictures come to it; `None` without a window.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub screen: Option<ScreenInfo>,
-    /// Full scale of the speedometer, in the unit that it shows; `None` in a recording of an earlier version.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub dial: Option<DialScale>,
-    /// How far it is; `None` in a recording of an earlier version.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub state: Option<RecordingState>,
+    /// Full scale of the speedometer, in the unit that it shows.
+    pub dial: DialScale,
+    /// How far it is.
+    pub state: RecordingState,
     /// How it ended; `None` while it lasts, and after a cut.
     pub ended: Option<String>,
     /// Fingerprint of all snapshots, at the end.
@@ -77,10 +119,11 @@ pub struct Manifest {
 }
 
 /// How far a recording is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RecordingState {
     /// The drive lasts, or was cut: rows are in the journal.
+    #[default]
     Running,
     /// The drive ended by itself: all tables are whole.
     Complete,
@@ -147,33 +190,59 @@ impl Manifest {
         if !path.exists() {
             return Err(RecordError::Absent(recording.into()));
         }
+        let keys = Self::keys(recording)?;
+        let fault = |why: String| RecordError::Table { path: path.clone(), why };
+        match keys.get("format") {
+            Some(format) if *format == FORMAT => {}
+            Some(format) => {
+                let program = keys.get("program").and_then(Value::as_str).unwrap_or("another version");
+                return Err(fault(format!(
+                    "the recording has format {format} and was written by {program}; this is {} and reads format {FORMAT}\n  remedy: use \
+                     the program that wrote it",
+                    concat!("codrive ", env!("CARGO_PKG_VERSION"))
+                )));
+            }
+            None => return Err(fault(format!("the key \"format\" is missing; every recording has it (now {FORMAT})"))),
+        }
+        serde_json::from_value(Value::Object(keys)).map_err(|e| fault(e.to_string()))
+    }
+
+    /// The keys and values of the file, in order, also those that no recording has.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn keys(recording: &Path) -> Result<Map<String, Value>, RecordError> {
+        let path = recording.join(FILE);
         let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
         serde_json::from_str(&text).map_err(|e| RecordError::Table { path, why: e.to_string() })
     }
 
     /// True once all tables are written.
     pub fn is_complete(&self) -> bool {
-        match self.state {
-            Some(state) => state != RecordingState::Running,
-            // Earlier versions wrote the end when the tables were whole.
-            None => self.ended.is_some(),
-        }
+        self.state != RecordingState::Running
     }
 
-    /// False if somebody has changed that of a recording since it was written for the last time; `None` if its own SHA-256 was
-    /// never noted, as by an earlier version.
+    /// Returns what is wrong with the manifest of a recording that has ended: its own SHA-256 is missing or another one, a key is
+    /// missing or unknown.
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn is_as_written(recording: &Path) -> Result<Option<bool>, RecordError> {
-        let path = recording.join(FILE);
-        let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
+    pub(super) fn faults(recording: &Path) -> Result<Vec<String>, RecordError> {
+        let mut keys = Self::keys(recording)?;
+        let mut faults = Vec::new();
+        for (key, _) in KEYS.iter().filter(|(key, must)| *must && !keys.contains_key(*key)) {
+            faults.push(format!("{key} is missing"));
+        }
+        for key in keys.keys().filter(|key| !KEYS.iter().any(|(known, _)| known == key)) {
+            faults.push(format!("{key} is no key of format {FORMAT}"));
+        }
         // Of the text and not of what this version understands of it: an added line is a change, too.
-        let read = serde_json::from_str(&text);
-        let mut lines: Map<String, Value> = read.map_err(|e| RecordError::Table { path, why: e.to_string() })?;
-        let written = lines.shift_remove("sha256");
-        let text = serde_json::to_string_pretty(&lines).expect("numbers and words") + "\n";
-        Ok(written.map(|written| written == sha256(text.as_bytes()).as_str()))
+        let written = keys.shift_remove("sha256");
+        let text = serde_json::to_string_pretty(&keys).expect("numbers and words") + "\n";
+        if written.is_some_and(|written| written != sha256(text.as_bytes()).as_str()) {
+            faults.push("is not as it was written: its own SHA-256 differs".into());
+        }
+        Ok(faults)
     }
 
     fn text(&self) -> String {
@@ -197,44 +266,78 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_recording_is_complete_when_its_state_says_so_and_an_old_one_when_it_says_how_it_ended() {
-        let is = |state: Option<RecordingState>, ended: Option<&str>| {
-            Manifest { state, ended: ended.map(str::to_owned), ..Manifest::default() }.is_complete()
-        };
-        assert!(
-            is(Some(RecordingState::Complete), None)
-                && is(Some(RecordingState::Recovered), None)
-                && is(None, Some("stopped"))
-        );
-        assert!(
-            !is(Some(RecordingState::Running), None)
-                && !is(Some(RecordingState::Running), Some("stopped"))
-                && !is(None, None)
-        );
+    fn a_recording_is_complete_when_its_state_says_so() {
+        let is = |state| Manifest { state, ended: Some("stopped".into()), ..Manifest::default() }.is_complete();
+        assert!(is(RecordingState::Complete) && is(RecordingState::Recovered) && !is(RecordingState::Running));
     }
 
     #[test]
     fn a_sealed_manifest_is_as_written_until_any_line_of_it_changes() {
         let folder = tempfile::tempdir().expect("a folder");
-        let as_written = || Manifest::is_as_written(folder.path()).expect("readable");
+        let faults = || Manifest::faults(folder.path()).expect("readable");
         assert!(matches!(Manifest::load(folder.path()), Err(RecordError::Absent(_))));
         let mut manifest = Manifest { driver: "keyboard".into(), ..Manifest::default() };
         manifest.save(folder.path()).expect("room");
-        assert_eq!((as_written(), Manifest::load(folder.path()).expect("there")), (None, manifest.clone()));
+        assert_eq!(Manifest::load(folder.path()).expect("there"), manifest);
+        assert_eq!(faults(), ["checksums is missing", "sha256 is missing"]);
+        manifest.checksums = Some(String::new());
         manifest.seal(folder.path()).expect("room");
-        assert_eq!(as_written(), Some(true));
+        assert_eq!(faults(), [""; 0]);
         // Sealed twice, it does not count the seal before.
         manifest.seal(folder.path()).expect("room");
-        assert_eq!((as_written(), Manifest::load(folder.path()).expect("there")), (Some(true), manifest));
+        assert_eq!((faults(), Manifest::load(folder.path()).expect("there")), (Vec::new(), manifest));
         let path = folder.path().join(FILE);
         let text = std::fs::read_to_string(&path).expect("there");
-        for (from, to) in
-            [("\"keyboard\"", "\"wheel\""), ("\"seed\": 0", "\"seed\": 1"), ("{\n", "{\n  \"note\": 1,\n")]
-        {
+        let differs = "is not as it was written: its own SHA-256 differs";
+        for (from, to, more) in [
+            ("\"keyboard\"", "\"wheel\"", None),
+            ("\"seed\": 0", "\"seed\": 1", None),
+            ("{\n", "{\n  \"note\": 1,\n", Some("note is no key of format 1")),
+            ("  \"graphics\": null,\n", "", Some("graphics is missing")),
+        ] {
             assert!(text.contains(from), "{text}");
             std::fs::write(&path, text.replacen(from, to, 1)).expect("written");
-            assert_eq!(as_written(), Some(false), "{to}");
+            assert_eq!(faults(), more.into_iter().chain([differs]).collect::<Vec<_>>(), "{to}");
         }
+    }
+
+    #[test]
+    fn every_key_that_a_manifest_can_have_is_known_and_in_order() {
+        let whole = Manifest {
+            policy_asked: Some(String::new()),
+            lateral_accel_mps2: Some(3.0),
+            network_tables: true,
+            advised_table: true,
+            participant: Some(String::new()),
+            screen: Some(ScreenInfo::default()),
+            checksums: Some(String::new()),
+            sha256: Some(String::new()),
+            ..Manifest::default()
+        };
+        let keys = |manifest: &Manifest| -> Vec<String> {
+            let value = serde_json::to_value(manifest).expect("numbers and words");
+            value.as_object().expect("keys").keys().cloned().collect()
+        };
+        assert_eq!(keys(&whole), KEYS.map(|(key, _)| key));
+        let least = Manifest { checksums: whole.checksums, sha256: whole.sha256, ..Manifest::default() };
+        let must: Vec<&str> = KEYS.iter().filter(|(_, must)| *must).map(|(key, _)| *key).collect();
+        assert_eq!(keys(&least), must);
+    }
+
+    #[test]
+    fn a_recording_of_another_format_is_refused_with_the_version_that_wrote_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let refused = |text: &str| {
+            std::fs::write(folder.path().join(FILE), text).expect("written");
+            Manifest::load(folder.path()).expect_err("another format").to_string()
+        };
+        let later = refused("{\"program\": \"codrive 9.1.0\", \"format\": 2, \"more\": []}");
+        assert!(
+            later.contains("has format 2 and was written by codrive 9.1.0") && later.contains("reads format 1"),
+            "{later}"
+        );
+        let none = refused("{\"program\": \"codrive 0.0.9\"}");
+        assert!(none.contains("the key \"format\" is missing"), "{none}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Recordings: every tick of a drive on disk, while it happens. In: the world after each tick, frames, marks. Out: a folder.
 //!
 //! ```text
-//! manifest.json   what was driven, on what, by which program; how it ended
+//! manifest.json   format of the recording; what was driven, on what, by which program; how it ended
 //! scenario.toml   the scenario, to be driven again
 //! streams/        other devices: tables of their streams, triggers, the drive's clock ([`streams`])
 //! inputs/         copies of a map and a policy that do not come with the program
@@ -20,7 +20,7 @@ mod advised_table;
 mod block;
 mod car_table;
 mod checksums;
-mod compare;
+pub mod compare;
 mod event_table;
 mod files;
 pub mod inputs;
@@ -33,11 +33,12 @@ mod network_tables;
 pub mod parts;
 mod recorder;
 pub mod recover;
+pub mod seals;
 pub mod streams;
 pub mod table;
 pub mod tables;
 
-pub use checksums::{AlteredFile, Checksums, changes, file_sha256};
+pub use checksums::{Checksums, file_sha256};
 pub use compare::{CellDifference, TableComparison};
 pub use files::{
     BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, rename, replace, replace_streaming, write_new,
@@ -46,6 +47,7 @@ pub use journal_reader::LostRows;
 pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Recorder, WriterStatus};
 pub use recover::{LOST_AND_FOUND, RecoveryReport, count, open, recover};
+pub use seals::{AlteredFile, changes};
 pub use table::{TableColumn, TableParts, TableReader};
 pub use tables::Table;
 

@@ -106,7 +106,7 @@ impl Recorder {
             return Err(RecordError::Taken { folder: folder.into(), file });
         }
         fail_point!("begin.folder");
-        manifest.state = Some(RecordingState::Running);
+        manifest.state = RecordingState::Running;
         manifest.network_tables = scenario.is_on_network();
         manifest.save(folder)?;
         fail_point!("begin.manifest");
@@ -294,7 +294,7 @@ impl Recorder {
         fail_point!("finish.checksums");
         self.manifest.ended.get_or_insert_with(|| summary.end_in_words());
         self.manifest.hash = Some(format!("{:016x}", self.hash));
-        self.manifest.state = Some(RecordingState::Complete);
+        self.manifest.state = RecordingState::Complete;
         self.manifest.seal(&self.folder)?;
         fail_point!("finish.complete");
         let kept = recover::settle_journal(&self.folder, &written.holes)?;

@@ -76,7 +76,7 @@ pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     }
     let written = write_tables(recording, &Table::of(&manifest))?;
     manifest.ended.get_or_insert_with(|| "cut".into());
-    manifest.state = Some(RecordingState::Recovered);
+    manifest.state = RecordingState::Recovered;
     manifest.checksums = Some(written.checksums.save(recording)?);
     manifest.seal(recording)?;
     fail_point!("recover.complete");
@@ -111,10 +111,10 @@ fn whole(recording: &Path) -> Result<RecoveryReport, RecordError> {
 
 /// Every table is there with all the rows that were written.
 fn is_whole(recording: &Path, tables: &[Table]) -> bool {
-    let sums = Checksums::load(recording).ok().flatten().unwrap_or_default();
+    let Ok(sums) = Checksums::load(recording) else { return false };
     tables.iter().all(|table| {
         let rows = TableReader::count(&table.parquet(recording)).ok();
-        rows.is_some_and(|rows| sums.tables.get(table.name()).is_none_or(|sums| sums.rows == rows))
+        rows.is_some_and(|rows| sums.tables.get(table.name()).is_some_and(|sums| sums.rows == rows))
     })
 }
 
@@ -168,7 +168,7 @@ pub(super) fn write_tables(recording: &Path, tables: &[Table]) -> Result<Recover
     Ok(all)
 }
 
-fn schema(table: Table) -> Arc<Schema> {
+pub(super) fn schema(table: Table) -> Arc<Schema> {
     match table {
         Table::Ego => table::schema(tables::EGO),
         Table::Cars => table::schema(tables::CARS),

@@ -1,6 +1,9 @@
-//! Replay: a recording driven again. In: a recording. Out: the same world tick by tick, with the proof that it is the same:
-//! the fingerprint of every snapshot; in a [`window`], too, or with something changed ([`what_if`]).
+//! Replay: a recording driven again. In: a recording. Out: the same world tick by tick, with the proof that it is the same: every cell
+//! of its tables, every value of its manifest and summary that follows from the drive ([`facts`]), and what each file was proven by
+//! ([`evidence`]); in a [`window`], too, or with something changed ([`what_if`]).
 
+pub mod evidence;
+pub mod facts;
 #[cfg(feature = "desktop")]
 mod renderer;
 pub mod snapshot_timeline;
@@ -11,6 +14,8 @@ mod what_if;
 #[cfg(feature = "desktop")]
 pub mod window;
 
+pub use evidence::Evidence;
+pub use facts::FactDifference;
 pub use verifier::{ReplayHeader, VerificationProgress, Verifier};
 pub use what_if::{ChangeFault, WhatIfComparison, changes, what_if, words};
 #[cfg(feature = "desktop")]
@@ -24,7 +29,12 @@ use crate::{
     sim::World,
     time::{Pace, Tick},
 };
-use std::{path::Path, time::Duration};
+use facts::DriveFacts;
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 /// What a replay found.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,16 +47,25 @@ pub struct ReplayReport {
     pub difference: Option<CellDifference>,
     /// How many cells of the tables differ.
     pub cells: u64,
-    /// Files of the recording that are not as they were written; `None` where that was never noted, as by an earlier version.
-    pub changes: Option<Vec<AlteredFile>>,
+    /// Cells that differ, by the name of the table and of the column.
+    pub columns: BTreeMap<(&'static str, String), u64>,
+    /// Files of the recording that are not as they were written.
+    pub changes: Vec<AlteredFile>,
+    /// Values of the manifest and the summary that are not as the drive gives them; known at the end.
+    pub facts: Vec<FactDifference>,
+    /// What each file was proven by; known at the end, and empty where something differs.
+    pub files: Vec<Evidence>,
     /// The tick from which on rows of the ego are missing: the replay ends there.
     pub hole: Option<Tick>,
+    /// The recording has no tick: there is nothing to compare.
+    pub is_empty: bool,
 }
 
 impl ReplayReport {
-    /// Nothing was found that is not as it was recorded.
+    /// There was something to compare, and nothing was found that is not as it was recorded.
     pub fn is_proven(&self) -> bool {
-        self.first_difference.is_none() && self.hole.is_none() && self.changes.as_ref().is_none_or(Vec::is_empty)
+        let is_same = self.first_difference.is_none() && self.hole.is_none();
+        is_same && !self.is_empty && self.changes.is_empty() && self.facts.is_empty()
     }
 }
 
@@ -54,6 +73,8 @@ impl ReplayReport {
 pub struct Replay {
     drive: Drive,
     recorded: TableComparison,
+    facts: DriveFacts,
+    folder: PathBuf,
     /// Ticks that were recorded, to the first hole of a recording that was damaged.
     ticks: u64,
     /// Ticks with which the car was put back on its lane, the first one last.
@@ -68,20 +89,21 @@ impl Replay {
     /// # Errors
     /// The folder holds no recording that has ended, or its scenario cannot be driven here.
     pub fn open(recording: &Path) -> Result<Self, RunError> {
-        Self::of(recording, &scenario_here(recording)?)
-    }
-
-    /// The same of what [`scenario_here`] gave.
-    fn of(recording: &Path, scenario: &Scenario) -> Result<Self, RunError> {
-        let (drive, mut recorded) = (Drive::new(scenario, Pace::Paused)?, TableComparison::open(recording)?);
+        let changes = record::changes(recording)?;
+        let (scenario, is_stand_in) = scenario_here(recording)?;
+        let drive = Drive::new(&scenario, Pace::Paused)?;
+        let mut recorded = TableComparison::open(recording, &drive.world)?;
         recorded.start(&drive.world)?;
+        let ticks = record::count(recording, Table::Ego)?;
         Ok(Self {
+            facts: DriveFacts::open(recording, &drive.world, is_stand_in)?,
+            folder: recording.into(),
             drive,
             recorded,
-            ticks: record::count(recording, Table::Ego)?,
+            ticks,
             put_back: put_back(recording)?,
             controls: Controls::default(),
-            verdict: ReplayReport { changes: record::changes(recording)?, ..ReplayReport::default() },
+            verdict: ReplayReport { changes, is_empty: ticks == 0, ..ReplayReport::default() },
         })
     }
 
@@ -124,19 +146,32 @@ impl Replay {
                 // Where that is not possible any more, the missing event is the difference.
                 let _ = self.drive.world.put_back();
             }
+            self.facts.before(&self.drive.world, &controls);
             self.drive.clock.single_step(1);
             self.drive.frame(Duration::ZERO, |_| controls, |_, _| ())?;
             self.recorded.tick(&self.drive.world, &controls)?;
+            self.facts.tick(&self.drive.world);
             self.verdict.ticks += 1;
         }
         if self.over() {
-            self.recorded.end(Tick(self.ticks))?;
+            self.end()?;
         }
         if let (None, Some(first)) = (&self.verdict.difference, self.recorded.first()) {
             self.verdict.first_difference = Some(first.tick.0);
             self.verdict.difference = Some(first.clone());
         }
         self.verdict.cells = self.recorded.cells();
+        self.verdict.columns.clone_from(self.recorded.columns());
+        if self.over() && self.verdict.is_proven() {
+            self.verdict.files = evidence::of(&self.folder, self.drive.world.scenario(), &self.facts)?;
+        }
+        Ok(())
+    }
+
+    /// All ticks were driven: what the tables have beyond them, and what else follows from the whole drive.
+    fn end(&mut self) -> Result<(), RunError> {
+        self.recorded.end(Tick(self.ticks), self.facts.is_cut())?;
+        self.verdict.facts = self.facts.end(&self.drive.world);
         Ok(())
     }
 
@@ -163,18 +198,20 @@ fn put_back(recording: &Path) -> Result<Vec<u64>, RunError> {
     Ok(found)
 }
 
-/// The scenario of a recording as it is driven again: in this program, also where the SUMO was elsewhere; says so.
-fn scenario_here(recording: &Path) -> Result<Scenario, RunError> {
+/// The scenario of a recording as it is driven again: in this program, also where the SUMO was elsewhere (true); says so.
+fn scenario_here(recording: &Path) -> Result<(Scenario, bool), RunError> {
     record::open(recording)?;
     let mut scenario = record::inputs::scenario(recording)?;
-    if let Some(stand_in) = scenario.traffic.stand_in() {
+    let stand_in = scenario.traffic.stand_in();
+    let is_stand_in = stand_in.is_some();
+    if let Some(stand_in) = stand_in {
         let (folder, there) = (recording.display(), &scenario.traffic);
         log::warn!(
             "{folder}: driven on the SUMO at {there}; driven again on SUMO in this program, where cars move alike"
         );
         scenario.traffic = stand_in;
     }
-    Ok(scenario)
+    Ok((scenario, is_stand_in))
 }
 
 #[cfg(test)]

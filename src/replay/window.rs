@@ -218,7 +218,10 @@ impl ReplayedDrive {
 
 /// What the proof has found, in words.
 fn proof(verdict: &ReplayReport, all: u64) -> String {
-    if let Some([first, more @ ..]) = verdict.changes.as_deref() {
+    if verdict.is_empty {
+        return "nothing to compare: the recording has no tick".into();
+    }
+    if let [first, more @ ..] = verdict.changes.as_slice() {
         let others = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
         return format!("changed since it was recorded: {}{others}", first.file);
     }
@@ -226,6 +229,7 @@ fn proof(verdict: &ReplayReport, all: u64) -> String {
         return format!("rows are missing from {:.2} s on", tick.seconds());
     }
     match verdict.first_difference {
+        None if !verdict.facts.is_empty() => format!("not as driven: {}", verdict.facts[0]),
         Some(tick) => format!("not as recorded from {:.2} s on", Tick(tick).seconds()),
         None if verdict.ticks >= all => format!("proven: all {all} ticks are the same to the bit"),
         None => format!("proven to {:.0} s: the same to the bit", Tick(verdict.ticks).seconds()),
@@ -372,7 +376,7 @@ mod tests {
         assert_eq!(proof(&verdict(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
         assert_eq!(proof(&verdict(3000, Some(250)), 3000), "not as recorded from 2.50 s on");
         let change = |file: &str| AlteredFile { file: file.into(), what: String::new() };
-        let changes = Some(vec![change("ego.parquet"), change("manifest.json")]);
+        let changes = vec![change("ego.parquet"), change("manifest.json")];
         let changed = ReplayReport { changes, ..verdict(3000, None) };
         assert_eq!(proof(&changed, 3000), "changed since it was recorded: ego.parquet and 1 more");
         let cut = ReplayReport { hole: Some(Tick(51)), ..verdict(50, None) };

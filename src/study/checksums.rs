@@ -2,17 +2,25 @@
 //! Out: `SHA256SUMS`, as `sha256sum --check` reads it; and what differs from it.
 //!
 //! A participant's files are listed when the session is over; what is published anew after every participant (`participants.tsv`,
-//! `phenotype/`, `erased.tsv`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again.
+//! `phenotype/`, `erased.tsv`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again. Every
+//! other file must be on the list.
 
-use super::{SessionError, event_table, motion};
+use super::{
+    SessionError, event_table, motion,
+    places::WHAT_IF,
+    session::{self, SessionLog},
+};
 use crate::{
     analysis::plan::CHANGED,
     file::read_text,
-    record::{self, AlteredFile, RecordError},
+    record::{
+        self, AlteredFile, RecordError,
+        seals::{OF_SYSTEMS, SIGNATURE},
+    },
 };
 use rayon::prelude::*;
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
 };
@@ -59,12 +67,15 @@ fn write(root: &Path, list: &ChecksumList) -> Result<(), SessionError> {
     Ok(record::replace(&root.join(FILE), text.as_bytes())?)
 }
 
-/// What of a data set is not as it was listed; `None` if it has no list, as one of an earlier version.
+/// What of a data set is not as it was listed: a file that differs, is missing, or is not on the list.
 ///
 /// # Errors
 /// A file cannot be read.
-pub fn changes(root: &Path) -> Result<Option<Vec<AlteredFile>>, SessionError> {
-    let Some(list) = read(root)? else { return Ok(None) };
+pub fn changes(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
+    let Some(list) = read(root)? else {
+        let what = "is missing: every data set has it once a participant's session has begun; codrive study makes it";
+        return Ok(vec![AlteredFile { file: FILE.into(), what: what.into() }]);
+    };
     let there = files(root)?;
     let now: ChecksumList = sums(root, there.iter().filter(|name| list.contains_key(*name)).cloned().collect())?;
     let listed = list.iter().filter_map(|(name, was)| match now.get(name) {
@@ -72,8 +83,38 @@ pub fn changes(root: &Path) -> Result<Option<Vec<AlteredFile>>, SessionError> {
         Some(sha256) if sha256 != was => Some((name, "is not as it was written: its SHA-256 differs")),
         Some(_) => None,
     });
-    let found = listed.map(|(name, what)| AlteredFile { file: name.clone(), what: what.into() });
-    Ok(Some(found.collect()))
+    let going_on = sessions_that_go_on(root);
+    let goes_on = |name: &&String| of_subject(name).is_some_and(|subject| going_on.contains(subject));
+    let unlisted = there.iter().filter(|name| !list.contains_key(*name) && !goes_on(name) && !is_beside(name));
+    let unlisted = unlisted.map(|name| (name, "is not in SHA256SUMS: it was added, or taken off the list"));
+    let found = listed.chain(unlisted).map(|(name, what)| AlteredFile { file: name.clone(), what: what.into() });
+    Ok(found.collect())
+}
+
+/// True if a file of a data set is on its list with the SHA-256 that it has.
+///
+/// # Errors
+/// The list or the file cannot be read.
+pub fn lists(root: &Path, file: &Path) -> Result<bool, SessionError> {
+    let Ok(within) = file.strip_prefix(root) else { return Ok(false) };
+    let name = within.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
+    let list = read(root)?.unwrap_or_default();
+    Ok(list.get(&name) == Some(&record::file_sha256(file)?))
+}
+
+/// Participants whose session is not over: their files are listed when it is.
+fn sessions_that_go_on(root: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(root.join("sourcedata")).into_iter().flatten().flatten();
+    let goes_on = |folder: &Path| SessionLog::load(&folder.join(session::FILE)).is_ok_and(|log| log.end.is_none());
+    let names = entries.filter(|entry| goes_on(&entry.path())).map(|entry| entry.file_name());
+    names.map(|name| name.to_string_lossy().into_owned()).collect()
+}
+
+/// A signature, a file that systems put into every folder, or one of another drive that `codrive replay --what-if` has put there.
+fn is_beside(name: &str) -> bool {
+    let last = name.rsplit('/').next().unwrap_or(name);
+    let is_signature = last.ends_with(&format!(".{SIGNATURE}"));
+    is_signature || OF_SYSTEMS.contains(&last) || name.split('/').any(|part| part.contains(WHAT_IF))
 }
 
 /// The participant that a file is of.

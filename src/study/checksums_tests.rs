@@ -43,8 +43,7 @@ fn names(root: &Path) -> Vec<String> {
 
 /// What is found: file and the beginning of what is told of it.
 fn found(root: &Path) -> Vec<(String, bool)> {
-    let changes = changes(root).unwrap().expect("a list");
-    changes.into_iter().map(|change| (change.file, change.what == "is missing")).collect()
+    changes(root).unwrap().into_iter().map(|change| (change.file, change.what == "is missing")).collect()
 }
 
 #[test]
@@ -125,16 +124,62 @@ fn raw_data_stay_as_they_were_listed_and_what_is_made_from_them_is_listed_anew()
 fn a_file_that_is_missing_and_one_that_differs_are_told_apart() {
     let folder = data_set();
     let root = folder.path();
-    assert!(changes(root).unwrap().is_none(), "there is no list");
+    assert_eq!(found(root), [(FILE.into(), false)], "there is no list");
     list(root, "sub-P1", true).unwrap();
+    list(root, "sub-P2", true).unwrap();
     assert_eq!(found(root), []);
     put(root, "README.md", "abc");
     fs::remove_file(root.join("sub-P1/sub-P1_scans.tsv")).unwrap();
-    // What was never listed is nobody's fault.
-    put(root, "sub-P1/note.txt", "abc");
-    assert_eq!(found(root), [("README.md".into(), false), ("sub-P1/sub-P1_scans.tsv".into(), true)]);
-    let told = changes(root).unwrap().unwrap();
-    assert!(told[0].what.contains("SHA-256 differs"), "{}", told[0].what);
+    let told = changes(root).unwrap();
+    assert_eq!(
+        told.iter().map(|change| change.file.as_str()).collect::<Vec<_>>()[..2],
+        ["README.md", "sub-P1/sub-P1_scans.tsv"]
+    );
+    assert!(told[0].what.contains("SHA-256 differs") && told[1].what == "is missing", "{told:?}");
+}
+
+#[test]
+fn a_file_that_is_not_on_the_list_is_found_unless_its_session_goes_on() {
+    let folder = data_set();
+    let root = folder.path();
+    for subject in ["sub-P1", "sub-P2"] {
+        list(root, subject, true).unwrap();
+    }
+    assert_eq!(found(root), []);
+    // What an analysis, a what-if, a signature or a system puts there is no data.
+    for beside in [
+        "derivatives/codrive/trials.csv",
+        "sourcedata/sub-P1/drive-what-if-none/ego.parquet",
+        "SHA256SUMS.sig",
+        "sourcedata/sub-P1/drive/manifest.json.sig",
+        "sub-P1/.DS_Store",
+    ] {
+        put(root, beside, "abc");
+    }
+    assert_eq!(found(root), []);
+    for added in ["notes.txt", "sub-P1/beh/more.tsv", "sourcedata/sub-P2/drive/ego.parquet"] {
+        put(root, added, "abc");
+        let told = changes(root).unwrap();
+        assert!(told.len() == 1 && told[0].file == added && told[0].what.contains("is not in SHA256SUMS"), "{told:?}");
+        fs::remove_file(root.join(added)).unwrap();
+    }
+    // Taken off the list, file by file.
+    let whole = fs::read_to_string(root.join(FILE)).unwrap();
+    for name in DATA {
+        let text: String =
+            whole.lines().filter(|line| !line.ends_with(&format!("  {name}"))).map(|l| format!("{l}\n")).collect();
+        put(root, FILE, &text);
+        assert_eq!(found(root), [(name.to_owned(), false)]);
+    }
+    put(root, FILE, &whole);
+    // The session of P1 goes on: its files come and go until it is over; those of others do not.
+    let log = r#"{"participant": "P1", "index": 0, "who": "person", "order": [], "passages": []}"#;
+    put(root, "sourcedata/sub-P1/session.json", log);
+    forget(root, "sourcedata/sub-P1").unwrap();
+    forget(root, "sub-P1").unwrap();
+    assert_eq!(found(root), []);
+    put(root, "sourcedata/sub-P2/more.txt", "abc");
+    assert_eq!(found(root), [("sourcedata/sub-P2/more.txt".into(), false)]);
 }
 
 #[test]

@@ -49,7 +49,7 @@ pub const BASELINE: &str = "-baseline";
 /// What the data set is, by BIDS.
 const DESCRIPTION: &str = "dataset_description.json";
 /// The copy of the study's file.
-const STUDY: &str = "study.toml";
+pub(super) const STUDY: &str = "study.toml";
 
 /// What a validator of BIDS is not to look at. Of a folder with a slash at its end it ignores the files, and reports the folder.
 const BIDSIGNORE: &str = "study.toml\nstudy-changed.toml\nSHA256SUMS\nreport\nanalysis\n";

@@ -98,7 +98,7 @@ fn assert_erased(place: &Place) {
         let rows: Vec<&str> = text.lines().map(|line| line.split('\t').next().unwrap()).collect();
         assert_eq!(rows, ["participant_id", "sub-P2"], "{table}");
     }
-    assert_eq!(checksums::changes(root).unwrap(), Some(Vec::new()));
+    assert_eq!(checksums::changes(root).unwrap(), []);
 }
 
 #[test]

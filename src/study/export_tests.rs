@@ -80,7 +80,7 @@ fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
     assert_eq!(trials, "participant,note\nsub-P1,\"two\nlines\"\n");
     assert!(!to.join("derivatives/codrive/conditions.csv").exists(), "means are of all");
     assert_eq!(fs::read_to_string(to.join("derivatives/codrive/README.md")).unwrap(), "# Pages\n");
-    assert_eq!(checksums::changes(&to).unwrap(), Some(Vec::new()));
+    assert_eq!(checksums::changes(&to).unwrap(), []);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

@@ -20,7 +20,7 @@
 //! * [`dataset`]: the folder of a study, as BIDS has it; [`bids`]: its tables and sidecars; `answer_tables`: those of answers,
 //!   `event_table` of events, `motion` of the car's motion, `scans` of all files with shifted dates.
 //! * `source`: what a data set keeps of the study's file.
-//! * [`checksums`]: the list of a data set's files with their SHA-256.
+//! * [`checksums`]: the list of a data set's files with their SHA-256. [`places`]: whether each recording lies where it belongs.
 //! * [`preregistration`]: the plan of study and analysis as a text to register, with the power.
 //! * [`spoken`]: instructions that are heard.
 //! * [`simulated`]: participants that nobody has to invite, for a rehearsal.
@@ -43,6 +43,7 @@ pub mod lock;
 mod motion;
 pub mod order;
 pub mod participant_code;
+pub mod places;
 pub mod plan;
 pub mod practice;
 pub mod preregistration;

@@ -29,6 +29,9 @@ use std::{
 /// The file with the shift, beside the session's.
 pub(super) const SHIFT_FILE: &str = "date-shift.json";
 
+/// Columns that a drive's place in the plan gives.
+pub(super) const OF_DRIVE: [&str; 5] = ["segment", "place", "condition", "seed", "baseline"];
+
 /// By how many days a participant's dates are moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

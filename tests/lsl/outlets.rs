@@ -174,7 +174,7 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
         assert_eq!(table.words("pupil")[row], "left, \"right\"; über");
         table.words("sample")[row].parse().unwrap()
     });
-    let changes = || codrive::record::changes(&recording).unwrap().unwrap();
+    let changes = || codrive::record::changes(&recording).unwrap();
     assert!(changes().is_empty(), "{:?}", changes());
     std::fs::write(recording.join(streams::FOLDER).join("eyes.json"), "{}").unwrap();
     let told = changes();

@@ -271,9 +271,13 @@ fn a_data_set_that_was_changed_is_not_analysed_unless_asked_for_and_the_report_s
     // What can still be read is analysed where that is asked for.
     fs::copy(out.join("sourcedata/sub-R02/trial-1-middle/advice.parquet"), trial.join("advice.parquet")).unwrap();
     let (code, text) = analyse(&["--accept-changes"]);
-    assert_eq!(code, 0, "{text}");
+    assert!(code == 1 && text.contains("analysed although"), "{text}");
+    assert!(text.starts_with("not as written: "), "first what differs: {text}");
     let report = fs::read_to_string(out.join("derivatives/codrive/report.html")).unwrap();
-    assert!(report.contains("not as they were written") && report.contains("trial-1-narrow/summary.json: is missing"));
+    assert!(
+        report.contains("is not as it was written, or not where it belongs")
+            && report.contains("trial-1-narrow/summary.json: is missing")
+    );
     // A recording alone has its own fingerprints.
     let (code, text) = codrive(&["analyse", trial.to_str().unwrap()]);
     assert!(code == 1 && text.contains("advice.parquet: ") && text.contains("--accept-changes"), "{text}");

@@ -83,7 +83,7 @@ fn a_window_that_is_closed_ends_its_recording_whole() {
     assert!(ticks.len() > 50 && ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "{} ticks", ticks.len());
     let frames = TableReader::parquet(&Table::Frames.parquet(&out)).unwrap();
     assert!(frames.rows() > 0 && frames.numbers("wall_s").into_iter().flatten().is_sorted());
-    assert!(codrive::record::changes(&out).unwrap().is_some_and(|changes| changes.is_empty()));
+    assert!(codrive::record::changes(&out).unwrap().is_empty());
 }
 
 #[test]

@@ -93,12 +93,10 @@ impl PathTraces {
         }
         traces.speeds = speeds(trial)?;
         traces.span_s = traces.speeds.span_s();
-        if trial.setup.manifest.network_tables {
-            let end_s = traces.ends_s.unwrap_or(traces.span_s[1]);
-            traces.signals = signal_bars(trial, map, end_s)?;
-            let [low, high] = traces.shown_m;
-            traces.signals.retain(|bar| (low..=high).contains(&bar.s_m));
-        }
+        let end_s = traces.ends_s.unwrap_or(traces.span_s[1]);
+        traces.signals = signal_bars(trial, map, end_s)?;
+        let [low, high] = traces.shown_m;
+        traces.signals.retain(|bar| (low..=high).contains(&bar.s_m));
         Ok(Some(traces))
     }
 }

@@ -22,7 +22,7 @@ use std::{
 /// A drive on a network in sums.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NetworkTotals {
-    /// Who came and went, by number; empty if the recording has no table of them.
+    /// Who came and went, by number.
     pub trips: BTreeMap<u32, Trip>,
     /// Who passed which line, the ego among them.
     pub lines: Vec<LineCount>,
@@ -36,7 +36,6 @@ pub struct NetworkTotals {
     way_m: f64,
     /// So many of them: their time in seconds.
     time_s: u64,
-    has_trips: bool,
     /// Both are let go at the end.
     network: Option<Arc<Network>>,
     tracks: BTreeMap<u32, VehicleTrack>,
@@ -72,22 +71,13 @@ impl NetworkTotals {
     /// # Errors
     /// A table of it cannot be read, or a line is no place of its network.
     pub fn open(trial: &RecordedTrial, lines: &[LinePlace]) -> Result<Self, AnalysisError> {
-        let mut totals = Self { has_trips: trial.setup.manifest.network_tables, ..Self::default() };
-        if totals.has_trips {
-            let table = TripTable::read(&trial.recording)?;
-            totals.trips = table.trips;
-            if table.stray_arrivals > 0 {
-                totals.missing.push(format!(
-                    "The recording lost rows: {} of its vehicles arrive without a departure, and have no travel time.",
-                    table.stray_arrivals
-                ));
-            }
-        } else {
-            totals.missing.push(
-                "The recording was made by an earlier version and has no tables of departures, arrivals and signals: there are no travel \
-                 times, departures and arrivals, no headways, and no signals in the figure."
-                    .into(),
-            );
+        let table = TripTable::read(&trial.recording)?;
+        let mut totals = Self { trips: table.trips, ..Self::default() };
+        if table.stray_arrivals > 0 {
+            totals.missing.push(format!(
+                "The recording lost rows: {} of its vehicles arrive without a departure, and have no travel time.",
+                table.stray_arrivals
+            ));
         }
         let Some(map) = &trial.map else {
             if let Some(line) = lines.first() {
@@ -210,11 +200,11 @@ impl NetworkTotals {
         (!losses.is_empty()).then(|| losses.iter().sum::<f64>() / losses.len() as f64)
     }
 
-    /// Vehicles that departed in the drive, and that arrived; `None` if the recording has no table of them.
-    pub fn departures_and_arrivals(&self) -> Option<[usize; 2]> {
+    /// Vehicles that departed in the drive, and that arrived.
+    pub fn departures_and_arrivals(&self) -> [usize; 2] {
         let departed = self.trips.values().filter(|trip| !trip.was_there_before()).count();
         let arrived = self.trips.values().filter(|trip| trip.arrived.is_some()).count();
-        self.has_trips.then_some([departed, arrived])
+        [departed, arrived]
     }
 }
 

@@ -1,0 +1,144 @@
+//! `codrive sign`: a recording or a data set signed by a key of the lab, and the check of such a signature. In: a folder, a key or a list of
+//! signers. Out: a signature beside what is signed; who has signed.
+//!
+//! One file is signed, which has the SHA-256 of all others: of a recording `manifest.json`, of a data set `SHA256SUMS`.
+
+use super::{CliError, analyse, out};
+use crate::{
+    drive_loop::RunError,
+    file::read_bounded,
+    record::{self, manifest, seals::SIGNATURE},
+    signing::{self, Signer, SignerList, SigningError},
+    study::checksums,
+};
+use clap::{Arg, ArgMatches, Command, value_parser};
+use std::path::{Path, PathBuf};
+
+/// The most that a signed file may hold, bytes.
+const MOST_BYTES: u64 = 64 << 20;
+
+fn path(name: &'static str, value: &'static str) -> Arg {
+    Arg::new(name).value_name(value).value_parser(value_parser!(PathBuf))
+}
+
+pub(super) fn command() -> Command {
+    Command::new("sign")
+        .about("Sign a recording or a data set with the lab's key, so that nobody else can change it unseen")
+        .after_help(
+            "Checksums find a change; a person who changes a file can make them anew. Without the key nobody can make the signature anew.\n\n\
+             Example:\n  \
+             ssh-keygen -t ed25519 -N '' -f lab-key     once: lab-key stays with the lab, lab-key.pub goes to everybody\n  \
+             codrive sign data --key lab-key            after the last session\n  \
+             codrive analyse data --signer lab-key.pub  signed by the lab, or refused\n\n\
+             Of a recording manifest.json is signed (manifest.json.sig), of a data set SHA256SUMS; either has the SHA-256 of all other files. \
+             The format is OpenSSH's: ssh-keygen -Y verify -f signers -I NAME -n codrive -s manifest.json.sig < manifest.json. A key with a \
+             passphrase, or one that is not Ed25519, signs by ssh-keygen -Y sign -f KEY -n codrive FILE. What changes afterwards, such as \
+             another participant in a data set, is signed again.",
+        )
+        .arg(path("folder", "DIR").required(true).help("A recording, or the folder of a study"))
+        .arg(path("key", "FILE").long("key").required(true).help("The private key: Ed25519, made by ssh-keygen, without a passphrase"))
+}
+
+/// The flag of commands that check a signature.
+pub(super) fn signer_argument() -> Arg {
+    path("signer", "FILE").long("signer").help(
+        "Who must have signed it (codrive sign): a public key (lab-key.pub), or a list of signers as ssh-keygen -Y reads it. Exit code 1 \
+         where nobody of them has",
+    )
+}
+
+pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    let (Some(folder), Some(key)) = (matches.get_one::<PathBuf>("folder"), matches.get_one::<PathBuf>("key")) else {
+        return Ok(());
+    };
+    let changed = if is_recording(folder) {
+        record::open(folder)?;
+        record::changes(folder)?.iter().map(ToString::to_string).collect()
+    } else {
+        analyse::disagreements(folder)?
+    };
+    if !changed.is_empty() {
+        let found = changed.join("\n  ");
+        return Err(CliError::Failed(format!(
+            "{}: not signed, because it is not as it was written\n  {found}",
+            folder.display()
+        )));
+    }
+    let file = signed_file(folder);
+    let signature = signing::sign(key, &read(&file)?)?;
+    let beside = beside(&file);
+    record::replace(&beside, signature.as_bytes())?;
+    out::line(format_args!("{}: signed; {} holds the signature", folder.display(), beside.display()))?;
+    Ok(())
+}
+
+fn is_recording(folder: &Path) -> bool {
+    folder.join(manifest::FILE).exists()
+}
+
+/// The file of a folder that is signed.
+fn signed_file(folder: &Path) -> PathBuf {
+    folder.join(if is_recording(folder) { manifest::FILE } else { checksums::FILE })
+}
+
+fn beside(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(format!(".{SIGNATURE}"));
+    name.into()
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, CliError> {
+    read_bounded(path, MOST_BYTES).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))
+}
+
+/// Says who has signed a folder whose files agree with their checksums, or that nobody is known to have.
+pub(super) fn say_signer(folder: &Path, matches: &ArgMatches) -> Result<(), CliError> {
+    let Some(list) = matches.get_one::<PathBuf>("signer") else {
+        let signed = beside(&signed_file(folder)).exists();
+        let how = if signed { "--signer FILE says who signed it" } else { "codrive sign --help" };
+        out::line(format_args!(
+            "consistent, not authentic: a person who changes a file can make its checksum anew ({how})"
+        ))?;
+        return Ok(());
+    };
+    let signer = signer(folder, &SignerList::load(list)?)?;
+    out::line(format_args!("authentic: signed by {signer}"))?;
+    Ok(())
+}
+
+/// Who of a list has signed a folder, or the data set that a recording lies in.
+fn signer(folder: &Path, list: &SignerList) -> Result<Signer, CliError> {
+    let file = signed_file(folder);
+    let signature = beside(&file);
+    if signature.exists() {
+        let text = read(&signature)?;
+        return Ok(list.verify(&file.display().to_string(), &read(&file)?, &String::from_utf8_lossy(&text))?);
+    }
+    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.into());
+    let data_set = whole.ancestors().skip(1).find(|root| is_recording(folder) && beside(&signed_file(root)).exists());
+    let Some(root) = data_set else {
+        let text = format!(
+            "{}: it is not signed: there is no {}\n  remedy: codrive sign",
+            folder.display(),
+            signature.display()
+        );
+        return Err(CliError::Failed(text));
+    };
+    let signer = signer(root, list)?;
+    if checksums::lists(root, &whole.join(manifest::FILE)).map_err(RunError::from)? {
+        return Ok(signer);
+    }
+    let text = format!("{}: {signer} signed the data set without this recording as it is", folder.display());
+    Err(CliError::Failed(text))
+}
+
+impl From<SigningError> for CliError {
+    fn from(error: SigningError) -> Self {
+        match error {
+            SigningError::File { .. } | SigningError::Key { .. } | SigningError::Signers { .. } => {
+                Self::Input(error.to_string())
+            }
+            SigningError::NotSigned(_) => Self::Failed(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! The seals of a recording: what its format says must be there, and by which fingerprints. In: a recording that has ended. Out: every
+//! file, table, column, row count and seal that is missing, too many or not as it was written.
+
+use super::{
+    Manifest, RecordError, Table,
+    checksums::{self, Checksums, ColumnSums, TableSums, file_sha256},
+    inputs, lock, manifest,
+    manifest::RecordingState,
+    recover,
+    table::{TableBatches, TableReader},
+};
+use crate::{file, scenario::Scenario};
+use std::{fmt, fs, path::Path};
+
+/// Ending of the file with a signature, behind the name of what is signed, as `ssh-keygen -Y sign` makes it.
+pub const SIGNATURE: &str = "sig";
+/// Folders that no seal covers: the journal, which goes when all is written, what could not be read of it, and results of an analysis.
+const UNSEALED: [&str; 3] = [recover::JOURNAL, recover::LOST_AND_FOUND, "analysis"];
+/// Files that systems put into folders that somebody looks at.
+pub const OF_SYSTEMS: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
+
+/// Something in a recording that is not as it was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AlteredFile {
+    /// Name of the file.
+    pub file: String,
+    /// What is different.
+    pub what: String,
+}
+
+impl fmt::Display for AlteredFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.file, self.what)
+    }
+}
+
+/// What has been found so far.
+#[derive(Default)]
+struct Found(Vec<AlteredFile>);
+
+impl Found {
+    fn say(&mut self, file: &str, what: impl Into<String>) {
+        self.0.push(AlteredFile { file: file.into(), what: what.into() });
+    }
+}
+
+/// Compares a recording with its own seals and with what its format and its scenario say must be there.
+///
+/// # Errors
+/// Its manifest cannot be read or is of another format; a file of it cannot be read.
+pub fn changes(recording: &Path) -> Result<Vec<AlteredFile>, RecordError> {
+    let manifest = Manifest::load(recording)?;
+    let mut found = Found::default();
+    Manifest::faults(recording)?.into_iter().for_each(|what| found.say(manifest::FILE, what));
+    let tables = tables(recording, &manifest, &mut found)?;
+    let path = recording.join(checksums::FILE);
+    if !path.exists() {
+        found.say(checksums::FILE, "is missing");
+        return Ok(found.0);
+    }
+    if manifest.checksums.as_ref().is_some_and(|written| file_sha256(&path).ok().as_ref() != Some(written)) {
+        found.say(checksums::FILE, "is not as it was written: manifest.json has another SHA-256 of it");
+    }
+    let sums = match Checksums::load(recording) {
+        Ok(sums) => sums,
+        Err(error) => {
+            found.say(checksums::FILE, format!("cannot be read any more: {error}"));
+            return Ok(found.0);
+        }
+    };
+    check_files(recording, &manifest, &sums, &mut found)?;
+    check_tables(recording, &tables, &sums, &mut found)?;
+    for name in unsealed(recording, &sums)? {
+        found.say(&name, format!("{} does not list it", checksums::FILE));
+    }
+    Ok(found.0)
+}
+
+/// The tables that must be there. That of a network follows from the scenario; that of advised vehicles from the drive, which a replay
+/// compares.
+fn tables(recording: &Path, manifest: &Manifest, found: &mut Found) -> Result<Vec<Table>, RecordError> {
+    let path = recording.join(inputs::SCENARIO);
+    if !path.exists() {
+        // Said with the other files.
+        return Ok(Table::of(manifest));
+    }
+    let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
+    let scenario = match Scenario::from_toml(&text, inputs::SCENARIO) {
+        Ok(scenario) => scenario,
+        Err(why) => {
+            found.say(inputs::SCENARIO, format!("cannot be read any more: {}", why.message));
+            return Ok(Table::of(manifest));
+        }
+    };
+    if scenario.to_toml() != text {
+        found.say(inputs::SCENARIO, "is not as this program writes it: a setting is missing, or something was added");
+    }
+    let is_on_network = scenario.is_on_network();
+    if manifest.network_tables != is_on_network {
+        let (is, says) = (if is_on_network { "a network" } else { "a closed route" }, manifest.network_tables);
+        found.say(manifest::FILE, format!("network_tables is {says}; the scenario is of a drive on {is}"));
+    }
+    Ok(Table::of(&Manifest { network_tables: is_on_network, ..manifest.clone() }))
+}
+
+/// Files beside the tables: the scenario, the summary of a drive that came to its end, and what the recording carries.
+fn check_files(recording: &Path, manifest: &Manifest, sums: &Checksums, found: &mut Found) -> Result<(), RecordError> {
+    let is_cut = manifest.state == RecordingState::Recovered;
+    for name in checksums::OTHERS {
+        if !sums.files.contains_key(name) && !(is_cut && name == "summary.json" && !recording.join(name).exists()) {
+            found.say(name, format!("{} has no SHA-256 of it", checksums::FILE));
+        }
+    }
+    for (name, was) in &sums.files {
+        let path = recording.join(name);
+        if !path.exists() {
+            found.say(name, "is missing");
+        } else if file_sha256(&path)? != *was {
+            found.say(name, "is not as it was written: its SHA-256 differs");
+        }
+    }
+    Ok(())
+}
+
+fn check_tables(recording: &Path, tables: &[Table], sums: &Checksums, found: &mut Found) -> Result<(), RecordError> {
+    for table in tables {
+        let (path, name) = (table.parquet(recording), format!("{}.parquet", table.name()));
+        let Some(was) = sums.tables.get(table.name()) else {
+            found.say(&name, format!("{} has no SHA-256 of it", checksums::FILE));
+            continue;
+        };
+        if !path.exists() {
+            found.say(&name, "is missing");
+            continue;
+        }
+        let is_as_written = file_sha256(&path)? == was.sha256;
+        match table_differences(*table, &path, was) {
+            Ok(what) if what.is_empty() && !is_as_written => {
+                found.say(&name, "was written anew; all values are as they were");
+            }
+            Ok(what) => what.into_iter().for_each(|what| found.say(&name, what)),
+            Err(error) => found.say(&name, format!("cannot be read any more: {error}")),
+        }
+    }
+    for name in sums.tables.keys().filter(|name| !tables.iter().any(|table| table.name() == *name)) {
+        found.say(checksums::FILE, format!("lists {name}.parquet, which is no table of this drive"));
+    }
+    Ok(())
+}
+
+/// What of a table is not as it was written or as its format has it, in words.
+fn table_differences(table: Table, path: &Path, was: &TableSums) -> Result<Vec<String>, RecordError> {
+    let mut sums = ColumnSums::default();
+    let rows = TableReader::each_batch(path, &mut |batch| sums.push(batch))?;
+    let mut found = Vec::new();
+    if rows != was.rows {
+        found.push(format!("has {rows} rows; {} were written", was.rows));
+    }
+    let (there, format, now) = (TableBatches::open(path)?.schema(), recover::schema(table), sums.finish());
+    for field in format.fields() {
+        let name = field.name();
+        match there.field_with_name(name) {
+            Err(_) => found.push(format!("column {name} is missing")),
+            Ok(other) if other.data_type() != field.data_type() => {
+                found.push(format!("column {name} has values of another kind"));
+            }
+            Ok(_) => match was.columns.get(name) {
+                None if was.rows > 0 => found.push(format!("{} has no SHA-256 of column {name}", checksums::FILE)),
+                Some(written) if rows == was.rows && now.get(name) != Some(written) => {
+                    found.push(format!("column {name} is not as it was written"));
+                }
+                _ => {}
+            },
+        }
+    }
+    let is_new = |name: &&String| format.field_with_name(name).is_err();
+    found.extend(
+        there.fields().iter().map(|field| field.name()).filter(is_new).map(|name| format!("column {name} is new")),
+    );
+    let more = was.columns.keys().filter(|name| format.field_with_name(name).is_err());
+    found.extend(
+        more.map(|name| format!("{} has a SHA-256 of column {name}, which no such table has", checksums::FILE)),
+    );
+    Ok(found)
+}
+
+/// Files of a recording, from its folder on, that are not in the list of its checksums and should be.
+pub(super) fn unsealed(recording: &Path, sums: &Checksums) -> Result<Vec<String>, RecordError> {
+    let known = |name: &str| {
+        let table = name.strip_suffix(".parquet").is_some_and(|table| sums.tables.contains_key(table));
+        let signature = format!("{}.{SIGNATURE}", manifest::FILE);
+        let others = [manifest::FILE, checksums::FILE, lock::FILE, &signature];
+        table || sums.files.contains_key(name) || others.contains(&name)
+    };
+    let (mut names, mut folders) = (Vec::new(), vec![String::new()]);
+    while let Some(folder) = folders.pop() {
+        let path = recording.join(&folder);
+        for entry in fs::read_dir(&path).map_err(RecordError::file(&path))? {
+            let entry = entry.map_err(RecordError::file(&path))?;
+            let own = entry.file_name().to_string_lossy().into_owned();
+            let is_begun = Path::new(&own).extension().is_some_and(|ending| ending == super::BESIDE);
+            if is_begun || OF_SYSTEMS.contains(&own.as_str()) || (folder.is_empty() && UNSEALED.contains(&own.as_str()))
+            {
+                continue;
+            }
+            let name = if folder.is_empty() { own } else { format!("{folder}/{own}") };
+            match entry.file_type().map_err(RecordError::file(entry.path()))? {
+                kind if kind.is_dir() => folders.push(name),
+                _ if known(&name) => {}
+                _ => names.push(name),
+            }
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_is_told_with_its_file() {
+        let change = AlteredFile { file: "ego.parquet".into(), what: "is missing".into() };
+        assert_eq!(change.to_string(), "ego.parquet: is missing");
+    }
+}

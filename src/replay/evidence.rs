@@ -1,0 +1,107 @@
+//! What each file of a recording was proven by. In: a recording that was driven again to its end. Out: a line a file: proven by driving, by
+//! its checksum only, or not at all, and why.
+
+use super::facts::DriveFacts;
+use crate::{
+    record::{
+        Checksums, LOST_AND_FOUND, Manifest, RecordError, Table, TableReader,
+        compare::OF_DEVICES,
+        inputs::{self, INPUTS},
+        tables::EventRow,
+    },
+    scenario::Scenario,
+};
+use std::{fmt, path::Path};
+
+/// Settings of `scenario.toml` that move no vehicle: a drive is the same with another value. In a table those of the whole table.
+pub const STATED_SETTINGS: [&str; 6] = ["display", "sound", "advice_tone", "rev_lamps", "flash_patch", "lane_help"];
+
+/// Strength of a proof.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProofKind {
+    /// The same drive gives the same values.
+    Driving,
+    /// It has the SHA-256 that was noted when it was written.
+    Checksum,
+    /// Nothing says that it is as it was written.
+    Nothing,
+}
+
+impl fmt::Display for ProofKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Driving => "driving",
+            Self::Checksum => "checksum only",
+            Self::Nothing => "nothing",
+        })
+    }
+}
+
+/// A file and its proof.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Evidence {
+    /// Name of the file, from the recording's folder on.
+    pub file: String,
+    /// Strongest proof of it.
+    pub by: ProofKind,
+    /// Parts of it with a weaker proof; empty where there are none.
+    pub less: String,
+}
+
+impl Evidence {
+    pub(super) fn driving(file: &str, less: String) -> Self {
+        Self { file: file.into(), by: ProofKind::Driving, less }
+    }
+
+    fn checksum(file: &str, less: &str) -> Self {
+        Self { file: file.into(), by: ProofKind::Checksum, less: less.into() }
+    }
+}
+
+/// The files of a recording as a table with a heading.
+pub fn table(files: &[Evidence]) -> String {
+    let width = files.iter().map(|file| file.file.chars().count()).max().unwrap_or_default().max("file".len());
+    let line =
+        |file: &str, by: &str, less: &str| format!("{file:<width$}  {by:<13}  {less}").trim_end().to_owned() + "\n";
+    let lines = files.iter().map(|file| line(&file.file, &file.by.to_string(), &file.less));
+    line("file", "proven by", "less is known of") + &lines.collect::<String>()
+}
+
+/// The proof of each file of a recording in which nothing differs.
+pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> Result<Vec<Evidence>, RecordError> {
+    let manifest = Manifest::load(recording)?;
+    let mut files = Vec::new();
+    for table in Table::of(&manifest) {
+        let name = format!("{}.parquet", table.name());
+        files.push(match table {
+            Table::Frames => Evidence::checksum(&name, "times of frames and devices follow from no drive"),
+            Table::Events => Evidence::driving(&name, by_hand(recording)?),
+            Table::Ego => Evidence::driving(&name, format!("{}: checksum only", OF_DEVICES[0])),
+            Table::Advice => Evidence::driving(&name, format!("{}, {}: checksum only", OF_DEVICES[1], OF_DEVICES[2])),
+            _ => Evidence::driving(&name, String::new()),
+        });
+    }
+    let settings = format!("settings that move no vehicle: checksum only ({})", STATED_SETTINGS.join(", "));
+    files.push(Evidence::driving(inputs::SCENARIO, settings));
+    files.extend(facts.evidence());
+    let sums = Checksums::load(recording)?;
+    let others = sums.files.keys().filter(|name| name.contains('/'));
+    files.extend(others.map(|name| {
+        let is_driven_with = name.starts_with(INPUTS) && !name.ends_with("map.toml") && !scenario.map.is_empty();
+        if is_driven_with { Evidence::driving(name, String::new()) } else { Evidence::checksum(name, "") }
+    }));
+    if recording.join(LOST_AND_FOUND).exists() {
+        let less = "what could not be read when the drive was recovered";
+        files.push(Evidence { file: LOST_AND_FOUND.into(), by: ProofKind::Nothing, less: less.into() });
+    }
+    Ok(files)
+}
+
+/// Rows of events that people and windows made, in words.
+fn by_hand(recording: &Path) -> Result<String, RecordError> {
+    let mut count = 0;
+    for part in TableReader::parts(&Table::Events.parquet(recording), &["event"])? {
+        count += part?.words("event").iter().filter(|kind| !EventRow::is_of_world(kind)).count();
+    }
+    Ok(if count == 0 { String::new() } else { format!("marks, notes and other rows by hand ({count}): checksum only") })
+}

@@ -1,0 +1,181 @@
+//! Signatures of files by a key of the lab, in OpenSSH's format (SSHSIG, `ssh-keygen -Y`). In: a private key or a list of signers, and
+//! the bytes of a file. Out: a signature, or the name of the signer. Keys are Ed25519; one with a passphrase or of another kind signs by
+//! `ssh-keygen -Y sign -f KEY -n codrive FILE`, which makes the same signature.
+
+use crate::file::{SETTINGS_BYTES, read_text};
+use ssh_key::{Algorithm, HashAlg, LineEnding, PrivateKey, PublicKey, SshSig};
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
+
+/// What signatures are made for: one that was made for something else, such as a mail, is not taken.
+pub const NAMESPACE: &str = "codrive";
+
+/// Why something was not signed, or a signature not accepted.
+#[derive(Debug, thiserror::Error)]
+pub enum SigningError {
+    /// A file cannot be read.
+    #[error("{path}: {why}")]
+    File {
+        /// Its path.
+        path: PathBuf,
+        /// The system's words.
+        why: std::io::Error,
+    },
+    /// A private key that cannot be used.
+    #[error("{path}: {why}\n  remedy: make a key with ssh-keygen -t ed25519 -N '' -f lab-key, or sign with {tool}")]
+    Key {
+        /// Its path.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+        /// The command that signs with other keys.
+        tool: String,
+    },
+    /// A list of signers that cannot be used.
+    #[error(
+        "{path}{line}: {why}; allowed is a line NAME ssh-ed25519 KEY for each signer, as ssh-keygen -Y reads it, or a public key (.pub)"
+    )]
+    Signers {
+        /// Its path.
+        path: PathBuf,
+        /// `, line 3`; empty where no line is meant.
+        line: String,
+        /// What is wrong.
+        why: String,
+    },
+    /// The signature is not one of these bytes by one of these signers.
+    #[error("{0}")]
+    NotSigned(String),
+}
+
+/// Who has signed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Signer {
+    /// Name in the list of signers.
+    pub name: String,
+    /// Fingerprint of the key, as `ssh-keygen -l` prints it.
+    pub fingerprint: String,
+}
+
+impl fmt::Display for Signer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.name, self.fingerprint)
+    }
+}
+
+/// Keys that may sign, by the name of their owner.
+#[derive(Clone, Debug)]
+pub struct SignerList {
+    path: PathBuf,
+    signers: Vec<(String, PublicKey)>,
+}
+
+fn read(path: &Path) -> Result<String, SigningError> {
+    read_text(path, SETTINGS_BYTES).map_err(|why| SigningError::File { path: path.into(), why })
+}
+
+/// Signs bytes with the private key in a file. Returns the signature as the text of a file.
+///
+/// # Errors
+/// The key cannot be read, has a passphrase or is of another kind.
+pub fn sign(key: &Path, bytes: &[u8]) -> Result<String, SigningError> {
+    let tool = format!("ssh-keygen -Y sign -f {} -n {NAMESPACE} FILE", key.display());
+    let fault = |why: String| SigningError::Key { path: key.into(), why, tool: tool.clone() };
+    let private = PrivateKey::from_openssh(read(key)?).map_err(|why| {
+        fault(format!("is no private key that can be read here ({why}); allowed is Ed25519 in OpenSSH's format, without a passphrase"))
+    })?;
+    if private.is_encrypted() {
+        return Err(fault("has a passphrase; allowed here is a key without one".into()));
+    }
+    if private.algorithm() != Algorithm::Ed25519 {
+        return Err(fault(format!("is of kind {}; allowed here is ssh-ed25519", private.algorithm())));
+    }
+    let signature = private.sign(NAMESPACE, HashAlg::Sha512, bytes).map_err(|why| fault(why.to_string()))?;
+    signature.to_pem(LineEnding::LF).map_err(|why| fault(why.to_string()))
+}
+
+impl SignerList {
+    /// Reads a list of signers, or a public key, whose comment is the name then.
+    ///
+    /// # Errors
+    /// It cannot be read, a line of it is not understood, or it has no signer.
+    pub fn load(path: &Path) -> Result<Self, SigningError> {
+        let mut signers = Vec::new();
+        for (i, line) in read(path)?.lines().enumerate() {
+            let line = line.trim();
+            if line.is_empty() || line.starts_with('#') {
+                continue;
+            }
+            signers.push(signer(line).map_err(|why| {
+                let line = format!(", line {}", i + 1);
+                SigningError::Signers { path: path.into(), line, why }
+            })?);
+        }
+        if signers.is_empty() {
+            return Err(SigningError::Signers {
+                path: path.into(),
+                line: String::new(),
+                why: "it names nobody".into(),
+            });
+        }
+        Ok(Self { path: path.into(), signers })
+    }
+
+    /// Returns who of the list has signed these bytes; `name` is what messages call them.
+    ///
+    /// # Errors
+    /// It is no signature of them, or one by a key that is not on the list.
+    pub fn verify(&self, name: &str, bytes: &[u8], text: &str) -> Result<Signer, SigningError> {
+        let fault = |why: String| SigningError::NotSigned(format!("{name}: {why}"));
+        let signature = SshSig::from_pem(text).map_err(|why| fault(format!("its signature cannot be read: {why}")))?;
+        // Lengths within it that do not fit are read all the same: what OpenSSH writes has one form.
+        let letters = |text: &str| text.split_whitespace().collect::<String>();
+        if signature.to_pem(LineEnding::LF).map(|text| letters(&text)) != Ok(letters(text)) {
+            return Err(fault("its signature is not as OpenSSH writes it".into()));
+        }
+        if signature.namespace() != NAMESPACE {
+            let (is, allowed) = (signature.namespace(), NAMESPACE);
+            return Err(fault(format!(
+                "its signature was made for {is:?}; allowed is {allowed:?} (ssh-keygen -Y sign -n {allowed})"
+            )));
+        }
+        let fingerprint = signature.public_key().fingerprint(HashAlg::Sha256).to_string();
+        let signer = self.signers.iter().find(|(_, key)| key.key_data() == signature.public_key());
+        let Some((signer, key)) = signer else {
+            let list = self.path.display();
+            return Err(fault(format!("it is signed by the key {fingerprint}, which is not in {list}")));
+        };
+        key.verify(NAMESPACE, bytes, &signature)
+            .map_err(|_| fault(format!("was changed after {signer} signed it: the signature does not fit")))?;
+        Ok(Signer { name: signer.clone(), fingerprint })
+    }
+}
+
+/// A line of a list: `NAME [namespaces="codrive"] ssh-ed25519 KEY [comment]`, or a public key with its comment.
+fn signer(line: &str) -> Result<(String, PublicKey), String> {
+    let kind = Algorithm::Ed25519.to_string();
+    let at = line.find(&kind).ok_or("there is no key of kind ssh-ed25519")?;
+    let key = PublicKey::from_openssh(&line[at..]).map_err(|why| format!("the key cannot be read: {why}"))?;
+    let mut words = line[..at].split_whitespace();
+    let Some(name) = words.next() else {
+        let comment = key.comment().trim();
+        return if comment.is_empty() {
+            Err("the key has no comment that names its owner".into())
+        } else {
+            Ok((comment.into(), key))
+        };
+    };
+    for option in words {
+        let namespaces = option.strip_prefix("namespaces=").map(|list| list.trim_matches('"'));
+        if !namespaces.is_some_and(|list| list.split(',').any(|namespace| namespace == NAMESPACE)) {
+            return Err(format!("the option {option} is not understood; allowed is namespaces=\"{NAMESPACE}\""));
+        }
+    }
+    Ok((name.into(), key))
+}
+
+#[cfg(test)]
+#[path = "signing_tests.rs"]
+mod tests;

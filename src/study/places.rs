@@ -1,0 +1,344 @@
+//! Whether each recording of a data set lies where it belongs. In: the folder, with the logs of its sessions, its plan and its tables. Out:
+//! every recording whose participant, trial, condition or time is not that of its place, and every table that says otherwise than the log.
+
+use super::{
+    Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
+    dataset::{BASELINE, STUDY},
+    scans, session,
+    session_log::{ItemOutcome, SegmentRecord, SessionLog},
+};
+use crate::{
+    file::read_text,
+    policy,
+    record::{AlteredFile, Manifest, RecordError, inputs, seals::OF_SYSTEMS},
+    scenario::Scenario,
+    traffic::Demand,
+};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::Path,
+};
+
+/// Ending of a baseline that is being made.
+const PART: &str = "-part";
+/// Between the name of a recording and what was changed in another that `codrive replay --what-if` has put beside it.
+pub(super) const WHAT_IF: &str = "-what-if-";
+
+/// A row of `participants.tsv` or of a list of scans, by the names of its columns.
+type Row = BTreeMap<String, String>;
+
+/// What of a data set is not where it belongs.
+///
+/// # Errors
+/// A file cannot be read.
+pub fn misplaced(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
+    let study = Study::load(&root.join(STUDY));
+    if let Err(why) = &study {
+        log::warn!(
+            "the study cannot be read here, so that trials are compared with the sessions' logs, and not with its plan: {why}"
+        );
+    }
+    let people = rows(&root.join("participants.tsv"))?;
+    let mut places = Places { root, study: study.ok(), found: Vec::new() };
+    let with_raw = folders(&root.join("sourcedata"))?;
+    for subject in &with_raw {
+        places.check_participant(subject, &people)?;
+    }
+    let with_tables = folders(root)?;
+    let named = people.iter().filter_map(|row| row.get("participant_id"));
+    let named: BTreeSet<&String> = named.chain(&with_tables).filter(|name| !with_raw.contains(*name)).collect();
+    for subject in named {
+        places.say(subject, format!("there is no folder sourcedata/{subject}"));
+    }
+    Ok(places.found)
+}
+
+/// Names of the participants' folders in a folder.
+fn folders(folder: &Path) -> Result<BTreeSet<String>, SessionError> {
+    Ok(entries(folder)?.into_iter().filter(|name| name.starts_with("sub-") && folder.join(name).is_dir()).collect())
+}
+
+fn entries(folder: &Path) -> Result<BTreeSet<String>, SessionError> {
+    if !folder.exists() {
+        return Ok(BTreeSet::new());
+    }
+    let entries = fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+    let entries = entries.map_err(|why| RecordError::File { path: folder.into(), why })?;
+    Ok(entries.into_iter().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
+}
+
+/// Rows of a table; none of one that is not there.
+fn rows(path: &Path) -> Result<Vec<Row>, SessionError> {
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let text =
+        read_text(path, super::erasure::TABLE_BYTES).map_err(|why| RecordError::File { path: path.into(), why })?;
+    let mut lines = text.lines().map(|line| line.split('\t').map(str::to_owned));
+    let names: Vec<String> = lines.next().into_iter().flatten().collect();
+    Ok(lines.map(|cells| names.iter().cloned().zip(cells).collect()).collect())
+}
+
+struct Places<'a> {
+    root: &'a Path,
+    study: Option<Study>,
+    found: Vec<AlteredFile>,
+}
+
+impl Places<'_> {
+    fn say(&mut self, file: &str, what: String) {
+        self.found.push(AlteredFile { file: file.into(), what });
+    }
+
+    /// One participant: log, row of `participants.tsv`, recordings, list of scans.
+    fn check_participant(&mut self, subject: &str, people: &[Row]) -> Result<(), SessionError> {
+        let source = format!("sourcedata/{subject}");
+        let file = format!("{source}/{}", session::FILE);
+        let log = match SessionLog::load(&self.root.join(&file)) {
+            Ok(log) => log,
+            Err(why) => {
+                self.say(&file, why.to_string());
+                return Ok(());
+            }
+        };
+        if log.participant.subject() != subject {
+            self.say(
+                &file,
+                format!("is the session of {}; it lies in the folder of {subject}", log.participant.subject()),
+            );
+            return Ok(());
+        }
+        self.check_row(&file, &log, people);
+        let plan = self.study.as_ref().map(|study| study.plan(log.index));
+        if plan.as_ref().is_some_and(|plan| plan.order != log.order) {
+            let (number, order) = (log.index + 1, log.order.join(", "));
+            self.say(&file, format!("the order is {order}; that of participant number {number} in {STUDY} is another"));
+        }
+        for passage in &log.passages {
+            self.check_passage(&source, &log.participant, passage, plan.as_ref())?;
+        }
+        self.check_folders(&source, &log)?;
+        if let Some(plan) = &plan {
+            self.check_scans(subject, &log, plan)?;
+        }
+        Ok(())
+    }
+
+    fn check_row(&mut self, file: &str, log: &SessionLog, people: &[Row]) {
+        let subject = log.participant.subject();
+        let Some(row) = people.iter().find(|row| row.get("participant_id") == Some(&subject)) else {
+            if log.end.is_some() {
+                self.say("participants.tsv", format!("has no row of {subject}, whose session is over ({file})"));
+            }
+            return;
+        };
+        let state = Completion::of(log).word();
+        for (column, is) in
+            [("number", (log.index + 1).to_string()), ("order", log.order.join(",")), ("state", state.into())]
+        {
+            let said = row.get(column).map_or("", String::as_str);
+            if said != is && !(is.is_empty() && said == "n/a") {
+                self.say("participants.tsv", format!("{column} of {subject} is {said}; {file} says {is}"));
+            }
+        }
+    }
+
+    /// A passage through an item that was recorded.
+    fn check_passage(
+        &mut self,
+        source: &str,
+        code: &ParticipantCode,
+        passage: &SegmentRecord,
+        plan: Option<&SessionPlan>,
+    ) -> Result<(), SessionError> {
+        let Some(folder) = &passage.recording else { return Ok(()) };
+        let name = format!("{source}/{folder}");
+        let is_done = passage.outcome == ItemOutcome::Done;
+        let manifest = match Manifest::load(&self.root.join(&name)) {
+            Ok(manifest) => manifest,
+            // Cut before its first file was there.
+            Err(RecordError::Absent(_)) if !is_done => return Ok(()),
+            Err(why) => {
+                self.say(&name, format!("there is no recording that can be read: {why}"));
+                return Ok(());
+            }
+        };
+        self.check_owner(&name, code, &manifest);
+        let [began, ended] = [&passage.began, &passage.ended];
+        // A clock that was set back meanwhile says nothing.
+        if began <= ended && !(began..=ended).contains(&&manifest.began) && !manifest.began.is_empty() {
+            let at = &manifest.began;
+            self.say(
+                &name,
+                format!("was begun at {at}; {} says that {} was from {began} to {ended}", session::FILE, passage.item),
+            );
+        }
+        if !is_done {
+            return Ok(());
+        }
+        let is_of = folder == &passage.item || folder.starts_with(&format!("{}-again-", passage.item));
+        if !is_of {
+            self.say(&name, format!("is not named after {}, of which {} says that it is", passage.item, session::FILE));
+        }
+        if let Some(plan) = plan {
+            self.check_trial(&name, &passage.item, plan, &manifest)?;
+        }
+        let baseline = format!("{name}{BASELINE}");
+        if self.root.join(&baseline).exists() {
+            self.check_baseline(&name, &baseline, code)?;
+        }
+        Ok(())
+    }
+
+    fn check_owner(&mut self, name: &str, code: &ParticipantCode, manifest: &Manifest) {
+        if manifest.participant.as_deref() != Some(code.as_str()) {
+            let of = manifest.participant.as_ref().map_or("nobody".into(), |of| format!("participant {of}"));
+            self.say(name, format!("is a recording of {of}; it lies in the folder of {}", code.subject()));
+        }
+    }
+
+    /// What was driven is what the plan has of this item.
+    fn check_trial(
+        &mut self,
+        name: &str,
+        item: &str,
+        plan: &SessionPlan,
+        manifest: &Manifest,
+    ) -> Result<(), SessionError> {
+        let planned = plan.items.iter().find(|planned| planned.name == item);
+        let Some(PlannedItem { item: PlanItem::Drive { scenario, policy, .. }, .. }) = planned else {
+            self.say(name, format!("{item} is no drive of this participant in {STUDY}"));
+            return Ok(());
+        };
+        let Some(driven) = self.scenario(name)? else { return Ok(()) };
+        if let Some(what) = difference(scenario, &driven) {
+            self.say(name, format!("is not the drive that {STUDY} has for {item}: {what}"));
+        } else if inputs::last(&policy.name) != manifest.policy.name {
+            let (is, planned) = (&manifest.policy.name, inputs::last(&policy.name));
+            self.say(
+                name,
+                format!("is not the drive that {STUDY} has for {item}: the policy is {is}, planned is {planned}"),
+            );
+        }
+        Ok(())
+    }
+
+    /// The scenario of a recording; says what is wrong where it cannot be read.
+    fn scenario(&mut self, name: &str) -> Result<Option<Scenario>, SessionError> {
+        match inputs::scenario(&self.root.join(name)) {
+            Ok(scenario) => Ok(Some(scenario)),
+            Err(why) => {
+                self.say(&format!("{name}/{}", inputs::SCENARIO), why.message);
+                Ok(None)
+            }
+        }
+    }
+
+    /// A baseline is the same drive without advice.
+    fn check_baseline(&mut self, trial: &str, baseline: &str, code: &ParticipantCode) -> Result<(), SessionError> {
+        let manifest = match Manifest::load(&self.root.join(baseline)) {
+            Ok(manifest) => manifest,
+            Err(why) => {
+                self.say(baseline, format!("there is no recording that can be read: {why}"));
+                return Ok(());
+            }
+        };
+        self.check_owner(baseline, code, &manifest);
+        let (Some(driven), Some(without)) = (self.scenario(trial)?, self.scenario(baseline)?) else { return Ok(()) };
+        let as_driven = Scenario { driver: driven.driver.clone(), traffic: driven.traffic.clone(), ..without };
+        if let Some(what) = difference(&driven, &as_driven) {
+            self.say(baseline, format!("is not the drive of {trial} without advice: {what}"));
+        } else if manifest.policy.name != policy::NAMES[0] {
+            self.say(baseline, format!("is no drive without advice: its policy is {}", manifest.policy.name));
+        }
+        Ok(())
+    }
+
+    /// Every folder beside the log is one that the log names.
+    fn check_folders(&mut self, source: &str, log: &SessionLog) -> Result<(), SessionError> {
+        let passages = log.passages.iter().filter_map(|passage| passage.recording.as_deref());
+        let known: BTreeSet<&str> =
+            passages.chain(log.running.iter().map(|running| running.recording.as_str())).collect();
+        let is_known = |name: &str| {
+            let own = name.strip_suffix(PART).unwrap_or(name);
+            name.contains(WHAT_IF) || known.contains(name) || known.contains(own.strip_suffix(BASELINE).unwrap_or(own))
+        };
+        for name in entries(&self.root.join(source))? {
+            let place = format!("{source}/{name}");
+            if self.root.join(&place).is_dir() && !is_known(&name) && !OF_SYSTEMS.contains(&name.as_str()) {
+                self.say(&place, format!("{} of its participant does not name it", session::FILE));
+            }
+        }
+        Ok(())
+    }
+
+    /// The list of scans, by which an analysis finds the drives, is that of the log and the plan.
+    fn check_scans(&mut self, subject: &str, log: &SessionLog, plan: &SessionPlan) -> Result<(), SessionError> {
+        let name = format!("{subject}/{subject}_scans.tsv");
+        // A session that goes on is listed when it is over.
+        if log.end.is_none() {
+            return Ok(());
+        }
+        let mut expected: BTreeMap<String, [String; 5]> = BTreeMap::new();
+        for planned in &plan.items {
+            let PlanItem::Drive { scenario, .. } = &planned.item else { continue };
+            let Some(folder) = log.done(&planned.name).and_then(|passage| passage.recording.as_ref()) else { continue };
+            let recording = format!("sourcedata/{subject}/{folder}");
+            let baseline = format!("{recording}{BASELINE}");
+            let baseline = if self.root.join(&baseline).exists() { baseline } else { "n/a".into() };
+            let row = [
+                planned.segment.clone(),
+                planned.run.map_or("n/a".into(), |run| run.to_string()),
+                planned.condition.clone().unwrap_or_else(|| "n/a".into()),
+                scenario.seed.to_string(),
+                baseline,
+            ];
+            expected.insert(recording, row);
+        }
+        for row in rows(&self.root.join(&name))? {
+            let cell = |column: &str| row.get(column).cloned().unwrap_or_default();
+            let recording = cell("recording");
+            if recording == "n/a" {
+                continue;
+            }
+            let Some(planned) = expected.remove(&recording) else {
+                self.say(&name, format!("names {recording}, which is no drive that {subject} has done"));
+                continue;
+            };
+            for (column, is) in scans::OF_DRIVE.into_iter().zip(planned) {
+                if cell(column) != is {
+                    self.say(
+                        &name,
+                        format!("{column} of {recording} is {}; by the log and {STUDY} it is {is}", cell(column)),
+                    );
+                }
+            }
+        }
+        for recording in expected.into_keys() {
+            self.say(&name, format!("does not name {recording}, which {subject} has done"));
+        }
+        Ok(())
+    }
+}
+
+/// The first setting by which a drive is not as planned, in words. Files have other places in a recording; a drive may have been extended.
+fn difference(planned: &Scenario, driven: &Scenario) -> Option<String> {
+    let bare = |scenario: &Scenario| Scenario {
+        map: String::new(),
+        policy: String::new(),
+        duration_s: 0.0,
+        demand: Demand::default(),
+        ..scenario.clone()
+    };
+    let (planned, driven) = (bare(planned), bare(driven));
+    let value = |scenario: &Scenario| serde_json::to_value(scenario).unwrap_or_default();
+    let (planned_keys, driven_keys) = (value(&planned), value(&driven));
+    let keys = planned_keys.as_object()?;
+    let key = keys.keys().find(|key| planned_keys[key.as_str()] != driven_keys[key.as_str()])?;
+    Some(format!("{key} is {}, planned is {}", driven_keys[key.as_str()], planned_keys[key.as_str()]))
+}
+
+#[cfg(test)]
+#[path = "places_tests.rs"]
+mod tests;
