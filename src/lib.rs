@@ -37,7 +37,7 @@
 //! foreign  private  toml_text  within limits / panics of libraries that read them as errors / files written for the user
 //! lsl                          alone / mistakes in TOML / Lab Streaming Layer: streams of this program and of other devices
 //! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets /
-//! triggers                     bytes on a serial port, for amplifiers
+//! triggers  sumo_xml           bytes on a serial port, for amplifiers / the gate in front of SUMO: what its files may hold
 //! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -119,6 +119,7 @@ pub mod settings;
 pub mod sim;
 pub mod space;
 pub mod study;
+pub mod sumo_xml;
 pub mod sweep;
 pub mod time;
 pub mod toml_text;

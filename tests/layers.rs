@@ -10,7 +10,7 @@ use std::{
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
 const ROWS: [&[&str]; 16] = [
     &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text", "lsl"],
-    &["data_folders", "settings", "triggers"],
+    &["data_folders", "settings", "triggers", "sumo_xml"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver", "metrics"],

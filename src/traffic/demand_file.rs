@@ -1,150 +1,151 @@
-//! Looks through files of demand before SUMO has them. In: `rou.xml` files and the network. Out: nothing, or the first fault with file,
-//! line, value and remedy. SUMO reads such a file little by little while the drive goes on: it would find an edge that is not there after
-//! an hour, leave out vehicles that stand out of order without a word, and take 4 kB for each that waits. Files are read
-//! element by element; one that is compressed (`.gz`) is left to SUMO.
+//! Files of demand before SUMO has them. In: `rou.xml` files that somebody wrote, and the network. Out: canonical copies in a private folder,
+//! which SUMO reads in their place, or the first fault with file, line, value and remedy. Files go through the gate in front of SUMO
+//! ([`crate::sumo_xml`]), element by element. SUMO itself would find an edge that is not there after an hour of driving, and leave
+//! out vehicles that stand out of order without a word.
 
-use super::DemandFault;
+use super::{DemandFault, is_interrupted};
 use crate::{
-    file,
     map::network::{EdgeId, Network},
+    private,
+    sumo_xml::{
+        self, Dropped, Problem,
+        stream::{self, StreamError, Tag},
+    },
     toml_text::did_you_mean,
-};
-use quick_xml::{
-    Reader, XmlVersion,
-    events::{BytesStart, Event},
 };
 use std::{
     collections::BTreeMap,
-    io::BufReader,
+    io::{BufWriter, Write},
     path::{Path, PathBuf},
 };
 
 /// The most vehicles that the files of a demand may bring together: two days of a thousand at a time, and 0.8 GB if all of them wait.
 pub const MOST_VEHICLES: u64 = 200_000;
-/// The most bytes of one file: room for what is too many vehicles to be counted.
-pub const MOST_DEMAND_BYTES: u64 = 256 << 20;
 /// Attributes that name one edge or several, of elements that SUMO drives along.
 const EDGES: [&str; 4] = ["from", "to", "via", "edges"];
 
-/// Fails at the first fault of a demand's files.
+/// Canonical copies of a demand's files.
+#[derive(Debug, Default)]
+pub struct CanonicalDemand {
+    /// The copies, in the order of the files.
+    pub files: Vec<PathBuf>,
+    /// Types of vehicles that they define, as far as anybody asks: true for SUMO's default type.
+    pub defines_default_type: bool,
+    /// Parts that were left out, by the file that had them.
+    pub dropped: Vec<(PathBuf, Dropped)>,
+}
+
+/// Copies a demand's files into `folder`, which is private and holds no demand yet.
 ///
 /// # Errors
-/// A file cannot be read or is not XML, names an edge that the network has not or one that cannot be come to, has vehicles out of order, or all together bring more
-/// than [`MOST_VEHICLES`].
-pub(super) fn check(files: &[PathBuf], network: &Network) -> Result<(), DemandFault> {
+/// A file cannot be read or has a part that SUMO is not given, names an edge that the network has not or one that cannot be come to, has
+/// vehicles out of order, or all together bring more than [`MOST_VEHICLES`].
+pub(super) fn copy(files: &[PathBuf], network: &Network, folder: &Path) -> Result<CanonicalDemand, DemandFault> {
+    let mut demand = CanonicalDemand::default();
     let mut before = 0;
     let mut ways = Ways { network, reached: BTreeMap::new() };
-    for file in files.iter().filter(|file| !file.to_string_lossy().ends_with(".gz")) {
-        let mut scan = Scan { file, ways: &mut ways, line: 1, last_depart_s: 0.0, vehicles: 0 };
-        scan.read()?;
+    for (k, file) in files.iter().enumerate() {
+        let path = folder.join(format!("{k}.rou.xml"));
+        let unwritable = |error: std::io::Error| DemandFault::File { file: file.clone(), problem: error.to_string() };
+        let out = BufWriter::new(private::file(&path).map_err(unwritable)?);
+        let mut scan = Scan { ways: &mut ways, last_depart_s: 0.0, vehicles: 0, defines_default_type: false };
+        let copied = stream::copy(file, sumo_xml::demand(), out, &mut |tag| scan.element(tag));
+        let (mut out, dropped) =
+            copied.map_err(|error| if is_interrupted() { DemandFault::Interrupted } else { error.into() })?;
+        out.flush().map_err(unwritable)?;
         before += scan.vehicles;
+        demand.defines_default_type |= scan.defines_default_type;
         if before > MOST_VEHICLES {
             return Err(DemandFault::Vehicles { file: file.clone(), value: before });
         }
+        demand.files.push(path);
+        if !dropped.is_empty() {
+            demand.dropped.push((file.clone(), dropped));
+        }
     }
-    Ok(())
+    Ok(demand)
+}
+
+impl From<StreamError> for DemandFault {
+    fn from(error: StreamError) -> Self {
+        match error {
+            StreamError::File { file, problem } => Self::File { file, problem },
+            StreamError::Element { file, line, problem: Problem { element, problem } } => {
+                Self::Element { file, line, element, problem }
+            }
+        }
+    }
 }
 
 /// A file that is read.
 struct Scan<'a, 'n> {
-    file: &'a Path,
     ways: &'a mut Ways<'n>,
-    /// Where the present element begins, from 1.
-    line: u32,
     last_depart_s: f64,
     vehicles: u64,
+    defines_default_type: bool,
+}
+
+/// Vehicles that an element brings.
+fn vehicles_of(tag: &Tag) -> u64 {
+    match tag.name.as_str() {
+        "trip" | "vehicle" => 1,
+        "flow" => number(tag, "number").map_or(1, |n| n.clamp(0.0, 1e12) as u64),
+        _ => 0,
+    }
+}
+
+fn number(tag: &Tag, name: &str) -> Option<f64> {
+    tag.attribute(name)?.trim().parse().ok()
 }
 
 impl Scan<'_, '_> {
-    fn read(&mut self) -> Result<(), DemandFault> {
-        let unreadable = |problem: String| DemandFault::File { file: self.file.into(), problem };
-        let open = file::open_regular(self.file).map_err(|error| unreadable(error.to_string()))?;
-        let bytes = open.metadata().map_err(|error| unreadable(error.to_string()))?.len();
-        if bytes > MOST_DEMAND_BYTES {
-            return Err(unreadable(format!(
-                "it holds {} MiB; allowed: at most {}{SHORTER}",
-                bytes >> 20,
-                MOST_DEMAND_BYTES >> 20
-            )));
+    fn element(&mut self, tag: &Tag) -> Result<(), Problem> {
+        if is_interrupted() {
+            return Err(Problem { element: tag.label(), problem: "interrupted".into() });
         }
-        let mut reader = Reader::from_reader(BufReader::new(open));
-        let mut buffer = Vec::new();
-        loop {
-            buffer.clear();
-            match reader.read_event_into(&mut buffer) {
-                Ok(Event::Eof) => return Ok(()),
-                Ok(Event::Start(tag) | Event::Empty(tag)) => self.element(&tag)?,
-                Ok(_) => {}
-                Err(error) => return Err(self.fault("this is not XML", error)),
+        match tag.name.as_str() {
+            "trip" | "vehicle" | "flow" | "route" => {}
+            "vType" => {
+                self.defines_default_type |= tag.attribute("id") == Some(super::demand::DEFAULT_TYPE);
+                return Ok(());
             }
-            self.line += buffer.iter().filter(|byte| **byte == b'\n').count() as u32;
+            _ => return Ok(()),
         }
-    }
-
-    fn fault(&self, element: impl ToString, problem: impl ToString) -> DemandFault {
-        let (element, problem) = (element.to_string(), problem.to_string());
-        DemandFault::Element { file: self.file.into(), line: self.line, element, problem }
-    }
-
-    fn element(&mut self, tag: &BytesStart) -> Result<(), DemandFault> {
-        let kind = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
-        if !matches!(kind.as_str(), "trip" | "vehicle" | "flow" | "route") {
-            return Ok(());
-        }
-        let element = self.text(tag, "id")?.map_or(kind.clone(), |id| format!("{kind} \"{id}\""));
-        self.edges(tag, &element)?;
-        self.departure(tag, if kind == "flow" { "begin" } else { "depart" }, &element)?;
-        self.vehicles += match kind.as_str() {
-            "route" => 0,
-            "flow" => self.number(tag, "number")?.map_or(1, |n| n.clamp(0.0, 1e12) as u64),
-            _ => 1,
-        };
+        let faults = self.edges(tag).and_then(|()| self.departure(tag));
+        faults.map_err(|problem| Problem { element: tag.label(), problem })?;
+        self.vehicles += vehicles_of(tag);
         Ok(())
     }
 
-    fn text(&self, tag: &BytesStart, name: &str) -> Result<Option<String>, DemandFault> {
-        let wrong = |error: quick_xml::Error| self.fault(name, error);
-        let found = tag.try_get_attribute(name).map_err(|error| wrong(error.into()))?;
-        let text = found.map(|attribute| attribute.normalized_value(XmlVersion::Implicit1_0).map(String::from));
-        text.transpose().map_err(wrong)
-    }
-
-    fn number(&self, tag: &BytesStart, name: &str) -> Result<Option<f64>, DemandFault> {
-        Ok(self.text(tag, name)?.and_then(|text| text.trim().parse().ok()))
-    }
-
     /// The edges of an element: they are there, and a way leads from the first to the last.
-    fn edges(&mut self, tag: &BytesStart, element: &str) -> Result<(), DemandFault> {
+    fn edges(&mut self, tag: &Tag) -> Result<(), String> {
         let network = self.ways.network;
         for name in EDGES {
-            let edges = self.text(tag, name)?.unwrap_or_default();
+            let edges = tag.attribute(name).unwrap_or_default();
             if let Some(edge) = edges.split_whitespace().find(|edge| network.edge_named(edge).is_none()) {
                 let known: Vec<&str> = network.edges().iter().map(|edge| edge.id.as_str()).collect();
                 let near = did_you_mean(edge, &known);
-                let problem = format!("{name} is \"{edge}\"; allowed: ids of edges of this network{near}");
-                return Err(self.fault(element, problem));
+                return Err(format!("{name} is \"{edge}\"; allowed: ids of edges of this network{near}"));
             }
         }
-        if let (Some(from), Some(to)) = (self.text(tag, "from")?, self.text(tag, "to")?)
-            && let [Some(start), Some(goal)] = [&from, &to].map(|edge| network.edge_named(edge.trim()))
+        if let (Some(from), Some(to)) = (tag.attribute("from"), tag.attribute("to"))
+            && let [Some(start), Some(goal)] = [from, to].map(|edge| network.edge_named(edge.trim()))
             && !self.ways.lead(start, goal)
         {
-            let problem = format!("no way leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect");
-            return Err(self.fault(element, problem));
+            return Err(format!("no way leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect"));
         }
         Ok(())
     }
 
     /// SUMO leaves out who departs before somebody that stands above.
-    fn departure(&mut self, tag: &BytesStart, name: &str, element: &str) -> Result<(), DemandFault> {
-        let Some(depart_s) = self.number(tag, name)? else { return Ok(()) };
+    fn departure(&mut self, tag: &Tag) -> Result<(), String> {
+        let Some(depart_s) = number(tag, if tag.name == "flow" { "begin" } else { "depart" }) else { return Ok(()) };
         if depart_s < self.last_depart_s {
-            let problem = format!(
+            return Err(format!(
                 "departs at {depart_s} s, after one at {} s, and SUMO would leave it out; allowed: ascending times\n  \
                  remedy: sort the file with SUMO's tools/route/sort_routes.py",
                 self.last_depart_s
-            );
-            return Err(self.fault(element, problem));
+            ));
         }
         self.last_depart_s = depart_s;
         Ok(())
@@ -195,7 +196,7 @@ mod tests {
         let file = folder.path().join("town.rou.xml");
         std::fs::write(&file, text).unwrap();
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
-        check(&[file], &network).map_err(|fault| fault.to_string())
+        copy(&[file], &network, folder.path()).map(drop).map_err(|fault| fault.to_string())
     }
 
     #[test]
@@ -236,7 +237,8 @@ mod tests {
                     <trip id=\"c\" depart=\"9\" from=\"north\" to=\"south\"/></routes>";
         assert_eq!(said(good), Ok(()));
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
-        let absent = check(&["no.rou.xml".into()], &network).unwrap_err().to_string();
+        let folder = tempfile::tempdir().unwrap();
+        let absent = copy(&["no.rou.xml".into()], &network, folder.path()).unwrap_err().to_string();
         assert!(absent.starts_with("no.rou.xml: "), "{absent}");
     }
 

@@ -17,7 +17,7 @@ use crate::{
     sim::{Snapshot, snapshot::VehicleSnapshot},
     traffic::{TrafficError, VehicleId},
 };
-use std::{sync::Arc, time::Duration};
+use std::{path::PathBuf, sync::Arc, time::Duration};
 
 /// So far before the end of a path a vehicle is still on it, metres.
 const END_M: f64 = 0.1;
@@ -173,6 +173,14 @@ impl TrafficCoupling {
         match self {
             Self::Ring(ring) => ring.describe(),
             Self::Network(network) => network.describe(),
+        }
+    }
+
+    /// The files of demand that SUMO reads.
+    pub fn demand_files(&self) -> &[PathBuf] {
+        match self {
+            Self::Ring(_) => &[],
+            Self::Network(network) => network.demand_files(),
         }
     }
 

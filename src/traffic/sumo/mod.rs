@@ -10,6 +10,7 @@
 //! spoken here (`wire`, `link`, `remote`) and not by SUMO's own libtraci, which waits without end, breaks down at
 //! a SUMO of another version, and needs an exchange for each command.
 
+mod inputs;
 mod lane_keeping;
 mod link;
 mod locate;
@@ -36,6 +37,7 @@ use crate::{
     space::{CAR_LENGTH_M, Pose, SumoPose},
 };
 use glam::{DVec2, dvec2};
+use inputs::Inputs;
 use options::{DEFAULT_DELTA, OTHER_TYPE_IN_FILE, TYPE_IN_FILE, TypeFile};
 use remote::Remote;
 use shim::{Command, CommandKind, Record, Shim};
@@ -97,7 +99,7 @@ impl SumoTraffic {
         setup.check()?;
         // Absent is absent, whatever the network is.
         locate::library(home)?;
-        network_check::check(home, &setup.map.net_file)?;
+        network_check::check(home, &setup.map.network, &setup.map.net_file)?;
         Self::start_unchecked(home, setup)
     }
 
@@ -106,7 +108,9 @@ impl SumoTraffic {
         setup.check()?;
         let mut shim = Shim::open(home)?;
         let types = TypeFile::of(&setup)?;
-        let net = setup.map.net_file.display().to_string();
+        // SUMO has read it when it has started.
+        let inputs = Inputs::of_network(&setup.map.network, &setup.map.net_file)?;
+        let net = inputs.net().display().to_string();
         let types = types.as_ref().map(|file| file.0.as_path());
         shim.start(&options::options(&net, setup.step_s, types, setup.seed))?;
         let description = format!("{} in process", shim.version()?);

@@ -7,6 +7,7 @@
 //! vehicles before.
 
 use super::{
+    inputs::Inputs,
     locate, network_check,
     network_shim::{NetworkCommand, NetworkCommandKind, NetworkRecord, NetworkShim, NetworkStep},
     options::{self, TypeFile},
@@ -41,7 +42,7 @@ const EMERGENCY: u32 = (1 << 11) | (1 << 12) | (1 << 13);
 pub struct NetworkSetup {
     /// The network.
     pub network: Arc<Network>,
-    /// The same as SUMO reads it.
+    /// Its file, which messages name.
     pub net_file: PathBuf,
     /// Who comes.
     pub demand: Demand,
@@ -93,6 +94,8 @@ pub struct SumoNetwork {
     commands: Vec<NetworkCommand>,
     state: NetworkState,
     description: String,
+    /// SUMO reads on in the demand as the drive goes on.
+    inputs: Inputs,
 }
 
 /// What there was at the end of the last step. All lists are by ascending id.
@@ -117,7 +120,7 @@ impl SumoNetwork {
     pub fn start(setup: &NetworkSetup) -> Result<Self, TrafficError> {
         let home = locate::home()?;
         locate::library(&home)?;
-        network_check::check(&home, &setup.net_file)?;
+        network_check::check(&home, &setup.network, &setup.net_file)?;
         Self::start_unchecked(&home, setup)
     }
 
@@ -126,13 +129,14 @@ impl SumoNetwork {
         let network = &setup.network;
         let normal = network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
         let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
-        let faults = setup.demand.check(&edges).and_then(|()| setup.demand.check_files(network));
-        faults.map_err(|fault| TrafficError::Setup(fault.to_string()))?;
+        setup.demand.check(&edges).map_err(|fault| TrafficError::Setup(fault.to_string()))?;
+        let inputs = Inputs::of_network(network, &setup.net_file)?.with_demand(&setup.demand, network)?;
+        let demand = inputs.demand();
         let mut shim = Shim::open(home)?;
-        let flows = TypeFile::of_demand(&setup.demand, &setup.idm)?;
+        let flows = TypeFile::of_demand(&setup.demand, &setup.idm, demand.defines_default_type)?;
         let routes: Vec<&Path> =
-            std::iter::once(flows.0.as_path()).chain(setup.demand.files.iter().map(PathBuf::as_path)).collect();
-        let net = setup.net_file.display().to_string();
+            std::iter::once(flows.0.as_path()).chain(demand.files.iter().map(PathBuf::as_path)).collect();
+        let net = inputs.net().display().to_string();
         shim.start(&options::network_options(&net, setup.step_s, &routes, LANE_CHANGE_S, setup.seed))?;
         let description = format!("{} in process", shim.version()?);
         shim.add_type("DEFAULT_VEHTYPE", super::NAME, &options::vehicle_type(&setup.idm))?;
@@ -155,6 +159,7 @@ impl SumoNetwork {
                 ..NetworkState::default()
             },
             description,
+            inputs,
             shim,
         };
         traffic.read()?;
@@ -193,6 +198,11 @@ impl SumoNetwork {
     /// It is not there.
     pub fn take_over(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
         self.shim.take(id.0)
+    }
+
+    /// The canonical copies of the demand's files that SUMO reads, in their order.
+    pub fn demand_files(&self) -> &[PathBuf] {
+        &self.inputs.demand().files
     }
 
     /// All vehicles on the road at the end of the last step, by ascending id.

@@ -5,13 +5,13 @@
 
 use super::{
     SumoTraffic,
+    inputs::Inputs,
     network::{EgoStart, NetworkSetup, SumoNetwork},
 };
 use crate::{
-    data_folders, file,
+    data_folders,
     map::{
         MapError, RoadMap,
-        limits::MOST_BYTES,
         network::{LaneId, Network},
     },
     space::CAR_LENGTH_M,
@@ -72,31 +72,41 @@ enum NetworkFault {
     Crashed(std::process::ExitStatus),
 }
 
+impl NetworkFault {
+    /// The same with the file that somebody knows in the place of its copy.
+    fn about(self, copy: &Path, net_file: &Path) -> Self {
+        let named = |words: String| words.replace(&*copy.to_string_lossy(), &net_file.to_string_lossy());
+        match self {
+            Self::Refused(words) => Self::Refused(named(words)),
+            other => other,
+        }
+    }
+}
+
 /// What helps against all of them, where nothing closer is said.
 const REMEDY: &str = "\n  remedy: repair it with SUMO's netconvert (--sumo-net-file OLD --output-file NEW), or import it again with codrive map import";
 
-/// Fails if `net_file` is not a network that SUMO from the folder `home` can be given in this process.
+/// Fails if a network is not one that SUMO from the folder `home` can be given in this process; messages name `net_file`.
 ///
 /// # Errors
-/// It cannot be read, our reader refuses it, or SUMO refuses it or breaks down on it.
-pub(super) fn check(home: &Path, net_file: &Path) -> Result<(), TrafficError> {
+/// SUMO refuses it or breaks down on it.
+pub(super) fn check(home: &Path, network: &Network, net_file: &Path) -> Result<(), TrafficError> {
     static KNOWN: Mutex<Known> = Mutex::new(Known::new());
     let about = |text: String| TrafficError::Setup(format!("{}: {text}", net_file.display()));
-    let bytes = file::read_bounded(net_file, MOST_BYTES).map_err(|error| about(error.to_string()))?;
+    let bytes = network.sumo_text().as_str().as_bytes();
     // By their bytes: a mark in a file would not do, for a damaged copy keeps it.
-    if data_folders::is_shipped_network(&bytes) {
+    if data_folders::is_shipped_network(bytes) {
         return Ok(());
     }
-    let hash: [u8; 32] = Sha256::digest(&bytes).into();
-    drop(bytes);
+    let hash: [u8; 32] = Sha256::digest(bytes).into();
     // One check at a time: a second one of the same network waits for the first and has its result.
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(result) = known.get(&hash) {
         return result.clone().map_err(|fault| about(fault.to_string()));
     }
-    // Not kept: its message names the line, and it costs little.
-    Network::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
-    let result = try_in_child(home, net_file)?;
+    // The child reads what SUMO would read here.
+    let inputs = Inputs::of_network(network, net_file)?;
+    let result = try_in_child(home, inputs.net())?.map_err(|fault| fault.about(inputs.net(), net_file));
     known.insert(hash, result.clone());
     result.map_err(|fault| about(fault.to_string()))
 }
