@@ -38,7 +38,8 @@
 //! temporary  lsl               alone / mistakes in TOML / folders for temporary files / Lab Streaming Layer: streams of this program and
 //!                              of other devices
 //! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets /
-//! triggers  signing            bytes on a serial port, for amplifiers / signatures of files by a key of the lab
+//! triggers  signing            bytes on a serial port, for amplifiers / signatures of files by a key of the lab / the gate in front of
+//! sumo_xml                     SUMO: what its files may hold
 //! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
@@ -122,6 +123,7 @@ pub mod signing;
 pub mod sim;
 pub mod space;
 pub mod study;
+pub mod sumo_xml;
 pub mod sweep;
 pub mod temporary;
 pub mod time;

@@ -11,7 +11,7 @@ use std::{
 const ROWS: [&[&str]; 17] = [
     &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text", "lsl"],
     &["temporary"],
-    &["data_folders", "settings", "triggers", "signing"],
+    &["data_folders", "settings", "triggers", "signing", "sumo_xml"],
     &["map"],
     &["ego", "policy"],
     &["input", "traffic", "driver", "metrics"],

@@ -224,6 +224,10 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
         (true, (low_m, high_m)) => out::line(format_args!("heights        {low_m:.1} to {high_m:.1} m"))?,
         (false, _) => out::line(format_args!("heights        none: flat"))?,
     }
+    let dropped = network.sumo_text().dropped();
+    if !dropped.is_empty() {
+        out::line(format_args!("not for SUMO   {dropped}"))?;
+    }
     let map = match map::RoadMap::load(name) {
         Ok(map) => map,
         Err(error @ (map::MapError::NoRoute { .. } | map::MapError::NoPath { .. })) => {

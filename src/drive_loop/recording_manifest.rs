@@ -21,7 +21,7 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         build: if cfg!(debug_assertions) { "dev" } else { "release" }.into(),
         traffic: world.traffic_engine(),
         seed: scenario.seed,
-        map: NamedHash::of(inputs::last(&world.map().name), Some(&world.map().net_file)),
+        map: NamedHash::of_text(inputs::last(&world.map().name), world.map().network.sumo_text().as_str()),
         policy: NamedHash::of(inputs::last(policy), policy::file_of(policy).as_deref()),
         policy_asked: world.policy().why.clone(),
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),

@@ -98,9 +98,10 @@ pub fn is_own(name_or_path: &str) -> bool {
 /// for one from elsewhere.
 pub fn known_as(map: &RoadMap) -> Option<String> {
     let maps = data_folders::root().join(MAPS);
-    let bytes = |file: &Path| read_bounded(file, MOST_BYTES).ok();
-    let own = bytes(&map.net_file);
-    let shipped = SHIPPED.iter().find(|name| own.is_some() && bytes(&maps.join(name).join("net.xml")) == own);
+    let own = map.network.sumo_text().as_str().as_bytes();
+    let is_own =
+        |name: &str| read_bounded(&maps.join(name).join("net.xml"), MOST_BYTES).is_ok_and(|bytes| bytes == own);
+    let shipped = SHIPPED.iter().find(|name| is_own(name));
     if let Some(name) = shipped {
         return Some((*name).to_owned());
     }

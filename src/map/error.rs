@@ -74,6 +74,18 @@ pub enum MapError {
         /// What it may be.
         allowed: &'static str,
     },
+    /// A part that SUMO is not given.
+    #[error("{}:{line}: {element}: {problem}", file.display())]
+    Refused {
+        /// Which file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u32,
+        /// Which element, for example `edgeData "x"`.
+        element: String,
+        /// Why, what is allowed and the remedy.
+        problem: String,
+    },
     /// The network has no closed chain of lanes for passenger cars.
     #[error("{}: no closed route: {detail}\n  remedy: join the last edge to the first by a connection, or name the edges as `route = [..]` in map.toml", file.display())]
     NoRoute {
@@ -96,13 +108,15 @@ pub enum MapError {
         /// Which file.
         file: PathBuf,
     },
-    /// A file that makes words of its own, which can stand for endlessly many.
-    #[error("{}:{line}: the document declares entities of its own (<!ENTITY ...>), which are not read: a few lines of them can fill the memory\n  remedy: export it again without a document type", file.display())]
-    Entities {
+    /// A file that refers to others, which netconvert would read.
+    #[error("{}:{line}: {reference}\n  remedy: export it again without that, as UTF-8", file.display())]
+    Reference {
         /// Which file.
         file: PathBuf,
         /// Line, from 1.
         line: u32,
+        /// What it has, and why that is not read.
+        reference: &'static str,
     },
     /// What netconvert made of a file cannot be used.
     #[error("{}: netconvert converts this file, but what it makes cannot be used: {problem}\n  remedy: mend the part of the file that this names, or import another part of the map", file.display())]

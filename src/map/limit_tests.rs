@@ -114,7 +114,12 @@ fn what_only_sumo_reads_is_checked_with_file_line_element_and_value() {
             "lane \"ac_0\": id is \"ac_0\"; allowed: the edge's id, an underscore",
         ),
         ("id=\"cd_1\" index=\"1\"", "id=\"cd_1\" index=\"3\"", "lane \"cd_1\": index is \"3\""),
-        ("<lane id=\"bc_0\"", "<lame id=\"bc_0\"", "edge \"bc\": lane is absent; allowed: at least one lane"),
+        ("</net>", "<edge id=\"z\"/></net>", "edge \"z\": lane is absent; allowed: at least one lane"),
+        (
+            "<lane id=\"bc_0\"",
+            "<lame id=\"bc_0\"",
+            "lame \"bc_0\": codrive knows no such element in a network (did you mean lane?)",
+        ),
         ("toLane=\"1\" via=\":c_1_0\" dir=\"l\"", "toLane=\"1\" via=\":c_1_0\" dir=\"x\"", "dir is \"x\""),
         ("dir=\"t\" state=\"M\"", "dir=\"t\" state=\"?\"", "state is \"?\""),
         (
@@ -127,7 +132,7 @@ fn what_only_sumo_reads_is_checked_with_file_line_element_and_value() {
         (
             "<junction id=\"b\"",
             "<lane id=\"bc_0\" index=\"0\"/><junction id=\"b\"",
-            "lane \"bc_0\": its place is absent",
+            "lane \"bc_0\": it stands in the wrong place; allowed in <net>: connection",
         ),
         (
             " via=\":b_0_0\"",
@@ -137,7 +142,7 @@ fn what_only_sumo_reads_is_checked_with_file_line_element_and_value() {
         ("via=\":b_0_0\"", "via=\":a_9_0\"", "via is \":a_9_0\"; allowed: a lane that is the via of no other"),
         (
             "<connection from=\":b_0\" to=\"bc\"",
-            "<c from=\":b_0\" to=\"bc\"",
+            "<prohibition from=\":b_0\" to=\"bc\"",
             "with a connection to where its via leads",
         ),
         (

@@ -1,11 +1,12 @@
 //! The road network as data. In: a map's name or a SUMO `net.xml`, and the edges to drive along if a person names them. Out: a
 //! [`RoadMap`]: the whole [`Network`], and one [`Route`] of its lanes, closed or open, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
 //!
-//! [`network`] reads and writes networks, `xml_tree`, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
+//! [`network`] reads and writes networks, `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
 //! closed route and `open_path` a way where there is none (`tight_turns` says which turns they leave out, `joined_shapes` joins the lines of lanes), `edge_path` the open one along
 //! edges that a person names, `stop_lines` the signals along a route, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
 //! networks and `write` writes them as SUMO reads them.
 
+mod canonical;
 mod catalog;
 pub mod circuit;
 mod edge_path;
@@ -33,6 +34,7 @@ mod xml_tree;
 #[cfg(test)]
 mod xml_tree_tests;
 
+pub use canonical::SumoText;
 pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::{Imported, import};
@@ -53,7 +55,7 @@ pub struct RoadMap {
     pub name: String,
     /// One line for people; the name if the map has none.
     pub title: String,
-    /// The network as SUMO reads it.
+    /// The file of the network. SUMO reads what came of it ([`Network::sumo_text`]).
     pub net_file: PathBuf,
     /// The route: closed, or open along the edges of a path.
     pub route: Route,

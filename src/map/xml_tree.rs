@@ -3,6 +3,7 @@
 //! tags; what else makes a text XML is checked here. No document type and no entities of its own are read; words between tags are
 //! checked and dropped, for a network has none.
 
+use crate::sumo_xml::first_bad_character;
 use quick_xml::{
     Reader, XmlVersion,
     escape::resolve_predefined_entity,
@@ -147,6 +148,16 @@ impl<'t> Element<'t> {
         (self.index..self.data().end as usize).map(move |index| Self { index, ..self })
     }
 
+    /// Its place in the order of the text.
+    pub fn place(self) -> usize {
+        self.index
+    }
+
+    /// The place behind its last descendant.
+    pub fn end(self) -> usize {
+        self.data().end as usize
+    }
+
     /// The elements right in it.
     pub fn children(self) -> impl Iterator<Item = Self> {
         let end = self.data().end as usize;
@@ -183,7 +194,7 @@ impl<'t> Element<'t> {
     }
 
     /// Names and values of its attributes but those with a prefix.
-    pub fn attributes(self) -> impl Iterator<Item = (&'t str, &'t str)> {
+    pub fn attributes(self) -> impl Iterator<Item = (&'t str, &'t str)> + Clone {
         let named = self.attribute_data().iter().map(move |data| (&self.tree.names[data.name as usize], data));
         named.filter(|(name, _)| name.prefix.is_empty()).map(move |(name, data)| (name.local, self.value(data)))
     }
@@ -366,9 +377,7 @@ fn offset_in(text: &str, part: &[u8]) -> usize {
 
 /// Refuses characters that XML cannot hold: those that control a terminal, and two that are none.
 fn check_characters(text: &str) -> Result<(), XmlFault> {
-    let control = |byte: u8| byte < b' ' && !matches!(byte, b'\t' | b'\n' | b'\r');
-    let wrong = text.bytes().position(control).or_else(|| text.find(['\u{fffe}', '\u{ffff}']));
-    wrong.map_or(Ok(()), |at| Err(fault(at, "a character that XML cannot hold")))
+    first_bad_character(text).map_or(Ok(()), |at| Err(fault(at, "a character that XML cannot hold")))
 }
 
 fn is_space(c: char) -> bool {

@@ -1,5 +1,5 @@
 //! The input files of a drive, copied into its recording. In: a scenario whose map, policy or demand is the author's own. Out:
-//! copies in `inputs/`, and the scenario with their place in the recording instead: it can be driven again on another
+//! copies in `inputs/` (network and demand in the canonical form that SUMO has read, with all that a demand includes), and the scenario with their place in the recording instead: it can be driven again on another
 //! machine, and does not tell where its author keeps things. Maps and policies that the program brings keep their names.
 
 use super::{RecordError, files, streams};
@@ -10,7 +10,7 @@ use crate::{
     scenario::Scenario,
     settings::SettingsError,
     sim::World,
-    traffic::MOST_DEMAND_BYTES,
+    sumo_xml::stream,
 };
 use std::{
     fs,
@@ -39,6 +39,7 @@ pub fn portable(world: &World) -> Scenario {
 /// Where a recording keeps a file of demand, the `k`-th that is named: two may be called the same.
 fn demand_place(k: usize, file: &Path) -> PathBuf {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.trim_end_matches(".gz");
     Path::new(INPUTS).join("demand").join(format!("{k}-{name}"))
 }
 
@@ -60,15 +61,16 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     let copy = |from: &Path, to: &Path| copy_up_to(MOST_BYTES, from, to);
     if map::is_own(&scenario.map) {
         let (net, folder) = (&world.map().net_file, recording.join(map_place(world)));
-        copy(net, &folder.join("net.xml"))?;
+        files::new_private_dir(&folder)?;
+        files::write_new(&folder.join("net.xml"), world.map().network.sumo_text().as_str().as_bytes())?;
         // Of a map's folder, its title and its route.
         let about = net.with_file_name("map.toml");
         if net.ends_with("net.xml") && about.is_file() {
             copy(&about, &folder.join("map.toml"))?;
         }
     }
-    for (k, file) in scenario.demand.files.iter().enumerate() {
-        copy_up_to(MOST_DEMAND_BYTES, file, &recording.join(demand_place(k, file)))?;
+    for (k, (file, copied)) in scenario.demand.files.iter().zip(world.demand_files()).enumerate() {
+        copy_up_to(stream::MOST_BYTES, copied, &recording.join(demand_place(k, file)))?;
     }
     if policy::is_path(&scenario.policy) {
         let (own, place) = (Path::new(&scenario.policy), recording.join(portable(world).policy));

@@ -171,6 +171,13 @@ impl NamedHash {
     }
 }
 
+impl NamedHash {
+    /// A name and the text that it stands for.
+    pub fn of_text(name: &str, text: &str) -> Self {
+        Self { name: name.into(), sha256: Some(sha256(text.as_bytes())) }
+    }
+}
+
 /// SHA-256, hexadecimal.
 pub(super) fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))

@@ -50,7 +50,7 @@ use crate::{
     traffic::{EGO, Traffic, TrafficError, VehicleId},
 };
 use advice::AdviceSource;
-use std::{sync::Arc, time::Duration};
+use std::{path::PathBuf, sync::Arc, time::Duration};
 use traffic_coupling::TrafficCoupling;
 
 /// Vehicles farther from an agent are no bodies of its physics, metres: none is there within a step.
@@ -365,6 +365,11 @@ impl World {
     /// Name and version of the traffic engine.
     pub fn traffic_engine(&self) -> String {
         self.traffic.describe()
+    }
+
+    /// The canonical copies of the demand's files that SUMO reads, in the order of the scenario's; none once traffic was let go.
+    pub fn demand_files(&self) -> &[PathBuf] {
+        self.traffic.demand_files()
     }
 
     /// Why the drive is over, once it is.

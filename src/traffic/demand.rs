@@ -3,17 +3,20 @@
 
 use super::{
     VehicleKind,
-    demand_file::{self, MOST_VEHICLES, SHORTER},
+    demand_file::{self, CanonicalDemand, MOST_VEHICLES, SHORTER},
 };
-use crate::{map::network::Network, toml_text::did_you_mean};
+use crate::{map::network::Network, sumo_xml::write_escaped, toml_text::did_you_mean};
 use serde::{Deserialize, Serialize};
-use std::{fmt::Write, path::PathBuf};
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
 
 /// The most vehicles an hour that a flow may bring: a lane carries some 2,000.
 pub const MOST_PER_HOUR: f64 = 100_000.0;
 
 /// SUMO's name of the type of vehicles that have none in a file.
-const DEFAULT_TYPE: &str = "DEFAULT_VEHTYPE";
+pub(super) const DEFAULT_TYPE: &str = "DEFAULT_VEHTYPE";
 /// Attributes of a type whose vehicles change lanes only while they drive, and at most at 11 degrees: a share of 0.2 of their way goes
 /// sideways. SUMO's share of 1 leaves one that stops in a change standing across both lanes.
 const AS_A_CAR_STEERS: &str = "lcMaxSpeedLatStanding=\"0\" lcMaxSpeedLatFactor=\"0.2\"";
@@ -22,7 +25,7 @@ const AS_A_CAR_STEERS: &str = "lcMaxSpeedLatStanding=\"0\" lcMaxSpeedLatFactor=\
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Demand {
-    /// Files as SUMO has them (`rou.xml`: vehicles, trips, flows, routes, types), by ascending time of departure.
+    /// Files as SUMO has them (`rou.xml`: vehicles, trips, flows, routes, types), by ascending time of departure. SUMO reads canonical copies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<PathBuf>,
     /// Flows from edge to edge.
@@ -76,6 +79,9 @@ pub enum DemandFault {
         /// The share.
         value: f64,
     },
+    /// Somebody wants it to end.
+    #[error("interrupted while the demand was read")]
+    Interrupted,
     /// A file that cannot be read.
     #[error("{}: {problem}", .file.display())]
     File {
@@ -154,12 +160,12 @@ impl Demand {
         Ok(())
     }
 
-    /// Fails if a file of the demand cannot be driven on the network, or if the demand brings too many vehicles until a time, s.
+    /// Copies the files through the gate in front of SUMO into a private folder. Vehicles are counted until a time, s.
     ///
     /// # Errors
-    /// The first fault.
-    pub fn check_files(&self, network: &Network, until_s: f64) -> Result<(), DemandFault> {
-        demand_file::check(self, network, until_s)
+    /// The first part that SUMO is not given, or that cannot be driven on the network; or the demand brings too many vehicles.
+    pub fn canonical(&self, network: &Network, until_s: f64, folder: &Path) -> Result<CanonicalDemand, DemandFault> {
+        demand_file::copy(self, network, until_s, folder)
     }
 
     /// Fails if a number of a flow cannot be, on whatever network.
@@ -182,10 +188,11 @@ impl Demand {
 
     /// The flows as SUMO reads them, with `car` as attributes of the type of passenger cars. Every kind of a flow is a flow of its own:
     /// exponential times between vehicles stay exponential when they are split. Nobody changes lanes while he stands, nor does who has no type
-    /// in a file: SUMO would move him sideways with 1 m/s, through whoever stands beside him.
-    pub(super) fn flows_xml(&self, car: &str) -> String {
+    /// in a file: SUMO would move them sideways with 1 m/s, through whoever stands beside them. `defines_default_type` is true if a file has
+    /// that type.
+    pub(super) fn flows_xml(&self, car: &str, defines_default_type: bool) -> String {
         let mut text = String::from("<routes>\n");
-        if !self.files_define(DEFAULT_TYPE) {
+        if !defines_default_type {
             push(&mut text, format_args!("  <vType id=\"{DEFAULT_TYPE}\" {AS_A_CAR_STEERS}/>\n"));
         }
         if self.flows.is_empty() {
@@ -223,22 +230,15 @@ impl Demand {
     }
 }
 
-impl Demand {
-    /// True if a file has a type of this name. One that cannot be read is refused elsewhere.
-    fn files_define(&self, name: &str) -> bool {
-        let quoted = ['"', '\''].map(|quote| format!("id={quote}{name}{quote}"));
-        let texts = self.files.iter().filter_map(|file| std::fs::read_to_string(file).ok());
-        texts.into_iter().any(|text| quoted.iter().any(|id| text.contains(id)))
-    }
-}
-
 /// Name of the type of vehicles of a kind.
 fn type_name(kind: VehicleKind) -> String {
     format!("codrive.{}", kind.name())
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('"', "&quot;").replace('<', "&lt;")
+    let mut bytes = Vec::new();
+    write_escaped(&mut bytes, text).expect("memory takes all text");
+    String::from_utf8(bytes).expect("it was text")
 }
 
 fn push(text: &mut String, arguments: std::fmt::Arguments) {
@@ -278,7 +278,7 @@ mod tests {
             KindShare { kind: VehicleKind::Truck, share: 1.0 },
             KindShare { kind: VehicleKind::Bus, share: 0.0 },
         ];
-        let text = flow(720.0, mix).flows_xml("carFollowModel=\"IDM\"");
+        let text = flow(720.0, mix).flows_xml("carFollowModel=\"IDM\"", false);
         // 540 and 180 an hour.
         assert!(
             text.contains("type=\"codrive.car\" begin=\"0\" end=\"1000000\" period=\"exp(0.150000000)\""),
@@ -297,10 +297,12 @@ mod tests {
 
     #[test]
     fn a_default_type_of_a_file_is_the_files() {
-        let folder = tempfile::tempdir().expect("a folder");
+        let (folder, copies) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
         let file = folder.path().join("own.rou.xml");
-        std::fs::write(&file, "<routes><vType id=\"DEFAULT_VEHTYPE\" accel=\"3\"/></routes>").expect("written");
+        std::fs::write(&file, "<routes><vType id='DEFAULT_VEHTYPE' accel=\"3\"/></routes>").expect("written");
         let demand = Demand { files: vec![file], flows: Vec::new() };
-        assert_eq!(demand.flows_xml(""), "<routes>\n</routes>\n");
+        let network = Network::read(Path::new("n.net.xml"), "<net/>").expect("a network without roads");
+        let canonical = demand.canonical(&network, copies.path()).expect("it passes");
+        assert_eq!(demand.flows_xml("", canonical.defines_default_type), "<routes>\n</routes>\n");
     }
 }

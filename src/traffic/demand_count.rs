@@ -5,12 +5,11 @@
 //! many found no room where they come: SUMO lets them wait beside the road, where nothing is seen of them.
 
 use super::{Demand, demand_file::MOST_VEHICLES};
-use crate::file;
-use quick_xml::{
-    Reader, XmlVersion,
-    events::{BytesStart, Event},
+use crate::sumo_xml::{
+    self,
+    stream::{self, Tag},
 };
-use std::{io::BufReader, path::Path};
+use std::{io, path::Path};
 
 /// The most vehicles that one flow may bring within a second: SUMO tries to find room for each in every step. A lane carries one in two
 /// seconds.
@@ -20,17 +19,12 @@ pub const MOST_ROUTE_EDGES: f64 = 100_000.0;
 const MOST_REPEATED_EDGES: f64 = 10_000_000.0;
 /// The most types of vehicles, and the most members of a distribution. A file by SUMO's `createVehTypeDistribution.py` has 100.
 pub const MOST_TYPES: usize = 20_000;
-/// The most elements inside one another. SUMO's own nest five deep, and it takes a call of a function for each.
-pub const MOST_DEPTH: usize = 32;
 /// Length for which a drive without an end is counted, s.
 pub const ENDLESS_S: f64 = 3600.0;
 /// Length of a flow without an end in SUMO, s.
 const OPEN_FLOW_S: f64 = 86_400.0;
 /// Attributes that state a number an hour.
 const PER_HOUR: [&str; 4] = ["vehsPerHour", "personsPerHour", "containersPerHour", "perHour"];
-
-/// Text of an attribute of an element by its name.
-pub(super) type Attributes<'a> = &'a dyn Fn(&str) -> Option<String>;
 
 impl Demand {
     /// Time until which a demand is counted, s: the length of the drive and of what comes before it.
@@ -51,43 +45,32 @@ impl Demand {
 }
 
 fn due_of_file(file: &Path, until_s: f64) -> Option<f64> {
-    let mut reader = Reader::from_reader(BufReader::new(file::open_regular(file).ok()?));
-    let (mut buffer, mut sum, mut times) = (Vec::new(), 0.0, FlowTimes::default());
-    loop {
-        buffer.clear();
-        match reader.read_event_into(&mut buffer).ok()? {
-            Event::Eof => return Some(sum),
-            Event::Start(tag) | Event::Empty(tag) => sum += due_of_element(&tag, until_s, &mut times)?,
-            Event::End(tag) if tag.name().as_ref() == b"interval" => times = FlowTimes::default(),
-            _ => {}
-        }
-    }
+    let (mut sum, mut times) = (Some(0.0), IntervalTimes::default());
+    let mut look = |tag: &Tag| {
+        times.leave(tag);
+        sum = sum.and_then(|sum| Some(sum + due_of_element(tag, until_s, &mut times)?));
+        Ok(())
+    };
+    stream::copy(file, sumo_xml::demand(), io::sink(), &mut look).ok()?;
+    sum
 }
 
-fn due_of_element(tag: &BytesStart, until_s: f64, times: &mut FlowTimes) -> Option<f64> {
-    let attribute = |name: &str| text_of(tag, name);
-    match tag.name().as_ref() {
-        b"trip" | b"vehicle" => Some(f64::from(u8::from(seconds(&attribute("depart")?)? < until_s))),
-        b"flow" => Some(FlowRate::of(&attribute, times).ok()?.until(until_s)),
-        b"interval" => {
-            *times = FlowTimes::of(&attribute).ok()?;
+fn due_of_element(tag: &Tag, until_s: f64, times: &mut IntervalTimes) -> Option<f64> {
+    match tag.name.as_str() {
+        "trip" | "vehicle" => Some(f64::from(u8::from(seconds(tag.attribute("depart")?)? < until_s))),
+        "flow" => Some(FlowRate::of(tag, &times.of_flows).ok()?.until(until_s)),
+        "interval" => {
+            times.enter(tag).ok()?;
             Some(0.0)
         }
         _ => Some(0.0),
     }
 }
 
-/// Text of an attribute; `None` where there is none, or the file is broken.
-pub(super) fn text_of(tag: &BytesStart, name: &str) -> Option<String> {
-    let found = tag.try_get_attribute(name).ok()??;
-    Some(found.normalized_value(XmlVersion::Implicit1_0).ok()?.into())
-}
-
 /// Sums of all files of a demand.
 pub(super) struct DemandCount {
     until_s: f64,
-    times: FlowTimes,
-    depth: usize,
+    times: IntervalTimes,
     vehicles: f64,
     types: usize,
     repeated_edges: f64,
@@ -97,7 +80,7 @@ impl DemandCount {
     /// A count until a time, s, that begins with those that the demand's own flows bring.
     pub fn new(demand: &Demand, until_s: f64) -> Self {
         let vehicles = demand.due_of_flows(until_s);
-        Self { until_s, times: FlowTimes::default(), depth: 0, vehicles, types: 0, repeated_edges: 0.0 }
+        Self { until_s, times: IntervalTimes::default(), vehicles, types: 0, repeated_edges: 0.0 }
     }
 
     /// Vehicles, persons and containers until now.
@@ -105,22 +88,19 @@ impl DemandCount {
         self.vehicles.ceil() as u64
     }
 
-    /// Adds an element that begins, and those below it after that. The error says what is wrong and what is allowed.
-    pub fn begin(&mut self, kind: &str, attribute: Attributes<'_>) -> Result<(), String> {
-        self.depth += 1;
-        if self.depth > MOST_DEPTH {
-            return Err(format!("{} elements lie inside one another; allowed: at most {MOST_DEPTH}", self.depth));
-        }
-        match kind {
+    /// Adds an element that begins. The error says what is wrong and what is allowed.
+    pub fn add(&mut self, tag: &Tag) -> Result<(), String> {
+        self.times.leave(tag);
+        match tag.name.as_str() {
             "trip" | "vehicle" | "person" | "container" => {
-                if let Some(text) = attribute("depart") {
-                    departure("depart", &text)?;
+                if let Some(text) = tag.attribute("depart") {
+                    departure("depart", text)?;
                 }
                 self.vehicles += 1.0;
             }
-            "flow" | "personFlow" | "containerFlow" => self.flow(attribute)?,
-            "interval" => self.times = FlowTimes::of(attribute)?,
-            "route" => self.route(attribute)?,
+            "flow" | "personFlow" | "containerFlow" => self.flow(tag)?,
+            "interval" => self.times.enter(tag)?,
+            "route" => self.route(tag)?,
             "vType" => {
                 self.types += 1;
                 if self.types > MOST_TYPES {
@@ -129,7 +109,7 @@ impl DemandCount {
             }
             "vTypeDistribution" | "routeDistribution" => {
                 for name in ["vTypes", "routes", "probabilities"] {
-                    let count = attribute(name).map_or(0, |text| text.split_whitespace().count());
+                    let count = tag.attribute(name).map_or(0, |text| text.split_whitespace().count());
                     if count > MOST_TYPES {
                         return Err(format!("{name} has {count} members; allowed: at most {MOST_TYPES}"));
                     }
@@ -140,16 +120,8 @@ impl DemandCount {
         Ok(())
     }
 
-    /// An element ends.
-    pub fn end(&mut self, kind: &str) {
-        self.depth = self.depth.saturating_sub(1);
-        if kind == "interval" {
-            self.times = FlowTimes::default();
-        }
-    }
-
-    fn flow(&mut self, attribute: Attributes<'_>) -> Result<(), String> {
-        let rate = FlowRate::of(attribute, &self.times)?;
+    fn flow(&mut self, tag: &Tag) -> Result<(), String> {
+        let rate = FlowRate::of(tag, &self.times.of_flows)?;
         let per_s = rate.most_within_a_second();
         if per_s > MOST_PER_S {
             let said = rate.said;
@@ -168,9 +140,9 @@ impl DemandCount {
         Ok(())
     }
 
-    fn route(&mut self, attribute: Attributes<'_>) -> Result<(), String> {
-        let Some(repeat) = whole("repeat", attribute)? else { return Ok(()) };
-        let edges = attribute("edges").map_or(0, |text| text.split_whitespace().count()) as f64 * (repeat + 1.0);
+    fn route(&mut self, tag: &Tag) -> Result<(), String> {
+        let Some(repeat) = whole("repeat", tag)? else { return Ok(()) };
+        let edges = tag.attribute("edges").map_or(0, |text| text.split_whitespace().count()) as f64 * (repeat + 1.0);
         self.repeated_edges += edges;
         if edges > MOST_ROUTE_EDGES {
             return Err(format!(
@@ -195,8 +167,32 @@ struct FlowTimes {
 }
 
 impl FlowTimes {
-    fn of(attribute: Attributes<'_>) -> Result<Self, String> {
-        Ok(Self { begin_s: time("begin", attribute)?, end_s: time("end", attribute)? })
+    fn of(tag: &Tag) -> Result<Self, String> {
+        Ok(Self { begin_s: time("begin", tag)?, end_s: time("end", tag)? })
+    }
+}
+
+/// The interval around the elements that are read.
+#[derive(Default)]
+struct IntervalTimes {
+    /// Times that it gives to its flows.
+    of_flows: FlowTimes,
+    /// Its own depth; elements that lie deeper are in it.
+    depth: Option<usize>,
+}
+
+impl IntervalTimes {
+    /// Takes the start of an interval.
+    fn enter(&mut self, tag: &Tag) -> Result<(), String> {
+        *self = Self { of_flows: FlowTimes::of(tag)?, depth: Some(tag.depth) };
+        Ok(())
+    }
+
+    /// Forgets the interval where an element that begins is not in it.
+    fn leave(&mut self, tag: &Tag) {
+        if self.depth.is_some_and(|depth| tag.depth <= depth) {
+            *self = Self::default();
+        }
     }
 }
 
@@ -215,25 +211,25 @@ struct FlowRate {
 }
 
 impl FlowRate {
-    fn of(attribute: Attributes<'_>, times: &FlowTimes) -> Result<Self, String> {
-        let begin = attribute("begin").map(|text| departure("begin", &text)).transpose()?;
+    fn of(tag: &Tag, times: &FlowTimes) -> Result<Self, String> {
+        let begin = tag.attribute("begin").map(|text| departure("begin", text)).transpose()?;
         let begin_s = begin.map_or(times.begin_s, |at| at.or(Some(0.0))).unwrap_or(0.0);
-        let end_s = time("end", attribute)?.or(times.end_s).unwrap_or(begin_s + OPEN_FLOW_S);
-        let number = whole("number", attribute)?;
+        let end_s = time("end", tag)?.or(times.end_s).unwrap_or(begin_s + OPEN_FLOW_S);
+        let number = whole("number", tag)?;
         let flow =
             |(per_s, is_random): (f64, bool), said: String| Self { begin_s, end_s, per_s, is_random, number, said };
-        if let Some(text) = attribute("period") {
-            return Ok(flow(of_period(&text)?, format!("period is \"{text}\"")));
+        if let Some(text) = tag.attribute("period") {
+            return Ok(flow(of_period(text)?, format!("period is \"{text}\"")));
         }
         for name in PER_HOUR {
-            let Some(text) = attribute(name) else { continue };
+            let Some(text) = tag.attribute(name) else { continue };
             let per_hour = text.trim().parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
-            let per_hour = per_hour.ok_or_else(|| not_allowed(name, &text, "a number above 0"))?;
+            let per_hour = per_hour.ok_or_else(|| not_allowed(name, text, "a number above 0"))?;
             return Ok(flow((per_hour / 3600.0, false), format!("{name} is \"{text}\"")));
         }
-        if let Some(text) = attribute("probability") {
+        if let Some(text) = tag.attribute("probability") {
             let chance = text.trim().parse().ok().filter(|n: &f64| *n > 0.0 && *n <= 1.0);
-            let chance = chance.ok_or_else(|| not_allowed("probability", &text, "a number above 0, at most 1"))?;
+            let chance = chance.ok_or_else(|| not_allowed("probability", text, "a number above 0, at most 1"))?;
             return Ok(flow((chance, true), format!("probability is \"{text}\"")));
         }
         let Some(count) = number else {
@@ -302,17 +298,17 @@ fn departure(name: &str, text: &str) -> Result<Option<f64>, String> {
     }
 }
 
-fn time(name: &str, attribute: Attributes<'_>) -> Result<Option<f64>, String> {
-    let Some(text) = attribute(name) else { return Ok(None) };
-    let found = seconds(&text).filter(|seconds| *seconds >= 0.0);
-    found.map(Some).ok_or_else(|| not_allowed(name, &text, "seconds from 0, or h:mm:ss"))
+fn time(name: &str, tag: &Tag) -> Result<Option<f64>, String> {
+    let Some(text) = tag.attribute(name) else { return Ok(None) };
+    let found = seconds(text).filter(|seconds| *seconds >= 0.0);
+    found.map(Some).ok_or_else(|| not_allowed(name, text, "seconds from 0, or h:mm:ss"))
 }
 
 /// A whole number from 0 that SUMO can hold.
-fn whole(name: &str, attribute: Attributes<'_>) -> Result<Option<f64>, String> {
-    let Some(text) = attribute(name) else { return Ok(None) };
+fn whole(name: &str, tag: &Tag) -> Result<Option<f64>, String> {
+    let Some(text) = tag.attribute(name) else { return Ok(None) };
     let number = text.trim().parse::<u32>().ok().filter(|n| *n <= i32::MAX as u32);
-    number.map(|n| Some(f64::from(n))).ok_or_else(|| not_allowed(name, &text, "a whole number from 0"))
+    number.map(|n| Some(f64::from(n))).ok_or_else(|| not_allowed(name, text, "a whole number from 0"))
 }
 
 fn not_allowed(name: &str, text: &str, allowed: &str) -> String {

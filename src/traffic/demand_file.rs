@@ -1,152 +1,158 @@
-//! Looks through files of demand before SUMO has them. In: `rou.xml` files and the network. Out: nothing, or the first fault with file,
-//! line, value and remedy. SUMO reads such a file little by little while the drive goes on: it would find an edge that is not there after
-//! an hour, leave out vehicles that stand out of order without a word, and take 4 kB for each that waits. Files are read
-//! element by element; one that is compressed (`.gz`) is left to SUMO.
+//! Files of demand before SUMO has them. In: `rou.xml` files that somebody wrote, and the network. Out: canonical copies in a private folder,
+//! which SUMO reads in their place, or the first fault with file, line, value and remedy. Files go through the gate in front of SUMO
+//! ([`crate::sumo_xml`]), element by element. SUMO itself would find an edge that is not there after an hour of driving, and leave
+//! out vehicles that stand out of order without a word.
 
-use super::{
-    Demand, DemandFault,
-    demand_count::{self, DemandCount},
-};
+use super::{Demand, DemandFault, demand_count::DemandCount, is_interrupted};
 use crate::{
-    file,
+    data_folders,
+    file::{SETTINGS_BYTES, read_bounded},
     map::network::{EdgeId, Network},
+    private,
+    sumo_xml::{
+        self, Dropped, Problem,
+        stream::{self, StreamError, Tag},
+    },
     toml_text::did_you_mean,
 };
-use quick_xml::{
-    Reader, XmlVersion,
-    events::{BytesStart, Event},
+use std::{
+    collections::BTreeMap,
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
 };
-use std::{collections::BTreeMap, io::BufReader, path::Path};
 
 /// The most vehicles that the files of a demand may bring together: two days of a thousand at a time, and 0.8 GB if all of them wait.
 pub const MOST_VEHICLES: u64 = 200_000;
-/// The most bytes of one file: room for what is too many vehicles to be counted.
-pub const MOST_DEMAND_BYTES: u64 = 256 << 20;
 /// Attributes that name one edge or several, of elements that SUMO drives along.
 const EDGES: [&str; 4] = ["from", "to", "via", "edges"];
 
-/// Fails at the first fault of a demand's files.
+/// Canonical copies of a demand's files.
+#[derive(Debug, Default)]
+pub struct CanonicalDemand {
+    /// The copies, in the order of the files.
+    pub files: Vec<PathBuf>,
+    /// Types of vehicles that they define, as far as anybody asks: true for SUMO's default type.
+    pub defines_default_type: bool,
+    /// Parts that were left out, by the file that had them.
+    pub dropped: Vec<(PathBuf, Dropped)>,
+}
+
+/// Copies a demand's files into `folder`, which is private and holds no demand yet.
 ///
 /// # Errors
-/// A file cannot be read or is not XML, names an edge that the network has not or one that cannot be come to, has vehicles out of order, or all together bring more
-/// than [`MOST_VEHICLES`] until a time, s.
-pub(super) fn check(demand: &Demand, network: &Network, until_s: f64) -> Result<(), DemandFault> {
+/// A file cannot be read or has a part that SUMO is not given, names an edge that the network has not or one that cannot be come to, has
+/// vehicles out of order, or all together bring more than [`MOST_VEHICLES`] until a time, s.
+pub(super) fn copy(
+    demand: &Demand,
+    network: &Network,
+    until_s: f64,
+    folder: &Path,
+) -> Result<CanonicalDemand, DemandFault> {
+    let mut copies = CanonicalDemand::default();
     let mut count = DemandCount::new(demand, until_s);
     if count.vehicles() > MOST_VEHICLES {
         return Err(DemandFault::FlowVehicles { value: count.vehicles(), until_s });
     }
     let mut ways = Ways { network, reached: BTreeMap::new() };
-    for file in demand.files.iter().filter(|file| !file.to_string_lossy().ends_with(".gz")) {
-        let mut scan = Scan { file, ways: &mut ways, line: 1, last_depart_s: 0.0, count: &mut count };
-        scan.read()?;
+    for (k, file) in demand.files.iter().enumerate() {
+        let path = folder.join(format!("{k}.rou.xml"));
+        let unwritable = |error: std::io::Error| DemandFault::File { file: file.clone(), problem: error.to_string() };
+        let out = BufWriter::new(private::file(&path).map_err(unwritable)?);
+        let mut scan = Scan { ways: &mut ways, last_depart_s: 0.0, count: &mut count, defines_default_type: false };
+        let copied = stream::copy(file, sumo_xml::demand(), out, &mut |tag| scan.element(tag));
+        let (mut out, dropped) =
+            copied.map_err(|error| if is_interrupted() { DemandFault::Interrupted } else { error.into() })?;
+        out.flush().map_err(unwritable)?;
+        if let Some(shipped) = shipped_bytes(file) {
+            private::replace(&path, &shipped).map_err(unwritable)?;
+        }
+        copies.defines_default_type |= scan.defines_default_type;
         if count.vehicles() > MOST_VEHICLES {
             return Err(DemandFault::Vehicles { file: file.clone(), value: count.vehicles() });
         }
+        copies.files.push(path);
+        if !dropped.is_empty() {
+            copies.dropped.push((file.clone(), dropped));
+        }
     }
-    Ok(())
+    Ok(copies)
+}
+
+/// Bytes of a file that comes with the program, which goes as it is.
+fn shipped_bytes(file: &Path) -> Option<Vec<u8>> {
+    read_bounded(file, SETTINGS_BYTES).ok().filter(|bytes| data_folders::is_shipped_for_sumo(bytes))
+}
+
+impl From<StreamError> for DemandFault {
+    fn from(error: StreamError) -> Self {
+        match error {
+            StreamError::File { file, problem } => Self::File { file, problem },
+            StreamError::Element { file, line, problem: Problem { element, problem } } => {
+                Self::Element { file, line, element, problem }
+            }
+        }
+    }
 }
 
 /// A file that is read.
 struct Scan<'a, 'n> {
-    file: &'a Path,
     ways: &'a mut Ways<'n>,
-    /// Where the present element begins, from 1.
-    line: u32,
     last_depart_s: f64,
     count: &'a mut DemandCount,
+    defines_default_type: bool,
+}
+
+fn number(tag: &Tag, name: &str) -> Option<f64> {
+    tag.attribute(name)?.trim().parse().ok()
 }
 
 impl Scan<'_, '_> {
-    fn read(&mut self) -> Result<(), DemandFault> {
-        let unreadable = |problem: String| DemandFault::File { file: self.file.into(), problem };
-        let open = file::open_regular(self.file).map_err(|error| unreadable(error.to_string()))?;
-        let bytes = open.metadata().map_err(|error| unreadable(error.to_string()))?.len();
-        if bytes > MOST_DEMAND_BYTES {
-            return Err(unreadable(format!(
-                "it holds {} MiB; allowed: at most {}{SHORTER}",
-                bytes >> 20,
-                MOST_DEMAND_BYTES >> 20
-            )));
+    fn element(&mut self, tag: &Tag) -> Result<(), Problem> {
+        if is_interrupted() {
+            return Err(Problem { element: tag.label(), problem: "interrupted".into() });
         }
-        let mut reader = Reader::from_reader(BufReader::new(open));
-        let mut buffer = Vec::new();
-        loop {
-            buffer.clear();
-            match reader.read_event_into(&mut buffer) {
-                Ok(Event::Eof) => return Ok(()),
-                Ok(Event::Start(tag)) => self.element(&tag)?,
-                Ok(Event::Empty(tag)) => {
-                    self.element(&tag)?;
-                    self.count.end(&String::from_utf8_lossy(tag.name().as_ref()));
-                }
-                Ok(Event::End(tag)) => self.count.end(&String::from_utf8_lossy(tag.name().as_ref())),
-                Ok(_) => {}
-                Err(error) => return Err(self.fault("this is not XML", error)),
+        self.count.add(tag).map_err(|problem| Problem { element: tag.label(), problem })?;
+        match tag.name.as_str() {
+            "trip" | "vehicle" | "flow" | "route" => {}
+            "vType" => {
+                self.defines_default_type |= tag.attribute("id") == Some(super::demand::DEFAULT_TYPE);
+                return Ok(());
             }
-            self.line += buffer.iter().filter(|byte| **byte == b'\n').count() as u32;
+            _ => return Ok(()),
         }
-    }
-
-    fn fault(&self, element: impl ToString, problem: impl ToString) -> DemandFault {
-        let (element, problem) = (element.to_string(), problem.to_string());
-        DemandFault::Element { file: self.file.into(), line: self.line, element, problem }
-    }
-
-    fn element(&mut self, tag: &BytesStart) -> Result<(), DemandFault> {
-        let kind = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
-        let element = self.text(tag, "id")?.map_or(kind.clone(), |id| format!("{kind} \"{id}\""));
-        let counted = self.count.begin(&kind, &|name| demand_count::text_of(tag, name));
-        counted.map_err(|problem| self.fault(&element, problem))?;
-        if !matches!(kind.as_str(), "trip" | "vehicle" | "flow" | "route") {
-            return Ok(());
-        }
-        self.edges(tag, &element)?;
-        self.departure(tag, if kind == "flow" { "begin" } else { "depart" }, &element)
-    }
-
-    fn text(&self, tag: &BytesStart, name: &str) -> Result<Option<String>, DemandFault> {
-        let wrong = |error: quick_xml::Error| self.fault(name, error);
-        let found = tag.try_get_attribute(name).map_err(|error| wrong(error.into()))?;
-        let text = found.map(|attribute| attribute.normalized_value(XmlVersion::Implicit1_0).map(String::from));
-        text.transpose().map_err(wrong)
-    }
-
-    fn number(&self, tag: &BytesStart, name: &str) -> Result<Option<f64>, DemandFault> {
-        Ok(self.text(tag, name)?.and_then(|text| text.trim().parse().ok()))
+        let faults = self.edges(tag).and_then(|()| self.departure(tag));
+        faults.map_err(|problem| Problem { element: tag.label(), problem })
     }
 
     /// The edges of an element: they are there, and a way leads from the first to the last.
-    fn edges(&mut self, tag: &BytesStart, element: &str) -> Result<(), DemandFault> {
+    fn edges(&mut self, tag: &Tag) -> Result<(), String> {
         let network = self.ways.network;
         for name in EDGES {
-            let edges = self.text(tag, name)?.unwrap_or_default();
+            let edges = tag.attribute(name).unwrap_or_default();
             if let Some(edge) = edges.split_whitespace().find(|edge| network.edge_named(edge).is_none()) {
                 let known: Vec<&str> = network.edges().iter().map(|edge| edge.id.as_str()).collect();
                 let near = did_you_mean(edge, &known);
-                let problem = format!("{name} is \"{edge}\"; allowed: ids of edges of this network{near}");
-                return Err(self.fault(element, problem));
+                return Err(format!("{name} is \"{edge}\"; allowed: ids of edges of this network{near}"));
             }
         }
-        if let (Some(from), Some(to)) = (self.text(tag, "from")?, self.text(tag, "to")?)
-            && let [Some(start), Some(goal)] = [&from, &to].map(|edge| network.edge_named(edge.trim()))
+        if let (Some(from), Some(to)) = (tag.attribute("from"), tag.attribute("to"))
+            && let [Some(start), Some(goal)] = [from, to].map(|edge| network.edge_named(edge.trim()))
             && !self.ways.lead(start, goal)
         {
-            let problem = format!("no way leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect");
-            return Err(self.fault(element, problem));
+            return Err(format!("no way leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect"));
         }
         Ok(())
     }
 
     /// SUMO leaves out who departs before somebody that stands above.
-    fn departure(&mut self, tag: &BytesStart, name: &str, element: &str) -> Result<(), DemandFault> {
-        let Some(depart_s) = self.number(tag, name)? else { return Ok(()) };
+    fn departure(&mut self, tag: &Tag) -> Result<(), String> {
+        let Some(depart_s) = number(tag, if tag.name == "flow" { "begin" } else { "depart" }) else { return Ok(()) };
         if depart_s < self.last_depart_s {
-            let problem = format!(
+            return Err(format!(
                 "departs at {depart_s} s, after one at {} s, and SUMO would leave it out; allowed: ascending times\n  \
                  remedy: sort the file with SUMO's tools/route/sort_routes.py",
                 self.last_depart_s
-            );
-            return Err(self.fault(element, problem));
+            ));
         }
         self.last_depart_s = depart_s;
         Ok(())
@@ -197,7 +203,9 @@ mod tests {
         let file = folder.path().join("town.rou.xml");
         std::fs::write(&file, text).unwrap();
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
-        check(&Demand { files: vec![file], flows: Vec::new() }, &network, 3600.0).map_err(|fault| fault.to_string())
+        copy(&Demand { files: vec![file], flows: Vec::new() }, &network, 3600.0, folder.path())
+            .map(drop)
+            .map_err(|fault| fault.to_string())
     }
 
     #[test]
@@ -212,7 +220,7 @@ mod tests {
                 "town.rou.xml:4: route: edges is \"east\"",
             ),
             (
-                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" number=\"1\" from=\"x\" to=\"south\"/></routes>",
+                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" from=\"x\" to=\"south\"/></routes>",
                 ":1: flow \"f\": from is \"x\"",
             ),
             (
@@ -226,8 +234,8 @@ mod tests {
             ),
             ("<routes>\n<trip id=\"a\" depart=\"9\"></routes>", "town.rou.xml:2: this is not XML"),
             (
-                "<routes><flow id=\"f\" begin=\"0\" end=\"999\" from=\"north\" to=\"south\" number=\"200001\"/></routes>",
-                "town.rou.xml:1: flow \"f\": number is \"200001\" brings 200001 until 3600 s; allowed: at most 200000",
+                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" from=\"north\" to=\"south\" number=\"200001\"/></routes>",
+                "town.rou.xml: the demand brings 200001 vehicles; allowed: at most 200000",
             ),
         ] {
             let fault = said(text).expect_err(text);
@@ -238,8 +246,9 @@ mod tests {
                     <trip id=\"c\" depart=\"9\" from=\"north\" to=\"south\"/></routes>";
         assert_eq!(said(good), Ok(()));
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
+        let folder = tempfile::tempdir().unwrap();
         let absent = Demand { files: vec!["no.rou.xml".into()], flows: Vec::new() };
-        let absent = check(&absent, &network, 3600.0).unwrap_err().to_string();
+        let absent = copy(&absent, &network, 3600.0, folder.path()).unwrap_err().to_string();
         assert!(absent.starts_with("no.rou.xml: "), "{absent}");
     }
 
@@ -250,10 +259,7 @@ mod tests {
             writeln!(text, "<trip id=\"{k}\" depart=\"0\" from=\"north\" to=\"south\"/>").unwrap();
         }
         let fault = said(&(text + "</routes>")).unwrap_err();
-        assert!(
-            fault.contains("town.rou.xml: the demand brings 1000000 vehicles and persons; allowed: at most 200000"),
-            "{fault}"
-        );
+        assert!(fault.contains("town.rou.xml: the demand brings 1000000 vehicles; allowed: at most 200000"), "{fault}");
         assert!(fault.contains("remedy: keep those that depart during the drive"), "{fault}");
     }
 }

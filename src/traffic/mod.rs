@@ -20,7 +20,7 @@ mod vehicles;
 
 pub use choice::{EngineChoice, UnknownEngine};
 pub use demand::{Demand, DemandFault, Flow, KindShare};
-pub use demand_file::MOST_DEMAND_BYTES;
+pub use demand_file::CanonicalDemand;
 pub use interrupt::{Interruption, TrafficStart, go_on, interrupt, is_interrupted, starts_under_way};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;

@@ -82,7 +82,7 @@ fn a_network_that_is_not_the_maps_is_refused() {
     let _alone = alone();
     let mut setup = ring(0.0);
     let mut map = (*setup.map).clone();
-    map.net_file = RoadMap::load("ring-641").unwrap().net_file;
+    map.network = RoadMap::load("ring-641").unwrap().network;
     setup.map = Arc::new(map);
     let error = SumoTraffic::start(setup).err().expect("the lanes are longer").to_string();
     assert!(error.contains("lane e0_0 is 160.225 m long instead of 62.5 m"), "{error}");
@@ -95,11 +95,7 @@ fn a_broken_network_file_is_an_error_and_the_next_start_works() {
     let file = folder.path().join("net.xml");
     // SUMO 1.28 itself breaks down on this one.
     std::fs::write(&file, "<net><edge id=").unwrap();
-    let mut setup = ring(0.0);
-    let mut map = (*setup.map).clone();
-    map.net_file = file;
-    setup.map = Arc::new(map);
-    let error = SumoTraffic::start(setup).err().expect("the file is broken");
+    let error = RoadMap::load(file.to_str().unwrap()).expect_err("the file is broken");
     assert!(error.to_string().contains("net.xml:"), "{error}");
     SumoTraffic::start(ring(0.0)).unwrap().step(&[]).unwrap();
 }

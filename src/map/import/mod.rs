@@ -19,9 +19,10 @@ use super::{MapError, RoadMap, catalog, limits::MOST_IMPORT_BYTES, network};
 use crate::{
     file::{open_regular, size_text},
     private,
+    sumo_xml::document::first_reference,
 };
 use std::{
-    io::{BufRead, BufReader},
+    io::BufReader,
     path::{Path, PathBuf},
 };
 
@@ -75,6 +76,7 @@ pub(super) fn import_into(
         let allowed = "a file .xodr (OpenDRIVE), .osm (OpenStreetMap) or .net.xml (SUMO)".to_owned();
         MapError::Parameter { what: "the file to import", value: file.display().to_string(), allowed }
     })?;
+    check_references(file)?;
     // Made beside its place and moved there when it is whole: an interrupted import is no map.
     let unfinished = maps.join(format!(".{name}.unfinished"));
     let failed = |source| MapError::Io { file: folder.clone(), source };
@@ -90,7 +92,7 @@ pub(super) fn import_into(
     Ok(Imported { folder, report, map })
 }
 
-/// A regular file with something in it, and not too large; no document that makes entities of its own.
+/// A regular file with something in it, and not too large.
 fn check_file(file: &Path) -> Result<(), MapError> {
     let failed = |source| MapError::Io { file: file.into(), source };
     let open = match open_regular(file) {
@@ -108,32 +110,17 @@ fn check_file(file: &Path) -> Result<(), MapError> {
         let (what, allowed) = ("the file".into(), format!("at most {}", size_text(MOST_IMPORT_BYTES)));
         return Err(MapError::Limit { file: file.into(), what, value: size_text(size), allowed });
     }
-    match entity_line(BufReader::new(open)) {
-        Some(line) => Err(MapError::Entities { file: file.into(), line }),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
-/// The line in which a document declares an entity. Only what stands before its first element can.
-fn entity_line(document: impl BufRead) -> Option<u32> {
-    /// A licence in a comment is shorter; one line may hold a whole network.
-    const PROLOGUE_BYTES: u64 = 1 << 20;
-    let mut prologue = std::io::Read::take(document, PROLOGUE_BYTES);
-    let mut bytes = Vec::new();
-    let mut line = 1;
-    loop {
-        bytes.clear();
-        if prologue.read_until(b'\n', &mut bytes).ok()? == 0 {
-            return None;
+/// No document that netconvert would follow to other files.
+fn check_references(file: &Path) -> Result<(), MapError> {
+    let found = open_regular(file).and_then(|open| first_reference(BufReader::new(open)));
+    match found.map_err(|source| MapError::Io { file: file.into(), source })? {
+        Some((line, reference)) => {
+            Err(MapError::Reference { file: file.into(), line, reference: reference.in_words() })
         }
-        if bytes.windows(8).any(|word| word == b"<!ENTITY") {
-            return Some(line);
-        }
-        // An element begins with a letter.
-        if bytes.windows(2).any(|pair| pair[0] == b'<' && pair[1].is_ascii_alphabetic()) {
-            return None;
-        }
-        line += 1;
+        None => Ok(()),
     }
 }
 

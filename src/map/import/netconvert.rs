@@ -82,6 +82,8 @@ impl Conversion<'_> {
             // SUMO's own table of projections: that of the system may have another version.
             let projections = home.join("data/proj");
             command.env("SUMO_HOME", home).env("PROJ_DATA", &projections).env("PROJ_LIB", &projections);
+            // A projection of the file's may name grids, which the library would fetch.
+            command.env("PROJ_NETWORK", "OFF");
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(private::file(&log).map_err(io)?);
         let status = self.wait(command.spawn().map_err(io)?, bounds);

@@ -8,6 +8,7 @@ use crate::{
         MapError,
         network::{EdgeKind, Network, NetworkCensus, Path},
     },
+    sumo_xml::Dropped,
 };
 use std::io::{BufRead, BufReader};
 
@@ -45,6 +46,8 @@ pub struct ImportReport {
     pub warnings: Vec<WarningKind>,
     /// Errors in the file that it passed over.
     pub errors: Vec<WarningKind>,
+    /// Parts of a network that SUMO is not given.
+    pub dropped: Dropped,
 }
 
 impl ImportReport {
@@ -66,6 +69,7 @@ impl ImportReport {
             path: (made.path.length_m(), streets(&made.path), made.path.is_closed()),
             warnings: made.warnings.clone(),
             errors: made.errors.clone(),
+            dropped: net.sumo_text().dropped().clone(),
         })
     }
 
@@ -131,12 +135,14 @@ impl ImportReport {
     }
 
     /// What netconvert never brings of such a file.
-    fn left_out(&self) -> &'static str {
+    fn left_out(&self) -> String {
         match self.format {
+            SourceFormat::Sumo if !self.dropped.is_empty() => return self.dropped.to_string(),
             SourceFormat::OpenDrive => "signs, painted markings, objects, banking, and lanes of no traffic",
             SourceFormat::OpenStreetMap => "ways not for cars, buildings, signs, and painted markings",
             SourceFormat::Sumo => "nothing",
         }
+        .to_owned()
     }
 }
 

@@ -151,8 +151,8 @@ fn what_cannot_be_read_is_refused_by_its_own_name_and_nothing_is_left() {
     let cases: [(&str, &str, &[&str]); 10] = [
         ("empty.xodr", "", &["the file is empty", "remedy"]),
         ("empty.net.xml", "", &["the file is empty"]),
-        ("laughs.osm", laughs, &["laughs.osm:1: the document declares entities"]),
-        ("laughs.net.xml", laughs, &["laughs.net.xml:1: the document declares entities"]),
+        ("laughs.osm", laughs, &["laughs.osm:1: the document has a type or entities of its own"]),
+        ("laughs.net.xml", laughs, &["laughs.net.xml:1: the document has a type or entities of its own"]),
         ("cut.xodr", road, &["netconvert failed: input ended before all started tags were ended", "line"]),
         ("cut.osm", "<osm version=\"0.6\"><node id=", &["netconvert failed: "]),
         ("cut.net.xml", "<net>\n<edge", &["cut.net.xml:2:1: ", "this is not XML"]),

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     file::{read_bounded, read_text, size_text},
     map::{
-        MapError, catalog,
+        MapError, SumoText, catalog,
         limits::{MOST_BYTES, MOST_IMPORT_BYTES},
         loop_search::default_path,
         network::{self, EdgeKind, Network},
@@ -39,7 +39,7 @@ pub enum SourceFormat {
 enum Given {
     /// Nothing: the file is a network.
     Nothing,
-    /// The file.
+    /// The file; of a network its canonical copy.
     File,
     /// A copy that was mended.
     Repaired,
@@ -211,8 +211,16 @@ fn make_once(
 ) -> Result<MadeNetwork, MapError> {
     let mut how = one.words.to_owned();
     let repaired = net.with_file_name("repaired.xodr");
+    let copy = net.with_file_name("copy.net.xml");
     let given = match one.given {
         Given::Nothing => None,
+        Given::File if format == SourceFormat::Sumo => {
+            let text = catalog::read(file, MOST_BYTES)?;
+            let text = SumoText::read(file, &text)?;
+            private::replace(&copy, text.as_str().as_bytes())
+                .map_err(|source| MapError::Io { file: file.into(), source })?;
+            Some(copy.as_path())
+        }
         Given::File => Some(file),
         Given::Repaired => {
             let text =
@@ -241,13 +249,10 @@ fn make_once(
             };
             let words = conversion.run(bounds);
             let _ = std::fs::remove_file(&repaired);
+            let _ = std::fs::remove_file(&copy);
             words?
         }
-        None => {
-            let copied = read_bounded(file, MOST_BYTES).and_then(|bytes| private::replace(net, &bytes));
-            copied.map_err(|source| unreadable(file, file, "the network has", source))?;
-            String::new()
-        }
+        None => String::new(),
     };
     // Errors are about the file that a person knows; lines of what netconvert made are no lines of it.
     let of = |problem: MapError| match one.given {
@@ -255,22 +260,27 @@ fn make_once(
         _ => MapError::Converted { file: file.into(), problem: Box::new(problem) },
     };
     let known = if one.given == Given::Nothing { file } else { Path::new("net.xml") };
-    let text = catalog::read(net, MOST_BYTES).map_err(|error| match error {
+    let (made, whose) = match one.given {
+        Given::Nothing => (file, "the network has"),
+        _ => (net, "netconvert makes a network of it that has"),
+    };
+    let text = catalog::read(made, MOST_BYTES).map_err(|error| match error {
         MapError::NotXml { line, column, message, .. } => {
             of(MapError::NotXml { file: known.into(), line, column, message })
         }
-        MapError::Io { source, .. } => unreadable(file, net, "netconvert makes a network of it that has", source),
+        MapError::Io { source, .. } => unreadable(file, made, whose, source),
         other => other,
     })?;
     let text = match with_default_limits(&text).filter(|_| one.given != Given::Nothing) {
         Some((text, done)) => {
-            private::replace(net, text.as_bytes()).map_err(|source| MapError::Io { file: file.into(), source })?;
             how = format!("{how}; {done}");
             text
         }
         None => text,
     };
     let network = Network::read(known, &text).map_err(of)?;
+    private::replace(net, network.sumo_text().as_str().as_bytes())
+        .map_err(|source| MapError::Io { file: file.into(), source })?;
     // This one is about the roads, whoever wrote them down.
     let path = default_path(file, &network)?;
     let count = |begin| warnings::count(&words, begin);
@@ -301,6 +311,7 @@ fn is_worth_another_try(error: &MapError, format: SourceFormat) -> bool {
         MapError::NetconvertAbsent { .. }
         | MapError::NotXml { .. }
         | MapError::NotANet { .. }
+        | MapError::Refused { .. }
         | MapError::Limit { .. }
         | MapError::Io { .. } => false,
         _ => true,

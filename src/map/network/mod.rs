@@ -39,6 +39,7 @@ pub use signal::{ProgramKind, Signal, SignalLight, SignalPhase, SignalProgram};
 pub use signal_states::SignalStates;
 pub use vehicle_classes::VehicleClasses;
 
+use super::SumoText;
 use crate::space::Pose3;
 use glam::DVec3;
 use grid::SegmentGrid;
@@ -77,6 +78,7 @@ pub struct Network {
     header: Vec<(String, String)>,
     location: Vec<(String, String)>,
     left_hand: bool,
+    sumo: SumoText,
     /// Where the connections of each lane begin in `connections`; one more at the end.
     outgoing: Vec<u32>,
     /// Lanes that lead into each lane, and where those of each begin.
@@ -118,6 +120,11 @@ impl Network {
     /// All roundabouts.
     pub fn roundabouts(&self) -> &[Roundabout] {
         &self.roundabouts
+    }
+
+    /// The network as SUMO reads it: what was read, through the gate in front of SUMO.
+    pub fn sumo_text(&self) -> &SumoText {
+        &self.sumo
     }
 
     /// True where traffic keeps to the left.

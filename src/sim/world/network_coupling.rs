@@ -28,7 +28,7 @@ use crate::{
         sumo::{EgoReport, EgoStart, NetworkSetup, SumoNetwork},
     },
 };
-use std::sync::Arc;
+use std::{path::PathBuf, sync::Arc};
 
 /// A way within a step that no vehicle drives, metres beyond twice what its speeds explain (a lane may be drawn longer than it is
 /// declared), or to the side of where it heads: it was set there. Spread over the step's ticks it would hit whoever is in the way, faster
@@ -167,6 +167,11 @@ impl NetworkCoupling {
             coupling.new.extend(coupling.to.iter().map(|placed| placed.vehicle.id));
         }
         Ok(coupling)
+    }
+
+    /// The files of demand that SUMO reads.
+    pub fn demand_files(&self) -> &[PathBuf] {
+        self.engine.as_ref().map_or(&[], SumoNetwork::demand_files)
     }
 
     /// Where the ego is put.

@@ -17,7 +17,7 @@ use crate::{
     sim::{Snapshot, snapshot::VehicleSnapshot},
     traffic::{TrafficError, TrafficStart, VehicleId},
 };
-use std::{sync::Arc, time::Duration};
+use std::{path::PathBuf, sync::Arc, time::Duration};
 
 /// Where a vehicle is put on the road.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,6 +170,14 @@ impl TrafficCoupling {
         match self {
             Self::Ring(ring) => ring.describe(),
             Self::Network(network) => network.describe(),
+        }
+    }
+
+    /// The files of demand that SUMO reads.
+    pub fn demand_files(&self) -> &[PathBuf] {
+        match self {
+            Self::Ring(_) => &[],
+            Self::Network(network) => network.demand_files(),
         }
     }
 

@@ -10,6 +10,7 @@
 //! spoken here (`wire`, `link`, `remote`) and not by SUMO's own libtraci, which waits without end, breaks down at
 //! a SUMO of another version, and needs an exchange for each command.
 
+mod inputs;
 mod lane_keeping;
 mod link;
 mod locate;
@@ -38,6 +39,7 @@ use crate::{
     space::{CAR_LENGTH_M, Pose, SumoPose},
 };
 use glam::{DVec2, dvec2};
+use inputs::Inputs;
 use network_check::Trial;
 use options::{DEFAULT_DELTA, OTHER_TYPE_IN_FILE, TYPE_IN_FILE, TypeFile};
 use remote::Remote;
@@ -100,16 +102,23 @@ impl SumoTraffic {
         setup.check()?;
         // Absent is absent, whatever the network is.
         locate::library(home)?;
-        network_check::check(home, &Trial::of_network(&setup.map.net_file))?;
-        Self::start_unchecked(home, setup)
+        let inputs = Inputs::of_network(&setup.map.network, &setup.map.net_file)?;
+        network_check::check(home, &Trial::of_network(inputs.net()), &Trial::of_network(&setup.map.net_file))?;
+        Self::start_with(home, setup, &inputs)
     }
 
     /// The same without a look at the network: where SUMO breaks down on it, so does this process.
     fn start_unchecked(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
+        let inputs = Inputs::of_network(&setup.map.network, &setup.map.net_file)?;
+        Self::start_with(home, setup, &inputs)
+    }
+
+    /// Starts SUMO, which has read its files after that.
+    fn start_with(home: &Path, setup: TrafficSetup, inputs: &Inputs) -> Result<Self, TrafficError> {
         setup.check()?;
         let mut shim = Shim::open(home)?;
         let types = TypeFile::of(&setup)?;
-        let net = setup.map.net_file.display().to_string();
+        let net = inputs.net().display().to_string();
         let types = types.as_ref().map(TypeFile::path);
         shim.start(&options::options(&net, setup.step_s, types, setup.seed))?;
         let description = format!("{} in process", shim.version()?);

@@ -7,6 +7,7 @@
 //! vehicles before.
 
 use super::{
+    inputs::Inputs,
     locate,
     network_check::{self, Trial},
     network_shim::{NetworkCommand, NetworkCommandKind, NetworkRecord, NetworkShim, NetworkStep},
@@ -42,7 +43,7 @@ const EMERGENCY: u32 = (1 << 11) | (1 << 12) | (1 << 13);
 pub struct NetworkSetup {
     /// The network.
     pub network: Arc<Network>,
-    /// The same as SUMO reads it.
+    /// Its file, which messages name.
     pub net_file: PathBuf,
     /// Who comes.
     pub demand: Demand,
@@ -96,6 +97,8 @@ pub struct SumoNetwork {
     commands: Vec<NetworkCommand>,
     state: NetworkState,
     description: String,
+    /// SUMO reads on in the demand as the drive goes on.
+    inputs: Inputs,
 }
 
 /// What there was at the end of the last step. All lists are by ascending id.
@@ -113,12 +116,12 @@ struct NetworkState {
 }
 
 impl NetworkSetup {
-    /// Fails if the demand cannot be driven on the network.
-    fn check(&self) -> Result<(), TrafficError> {
+    /// Writes the files that SUMO reads.
+    fn inputs(&self) -> Result<Inputs, TrafficError> {
         let normal = self.network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
         let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
-        let faults = self.demand.check(&edges).and_then(|()| self.demand.check_files(&self.network, self.until_s));
-        faults.map_err(|fault| TrafficError::Setup(fault.to_string()))
+        self.demand.check(&edges).map_err(|fault| TrafficError::Setup(fault.to_string()))?;
+        Inputs::of_network(&self.network, &self.net_file)?.with_demand(&self.demand, &self.network, self.until_s)
     }
 }
 
@@ -130,20 +133,25 @@ impl SumoNetwork {
     pub fn start(setup: &NetworkSetup) -> Result<Self, TrafficError> {
         let home = locate::home()?;
         locate::library(&home)?;
-        setup.check()?;
-        let (net_file, demand) = (setup.net_file.clone(), setup.demand.clone());
-        network_check::check(&home, &Trial { net_file, demand, has_ego: !setup.egos.is_empty() })?;
-        Self::start_unchecked(&home, setup)
+        let (inputs, has_ego) = (setup.inputs()?, !setup.egos.is_empty());
+        let trial = Trial { net_file: inputs.net().into(), demand: inputs.demand_of(&setup.demand), has_ego };
+        let named = Trial { net_file: setup.net_file.clone(), demand: setup.demand.clone(), has_ego };
+        network_check::check(&home, &trial, &named)?;
+        Self::start_with(&home, setup, inputs)
     }
 
     /// The same without a look at network and demand: where SUMO breaks down on them, so does this process.
     pub(super) fn start_unchecked(home: &Path, setup: &NetworkSetup) -> Result<Self, TrafficError> {
-        let network = &setup.network;
+        Self::start_with(home, setup, setup.inputs()?)
+    }
+
+    fn start_with(home: &Path, setup: &NetworkSetup, inputs: Inputs) -> Result<Self, TrafficError> {
+        let (network, demand) = (&setup.network, inputs.demand());
         let mut shim = Shim::open(home)?;
-        let flows = TypeFile::of_demand(&setup.demand, &setup.idm)?;
+        let flows = TypeFile::of_demand(&setup.demand, &setup.idm, demand.defines_default_type)?;
         let routes: Vec<&Path> =
-            std::iter::once(flows.path()).chain(setup.demand.files.iter().map(PathBuf::as_path)).collect();
-        let net = setup.net_file.display().to_string();
+            std::iter::once(flows.path()).chain(demand.files.iter().map(PathBuf::as_path)).collect();
+        let net = inputs.net().display().to_string();
         shim.start(&options::network_options(&net, setup.step_s, &routes, LANE_CHANGE_S, setup.seed))?;
         let description = format!("{} in process", shim.version()?);
         shim.add_type("DEFAULT_VEHTYPE", super::NAME, &options::vehicle_type(&setup.idm))?;
@@ -168,6 +176,7 @@ impl SumoNetwork {
                 ..NetworkState::default()
             },
             description,
+            inputs,
             shim,
         };
         traffic.read()?;
@@ -206,6 +215,11 @@ impl SumoNetwork {
     /// It is not there.
     pub fn take_over(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
         self.shim.take(id.0)
+    }
+
+    /// The canonical copies of the demand's files that SUMO reads, in their order.
+    pub fn demand_files(&self) -> &[PathBuf] {
+        &self.inputs.demand().files
     }
 
     /// All vehicles on the road at the end of the last step, by ascending id.

@@ -5,14 +5,14 @@
 
 use super::{
     SumoTraffic,
+    inputs::Inputs,
     network::{EgoStart, NetworkSetup, SumoNetwork},
     trial_process::{self, Ended, TIMEOUT},
 };
 use crate::{
-    data_folders, file,
+    data_folders,
     map::{
         MapError, RoadMap,
-        limits::MOST_BYTES,
         network::{LaneId, Network},
     },
     space::CAR_LENGTH_M,
@@ -108,6 +108,15 @@ impl Trial {
         }
     }
 
+    /// Words about copies with the files of this trial in their place.
+    fn in_place_of(&self, copies: &Self, words: &str) -> String {
+        let files = |trial: &Self| -> Vec<String> {
+            let all = std::iter::once(&trial.net_file).chain(&trial.demand.files);
+            all.map(|file| file.display().to_string()).collect()
+        };
+        files(copies).iter().zip(files(self)).fold(words.to_owned(), |words, (copy, own)| words.replace(copy, &own))
+    }
+
     /// Hash of the bytes of all files; `None` if all come with the program.
     fn hash(&self) -> Result<Option<[u8; 32]>, TrafficError> {
         let (mut hash, mut is_shipped) = (Sha256::new(), true);
@@ -125,11 +134,11 @@ impl Trial {
     }
 }
 
-/// Fails if SUMO from the folder `home` cannot be given these files in this process.
+/// Fails if SUMO from the folder `home` cannot be given these files in this process: copies of those in `named`, which messages name.
 ///
 /// # Errors
-/// One cannot be read, our reader refuses it, SUMO refuses it or breaks down on it, or nobody waits any longer.
-pub(super) fn check(home: &Path, trial: &Trial) -> Result<(), TrafficError> {
+/// One cannot be read, SUMO refuses it or breaks down on it, or nobody waits any longer.
+pub(super) fn check(home: &Path, trial: &Trial, named: &Trial) -> Result<(), TrafficError> {
     static KNOWN: Mutex<Known> = Mutex::new(Known::new());
     let Some(hash) = trial.hash()? else { return Ok(()) };
     // One check at a time: a second one of the same files waits for the first and has its result.
@@ -141,19 +150,17 @@ pub(super) fn check(home: &Path, trial: &Trial) -> Result<(), TrafficError> {
         }
         sleep(Duration::from_millis(10));
     };
-    let failed = |fault: Fault| TrafficError::Setup(trial.about(&fault));
+    let failed = |fault: Fault| TrafficError::Setup(named.about(&fault));
     if let Some(result) = known.get(&hash) {
         return result.clone().map_err(failed);
     }
-    // Not kept: its message names the line, and it costs little.
-    Network::load(&trial.net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
-    let result = try_in_child(home, trial)?;
+    let result = try_in_child(home, trial, named)?;
     known.insert(hash, result.clone());
     result.map_err(failed)
 }
 
 /// What a child process finds.
-fn try_in_child(home: &Path, trial: &Trial) -> Result<Result<(), Fault>, TrafficError> {
+fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), Fault>, TrafficError> {
     let (program, arguments) = match CHECKER.get() {
         Some((program, arguments)) => (program.clone(), arguments.clone()),
         None => (own_program()?, vec![COMMAND.into()]),
@@ -163,15 +170,15 @@ fn try_in_child(home: &Path, trial: &Trial) -> Result<Result<(), Fault>, Traffic
     let (file, _folder) = written.map_err(|error| TrafficError::Setup(error.to_string()))?;
     let mut command = Command::new(&program);
     command.args(arguments).arg(file).env("CODRIVE_SUMO_HOME", home);
-    let what = trial.demand.files.first().map_or_else(
-        || trial.net_file.display().to_string(),
-        |demand| format!("{} on {}", demand.display(), trial.net_file.display()),
+    let what = named.demand.files.first().map_or_else(
+        || named.net_file.display().to_string(),
+        |demand| format!("{} on {}", demand.display(), named.net_file.display()),
     );
     Ok(match trial_process::run(&mut command, &what)? {
         Ended::TimedOut => Err(Fault::TimedOut),
         Ended::Itself(status, words) => match status.code() {
             Some(0) => Ok(()),
-            Some(_) => Err(Fault::Refused(words.trim_start_matches("codrive: ").into())),
+            Some(_) => Err(Fault::Refused(named.in_place_of(trial, words.trim_start_matches("codrive: ")))),
             None => Err(Fault::Crashed(status)),
         },
     })

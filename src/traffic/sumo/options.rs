@@ -130,14 +130,14 @@ impl TypeFile {
     }
 
     /// One with the flows of a demand, and the types of their vehicles: cars drive by this model.
-    pub fn of_demand(demand: &Demand, idm: &IdmParams) -> Result<Self, TrafficError> {
+    pub fn of_demand(demand: &Demand, idm: &IdmParams, defines_default_type: bool) -> Result<Self, TrafficError> {
         let IdmParams { v0, t, a, b, delta, s0, .. } = idm;
         let car = format!(
             "carFollowModel=\"IDM\" length=\"{CAR_LENGTH_M}\" width=\"{CAR_WIDTH_M}\" maxSpeed=\"{v0}\" tau=\"{t}\" accel=\"{a}\" \
              decel=\"{b}\" delta=\"{delta}\" minGap=\"{s0}\" emergencyDecel=\"{}\"",
             EMERGENCY_BRAKING_MPS2.max(*b)
         );
-        Self::write("rou", &demand.flows_xml(&car))
+        Self::write("rou", &demand.flows_xml(&car, defines_default_type))
     }
 
     /// Where it is.

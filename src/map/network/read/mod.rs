@@ -10,7 +10,13 @@ mod junctions;
 pub(super) use edges::DEFAULT_WIDTH_M;
 
 use super::{EdgeId, JunctionId, LaneId, Network, SignalId};
-use crate::map::{MapError, limits, net_check, net_xml::NetReader, xml_tree::Element};
+use crate::{
+    map::{MapError, SumoText, limits, net_check, net_xml::NetReader, xml_tree::Element},
+    sumo_xml::{
+        self,
+        gate::{Pass, passes},
+    },
+};
 use std::{collections::BTreeMap, path::Path};
 
 /// A reader with what names stand for, as far as it has read.
@@ -44,6 +50,7 @@ impl Network {
             let (line, found) = (root.line(), root.name().to_owned());
             return Err(MapError::NotANet { file: file.into(), line, found });
         }
+        let sumo = SumoText::of(file, text, &tree)?;
         net_check::check(&reader, root)?;
         let mut names = Names {
             reader: &reader,
@@ -56,6 +63,7 @@ impl Network {
             header: words_but(root, &[]),
             location: root.children_named("location").next().map(|node| words_but(node, &[])).unwrap_or_default(),
             left_hand: reader.truth(root, "lefthand", false)?,
+            sumo,
             ..Network::default()
         };
         for (k, node) in root.children_named("junction").enumerate() {
@@ -91,16 +99,23 @@ impl Network {
     }
 }
 
-/// The attributes of an element but some, as words.
+/// The attributes of an element that SUMO is given, but some, as words.
 fn words_but(node: Element, known: &[&str]) -> Vec<(String, String)> {
+    let Some(rule) = sumo_xml::network().rule(node.name()) else { return Vec::new() };
     let others = node.attributes().filter(|(name, _)| !known.contains(name));
-    others.map(|(name, value)| (name.to_owned(), value.to_owned())).collect()
+    let kept = others.filter_map(|(name, value)| match passes(rule, name, value) {
+        Pass::Value(value) => Some((name.to_owned(), value.into_owned())),
+        Pass::Dropped | Pass::Refused => None,
+    });
+    kept.collect()
 }
 
-/// The children `<param key=".." value=".."/>` of an element.
+/// The children `<param key=".." value=".."/>` of an element that SUMO is given.
 fn parameters(node: Element) -> Vec<(String, String)> {
-    let pairs = node.children_named("param");
-    pairs.filter_map(|node| Some((node.attribute("key")?.to_owned(), node.attribute("value")?.to_owned()))).collect()
+    let rule = sumo_xml::network().rule(node.name());
+    let text = |node: Element, name: &str| node.attribute(name).unwrap_or_default().to_owned();
+    let pairs = node.children_named("param").map(|node| (text(node, "key"), text(node, "value")));
+    pairs.filter(|(key, _)| rule.is_some_and(|rule| rule.has_key(key))).collect()
 }
 
 impl<'r> Names<'r> {

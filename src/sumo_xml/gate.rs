@@ -1,0 +1,349 @@
+//! The gate itself. In: the elements of a document, one after the other. Out: the canonical document, what was dropped, or the first element that
+//! is refused. One element a line, indented; attributes in their order; no comments, no text, no processing instructions, no
+//! namespaces. The canonical document passes again with the same bytes.
+
+use super::{
+    DECLARATION, Vocabulary, first_bad_character,
+    vocabulary::{PARAMETER, Rule},
+    write_escaped,
+};
+use crate::toml_text::did_you_mean;
+use std::{
+    borrow::Cow,
+    collections::BTreeMap,
+    fmt,
+    io::{self, Write},
+};
+
+/// The most different names of dropped parts that are kept: a hostile file has a million.
+const MOST_DROPPED_NAMES: usize = 1000;
+/// Names of dropped parts in a message.
+const NAMES_SHOWN: usize = 3;
+/// The longest name in a message, characters.
+const NAME_CHARACTERS: usize = 60;
+const REMEDY: &str = "\n  remedy: take it out of the file";
+/// A projection that SUMO does without.
+const NO_PROJECTION: &str = "!";
+
+/// An element that is refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// The element with its id, for example `edgeData "x"`.
+    pub element: String,
+    /// What is wrong, what is allowed and the remedy.
+    pub problem: String,
+}
+
+/// Why a document was not copied.
+#[derive(Debug)]
+pub enum GateError {
+    /// An element is refused.
+    Refused(Problem),
+    /// The copy cannot be written.
+    Write(io::Error),
+}
+
+impl From<Problem> for GateError {
+    fn from(problem: Problem) -> Self {
+        Self::Refused(problem)
+    }
+}
+
+impl From<io::Error> for GateError {
+    fn from(error: io::Error) -> Self {
+        Self::Write(error)
+    }
+}
+
+/// Parts without effect on a drive that a copy leaves out, by name, with their number.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Dropped(BTreeMap<String, usize>);
+
+impl Dropped {
+    fn add(&mut self, name: impl FnOnce() -> String) {
+        let name = if self.0.len() < MOST_DROPPED_NAMES { name() } else { "others".into() };
+        *self.0.entry(name).or_default() += 1;
+    }
+
+    /// True if nothing was left out.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Names and numbers, the name first.
+    pub fn names(&self) -> impl Iterator<Item = (&str, usize)> {
+        self.0.iter().map(|(name, count)| (name.as_str(), *count))
+    }
+}
+
+impl fmt::Display for Dropped {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let mut names: Vec<(&str, usize)> = self.names().collect();
+        names.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        let shown: Vec<String> = names.iter().take(NAMES_SHOWN).map(|(name, n)| format!("{n} x {name}")).collect();
+        f.write_str(&shown.join(", "))?;
+        match names.len().saturating_sub(NAMES_SHOWN) {
+            0 => Ok(()),
+            more => write!(f, " and {more} other names"),
+        }
+    }
+}
+
+/// An open element of the copy.
+struct Open<'v> {
+    /// `None` of a parameter that is dropped, and of all in it.
+    rule: Option<&'v Rule>,
+    has_children: bool,
+}
+
+/// Copies one document.
+pub struct Gate<'v, W> {
+    vocabulary: &'v Vocabulary,
+    out: W,
+    open: Vec<Open<'v>>,
+    is_begun: bool,
+    /// What was left out so far.
+    pub dropped: Dropped,
+}
+
+impl<'v, W: Write> Gate<'v, W> {
+    /// A gate that writes its copy to `out`.
+    pub fn new(vocabulary: &'v Vocabulary, out: W) -> Self {
+        Self { vocabulary, out, open: Vec::new(), is_begun: false, dropped: Dropped::default() }
+    }
+
+    /// Takes the start of an element: its name, and the names and values of its attributes.
+    ///
+    /// # Errors
+    /// It is refused, or cannot be written.
+    pub fn open<'a>(
+        &mut self,
+        name: &str,
+        attributes: impl Iterator<Item = (&'a str, &'a str)> + Clone,
+    ) -> Result<(), GateError> {
+        let parent = self.open.last().map_or("", |open| open.rule.map_or(PARAMETER, |rule| rule.name));
+        if name == PARAMETER && parent != PARAMETER && !parent.is_empty() {
+            return self.parameter(attributes);
+        }
+        let vocabulary = self.vocabulary;
+        let is_root = self.open.is_empty() && vocabulary.other_roots.contains(&name);
+        let rule = vocabulary.rule(if is_root { vocabulary.root } else { name });
+        let Some(rule) = rule.filter(|rule| rule.may_stand_in(parent) && !(parent.is_empty() && self.is_begun)) else {
+            return Err(misplaced(vocabulary, name, parent, attributes).into());
+        };
+        self.begin(rule.name)?;
+        for (key, value) in attributes.clone() {
+            match passes(rule, key, value) {
+                Pass::Value(kept) => {
+                    if first_bad_character(&kept).is_some() {
+                        let problem = format!("{key} holds a control character, which XML cannot hold{REMEDY}");
+                        return Err(Problem { element: label(name, attributes), problem }.into());
+                    }
+                    write!(self.out, " {key}=\"")?;
+                    write_escaped(&mut self.out, &kept)?;
+                    self.out.write_all(b"\"")?;
+                    if kept != value {
+                        self.dropped.add(|| format!("{key} with grids or files of {name}"));
+                    }
+                }
+                Pass::Dropped => self.dropped.add(|| format!("{} of {name}", short(key))),
+                Pass::Refused => {
+                    let problem = format!(
+                        "attribute {} names a file, an output or a device of SUMO; codrive gives SUMO none{REMEDY}",
+                        short(key)
+                    );
+                    return Err(Problem { element: label(name, attributes), problem }.into());
+                }
+            }
+        }
+        self.open.push(Open { rule: Some(rule), has_children: false });
+        Ok(())
+    }
+
+    /// Takes the end of the element that was opened last.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn close(&mut self) -> Result<(), GateError> {
+        let Some(Open { rule: Some(rule), has_children }) = self.open.pop() else { return Ok(()) };
+        if has_children {
+            write!(self.out, "{:indent$}</{}>\n", "", rule.name, indent = 4 * self.open.len())?;
+        } else {
+            self.out.write_all(b"/>\n")?;
+        }
+        Ok(())
+    }
+
+    /// Elements that are open: 1 within the outermost one.
+    pub fn depth(&self) -> usize {
+        self.open.len()
+    }
+
+    /// The copy, once the document is over.
+    pub fn into_inner(self) -> (W, Dropped) {
+        (self.out, self.dropped)
+    }
+
+    /// Writes what stands before the attributes of an element.
+    fn begin(&mut self, name: &str) -> io::Result<()> {
+        if !self.is_begun {
+            self.out.write_all(DECLARATION.as_bytes())?;
+            self.is_begun = true;
+        }
+        if let Some(parent) = self.open.last_mut().filter(|parent| !parent.has_children) {
+            parent.has_children = true;
+            self.out.write_all(b">\n")?;
+        }
+        write!(self.out, "{:indent$}<{name}", "", indent = 4 * self.open.len())
+    }
+
+    fn parameter<'a>(&mut self, attributes: impl Iterator<Item = (&'a str, &'a str)> + Clone) -> Result<(), GateError> {
+        let rule = self.open.last().and_then(|open| open.rule);
+        let value = |name: &str| attributes.clone().find(|(key, _)| *key == name).map_or("", |(_, value)| value);
+        let (key, value) = (value("key"), value("value"));
+        if rule.is_some_and(|rule| rule.has_key(key))
+            && first_bad_character(key).or(first_bad_character(value)).is_none()
+        {
+            self.begin(PARAMETER)?;
+            self.out.write_all(b" key=\"")?;
+            write_escaped(&mut self.out, key)?;
+            self.out.write_all(b"\" value=\"")?;
+            write_escaped(&mut self.out, value)?;
+            self.out.write_all(b"\"/>\n")?;
+        } else if speaks_of_files(key) {
+            let problem =
+                "it names a file, an output or a device of SUMO, which can write to any file; codrive gives SUMO \
+                           none"
+                    .to_owned()
+                    + REMEDY;
+            return Err(Problem { element: label(PARAMETER, attributes), problem }.into());
+        } else {
+            let parent = rule.map_or(PARAMETER, |rule| rule.name);
+            self.dropped.add(|| format!("param {} of {parent}", short(key)));
+        }
+        self.open.push(Open { rule: None, has_children: false });
+        Ok(())
+    }
+}
+
+/// An attribute at the gate.
+pub enum Pass<'a> {
+    /// It passes, perhaps with another value.
+    Value(Cow<'a, str>),
+    /// It is left out.
+    Dropped,
+    /// The document is refused for it.
+    Refused,
+}
+
+/// Decides on an attribute.
+pub fn passes<'a>(rule: &Rule, name: &str, value: &'a str) -> Pass<'a> {
+    match () {
+        () if rule.has_attribute(name) => Pass::Value(match name {
+            "projParameter" if !is_plain_projection(value) => NO_PROJECTION.into(),
+            _ => value.into(),
+        }),
+        () if speaks_of_files(name) => Pass::Refused,
+        () => Pass::Dropped,
+    }
+}
+
+/// True if a key or an attribute asks for a file, an output or a device. Any other that is unknown has no effect.
+fn speaks_of_files(key: &str) -> bool {
+    let words = words_of(key);
+    words.iter().any(|word| {
+        matches!(
+            word.as_str(),
+            "device"
+                | "devices"
+                | "file"
+                | "files"
+                | "output"
+                | "outputs"
+                | "dump"
+                | "log"
+                | "path"
+                | "script"
+                | "remote"
+                | "socket"
+        )
+    })
+}
+
+/// The words of a key in small letters: they end at what is no letter, and before a capital letter.
+fn words_of(key: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    for c in key.chars() {
+        if !c.is_alphanumeric() || c.is_uppercase() && words.last().is_some_and(|word| !word.is_empty()) {
+            words.push(String::new());
+        }
+        if let (true, Some(word)) = (c.is_alphanumeric(), words.last_mut()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words
+}
+
+/// True of a projection of numbers and plain words. Grids, `+init` and others name files, which the library of projections reads.
+fn is_plain_projection(value: &str) -> bool {
+    const PARAMETERS: &str = "proj zone south ellps datum units no_defs type lat_0 lat_1 lat_2 lat_ts lon_0 lon_1 lon_2 lonc k k_0 x_0 y_0 a b rf f \
+                              R gamma alpha towgs84 vunits axis pm over to_meter";
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._,+-".contains(c);
+    let parameter = |word: &str| {
+        let (name, value) = word.split_once('=').unwrap_or((word, ""));
+        name.strip_prefix('+').is_some_and(|name| PARAMETERS.split_whitespace().any(|known| known == name))
+            && value.chars().all(plain)
+    };
+    matches!(value.trim(), "!" | "-" | ".") || value.split_whitespace().all(parameter)
+}
+
+fn misplaced<'a>(
+    vocabulary: &Vocabulary,
+    name: &str,
+    parent: &str,
+    attributes: impl Iterator<Item = (&'a str, &'a str)>,
+) -> Problem {
+    let element = label(name, attributes);
+    let within = vocabulary.within(parent);
+    let allowed = match within.as_slice() {
+        [] => "nothing but param".to_owned(),
+        names => names.join(", "),
+    };
+    let place = if parent.is_empty() { "as the outermost element".to_owned() } else { format!("in <{parent}>") };
+    let problem = match vocabulary.rule(name) {
+        Some(_) => format!("it stands in the wrong place; allowed {place}: {allowed}{REMEDY}"),
+        None if is_writer(name) => format!(
+            "SUMO writes or reads files for it, or changes the traffic by it; codrive gives SUMO no such element; allowed {place}: \
+             {allowed}{REMEDY}"
+        ),
+        None => {
+            let near = did_you_mean(name, &within);
+            format!("codrive knows no such element in {}{near}; allowed {place}: {allowed}{REMEDY}", vocabulary.title)
+        }
+    };
+    Problem { element, problem }
+}
+
+/// True of elements of SUMO's additional files that write, read or steer.
+fn is_writer(name: &str) -> bool {
+    const WRITERS: &str = "edgeData laneData timedEvent e1Detector inductionLoop e2Detector laneAreaDetector e3Detector entryExitDetector \
+                           instantInductionLoop vTypeProbe routeProbe calibrator rerouter variableSpeedSign vaporizer include WAUT \
+                           wautJunction chargingStation overheadWireSegment overheadWire tractionSubstation";
+    WRITERS.split_whitespace().any(|writer| writer == name)
+}
+
+/// An element with what it is known by.
+pub fn label<'a>(name: &str, mut attributes: impl Iterator<Item = (&'a str, &'a str)>) -> String {
+    let by = if name == PARAMETER { "key" } else { "id" };
+    let known = attributes.find(|(key, _)| *key == by || *key == "href");
+    known.map_or_else(|| short(name), |(_, value)| format!("{} \"{}\"", short(name), short(value)))
+}
+
+/// A name of a message: its beginning, without characters that control a terminal.
+fn short(name: &str) -> String {
+    let mut text: String = name.chars().filter(|c| !c.is_control()).take(NAME_CHARACTERS).collect();
+    if name.chars().count() > NAME_CHARACTERS {
+        text.push_str("...");
+    }
+    text
+}

@@ -1,0 +1,49 @@
+//! The gate in front of SUMO. In: a network or a file of demand that somebody wrote. Out: a canonical copy that holds only what [`vocabulary`]
+//! lists, which is all that SUMO is ever given; or the first part that is refused, with file, line and remedy.
+//!
+//! SUMO obeys its input: `<edgeData file=..>` in a network and `<param key="device.ssm.file" ..>` in a demand write to any file, and
+//! `<include>` reads any. So a copy is made element by element ([`gate`]) from an allow-list: what is not on it is refused by name, or dropped and
+//! counted ([`Dropped`]) where it changes no drive. Networks pass it as a tree (`map`), files of demand as a stream (`stream`).
+//! [`document`] looks at files for netconvert, which are not copied.
+
+pub mod document;
+pub mod gate;
+mod source;
+pub mod stream;
+#[cfg(test)]
+mod tests;
+pub mod vocabulary;
+
+pub use gate::{Dropped, Gate, GateError, Problem};
+pub use vocabulary::{Vocabulary, demand, network};
+
+use std::io::{self, Write};
+
+/// What canonical documents begin with.
+pub const DECLARATION: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+
+/// Writes a value of an attribute so that it reads as it was.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_escaped(out: &mut impl Write, value: &str) -> io::Result<()> {
+    let mut rest = value;
+    while let Some(at) = rest.find(['&', '<', '>', '"', '\n', '\r', '\t']) {
+        out.write_all(&rest.as_bytes()[..at])?;
+        match rest.as_bytes()[at] {
+            b'&' => out.write_all(b"&amp;")?,
+            b'<' => out.write_all(b"&lt;")?,
+            b'>' => out.write_all(b"&gt;")?,
+            b'"' => out.write_all(b"&quot;")?,
+            space => write!(out, "&#{space};")?,
+        }
+        rest = &rest[at + 1..];
+    }
+    out.write_all(rest.as_bytes())
+}
+
+/// Finds the first character that XML cannot hold: control characters but tab and line ends, and two that are none. Bytes from the start.
+pub fn first_bad_character(text: &str) -> Option<usize> {
+    let control = |byte: u8| byte < b' ' && !matches!(byte, b'\t' | b'\n' | b'\r');
+    text.bytes().position(control).or_else(|| text.find(['\u{fffe}', '\u{ffff}']))
+}

@@ -1,0 +1,123 @@
+//! Files of demand as they are read. In: a path, or one that an `<include>` names. Out: their text through a meter that ends what is too
+//! large. Compressed files (`.gz`) are read like others: the bounds hold for what is in them.
+
+use crate::file::{open_regular, size_text};
+use std::{
+    cell::Cell,
+    fs::File,
+    io::{self, BufRead, BufReader, Read, Seek},
+    path::{Component, Path, PathBuf},
+    rc::Rc,
+};
+
+/// The most bytes of one file with all that it includes, unpacked: room for what is too many vehicles to be counted.
+pub const MOST_BYTES: u64 = 256 << 20;
+/// The most bytes of one tag, comment or text: a route over 100,000 edges.
+pub const MOST_TAG_BYTES: u64 = 4 << 20;
+
+/// What may still be read.
+#[derive(Debug)]
+pub(super) struct Budget {
+    bytes: Cell<u64>,
+    tag: Cell<u64>,
+}
+
+impl Budget {
+    pub fn new() -> Rc<Self> {
+        Rc::new(Self { bytes: Cell::new(MOST_BYTES), tag: Cell::new(MOST_TAG_BYTES) })
+    }
+
+    /// The next tag begins.
+    pub fn next_tag(&self) {
+        self.tag.set(MOST_TAG_BYTES);
+    }
+}
+
+/// A text that is counted as it is read.
+pub(super) struct Metered {
+    inner: BufReader<Box<dyn Read>>,
+    budget: Rc<Budget>,
+}
+
+impl Read for Metered {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.fill_buf()?.read(buffer)?;
+        self.consume(n);
+        Ok(n)
+    }
+}
+
+impl BufRead for Metered {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        let Budget { bytes, tag } = &*self.budget;
+        let text = self.inner.fill_buf()?;
+        match () {
+            () if text.is_empty() => Ok(text),
+            () if bytes.get() == 0 => Err(io::Error::other(too_large())),
+            () if tag.get() == 0 => Err(io::Error::other(format!(
+                "one tag, comment or text of it holds more than {}, the most that is read",
+                size_text(MOST_TAG_BYTES)
+            ))),
+            () => Ok(text),
+        }
+    }
+
+    fn consume(&mut self, n: usize) {
+        for left in [&self.budget.bytes, &self.budget.tag] {
+            left.set(left.get().saturating_sub(n as u64));
+        }
+        self.inner.consume(n);
+    }
+}
+
+fn too_large() -> String {
+    format!("it holds more than {} with what it includes and unpacks, the most that is read", size_text(MOST_BYTES))
+}
+
+/// Opens a file, compressed or not.
+///
+/// # Errors
+/// The system's, and that it is no regular file or too large.
+pub(super) fn open(path: &Path, budget: &Rc<Budget>) -> io::Result<Metered> {
+    let mut file = open_regular(path)?;
+    if file.metadata()?.len() > budget.bytes.get() {
+        return Err(io::Error::other(too_large()));
+    }
+    let inner: Box<dyn Read> = match is_compressed(&mut file)? {
+        true => Box::new(flate2::bufread::MultiGzDecoder::new(BufReader::new(file))),
+        false => Box::new(file),
+    };
+    Ok(Metered { inner: BufReader::new(inner), budget: Rc::clone(budget) })
+}
+
+/// True of a file that begins as gzip writes it, whatever its name.
+fn is_compressed(file: &mut File) -> io::Result<bool> {
+    let mut head = Vec::new();
+    file.by_ref().take(2).read_to_end(&mut head)?;
+    file.rewind()?;
+    Ok(head == [0x1f, 0x8b])
+}
+
+/// The file that an `<include>` in a file of `folder` names. `folder` is one without links in its path.
+///
+/// # Errors
+/// In words: the name leads out of the folder, or there is no such file.
+pub(super) fn included(folder: &Path, href: &str) -> Result<PathBuf, String> {
+    let remedy =
+        "\n  remedy: put the file beside the one that includes it, or its elements in the place of the include";
+    let is_plain = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+    let path = Path::new(href);
+    if href.is_empty() || href.contains(['\\', ':']) || !path.components().all(is_plain) {
+        return Err(format!(
+            "href is no file of this folder; allowed: the name of a file beside this one or below, without \"..\"{remedy}"
+        ));
+    }
+    let found = folder
+        .join(path)
+        .canonicalize()
+        .map_err(|error| format!("{}: {error}{remedy}", folder.join(path).display()))?;
+    if !found.starts_with(folder) {
+        return Err(format!("href is a link that leads out of the folder, to {}{remedy}", found.display()));
+    }
+    Ok(found)
+}

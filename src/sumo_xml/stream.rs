@@ -1,0 +1,294 @@
+//! Files of demand at the gate, read tag by tag: they may be larger than the memory. In: a file, and somebody who looks at each element. Out:
+//! the canonical copy with all included files in it, or the first part that is refused, with its file and line.
+
+use super::{
+    Dropped, Gate, GateError, Problem, Vocabulary, gate,
+    source::{self, Budget, Metered},
+};
+use crate::file::size_text;
+use quick_xml::{
+    Reader, XmlVersion,
+    events::{BytesStart, Event},
+};
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    rc::Rc,
+};
+
+pub use source::{MOST_BYTES, MOST_TAG_BYTES};
+
+/// The most elements of one file with all that it includes: a route, a stop and some parameters for each of 200,000 vehicles.
+pub const MOST_ELEMENTS: u64 = 2_000_000;
+/// The most files that include each other.
+pub const MOST_INCLUDE_DEPTH: usize = 8;
+/// The most files that one includes, directly or not.
+pub const MOST_INCLUDES: usize = 256;
+
+/// An element as it is read.
+#[derive(Debug)]
+pub struct Tag {
+    /// Its name.
+    pub name: String,
+    /// Names and values of its attributes.
+    pub attributes: Vec<(String, String)>,
+    /// Elements around it: 1 right in the outermost one.
+    pub depth: usize,
+}
+
+impl Tag {
+    /// The value of an attribute.
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
+    }
+
+    /// The element with its id, for messages.
+    pub fn label(&self) -> String {
+        gate::label(&self.name, self.pairs())
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = (&str, &str)> + Clone {
+        self.attributes.iter().map(|(name, value)| (name.as_str(), value.as_str()))
+    }
+}
+
+/// Why a file was not copied.
+#[derive(Debug)]
+pub enum StreamError {
+    /// The file as a whole.
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// An element.
+    Element {
+        /// The file, which another one may include.
+        file: PathBuf,
+        /// Line, from 1.
+        line: u32,
+        /// What is wrong with it.
+        problem: Problem,
+    },
+}
+
+/// Copies `file` to `out`, with all files that it includes in the place of the includes. `look` sees every element that passes by name, before it
+/// is written.
+///
+/// # Errors
+/// The first part that is refused, by the gate or by `look`, or what cannot be read or written.
+pub fn copy<W: Write>(
+    file: &Path,
+    vocabulary: &Vocabulary,
+    out: W,
+    look: &mut dyn FnMut(&Tag) -> Result<(), Problem>,
+) -> Result<(W, Dropped), StreamError> {
+    let mut copy = Copy {
+        gate: Gate::new(vocabulary, Bounded { out, left: MOST_BYTES }),
+        vocabulary,
+        look,
+        budget: Budget::new(),
+        elements: 0,
+        includes: 0,
+        open_files: Vec::new(),
+    };
+    let path = file.canonicalize().map_err(|error| of_file(file, error))?;
+    copy.file(file, path, false)?;
+    let (out, dropped) = copy.gate.into_inner();
+    Ok((out.out, dropped))
+}
+
+/// A copy that is no larger than what is read again.
+struct Bounded<W> {
+    out: W,
+    left: u64,
+}
+
+impl<W: Write> Write for Bounded<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.left = self.left.checked_sub(written as u64).ok_or_else(|| {
+            io::Error::other(format!("it would hold more than {} with what it includes", size_text(MOST_BYTES)))
+        })?;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+fn of_file(file: &Path, problem: impl ToString) -> StreamError {
+    StreamError::File { file: file.into(), problem: problem.to_string() }
+}
+
+/// The element that includes a file.
+const INCLUDE: &str = "include";
+
+struct Copy<'a, W> {
+    gate: Gate<'a, Bounded<W>>,
+    vocabulary: &'a Vocabulary,
+    look: &'a mut dyn FnMut(&Tag) -> Result<(), Problem>,
+    budget: Rc<Budget>,
+    elements: u64,
+    includes: usize,
+    /// The files that are being read, each included by the one before.
+    open_files: Vec<PathBuf>,
+}
+
+/// A file that is read.
+struct Place<'f> {
+    file: &'f Path,
+    line: u32,
+    /// Elements that are open in this file.
+    depth: usize,
+    has_root: bool,
+    is_included: bool,
+    /// The last tag was an `<include>` that is not closed yet.
+    is_in_include: bool,
+}
+
+impl Place<'_> {
+    fn fault(&self, element: impl ToString, problem: impl ToString) -> StreamError {
+        let problem = Problem { element: element.to_string(), problem: problem.to_string() };
+        StreamError::Element { file: self.file.into(), line: self.line, problem }
+    }
+}
+
+impl<W: Write> Copy<'_, W> {
+    /// Copies one file, called `name` in messages.
+    fn file(&mut self, name: &Path, path: PathBuf, is_included: bool) -> Result<(), StreamError> {
+        let text = source::open(&path, &self.budget).map_err(|error| of_file(name, error))?;
+        self.open_files.push(path);
+        let mut place = Place { file: name, line: 1, depth: 0, has_root: false, is_included, is_in_include: false };
+        let mut reader = Reader::from_reader(text);
+        let mut buffer = Vec::new();
+        while self.event(&mut reader, &mut buffer, &mut place)? {
+            place.line += buffer.iter().filter(|byte| **byte == b'\n').count() as u32;
+            buffer.clear();
+        }
+        self.open_files.pop();
+        Ok(())
+    }
+
+    /// Takes the next part of a file; false at its end.
+    fn event(
+        &mut self,
+        reader: &mut Reader<Metered>,
+        buffer: &mut Vec<u8>,
+        place: &mut Place,
+    ) -> Result<bool, StreamError> {
+        self.budget.next_tag();
+        match reader.read_event_into(buffer) {
+            Ok(Event::Start(tag)) => self.open(&tag, place)?,
+            Ok(Event::Empty(tag)) => {
+                self.open(&tag, place)?;
+                self.close(place)?;
+            }
+            Ok(Event::End(_)) => self.close(place)?,
+            Ok(Event::DocType(_)) => {
+                return Err(place.fault(
+                    "<!DOCTYPE>",
+                    "a document type can name other files and make entities of its own; none is read\n  remedy: take it out of the file",
+                ));
+            }
+            Ok(Event::Eof) if !place.has_root => return Err(of_file(place.file, "it holds no element")),
+            Ok(Event::Eof) if place.depth > 0 => {
+                return Err(place.fault("this is not XML", "the file ends before its last element is closed"));
+            }
+            Ok(Event::Eof) => return Ok(false),
+            Ok(_) => {}
+            Err(quick_xml::Error::Io(error)) => return Err(of_file(place.file, error)),
+            Err(error) => return Err(place.fault("this is not XML", error)),
+        }
+        Ok(true)
+    }
+
+    fn open(&mut self, tag: &BytesStart, place: &mut Place) -> Result<(), StreamError> {
+        self.elements += 1;
+        if self.elements > MOST_ELEMENTS {
+            let problem =
+                format!("it holds more than {MOST_ELEMENTS} elements with what it includes, the most that is read");
+            return Err(of_file(place.file, problem));
+        }
+        let tag = read_tag(tag, self.gate.depth(), place)?;
+        let is_root = place.depth == 0;
+        if place.is_in_include {
+            return Err(place.fault(tag.label(), "an include holds no element\n  remedy: put it behind the include"));
+        }
+        if is_root && place.has_root {
+            return Err(place.fault("this is not XML", "a second outermost element"));
+        }
+        place.has_root = true;
+        place.depth += 1;
+        if is_root && place.is_included {
+            // Its elements stand in the place of the include.
+            let roots = [&[self.vocabulary.root], self.vocabulary.other_roots].concat();
+            let problem = || format!("allowed as the outermost element of an included file: {}", roots.join(", "));
+            return if roots.contains(&tag.name.as_str()) { Ok(()) } else { Err(place.fault(tag.label(), problem())) };
+        }
+        if tag.name == INCLUDE && tag.depth == 1 {
+            place.is_in_include = true;
+            return self.include(&tag, place);
+        }
+        let passed = self.gate.open(&tag.name, tag.pairs());
+        passed.and_then(|()| (self.look)(&tag).map_err(GateError::from)).map_err(|error| at(error, place))
+    }
+
+    fn close(&mut self, place: &mut Place) -> Result<(), StreamError> {
+        place.depth -= 1;
+        if std::mem::take(&mut place.is_in_include) || place.depth == 0 && place.is_included {
+            return Ok(());
+        }
+        self.gate.close().map_err(|error| at(error, place))
+    }
+
+    /// Copies the elements of the file that an include names.
+    fn include(&mut self, tag: &Tag, place: &Place) -> Result<(), StreamError> {
+        let refused = |problem: String| place.fault(tag.label(), problem);
+        let Some(around) = self.open_files.last().and_then(|file| file.parent()) else {
+            return Err(refused("it is in no file".into()));
+        };
+        let href = tag.attribute("href").unwrap_or_default();
+        let found = source::included(around, href).map_err(refused)?;
+        self.includes += 1;
+        let (depth, includes) = (self.open_files.len(), self.includes);
+        if self.open_files.contains(&found) {
+            return Err(refused(
+                "the file includes itself, at once or through others\n  remedy: take the include out".into(),
+            ));
+        }
+        if depth > MOST_INCLUDE_DEPTH || includes > MOST_INCLUDES {
+            return Err(refused(format!(
+                "it is include {includes} of the file, {depth} deep; allowed: {MOST_INCLUDES} includes, {MOST_INCLUDE_DEPTH} deep"
+            )));
+        }
+        self.file(&place.file.with_file_name(href), found, true)
+    }
+}
+
+fn at(error: GateError, place: &Place) -> StreamError {
+    match error {
+        GateError::Refused(Problem { element, problem }) => place.fault(element, problem),
+        GateError::Write(error) => of_file(place.file, format!("its copy for SUMO cannot be written: {error}")),
+    }
+}
+
+/// Reads a tag. Names with a prefix belong to no vocabulary of SUMO's.
+fn read_tag(tag: &BytesStart, depth: usize, place: &Place) -> Result<Tag, StreamError> {
+    let no_text =
+        |error: std::str::Utf8Error| place.fault("this is no UTF-8 text", format!("{error}; save it as UTF-8"));
+    let name = std::str::from_utf8(tag.name().into_inner()).map_err(no_text)?.to_owned();
+    let mut attributes = Vec::new();
+    for attribute in tag.attributes() {
+        let attribute = attribute.map_err(|error| place.fault(&name, error))?;
+        let key = std::str::from_utf8(attribute.key.into_inner()).map_err(no_text)?;
+        if key == "xmlns" || key.contains(':') {
+            continue;
+        }
+        let value = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|error| place.fault(&name, error))?;
+        attributes.push((key.to_owned(), value.into_owned()));
+    }
+    Ok(Tag { name, attributes, depth })
+}

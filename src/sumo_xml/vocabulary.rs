@@ -1,0 +1,316 @@
+//! What SUMO may be given: elements, where they stand, their attributes and the keys of their parameters. In: names. Out: whether they pass.
+//! Taken by hand from SUMO 1.28's schemas (net_file.xsd, routes_file.xsd) without all that writes, opens, runs or connects.
+
+use std::{collections::BTreeMap, sync::LazyLock};
+
+/// A row: element, the elements that may hold it, its attributes, and the keys of its parameters. Words are separated by spaces.
+type Row = (&'static str, &'static str, &'static str, &'static str);
+
+/// An element that may pass.
+#[derive(Debug)]
+pub struct Rule {
+    /// Its name.
+    pub name: &'static str,
+    parents: Vec<&'static str>,
+    attributes: Vec<&'static str>,
+    keys: Vec<&'static str>,
+}
+
+impl Rule {
+    /// True if the element may stand in one of this name; the root in none (`""`).
+    pub fn may_stand_in(&self, parent: &str) -> bool {
+        self.parents.contains(&parent)
+    }
+
+    /// True if an attribute passes.
+    pub fn has_attribute(&self, name: &str) -> bool {
+        self.attributes.binary_search(&name).is_ok()
+    }
+
+    /// True if a parameter passes. What follows a colon is the id of a lane.
+    pub fn has_key(&self, key: &str) -> bool {
+        self.keys.contains(&key.split_once(':').map_or(key, |(name, _)| name))
+    }
+
+    /// The elements that may hold it; none of the root.
+    pub fn parents(&self) -> &[&'static str] {
+        &self.parents
+    }
+
+    /// Its attributes.
+    pub fn attributes(&self) -> &[&'static str] {
+        &self.attributes
+    }
+}
+
+/// The element of parameters, which may stand in every other one.
+pub const PARAMETER: &str = "param";
+
+/// All elements of a kind of file.
+pub struct Vocabulary {
+    /// Name of what such a file is, for messages.
+    pub title: &'static str,
+    /// Name of the element around all others.
+    pub root: &'static str,
+    /// Names that SUMO's own files may have for it.
+    pub other_roots: &'static [&'static str],
+    rules: BTreeMap<&'static str, Rule>,
+}
+
+impl Vocabulary {
+    fn new(title: &'static str, root: &'static str, others: &'static [&'static str], rows: &[Row]) -> Self {
+        let words = |text: &'static str| text.split_whitespace().collect::<Vec<_>>();
+        let rule = |&(name, parents, attributes, keys): &Row| {
+            let mut attributes = words(attributes);
+            attributes.sort_unstable();
+            let parents = if parents.is_empty() { vec![""] } else { words(parents) };
+            (name, Rule { name, parents, attributes, keys: words(keys) })
+        };
+        Self { title, root, other_roots: others, rules: rows.iter().map(rule).collect() }
+    }
+
+    /// The rule of an element.
+    pub fn rule(&self, name: &str) -> Option<&Rule> {
+        self.rules.get(name)
+    }
+
+    /// All rules, by name.
+    pub fn rules(&self) -> impl Iterator<Item = &Rule> {
+        self.rules.values()
+    }
+
+    /// Names of what may stand in an element.
+    pub fn within(&self, parent: &str) -> Vec<&'static str> {
+        self.rules().filter(|rule| rule.may_stand_in(parent)).map(|rule| rule.name).collect()
+    }
+}
+
+/// Road networks (`net.xml`).
+pub fn network() -> &'static Vocabulary {
+    static NETWORK: LazyLock<Vocabulary> = LazyLock::new(|| Vocabulary::new("a network", "net", &[], NETWORK_ROWS));
+    &NETWORK
+}
+
+/// Demand (`rou.xml`).
+pub fn demand() -> &'static Vocabulary {
+    static DEMAND: LazyLock<Vocabulary> =
+        LazyLock::new(|| Vocabulary::new("a demand", "routes", &["additional", "route-alternatives"], DEMAND_ROWS));
+    &DEMAND
+}
+
+/// Keys of actuated, delay-based and NEMA signals. `file`, `freq` and `whetherOutputState` write, so they are absent.
+const SIGNAL_KEYS: &str = "max-gap min-gap jam-threshold passing-time detector-gap inactive-threshold detectorRange minTimeLoss extendMaxDur \
+     detector-length detector-length-leftTurnLane total-cycle-length ring1 ring2 barrierPhases barrier2Phases coordinatePhases minRecall maxRecall \
+     fixForceOff controllerType cabinetType";
+
+const NETWORK_ROWS: &[Row] = &[
+    (
+        "net",
+        "",
+        "version junctionCornerDetail junctionLinkDetail lefthand rectangularLaneCut walkingareas limitTurnSpeed checkLaneFoesAll \
+         checkLaneFoesRoundabout tlsIgnoreInternalJunctionJam spreadType avoidOverlap junctionHigherSpeed internalJunctionsVehicleWidth \
+         junctionsMinimalShape junctionsEndpointShape",
+        "",
+    ),
+    ("location", "net", "netOffset convBoundary origBoundary projParameter", ""),
+    (
+        "type",
+        "net",
+        "id priority numLanes speed friction allow disallow discard oneway width widthResolution maxWidth minWidth sidewalkWidth \
+         bikeLaneWidth spreadType",
+        "",
+    ),
+    ("restriction", "type laneType", "vClass speed", ""),
+    (
+        "meso",
+        "type",
+        "tauff taufj taujf taujj jamThreshold junctionControl tlsPenalty tlsFlowPenalty minorPenalty overtaking edgeLength",
+        "",
+    ),
+    ("laneType", "type", "index allow disallow speed width", ""),
+    (
+        "edge",
+        "net",
+        "id function from to name priority length bidi type routingType shape distance spreadType crossingEdges",
+        "",
+    ),
+    (
+        "lane",
+        "edge",
+        "id index allow disallow prefer speed friction length endOffset width acceleration shape customShape type changeRight changeLeft \
+         outlineShape",
+        "",
+    ),
+    ("neigh", "lane", "lane", ""),
+    ("stopOffset", "edge lane", "value vClasses exceptions", ""),
+    ("tlLogic", "net", "id type programID offset nodes pos", SIGNAL_KEYS),
+    ("phase", "tlLogic", "duration state minDur maxDur earliestEnd latestEnd yellow red vehext next name", ""),
+    (
+        "junction",
+        "net",
+        "id x y z type incLanes intLanes shape name radius customShape rightOfWay fringe roundabout",
+        "",
+    ),
+    ("request", "junction", "index response foes cont", ""),
+    (
+        "connection",
+        "net",
+        "from to fromLane toLane pass keepClear contPos visibility allow disallow speed length shape uncontrolled via tl linkIndex \
+         linkIndex2 changeRight changeLeft indirect type dir state",
+        "",
+    ),
+    ("conflict", "connection", "from to fromLane toLane startPos endPos", ""),
+    ("prohibition", "net", "prohibitor prohibited", ""),
+    ("roundabout", "net", "nodes edges", ""),
+    ("taz", "net", "id edges shape center name", ""),
+    ("tazSource", "taz", "id weight", ""),
+    ("tazSink", "taz", "id weight", ""),
+];
+
+/// Attributes of car-following models, in a type or in an element of its own.
+macro_rules! following {
+    () => {
+        "accel decel emergencyDecel apparentDecel maxAccelProfile desAccelProfile sigma sigmaStep tau delta stepping adaptTime adaptFactor \
+         tmp1 tmp2 tmp3 tmp4 tmp5 tauLast apProb k phi security estimation speedControlGain speedControlMinGap gapClosingControlGainSpeed \
+         gapClosingControlGainSpace gapControlGainSpeed gapControlGainSpace collisionAvoidanceGainSpeed collisionAvoidanceGainSpace \
+         collisionAvoidanceOverride tauCACCToACC applyDriverState cc1 cc2 cc3 cc4 cc5 cc6 cc7 cc8 cc9 c1 ccDecel constSpacing kp lambda \
+         omegaN tauEngine xi lanesCount ccAccel ploegKp ploegKd ploegH flatbedKa flatbedKv flatbedKp flatbedD flatbedH \
+         collisionMinGapFactor speedControlGainCACC gapClosingControlGainGap gapClosingControlGainGapDot gapControlGainGap \
+         gapControlGainGapDot collisionAvoidanceGainGap collisionAvoidanceGainGapDot tPersDrive tpreview treaction tPersEstimate ccoolness \
+         sigmaleader sigmagap sigmaerror jerkmax epsilonacc taccmax Mflatness Mbegin vehdynamics maxvehpreview startupDelay "
+    };
+}
+/// Attributes that vehicles, trips and flows share.
+macro_rules! departure {
+    () => {
+        "id route reroute fromTaz toTaz via type color departLane departPos departSpeed departEdge arrivalEdge arrivalLane arrivalPos \
+         arrivalSpeed departPosLat arrivalPosLat line personNumber containerNumber speedFactor insertionChecks parkingBadges "
+    };
+}
+/// Attributes of ways from place to place.
+macro_rules! ends {
+    () => {
+        "from to fromTaz toTaz fromXY toXY fromLonLat toLonLat fromJunction toJunction viaJunctions busStop trainStop parkingArea containerStop \
+         chargingStation arrivalPos "
+    };
+}
+/// Attributes of persons and containers.
+macro_rules! plan {
+    () => {
+        "id arrival type departPos arrivalPos color modes vTypes speedFactor "
+    };
+}
+/// Attributes of flows.
+macro_rules! rate {
+    () => {
+        "begin end period perHour probability number "
+    };
+}
+
+const FOLLOWING: &str = following!();
+
+const DEMAND_ROWS: &[Row] = &[
+    ("routes", "", "", ""),
+    (
+        "vType",
+        "routes vTypeDistribution",
+        concat!(
+            "id refId length minGap maxSpeed desiredMaxSpeed probability speedFactor speedDev vClass maneuverAngleTimes guiShape width height \
+             mass color parkingBadges personCapacity containerCapacity boardingDuration loadingDuration scale lcStrategic lcCooperative \
+             lcSpeedGain lcKeepRight lcSublane lcOpposite lcPushy lcPushyGap lcStrategicLookahead lcAssertive lcLookaheadLeft \
+             lcSpeedGainRight lcSpeedGainLookahead lcSpeedGainRemainTime lcSpeedGainUrgency lcCooperativeRoundabout lcCooperativeSpeed \
+             lcCooperativeHelpTime lcCooperativeHelpThreshold lcCooperativeMinSpeed lcTurnAlignmentDistance lcImpatience \
+             lcTimeToImpatience lcAccelLat lcMaxSpeedLatStanding lcMaxSpeedLatFactor lcMaxDistLatStanding lcOvertakeRight \
+             lcLaneDiscipline lcSigma lcKeepRightAcceptanceTime lcOvertakeDeltaSpeedFactor lcContRight maxSpeedLat latAlignment \
+             actionStepLength hasDriverState minGapLat jmCrossingGap jmDriveAfterYellowTime jmDriveAfterRedTime jmDriveRedSpeed \
+             jmIgnoreKeepClearTime jmIgnoreFoeSpeed jmIgnoreFoeProb jmIgnoreJunctionFoeProb jmSigmaMinor jmStoplineGap \
+             jmStoplineGapMinor jmTimegapMinor jmExtraGap jmAdvance jmStopSignWait jmAllwayStopWait impatience carFollowModel trainType \
+             laneChangeModel timeToTeleport timeToTeleportBidi speedFactorPremature boardingFactor massFactor maxPower maxTraction \
+             resCoef_constant resCoef_linear resCoef_quadratic curveResistance curveIntegration roeckl_sharp_radius roeckl_numerator \
+             roeckl_numerator_sharp roeckl_offset roeckl_offset_sharp ",
+            following!()
+        ),
+        "junctionModel.ignoreIDs junctionModel.ignoreTypes",
+    ),
+    ("carFollowing-IDM", "vType", FOLLOWING, ""),
+    ("carFollowing-IDMM", "vType", FOLLOWING, ""),
+    ("carFollowing-EIDM", "vType", FOLLOWING, ""),
+    ("carFollowing-Krauss", "vType", FOLLOWING, ""),
+    ("carFollowing-KraussPS", "vType", FOLLOWING, ""),
+    ("carFollowing-KraussOrig1", "vType", FOLLOWING, ""),
+    ("carFollowing-SmartSK", "vType", FOLLOWING, ""),
+    ("carFollowing-Daniel1", "vType", FOLLOWING, ""),
+    ("carFollowing-PWagner2009", "vType", FOLLOWING, ""),
+    ("carFollowing-BKerner", "vType", FOLLOWING, ""),
+    ("carFollowing-Wiedemann", "vType", FOLLOWING, ""),
+    ("carFollowing-W99", "vType", FOLLOWING, ""),
+    ("carFollowing-ACC", "vType", FOLLOWING, ""),
+    ("carFollowing-CACC", "vType", FOLLOWING, ""),
+    ("carFollowing-CC", "vType", FOLLOWING, ""),
+    ("vTypeDistribution", "routes", "id vTypes probabilities deterministic", ""),
+    ("routeDistribution", "routes vehicle flow", "id last routes probabilities", ""),
+    (
+        "route",
+        "routes vehicle flow trip routeDistribution",
+        "id refId edges color exitTimes cost savings repeat cycleTime probability routeLength",
+        "",
+    ),
+    (
+        "vehicle",
+        "routes",
+        concat!(departure!(), "depart arrival routeLength"),
+        "junctionModel.ignoreIDs junctionModel.ignoreTypes",
+    ),
+    (
+        "trip",
+        "routes",
+        concat!(
+            departure!(),
+            "depart from to fromLonLat toLonLat viaLonLat fromXY toXY viaXY fromJunction toJunction viaJunctions"
+        ),
+        "junctionModel.ignoreIDs junctionModel.ignoreTypes",
+    ),
+    (
+        "flow",
+        "routes interval",
+        concat!(
+            departure!(),
+            rate!(),
+            "vehsPerHour from to fromXY toXY viaXY fromLonLat toLonLat viaLonLat fromJunction toJunction viaJunctions"
+        ),
+        "junctionModel.ignoreIDs junctionModel.ignoreTypes",
+    ),
+    ("interval", "routes", "begin end", ""),
+    (
+        "stop",
+        "vehicle flow trip route person personFlow container containerFlow",
+        "lane edge lon lat x y busStop trainStop containerStop chargingStation parkingArea startPos endPos posLat friendlyPos arrival duration \
+         until extension index parking triggered containerTriggered expected permitted expectedContainers actType tripId split join line \
+         speed priorEdges priorEdgesLength started ended onDemand jump jumpUntil priority",
+        "",
+    ),
+    ("person", "routes", concat!(plan!(), "depart"), ""),
+    ("personFlow", "routes", concat!(plan!(), rate!(), "vehsPerHour personsPerHour"), ""),
+    ("container", "routes", concat!(plan!(), "depart"), ""),
+    ("containerFlow", "routes", concat!(plan!(), rate!(), "containersPerHour"), ""),
+    (
+        "personTrip",
+        "person personFlow",
+        concat!(ends!(), "modes vTypes departPos departPosLat walkFactor costs group lines"),
+        "",
+    ),
+    ("ride", "person personFlow", concat!(ends!(), "lines cost intended depart routeLength group vehicle"), ""),
+    (
+        "walk",
+        "person personFlow",
+        concat!(ends!(), "route edges speed duration departPos departPosLat departLane cost routeLength exitTimes"),
+        "",
+    ),
+    (
+        "transport",
+        "container containerFlow",
+        concat!(ends!(), "lines cost intended depart routeLength group vehicle"),
+        "",
+    ),
+    ("tranship", "container containerFlow", concat!(ends!(), "edges speed duration departPos"), ""),
+];
