@@ -90,10 +90,10 @@ fn list(folder: &Path, endings: &[&str], files: &mut Vec<PathBuf>) -> std::io::R
     Ok(())
 }
 
-/// SUMO's home with headers and libraries: `SUMO_HOME`, else `.sumo/sumo` here or in the two folders above.
+/// SUMO's home with headers and libraries: `SUMO_HOME`, else `.sumo/sumo` here.
 fn find_home(root: &Path) -> Option<PathBuf> {
     let mut candidates: Vec<PathBuf> = env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
-    candidates.extend(root.ancestors().take(3).map(|folder| folder.join(".sumo/sumo")));
+    candidates.push(root.join(".sumo/sumo"));
     candidates
         .into_iter()
         .find(|home| home.join("include/libsumo/libsumo.h").exists() && library_folder(home).is_some())

@@ -2,7 +2,7 @@
 //! program stands. Out: the folder that holds `maps/` and `assets/`, and the folder of the person's own maps. What the program
 //! brings is in it, too, so that its file alone drives.
 
-use crate::{private, temporary::TemporaryFolder};
+use crate::{native_code, private, temporary::TemporaryFolder};
 use sha2::{Digest, Sha256};
 use std::{
     env,
@@ -79,8 +79,9 @@ fn check(folder: &Path, named_by: &'static str) -> Result<(), DataFolderError> {
 }
 
 /// The folder that holds `maps/` and `assets/`, the first of: the one that was given (`--data`), `CODRIVE_DATA`, the program's
-/// own folder, `../share/codrive` from there, `codrive` in the XDG data folders, the checkout around the program or the current
-/// folder. Otherwise what is in the program, written to the user's cache.
+/// own folder, `../share/codrive` from there, `codrive` in the XDG data folders, the checkout that the program was built in and lies in.
+/// Otherwise what is in the program, written to the user's cache. Maps and policies that lie in the working folder or above it
+/// by chance are none of the program's.
 ///
 /// Where that cannot be written either ([`require`] says why) it is a folder that is not there.
 pub fn root() -> &'static Path {
@@ -100,7 +101,7 @@ pub fn require() -> Result<(), DataFolderError> {
 }
 
 fn find() -> Result<PathBuf, DataFolderError> {
-    let here = ProgramPlace { program: env::current_exe().ok(), folder: env::current_dir().ok() };
+    let here = ProgramPlace { program: native_code::program(), checkout: native_code::checkout() };
     let variable = |name: &str| env::var_os(name);
     candidates(&variable, &here).into_iter().find(|folder| holds_data(folder)).map_or_else(|| unpacked(&variable), Ok)
 }
@@ -109,10 +110,10 @@ fn holds_data(folder: &Path) -> bool {
     folder.join(SIGN).is_file()
 }
 
-/// Where the program is, and from where it was called.
+/// Where the program is, and the checkout around it.
 struct ProgramPlace {
     program: Option<PathBuf>,
-    folder: Option<PathBuf>,
+    checkout: Option<PathBuf>,
 }
 
 type EnvironmentLookup<'a> = &'a dyn Fn(&str) -> Option<OsString>;
@@ -121,9 +122,15 @@ fn set(variable: EnvironmentLookup<'_>, name: &str) -> Option<PathBuf> {
     variable(name).filter(|value| !value.is_empty()).map(PathBuf::from)
 }
 
-/// `CODRIVE_DATA`, or what it was called before.
+/// The variable that names a folder of data, and the folder, if one is named.
 fn named(variable: EnvironmentLookup<'_>) -> Option<(&'static str, PathBuf)> {
-    ["CODRIVE_DATA", "CODRIVE_ROOT"].into_iter().find_map(|name| Some((name, set(variable, name)?)))
+    const NAME: &str = "CODRIVE_DATA";
+    Some((NAME, set(variable, NAME)?))
+}
+
+/// The folder that the environment names, for a line at the start of the program; `None` if a person named one by hand.
+pub fn named_by_environment() -> Option<(&'static str, PathBuf)> {
+    named(&|name| env::var_os(name)).filter(|_| GIVEN.get().is_none())
 }
 
 /// All places in their order, those that are not there too.
@@ -135,9 +142,7 @@ fn candidates(variable: EnvironmentLookup<'_>, here: &ProgramPlace) -> Vec<PathB
     list.extend(user_by(variable));
     let system = set(variable, "XDG_DATA_DIRS").unwrap_or_else(|| "/usr/local/share:/usr/share".into());
     list.extend(env::split_paths(&system).filter(|folder| folder.is_absolute()).map(|folder| folder.join("codrive")));
-    list.extend(
-        [&here.program, &here.folder].into_iter().flatten().flat_map(|start| start.ancestors()).map(Path::to_path_buf),
-    );
+    list.extend(here.checkout.clone());
     list
 }
 
@@ -246,9 +251,9 @@ fn unpack(folder: &Path, files: &[(&str, &[u8])]) -> io::Result<PathBuf> {
 mod tests {
     use super::*;
 
-    fn places(set: &[(&str, &str)], program: &str, folder: &str) -> Vec<String> {
+    fn places(set: &[(&str, &str)], program: &str, checkout: Option<&str>) -> Vec<String> {
         let variable = |name: &str| set.iter().find(|(n, _)| *n == name).map(|(_, value)| OsString::from(value));
-        let here = ProgramPlace { program: Some(program.into()), folder: Some(folder.into()) };
+        let here = ProgramPlace { program: Some(program.into()), checkout: checkout.map(Into::into) };
         candidates(&variable, &here).into_iter().map(|place| place.to_string_lossy().into_owned()).collect()
     }
 
@@ -256,24 +261,23 @@ mod tests {
     fn places_are_looked_through_in_their_order() {
         let set =
             [("CODRIVE_DATA", "/lab/data"), ("HOME", "/home/ada"), ("XDG_DATA_DIRS", "/opt/share:relative:/usr/share")];
-        let list = places(&set, "/opt/codrive/bin/codrive", "/home/ada/work");
-        let first = [
+        let list = places(&set, "/opt/codrive/bin/codrive", None);
+        let all = [
             "/lab/data",
             "/opt/codrive/bin",
             "/opt/codrive/share/codrive",
             "/home/ada/.local/share/codrive",
             "/opt/share/codrive",
             "/usr/share/codrive",
-            "/opt/codrive/bin/codrive",
-            "/opt/codrive/bin",
         ];
-        assert_eq!(list[..first.len()], first);
-        assert!(list.contains(&"/home/ada/work".into()) && list.last().is_some_and(|last| last == "/"));
+        assert_eq!(list, all, "nothing of the working folder, and nothing above");
+        let built = places(&set, "/home/ada/codrive/target/debug/codrive", Some("/home/ada/codrive"));
+        assert_eq!(built.last().map(String::as_str), Some("/home/ada/codrive"));
         // A home of its own for data; empty variables say nothing.
         let set = [("XDG_DATA_HOME", "/data"), ("HOME", "/home/ada"), ("CODRIVE_DATA", ""), ("XDG_DATA_DIRS", "")];
-        assert_eq!(places(&set, "/b/codrive", "/")[..3], ["/b", "/share/codrive", "/data/codrive"]);
-        assert!(places(&[], "/b/codrive", "/").iter().all(|place| !place.contains(".local")));
-        assert_eq!(places(&[("CODRIVE_ROOT", "/old")], "/b/codrive", "/")[0], "/old");
+        assert_eq!(places(&set, "/b/codrive", None)[..3], ["/b", "/share/codrive", "/data/codrive"]);
+        assert!(places(&[], "/b/codrive", None).iter().all(|place| !place.contains(".local")));
+        assert_eq!(places(&[("CODRIVE_ROOT", "/old")], "/b/codrive", None)[0], "/b", "a former name says nothing");
     }
 
     #[test]

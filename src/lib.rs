@@ -35,8 +35,8 @@
 //! space  time  units  rng  idm frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
 //! controls  plot  file         / the car-following model / pedals, wheel, selector / figures as SVG and PNG / files read
 //! foreign  private  toml_text  within limits / panics of libraries that read them as errors / files written for the user
-//! temporary  lsl               alone / mistakes in TOML / folders for temporary files / Lab Streaming Layer: streams of this program and
-//!                              of other devices
+//! temporary  native_code  lsl  alone / mistakes in TOML / folders for temporary files / places of libraries and programs of others / Lab
+//!                              Streaming Layer: streams of this program and of other devices
 //! data_folders  settings       where maps, policies, questionnaires lie on this machine / a struct as file, flags, widgets /
 //! triggers  signing            bytes on a serial port, for amplifiers / signatures of files by a key of the lab / the gate in front of
 //! sumo_xml                     SUMO: what its files may hold
@@ -101,6 +101,7 @@ pub mod live_drive;
 pub mod lsl;
 pub mod map;
 pub mod metrics;
+pub mod native_code;
 #[cfg(feature = "desktop")]
 pub mod panel;
 pub mod plot;

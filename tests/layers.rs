@@ -9,8 +9,21 @@ use std::{
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
 const ROWS: [&[&str]; 17] = [
-    &["space", "time", "units", "rng", "idm", "controls", "plot", "file", "foreign", "private", "toml_text", "lsl"],
-    &["temporary"],
+    &[
+        "space",
+        "time",
+        "units",
+        "rng",
+        "idm",
+        "controls",
+        "plot",
+        "file",
+        "foreign",
+        "private",
+        "toml_text",
+        "native_code",
+    ],
+    &["temporary", "lsl"],
     &["data_folders", "settings", "triggers", "signing", "sumo_xml"],
     &["map"],
     &["ego", "policy"],
@@ -37,7 +50,7 @@ const ROOMS: [(&str, &[&str]); 17] = [
     ("skrifa", &["plot"]),
     ("gilrs", &["input"]),
     ("evdev", &["input"]),
-    ("libloading", &["traffic", "input", "lsl"]),
+    ("libloading", &["native_code", "traffic", "input", "lsl"]),
     ("rapier3d", &["ego"]),
     ("nalgebra", &["analysis"]),
     ("clap", &["cli"]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import uuid
 from collections.abc import Iterable
 
 import fsspec
@@ -38,7 +39,8 @@ class Store:
             # Object stores show what is put when it is whole.
             self._fs.pipe_file(path, part)
             return
-        beside = f"{self._parts}/.{name}.{os.getpid()}"
+        # Machines that share the folder may have processes of the same number.
+        beside = f"{self._parts}/.{name}.{uuid.uuid4().hex}"
         try:
             pathlib.Path(beside).write_bytes(part)
             os.replace(beside, path)

@@ -54,6 +54,8 @@ def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
 
 #: The process that makes runs for this one, and the plan and the place that it is for.
 _at_work: dict[tuple[str, str], Worker] = {}
+#: Private folders of this process with the files of sweeps, by the name of those files; they go with the process.
+_files_of: dict[str, tempfile.TemporaryDirectory[str]] = {}
 
 
 def _worker(plan: str, out: str) -> Worker:
@@ -87,20 +89,17 @@ def execute(digest: str, files: list[Any], plan: str, number: int, name: str, li
     Raises:
         RuntimeError: It failed, took its process along, or was not done after ``limit_s`` seconds.
     """
-    folder = pathlib.Path(tempfile.gettempdir()) / f"codrive-sweep-{digest}"
-    if not (folder / plan).exists():
+    if digest not in _files_of:
         import ray
 
-        # Beside its place and moved there: processes of one machine come at the same time.
-        with tempfile.TemporaryDirectory(prefix="codrive-sweep-") as made:
-            for file, text in ray.get(files[0]).items():
-                path = pathlib.Path(made) / "all" / file
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(text)
-            try:
-                (pathlib.Path(made) / "all").rename(folder)
-            except OSError:
-                pass  # Another was first, with the same files.
+        # A name that can be guessed could be somebody else's folder, with a plan of theirs.
+        made = tempfile.TemporaryDirectory(prefix="codrive-sweep-")
+        for file, text in ray.get(files[0]).items():
+            path = pathlib.Path(made.name) / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(text)
+        _files_of[digest] = made
+    folder = pathlib.Path(_files_of[digest].name)
     _worker(str(folder / plan), out).run(number, name, limit_s)
     return name
 

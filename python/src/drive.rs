@@ -12,6 +12,7 @@ use codrive::{
     drive_loop::episode::{self, Episode, EpisodeError, HoldOutcome},
     drive_loop::episode_config::{EpisodeConfig, LATE},
     driver::{self, DriverError, Population},
+    native_code,
     scenario::Scenario,
     settings::Field,
     toml_text::did_you_mean,
@@ -377,6 +378,10 @@ pub fn sumo_home() -> Option<PathBuf> {
 pub fn try_networks_apart(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let program: Option<PathBuf> = module.py().import("sys")?.getattr("executable")?.extract()?;
     let file = module.filename().and_then(|file| file.extract::<PathBuf>());
+    if let Ok(file) = &file {
+        // Libraries and data are looked for beside this module, not beside the interpreter.
+        native_code::program_is(file.clone());
+    }
     if let (Some(program), Ok(file)) = (program.filter(|program| program.is_file()), file) {
         sumo::check_networks_by(program, vec![file.with_file_name("_check_network.py").into()]);
     }

@@ -39,6 +39,12 @@ fn changes(of: impl Fn(&str) -> Option<OsString>, sumo: Option<&Path>) -> Vec<(&
         // Its name since version 9.1, and before.
         changes.extend(["PROJ_DATA", "PROJ_LIB"].map(|name| (name, table.clone().into_os_string())));
     }
+    // liblsl reads settings from the working folder, which may name a file to write. Those of the user and of the machine stay.
+    if of("LSLAPICFG").is_none() {
+        let home = of("HOME").map(|home| Path::new(&home).join("lsl_api/lsl_api.cfg"));
+        let known = home.into_iter().chain(["/etc/lsl_api/lsl_api.cfg", "/dev/null"].map(Into::into));
+        changes.extend(known.into_iter().find(|file| file.exists()).map(|file| ("LSLAPICFG", file.into_os_string())));
+    }
     changes
 }
 
@@ -48,7 +54,29 @@ mod tests {
 
     fn changed(there: &[(&str, &str)]) -> Vec<&'static str> {
         let of = |name: &str| there.iter().find(|(n, _)| *n == name).map(|(_, value)| value.into());
-        changes(of, None).into_iter().map(|(name, _)| name).collect()
+        let names = changes(of, None).into_iter().map(|(name, _)| name);
+        // Which file it is depends on this machine.
+        names.filter(|name| *name != "LSLAPICFG").collect()
+    }
+
+    #[test]
+    fn liblsl_reads_settings_of_the_user_and_the_machine_and_none_of_the_working_folder() {
+        let home = tempfile::tempdir().unwrap();
+        let settings = |named: Option<&str>| {
+            let of = |name: &str| match name {
+                "HOME" => Some(home.path().as_os_str().to_owned()),
+                "LSLAPICFG" => named.map(Into::into),
+                _ => None,
+            };
+            changes(of, None).into_iter().find(|(name, _)| *name == "LSLAPICFG").map(|(_, file)| file)
+        };
+        // Without a file that is named, the library would look in the working folder first.
+        assert!(settings(None).is_some_and(|file| file == "/dev/null" || file == "/etc/lsl_api/lsl_api.cfg"));
+        let own = home.path().join("lsl_api/lsl_api.cfg");
+        std::fs::create_dir_all(own.parent().unwrap()).unwrap();
+        std::fs::write(&own, "").unwrap();
+        assert_eq!(settings(None), Some(own.into_os_string()));
+        assert_eq!(settings(Some("/lab/lsl_api.cfg")), None, "what a person names stays");
     }
 
     #[test]

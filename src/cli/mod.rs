@@ -1,5 +1,5 @@
 //! The command line. In: arguments. Out: an exit code: 0 done; 1 failed, with one clear message; 2 bad input, naming
-//! what is wrong and what is allowed; 141 (as of a program that SIGPIPE ended) nobody reads on.
+//! what is wrong and what is allowed; 130 ended by a person before a drive began; 141 (as of a program that SIGPIPE ended) nobody reads on.
 
 mod analyse;
 mod check_network;
@@ -59,6 +59,9 @@ pub enum CliError {
     /// The machine or the program failed: exit 1.
     #[error("{0}")]
     Failed(String),
+    /// A person ended what had only begun: exit 130, as shells state it of Ctrl-C.
+    #[error("{0}")]
+    Interrupted(String),
     /// Whoever read the standard output has gone, as `head` does: no more is said, exit 141.
     #[error("nobody reads the standard output")]
     Unread,
@@ -96,6 +99,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
         return tell(&CliError::Input(why.to_string()));
+    }
+    // The process that tries a network says nothing but what is wrong.
+    if let Some((variable, folder)) = data_folders::named_by_environment().filter(|_| needs) {
+        out::status_line(format_args!("codrive: maps and policies are those of {} ({variable})", folder.display()));
     }
     sumo::tell_waits_by(|text| out::status_line(format_args!("codrive: {text}")));
     let done = match matches.subcommand() {
@@ -142,6 +149,7 @@ fn tell(error: &CliError) -> u8 {
         // 128 and the number of SIGPIPE: what a shell sees of other tools. The signal itself stays off, since SUMO, ffmpeg
         // and the display are at other ends of pipes, and a drive must outlive them.
         CliError::Unread => return 141,
+        CliError::Interrupted(_) => stop::INTERRUPTED,
     };
     out::status_line(format_args!("codrive: {error}"));
     code
@@ -249,6 +257,9 @@ impl From<SettingsError> for CliError {
 
 impl From<WorldError> for CliError {
     fn from(error: WorldError) -> Self {
+        if matches!(&error, WorldError::Traffic(TrafficError::Interrupted)) {
+            return Self::Interrupted(error.to_string());
+        }
         let machine = matches!(
             &error,
             WorldError::Traffic(error) if !matches!(error, TrafficError::Setup(_) | TrafficError::NotFinite { .. })
@@ -260,7 +271,7 @@ impl From<WorldError> for CliError {
 impl From<MapError> for CliError {
     fn from(error: MapError) -> Self {
         match error {
-            MapError::Interrupted { .. } => Self::Failed(error.to_string()),
+            MapError::Interrupted { .. } => Self::Interrupted(error.to_string()),
             other => Self::Input(other.to_string()),
         }
     }

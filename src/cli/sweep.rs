@@ -389,11 +389,16 @@ fn worker(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
     Ok(())
 }
 
+/// Python's `-m MODULE ARGUMENTS`, without the working folder among the places of modules: a file ray.py that lies among somebody's
+/// data is none of the program's.
+const WITHOUT_WORKING_FOLDER: &str = "import sys; sys.path[:] = [p for p in sys.path if p]; del sys.argv[0]; import runpy; \
+                                      runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)";
+
 /// The same on a Ray cluster, by the Python package.
 fn on_ray(plan: &Path, matches: &ArgMatches) -> Result<(), CliError> {
     let Some(root) = matches.get_one::<PathBuf>("out") else { return Ok(()) };
     let mut command = std::process::Command::new("python3");
-    command.args(["-m", RAY_MODULE]).arg(plan).arg("--out").arg(root);
+    command.args(["-c", WITHOUT_WORKING_FOLDER, RAY_MODULE]).arg(plan).arg("--out").arg(root);
     for (name, value) in [
         ("--workers", matches.get_one::<u16>("workers").map(ToString::to_string)),
         ("--retries", matches.get_one::<u8>("retries").map(ToString::to_string)),

@@ -11,6 +11,7 @@ use super::{
     force_thread::ForceDevice,
     no_force::{LibraryFault, NoForce, NoSdl, WheelWithoutForce},
 };
+use crate::native_code;
 use std::{
     ffi::{CStr, c_char, c_int, c_uint, c_void},
     io,
@@ -106,7 +107,7 @@ struct Sdl {
 impl Sdl {
     fn load(path: &Path) -> Result<Self, LibraryFault> {
         // SAFETY: SDL2 runs no code at load time that asks anything of the caller.
-        let library = unsafe { libloading::Library::new(path) }.map_err(|e| LibraryFault::Unopened(path.into(), e))?;
+        let library = unsafe { native_code::open(path) }.map_err(|e| LibraryFault::Unopened(path.into(), e))?;
         macro_rules! symbol {
             ($name:literal) => {
                 // SAFETY: see above.

@@ -2,6 +2,7 @@
 //! header (`lsl_c.h`, version 1.16). It is opened once and never unloaded: its threads would run on in what is gone.
 
 use super::LslError;
+use crate::native_code;
 use std::{
     env::{self, consts},
     ffi::{CStr, CString, c_char, c_double, c_int, c_ulong, c_void},
@@ -78,22 +79,15 @@ fn file_names() -> Vec<String> {
     }
 }
 
-/// Where it may lie, first things first: what the variable names and nothing else; beside the program; in `.lsl/` of the working
-/// directory, of the program's folder or of any folder above them; where the system looks.
+/// Where it may lie, first things first: what the variable names and nothing else; beside the program or in `.lsl/` of its checkout;
+/// where the system looks.
 fn places() -> Vec<PathBuf> {
     let names = file_names();
     let within = |folder: PathBuf| names.iter().map(|name| folder.join(name)).collect::<Vec<_>>();
     if let Some(named) = env::var_os(VARIABLE).map(PathBuf::from) {
         return if named.is_dir() { within(named) } else { vec![named] };
     }
-    let mut places = Vec::new();
-    let program = env::current_exe().ok();
-    if let Some(folder) = program.as_deref().and_then(|program| program.parent()) {
-        places.extend(within(folder.into()));
-    }
-    for start in [env::current_dir().ok(), program].into_iter().flatten() {
-        places.extend(start.ancestors().flat_map(|above| within(above.join(".lsl"))));
-    }
+    let mut places: Vec<PathBuf> = native_code::library_folders("lsl").into_iter().flat_map(within).collect();
     places.retain(|place| place.exists());
     // A bare name is looked for by the system's own loader.
     places.extend(names.iter().map(PathBuf::from));
@@ -105,7 +99,7 @@ impl Library {
         let mut first = None;
         for place in places {
             // SAFETY: liblsl runs nothing at load time that asks anything of the caller.
-            match unsafe { libloading::Library::new(place) } {
+            match unsafe { native_code::open(place) } {
                 Ok(library) => return Self::of(library, &place.display().to_string()),
                 Err(error) => drop(first.get_or_insert_with(|| {
                     let source = std::error::Error::source(&error).map_or(error.to_string(), ToString::to_string);

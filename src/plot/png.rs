@@ -3,7 +3,7 @@
 
 use resvg::{
     tiny_skia::{Color, Pixmap, Transform},
-    usvg::{Options, Tree, fontdb},
+    usvg::{ImageHrefResolver, Options, Tree, fontdb},
 };
 use std::sync::{Arc, OnceLock};
 
@@ -55,7 +55,10 @@ fn options() -> &'static Options<'static> {
         }
         let family = fonts.faces().next().and_then(|face| Some(face.families.first()?.0.clone())).unwrap_or_default();
         fonts.set_sans_serif_family(&family);
-        Options { font_family: family, fontdb: Arc::new(fonts), ..Options::default() }
+        // A figure names no picture, and a text that became a tag in one opens no file.
+        let image_href_resolver =
+            ImageHrefResolver { resolve_data: Box::new(|_, _, _| None), resolve_string: Box::new(|_, _| None) };
+        Options { font_family: family, fontdb: Arc::new(fonts), image_href_resolver, ..Options::default() }
     })
 }
 
@@ -115,5 +118,19 @@ mod tests {
     fn what_is_no_picture_is_an_error() {
         assert!(png("no picture").is_err());
         assert!(png("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"0\" height=\"5\"/>").is_err());
+    }
+
+    #[test]
+    fn a_figure_opens_no_picture_of_the_disk() {
+        let folder = tempfile::tempdir().unwrap();
+        let red = folder.path().join("red.svg");
+        let head = "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" width=\"9\" height=\"9\">";
+        std::fs::write(&red, format!("{head}<rect width=\"9\" height=\"9\" fill=\"red\"/></svg>")).unwrap();
+        let named = |place: &str| format!("{head}<image width=\"9\" height=\"9\" xlink:href=\"{place}\"/></svg>");
+        let inside = "data:image/svg+xml;utf8,<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'><rect width='9' height='9' fill='red'/></svg>";
+        for place in [red.to_str().unwrap(), inside] {
+            let drawn = pixels(&named(&place.replace('<', "&lt;")));
+            assert!(drawn.pixels().all(|pixel| pixel.0 == [255; 4]), "{place}");
+        }
     }
 }

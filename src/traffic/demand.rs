@@ -302,7 +302,7 @@ mod tests {
         std::fs::write(&file, "<routes><vType id='DEFAULT_VEHTYPE' accel=\"3\"/></routes>").expect("written");
         let demand = Demand { files: vec![file], flows: Vec::new() };
         let network = Network::read(Path::new("n.net.xml"), "<net/>").expect("a network without roads");
-        let canonical = demand.canonical(&network, copies.path()).expect("it passes");
+        let canonical = demand.canonical(&network, 3600.0, copies.path()).expect("it passes");
         assert_eq!(demand.flows_xml("", canonical.defines_default_type), "<routes>\n</routes>\n");
     }
 }

@@ -164,7 +164,10 @@ fn a_named_folder_comes_first_and_one_without_data_is_refused_by_name() {
         assert_eq!(maps(&said(&listed)), ["ring-250"], "{how:?}");
     }
     let by_environment = run(elsewhere.command().env("CODRIVE_DATA", &named).args(["map", "list"]));
-    assert_eq!(maps(&said(&by_environment)), ["ring-250"]);
+    assert_eq!(maps(&String::from_utf8_lossy(&by_environment.stdout)), ["ring-250"]);
+    // A variable is set once and forgotten: what it names is said.
+    let line = format!("codrive: maps and policies are those of {} (CODRIVE_DATA)\n", named.display());
+    assert_eq!(String::from_utf8_lossy(&by_environment.stderr), line);
     let wrong = elsewhere.at("work");
     let refused = run(elsewhere.command().arg("map").arg("list").arg("--data").arg(&wrong));
     assert_eq!(refused.status.code(), Some(2));
@@ -175,4 +178,64 @@ fn a_named_folder_comes_first_and_one_without_data_is_refused_by_name() {
     );
     let refused = run(elsewhere.command().env("CODRIVE_DATA", &wrong).args(DRIVE));
     assert!(refused.status.code() == Some(2) && said(&refused).contains("named by CODRIVE_DATA"), "{}", said(&refused));
+}
+
+/// A library that makes a file when it is loaded, and a program that does so when it is run.
+fn hostile(elsewhere: &Elsewhere, victim: &Path) {
+    let source = elsewhere.at("hostile.c");
+    let text = format!(
+        "#include <stdio.h>\n__attribute__((constructor)) static void f(void) {{ fclose(fopen(\"{}\", \"w\")); }}\n",
+        victim.display()
+    );
+    fs::write(&source, text).unwrap();
+    let library = elsewhere.at("hostile.so");
+    let built = Command::new("cc").arg("-shared").arg("-fPIC").arg(&source).arg("-o").arg(&library).output().unwrap();
+    assert!(built.status.success(), "{}", said(&built));
+    for folder in [elsewhere.at(""), elsewhere.at("work")] {
+        for name in [".sumo/sumo/lib/libsumocpp.so", ".lsl/liblsl.so.2", "libcodrive_sumo.so", "libSDL2-2.0.so.0"] {
+            let place = folder.join(name);
+            fs::create_dir_all(place.parent().unwrap()).unwrap();
+            fs::copy(&library, place).unwrap();
+        }
+        let converter = folder.join(".sumo/sumo/bin/netconvert");
+        fs::create_dir_all(converter.parent().unwrap()).unwrap();
+        fs::write(&converter, format!("#!/bin/sh\n: >'{}'\n", victim.display())).unwrap();
+        fs::set_permissions(&converter, fs::Permissions::from_mode(0o755)).unwrap();
+        // Settings of liblsl may name a file that it writes.
+        fs::write(folder.join("lsl_api.cfg"), format!("[log]\nlevel = 9\nfile = {}\n", victim.display())).unwrap();
+    }
+}
+
+#[test]
+fn no_library_or_program_of_the_working_folder_or_above_is_run() {
+    let elsewhere = Elsewhere::new();
+    let victim = elsewhere.at("victim");
+    hostile(&elsewhere, &victim);
+    fs::write(elsewhere.at("work/town.osm"), "<osm/>").unwrap();
+    let drive = ["run", "--traffic", "sumo", "--duration", "1"];
+    for arguments in [&drive[..], &["map", "import", "town.osm"], &["doctor"]] {
+        let ended = run(elsewhere.command().args(arguments));
+        assert!(!victim.exists(), "{arguments:?}: {}", said(&ended));
+    }
+    let refused = run(elsewhere.command().args(drive));
+    assert!(refused.status.code() == Some(1) && said(&refused).contains("SUMO was not found"), "{}", said(&refused));
+    // The fault is a real one: what a person names is loaded.
+    let home = elsewhere.at("work/.sumo/sumo");
+    let loaded = run(elsewhere.command().args(drive).env("CODRIVE_SUMO_HOME", &home));
+    assert!(victim.exists(), "{}", said(&loaded));
+}
+
+#[test]
+fn maps_of_the_working_folder_or_above_are_not_the_programs() {
+    let elsewhere = Elsewhere::new();
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for folder in [elsewhere.at("maps"), elsewhere.at("work/maps")] {
+        fs::create_dir_all(folder.join("ring-250")).unwrap();
+        fs::create_dir_all(folder.join("surprise")).unwrap();
+        for map in ["ring-250", "surprise"] {
+            fs::copy(project.join("maps/ring-250/net.xml"), folder.join(map).join("net.xml")).unwrap();
+        }
+    }
+    let listed = run(elsewhere.command().args(["map", "list"]));
+    assert_eq!(maps(&said(&listed)), ["merge", "practice", "ring-250", "ring-641"]);
 }

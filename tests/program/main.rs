@@ -6,6 +6,7 @@ mod anywhere;
 mod benchmark;
 mod cli;
 mod film;
+mod interrupts;
 mod portable;
 mod sweep;
 #[cfg(feature = "tune")]

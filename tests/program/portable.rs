@@ -277,10 +277,10 @@ fn a_map_of_the_authors_own_is_carried_by_name_too_and_shipped_ones_are_not() {
         let recording = author.at(map);
         let drive = ["run", "--traffic", "native", "--vehicles", "12", "--duration", "2", "--map", map];
         let mut command = codrive(&[&drive[..], &["--out", text(&recording)]].concat());
-        command.env("CODRIVE_ROOT", &root).assert().success();
+        command.env("CODRIVE_DATA", &root).assert().success();
         assert_eq!(recording.join("inputs").exists(), carried);
         fs::rename(&own, root.join("gone")).unwrap();
-        codrive(&["replay", text(&recording)]).env("CODRIVE_ROOT", &root).assert().success();
+        codrive(&["replay", text(&recording)]).env("CODRIVE_DATA", &root).assert().success();
         fs::rename(root.join("gone"), &own).unwrap();
     }
 }

@@ -5,13 +5,14 @@ use codrive::{
     analysis::RecordedTrial,
     controls::Controls,
     drive_loop::{Drive, evaluation_drive, offline::OfflineDrive},
+    map::network::{Edge, EdgeKind, Network},
     record::{self, Table, TableReader},
     replay::Replay,
     rng,
     scenario::{AdvisedVehicles, DisplaySettings, Scenario},
     sim::{EndReason, Snapshot, World},
     time::Pace,
-    traffic::{EGO, sumo},
+    traffic::{Demand, EGO, Flow, sumo},
 };
 use roxmltree::Document;
 use std::{fs, process::Command};
@@ -246,4 +247,51 @@ fn its_recording_holds_the_others_and_is_recovered_and_driven_again_to_the_bit()
     assert!(replay.verdict().is_proven() && replay.verdict().ticks == 2000, "{:?}", replay.verdict());
     let said = RecordedTrial::open(&path).map(drop).expect_err("nobody drove").to_string();
     assert!(said.contains("a drive without a participant") && said.contains("remedy: its tables cars"), "{said}");
+}
+
+/// Flows between edges of a network that roads connect, a few of them.
+fn flows(network: &Network) -> Vec<Flow> {
+    let for_cars =
+        |edge: &&Edge| edge.kind == EdgeKind::Normal && edge.lanes().any(|lane| network.lane(lane).admits_cars());
+    let ways = network.edges().iter().filter(for_cars).filter_map(|edge| {
+        let lane = edge.lanes().find(|lane| network.lane(*lane).admits_cars())?;
+        let way = network.connections_from(lane).iter().find(|way| network.lane(way.to).admits_cars())?;
+        let to = network.edge_of(way.to);
+        (to.kind == EdgeKind::Normal).then(|| (edge.id.clone(), to.id.clone()))
+    });
+    ways.take(4).map(|(from, to)| Flow { from, to, per_hour: 900.0, mix: Vec::new() }).collect()
+}
+
+#[test]
+fn a_drive_without_a_participant_runs_on_every_network_with_a_demand() {
+    let _alone = one_at_a_time();
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/networks");
+    let mut files: Vec<_> =
+        fs::read_dir(folder).expect("networks").map(|entry| entry.expect("an entry").path()).collect();
+    files.retain(|file| file.to_string_lossy().ends_with(".net.xml"));
+    files.sort();
+    assert_eq!(files.len(), 14);
+    for file in files {
+        let net = file.to_string_lossy().into_owned();
+        let flows = flows(&Network::load(&net).unwrap_or_else(|error| panic!("{error}")));
+        assert!(!flows.is_empty(), "{net}");
+        let scenario = Scenario {
+            map: net.clone(),
+            participant: false,
+            policy: "none".into(),
+            demand: Demand { files: Vec::new(), flows },
+            warm_up_s: 5.0,
+            duration_s: 5.0,
+            display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+            ..Scenario::default()
+        };
+        let mut most = 0;
+        let world = drive(&scenario, |world| {
+            let cars = &world.snapshot().cars;
+            most = most.max(cars.len());
+            assert!(cars.iter().all(|car| car.id != EGO), "{net}: nobody has the participant's number");
+        });
+        assert_eq!(world.ended(), Some(EndReason::Duration), "{net}");
+        assert!(most > 0, "{net}: nobody came");
+    }
 }

@@ -128,3 +128,29 @@ fn esc_ends_a_window_that_waits_for_sumo_to_begin_a_drive_again() {
     assert_eq!(Manifest::load(out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
     remote.signal("CONT");
 }
+
+#[test]
+fn esc_ends_a_window_within_a_second_while_sumo_reads_a_file() {
+    let server = Server::start([320, 200]);
+    let mut program = server.start_program(
+        Command::new(env!("CARGO_BIN_EXE_codrive"))
+            .args(["drive", "--quality", "low", "--duration", "0", "--policy", "none", "--map", "ring-250"])
+            // Its first start takes as long as each.
+            .env("CODRIVE_SUMO_READS_S", "6"),
+    );
+    let window = server.window("codrive");
+    server.focus(window);
+    wait_for("a picture", || (server.colours() > 100).then_some(()));
+    for key in [BACKSPACE, ESC] {
+        server.key(key, true);
+        server.key(key, false);
+        sleep(Duration::from_millis(300));
+    }
+    let is_over = (0..100).any(|_| {
+        sleep(Duration::from_millis(10));
+        program.try_wait().unwrap().is_some()
+    });
+    assert!(is_over, "it waits for SUMO");
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
+}

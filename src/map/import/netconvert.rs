@@ -4,7 +4,7 @@
 use crate::{
     file::read_bounded,
     map::{MapError, limits::MOST_BYTES},
-    private,
+    native_code, private,
 };
 use std::{
     path::{Path, PathBuf},
@@ -33,15 +33,11 @@ pub struct ImportBounds<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// Where SUMO's converter is: in `SUMO_HOME`, else in the SUMO that the program was built with, else in `.sumo/sumo` in or above
-/// the current folder.
+/// Where SUMO's converter is: in the first of SUMO's homes that has it.
 pub(super) fn program() -> PathBuf {
     let of = |home: PathBuf| home.join("bin").join(format!("netconvert{}", std::env::consts::EXE_SUFFIX));
-    let mut homes: Vec<PathBuf> = std::env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
-    homes.push(env!("CODRIVE_SUMO_HOME_AT_BUILD").into());
-    let here = std::env::current_dir().unwrap_or_default();
-    homes.extend(here.ancestors().map(|above| above.join(".sumo/sumo")));
-    let first = of(homes[0].clone());
+    let homes = native_code::sumo_homes();
+    let first = of(homes.first().cloned().unwrap_or_default());
     homes.into_iter().map(of).find(|program| program.exists()).unwrap_or(first)
 }
 
@@ -187,6 +183,7 @@ fn bounded_command(program: &Path, bounds: &ImportBounds) -> Command {
     command.arg("-c").arg(script).arg(program);
     // A group of its own, so that all that it starts is ended with it.
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    native_code::end_with_parent(&mut command);
     command
 }
 

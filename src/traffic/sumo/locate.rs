@@ -1,24 +1,19 @@
 //! Where SUMO and the shim are on this machine. Out: paths, or [`TrafficError::Absent`] with what was looked for.
 
-use crate::{data_folders, traffic::TrafficError};
+use crate::{data_folders, native_code, traffic::TrafficError};
 use std::{
     env::{self, consts},
     path::{Path, PathBuf},
 };
 
-/// SUMO's home: `CODRIVE_SUMO_HOME` and nothing else if it is set; else `SUMO_HOME`, the home that the program was built with, or `.sumo/sumo` in the working directory, in the
-/// program's folder or in any folder above them; the first that holds libsumo.
+/// SUMO's home: `CODRIVE_SUMO_HOME` and nothing else if it is set; else the first of [`native_code::sumo_homes`] that holds libsumo.
 pub fn home() -> Result<PathBuf, TrafficError> {
     if let Some(home) = env::var_os("CODRIVE_SUMO_HOME").map(PathBuf::from) {
         return library(&home).map(|_| home);
     }
-    let mut candidates: Vec<PathBuf> = env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
-    candidates.push(PathBuf::from(env!("CODRIVE_SUMO_HOME_AT_BUILD")));
-    for folder in [env::current_dir(), env::current_exe()].into_iter().flatten() {
-        candidates.extend(folder.ancestors().map(|above| above.join(".sumo/sumo")));
-    }
-    candidates.into_iter().find(|home| library(home).is_ok()).ok_or_else(|| {
-        TrafficError::Absent("neither SUMO_HOME nor a folder .sumo/sumo here or above holds libsumocpp".to_string())
+    native_code::sumo_homes().into_iter().find(|home| library(home).is_ok()).ok_or_else(|| {
+        let text = "neither SUMO_HOME nor a folder beside the program or of its checkout holds libsumocpp";
+        TrafficError::Absent(text.to_string())
     })
 }
 
@@ -37,12 +32,13 @@ pub(super) fn library(home: &Path) -> Result<PathBuf, TrafficError> {
 /// The shim as it is in the program: its name and its bytes (build.rs); none where it was built without SUMO.
 const EMBEDDED_SHIM: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/embedded_shim.rs"));
 
-/// The shim itself: beside the program (as it is shipped), else where the build left it, else the program's own copy in the user's cache.
+/// The shim itself: beside the program (as it is shipped), else where the build left it if the program is still there, else the program's
+/// own copy in the user's cache.
 pub(super) fn shim() -> Result<PathBuf, TrafficError> {
     let file = format!("{}codrive_sumo{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
-    let beside = env::current_exe().ok().and_then(|exe| Some(exe.parent()?.join(&file)));
-    let built = Path::new(env!("CODRIVE_SHIM_DIR")).join(&file);
-    shim_of(beside.into_iter().chain([built]), &file)
+    let beside = native_code::program().and_then(|program| Some(program.parent()?.join(&file)));
+    let built = native_code::build_output().map(|folder| folder.join(&file));
+    shim_of(beside.into_iter().chain(built), &file)
 }
 
 /// The first of these that is there, else the program's own copy.

@@ -5,21 +5,22 @@
 
 use super::{
     SumoTraffic,
-    inputs::Inputs,
     network::{EgoStart, NetworkSetup, SumoNetwork},
     trial_process::{self, Ended, TIMEOUT},
 };
 use crate::{
-    data_folders,
+    data_folders, file,
     map::{
         MapError, RoadMap,
+        limits::MOST_BYTES,
         network::{LaneId, Network},
     },
     space::CAR_LENGTH_M,
+    sumo_xml::stream,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, ExternalVehicleState, MOST_DEMAND_BYTES, ModelMixture, NoiseStreams, Traffic, TrafficError,
-        TrafficSetup, VehicleReport, go_on, start,
+        Demand, ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, VehicleReport,
+        go_on, start,
     },
 };
 use serde::{Deserialize, Serialize};
@@ -95,15 +96,16 @@ impl Trial {
         } else {
             let files = demand.join(",");
             let remedy = format!("SUMO's own program may say more: sumo --net-file {net} --route-files {files}");
-            (format!("{} on {net}", demand.join(", ")), "this demand and network", remedy)
+            (format!("{} on {net}", demand.join(", ")), "this demand", remedy)
         };
+        let on = if demand.is_empty() { "on " } else { "" };
         let remedy = format!("\n  remedy: {remedy}");
         match fault {
             Fault::TimedOut => format!("{named}: SUMO did not read {what} within {} s{remedy}", TIMEOUT.as_secs()),
             Fault::Refused(words) if words.contains("\n  remedy: ") => {
-                format!("{named}: SUMO cannot drive on {what}: {words}")
+                format!("{named}: SUMO cannot drive {on}{what}: {words}")
             }
-            Fault::Refused(words) => format!("{named}: SUMO cannot drive on {what}: {words}{remedy}"),
+            Fault::Refused(words) => format!("{named}: SUMO cannot drive {on}{what}: {words}{remedy}"),
             Fault::Crashed(status) => format!("{named}: SUMO crashes on {what} ({status}){remedy}"),
         }
     }
@@ -120,7 +122,7 @@ impl Trial {
     /// Hash of the bytes of all files; `None` if all come with the program.
     fn hash(&self) -> Result<Option<[u8; 32]>, TrafficError> {
         let (mut hash, mut is_shipped) = (Sha256::new(), true);
-        let limits = std::iter::once(MOST_BYTES).chain(std::iter::repeat(MOST_DEMAND_BYTES));
+        let limits = std::iter::once(MOST_BYTES).chain(std::iter::repeat(stream::MOST_BYTES));
         for (path, limit) in std::iter::once(&self.net_file).chain(&self.demand.files).zip(limits) {
             let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", path.display()));
             let bytes = file::read_bounded(path, limit).map_err(failed)?;
@@ -130,6 +132,7 @@ impl Trial {
             hash.update(&bytes);
         }
         hash.update([u8::from(self.has_ego)]);
+        hash.update(serde_json::to_vec(&self.demand.flows).unwrap_or_default());
         Ok((!is_shipped).then(|| hash.finalize().into()))
     }
 }
@@ -167,9 +170,10 @@ fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), 
     };
     let request = serde_json::to_vec(trial).map_err(|error| TrafficError::Setup(error.to_string()))?;
     let written = TemporaryFolder::new().and_then(|folder| Ok((folder.write("trial.json", &request)?, folder)));
-    let (file, _folder) = written.map_err(|error| TrafficError::Setup(error.to_string()))?;
+    let (file, folder) = written.map_err(|error| TrafficError::Setup(error.to_string()))?;
     let mut command = Command::new(&program);
-    command.args(arguments).arg(file).env("CODRIVE_SUMO_HOME", home);
+    // What it leaves when it is killed goes with the folder.
+    command.args(arguments).arg(file).env("CODRIVE_SUMO_HOME", home).env("TMPDIR", folder.path());
     let what = named.demand.files.first().map_or_else(
         || named.net_file.display().to_string(),
         |demand| format!("{} on {}", demand.display(), named.net_file.display()),
@@ -177,11 +181,21 @@ fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), 
     Ok(match trial_process::run(&mut command, &what)? {
         Ended::TimedOut => Err(Fault::TimedOut),
         Ended::Itself(status, words) => match status.code() {
-            Some(0) => Ok(()),
-            Some(_) => Err(Fault::Refused(named.in_place_of(trial, words.trim_start_matches("codrive: ")))),
+            // Where it cannot read a part of a demand it says so and goes on without.
+            Some(0) if !words.lines().any(|line| line.starts_with(ERROR)) => Ok(()),
+            Some(_) => Err(Fault::Refused(named.in_place_of(trial, &bare(&words)))),
             None => Err(Fault::Crashed(status)),
         },
     })
+}
+
+/// Beginning of the lines with which SUMO states a fault on its standard error.
+const ERROR: &str = "Error: ";
+
+/// What a child says, without what its lines begin with.
+fn bare(words: &str) -> String {
+    let bare = |line: &str| line.trim_start_matches("codrive: ").trim_start_matches(ERROR).to_owned();
+    words.lines().map(bare).collect::<Vec<_>>().join("\n")
 }
 
 /// The program itself: a test or a benchmark finds it beside its own folder.

@@ -8,6 +8,7 @@ use crate::{
 };
 use glam::DVec2;
 use std::{
+    env,
     ffi::{CStr, CString, c_char, c_int},
     path::Path,
     sync::{
@@ -256,6 +257,7 @@ impl Shim {
         let mut all = vec!["sumo".to_string()];
         all.extend_from_slice(options);
         self.cars = 0;
+        read_slowly();
         self.check(with_texts(&all, |texts, n| unsafe { (self.api.start)(texts, n) }))?;
         // It reads its files without asking.
         go_on()
@@ -336,6 +338,15 @@ impl Shim {
     /// A step and nothing else.
     pub fn bare_step(&mut self) -> Result<(), TrafficError> {
         self.check(unsafe { (self.api.bare_step)() })
+    }
+}
+
+/// For tests: SUMO reads for as many seconds as `CODRIVE_SUMO_READS_S` says, deaf as it is. Release builds do not look.
+fn read_slowly() {
+    if cfg!(debug_assertions)
+        && let Some(seconds) = env::var("CODRIVE_SUMO_READS_S").ok().and_then(|text| text.parse().ok())
+    {
+        sleep(Duration::from_secs_f64(seconds));
     }
 }
 

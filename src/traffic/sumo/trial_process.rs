@@ -1,7 +1,10 @@
 //! A process of its own for what may break down or swell. In: a command. Out: how it ended and what it said, or that nobody waits for it any
 //! longer. It is bounded in memory and time, and ends with this program, however that ends.
 
-use crate::traffic::{TrafficError, is_interrupted};
+use crate::{
+    native_code,
+    traffic::{TrafficError, is_interrupted},
+};
 use std::{
     io::{self, Read},
     process::{Child, Command, ExitStatus, Stdio},
@@ -96,30 +99,17 @@ fn wait(child: &mut Child, what: &str) -> io::Result<Option<ExitStatus>> {
 fn confine(command: &mut Command) -> &mut Command {
     #[cfg(target_os = "linux")]
     {
-        use nix::{
-            libc,
-            sys::resource::{Resource, setrlimit},
-        };
-        use std::os::unix::process::CommandExt;
-        let parent = std::process::id();
-        let limit = move || {
+        use nix::sys::resource::{Resource, setrlimit};
+        let limit = || {
             // Where the system refuses a limit there is none, and the time-out is left.
             let _ = setrlimit(Resource::RLIMIT_AS, MOST_MEMORY, MOST_MEMORY);
             let _ = setrlimit(Resource::RLIMIT_CORE, 0, 0);
-            // SAFETY: neither takes a pointer.
-            unsafe {
-                libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL);
-                // The parent may have died before.
-                if libc::getppid().unsigned_abs() != parent {
-                    return Err(io::Error::from_raw_os_error(libc::ESRCH));
-                }
-            }
             Ok(())
         };
         // SAFETY: between fork and exec it calls the system alone: no memory is asked for, no lock taken.
-        unsafe { command.pre_exec(limit) };
+        unsafe { std::os::unix::process::CommandExt::pre_exec(command, limit) };
     }
-    command
+    native_code::end_with_parent(command)
 }
 
 #[allow(
