@@ -1,7 +1,7 @@
 //! What each file of a recording was proven by. In: a recording that was driven again to its end. Out: a line a file: proven by driving, by
 //! its checksum only, or not at all, and why.
 
-use super::facts::DriveFacts;
+use super::facts::{DriveFacts, SUMMARY};
 use crate::{
     record::{
         Checksums, LOST_AND_FOUND, Manifest, RecordError, Table, TableReader,
@@ -85,7 +85,8 @@ pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> R
     files.push(Evidence::driving(inputs::SCENARIO, settings));
     files.extend(facts.evidence());
     let sums = Checksums::load(recording)?;
-    let others = sums.files.keys().filter(|name| name.contains('/'));
+    let own = [inputs::SCENARIO, SUMMARY];
+    let others = sums.files.keys().filter(|name| !own.contains(&name.as_str()));
     files.extend(others.map(|name| {
         let is_driven_with = name.starts_with(INPUTS) && !name.ends_with("map.toml") && !scenario.map.is_empty();
         if is_driven_with { Evidence::driving(name, String::new()) } else { Evidence::checksum(name, "") }
