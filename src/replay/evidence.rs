@@ -13,9 +13,6 @@ use crate::{
 };
 use std::{fmt, path::Path};
 
-/// Settings of `scenario.toml` that move no vehicle: a drive is the same with another value. In a table those of the whole table.
-pub const STATED_SETTINGS: [&str; 6] = ["display", "sound", "advice_tone", "rev_lamps", "flash_patch", "lane_help"];
-
 /// Strength of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProofKind {
@@ -81,8 +78,8 @@ pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> R
             _ => Evidence::driving(&name, String::new()),
         });
     }
-    let settings = format!("settings that move no vehicle: checksum only ({})", STATED_SETTINGS.join(", "));
-    files.push(Evidence::driving(inputs::SCENARIO, settings));
+    let settings = "picture, sound, lamps and what this drive made no use of: checksum only";
+    files.push(Evidence::driving(inputs::SCENARIO, settings.into()));
     files.extend(facts.evidence());
     let sums = Checksums::load(recording)?;
     let own = [inputs::SCENARIO, SUMMARY];
