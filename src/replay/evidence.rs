@@ -1,7 +1,7 @@
 //! What each file of a recording was proven by. In: a recording that was driven again to its end. Out: a line a file: proven by driving, by
 //! its checksum only, or not at all, and why.
 
-use super::facts::DriveFacts;
+use super::facts::{DriveFacts, SUMMARY};
 use crate::{
     record::{
         Checksums, LOST_AND_FOUND, Manifest, RecordError, Table, TableReader,
@@ -12,9 +12,6 @@ use crate::{
     scenario::Scenario,
 };
 use std::{fmt, path::Path};
-
-/// Settings of `scenario.toml` that move no vehicle: a drive is the same with another value. In a table those of the whole table.
-pub const STATED_SETTINGS: [&str; 6] = ["display", "sound", "advice_tone", "rev_lamps", "flash_patch", "lane_help"];
 
 /// Strength of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,11 +78,12 @@ pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> R
             _ => Evidence::driving(&name, String::new()),
         });
     }
-    let settings = format!("settings that move no vehicle: checksum only ({})", STATED_SETTINGS.join(", "));
-    files.push(Evidence::driving(inputs::SCENARIO, settings));
+    let settings = "picture, sound, lamps and what this drive made no use of: checksum only";
+    files.push(Evidence::driving(inputs::SCENARIO, settings.into()));
     files.extend(facts.evidence());
     let sums = Checksums::load(recording)?;
-    let others = sums.files.keys().filter(|name| name.contains('/'));
+    let own = [inputs::SCENARIO, SUMMARY];
+    let others = sums.files.keys().filter(|name| !own.contains(&name.as_str()));
     files.extend(others.map(|name| {
         let is_driven_with = name.starts_with(INPUTS) && !name.ends_with("map.toml") && !scenario.map.is_empty();
         if is_driven_with { Evidence::driving(name, String::new()) } else { Evidence::checksum(name, "") }

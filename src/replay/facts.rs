@@ -114,7 +114,7 @@ impl DriveFacts {
         }
         let mut expected = self.expected.clone();
         expected.state = self.recorded.state;
-        expected.ended = Some(self.driven_end(world, failure));
+        expected.ended = Some(self.driven_end(failure));
         let hash = summary["hash"].as_str().map(str::to_owned);
         expected.hash = hash.filter(|_| !(self.is_cut() && self.recorded.hash.is_none()));
         if self.is_stand_in {
@@ -142,13 +142,13 @@ impl DriveFacts {
     }
 
     /// How the manifest of the same drive says that it ended.
-    fn driven_end(&self, world: &World, failure: Option<String>) -> String {
+    fn driven_end(&self, failure: Option<String>) -> String {
         let mut tally = self.tally.clone();
         failure.into_iter().for_each(|why| tally.fail(why));
         let driven = tally.summary().end_in_words();
         let said = self.recorded.ended.clone().unwrap_or_default();
         let is_of_a_cut = said == "cut" || said.starts_with("recording failed: ");
-        if self.is_cut() && world.ended().is_none() && is_of_a_cut { said } else { driven }
+        if self.is_cut() && is_of_a_cut { said } else { driven }
     }
 
     fn check_driver(&self, world: &World, found: &mut Vec<FactDifference>) {

@@ -338,7 +338,3 @@ fn difference(planned: &Scenario, driven: &Scenario) -> Option<String> {
     let key = keys.keys().find(|key| planned_keys[key.as_str()] != driven_keys[key.as_str()])?;
     Some(format!("{key} is {}, planned is {}", driven_keys[key.as_str()], planned_keys[key.as_str()]))
 }
-
-#[cfg(test)]
-#[path = "places_tests.rs"]
-mod tests;

@@ -5,6 +5,9 @@ mod disk;
 mod kills;
 mod network;
 mod network_analysis;
+mod promises;
+mod resealed;
+mod signed;
 mod tampering;
 
 use assert_cmd::Command;

@@ -14,7 +14,7 @@ use std::{
 };
 
 /// A scenario with a file of demand beside it.
-fn town(folder: &Path) -> std::path::PathBuf {
+pub fn town(folder: &Path) -> std::path::PathBuf {
     let trips: String = (0..40)
         .map(|k| format!("<trip id=\"v{k}\" depart=\"{k}\" from=\"B0B1\" to=\"B1C1\" departLane=\"best\"/>\n"))
         .collect();

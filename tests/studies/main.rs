@@ -7,6 +7,7 @@ mod drivers;
 mod fms;
 mod models;
 mod people;
+mod places;
 mod questionnaires;
 mod readers;
 mod session;

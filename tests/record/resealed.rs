@@ -1,0 +1,670 @@
+//! Whoever changes a recording and makes all its checksums anew is found out wherever the drive says otherwise. Every key of the manifest,
+//! the summary and the scenario, every column and every file is changed, deleted and emptied; what no drive can prove is listed here.
+
+use super::{
+    codrive, said,
+    tampering::{replaced, rows, write},
+};
+use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
+use codrive::{
+    drive_loop::offline::OfflineDrive,
+    record,
+    replay::{Replay, ReplayReport},
+    scenario::{AdvisedVehicles, DisplaySettings, Scenario},
+    traffic::EngineChoice,
+};
+use serde_json::{Map, Value, json};
+use sha2::{Digest, Sha256};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, OnceLock},
+};
+
+/// SUMO runs one simulation a process.
+static SUMO: Mutex<()> = Mutex::new(());
+
+/// Six cars, three of them advised, for 3 s.
+fn scenario() -> Scenario {
+    Scenario {
+        traffic: EngineChoice::Native,
+        vehicles: 6,
+        advised: AdvisedVehicles::Share(0.5),
+        hold_s: 0.5,
+        warm_up_s: 1.0,
+        duration_s: 3.0,
+        seed: 3,
+        display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
+        ..Scenario::default()
+    }
+}
+
+/// That drive, recorded once.
+fn whole() -> &'static Path {
+    static WHOLE: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = WHOLE.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut run = OfflineDrive::new(&scenario(), [0.0, f64::INFINITY]).unwrap();
+        run.record(&folder.path().join("whole")).unwrap();
+        run.until(3.0).unwrap();
+        run.finish_recording().unwrap();
+        folder
+    });
+    Box::leak(folder.path().join("whole").into_boxed_path())
+}
+
+pub fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let to = to.join(entry.file_name());
+        if entry.path().is_dir() { copy(&entry.path(), &to) } else { fs::copy(entry.path(), &to).map(drop).unwrap() }
+    }
+}
+
+/// A copy of a recording after `tamper`.
+fn tampered(of: &Path, tamper: impl FnOnce(&Path)) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("p1");
+    copy(of, &drive);
+    tamper(&drive);
+    (folder, drive)
+}
+
+/// What a replay says: a report, or why it cannot begin or go on.
+fn replayed(drive: &Path) -> Result<ReplayReport, String> {
+    let mut replay = Replay::open(drive).map_err(|error| error.to_string())?;
+    replay.advance(u64::MAX).map_err(|error| error.to_string())?;
+    Ok(replay.verdict().clone())
+}
+
+fn is_found(drive: &Path) -> bool {
+    replayed(drive).is_ok_and(|report| !report.is_proven()) || replayed(drive).is_err()
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// SHA-256 of a column: for each row a byte 1 and its bytes, little-endian, words with their length; or a byte 0.
+fn column_sha256(column: &ArrayRef) -> String {
+    let (any, mut bytes) = (column.as_any(), Vec::new());
+    let mut put = |value: Option<Vec<u8>>| {
+        bytes.push(u8::from(value.is_some()));
+        bytes.extend(value.unwrap_or_default());
+    };
+    if let Some(values) = any.downcast_ref::<Float64Array>() {
+        values.iter().for_each(|v| put(v.map(|v| v.to_bits().to_le_bytes().to_vec())));
+    } else if let Some(values) = any.downcast_ref::<UInt64Array>() {
+        values.iter().for_each(|v| put(v.map(|v| v.to_le_bytes().to_vec())));
+    } else if let Some(values) = any.downcast_ref::<UInt32Array>() {
+        values.iter().for_each(|v| put(v.map(|v| v.to_le_bytes().to_vec())));
+    } else if let Some(values) = any.downcast_ref::<BooleanArray>() {
+        values.iter().for_each(|v| put(v.map(|v| vec![u8::from(v)])));
+    } else if let Some(values) = any.downcast_ref::<StringArray>() {
+        values.iter().for_each(|v| put(v.map(|v| [&(v.len() as u64).to_le_bytes(), v.as_bytes()].concat())));
+    }
+    sha256(&bytes)
+}
+
+fn files(folder: &Path, within: &str) -> Vec<String> {
+    let entries = fs::read_dir(folder.join(within)).unwrap().map(|entry| entry.unwrap());
+    let names = entries.flat_map(|entry| {
+        let name = format!("{within}{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() { files(folder, &format!("{name}/")) } else { vec![name] }
+    });
+    names.collect()
+}
+
+/// Makes every checksum of a recording anew, as somebody does who knows the format.
+pub fn reseal(drive: &Path) {
+    let (mut tables, mut others) = (Map::new(), Map::new());
+    for name in files(drive, "") {
+        let bytes = fs::read(drive.join(&name)).unwrap();
+        match name.strip_suffix(".parquet").filter(|name| !name.contains('/')) {
+            Some(table) => {
+                let all = if bytes.is_empty() { None } else { Some(rows(&drive.join(&name))) };
+                let columns = all.iter().filter(|all| all.num_rows() > 0).flat_map(|all| {
+                    all.schema()
+                        .fields()
+                        .iter()
+                        .map(|f| f.name().clone())
+                        .zip(all.columns().iter().map(column_sha256))
+                        .collect::<Vec<_>>()
+                });
+                let columns: Map<String, Value> = columns.map(|(name, sum)| (name, sum.into())).collect();
+                let count = all.as_ref().map_or(0, RecordBatch::num_rows);
+                tables.insert(table.into(), json!({ "rows": count, "sha256": sha256(&bytes), "columns": columns }));
+            }
+            None if ["manifest.json", "checksums.json", "lock"].contains(&name.as_str()) => {}
+            None => drop(others.insert(name, sha256(&bytes).into())),
+        }
+    }
+    let text = format!("{:#}\n", json!({ "tables": tables, "files": others }));
+    fs::write(drive.join("checksums.json"), &text).unwrap();
+    edit_json(&drive.join("manifest.json"), |manifest| {
+        manifest["checksums"] = sha256(text.as_bytes()).into();
+        manifest.as_object_mut().unwrap().shift_remove("sha256");
+        let own = sha256(format!("{manifest:#}\n").as_bytes());
+        manifest["sha256"] = own.into();
+    });
+}
+
+fn read_json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+/// Changes a file of JSON, and keeps how it is written.
+fn edit_json(path: &Path, change: impl FnOnce(&mut Value)) {
+    let mut value = read_json(path);
+    change(&mut value);
+    let end = if fs::read_to_string(path).unwrap().ends_with('\n') { "\n" } else { "" };
+    fs::write(path, format!("{value:#}{end}")).unwrap();
+}
+
+/// Places of all values that are no list of keys, as JSON pointers.
+fn leaves(value: &Value, at: &str) -> Vec<String> {
+    match value {
+        Value::Object(keys) if !keys.is_empty() => {
+            keys.iter().flat_map(|(k, v)| leaves(v, &format!("{at}/{k}"))).collect()
+        }
+        Value::Array(values) if !values.is_empty() => {
+            values.iter().enumerate().flat_map(|(i, v)| leaves(v, &format!("{at}/{i}"))).collect()
+        }
+        _ => vec![at.into()],
+    }
+}
+
+/// Another value of the same kind.
+fn other(value: &Value) -> Value {
+    match value {
+        Value::Null => "other".into(),
+        Value::Bool(is) => (!is).into(),
+        Value::Number(n) => n.as_u64().map_or_else(|| (n.as_f64().unwrap() + 1.0).into(), |n| (n + 1).into()),
+        Value::String(text) => format!("{text}x").into(),
+        Value::Array(_) => json!([{ "time_s": 1.0 }]),
+        Value::Object(_) => json!({ "more": 1 }),
+    }
+}
+
+/// Values of a file that a replay of a resealed recording does not find when they are changed, and when they are deleted.
+fn unfound(file: &str) -> [BTreeSet<String>; 2] {
+    let before = read_json(&whole().join(file));
+    let seals = ["/checksums", "/sha256"];
+    let mut unfound = [BTreeSet::new(), BTreeSet::new()];
+    for place in leaves(&before, "").into_iter().filter(|place| !seals.contains(&place.as_str())) {
+        let change = |value: &mut Value| *value.pointer_mut(&place).unwrap() = other(before.pointer(&place).unwrap());
+        let delete = |value: &mut Value| {
+            let (parent, key) = place.rsplit_once('/').unwrap();
+            match value.pointer_mut(parent).unwrap() {
+                Value::Object(keys) => drop(keys.shift_remove(key)),
+                Value::Array(values) => drop(values.remove(key.parse().unwrap())),
+                _ => unreachable!("a leaf has a list above it"),
+            }
+        };
+        for (unfound, change) in unfound.iter_mut().zip([&change as &dyn Fn(&mut Value), &delete]) {
+            let (_folder, drive) = tampered(whole(), |drive| edit_json(&drive.join(file), change));
+            assert!(
+                record::changes(&drive).map_or(true, |found| !found.is_empty()),
+                "{file}{place}: without new checksums"
+            );
+            reseal(&drive);
+            if !is_found(&drive) {
+                unfound.insert(place.clone());
+            }
+        }
+    }
+    unfound
+}
+
+fn set<const N: usize>(names: [&str; N]) -> BTreeSet<String> {
+    names.map(str::to_owned).into()
+}
+
+#[test]
+fn a_resealed_recording_that_was_not_changed_is_proven_file_by_file() {
+    let (_folder, drive) = tampered(whole(), reseal);
+    let report = replayed(&drive).unwrap();
+    assert!(report.is_proven() && report.ticks == 300, "{report:?}");
+    let proven: BTreeMap<String, String> =
+        report.files.iter().map(|file| (file.file.clone(), file.by.to_string())).collect();
+    let by_driving = ["ego", "cars", "advice", "events", "advised"].map(|table| format!("{table}.parquet"));
+    let by_driving = by_driving.iter().map(String::as_str).chain(["scenario.toml", "summary.json", "manifest.json"]);
+    let mut expected: BTreeMap<String, String> = by_driving.map(|name| (name.into(), "driving".into())).collect();
+    expected.insert("frames.parquet".into(), "checksum only".into());
+    assert_eq!(proven, expected);
+}
+
+#[test]
+fn every_key_of_the_manifest_that_follows_from_the_drive_is_found() {
+    let [changed, deleted] = unfound("manifest.json");
+    // Who and what took part, and when: facts that no drive can prove.
+    assert_eq!(changed, set(["/program", "/build", "/policy_asked", "/began", "/machine", "/graphics"]));
+    assert_eq!(deleted, set(["/policy_asked"]));
+    // Facts that may be there or not, and a drive that says that it was cut.
+    let added = [("participant", json!("P7")), ("screen", Value::Null), ("state", "recovered".into())];
+    for (key, value) in added {
+        let (_folder, drive) =
+            tampered(whole(), |drive| edit_json(&drive.join("manifest.json"), |keys| keys[key] = value));
+        assert!(!record::changes(&drive).unwrap().is_empty(), "{key}: without new checksums");
+        reseal(&drive);
+        assert!(!is_found(&drive), "{key} follows from no drive");
+    }
+    let others = [
+        ("note", json!(1)),
+        ("network_tables", true.into()),
+        ("advised_table", false.into()),
+        ("lateral_accel_mps2", 2.0.into()),
+        ("format", 2.into()),
+    ];
+    for (key, value) in others {
+        let (_folder, drive) = tampered(whole(), |drive| {
+            edit_json(&drive.join("manifest.json"), |keys| keys[key] = value);
+            reseal(drive);
+        });
+        assert!(is_found(&drive), "{key}");
+    }
+}
+
+#[test]
+fn every_key_of_the_summary_is_found() {
+    assert_eq!(unfound("summary.json"), [BTreeSet::new(), BTreeSet::new()]);
+    let (_folder, drive) = tampered(whole(), |drive| {
+        edit_json(&drive.join("summary.json"), |keys| keys["more"] = 1.into());
+        reseal(drive);
+    });
+    let facts = replayed(&drive).unwrap().facts;
+    assert_eq!(facts[0].to_string(), "summary.json: more is 1, driven again nothing");
+}
+
+/// Settings of the picture that are in no manifest.
+const SEEN: [&str; 14] = [
+    "/ordinary_paints",
+    "/time_h",
+    "/visibility_km",
+    "/wind_mps",
+    "/trees",
+    "/ego_colour",
+    "/traffic_colour",
+    "/cockpit",
+    "/palette",
+    "/mirror_yaw_deg",
+    "/mirror_pitch_deg",
+    "/mirror_fov_deg",
+    "/mirror_radius_m",
+    "/quality",
+];
+
+/// Another value that a setting allows.
+fn other_setting(scenario: &Value, place: &str) -> Value {
+    let words = [
+        ("/map", "practice"),
+        ("/policy", "pi"),
+        ("/driver", "sloppy"),
+        ("/traffic", "sumo"),
+        ("/path", "A B"),
+        ("/advised", "1"),
+        ("/start", "bunched"),
+        ("/noise_streams", "shared"),
+        ("/contact", "end"),
+        ("/other_model", "krauss"),
+        ("/flash_patch", "pedal"),
+        ("/ego_colour", "blue"),
+        ("/traffic_colour", "blue"),
+    ];
+    let was = scenario.pointer(place).unwrap();
+    let fits = |value: &Value| {
+        let mut changed = scenario.clone();
+        *changed.pointer_mut(place).unwrap() = value.clone();
+        let read = serde_json::from_value::<Scenario>(changed);
+        value != was && read.is_ok_and(|read| Scenario::from_toml(&read.to_toml(), "other").is_ok())
+    };
+    if let Some((_, word)) = words.iter().find(|(of, _)| *of == place) {
+        return (*word).into();
+    }
+    if let Value::Bool(is) = was {
+        return (!is).into();
+    }
+    if place == "/step_s" {
+        // The hold is a whole number of steps.
+        return 0.05.into();
+    }
+    let candidates: Vec<Value> = match was {
+        Value::Number(n) if n.is_u64() => vec![(n.as_u64().unwrap() + 1).into()],
+        Value::Number(n) => [1.0, -1.0, 0.1, -0.1, 10.0].map(|by| (n.as_f64().unwrap() + by).into()).into(),
+        _ => ["kmh", "km/h", "off", "bonnet", "colour-blind-safe", "colour_blind_safe", "low"].map(Value::from).into(),
+    };
+    candidates.into_iter().find(fits).unwrap_or_else(|| panic!("{place}: another value than {was}"))
+}
+
+#[test]
+fn every_setting_that_moves_a_vehicle_is_found() {
+    let text = fs::read_to_string(whole().join("scenario.toml")).unwrap();
+    let before = serde_json::to_value(Scenario::from_toml(&text, "scenario.toml").unwrap()).unwrap();
+    let _sumo = SUMO.lock();
+    let mut unfound = BTreeSet::new();
+    for place in leaves(&before, "") {
+        let mut changed = before.clone();
+        *changed.pointer_mut(&place).unwrap() = other_setting(&before, &place);
+        let Ok(other) = serde_json::from_value::<Scenario>(changed) else { continue };
+        let (_folder, drive) =
+            tampered(whole(), |drive| fs::write(drive.join("scenario.toml"), other.to_toml()).unwrap());
+        assert!(!record::changes(&drive).unwrap().is_empty(), "{place}: without new checksums");
+        reseal(&drive);
+        if !is_found(&drive) {
+            unfound.insert(place.clone());
+        }
+        // Deleted, it would have the default.
+        let key = place.rsplit('/').next().unwrap();
+        let lines: String =
+            text.lines().filter(|line| !line.starts_with(&format!("{key} ="))).map(|l| format!("{l}\n")).collect();
+        if lines != text {
+            let (_folder, drive) = tampered(whole(), |drive| {
+                fs::write(drive.join("scenario.toml"), &lines).unwrap();
+                reseal(drive);
+            });
+            assert!(record::changes(&drive).map_or(true, |found| !found.is_empty()), "{place} deleted");
+        }
+    }
+    // What is seen and heard; and what did not come to be in this drive: a contact, a wait for a wave, another model, help for keys.
+    let stated = [
+        "/advice_tone",
+        "/flash_patch",
+        "/lane_help",
+        "/rev_lamps",
+        "/sound/engine_db",
+        "/sound/master_db",
+        "/sound/road_db",
+        "/contact",
+        "/other_model_share",
+        "/wave_wait_s",
+    ];
+    let seen: BTreeSet<String> = unfound.iter().filter(|place| SEEN.contains(&place.as_str())).cloned().collect();
+    let of_the_manifest = ["units", "screen_width_m", "eye_distance_m", "dial_full"].map(|key| format!("/{key}"));
+    assert!(of_the_manifest.iter().all(|place| !seen.contains(place)), "{seen:?}");
+    assert_eq!(unfound.difference(&seen).cloned().collect::<BTreeSet<_>>(), set(stated));
+}
+
+/// A row with another value in each column but those of `keep`.
+fn with_other_row(all: &RecordBatch, row: usize, keep: &[&str]) -> RecordBatch {
+    let schema = all.schema();
+    let columns = schema.fields().iter().zip(all.columns()).map(|(field, column)| {
+        if keep.contains(&field.name().as_str()) { Arc::clone(column) } else { with_other_cell(column, row) }
+    });
+    let columns = columns.collect();
+    RecordBatch::try_new(all.schema(), columns).unwrap()
+}
+
+fn with_other_cell(column: &ArrayRef, row: usize) -> ArrayRef {
+    let any = column.as_any();
+    let was = column.is_valid(row);
+    if let Some(values) = any.downcast_ref::<Float64Array>() {
+        let value = if was { values.value(row) + 1.0 } else { 1e9 };
+        Arc::new(Float64Array::from(replaced(values.iter(), row, Some(value))))
+    } else if let Some(values) = any.downcast_ref::<UInt64Array>() {
+        Arc::new(UInt64Array::from(replaced(values.iter(), row, Some(values.value(row) + 1))))
+    } else if let Some(values) = any.downcast_ref::<UInt32Array>() {
+        let value = if was { values.value(row) + 1 } else { 9 };
+        Arc::new(UInt32Array::from(replaced(values.iter(), row, Some(value))))
+    } else if let Some(values) = any.downcast_ref::<BooleanArray>() {
+        Arc::new(BooleanArray::from(replaced(values.iter(), row, Some(!(was && values.value(row))))))
+    } else {
+        let values = any.downcast_ref::<StringArray>().unwrap();
+        let word = format!("{}x", if was { values.value(row) } else { "" });
+        let all: Vec<Option<String>> = values.iter().map(|word| word.map(str::to_owned)).collect();
+        Arc::new(StringArray::from(replaced(all.into_iter(), row, Some(word))))
+    }
+}
+
+const CONTROLS: [&str; 5] = ["throttle", "brake", "steering_wheel_rad", "selector", "indicator"];
+/// Columns that follow from no drive.
+const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
+
+/// Changes all columns but `keep` in the middle of these tables, resealed. The columns, and those that a replay names.
+fn changed_columns(of: &Path, tables: &[(&str, &[&str])]) -> [BTreeSet<(String, String)>; 2] {
+    let mut changed = BTreeSet::new();
+    let (_folder, drive) = tampered(of, |drive| {
+        for (table, keep) in tables {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            let names = all.schema().fields().iter().map(|field| field.name().clone()).collect::<Vec<_>>();
+            changed.extend(
+                names.into_iter().filter(|name| !keep.contains(&name.as_str())).map(|name| ((*table).into(), name)),
+            );
+            write(&path, &with_other_row(&all, all.num_rows() / 2, keep));
+        }
+    });
+    assert!(record::changes(&drive).unwrap().len() >= changed.len(), "without new checksums");
+    reseal(&drive);
+    let found = replayed(&drive).unwrap().columns.into_keys().map(|(table, column)| (table.to_owned(), column));
+    [changed, found.collect()]
+}
+
+#[test]
+fn every_column_that_follows_from_the_drive_is_found_in_every_table() {
+    let ego: Vec<&str> = ["tick"].into_iter().chain(CONTROLS).chain(OF_DEVICES).collect();
+    let advice: Vec<&str> = ["tick"].into_iter().chain(OF_DEVICES).collect();
+    let tables = [
+        ("ego", &ego[..]),
+        ("cars", &["tick"]),
+        ("advice", &advice),
+        ("events", &["tick", "event"]),
+        ("advised", &["tick"]),
+    ];
+    let [changed, found] = changed_columns(whole(), &tables);
+    assert_eq!(found, changed);
+    // A tick is the row's place, a control is driven with, the kind of an event says who made it.
+    let single: Vec<(&str, &str)> = ["ego", "cars", "advice", "events", "advised"]
+        .map(|table| (table, "tick"))
+        .into_iter()
+        .chain(CONTROLS.map(|control| ("ego", control)))
+        .chain([("events", "event")])
+        .collect();
+    for (table, column) in single {
+        let (_folder, drive) = tampered(whole(), |drive| {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            let names = all.schema().fields().iter().map(|field| field.name().clone()).collect::<Vec<_>>();
+            let keep: Vec<&str> = names.iter().map(String::as_str).filter(|name| *name != column).collect();
+            write(&path, &with_other_row(&all, all.num_rows() / 2, &keep));
+            reseal(drive);
+        });
+        assert!(is_found(&drive), "{table}.{column}");
+    }
+    // Times of devices and frames are as they were sealed, and no more.
+    for column in OF_DEVICES {
+        let table = if column == "wheel_force_nm" { "ego" } else { "advice" };
+        let (_folder, drive) = tampered(whole(), |drive| {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            let names = all.schema().fields().iter().map(|field| field.name().clone()).collect::<Vec<_>>();
+            let keep: Vec<&str> = names.iter().map(String::as_str).filter(|name| *name != column).collect();
+            write(&path, &with_other_row(&all, 1, &keep));
+        });
+        assert!(record::changes(&drive).unwrap()[0].what.contains(column), "{column}: without new checksums");
+        reseal(&drive);
+        assert!(!is_found(&drive), "{column}");
+    }
+}
+
+#[test]
+fn a_column_that_is_gone_new_or_of_another_kind_is_found() {
+    for (change, what) in [
+        ("gone", "column gap_m is missing"),
+        ("new", "column more is new"),
+        ("kind", "column gap_m has values of another kind"),
+    ] {
+        let (_folder, drive) = tampered(whole(), |drive| {
+            let path = drive.join("ego.parquet");
+            let all = rows(&path);
+            let at = all.schema().index_of("gap_m").unwrap();
+            let words: ArrayRef = Arc::new(StringArray::from(vec!["1"; all.num_rows()]));
+            let mut columns: Vec<(String, ArrayRef)> =
+                all.schema().fields().iter().map(|f| f.name().clone()).zip(all.columns().iter().cloned()).collect();
+            match change {
+                "gone" => drop(columns.remove(at)),
+                "new" => columns.push(("more".into(), words)),
+                _ => columns[at].1 = words,
+            }
+            write(
+                &path,
+                &RecordBatch::try_from_iter_with_nullable(columns.into_iter().map(|(n, c)| (n, c, true))).unwrap(),
+            );
+            reseal(drive);
+        });
+        let found = record::changes(&drive).unwrap();
+        assert!(found.iter().any(|found| found.file == "ego.parquet" && found.what == what), "{change}: {found:?}");
+        assert!(is_found(&drive), "{change}");
+    }
+}
+
+#[test]
+fn every_file_that_is_gone_or_empty_is_found() {
+    for name in files(whole(), "").into_iter().filter(|name| name != "lock") {
+        let gone = |drive: &Path| fs::remove_file(drive.join(&name)).unwrap();
+        let empty = |drive: &Path| fs::write(drive.join(&name), "").unwrap();
+        let no_rows = |drive: &Path| {
+            if name.ends_with(".parquet") {
+                write(&drive.join(&name), &rows(&drive.join(&name)).slice(0, 0));
+            }
+        };
+        for (how, change) in [("gone", &gone as &dyn Fn(&Path)), ("empty", &empty), ("no rows", &no_rows)] {
+            if how == "no rows" && (!name.ends_with(".parquet") || name == "frames.parquet") {
+                continue;
+            }
+            let (_folder, drive) = tampered(whole(), change);
+            assert!(
+                record::changes(&drive).map_or(true, |found| !found.is_empty()),
+                "{name} {how}: without new checksums"
+            );
+            if name != "manifest.json" && name != "checksums.json" {
+                reseal(&drive);
+            }
+            assert!(is_found(&drive), "{name} {how}");
+        }
+    }
+    // A drive without frames has none; a mark that nobody made is no row of the drive.
+    let (_folder, drive) = tampered(whole(), |drive| fs::write(drive.join("notes.txt"), "mine").unwrap());
+    let found = record::changes(&drive).unwrap();
+    assert_eq!(found[0].to_string(), "notes.txt: checksums.json does not list it");
+    assert!(is_found(&drive));
+}
+
+#[test]
+fn a_seal_that_is_gone_is_an_alteration() {
+    let found = |tamper: &dyn Fn(&Path)| {
+        let (_folder, drive) = tampered(whole(), tamper);
+        assert!(is_found(&drive));
+        record::changes(&drive).unwrap().iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+    };
+    let remove = |key: &'static str| {
+        move |drive: &Path| {
+            edit_json(&drive.join("manifest.json"), |keys| drop(keys.as_object_mut().unwrap().shift_remove(key)))
+        }
+    };
+    assert_eq!(found(&remove("sha256")), "manifest.json: sha256 is missing");
+    let told = found(&remove("checksums"));
+    assert!(told.contains("manifest.json: checksums is missing"), "{told}");
+    let within = |change: fn(&mut Value)| {
+        move |drive: &Path| {
+            edit_json(&drive.join("checksums.json"), change);
+            let sum = sha256(&fs::read(drive.join("checksums.json")).unwrap());
+            edit_json(&drive.join("manifest.json"), |manifest| {
+                manifest["checksums"] = sum.into();
+                manifest.as_object_mut().unwrap().shift_remove("sha256");
+                let own = sha256(format!("{manifest:#}\n").as_bytes());
+                manifest["sha256"] = own.into();
+            });
+        }
+    };
+    let column = |sums: &mut Value| drop(sums["tables"]["ego"]["columns"].as_object_mut().unwrap().remove("speed_mps"));
+    assert_eq!(found(&within(column)), "ego.parquet: checksums.json has no SHA-256 of column speed_mps");
+    assert_eq!(
+        found(&within(|sums| sums["tables"]["ego"]["rows"] = 299.into())),
+        "ego.parquet: has 300 rows; 299 were written"
+    );
+    let table = |sums: &mut Value| drop(sums["tables"].as_object_mut().unwrap().remove("cars"));
+    let told = found(&within(table));
+    assert!(told.contains("cars.parquet: checksums.json has no SHA-256 of it"), "{told}");
+    let file = |sums: &mut Value| drop(sums["files"].as_object_mut().unwrap().remove("summary.json"));
+    assert!(found(&within(file)).contains("summary.json: checksums.json has no SHA-256 of it"));
+}
+
+#[test]
+fn a_recording_without_a_tick_is_not_the_same_and_says_so() {
+    let (_folder, drive) = tampered(whole(), |drive| {
+        for table in ["ego", "cars", "advice", "events", "advised"] {
+            let path = drive.join(format!("{table}.parquet"));
+            write(&path, &rows(&path).slice(0, 0));
+        }
+        reseal(drive);
+    });
+    let (code, text) = said(&mut codrive(&["replay", drive.to_str().unwrap()]));
+    assert!(
+        code == 1 && text.contains("nothing was compared") && !text.contains("the same to the bit"),
+        "{code}: {text}"
+    );
+}
+
+#[test]
+fn a_simulated_driver_who_did_not_drive_is_found_by_the_controls() {
+    let (_folder, drive) = tampered(whole(), |drive| {
+        edit_json(&drive.join("manifest.json"), |keys| keys["driver"] = "simulated: sloppy".into());
+        let path = drive.join("scenario.toml");
+        let text = fs::read_to_string(&path).unwrap().replace("driver = \"follow\"", "driver = \"sloppy\"");
+        fs::write(&path, text).unwrap();
+        // Nobody else is advised, so that the controls alone tell.
+        reseal(drive);
+    });
+    let facts: Vec<String> = replayed(&drive).unwrap().facts.iter().map(ToString::to_string).collect();
+    assert!(
+        facts.iter().any(|fact| fact.contains("driver is \"simulated: sloppy\", driven again with other controls")),
+        "{facts:?}"
+    );
+}
+
+#[test]
+fn every_column_of_a_networks_tables_is_found_and_no_flag_hides_a_table() {
+    let _sumo = SUMO.lock();
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, drive) = (super::network::town(folder.path()), folder.path().join("town"));
+    let arguments =
+        ["run", "--scenario", scenario.to_str().unwrap(), "--policy", "pi", "--advised", "50%", "--duration", "30"];
+    let (code, text) = said(codrive(&arguments).arg("--out").arg(&drive));
+    assert_eq!(code, 0, "{text}");
+    let tables: Vec<(&str, &[&str])> = vec![
+        ("departures", &["tick"]),
+        ("arrivals", &["tick"]),
+        ("signals", &["tick"]),
+        ("path", &[]),
+        ("cars", &["tick"]),
+        ("advised", &["tick"]),
+    ];
+    let [changed, found] = changed_columns(&drive, &tables);
+    assert_eq!(found, changed);
+    // The last row of each is gone.
+    let (_folder, short) = tampered(&drive, |drive| {
+        for (table, _) in &tables {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            write(&path, &all.slice(0, all.num_rows() - 1));
+        }
+        reseal(drive);
+    });
+    let columns = replayed(&short).unwrap().columns;
+    for (table, _) in &tables {
+        let first = if *table == "path" { "order" } else { "tick" };
+        assert_eq!(columns.get(&(*table, first.to_owned())), Some(&1), "{table}: {columns:?}");
+    }
+    // A flag says that there are no such tables, and they are gone.
+    for (flag, gone) in
+        [("network_tables", &["departures", "arrivals", "signals", "path"][..]), ("advised_table", &["advised"])]
+    {
+        let (_folder, hidden) = tampered(&drive, |drive| {
+            edit_json(&drive.join("manifest.json"), |keys| drop(keys.as_object_mut().unwrap().shift_remove(flag)));
+            gone.iter().for_each(|table| fs::remove_file(drive.join(format!("{table}.parquet"))).unwrap());
+            reseal(drive);
+        });
+        assert!(is_found(&hidden), "{flag}");
+    }
+}

@@ -1,0 +1,72 @@
+//! A signature by the lab's key is what nobody else can make anew: `codrive sign`, and `--signer` of replay and analyse.
+
+use super::{
+    codrive, record,
+    resealed::{copy, reseal},
+    said,
+};
+use std::{fs, path::Path, process::Command};
+
+fn key(name: &str) -> String {
+    format!("{}/tests/data/signing/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn a_signed_recording_is_authentic_until_anything_of_it_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("p1");
+    record(&drive, "1");
+    let path = drive.to_str().unwrap();
+    let (lab, signers, other) = (key("lab-key"), key("lab-key.pub"), key("other-key.pub"));
+    let (code, text) = said(&mut codrive(&["replay", path]));
+    assert!(code == 0 && text.contains("consistent, not authentic") && !text.contains("authentic: signed"), "{text}");
+    let (code, text) = said(&mut codrive(&["replay", path, "--signer", &signers]));
+    assert!(code == 1 && text.contains("it is not signed") && text.contains("codrive sign"), "{text}");
+    let (code, text) = said(&mut codrive(&["sign", path, "--key", &lab]));
+    assert!(code == 0 && text.contains("manifest.json.sig"), "{text}");
+    let (code, text) = said(&mut codrive(&["replay", path, "--signer", &signers]));
+    assert!(code == 0 && text.contains("authentic: signed by lab@example.org (SHA256:"), "{text}");
+    let (code, text) = said(&mut codrive(&["analyse", path, "--signer", &signers]));
+    assert!(code == 0 && text.starts_with("authentic: signed by lab@example.org"), "{text}");
+    let (code, text) = said(&mut codrive(&["replay", path, "--signer", &other]));
+    assert!(code == 1 && text.contains("which is not in"), "{text}");
+
+    // All checksums anew, in a fact that no drive can prove.
+    let forged = folder.path().join("forged");
+    copy(&drive, &forged);
+    let manifest = fs::read_to_string(forged.join("manifest.json")).unwrap();
+    fs::write(forged.join("manifest.json"), manifest.replacen("\"graphics\": null", "\"graphics\": \"other\"", 1))
+        .unwrap();
+    let signature = fs::read(forged.join("manifest.json.sig")).unwrap();
+    fs::remove_file(forged.join("manifest.json.sig")).unwrap();
+    reseal(&forged);
+    let forged_path = forged.to_str().unwrap();
+    assert_eq!(said(&mut codrive(&["replay", forged_path])).0, 0);
+    fs::write(forged.join("manifest.json.sig"), signature).unwrap();
+    for command in ["replay", "analyse"] {
+        let (code, text) = said(&mut codrive(&[command, forged_path, "--signer", &signers]));
+        assert!(code == 1 && text.contains("was changed after lab@example.org signed it"), "{command}: {text}");
+    }
+    // What is not as it was written is not signed.
+    fs::write(drive.join("summary.json"), "{}").unwrap();
+    let (code, text) = said(&mut codrive(&["sign", path, "--key", &lab]));
+    assert!(code == 1 && text.contains("not signed") && text.contains("summary.json: "), "{text}");
+}
+
+#[test]
+fn ssh_keygen_accepts_the_signature_of_a_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("p1");
+    record(&drive, "1");
+    assert_eq!(said(&mut codrive(&["sign", drive.to_str().unwrap(), "--key", &key("lab-key")])).0, 0);
+    verified_by_openssh(&drive.join("manifest.json"));
+}
+
+/// OpenSSH's own tool, which is part of what scripts/test-setup asks for.
+fn verified_by_openssh(file: &Path) {
+    let arguments = ["-Y", "verify", "-f", &key("allowed_signers"), "-I", "lab", "-n", "codrive", "-s"];
+    let mut command = Command::new("ssh-keygen");
+    command.args(arguments).arg(format!("{}.sig", file.display())).stdin(fs::File::open(file).unwrap());
+    let done = command.output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&[done.stdout, done.stderr].concat()));
+}
