@@ -5,12 +5,12 @@
 use super::{RunError, offline::OfflineDrive, recording_manifest};
 use crate::{
     driver::{self, FittedDriver, Population},
-    record::{self, RecordError},
+    record,
     scenario::Scenario,
     study::{
         DataSet, FmsRating, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
         UnbrokenTime,
-        dataset::BASELINE,
+        dataset::{BASELINE, BASELINE_PART},
         fms::{self, FmsEvent, FmsScale},
         session::{ParticipantKind, Session, SessionLog, as_map},
         simulated::SimulatedParticipant,
@@ -307,14 +307,13 @@ pub fn baseline(
     stop: &AtomicBool,
     driven: &impl Fn(u64),
 ) -> Result<bool, RunError> {
-    let mut name = trial.file_name().unwrap_or_default().to_owned();
-    name.push(BASELINE);
-    let whole = trial.with_file_name(&name);
-    name.push("-part");
-    let folder = trial.with_file_name(name);
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).map_err(|why| RecordError::File { path: folder.clone(), why })?;
-    }
+    let named = |ending: &str| {
+        let mut name = trial.file_name().unwrap_or_default().to_owned();
+        name.push(ending);
+        trial.with_file_name(name)
+    };
+    let (whole, folder) = (named(BASELINE), named(BASELINE_PART));
+    record::remove(&folder)?;
     // Made after the session, when a SUMO elsewhere may be gone; in this program cars move alike.
     let traffic = scenario.traffic.stand_in().unwrap_or_else(|| scenario.traffic.clone());
     let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };

@@ -5,7 +5,7 @@ use crate::private;
 use fail::fail_point;
 use std::{
     fs::{self, File},
-    io::Write,
+    io::{ErrorKind, Write},
     path::{Path, PathBuf},
 };
 
@@ -14,12 +14,51 @@ pub(super) fn sync_file(file: &File, path: &Path) -> Result<(), RecordError> {
     file.sync_all().map_err(RecordError::file(path))
 }
 
-/// Makes a folder and those above it, private to the user. One that is there already is left as it is.
+/// Makes a folder and those above it, private to the user, so that the disk has their names. One that is there already is left as it is.
 ///
 /// # Errors
 /// The system refuses.
 pub fn new_private_dir(path: &Path) -> Result<(), RecordError> {
-    private::folder(path).map_err(RecordError::file(path))
+    let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.is_dir();
+    let new: Vec<&Path> = path.ancestors().take_while(missing).collect();
+    private::folder(path).map_err(RecordError::file(path))?;
+    new.into_iter().rev().try_for_each(sync_dir)
+}
+
+/// True if there is such a file or folder. A disk that does not say is an error: what is only out of reach is not to be taken for missing.
+///
+/// # Errors
+/// The system refuses to look.
+pub fn is_there(path: &Path) -> Result<bool, RecordError> {
+    path.try_exists().map_err(RecordError::file(path))
+}
+
+/// Files and folders in a folder; none where it is not there.
+///
+/// # Errors
+/// The system refuses to list it: what is only out of reach is not to be taken for missing.
+pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
+    let listed = fs::read_dir(folder).and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect());
+    match listed {
+        Err(why) if why.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        listed => listed.map_err(RecordError::file(folder)),
+    }
+}
+
+/// Removes a file or a whole folder, if it is there.
+///
+/// # Errors
+/// The system refuses.
+pub fn remove(path: &Path) -> Result<(), RecordError> {
+    let removed = match fs::symlink_metadata(path) {
+        Ok(there) if there.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+        Err(why) => Err(why),
+    };
+    match removed {
+        Err(why) if why.kind() != ErrorKind::NotFound => Err(RecordError::file(path)(why)),
+        _ => Ok(()),
+    }
 }
 
 /// Room on the disk, GB, below which there is little, and too little: a session of an hour takes less than 1 GB.

@@ -1,5 +1,8 @@
 //! Ends the program as a power cut would, at a named point: for tests of what is left then. In: `CODRIVE_KILL_AT=NAME` or
 //! `NAME:COUNT` (the COUNT-th time that the point is passed). Out: SIGKILL. Release builds do not look.
+//!
+//! These are places in a recording's life, whatever else a program in a window or with devices does at the time. What may fail or end
+//! it at any call is tried from outside, by the calls themselves (tests/faults).
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -23,10 +26,7 @@ pub const POINTS: &[&str] = &[
     "finish.checksums",
     "finish.complete",
     "finish.journal_gone",
-    "recover.begin",
-    "recover.complete",
     "session.begin",
-    "session.end",
 ];
 
 /// Variable of the environment.

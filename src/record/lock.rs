@@ -47,9 +47,11 @@ impl RecordingLock {
 /// [`RecordError::Running`]; the system refuses.
 pub(super) fn check_free(recording: &Path) -> Result<(), RecordError> {
     let path = recording.join(FILE);
-    // A copy may lack it; an archive may be for reading only.
-    if !fs::metadata(&path).is_ok_and(|about| about.is_file()) {
-        return Ok(());
+    // A copy may be without one; an archive may be for reading only.
+    match fs::metadata(&path) {
+        Ok(about) if about.is_file() => {}
+        Err(why) if why.kind() != ErrorKind::NotFound => return Err(RecordError::file(&path)(why)),
+        _ => return Ok(()),
     }
     let file = match open_regular(&path) {
         Ok(file) => file,

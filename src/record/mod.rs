@@ -41,12 +41,13 @@ pub mod tables;
 pub use checksums::{Checksums, file_sha256};
 pub use compare::{CellDifference, TableComparison};
 pub use files::{
-    BESIDE, LITTLE_GB, TOO_LITTLE_GB, free_bytes, new_private_dir, rename, replace, replace_streaming, write_new,
+    BESIDE, LITTLE_GB, TOO_LITTLE_GB, entries, free_bytes, is_there, new_private_dir, remove, rename, replace,
+    replace_streaming, write_new,
 };
 pub use journal_reader::LostRows;
 pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Recorder, WriterStatus};
-pub use recover::{LOST_AND_FOUND, RecoveryReport, count, open, recover};
+pub use recover::{LOST_AND_FOUND, RecoveryReport, count, open, recover, remove_unbegun};
 pub use seals::{AlteredFile, changes};
 pub use table::{TableColumn, TableParts, TableReader};
 pub use tables::Table;

@@ -2,7 +2,7 @@
 
 use super::{
     RecordError, files,
-    table::{TableBatches, TableColumn, batch, schema},
+    table::{TableBatches, TableColumn, batch, schema, table_fault},
 };
 use arrow_schema::Schema;
 use parquet::{
@@ -34,7 +34,7 @@ pub fn parquet_bytes<R>(
     let schema = schema(columns);
     let about = about.iter().map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone())).collect();
     let properties = properties().set_key_value_metadata(Some(about)).build();
-    let fault = fault(Path::new(UNWRITTEN));
+    let fault = |why| table_fault(Path::new(UNWRITTEN))(why);
     let mut writer = ArrowWriter::try_new(Vec::new(), Arc::clone(&schema), Some(properties)).map_err(&fault)?;
     writer.write(&batch(&schema, columns, rows)).map_err(&fault)?;
     writer.into_inner().map_err(&fault)
@@ -55,26 +55,21 @@ pub fn join(parts: &[PathBuf], out: &Path) -> Result<u64, RecordError> {
                 // The columns alone: what is said about the first part is not said about the whole.
                 let columns = Arc::new(Schema::new(batches.schema().fields().clone()));
                 let made = ArrowWriter::try_new(file, columns, Some(properties().build()));
-                writer = Some(made.map_err(fault(out))?);
+                writer = Some(made.map_err(table_fault(out))?);
             }
             for batch in batches {
                 let batch = batch?;
                 rows += batch.num_rows() as u64;
-                writer.iter_mut().try_for_each(|writer| writer.write(&batch)).map_err(fault(path))?;
+                writer.iter_mut().try_for_each(|writer| writer.write(&batch)).map_err(table_fault(path))?;
             }
         }
-        writer.map_or(Ok(()), |writer| writer.close().map(|_| ()).map_err(fault(out)))
+        writer.map_or(Ok(()), |writer| writer.close().map(|_| ()).map_err(table_fault(out)))
     })?;
     Ok(rows)
 }
 
 fn properties() -> WriterPropertiesBuilder {
     WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()))
-}
-
-fn fault(path: &Path) -> impl Fn(parquet::errors::ParquetError) -> RecordError {
-    let path = path.to_path_buf();
-    move |why| RecordError::Table { path: path.clone(), why: why.to_string() }
 }
 
 #[cfg(test)]

@@ -97,13 +97,14 @@ impl Recorder {
         open: impl Fn(&Path) -> Result<Journal<F>, RecordError>,
     ) -> Result<Self, RecordError> {
         files::new_private_dir(folder)?;
-        files::sync_dir(folder)?;
         let lock = RecordingLock::take(folder)?;
         let names = ["manifest.json", "scenario.toml", "summary.json", checksums::FILE, recover::JOURNAL];
         let tables = Table::ALL.map(|table| format!("{}.parquet", table.name()));
         let names = names.into_iter().map(str::to_owned).chain(tables);
-        if let Some(file) = names.into_iter().find(|name| folder.join(name).exists()) {
-            return Err(RecordError::Taken { folder: folder.into(), file });
+        for file in names {
+            if files::is_there(&folder.join(&file))? {
+                return Err(RecordError::Taken { folder: folder.into(), file });
+            }
         }
         fail_point!("begin.folder");
         manifest.state = RecordingState::Running;
@@ -114,7 +115,6 @@ impl Recorder {
         fail_point!("begin.scenario");
         let blocks = folder.join(recover::JOURNAL);
         files::new_private_dir(&blocks)?;
-        files::sync_dir(&blocks)?;
         let journal = open(&blocks)?;
         fail_point!("begin.journal");
         let (queue, batches) = mpsc::sync_channel(QUEUE);

@@ -11,9 +11,9 @@ use super::{
     files,
     journal_reader::{self, LostRows},
     lock::{self, RecordingLock},
-    manifest::{RecordingState, hex},
+    manifest::{self, RecordingState, hex},
     streams,
-    table::{self, TableReader},
+    table::{self, TableReader, table_fault},
     tables,
 };
 use crate::time::Tick;
@@ -28,6 +28,7 @@ use parquet::{
 use sha2::{Digest, Sha256};
 use std::{
     fs,
+    io::{self, ErrorKind},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -63,15 +64,15 @@ pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     lock::check_free(recording)?;
     let journal = recording.join(JOURNAL);
     // One that is whole may be for reading only.
-    if !journal.exists() && Manifest::load(recording)?.is_complete() {
+    if !files::is_there(&journal)? && Manifest::load(recording)?.is_complete() {
         return whole(recording);
     }
     let _lock = RecordingLock::take(recording)?;
     let mut manifest = Manifest::load(recording)?;
-    fail_point!("recover.begin");
-    if manifest.is_complete() && is_whole(recording, &Table::of(&manifest)) {
+    if manifest.is_complete() && is_whole(recording, &Table::of(&manifest))? {
         // Only the journal was left to be removed.
         drop_journal(recording)?;
+        remove_unfinished(recording)?;
         return whole(recording);
     }
     let written = write_tables(recording, &Table::of(&manifest))?;
@@ -79,9 +80,41 @@ pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     manifest.state = RecordingState::Recovered;
     manifest.checksums = Some(written.checksums.save(recording)?);
     manifest.seal(recording)?;
-    fail_point!("recover.complete");
     let kept = settle_journal(recording, &written.holes)?;
+    remove_unfinished(recording)?;
     Ok(RecoveryReport { rows: written.rows, ticks: written.ticks, was_whole: false, missing: written.holes, kept })
+}
+
+/// Removes files that a cut left beside their places: what they were to hold has been written since.
+fn remove_unfinished(recording: &Path) -> Result<(), RecordError> {
+    for path in files::entries(recording)? {
+        if path.extension().is_some_and(|ending| ending == files::BESIDE) {
+            fs::remove_file(&path).map_err(RecordError::file(&path))?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes the folder of a recording that was cut before its manifest had a name: nothing was recorded. A folder with anything else
+/// in it stays.
+///
+/// # Errors
+/// The system refuses.
+pub fn remove_unbegun(recording: &Path) -> Result<(), RecordError> {
+    let unless_missing = |done: io::Result<()>, path: &Path| match done {
+        Err(why) if !matches!(why.kind(), ErrorKind::NotFound | ErrorKind::DirectoryNotEmpty) => {
+            Err(RecordError::file(path)(why))
+        }
+        _ => Ok(()),
+    };
+    if files::is_there(&recording.join(manifest::FILE))? {
+        return Ok(());
+    }
+    let begun = Path::new(manifest::FILE).with_extension(files::BESIDE);
+    for path in [recording.join(begun), recording.join(lock::FILE)] {
+        unless_missing(fs::remove_file(&path), &path)?;
+    }
+    unless_missing(fs::remove_dir(recording), recording)
 }
 
 /// A recording that can be read: its drive is over, and its tables are written.
@@ -110,12 +143,31 @@ fn whole(recording: &Path) -> Result<RecoveryReport, RecordError> {
 }
 
 /// Every table is there with all the rows that were written.
-fn is_whole(recording: &Path, tables: &[Table]) -> bool {
-    let Ok(sums) = Checksums::load(recording) else { return false };
-    tables.iter().all(|table| {
-        let rows = TableReader::count(&table.parquet(recording)).ok();
-        rows.is_some_and(|rows| sums.tables.get(table.name()).is_some_and(|sums| sums.rows == rows))
-    })
+fn is_whole(recording: &Path, tables: &[Table]) -> Result<bool, RecordError> {
+    let sums = match Checksums::load(recording) {
+        Ok(sums) => sums,
+        Err(RecordError::File { why, .. }) if why.kind() == ErrorKind::NotFound => return Ok(false),
+        Err(error @ RecordError::File { .. }) => return Err(error),
+        Err(_) => return Ok(false),
+    };
+    for table in tables {
+        let rows = rows_there(&table.parquet(recording))?;
+        if !rows.is_some_and(|rows| sums.tables.get(table.name()).is_some_and(|sums| sums.rows == rows)) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Rows of a table that may be there; `None` where there is none, or none that is whole. A disk that refuses to read it now may do so
+/// the next time: what it holds is not to be replaced.
+fn rows_there(path: &Path) -> Result<Option<u64>, RecordError> {
+    match TableReader::count(path) {
+        Ok(rows) => Ok(Some(rows)),
+        Err(RecordError::File { why, .. }) if why.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error @ RecordError::File { .. }) => Err(error),
+        Err(_) => Ok(None),
+    }
 }
 
 /// What became of a journal.
@@ -150,7 +202,7 @@ pub(super) fn write_tables(recording: &Path, tables: &[Table]) -> Result<Recover
     let mut all = RecoveredJournal { rows: Vec::new(), ticks: Vec::new(), holes, checksums: Checksums::default() };
     for (table, file) in written {
         let FinishedTable { path, beside, mut sums, ticks } = file;
-        let there = TableReader::count(&path).unwrap_or(0);
+        let there = rows_there(&path)?.unwrap_or(0);
         if there > sums.rows {
             sums = sums_of(&path)?;
             fs::remove_file(&beside).map_err(RecordError::file(&beside))?;
@@ -217,12 +269,12 @@ impl TableWriter {
             .set_max_row_group_row_count(Some(ROW_GROUP))
             .build();
         let file = HashedFile { file, hash: Sha256::new() };
-        let writer = ArrowWriter::try_new(file, schema, Some(properties)).map_err(fault(&path))?;
+        let writer = ArrowWriter::try_new(file, schema, Some(properties)).map_err(table_fault(&path))?;
         Ok(Self { path, beside, writer, columns: ColumnSums::default(), rows: 0, ticks: None })
     }
 
     pub fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
-        self.writer.write(batch).map_err(fault(&self.path))?;
+        self.writer.write(batch).map_err(table_fault(&self.path))?;
         self.columns.push(batch);
         self.rows += batch.num_rows() as u64;
         let ticks = batch.column_by_name("tick").and_then(|column| column.as_any().downcast_ref::<UInt64Array>());
@@ -235,15 +287,11 @@ impl TableWriter {
 
     pub fn finish(self) -> Result<FinishedTable, RecordError> {
         let Self { path, beside, writer, columns, rows, ticks } = self;
-        let HashedFile { file, hash } = writer.into_inner().map_err(fault(&path))?;
+        let HashedFile { file, hash } = writer.into_inner().map_err(table_fault(&path))?;
         files::sync_file(&file, &beside)?;
         let sums = TableSums { rows, sha256: hex(&hash.finalize()), columns: columns.finish() };
         Ok(FinishedTable { path, beside, sums, ticks })
     }
-}
-
-fn fault(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> RecordError {
-    move |e| RecordError::Table { path: path.into(), why: e.to_string() }
 }
 
 /// The tables are on the disk and the manifest says so: the journal has done its work. What could not be read of it is kept.
@@ -266,7 +314,7 @@ pub(super) fn settle_journal(recording: &Path, holes: &[LostRows]) -> Result<Opt
 
 fn drop_journal(recording: &Path) -> Result<(), RecordError> {
     let journal = recording.join(JOURNAL);
-    if journal.exists() {
+    if files::is_there(&journal)? {
         fs::remove_dir_all(&journal).map_err(RecordError::file(&journal))?;
         files::sync_dir(&journal)?;
     }

@@ -189,7 +189,7 @@ fn table_of(journal: &Path) -> PathBuf {
 /// The disk refuses.
 pub fn settle(recording: &Path, holes: &mut Vec<LostRows>) -> Result<(), RecordError> {
     let folder = recording.join(FOLDER);
-    if !folder.exists() {
+    if !files::is_there(&folder)? {
         return Ok(());
     }
     let mut journals = Vec::new();
@@ -268,7 +268,7 @@ struct DriveClock(Vec<[f64; 2]>);
 impl DriveClock {
     fn read(journal: &Path) -> Result<Self, RecordError> {
         let mut pairs = Vec::new();
-        if journal.exists() {
+        if files::is_there(journal)? {
             // What is missing of it is told when it becomes a table.
             each_batch(journal, &mut Vec::new(), &mut |batch| {
                 let [stamps, times] = [STAMP, TIME].map(|name| numbers(&batch, name));

@@ -7,13 +7,18 @@ use arrow_array::{
     Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, RecordBatchReader, StringArray, UInt32Array, UInt64Array,
 };
 use arrow_schema::{DataType, Field, Schema};
-use parquet::arrow::{
-    ProjectionMask,
-    arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder},
+use parquet::{
+    arrow::{
+        ProjectionMask,
+        arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder},
+    },
+    errors::ParquetError,
 };
 use std::{
     collections::BTreeMap,
+    fmt::Display,
     fs::File,
+    io,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -100,8 +105,7 @@ impl TableBatches {
     }
 
     fn build(path: &Path, builder: ParquetRecordBatchReaderBuilder<File>) -> Result<Self, RecordError> {
-        let reader = guarded(|| builder.build()).and_then(|built| built.map_err(|e| e.to_string()));
-        Ok(Self { path: path.into(), reader: reader.map_err(|why| no_parquet(path, &why))? })
+        Ok(Self { path: path.into(), reader: read(path, || builder.build())? })
     }
 
     pub fn path(&self) -> &Path {
@@ -115,10 +119,7 @@ impl TableBatches {
 
     fn builder(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, RecordError> {
         let file = file::open_regular(path).map_err(RecordError::file(path))?;
-        // The library panics on some files that are none; nothing of it is used after that.
-        guarded(|| ParquetRecordBatchReaderBuilder::try_new(file))
-            .and_then(|built| built.map_err(|e| e.to_string()))
-            .map_err(|why| no_parquet(path, &why))
+        read(path, || ParquetRecordBatchReaderBuilder::try_new(file))
     }
 }
 
@@ -126,14 +127,37 @@ impl Iterator for TableBatches {
     type Item = Result<RecordBatch, RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let reader = &mut self.reader;
-        let read = guarded(|| reader.next().transpose()).and_then(|batch| batch.map_err(|e| e.to_string()));
-        read.map_err(|why| no_parquet(&self.path, &why)).transpose()
+        let Self { path, reader } = self;
+        read(path, || reader.next().transpose()).transpose()
     }
 }
 
-fn no_parquet(path: &Path, why: &str) -> RecordError {
-    RecordError::Table { path: path.into(), why: format!("no Parquet file of this program: {why}") }
+/// Calls the library that reads tables. It panics on some files that are none; nothing of it is used after that.
+fn read<T, E: Display>(path: &Path, call: impl FnOnce() -> Result<T, E>) -> Result<T, RecordError> {
+    let why = match guarded(call) {
+        Ok(Ok(read)) => return Ok(read),
+        Ok(Err(why)) => why.to_string(),
+        Err(why) => why,
+    };
+    let no_parquet =
+        || RecordError::Table { path: path.into(), why: format!("no Parquet file of this program: {why}") };
+    Err(system_fault(path, &why).unwrap_or_else(no_parquet))
+}
+
+/// An error of the library that writes tables.
+pub(super) fn table_fault(path: &Path) -> impl FnOnce(ParquetError) -> RecordError {
+    move |why| {
+        let why = why.to_string();
+        system_fault(path, &why).unwrap_or(RecordError::Table { path: path.into(), why })
+    }
+}
+
+/// What the system said, where the library hands on its words: a full or broken disk is no fault of the table. The words are all
+/// that it hands on.
+fn system_fault(path: &Path, why: &str) -> Option<RecordError> {
+    let (_, number) = why.rsplit_once("(os error ")?;
+    let number = number.split_once(')')?.0.parse().ok()?;
+    Some(RecordError::file(path)(io::Error::from_raw_os_error(number)))
 }
 
 /// A table, part after part, as [`TableReader::parts`] reads it.

@@ -39,13 +39,13 @@ use crate::{
 use serde_json::{Value, json};
 use std::{
     collections::BTreeSet,
-    fs,
-    io::ErrorKind,
     path::{Path, PathBuf},
 };
 
 /// The baseline of a drive lies beside it, under its name and this.
 pub const BASELINE: &str = "-baseline";
+/// Under this name until it is whole.
+pub const BASELINE_PART: &str = "-baseline-part";
 /// What the data set is, by BIDS.
 const DESCRIPTION: &str = "dataset_description.json";
 /// The copy of the study's file.
@@ -81,7 +81,7 @@ impl DataSet {
         data.check_links()?;
         erasure::finish(root)?;
         let copy = root.join(STUDY);
-        if copy.exists() {
+        if record::is_there(&copy)? {
             let was = read_text(&copy, SETTINGS_BYTES).map_err(|why| RecordError::File { path: copy.clone(), why })?;
             if !source::is_same_study(&was, &study.source) {
                 return Err(SessionError::Refused(format!(
@@ -99,12 +99,11 @@ impl DataSet {
             // Last: with it the data set is there.
             (STUDY, source::portable(&study.source)),
         ];
-        let found = fs::read_dir(root).map_err(|why| RecordError::File { path: root.into(), why })?;
-        if let Some(other) = found.flatten().find(|entry| !is_begun(&entry.path(), &files)) {
+        if let Some(other) = record::entries(root)?.iter().find(|path| !is_begun(path, &files)) {
             return Err(SessionError::Refused(format!(
                 "{} holds {} and is no data set of a study; name a new or an empty folder",
                 root.display(),
-                other.file_name().display()
+                other.file_name().unwrap_or_default().display()
             )));
         }
         for (name, text) in &files {
@@ -145,7 +144,7 @@ impl DataSet {
                 was.reason, was.at
             )));
         }
-        match self.codes().into_iter().find(like) {
+        match self.codes()?.into_iter().find(like) {
             Some(other) => Err(SessionError::Refused(format!(
                 "participant {code} differs from {other} only by capital letters; take another code"
             ))),
@@ -156,9 +155,8 @@ impl DataSet {
     /// A participant's folder that is a link leads the data of one person elsewhere, or another's into here.
     fn check_links(&self) -> Result<(), SessionError> {
         for folder in [self.root.clone(), self.root.join("sourcedata")] {
-            let entries = fs::read_dir(&folder).into_iter().flatten().flatten();
-            let mut paths =
-                entries.map(|entry| entry.path()).chain([folder.join("sourcedata"), folder.join("phenotype")]);
+            let inner = ["sourcedata", "phenotype"].map(|name| folder.join(name));
+            let mut paths = record::entries(&folder)?.into_iter().chain(inner);
             let planted = |path: &PathBuf| {
                 let ours = |name: &str| name.starts_with("sub-") || ["sourcedata", "phenotype"].contains(&name);
                 path.is_symlink() && path.file_name().and_then(|name| name.to_str()).is_some_and(ours)
@@ -174,13 +172,15 @@ impl DataSet {
     }
 
     /// All who have data here, in order.
-    pub(super) fn codes(&self) -> Vec<ParticipantCode> {
-        let entries = fs::read_dir(self.root.join("sourcedata")).into_iter().flatten().flatten();
-        let mut codes: Vec<ParticipantCode> = entries
-            .filter_map(|entry| ParticipantCode::new(entry.file_name().to_str()?.strip_prefix("sub-")?).ok())
-            .collect();
+    ///
+    /// # Errors
+    /// The disk does not say.
+    pub(super) fn codes(&self) -> Result<Vec<ParticipantCode>, RecordError> {
+        let folders = record::entries(&self.root.join("sourcedata"))?;
+        let code = |folder: &PathBuf| ParticipantCode::new(folder.file_name()?.to_str()?.strip_prefix("sub-")?).ok();
+        let mut codes: Vec<ParticipantCode> = folders.iter().filter_map(code).collect();
         codes.sort();
-        codes
+        Ok(codes)
     }
 
     /// All sessions, by number and code.
@@ -189,9 +189,13 @@ impl DataSet {
     /// One of them cannot be read.
     pub fn logs(&self) -> Result<Vec<SessionLog>, SessionError> {
         self.check_links()?;
-        let paths = self.codes().into_iter().map(|code| self.source(&code).join(session::FILE));
-        let mut logs: Vec<SessionLog> =
-            paths.filter(|path| path.exists()).map(|path| SessionLog::load(&path)).collect::<Result<_, _>>()?;
+        let mut logs = Vec::new();
+        for code in self.codes()? {
+            let path = self.source(&code).join(session::FILE);
+            if record::is_there(&path)? {
+                logs.push(SessionLog::load(&path)?);
+            }
+        }
         logs.sort_by(|a, b| a.index.cmp(&b.index).then(a.participant.cmp(&b.participant)));
         Ok(logs)
     }
@@ -296,7 +300,7 @@ impl DataSet {
                     let moved = self.put_motion(&subject, planned, &place, &events, facts)?;
                     let recording = format!("sourcedata/{subject}/{folder}");
                     let baseline = format!("{recording}{BASELINE}");
-                    let baseline = if self.root.join(&baseline).exists() { baseline } else { String::new() };
+                    let baseline = if record::is_there(&self.root.join(&baseline))? { baseline } else { String::new() };
                     let began = Manifest::load(&place)?.began;
                     let began = if began.is_empty() { passage.began.as_str() } else { began.as_str() };
                     let name = moved.unwrap_or(format!("beh/{}_events.tsv", file_name(&subject, planned)));
@@ -336,8 +340,8 @@ impl DataSet {
     /// are names from the top of the data set, without what kind of table it is.
     fn remove_others(&self, subject: &str, stems: &BTreeSet<String>) -> Result<(), SessionError> {
         for folder in ["beh", "motion"].map(|kind| format!("{subject}/{kind}")) {
-            for entry in fs::read_dir(self.root.join(&folder)).into_iter().flatten().flatten() {
-                let name = format!("{folder}/{}", entry.file_name().display());
+            for path in record::entries(&self.root.join(&folder))? {
+                let name = format!("{folder}/{}", path.file_name().unwrap_or_default().display());
                 if name.rsplit_once('_').is_none_or(|(stem, _)| !stems.contains(stem)) {
                     self.remove(&name)?;
                 }
@@ -348,11 +352,7 @@ impl DataSet {
 
     /// Removes a file of the data set, if it is there.
     fn remove(&self, name: &str) -> Result<(), SessionError> {
-        let path = self.root.join(name);
-        match fs::remove_file(&path) {
-            Err(why) if why.kind() != ErrorKind::NotFound => Err(RecordError::File { path, why }.into()),
-            _ => Ok(()),
-        }
+        Ok(record::remove(&self.root.join(name))?)
     }
 
     /// Writes a table of events; its columns are described at the top of the data set.

@@ -75,7 +75,7 @@ impl DataSet {
 
     /// Refuses a code that has no data here; says which there are, and who was erased.
     pub(super) fn check_known(&self, code: &ParticipantCode) -> Result<(), SessionError> {
-        let known = self.codes();
+        let known = self.codes()?;
         if known.contains(code) {
             return Ok(());
         }

@@ -12,14 +12,14 @@ pub use super::session_log::{
 };
 
 use super::{
-    DataSet, FmsRating, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, lock, questions::Answers,
-    stop_rule::SessionEnding,
+    DataSet, FmsRating, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, dataset::BASELINE_PART, lock,
+    questions::Answers, stop_rule::SessionEnding,
 };
 use crate::record::{self, RecordError};
 use fail::fail_point;
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
+    fs::File,
     path::{Path, PathBuf},
 };
 
@@ -55,7 +55,11 @@ impl Session {
         record::new_private_dir(&folder)?;
         let lock = lock::lock(&folder, code)?;
         let path = folder.join(FILE);
-        let log = if path.exists() { SessionLog::load(&path)? } else { Self::first(&folder, study, code, who, index)? };
+        let log = if record::is_there(&path)? {
+            SessionLog::load(&path)?
+        } else {
+            Self::first(&folder, study, code, who, index)?
+        };
         let refused = |why: String| Err(SessionError::Refused(why));
         if log.participant != *code {
             return refused(format!("{}: is of participant {}", path.display(), log.participant));
@@ -99,10 +103,13 @@ impl Session {
         if let Some(running) = self.log.running.take() {
             let recording = self.folder.join(&running.recording);
             match record::recover(&recording) {
-                Ok(_) | Err(RecordError::Absent(_)) => {}
+                Ok(_) => {}
+                Err(RecordError::Absent(_)) => record::remove_unbegun(&recording)?,
                 Err(error) => return Err(error.into()),
             }
-            let recording = recording.exists().then_some(running.recording);
+            // Of half a baseline nothing is used: the item is driven again under its next name.
+            record::remove(&self.folder.join(format!("{}{BASELINE_PART}", running.recording)))?;
+            let recording = record::is_there(&recording)?.then_some(running.recording);
             let RunningItem { item, began, answers, .. } = running;
             let reason = "the program ended".into();
             let (outcome, ended) = (ItemOutcome::Cut, now.into());
@@ -118,15 +125,14 @@ impl Session {
         who: ParticipantKind,
         index: usize,
     ) -> Result<SessionLog, SessionError> {
-        let left = fs::read_dir(folder).map_err(|why| RecordError::File { path: folder.into(), why })?;
         // Cut while it was saved for the first time, it is there under the name of a file that is not whole.
         let unfinished = Path::new(FILE).with_extension(record::BESIDE);
-        let left = left.flatten().map(|entry| entry.file_name()).find(|name| name != lock::FILE && *name != unfinished);
-        if let Some(left) = left {
+        let is_ours = |path: &&PathBuf| path.ends_with(lock::FILE) || path.ends_with(&unfinished);
+        if let Some(left) = record::entries(folder)?.iter().find(|path| !is_ours(path)) {
             return Err(SessionError::Refused(format!(
                 "{} holds {} but no {FILE}: put that back, or begin with another participant code",
                 folder.display(),
-                left.display()
+                left.file_name().unwrap_or_default().display()
             )));
         }
         Ok(SessionLog {
@@ -195,7 +201,6 @@ impl Session {
     pub fn end(&mut self, outcome: ItemOutcome, reason: &str, now: &str) -> Result<(), SessionError> {
         if self.pass(outcome, reason, now) {
             self.save()?;
-            fail_point!("session.end");
         }
         Ok(())
     }

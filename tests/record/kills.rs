@@ -1,5 +1,6 @@
-//! Kills at every point of a recording's life, and at any moment: what is left is recovered, replays, and nothing that was on
-//! the disk is lost. 40 and more in a usual run; `CODRIVE_KILLS=1000` (scripts/kills) for the full proof, by hand. Drives in a window are killed in tests/window.
+//! Kills at named points of a recording's life, with how many of its ticks are left at least, and at any moment, with how many
+//! seconds are lost; `CODRIVE_KILLS=1000` (scripts/kills) for more of those, by hand. Drives in a window are killed in tests/window;
+//! recoveries, sessions and power cuts are those of tests/faults, which kill at any call from outside.
 
 use codrive::{
     record::{Manifest, RecordError, Table, TableReader, kill_point::POINTS, recover},
@@ -84,115 +85,36 @@ const DRIVE: &[(&str, u64)] = &[
 #[test]
 fn a_drive_killed_at_any_point_of_its_life_is_recovered_and_replays() {
     let folder = tempfile::tempdir().unwrap();
-    for engine in ["native", "sumo"] {
-        for (point, least) in DRIVE {
-            let drive = folder.path().join(format!("{engine}-{point}"));
-            let out = drive.to_str().unwrap();
-            killed(&run(engine, out), point);
-            match recover(&drive) {
-                Ok(found) => {
-                    assert_eq!(found.kept, None, "{point}: nothing is damaged");
-                    let rows = ticks(&drive);
-                    assert!(rows >= *least, "{point}: {rows} ticks");
-                    assert_eq!(found.was_whole, ["finish.complete", "finish.journal_gone"].contains(point), "{point}");
-                    if rows > 0 {
-                        succeeds(&["replay", out]);
-                    }
-                }
-                // Nothing was recorded yet, and the same command begins anew.
-                Err(RecordError::Absent(_)) => {
-                    assert!(["begin.folder", "replace.written:1"].contains(point), "{point}")
-                }
-                Err(error) => panic!("{point}: {error}"),
-            }
-            if !drive.join("manifest.json").exists() {
-                succeeds(&run(engine, out));
-                assert_eq!(ticks(&drive), 300);
-            }
-        }
-    }
-}
-
-#[test]
-fn a_recovery_killed_at_any_point_is_taken_up_by_the_next() {
-    let folder = tempfile::tempdir().unwrap();
-    let points = ["recover.begin", "finish.tables_written", "finish.table_renamed:1", "finish.table_renamed:5"];
-    for point in
-        points.into_iter().chain(["finish.tables", "replace.written:1", "replace.written:2", "recover.complete"])
-    {
+    for (point, least) in DRIVE {
         let drive = folder.path().join(point);
         let out = drive.to_str().unwrap();
-        killed(&run("native", out), "finish.begin");
-        killed(&["recover", out], point);
-        recover(&drive).unwrap_or_else(|e| panic!("{point}: {e}"));
-        assert_eq!(ticks(&drive), 300, "{point}");
-        succeeds(&["replay", out]);
-    }
-}
-
-pub const STUDY: &str = r#"title = "Short"
-participants = 2
-seed = 7
-[base]
-traffic = "native"
-vehicles = 6
-warm_up_s = 0.0
-duration_s = 1.0
-[[condition]]
-name = "narrow"
-[[segment]]
-kind = "questions"
-name = "ssq-before"
-questionnaire = "ssq"
-[[segment]]
-kind = "trials"
-name = "trial"
-"#;
-
-/// How often each file-saving point is passed in a rehearsal of one participant: to walk all of them by hand.
-const MOST_SAVES: u64 = 60;
-
-#[test]
-fn a_session_killed_at_any_point_goes_on_by_the_same_command() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("short.toml");
-    fs::write(&file, STUDY).unwrap();
-    let study = file.to_str().unwrap();
-    // The first saves make the data set and the session's file: each is walked. Then one of each kind.
-    let mut points: Vec<String> = (1..=6).map(|save| format!("replace.written:{save}")).collect();
-    let named =
-        ["session.begin:1", "session.end:1", "session.begin:2", "begin.folder", "begin.manifest", "begin.journal"];
-    points.extend(named.map(str::to_owned));
-    points.extend(["finish.begin", "finish.complete", "session.end:2"].map(str::to_owned));
-    if kills() > 100 {
-        points.extend((7..MOST_SAVES).map(|save| format!("replace.written:{save}")));
-        points.extend((1..MOST_SAVES).map(|save| format!("replace.renamed:{save}")));
-    }
-    for point in points {
-        let out = folder.path().join(format!("data-{}", point.replace(':', "-")));
-        let rehearse = ["study", study, "--rehearse", "--participants", "1", "--out", out.to_str().unwrap()];
-        let (signal, code, text) = ended(codrive(&rehearse, &point));
-        // Not every session saves as often as the last numbers ask for.
-        assert!(
-            signal == Some(KILLED) || (code == Some(0) && kills() > 100),
-            "{point} was not reached: {code:?} {text}"
-        );
-        let text = succeeds(&rehearse);
-        assert!(text.contains("1 of 1 participants completed the study"), "{point}: {text}");
-        succeeds(&["analyse", out.to_str().unwrap()]);
-        let drives = fs::read_dir(out.join("sourcedata/sub-R01")).unwrap().flatten();
-        // A baseline that was cut holds nobody's data: it is made anew, under the trial's next name where that comes again.
-        let is_data = |name: &str| !name.ends_with("-baseline-part");
-        let drives = drives.filter(|entry| entry.file_name().to_str().is_some_and(is_data));
-        for drive in drives.filter(|entry| entry.path().join("manifest.json").exists()) {
-            assert!(Manifest::load(&drive.path()).unwrap().is_complete(), "{point}: {}", drive.path().display());
+        killed(&run("sumo", out), point);
+        match recover(&drive) {
+            Ok(found) => {
+                assert_eq!(found.kept, None, "{point}: nothing is damaged");
+                let rows = ticks(&drive);
+                assert!(rows >= *least, "{point}: {rows} ticks");
+                assert_eq!(found.was_whole, ["finish.complete", "finish.journal_gone"].contains(point), "{point}");
+                if rows > 0 {
+                    succeeds(&["replay", out]);
+                }
+            }
+            // Nothing was recorded yet, and the same command begins anew.
+            Err(RecordError::Absent(_)) => {
+                assert!(["begin.folder", "replace.written:1"].contains(point), "{point}")
+            }
+            Err(error) => panic!("{point}: {error}"),
+        }
+        if !drive.join("manifest.json").exists() {
+            succeeds(&run("sumo", out));
+            assert_eq!(ticks(&drive), 300);
         }
     }
 }
 
 #[test]
 fn every_point_of_the_program_is_walked() {
-    let text = include_str!("kills.rs");
+    let text = [include_str!("kills.rs"), include_str!("../window/kills.rs")].concat();
     let unwalked: Vec<_> = POINTS.iter().filter(|point| !text.contains(&format!("\"{point}"))).collect();
     assert!(unwalked.is_empty(), "{unwalked:?}");
 }

@@ -1,0 +1,200 @@
+//! What has to hold after a run under faults. In: what the program left and said. Out: the first promise that is broken, in
+//! words. From here on there are no faults.
+
+use super::{
+    plan::Plan,
+    program::{Outcome, Workplace, contents},
+    scenario::{BATCH, CUTS, FIXTURES, Scenario},
+    study_checks,
+};
+use codrive::{
+    record::{Manifest, Table, TableReader, manifest::RecordingState},
+    rng,
+};
+use std::{fs, path::Path};
+
+/// A promise holds, or the words that say which does not.
+pub type Held = Result<(), String>;
+
+/// Fails with these words unless it holds.
+pub fn holds(is: bool, words: impl FnOnce() -> String) -> Held {
+    if is { Ok(()) } else { Err(words()) }
+}
+
+pub fn check(scenario: Scenario, work: &Workplace, plan: &Plan, outcome: &Outcome, seed: u64) -> Held {
+    ended_well(work, plan, outcome)?;
+    match scenario {
+        Scenario::Drive | Scenario::RemoteDrive => drive(work, scenario, outcome, seed)?,
+        Scenario::Recovery => {
+            let (.., acknowledged) = CUTS[(seed / 10) as usize % CUTS.len()];
+            let is_done =
+                outcome.code != Some(0) || hashes(&work.file("p1")).is_ok_and(|now| now.len() as u64 >= acknowledged);
+            holds(is_done, || format!("exit code 0, and rows are missing: {}", outcome.text))?;
+            recovered(work, scenario, acknowledged)?;
+        }
+        Scenario::Replay => replay(work, outcome)?,
+        Scenario::Study | Scenario::ResumedStudy => study_checks::rehearsal(work, scenario, outcome, seed)?,
+        Scenario::Analysis => study_checks::analysis(work, scenario, outcome)?,
+        Scenario::Erasure => study_checks::erasure(work, scenario, outcome)?,
+        Scenario::Exclusion => study_checks::exclusion(work, scenario, outcome)?,
+    }
+    // Whoever wrote something before has it still.
+    same_files(&FIXTURES.folder("whole"), &work.file("p0"))
+}
+
+/// The exit code is one of those that are documented, and the message says what is wrong with which file.
+fn ended_well(work: &Workplace, plan: &Plan, outcome: &Outcome) -> Held {
+    let Outcome { code, signal, text, .. } = outcome;
+    holds(!outcome.hung, || format!("it did not end: {text}"))?;
+    holds(!text.contains("panicked"), || format!("it panicked: {text}"))?;
+    if signal.is_some() {
+        let is_ours = outcome.is_killed() && plan.0.iter().any(|fault| fault.is_death());
+        return holds(is_ours, || format!("signal {signal:?} ended it: {text}"));
+    }
+    holds(matches!(code, Some(0..=2)), || format!("exit code {code:?}: {text}"))?;
+    if *code == Some(0) {
+        return Ok(());
+    }
+    let root = work.root();
+    let is_named = text.contains(root.to_str().unwrap()) || text.contains("127.0.0.1:");
+    holds(is_named, || format!("exit code {code:?} without a word on a file: {text:?}"))?;
+    let refusals = || plan.0.iter().filter(|fault| fault.is_refusal());
+    let is_full = refusals().count() > 0 && refusals().all(|fault| fault.action.starts_with("ENOSPC"));
+    // A folder that cannot be synced or read for want of room is no case of a disk.
+    let is_written = refusals().all(|fault| fault.kind == "write");
+    holds(!(is_full && is_written) || text.contains("make room on the disk"), || format!("no remedy: {text}"))
+}
+
+/// Runs the program without faults. Its outcome, if it exits with this code.
+pub fn runs(work: &Workplace, arguments: &[&str], code: i32) -> Result<Outcome, String> {
+    let outcome = work.run(arguments);
+    let is = outcome.code == Some(code) && !outcome.text.contains("panicked");
+    holds(is, || format!("{}: exit code {:?}, not {code}: {}", outcome.command, outcome.code, outcome.text))?;
+    Ok(outcome)
+}
+
+/// Fingerprint of each tick of a recording.
+pub fn hashes(recording: &Path) -> Result<Vec<u64>, String> {
+    let table = TableReader::parquet(&Table::Ego.parquet(recording)).map_err(|why| why.to_string())?;
+    let ticks = table.wholes("tick");
+    holds(ticks.iter().copied().eq(1..=ticks.len() as u64), || "a tick is missing or there twice".into())?;
+    Ok(table.wholes("hash"))
+}
+
+/// Every file of `before` is in `after`, byte by byte.
+pub fn same_files(before: &Path, after: &Path) -> Held {
+    for (path, bytes) in contents(before) {
+        let now = after.join(path.strip_prefix(before).unwrap());
+        holds(fs::read(&now).is_ok_and(|now| now == bytes), || format!("{} is not as it was", now.display()))?;
+    }
+    Ok(())
+}
+
+/// A recording that says that it is whole: every table is there, and nothing that is left from its making.
+pub fn is_whole(recording: &Path, state: RecordingState) -> Held {
+    let name = recording.display();
+    let manifest = Manifest::load(recording).map_err(|why| why.to_string())?;
+    holds(manifest.state == Some(state), || format!("{name}: its state is {:?}, not {state:?}", manifest.state))?;
+    for table in ["ego", "cars", "advice", "frames", "events"] {
+        let file = recording.join(format!("{table}.parquet"));
+        TableReader::parquet(&file).map_err(|why| format!("{name} says that it is whole: {why}"))?;
+    }
+    let left = contents(recording).into_iter().map(|(path, _)| path);
+    let left = left.into_iter().find(|path| {
+        path.extension().is_some_and(|ending| ending == "new")
+            || path.components().any(|part| part.as_os_str() == "journal")
+    });
+    holds(left.is_none(), || format!("{} is left in a recording that says that it is whole", left.unwrap().display()))
+}
+
+fn drive(work: &Workplace, scenario: Scenario, outcome: &Outcome, seed: u64) -> Held {
+    let (recording, all) = (work.file("p1"), FIXTURES.hashes(scenario));
+    let batches = outcome.count("sync", "p1/journal/rows.blocks") as u64;
+    // With a patient clock a batch has more rows, and how many is not known.
+    let batch = if scenario == Scenario::Drive { BATCH } else { 1 };
+    let acknowledged = (batches * batch).min(all.len() as u64);
+    if outcome.code == Some(0) {
+        is_whole(&recording, RecordingState::Complete)?;
+        holds(hashes(&recording)? == all, || "exit code 0, but rows are missing or differ".into())?;
+        proven(work, "@p1")?;
+    } else if recording.join("manifest.json").exists() {
+        recovered(work, scenario, acknowledged)?;
+    } else {
+        holds(acknowledged == 0, || format!("{acknowledged} ticks were on the disk, and there is no manifest"))?;
+        if scenario == Scenario::RemoteDrive {
+            work.listen();
+        }
+        runs(work, scenario.arguments(), 0)?;
+        holds(hashes(&recording)? == all, || "the same command drove otherwise".into())?;
+    }
+    if seed.is_multiple_of(3) {
+        flipped(work, &recording, seed)?;
+    }
+    Ok(())
+}
+
+/// Nothing is lost, and all that is there is proven.
+fn proven(work: &Workplace, name: &str) -> Held {
+    let said = runs(work, &["replay", name], 0)?.text;
+    holds(said.contains("every file is as it was written"), || format!("not proven: {said}"))
+}
+
+/// `recover` makes whole what was cut, and once more changes nothing.
+fn recovered(work: &Workplace, scenario: Scenario, acknowledged: u64) -> Held {
+    let recording = work.file("p1");
+    let said = runs(work, &["recover", "@p1"], 0)?.text;
+    let found = hashes(&recording)?;
+    let ticks = found.len() as u64;
+    holds(ticks >= acknowledged, || format!("{ticks} ticks of {acknowledged} that the disk had: {said}"))?;
+    holds(FIXTURES.hashes(scenario).starts_with(&found), || {
+        format!("recovered rows are not those that were driven: {said}")
+    })?;
+    let state = Manifest::load(&recording).map_err(|why| why.to_string())?.state;
+    is_whole(&recording, state.unwrap_or(RecordingState::Recovered)).or_else(|why| {
+        // What could not be read is kept.
+        let is_kept = why.contains("lost+found");
+        if is_kept { Ok(()) } else { Err(why) }
+    })?;
+    let before = contents(&recording);
+    let again = runs(work, &["recover", "@p1"], 0)?.text;
+    holds(again.contains("is whole") && contents(&recording) == before, || format!("recovered twice: {again}"))?;
+    if ticks > 0 { proven(work, "@p1") } else { Ok(()) }
+}
+
+/// A replay reads: it changes nothing, and where it could not read it proves nothing.
+fn replay(work: &Workplace, outcome: &Outcome) -> Held {
+    same_files(&FIXTURES.folder("whole"), &work.file("p1"))?;
+    let is_accused = outcome.text.contains("not as it was recorded");
+    // A file that the disk does not let it look at is said to be missing, which is not proven either.
+    let is_unseen = outcome.trace.iter().any(|call| call.kind == "stat" && call.result.starts_with('E'));
+    holds(!is_accused || is_unseen, || format!("a sound recording is said to be altered: {}", outcome.text))?;
+    let says = outcome.text.contains("every file is as it was written");
+    let is_proven = outcome.code == Some(0);
+    holds(!is_proven || says, || format!("a sound recording is proven by half: {}", outcome.text))?;
+    holds(!(is_proven && outcome.was_refused()), || {
+        format!("proven, but something could not be read: {}", outcome.text)
+    })?;
+    proven(work, "@p1")
+}
+
+/// A bit that is turned over anywhere in a recording is found.
+fn flipped(work: &Workplace, recording: &Path, seed: u64) -> Held {
+    let mut random = rng::stream(seed, "flip");
+    let files = [
+        "ego.parquet",
+        "cars.parquet",
+        "advice.parquet",
+        "events.parquet",
+        "manifest.json",
+        "checksums.json",
+        "scenario.toml",
+    ];
+    let path = recording.join(files[random.index(files.len())]);
+    let Ok(mut bytes) = fs::read(&path) else { return Ok(()) };
+    let at = random.index(bytes.len());
+    bytes[at] ^= 1 << random.index(8);
+    fs::write(&path, bytes).unwrap();
+    let said = work.run(&["replay", "@p1"]);
+    let is_found = matches!(said.code, Some(1 | 2)) && !said.text.contains("panicked");
+    holds(is_found, || format!("byte {at} of {} is another one: {:?} {}", path.display(), said.code, said.text))
+}

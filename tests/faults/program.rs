@@ -1,0 +1,260 @@
+//! The program under a plan. In: arguments, a plan, a workplace. Out: how it ended, what it said, and every call that it made
+//! on files of the workplace.
+
+use super::plan::Plan;
+use codrive::{map::RoadMap, traffic::sumo};
+use std::{
+    ffi::OsStr,
+    fs,
+    io::Read,
+    net::TcpListener,
+    os::unix::process::ExitStatusExt,
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    sync::{LazyLock, Mutex},
+    thread,
+    time::{Duration, Instant},
+};
+
+/// A process that takes longer is ended, and has failed.
+const LIMIT: Duration = Duration::from_secs(120);
+/// Steps of the program's clock, microseconds: a drive hands over its rows after every 0.2 s of driving, on every machine.
+const CLOCK_STEP_US: &str = "100000";
+/// The same where it waits for another program, which has a clock of its own: 5 s are 5,000 looks whether it answers.
+const PATIENT_STEP_US: &str = "1000";
+
+/// The library, built once for all tests of this process.
+static LIBRARY: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("libfaults.so");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults/preload.c");
+    let cc =
+        Command::new("cc").args(["-shared", "-fPIC", "-O1", "-Wall", "-Werror", "-o"]).args([&path, &source]).output();
+    let built = cc.expect("no C compiler (cc)\n  remedy: scripts/setup, or apt install gcc");
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    (folder, path)
+});
+
+/// Stands in arguments for where a SUMO listens.
+pub const SUMO: &str = "SUMO";
+
+/// A folder on which faults work, with what they need beside it.
+pub struct Workplace {
+    folder: tempfile::TempDir,
+    sumo: Mutex<Option<Listening>>,
+}
+
+/// A SUMO that listens, ended when dropped.
+struct Listening {
+    child: Child,
+    port: u16,
+}
+
+impl Drop for Listening {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Listening {
+    /// Starts one for one client, and waits until it listens.
+    fn begin() -> Self {
+        // Two tests at a time are not to be given the same port.
+        static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+        let _one = ONE_AT_A_TIME.lock().unwrap();
+        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let mut sumo = Command::new(sumo::program(&sumo::home().unwrap()));
+        sumo.arg("--net-file").arg(RoadMap::load("ring-250").unwrap().net_file);
+        sumo.args(["--remote-port", &port.to_string(), "--num-clients", "1"]);
+        let child = sumo.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        // To connect would be to take the client's place: the kernel's own list tells it, where 0A is LISTEN.
+        let line = format!(":{port:04X} 00000000:0000 0A");
+        for _ in 0..1000 {
+            if fs::read_to_string("/proc/net/tcp").unwrap().contains(&line) {
+                return Self { child, port };
+            }
+            thread::sleep(Duration::from_millis(10));
+        }
+        panic!("SUMO does not listen after 10 s");
+    }
+}
+
+/// How a run of the program ended.
+pub struct Outcome {
+    /// Command line, for a reader.
+    pub command: String,
+    /// Exit code; `None` if it was killed.
+    pub code: Option<i32>,
+    /// Signal that ended it.
+    pub signal: Option<i32>,
+    /// Standard output and error.
+    pub text: String,
+    /// Calls.
+    pub trace: Vec<Call>,
+    /// It did not end within the time.
+    pub hung: bool,
+}
+
+/// A call that counts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Call {
+    /// Its kind.
+    pub kind: String,
+    /// The file, from the workplace.
+    pub name: String,
+    /// ok, refused by the system, or the fault's action.
+    pub result: String,
+}
+
+impl Outcome {
+    /// A fault ended it.
+    pub fn is_killed(&self) -> bool {
+        self.signal == Some(9) && !self.hung
+    }
+
+    /// A call was refused by a fault.
+    pub fn was_refused(&self) -> bool {
+        self.trace.iter().any(|call| call.result.starts_with('E') && call.result != "EINTR")
+    }
+
+    /// How many calls of this kind on files of this name came back well.
+    pub fn count(&self, kind: &str, name: &str) -> usize {
+        self.trace.iter().filter(|call| call.kind == kind && call.name.ends_with(name) && call.result == "ok").count()
+    }
+}
+
+impl Workplace {
+    pub fn new() -> Self {
+        let folder = tempfile::Builder::new().prefix("codrive-faults-").tempdir().unwrap();
+        for name in ["root", "side"] {
+            fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        Self { folder, sumo: Mutex::new(None) }
+    }
+
+    /// Starts a SUMO for the next command.
+    pub fn listen(&self) {
+        *self.sumo.lock().unwrap() = Some(Listening::begin());
+    }
+
+    /// Faults work on files in here.
+    pub fn root(&self) -> PathBuf {
+        self.folder.path().join("root")
+    }
+
+    /// A file in the workplace.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.root().join(name)
+    }
+
+    /// Runs the program without faults.
+    pub fn run(&self, arguments: &[&str]) -> Outcome {
+        self.run_under(&Plan::default(), arguments)
+    }
+
+    /// Runs the program under a plan. Arguments that begin with `@` are files of the workplace.
+    pub fn run_under(&self, plan: &Plan, arguments: &[&str]) -> Outcome {
+        let trace = self.folder.path().join("trace");
+        let _ = fs::remove_file(&trace);
+        let mut command = self.command(arguments);
+        command.env("FAULTS_PLAN", plan.lines()).env("FAULTS_TRACE", &trace);
+        let mut child = command.spawn().unwrap();
+        let said = [reader(child.stdout.take()), reader(child.stderr.take())];
+        let hung = !ends(&mut child);
+        let status = child.wait().unwrap();
+        let text = said.map(|thread| thread.join().unwrap()).concat();
+        let line = |line: &str| {
+            let (kind, rest) = line.split_once(' ')?;
+            let (name, result) = rest.rsplit_once(' ')?;
+            Some(Call { kind: kind.into(), name: name.into(), result: result.into() })
+        };
+        let trace = fs::read_to_string(trace).unwrap_or_default().lines().filter_map(line).collect();
+        let command = ["codrive"].iter().chain(arguments).copied().collect::<Vec<_>>().join(" ").replace('@', "");
+        Outcome { command, code: status.code(), signal: status.signal(), text, trace, hung }
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let program = std::env::var_os("CODRIVE_FAULTS_PROGRAM");
+        let waits = self.sumo.lock().unwrap().is_some();
+        let mut command = Command::new(program.as_deref().unwrap_or(OsStr::new(env!("CARGO_BIN_EXE_codrive"))));
+        for argument in arguments {
+            let sumo = self.sumo.lock().unwrap();
+            match (argument.strip_prefix('@'), &*sumo) {
+                (Some(name), _) => command.arg(self.file(name)),
+                (None, Some(sumo)) if *argument == SUMO => command.arg(format!("127.0.0.1:{}", sumo.port)),
+                (None, _) => command.arg(argument),
+            };
+        }
+        command
+            .env("LD_PRELOAD", &LIBRARY.1)
+            .env("FAULTS_ROOT", self.root())
+            .env("FAULTS_SIDE", self.folder.path().join("side"))
+            .env("FAULTS_STEP_US", if waits { PATIENT_STEP_US } else { CLOCK_STEP_US })
+            // One participant after the other, so that a seed is the same calls in the same order.
+            .env("RAYON_NUM_THREADS", "1")
+            .env("RUST_BACKTRACE", "0")
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command
+    }
+
+    /// Keeps the folder for a reader. Returns where.
+    pub fn keep(self) -> PathBuf {
+        self.folder.keep()
+    }
+}
+
+fn reader(from: Option<impl Read + Send + 'static>) -> thread::JoinHandle<String> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        let _ = from.unwrap().read_to_end(&mut bytes);
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
+}
+
+/// Waits for the end. False if it did not come in time.
+fn ends(child: &mut Child) -> bool {
+    let began = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if began.elapsed() > LIMIT {
+            let _ = child.kill();
+            return false;
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+    true
+}
+
+/// Copies a folder with all in it.
+pub fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+/// Every file below a folder with its bytes, in order; files that only hold a lock are left out.
+pub fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
+            if entry.file_type().unwrap().is_dir() {
+                folders.push(entry.path());
+            } else if entry.file_name() != "lock" {
+                found.push((entry.path(), fs::read(entry.path()).unwrap()));
+            }
+        }
+    }
+    found.sort();
+    found
+}

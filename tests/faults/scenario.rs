@@ -1,0 +1,218 @@
+//! What is run under faults, and what is there before. In: a workplace. Out: folders in it, the command, and the calls that
+//! it makes without faults.
+
+use super::{
+    checks,
+    draw::Census,
+    plan::Plan,
+    program::{Outcome, SUMO, Workplace, copy},
+};
+use std::{
+    fs,
+    path::PathBuf,
+    sync::{LazyLock, OnceLock},
+};
+
+/// A study of two short trials with their baselines, between two questionnaires.
+const STUDY: &str = r#"title = "Short"
+participants = 2
+seed = 7
+[base]
+traffic = "native"
+vehicles = 6
+warm_up_s = 0.0
+duration_s = 1.0
+[[condition]]
+name = "narrow"
+[[condition]]
+name = "none"
+set = { policy = "none" }
+[[segment]]
+kind = "questions"
+name = "ssq-before"
+questionnaire = "ssq"
+[[segment]]
+kind = "trials"
+name = "trial"
+"#;
+
+/// Ticks of a recorded drive.
+pub const TICKS: u64 = 400;
+/// Ticks of a batch of rows, at the clock of these tests: rows are handed over at the first step after 0.2 s.
+pub const BATCH: u64 = 20;
+
+const RUN: [&str; 11] =
+    ["run", "--traffic", "native", "--vehicles", "6", "--duration", "4", "--warm-up", "0", "--out", "@p1"];
+const REMOTE: [&str; 11] =
+    ["run", "--traffic", SUMO, "--vehicles", "6", "--duration", "2", "--warm-up", "0", "--out", "@p1"];
+const REHEARSE: [&str; 7] = ["study", "@study.toml", "--rehearse", "--participants", "2", "--out", "@data"];
+
+/// Recordings that were cut: name, where, and how many ticks the disk had. While it was driven; before the tables had their names;
+/// when the manifest said that it is whole; when the journal was gone, but not its folder.
+pub const CUTS: [(&str, &str, u64); 4] = [
+    ("cut", "write rows.blocks 9 kill-after", 8 * BATCH),
+    ("cut-tables", "rename advice.parquet 1 kill", TICKS),
+    ("cut-whole", "unlink rows.blocks 1 kill", TICKS),
+    ("cut-empty", "unlink rows.blocks 1 kill-after", TICKS),
+];
+
+/// A command on files of a workplace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Scenario {
+    /// A recorded drive.
+    Drive,
+    /// A whole study.
+    Study,
+    /// The recovery of a drive that was cut.
+    Recovery,
+    /// A study that was cut in the middle goes on.
+    ResumedStudy,
+    /// The proof of a recording.
+    Replay,
+    /// The report of a study.
+    Analysis,
+    /// A participant is erased.
+    Erasure,
+    /// A participant is excluded.
+    Exclusion,
+    /// A recorded drive in the traffic of a SUMO that runs elsewhere.
+    RemoteDrive,
+}
+
+impl Scenario {
+    pub const ALL: [Self; 9] = [
+        Self::Drive,
+        Self::Study,
+        Self::Recovery,
+        Self::ResumedStudy,
+        Self::Replay,
+        Self::Analysis,
+        Self::Erasure,
+        Self::Exclusion,
+        Self::RemoteDrive,
+    ];
+
+    /// The scenario of a seed, and how many seeds have had it before.
+    pub fn of(seed: u64) -> (Self, u64) {
+        // Drives and studies are what is lost for good: they come most.
+        const TEN: [usize; 10] = [0, 1, 2, 0, 3, 1, 0, 4, 8, 5];
+        // Erasures and exclusions take turns with analyses.
+        let [ten, place] = [seed / 10, seed % 10].map(|number| number as usize);
+        let this = |ten: usize, place: usize| if place == 9 { 5 + ten % 3 } else { TEN[place] };
+        let scenario = this(ten, place);
+        let visit = if place == 9 {
+            ten / 3
+        } else {
+            let each = TEN.iter().filter(|of| **of == scenario).count();
+            ten * each + TEN[..place].iter().filter(|of| **of == scenario).count()
+        };
+        (Self::ALL[scenario], visit as u64)
+    }
+
+    /// The command; arguments that begin with `@` are files of the workplace.
+    pub fn arguments(self) -> &'static [&'static str] {
+        match self {
+            Self::Drive => &RUN,
+            Self::RemoteDrive => &REMOTE,
+            Self::Study | Self::ResumedStudy => &REHEARSE,
+            Self::Recovery => &["recover", "@p1"],
+            Self::Replay => &["replay", "@p1"],
+            Self::Analysis => &["analyse", "@data"],
+            Self::Erasure => &["study", "@study.toml", "--erase", "R01", "--reason", "asked for", "--out", "@data"],
+            Self::Exclusion => &["study", "@study.toml", "--exclude", "R01", "--reason", "slept", "--out", "@data"],
+        }
+    }
+
+    /// Puts into a workplace what is there before the command.
+    pub fn prepare(self, work: &Workplace, seed: u64) {
+        let fixtures = &*FIXTURES;
+        let put = |from: &str, to: &str| copy(&fixtures.work.file(from), &work.file(to));
+        fs::write(work.file("study.toml"), STUDY).unwrap();
+        // Written by an earlier run: nothing may touch it.
+        put("whole", "p0");
+        match self {
+            Self::Drive | Self::Study => {}
+            Self::RemoteDrive => work.listen(),
+            Self::Recovery => put(CUTS[(seed / 10) as usize % CUTS.len()].0, "p1"),
+            Self::ResumedStudy => put("half", "data"),
+            Self::Replay => put("whole", "p1"),
+            Self::Analysis | Self::Erasure | Self::Exclusion => put("study", "data"),
+        }
+    }
+
+    /// The calls of this command without faults.
+    pub fn census(self) -> &'static Census {
+        static COUNTED: [OnceLock<Census>; Scenario::ALL.len()] = [const { OnceLock::new() }; Scenario::ALL.len()];
+        COUNTED[self as usize].get_or_init(|| {
+            let work = Workplace::new();
+            self.prepare(&work, 0);
+            let outcome = work.run(self.arguments());
+            assert_eq!(outcome.code, Some(0), "{self:?} without faults: {}", outcome.text);
+            Census::of(&outcome.trace)
+        })
+    }
+
+    /// Runs the command under a plan and checks what is left.
+    ///
+    /// # Errors
+    /// The first promise that was broken, with what the program said.
+    pub fn check(self, plan: &Plan, seed: u64) -> Result<(), Broken> {
+        let work = Workplace::new();
+        self.prepare(&work, seed);
+        let outcome = work.run_under(plan, self.arguments());
+        checks::check(self, &work, plan, &outcome, seed).map_err(|promise| Broken { promise, outcome, work })
+    }
+}
+
+/// A promise that a plan has broken.
+pub struct Broken {
+    pub promise: String,
+    pub outcome: Outcome,
+    pub work: Workplace,
+}
+
+/// What earlier runs have left, made once.
+pub struct Fixtures {
+    work: Workplace,
+    /// Fingerprint of every tick of the recorded drive.
+    hashes: Vec<u64>,
+    /// The same of the drive in traffic from elsewhere.
+    remote_hashes: Vec<u64>,
+}
+
+impl Fixtures {
+    /// Fingerprint of every tick of the drive that this scenario is about.
+    pub fn hashes(&self, scenario: Scenario) -> &[u64] {
+        if scenario == Scenario::RemoteDrive { &self.remote_hashes } else { &self.hashes }
+    }
+
+    /// A folder of an earlier run.
+    pub fn folder(&self, name: &str) -> PathBuf {
+        self.work.file(name)
+    }
+}
+
+pub static FIXTURES: LazyLock<Fixtures> = LazyLock::new(|| {
+    let work = Workplace::new();
+    fs::write(work.file("study.toml"), STUDY).unwrap();
+    let make = |from: &str, to: &str, plan: &str, arguments: &[&str]| {
+        let outcome = work.run_under(&plan.parse().unwrap(), arguments);
+        assert_eq!(outcome.is_killed(), !plan.is_empty(), "{to}: {:?} {}", outcome.code, outcome.text);
+        fs::rename(work.file(from), work.file(to)).unwrap();
+        outcome
+    };
+    let whole = make("p1", "whole", "", &RUN);
+    assert_eq!(whole.count("sync", "rows.blocks") as u64, TICKS.div_ceil(BATCH), "batches of the clock of these tests");
+    for (name, plan, _) in CUTS {
+        make("p1", name, plan, &RUN);
+    }
+    make("data", "study", "", &REHEARSE);
+    // In the second trial of the second participant.
+    make("data", "half", "write rows.blocks 33 kill-after", &REHEARSE);
+    let hashes = checks::hashes(&work.file("whole")).unwrap();
+    work.listen();
+    make("p1", "remote", "", &REMOTE);
+    let remote_hashes = checks::hashes(&work.file("remote")).unwrap();
+    assert_eq!([hashes.len(), remote_hashes.len()], [TICKS as usize, TICKS as usize / 2]);
+    Fixtures { work, hashes, remote_hashes }
+});
