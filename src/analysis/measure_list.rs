@@ -139,21 +139,24 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "",
         "share of the ticks with advice at which the speed is in the acceptable range, its edges included",
         |s| s.totals.in_range.get(),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "speed_error_mps",
         "Mean absolute speed error",
         "m/s",
         "absolute difference of speed and target: mean over ticks with advice",
         |s| s.totals.absolute_error_mps.get(),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "speed_bias_mps",
         "Mean speed error",
         "m/s",
         "speed less target: mean over ticks with advice; positive is too fast",
         |s| s.totals.error_mps.get(),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "time_in_range_by_driver",
         "Share of time in range, by the driver",
@@ -161,14 +164,16 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "share of the same ticks at which the speed is in the range and not within 2 s after a contact or after the car was put back on \
          its lane: the driver chose it",
         |s| s.totals.in_range_by_driver.get(),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "time_in_range_by_collision",
         "Share of time in range, by a collision",
         "",
         "share of the same ticks at which the speed is in the range within 2 s after a contact or after the car was put back",
         |s| Some(s.totals.in_range.get()? - s.totals.in_range_by_driver.get()?),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "changes",
         "Changes of the advice",
@@ -192,14 +197,16 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "share of the events answered within 3 s by a movement of the pedals in the direction asked that is larger than the person's idle \
          movements, of those that were answered or watched that long; movements under way at the onset are left out",
         |s| ResponseTime::Reaction.share_answered(s.responses),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "responded_by_chance",
         "Share of shams responded to",
         "",
         "the same share of shams: the events shifted all by the same time to where none is pending; what is found there is chance",
         |s| ResponseTime::Chance.share_answered(s.responses),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "reaction_s",
         "Reaction time",
@@ -210,6 +217,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
          advice and the end of the drive",
         |s| s.median_s(ResponseTime::Reaction),
     )
+    .with_advice()
     .in_j2944("reaction time, 6.5.2"),
     MeasureDefinition::new(
         "movement_s",
@@ -218,7 +226,8 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "from there to pedals that are 5 % of travel beyond idle movements: median of the censored lognormal distribution over the same \
          events",
         |s| s.median_s(ResponseTime::Movement),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "enter_range_s",
         "Time to enter the range",
@@ -226,14 +235,16 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "compliance time, from the frame that shows an event to the speed being in the new range: median of the censored lognormal \
          distribution over events, from three times on, censored as the reaction time",
         |s| s.median_s(ResponseTime::Compliance),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "enter_range_steps",
         "Steps to enter the range",
         "steps",
         "the time to enter the range in steps of the traffic",
         |s| Some(s.median_s(ResponseTime::Compliance)? / s.totals.step_s()),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "idle_movement",
         "Idle movement of the pedals",
@@ -241,7 +252,8 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "95th percentile of the movements of the pedals (accelerator less brake) within 1 s while no event is pending, as a share of \
          travel, at least 0.01: of the participant's practice, or of the drive where there is none",
         |s| s.responses.first().map(|response| response.threshold),
-    ),
+    )
+    .with_advice(),
     MeasureDefinition::new(
         "min_gap_m",
         "Minimum gap",
@@ -402,6 +414,14 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         Some(s.trial.left_road as f64)
     })
     .on_networks("how often the middle of the car left the road"),
+    MeasureDefinition::new(
+        "dropped_s",
+        "Time given up",
+        "s",
+        "time of the simulation that was given up as frames came too late: the participant saw the drive in slow motion for as long; sum over \
+         the drive",
+        |s| s.trial.dropped_s,
+    ),
     MeasureDefinition::new(
         "latency_median_s",
         "Median latency",

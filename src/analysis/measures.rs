@@ -62,6 +62,8 @@ pub struct MeasureDefinition {
     pub j2944: Option<&'static str>,
     /// On which roads it is taken.
     pub on: MeasuredOn,
+    /// Only a drive with advice has it.
+    pub needs_advice: bool,
     of: fn(&MeasureInputs) -> Option<f64>,
 }
 
@@ -74,12 +76,17 @@ impl MeasureDefinition {
         about: &'static str,
         of: fn(&MeasureInputs) -> Option<f64>,
     ) -> Self {
-        Self { name, title, unit, about, j2944: None, on: MeasuredOn::EveryRoad(""), of }
+        Self { name, title, unit, about, j2944: None, on: MeasuredOn::EveryRoad(""), needs_advice: false, of }
     }
 
     /// What it is called in SAE J2944.
     pub(super) const fn in_j2944(self, name: &'static str) -> Self {
         Self { j2944: Some(name), ..self }
+    }
+
+    /// It is taken in drives with advice alone.
+    pub(super) const fn with_advice(self) -> Self {
+        Self { needs_advice: true, ..self }
     }
 
     /// What is different on a network.

@@ -12,7 +12,7 @@ use super::{
     sickness,
     tables::conditions,
 };
-use crate::{metrics::Estimate, time::TICK_S, units::MPS_PER_MPH};
+use crate::{metrics::Estimate, sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What an interval is, wherever one is shown.
@@ -144,11 +144,32 @@ fn apparatus(drives: &[&AnalysedRecording]) -> String {
             words(&screens, screen),
             words(&screens, view)
         );
+        text += &slow_motion(&screens);
     }
     let steps = joined_values(drives.iter().map(|drive| SetupValue::Number(1.0 / drive.setup.scenario.step_s, "Hz")));
     text + &format!(
         " The ego vehicle and its controls were simulated and recorded at {} Hz, all vehicles at {steps}.",
         number_text(1.0 / TICK_S)
+    )
+}
+
+/// Drives that were seen in slow motion for more than this share of their length are told of.
+const SLOW_SHARE: f64 = 0.01;
+
+/// How many drives ran in slow motion; nothing where pictures came in time.
+fn slow_motion(drives: &[&AnalysedRecording]) -> String {
+    let share =
+        |drive: &&&AnalysedRecording| drive.measures.get("dropped_s").unwrap_or(0.0) / drive.duration_s.max(1e-9);
+    let slow: Vec<f64> = drives.iter().map(|drive| share(&drive)).filter(|share| *share > SLOW_SHARE).collect();
+    if slow.is_empty() {
+        return String::new();
+    }
+    format!(
+        " In {} of {} pictures came too late and more than {} % of the time was given up, {:.0} % at the most: these drives were seen in slow motion.",
+        slow.len(),
+        count(drives.len()),
+        100.0 * SLOW_SHARE,
+        100.0 * slow.iter().copied().fold(0.0, f64::max)
     )
 }
 
@@ -193,7 +214,42 @@ fn traffic(drives: &[&AnalysedRecording]) -> String {
             fact(drives, "warm-up")
         )
     };
-    text + &format!(" At the start the vehicles stood {}{warm_up}.", fact(drives, "start of the vehicles"))
+    text + &format!(
+        " At the start the vehicles stood {}{warm_up}.{}",
+        fact(drives, "start of the vehicles"),
+        gate(drives)
+    )
+}
+
+/// The conditions on which the driver took the car over, and the drives that began without them.
+fn gate(drives: &[&AnalysedRecording]) -> String {
+    let with_wave = drives.iter().filter(|drive| drive.setup.scenario.wave_sd_mps > 0.0);
+    let wave = joined_values(with_wave.map(|drive| SetupValue::Number(drive.setup.scenario.wave_sd_mps, "m/s")));
+    let stands = drives.iter().any(|drive| drive.setup.scenario.standing_start);
+    let mut conditions = Vec::new();
+    if !wave.is_empty() {
+        conditions.push(format!(
+            "the standard deviation of speed over the vehicles had been {wave} or more for {} s",
+            number_text(WAVE_STANDS_S)
+        ));
+    }
+    if stands {
+        conditions.push("the ego vehicle stood still".into());
+    }
+    if conditions.is_empty() {
+        return String::new();
+    }
+    let longest = joined_values(drives.iter().map(|drive| SetupValue::Number(drive.setup.scenario.wave_wait_s, "s")));
+    let found = drives.iter().filter_map(|drive| drive.setup.manifest.hand_over);
+    let late = found.filter(|hand_over| !hand_over.is_as_asked).count();
+    let late = match late {
+        0 => "no drive began without".to_owned(),
+        n => format!("{} began without", count(n)),
+    };
+    format!(
+        " The driver then took over as soon as {}, or after {longest} more at the latest; {late}.",
+        joined_words(&conditions)
+    )
 }
 
 fn advice(drives: &[&AnalysedRecording]) -> String {
@@ -360,105 +416,5 @@ fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> Strin
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::analysis::{network::NetworkTotals, page_tests, people::StudyParticipant};
-
-    /// Four simulated trials of two people in two conditions, which differ in their range.
-    fn made() -> Vec<AnalysedRecording> {
-        let mut drives = page_tests::drives();
-        for (i, drive) in drives.iter_mut().enumerate() {
-            drive.setup.manifest.program = "codrive 0.1.0".into();
-            drive.setup.manifest.traffic = "SUMO 1.28.0 in process".into();
-            drive.setup.manifest.driver = "simulated participant".into();
-            drive.setup.manifest.policy.name = "two-phase".into();
-            drive.setup.manifest.map.name = "ring-250".into();
-            drive.setup.route_m = 250.0;
-            drive.setup.scenario.seed = 10 + i as u64;
-            drive.setup.scenario.range_mph = if i % 2 == 0 { 0.5 } else { 2.0 };
-        }
-        drives
-    }
-
-    #[test]
-    fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
-        let person =
-            |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
-        let all = vec![person("sub-P01", "complete"), person("sub-P02", "partial"), person("sub-P03", "excluded")];
-        let text = paragraphs(&made(), &StudyParticipants { all, ..StudyParticipants::default() }, &[]).join("\n");
-        for part in [
-            "4 drives of 2 simulated participants were analysed.",
-            "no person took part",
-            "1 complete, 1 partial and 1 excluded",
-            "of 1 participant (sub-P03) were excluded",
-            "made with codrive 0.1.0 and analysed with",
-            "The traffic was computed by SUMO 1.28.0, run within codrive.",
-            "recorded at 100 Hz, all vehicles at 10 Hz",
-            "The road was ring-250, a closed route of 250 m, with 22 vehicles",
-            "v0 = 30 m/s, a desired time gap T = 1 s, a maximum acceleration a = 1 m/s², a comfortable deceleration b = 1.5 m/s²",
-            "by the policy two-phase; an advice was held for 1 s.",
-            "reached 0.5 and 2 mph (0.2235 and 0.8941 m/s)",
-            "(few & <fast>: half width of the advised range 0.5 mph; many: half width of the advised range 2 mph)",
-            "They came in the same order for everyone.",
-            "a seed of its own, from 10 to 13",
-            "Mean speed of all vehicles (m/s): speed of all vehicles, the ego vehicle included: mean over",
-            "percentile bootstrap over participants, 2,000 resamples",
-        ] {
-            assert!(text.contains(part), "{part}\n{text}");
-        }
-        assert!(!text.contains("computed again without advice"), "there is no such drive: {text}");
-        let mut drives = made();
-        for (drive, place) in drives.iter_mut().zip(["1", "2", "2", "1"]) {
-            drive.found.place = place.into();
-        }
-        let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
-        assert!(text.contains("They came in 2 different orders."), "{text}");
-    }
-
-    #[test]
-    fn the_methods_tell_of_the_traffic_of_networks_apart_from_that_of_closed_routes() {
-        let mut drives = made();
-        for drive in &mut drives[..2] {
-            drive.setup.scenario.path = "A0B0 B0B1".into();
-            drive.setup.scenario.warm_up_s = 30.0;
-            drive.setup.manifest.map.name = "maps/grid".into();
-            drive.setup.route_m = 1118.2;
-            drive.network.insert(NetworkTotals::default()).vehicles = 40;
-        }
-        let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
-        for part in [
-            "The road was ring-250, a closed route of 250 m, with 22 vehicles",
-            "The ego vehicle drove on the road network grid, along a path of 1118 m. The traffic was computed by SUMO 1.28.0, run within codrive; \
-             vehicles came and went, 40 of them in a drive. The traffic ran for 30 s before the drive",
-        ] {
-            assert!(text.contains(part), "{part}\n{text}");
-        }
-        let text = paragraphs(&drives[..2], &StudyParticipants::default(), &[]).join("\n");
-        assert!(!text.contains("closed route") && !text.contains("Intelligent Driver Model"), "{text}");
-    }
-
-    #[test]
-    fn the_methods_of_a_single_drive_tell_of_no_statistics_and_of_no_one_who_was_not_there() {
-        let mut drives = made();
-        drives.truncate(1);
-        drives[0].found = crate::analysis::FoundRecording::default();
-        drives[0].setup.manifest.driver = "simulated: follow".into();
-        let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
-        assert!(
-            text.starts_with("1 drive was driven by a simulated driver (model follow); no person took part."),
-            "{text}"
-        );
-        assert!(text.contains("The drive lasted 12 s. Its seed was 10."), "{text}");
-        assert!(
-            !text.contains("confidence interval") && !text.contains("participants") && !text.contains("condition (")
-        );
-        drives[0].setup.manifest.driver = "keyboard".into();
-        drives[0].setup.manifest.policy.name = "none".into();
-        let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
-        assert!(
-            text.contains("the driver's controls were: keyboard.") && text.contains("No speed was advised."),
-            "{text}"
-        );
-        assert!(!text.contains("simulated driver") && !text.contains("acceptable range reached"), "{text}");
-    }
-}
+#[path = "methods_tests.rs"]
+mod tests;

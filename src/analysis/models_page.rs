@@ -58,10 +58,14 @@ fn plan(page: &mut ReportPage, planned: &PlannedAnalysis) {
         title(&plan.primary),
         contrasts.join("; "),
         plan.alpha,
-        plan.tests(),
+        planned.tests,
         plan.smallest_effect
     );
     page.paragraph("", &escaped(&text));
+    if !planned.impossible.is_empty() {
+        let text = format!("Not tested, as no trial of one of the conditions has the measure: {}.", planned.impossible);
+        page.paragraph("", &escaped(&text));
+    }
     if planned.changes.is_empty() {
         page.paragraph("", "The plan is that of the first session.");
         return;

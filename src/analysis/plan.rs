@@ -1,9 +1,10 @@
 //! What a study plans to analyse, before the first participant. In: the table `[analysis]` of a study's file. Out: an
 //! [`AnalysisPlan`], checked, and how the plan of now differs from that with which a data set was begun.
 
-use super::{AnalysisError, MEASURES};
+use super::{AnalysisError, MEASURES, RoadKinds, measures::MeasureDefinition};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
+    scenario::Scenario,
     toml_text::{self, KeyPart, did_you_mean},
 };
 use schemars::JsonSchema;
@@ -73,6 +74,10 @@ pub struct ExclusionRules {
     /// A trial is left out with more contacts with other vehicles than this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub most_contacts: Option<u32>,
+    /// A trial is left out of which a larger share of its length was given up, as frames came too late (`dropped_s`), 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub most_dropped_share: Option<f64>,
     /// A participant is left out of whom fewer trials remain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_trials: Option<u32>,
@@ -90,13 +95,69 @@ impl ExclusionRules {
             0 => "A trial is left out if there was a contact with another vehicle.".into(),
             most => format!("A trial is left out if there were more than {most} contacts with other vehicles."),
         });
+        let dropped = self.most_dropped_share.map(|share| {
+            format!(
+                "A trial is left out if more than {} % of its length was given up, as pictures came too late.",
+                100.0 * share
+            )
+        });
         let trials = self
             .least_trials
             .map(|least| format!("A participant is left out if fewer than {least} trials remain after these rules."));
         let complete = self
             .only_complete_sessions
             .then(|| "A participant is left out if the session was not completed.".to_owned());
-        [share, contacts, complete, trials].into_iter().flatten().collect()
+        [share, contacts, dropped, complete, trials].into_iter().flatten().collect()
+    }
+}
+
+/// A test of a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlannedTest<'a> {
+    /// The outcome, the name of a measure.
+    pub outcome: &'a str,
+    /// The difference.
+    pub contrast: &'a PlannedContrast,
+}
+
+impl PlannedTest<'_> {
+    /// Returns these tests in words: `Reaction time: advice − none`.
+    pub fn list(tests: &[Self]) -> String {
+        let title = |name: &str| {
+            MEASURES.iter().find(|measure| measure.name == name).map_or(name.to_owned(), |one| one.title.into())
+        };
+        let words = |test: &Self| format!("{}: {}", title(test.outcome), test.contrast.label());
+        tests.iter().map(words).collect::<Vec<_>>().join("; ")
+    }
+}
+
+/// What decides which measures the trials of a condition can have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ConditionKind {
+    /// A speed is advised.
+    pub has_advice: bool,
+    /// Its roads.
+    pub roads: RoadKinds,
+}
+
+impl ConditionKind {
+    /// Kind of a trial with this policy on this scenario, which knows its road ([`Scenario::on`]).
+    pub fn of(policy: &str, scenario: &Scenario) -> Self {
+        let networks = scenario.is_on_network();
+        let has_advice = policy != "none" && !scenario.advises_nobody();
+        Self { has_advice, roads: RoadKinds { closed: !networks, networks } }
+    }
+
+    /// Kind of a condition with trials of both kinds.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let (a, b) = (self.roads, other.roads);
+        let roads = RoadKinds { closed: a.closed || b.closed, networks: a.networks || b.networks };
+        Self { has_advice: self.has_advice || other.has_advice, roads }
+    }
+
+    fn may_have(&self, measure: &MeasureDefinition) -> bool {
+        (self.has_advice || !measure.needs_advice) && measure.is_on(self.roads)
     }
 }
 
@@ -153,9 +214,14 @@ impl AnalysisPlan {
                 return fault(format!("contrasts.{i}"), format!("{} comes twice; name it once", contrast.label()));
             }
         }
-        if let Some(share) = self.exclude.least_recorded_share.filter(|share| !(0.0..=1.0).contains(share)) {
-            let text = format!("least_recorded_share is {share}; allowed: a number from 0 to 1");
-            return fault("exclude.least_recorded_share".into(), text);
+        let shares = [
+            ("least_recorded_share", self.exclude.least_recorded_share),
+            ("most_dropped_share", self.exclude.most_dropped_share),
+        ];
+        for (key, share) in shares {
+            if let Some(share) = share.filter(|share| !(0.0..=1.0).contains(share)) {
+                return fault(format!("exclude.{key}"), format!("{key} is {share}; allowed: a number from 0 to 1"));
+            }
         }
         if let Some(least) = self.exclude.least_trials.filter(|least| *least as usize > conditions.len()) {
             let text = format!("least_trials is {least}; allowed: at most the {} conditions", conditions.len());
@@ -205,9 +271,20 @@ impl AnalysisPlan {
         [self.primary.as_str()].into_iter().chain(self.secondary.iter().map(String::as_str)).collect()
     }
 
-    /// How many tests it has: outcomes times contrasts.
-    pub fn tests(&self) -> usize {
-        self.outcomes().len() * self.contrasts.len()
+    /// All outcomes with all contrasts: the tests that can be made in conditions of these kinds, then those that cannot, as no
+    /// trial of one of the two conditions has the measure. A condition of no known kind may have every measure.
+    pub fn tests(&self, kinds: &BTreeMap<String, ConditionKind>) -> [Vec<PlannedTest<'_>>; 2] {
+        let each = self.outcomes().into_iter();
+        let all = each.flat_map(|outcome| self.contrasts.iter().map(move |contrast| PlannedTest { outcome, contrast }));
+        let (made, impossible) = all.partition(|test| {
+            let measure = MEASURES.iter().find(|measure| measure.name == test.outcome);
+            let names = [&test.contrast.condition, &test.contrast.reference];
+            names
+                .into_iter()
+                .filter_map(|name| kinds.get(name))
+                .all(|kind| measure.is_some_and(|one| kind.may_have(one)))
+        });
+        [made, impossible]
     }
 
     /// The plan in a study's file that may hold anything else; `name` is the file in messages.

@@ -8,7 +8,7 @@ use super::{
     AnalysedRecording, MEASURES, StudyParticipants,
     mixed_model::{ContrastEstimate, MixedModel, ModelFault, holm},
     normality::{NormalityTest, shapiro_wilk},
-    plan::{AnalysisPlan, PlanHistory, PlannedContrast},
+    plan::{AnalysisPlan, ConditionKind, PlanHistory, PlannedContrast, PlannedTest},
     tables::{cell, line},
 };
 use serde_json::{Map, Value, json};
@@ -85,6 +85,10 @@ pub struct PlannedAnalysis {
     pub left_out: Vec<LeftOut>,
     /// The primary outcome, then the others.
     pub outcomes: Vec<PlannedOutcome>,
+    /// Tests of the plan.
+    pub tests: usize,
+    /// Outcomes and contrasts of the plan that are no tests, in words: no trial of one of the conditions can have the measure.
+    pub impossible: String,
 }
 
 impl PlannedAnalysis {
@@ -93,6 +97,7 @@ impl PlannedAnalysis {
         let plan = history.now.clone()?;
         let (kept, left_out) = sorted_out(&plan, drives, people, &history.exclusions);
         let place = |name: &str| MEASURES.iter().position(|measure| measure.name == name);
+        let [tests, impossible] = plan.tests(&kinds(drives));
         let covariates: Vec<usize> = plan.covariates.iter().filter_map(|name| place(name)).collect();
         let mut outcomes: Vec<PlannedOutcome> = plan
             .outcomes()
@@ -100,11 +105,14 @@ impl PlannedAnalysis {
             .enumerate()
             .filter_map(|(i, name)| {
                 let measure = place(name)?;
-                Some(PlannedOutcome { measure, is_primary: i == 0, fitted: fit(&plan, &covariates, &kept, measure) })
+                let tested = tests.iter().filter(|test| test.outcome == name).map(|test| test.contrast).collect();
+                let fitted = OutcomeFit { measure, tested, covariates: &covariates }.fit(&plan, &kept);
+                Some(PlannedOutcome { measure, is_primary: i == 0, fitted })
             })
             .collect();
         correct(&mut outcomes);
-        Some(Self { plan, changes: history.changes(), left_out, outcomes })
+        let (tests, impossible) = (tests.len(), PlannedTest::list(&impossible));
+        Some(Self { plan, changes: history.changes(), left_out, outcomes, tests, impossible })
     }
 
     /// A row a contrast of each outcome, and one for the change from place to place and for that with each covariate.
@@ -238,11 +246,14 @@ fn sorted_out<'a>(
         }
         let share = drive.duration_s / drive.setup.scenario.duration_s;
         let contacts = drive.measures.get("contacts").unwrap_or(0.0);
+        let dropped = drive.measures.get("dropped_s").unwrap_or(0.0) / drive.duration_s.max(1e-9);
         // A step of rounding is no cut.
         let reason = if rules.least_recorded_share.is_some_and(|least| share < least - 1e-6) {
             format!("{:.1} % of the planned length was recorded", 100.0 * share)
         } else if rules.most_contacts.is_some_and(|most| contacts > f64::from(most)) {
             format!("{contacts:.0} contacts with other vehicles")
+        } else if rules.most_dropped_share.is_some_and(|most| dropped > most) {
+            format!("{:.1} % of its length was given up", 100.0 * dropped)
         } else {
             kept.push(drive);
             continue;
@@ -267,93 +278,111 @@ fn sorted_out<'a>(
     (kept, left_out)
 }
 
-/// Fits one outcome, of the trials that have it and every covariate.
-fn fit(
-    plan: &AnalysisPlan,
-    covariates: &[usize],
-    kept: &[&AnalysedRecording],
+/// Kinds of the conditions of these drives, by their names.
+fn kinds(drives: &[AnalysedRecording]) -> BTreeMap<String, ConditionKind> {
+    let mut kinds: BTreeMap<String, ConditionKind> = BTreeMap::new();
+    for drive in drives.iter().filter(|drive| !drive.found.condition.is_empty()) {
+        let kind = ConditionKind::of(&drive.setup.manifest.policy.name, &drive.setup.scenario);
+        let known = kinds.entry(drive.found.condition.clone()).or_default();
+        *known = known.and(kind);
+    }
+    kinds
+}
+
+/// What is fitted of one outcome.
+struct OutcomeFit<'a> {
     measure: usize,
-) -> Result<FittedOutcome, ModelFault> {
-    let has = |drive: &AnalysedRecording, one: usize| drive.measures.values[one].is_some_and(f64::is_finite);
-    let is_whole = |drive: &&&AnalysedRecording| has(drive, measure) && covariates.iter().all(|one| has(drive, *one));
-    let owned: Vec<&AnalysedRecording> = kept.iter().filter(is_whole).copied().collect();
-    let mut names: Vec<(usize, &str)> =
-        owned.iter().map(|drive| (drive.found.rank, drive.found.condition.as_str())).collect();
-    names.sort_unstable();
-    names.dedup();
-    let names: Vec<String> = names.into_iter().map(|(_, name)| name.to_owned()).collect();
-    let mut participants: Vec<String> = owned.iter().map(|drive| drive.found.participant.clone()).collect();
-    participants.sort();
-    participants.dedup();
-    let at = |list: &[String], name: &str| list.iter().position(|one| one == name).unwrap_or_default();
-    let observations: Vec<(usize, usize, f64)> = owned
-        .iter()
-        .map(|drive| {
-            let value = drive.measures.values[measure].unwrap_or_default();
-            (at(&participants, &drive.found.participant), at(&names, &drive.found.condition), value)
-        })
-        .collect();
-    if names.len() < 2 {
-        return Err(ModelFault::TooFew { rows: observations.len(), participants: participants.len() });
-    }
-    let who: Vec<usize> = observations.iter().map(|row| row.0).collect();
-    let response: Vec<f64> = observations.iter().map(|row| row.2).collect();
-    let mut terms: Vec<Vec<f64>> =
-        (1..names.len()).map(|k| observations.iter().map(|row| f64::from(u8::from(row.1 == k))).collect()).collect();
-    terms.push(owned.iter().map(|drive| drive.found.place.parse().unwrap_or(1.0)).collect());
-    for one in covariates {
-        terms.push(owned.iter().map(|drive| drive.measures.values[*one].unwrap_or_default()).collect());
-    }
-    // Which of the terms after the conditions the model has: place is 0, then the covariates.
-    let mut beside: Vec<usize> = (0..=covariates.len()).collect();
-    let model = loop {
-        match MixedModel::fit(&who, &terms, &response) {
-            Err(ModelFault::Aliased { term }) if term + 1 >= names.len() => {
-                terms.remove(term);
-                beside.remove(term + 1 - names.len());
+    tested: Vec<&'a PlannedContrast>,
+    covariates: &'a [usize],
+}
+
+impl OutcomeFit<'_> {
+    /// Fits the outcome, of the trials that have it and every covariate.
+    fn fit(&self, plan: &AnalysisPlan, kept: &[&AnalysedRecording]) -> Result<FittedOutcome, ModelFault> {
+        let Self { measure, covariates, .. } = *self;
+        let has = |drive: &AnalysedRecording, one: usize| drive.measures.values[one].is_some_and(f64::is_finite);
+        let is_whole =
+            |drive: &&&AnalysedRecording| has(drive, measure) && covariates.iter().all(|one| has(drive, *one));
+        let owned: Vec<&AnalysedRecording> = kept.iter().filter(is_whole).copied().collect();
+        let mut names: Vec<(usize, &str)> =
+            owned.iter().map(|drive| (drive.found.rank, drive.found.condition.as_str())).collect();
+        names.sort_unstable();
+        names.dedup();
+        let names: Vec<String> = names.into_iter().map(|(_, name)| name.to_owned()).collect();
+        let mut participants: Vec<String> = owned.iter().map(|drive| drive.found.participant.clone()).collect();
+        participants.sort();
+        participants.dedup();
+        let at = |list: &[String], name: &str| list.iter().position(|one| one == name).unwrap_or_default();
+        let observations: Vec<(usize, usize, f64)> = owned
+            .iter()
+            .map(|drive| {
+                let value = drive.measures.values[measure].unwrap_or_default();
+                (at(&participants, &drive.found.participant), at(&names, &drive.found.condition), value)
+            })
+            .collect();
+        if names.len() < 2 {
+            return Err(ModelFault::TooFew { rows: observations.len(), participants: participants.len() });
+        }
+        let who: Vec<usize> = observations.iter().map(|row| row.0).collect();
+        let response: Vec<f64> = observations.iter().map(|row| row.2).collect();
+        let mut terms: Vec<Vec<f64>> = (1..names.len())
+            .map(|k| observations.iter().map(|row| f64::from(u8::from(row.1 == k))).collect())
+            .collect();
+        terms.push(owned.iter().map(|drive| drive.found.place.parse().unwrap_or(1.0)).collect());
+        for one in covariates {
+            terms.push(owned.iter().map(|drive| drive.measures.values[*one].unwrap_or_default()).collect());
+        }
+        // Which of the terms after the conditions the model has: place is 0, then the covariates.
+        let mut beside: Vec<usize> = (0..=covariates.len()).collect();
+        let model = loop {
+            match MixedModel::fit(&who, &terms, &response) {
+                Err(ModelFault::Aliased { term }) if term + 1 >= names.len() => {
+                    terms.remove(term);
+                    beside.remove(term + 1 - names.len());
+                }
+                found => break found?,
             }
-            found => break found?,
-        }
-    };
-    let beside_means: Vec<f64> =
-        terms[names.len() - 1..].iter().map(|term| term.iter().sum::<f64>() / term.len() as f64).collect();
-    let change = |which: usize| {
-        let at = beside.iter().position(|one| *one == which)?;
-        Some(model.term(names.len() + at))
-    };
-    let weights = |condition: usize, intercept: f64| {
-        let mut weights = vec![0.0; model.estimates.len()];
-        weights[0] = intercept;
-        if condition > 0 {
-            weights[condition] = 1.0;
-        }
-        weights
-    };
-    let mean = |condition: usize| {
-        let mut weights = weights(condition, 1.0);
-        weights[names.len()..].copy_from_slice(&beside_means);
-        model.contrast(&weights)
-    };
-    let tested = |contrast: &PlannedContrast| {
-        let place = |name: &str| names.iter().position(|one| one == name);
-        let pair = place(&contrast.condition).zip(place(&contrast.reference));
-        let found = pair.map(|(one, other)| {
-            let (one, other) = (weights(one, 0.0), weights(other, 0.0));
-            model.contrast(&one.iter().zip(&other).map(|(a, b)| a - b).collect::<Vec<_>>())
-        });
-        TestedContrast { contrast: contrast.clone(), found, p_holm: 1.0 }
-    };
-    Ok(FittedOutcome {
-        means: (0..names.len()).map(mean).collect(),
-        place: change(0),
-        covariates: plan.covariates.iter().enumerate().map(|(i, name)| (name.clone(), change(i + 1))).collect(),
-        contrasts: plan.contrasts.iter().map(tested).collect(),
-        normality: [shapiro_wilk(&model.residuals), shapiro_wilk(&model.intercepts)],
-        conditions: names,
-        participants,
-        observations,
-        model,
-    })
+        };
+        let beside_means: Vec<f64> =
+            terms[names.len() - 1..].iter().map(|term| term.iter().sum::<f64>() / term.len() as f64).collect();
+        let change = |which: usize| {
+            let at = beside.iter().position(|one| *one == which)?;
+            Some(model.term(names.len() + at))
+        };
+        let weights = |condition: usize, intercept: f64| {
+            let mut weights = vec![0.0; model.estimates.len()];
+            weights[0] = intercept;
+            if condition > 0 {
+                weights[condition] = 1.0;
+            }
+            weights
+        };
+        let mean = |condition: usize| {
+            let mut weights = weights(condition, 1.0);
+            weights[names.len()..].copy_from_slice(&beside_means);
+            model.contrast(&weights)
+        };
+        let tested = |contrast: &&PlannedContrast| {
+            let place = |name: &str| names.iter().position(|one| one == name);
+            let pair = place(&contrast.condition).zip(place(&contrast.reference));
+            let found = pair.map(|(one, other)| {
+                let (one, other) = (weights(one, 0.0), weights(other, 0.0));
+                model.contrast(&one.iter().zip(&other).map(|(a, b)| a - b).collect::<Vec<_>>())
+            });
+            TestedContrast { contrast: (*contrast).clone(), found, p_holm: 1.0 }
+        };
+        Ok(FittedOutcome {
+            means: (0..names.len()).map(mean).collect(),
+            place: change(0),
+            covariates: plan.covariates.iter().enumerate().map(|(i, name)| (name.clone(), change(i + 1))).collect(),
+            contrasts: self.tested.iter().map(tested).collect(),
+            normality: [shapiro_wilk(&model.residuals), shapiro_wilk(&model.intercepts)],
+            conditions: names,
+            participants,
+            observations,
+            model,
+        })
+    }
 }
 
 /// Holm's correction over all tests.

@@ -206,3 +206,16 @@ fn the_page_says_plan_changes_who_is_missing_models_and_shows_every_person() {
     let svg = &page.figures[0].1;
     assert_eq!((svg.matches("r=\"2.4\"").count(), svg.matches("r=\"4.2\"").count()), (35, 3));
 }
+
+#[test]
+fn a_trial_in_slow_motion_is_left_out_with_the_share_that_was_given_up() {
+    let mut drives = drives();
+    drives[4].measures.values[index("dropped_s")] = Some(6.0);
+    drives[5].measures.values[index("dropped_s")] = Some(2.9);
+    let rules = PLAN.replace("most_contacts = 0", "most_dropped_share = 0.05");
+    let found = PlannedAnalysis::of(&history(&rules), &drives, &StudyParticipants::default()).unwrap();
+    let said: Vec<(&str, &str)> =
+        found.left_out.iter().map(|one| (one.participant.as_str(), one.reason.as_str())).collect();
+    assert_eq!(said, [("sub-P01", "10.0 % of its length was given up")]);
+    assert!(found.plan.exclude.words().iter().any(|rule| rule.contains("more than 5 % of its length was given up")));
+}

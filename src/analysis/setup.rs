@@ -31,7 +31,7 @@ pub enum SetupValue {
 type SetupFact = (&'static str, fn(&DriveSetup) -> SetupValue);
 
 /// What distinguishes drives, in the order in which it is told.
-const FACTS: [SetupFact; 17] = [
+const FACTS: [SetupFact; 18] = [
     ("road", |s| SetupValue::Word(s.road())),
     ("number of vehicles", |s| SetupValue::Number(f64::from(s.scenario.vehicles), "")),
     ("desired speed v0", |s| SetupValue::Number(s.scenario.idm.v0, "m/s")),
@@ -42,6 +42,7 @@ const FACTS: [SetupFact; 17] = [
     ("minimum gap s0", |s| SetupValue::Number(s.scenario.idm.s0, "m")),
     ("acceleration noise", |s| SetupValue::Number(s.scenario.idm.noise, "m/s2")),
     ("policy", |s| SetupValue::Word(s.manifest.policy.name.clone())),
+    ("advice", |s| SetupValue::Word(s.advice().into())),
     ("hold", |s| SetupValue::Number(s.scenario.hold_s, "s")),
     ("half width of the advised range", |s| SetupValue::Number(s.scenario.range_mph, "mph")),
     ("start of the vehicles", |s| SetupValue::Word(s.start().into())),
@@ -56,6 +57,15 @@ impl DriveSetup {
     pub fn road(&self) -> String {
         let name = &self.manifest.map.name;
         name.rsplit('/').next().unwrap_or(name).to_owned()
+    }
+
+    /// Where the advice of the drive comes from.
+    fn advice(&self) -> &'static str {
+        match self.scenario.sham_advice {
+            _ if self.manifest.policy.name == "none" => "none",
+            true => "recorded in another drive (sham)",
+            false => "of this drive",
+        }
     }
 
     fn start(&self) -> &'static str {

@@ -20,7 +20,7 @@ pub(super) fn cell(value: Option<f64>) -> String {
 pub(super) fn line(cells: impl IntoIterator<Item = String>) -> String {
     // RFC 4180: a quote within a cell is doubled.
     let quote = |c: String| format!("\"{}\"", c.replace('"', "\"\""));
-    let quoted = cells.into_iter().map(|c| if c.contains([',', '"', '\n']) { quote(c) } else { c });
+    let quoted = cells.into_iter().map(|c| if c.contains([',', '"', '\n', '\r']) { quote(c) } else { c });
     quoted.collect::<Vec<_>>().join(",") + "\n"
 }
 

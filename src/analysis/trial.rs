@@ -77,6 +77,8 @@ pub struct RecordedTrial {
     pub left_road: usize,
     /// From an input to the frame that showed it, seconds, where the device told times; from the smallest on.
     pub latencies_s: Vec<f64>,
+    /// Time of the simulation that was given up as frames came too late, seconds; `None` where no frame was shown.
+    pub dropped_s: Option<f64>,
     /// How the drive ended, a word.
     pub ended: String,
 }
@@ -181,7 +183,7 @@ impl RecordedTrial {
             }
         }
         trial.changes = finder.changes;
-        trial.latencies_s = trial.latencies()?;
+        (trial.latencies_s, trial.dropped_s) = trial.frame_times()?;
         Ok(trial)
     }
 
@@ -203,14 +205,17 @@ impl RecordedTrial {
         TableReader::parts(&table.parquet(&self.recording), columns)
     }
 
-    /// From the smallest to the largest.
-    fn latencies(&self) -> Result<Vec<f64>, RecordError> {
-        let mut kept = ThinnedValues::new(MOST_LATENCIES);
-        for part in self.parts(Table::Frames, &["latency_s"])? {
-            part?.numbers("latency_s").into_iter().flatten().for_each(|latency_s| kept.push(latency_s));
+    /// Latencies from the smallest to the largest, and the time that was given up.
+    fn frame_times(&self) -> Result<(Vec<f64>, Option<f64>), RecordError> {
+        let (mut kept, mut dropped_s) = (ThinnedValues::new(MOST_LATENCIES), None);
+        for part in self.parts(Table::Frames, &["latency_s", "dropped_s"])? {
+            let part = part?;
+            part.numbers("latency_s").into_iter().flatten().for_each(|latency_s| kept.push(latency_s));
+            let dropped = part.numbers("dropped_s").into_iter().flatten();
+            dropped.for_each(|one_s| *dropped_s.get_or_insert(0.0) += one_s);
         }
         kept.values.sort_by(f64::total_cmp);
-        Ok(kept.values)
+        Ok((kept.values, dropped_s))
     }
 
     /// The ego at every tick, in order.

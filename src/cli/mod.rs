@@ -48,6 +48,7 @@ use clap::{
 };
 pub use flags::HelpListing;
 use indicatif::{ProgressBar, ProgressStyle};
+pub use out::visible;
 use std::{ffi::OsString, io::Write, path::PathBuf};
 
 /// Why a command did not do what was asked; the message is complete.
@@ -70,7 +71,7 @@ pub enum CliError {
 /// A bar of `length` steps; where no one watches it stays silent.
 fn progress(length: u64, message: String) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left");
-    let bar = ProgressBar::new(length).with_message(message);
+    let bar = ProgressBar::new(length).with_message(out::visible(&message).into_owned());
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
@@ -82,6 +83,12 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Err(mut error) => {
             suggest_command(&mut error);
             // clap knows: help and version go to stdout and are no failure; all else is bad input.
+            let plain = error.render().to_string();
+            if error.use_stderr() && out::visible(&plain) != plain {
+                // What was typed, or found by a pattern of the shell, is told without styles and without its own.
+                out::status_line(plain.trim_end());
+                return 2;
+            }
             let printed = error.print().and_then(|()| std::io::stdout().flush());
             return match printed {
                 _ if error.use_stderr() => 2,

@@ -1,8 +1,9 @@
-//! Output of the commands. In: text. Out: the standard output, or why it takes nothing; asides on the standard error, which
-//! nobody needs to take.
+//! Output of the commands. In: text, also of others: names of files, titles of maps, words of servers. Out: the standard output, or
+//! why it takes nothing; asides on the standard error, which nobody needs to take. No character of a text commands the terminal.
 
 use super::CliError;
 use std::{
+    borrow::Cow,
     fmt::{Arguments, Display},
     io::{self, ErrorKind, Write},
 };
@@ -17,9 +18,42 @@ pub(super) fn text(text: impl Display) -> Result<(), CliError> {
     all(format_args!("{text}"))
 }
 
+/// Redraws the line on which the cursor of a terminal is.
+pub(super) fn redrawn(text: impl Display) -> Result<(), CliError> {
+    write(&format!("\r\x1b[K{}", visible(&text.to_string())))
+}
+
 fn all(text: Arguments<'_>) -> Result<(), CliError> {
+    write(&visible(&text.to_string()))
+}
+
+fn write(text: &str) -> Result<(), CliError> {
     let mut out = io::stdout().lock();
-    out.write_fmt(text).and_then(|()| out.flush()).map_err(|error| fault(&error))
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| fault(&error))
+}
+
+/// Returns a text for a terminal: each character that would command it (control characters but line feed and tab, marks of writing
+/// direction, and the line ends of Unicode) as an escape of JSON, such as `\u001b`. JSON stays what it was.
+pub fn visible(text: &str) -> Cow<'_, str> {
+    if !text.contains(commands_terminal) {
+        return text.into();
+    }
+    let mut plain = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match c {
+            c if commands_terminal(c) => plain += &format!("\\u{:04x}", u32::from(c)),
+            c => plain.push(c),
+        }
+    }
+    plain.into()
+}
+
+fn commands_terminal(c: char) -> bool {
+    match c {
+        '\n' | '\t' => false,
+        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
+        c => c.is_control(),
+    }
 }
 
 /// What it means that the standard output takes no more.
@@ -35,5 +69,20 @@ pub(super) fn fault(error: &io::Error) -> CliError {
 
 /// Says a line on the standard error: a word beside the work, which goes on if nobody can read it.
 pub(super) fn status_line(text: impl Display) {
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", visible(&text.to_string()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_character_that_commands_a_terminal_is_left() {
+        assert_eq!(visible("Zürich\t→ 5 m/s²\nשלום"), "Zürich\t→ 5 m/s²\nשלום");
+        assert_eq!(visible("a\u{1b}[31mb\r\u{7}\u{7f}\u{9b}2J"), "a\\u001b[31mb\\u000d\\u0007\\u007f\\u009b2J");
+        assert_eq!(visible("\u{202e}gpj.\u{2066}x\u{2028}"), "\\u202egpj.\\u2066x\\u2028");
+        let json = serde_json::json!({ "title": "\u{1b}]0;x\u{7}\u{9b}\u{202e}" });
+        let read: serde_json::Value = serde_json::from_str(&visible(&json.to_string())).unwrap();
+        assert_eq!(read, json, "JSON says the same");
+    }
 }

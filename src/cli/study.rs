@@ -216,12 +216,21 @@ fn there(study: &Study, code: &str, root: &Path) -> Result<(DataSet, Participant
 
 fn erase(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {
     let (data, code) = there(study, code, root)?;
-    data.erase(&code, reason, &recording_manifest::now()).map_err(RunError::from)?;
+    let left = data.erase(&code, reason, &recording_manifest::now()).map_err(RunError::from)?;
     out::line(format_args!(
-        "{}: participant {code} erased, and all results of codrive analyse there; erased.tsv keeps code, reason and time\n  \
-         not erased: copies, backups and results elsewhere",
+        "{}: participant {code} erased, and all results of codrive analyse there (run it again); erased.tsv keeps code, reason and \
+         time\n  not erased: copies, backups and results elsewhere",
         root.display()
     ))?;
+    for folder in &left.others {
+        out::line(format_args!(
+            "  {}: of another program; what names {code} is gone, but its means and models may hold the data: make them again",
+            folder.display()
+        ))?;
+    }
+    for file in &left.naming {
+        out::line(format_args!("  {}: still names {code}; take that out by hand", file.display()))?;
+    }
     Ok(())
 }
 

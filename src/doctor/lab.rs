@@ -1,10 +1,26 @@
 //! Checks of other devices: is liblsl here, and which streams does it see? In: the network. Out: [`Finding`]s.
 
 use super::{Finding, FindingGrade};
-use crate::lsl::{self, FoundStream, library};
+use crate::lsl::{self, library};
+use std::path::Path;
 
 /// So long streams are waited for, seconds: those of a local network answer within half of it.
 const WAIT_S: f64 = 1.0;
+
+/// Who hears the streams of a drive.
+const HEARD: &str = "a drive's own streams are heard on this machine alone, or where interface in [lsl] says";
+
+/// What is said of a configuration in the working folder that is not read.
+fn ignored_config() -> String {
+    let whole = |path: &Path| path.canonicalize().ok();
+    let named = std::env::var_os(lsl::CONFIG_VARIABLE).and_then(|named| whole(Path::new(&named)));
+    match whole(Path::new(lsl::CONFIG)) {
+        Some(here) if named.as_ref() != Some(&here) => {
+            format!("{} of this folder is not read: name it in {}; ", lsl::CONFIG, lsl::CONFIG_VARIABLE)
+        }
+        _ => String::new(),
+    }
+}
 
 /// Without the library nothing is wrong: only a study with `[lsl]` needs it.
 pub(super) fn examine() -> Finding {
@@ -18,10 +34,14 @@ pub(super) fn examine() -> Finding {
         }
     };
     match lsl::resolve_all(WAIT_S) {
-        Ok(streams) if streams.is_empty() => Finding::ok("LSL", format!("{}; no stream is seen", library.describe())),
         Ok(streams) => {
-            let words: Vec<String> = streams.iter().map(FoundStream::words).collect();
-            Finding::ok("LSL", format!("{}; streams that are seen:\n{}", library.describe(), words.join("\n")))
+            let words: Vec<String> = streams.iter().map(|stream| format!("\n{}", stream.words())).collect();
+            let seen = if words.is_empty() {
+                "no stream is seen".into()
+            } else {
+                format!("streams that are seen:{}", words.concat())
+            };
+            Finding::ok("LSL", format!("{}; {HEARD}; {}{seen}", library.describe(), ignored_config()))
         }
         Err(error) => {
             Finding::warning("LSL", error.to_string(), "look at the network's settings for LSL (lsl_api.cfg)")

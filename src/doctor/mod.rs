@@ -9,7 +9,12 @@ mod wheel;
 use crate::scenario::Scenario;
 use serde::Serialize;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::{
+    path::PathBuf,
+    sync::mpsc::{self, RecvTimeoutError},
+    thread,
+    time::Duration,
+};
 
 /// What is checked.
 pub struct DoctorOptions {
@@ -101,15 +106,44 @@ impl Finding {
     }
 }
 
-/// Looks at everything; some seconds.
+/// Looks at everything; some seconds, and never longer than [`ANSWER`] for each check that asks a device or a library.
 pub fn examine(options: &DoctorOptions) -> Vec<Finding> {
-    let mut lines = picture::examine(options);
-    lines.extend(wheel::examine());
+    let (scenario, size, recordings) = (options.scenario.clone(), options.size, options.recordings.clone());
+    let picture = move || picture::examine(&scenario, size);
+    let scenario = options.scenario.clone();
+    let mut lines = within(ANSWER, "graphics", picture);
+    lines.extend(within(ANSWER, "SUMO", move || vec![picture::sumo(&scenario)]));
+    lines.extend(within(ANSWER, "wheel", wheel::examine));
     lines.push(picture::display(&options.scenario));
     lines.extend(picture::monitors(&options.monitors));
+    lines.extend(within(ANSWER, "sound", || vec![machine::sound()]));
+    lines.extend(within(ANSWER, "disk speed", move || vec![machine::disk_speed(&recordings)]));
     lines.extend(machine::examine(&options.recordings));
-    lines.push(lab::examine());
+    lines.extend(within(ANSWER, "LSL", || vec![lab::examine()]));
     lines
+}
+
+/// The longest time that a check may take.
+pub const ANSWER: Duration = Duration::from_secs(20);
+
+/// Findings of a check, on a thread of its own; a fault where it does not answer in time. Such a thread is left behind: neither a driver
+/// nor a library can be broken off.
+fn within(limit: Duration, what: &'static str, check: impl FnOnce() -> Vec<Finding> + Send + 'static) -> Vec<Finding> {
+    let (say, found) = mpsc::channel();
+    // Whoever waited may have given up.
+    let begun = thread::Builder::new().name(format!("doctor: {what}")).spawn(move || drop(say.send(check())));
+    let unknown = |found: String, remedy: &str| vec![Finding::fault(what, found, remedy)];
+    if let Err(why) = begun {
+        return unknown(format!("not looked at: {why}"), "close other programs");
+    }
+    match found.recv_timeout(limit) {
+        Ok(lines) => lines,
+        Err(RecvTimeoutError::Timeout) => {
+            let remedy = "look at what else the computer does, and start codrive doctor again when it is idle";
+            unknown(format!("not answered within {} s", limit.as_secs_f64()), remedy)
+        }
+        Err(RecvTimeoutError::Disconnected) => unknown("the check broke off".into(), "RUST_LOG=info says more"),
+    }
 }
 
 /// The page.
@@ -138,6 +172,23 @@ pub fn json(lines: &[Finding]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_check_that_does_not_answer_is_a_fault_with_the_time_it_had() {
+        let (held, hold) = mpsc::channel::<()>();
+        let limit = Duration::from_millis(50);
+        let lines = within(limit, "sound", move || {
+            let _ = hold.recv();
+            vec![Finding::ok("sound", "late")]
+        });
+        drop(held);
+        assert_eq!((lines.len(), lines[0].what, lines[0].grade), (1, "sound", FindingGrade::Fault));
+        assert!(lines[0].found == "not answered within 0.05 s" && lines[0].remedy.is_some(), "{lines:?}");
+        let lines = within(Duration::from_secs(60), "sound", || vec![Finding::ok("sound", "there")]);
+        assert_eq!(lines, [Finding::ok("sound", "there")]);
+        let lines = within(Duration::from_secs(60), "sound", || panic!("a driver's mistake"));
+        assert!(lines[0].found.contains("broke off"), "{lines:?}");
+    }
 
     #[test]
     fn a_page_has_a_line_and_a_remedy_for_each_finding_and_json_says_the_worst() {

@@ -1,6 +1,6 @@
 //! Checks of graphics, frame times and SUMO. In: the scenario to be driven and the size of its picture. Out: [`Finding`]s.
 
-use super::{DoctorOptions, Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
+use super::{Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
 use crate::{
     input::TimeStamp,
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
@@ -9,42 +9,46 @@ use crate::{
     sim::World,
     traffic::EngineChoice,
 };
+use std::time::Duration;
 
 /// Pictures that are measured, after one that makes what is made at a first use.
 const PICTURES: usize = 30;
+/// Where pictures take long, so many are enough, the first included, and no more are begun after this time.
+const FEWEST_PICTURES: usize = 3;
+const MEASURED: Duration = Duration::from_secs(3);
 /// A frame of a 60 Hz screen, and the longest that keeps the median latency below 50 ms (docs/references.md: latency),
 /// milliseconds.
 const FRAME_MS: f64 = 1000.0 / 60.0;
 const LONGEST_MS: f64 = 1000.0 / 30.0;
 
-pub(super) fn examine(options: &DoctorOptions) -> Vec<Finding> {
-    let mut lines = Vec::new();
-    let sumo = World::new(&Scenario { traffic: EngineChoice::Sumo, ..options.scenario.clone() });
-    let (sumo, world) = match sumo {
-        Ok(world) => (Finding::ok("SUMO", world.traffic_engine()), Ok(world)),
-        Err(error) => {
-            let native = Scenario { traffic: EngineChoice::Native, ..options.scenario.clone() };
-            (Finding::told("SUMO", FindingGrade::Fault, &error.to_string()), World::new(&native))
-        }
-    };
-    match (Gpu::headless(), world) {
-        (Err(error), _) => lines.push(Finding::fault("graphics", error.to_string(), "install the card's driver")),
-        (Ok(gpu), world) => {
-            lines.push(if gpu.is_software() {
-                let remedy = "a graphics card and its driver; for Vulkan on Debian: apt install mesa-vulkan-drivers";
-                Finding::warning("graphics", format!("{}: the processor draws", gpu.description()), remedy)
-            } else {
-                Finding::ok("graphics", gpu.description())
-            });
-            lines.push(match world.map(|world| frames(&gpu, &world, options)) {
-                Ok(Ok(times_ms)) => judge(options.size, &times_ms),
-                Ok(Err(error)) => Finding::fault("frame time", error.to_string(), "update the card's driver"),
-                Err(error) => Finding::told("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
-            });
-        }
+/// The engine of the scenario's traffic.
+pub(super) fn sumo(scenario: &Scenario) -> Finding {
+    match World::new(&Scenario { traffic: EngineChoice::Sumo, ..scenario.clone() }) {
+        Ok(world) => Finding::ok("SUMO", world.traffic_engine()),
+        Err(error) => Finding::told("SUMO", FindingGrade::Fault, &error.to_string()),
     }
-    lines.push(sumo);
-    lines
+}
+
+/// The graphics adapter, and how long a picture of this size takes.
+pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
+    let gpu = match Gpu::headless() {
+        Ok(gpu) => gpu,
+        Err(error) => return vec![Finding::fault("graphics", error.to_string(), "install the card's driver")],
+    };
+    let adapter = if gpu.is_software() {
+        let remedy = "a graphics card and its driver; for Vulkan on Debian: apt install mesa-vulkan-drivers";
+        Finding::warning("graphics", format!("{}: the processor draws", gpu.description()), remedy)
+    } else {
+        Finding::ok("graphics", gpu.description())
+    };
+    // A network has no other engine than its own.
+    let native = World::new(&Scenario { traffic: EngineChoice::Native, ..scenario.clone() });
+    let times = match native.or_else(|_| World::new(scenario)).map(|world| frames(&gpu, &world, size)) {
+        Ok(Ok(times_ms)) => judge(size, &times_ms),
+        Ok(Err(error)) => Finding::fault("frame time", error.to_string(), "update the card's driver"),
+        Err(error) => Finding::told("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
+    };
+    vec![adapter, times]
 }
 
 /// What is set of the picture's size, which only a tape can judge.
@@ -86,8 +90,8 @@ fn monitor(monitor: &MonitorInfo) -> Finding {
     }
 }
 
-/// Times of pictures of the driver's view, milliseconds, shortest first.
-fn frames(gpu: &Gpu, world: &World, options: &DoctorOptions) -> Result<Vec<f64>, GpuError> {
+/// Times of pictures of the driver's view, milliseconds, shortest first: as many as can be drawn in a few seconds.
+fn frames(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<Vec<f64>, GpuError> {
     let scenario = world.scenario();
     let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize);
     let quality = match scenario.display.quality {
@@ -105,11 +109,14 @@ fn frames(gpu: &Gpu, world: &World, options: &DoctorOptions) -> Result<Vec<f64>,
         ..ViewOptions::default()
     };
     let view = scene::view(world.snapshot(), 0.0, ViewKind::Driver, &view_options, &stage);
-    let target = canvas(gpu, OFFSCREEN, options.size);
-    let mut times_ms = Vec::new();
+    let target = canvas(gpu, OFFSCREEN, size);
+    let (mut times_ms, first) = (Vec::new(), TimeStamp::now());
     for _ in 0..=PICTURES {
+        if times_ms.len() >= FEWEST_PICTURES && first.until(TimeStamp::now()) > MEASURED {
+            break;
+        }
         let begin = TimeStamp::now();
-        renderer.draw(&view, None, &target, options.size);
+        renderer.draw(&view, None, &target, size);
         gpu.finish()?;
         times_ms.push(begin.until(TimeStamp::now()).as_secs_f64() * 1e3);
     }

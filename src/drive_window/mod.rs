@@ -72,7 +72,8 @@ impl WindowOptions {
 /// No display, no graphics adapter, or a world that cannot start.
 pub fn run(options: WindowOptions) -> Result<(String, Result<(), RunError>), RunError> {
     // A laboratory that is not ready is told of on a machine without a display too.
-    let lab = LabDevices::open(&options.lab, "drive")?;
+    let mut lab = LabDevices::open(&options.lab)?;
+    lab.open_outlets()?;
     let event_loop = event_loop::event_loop()?;
     // The world first: what is wrong with a scenario is said before a window opens. A free drive waits for its driver.
     let pace = if options.paused || options.is_free() { Pace::Paused } else { Pace::RealTime };

@@ -20,6 +20,12 @@ const MOST_SAMPLES: usize = 1024;
 const BUFFERED_S: i32 = 360;
 /// What a stream has to say before it is read, it says within this time, seconds.
 const ANSWER_S: f64 = 5.0;
+/// Longest piece of a wait for an answer, seconds: the end of the program is heard between two.
+const PIECE_S: f64 = 0.2;
+/// Longest piece of a search for a stream, seconds. A search that begins anew asks all devices again.
+const FIND_S: f64 = 0.5;
+/// Bytes of texts after which a call returns what it has: a sample may hold a megabyte.
+const MOST_TEXT_BYTES: usize = 8 << 20;
 
 /// Samples, oldest first.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,35 +78,68 @@ pub fn resolve_all(wait_s: f64) -> Result<Vec<FoundStream>, LslError> {
     // SAFETY: room for as many as it is told.
     let count = unsafe { (library.resolve_all)(handles.as_mut_ptr(), MOST_STREAMS as u32, wait_s) };
     let infos = taken(library, &handles, count, "the search for streams")?;
-    infos.iter().map(|info| FoundStream::parse(info.xml())).collect()
+    // One device that describes itself wrongly hides no other.
+    Ok(infos
+        .iter()
+        .filter_map(|info| FoundStream::parse(&info.xml()).map_err(|why| log::warn!("{why}")).ok())
+        .collect())
 }
 
 /// The first stream with this predicate (XPath on its description, such as `name='eyes' and type='Gaze'`) that answers within
-/// `wait_s` seconds, read from now on.
+/// `wait_s` seconds, read from now on; gives up when `ends` says so.
 ///
 /// # Errors
 /// The library is not here, the predicate is none, or no such stream is there: then the error lists those that are.
-pub fn resolve(predicate: &str, wait_s: f64) -> Result<Inlet, LslError> {
-    if let Some(inlet) = find(predicate, wait_s)? {
-        return Ok(inlet);
+pub fn resolve(predicate: &str, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<Inlet, LslError> {
+    let mut left_s = wait_s;
+    while left_s > 0.0 {
+        if let Some(inlet) = find(predicate, left_s.min(FIND_S), ends)? {
+            return Ok(inlet);
+        }
+        if ends() {
+            return Err(LslError::Interrupted);
+        }
+        left_s -= FIND_S;
     }
     // Short: the streams of this network have answered meanwhile if they ever do.
     let seen = resolve_all(1.0)?.iter().map(FoundStream::words).collect();
     Err(LslError::NotFound { predicate: predicate.into(), seconds: wait_s, seen })
 }
 
-/// The same; `None` where there is no such stream.
+/// The same without looking in between; `None` where there is no such stream.
 ///
 /// # Errors
-/// The library is not here, or the predicate is none.
-pub fn find(predicate: &str, wait_s: f64) -> Result<Option<Inlet>, LslError> {
+/// The library is not here, or the predicate is none; the stream that is there does not answer.
+pub fn find(predicate: &str, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<Option<Inlet>, LslError> {
     let library = library::open()?;
     let mut handles = [ptr::null_mut(); 1];
     let words = c_text(predicate);
     // SAFETY: room for as many as it is told; the text is valid for the call.
     let count = unsafe { (library.resolve_by_predicate)(handles.as_mut_ptr(), 1, words.as_ptr(), 1, wait_s) };
     let infos = taken(library, &handles, count, &format!("the predicate {predicate}"))?;
-    infos.first().map(Inlet::open).transpose()
+    infos.first().map(|info| Inlet::open(info, ends)).transpose()
+}
+
+/// Asks for an answer of a stream for `wait_s` seconds at most, in short pieces, until `ends` says that nobody wants it any more.
+/// Returns the answer with the library's number of its error.
+fn answered<T>(
+    wait_s: f64,
+    ends: &dyn Fn() -> bool,
+    mut ask: impl FnMut(f64, &mut i32) -> T,
+) -> Result<(T, i32), LslError> {
+    let mut left_s = wait_s;
+    loop {
+        let mut code = 0;
+        let answer = ask(left_s.min(PIECE_S), &mut code);
+        left_s -= PIECE_S;
+        // lsl_timeout_error: asked again, the library goes on where it was.
+        if code != -1 || left_s <= 0.0 {
+            return Ok((answer, code));
+        }
+        if ends() {
+            return Err(LslError::Interrupted);
+        }
+    }
 }
 
 fn taken(library: &'static Library, handles: &[Handle], count: i32, what: &str) -> Result<Vec<Info>, LslError> {
@@ -110,9 +149,9 @@ fn taken(library: &'static Library, handles: &[Handle], count: i32, what: &str) 
 
 impl Inlet {
     /// Reads a stream from now on. It does not come back by itself when it is gone: whoever reads it has to know of the gap.
-    fn open(info: &Info) -> Result<Self, LslError> {
+    fn open(info: &Info, ends: &dyn Fn() -> bool) -> Result<Self, LslError> {
         let library = info.library;
-        let name = FoundStream::parse(info.xml())?.name;
+        let name = FoundStream::parse(&info.xml())?.name;
         // SAFETY: the description is copied.
         let handle = unsafe { (library.create_inlet)(info.handle, BUFFERED_S, 0, 0) };
         if handle.is_null() {
@@ -120,16 +159,18 @@ impl Inlet {
         }
         let mut inlet =
             Self { library, handle, found: FoundStream::default(), numbers: Vec::new(), stamps: Vec::new() };
-        let mut code = 0;
+        let handle = inlet.handle;
         // SAFETY: the handle is valid; the description that comes is ours.
-        let full = unsafe { (library.full_info)(inlet.handle, ANSWER_S, &mut code) };
+        let full = answered(ANSWER_S, ends, |wait_s, code| unsafe { (library.full_info)(handle, wait_s, code) });
+        let (full, code) = full?;
         library.check(code, &name, "the description")?;
         if full.is_null() {
             return Err(library.refused(&format!("the description of {name}")));
         }
-        inlet.found = FoundStream::parse(Info { library, handle: full }.xml())?;
+        inlet.found = FoundStream::parse(&Info { library, handle: full }.xml())?;
         // SAFETY: as above.
-        unsafe { (library.open_stream)(inlet.handle, ANSWER_S, &mut code) };
+        let (_, code) =
+            answered(ANSWER_S, ends, |wait_s, code| unsafe { (library.open_stream)(handle, wait_s, code) })?;
         library.check(code, &name, "the samples")?;
         let channels = inlet.found.channels.len().max(1);
         inlet.numbers = vec![0.0; if inlet.found.is_text() { 0 } else { MOST_SAMPLES * channels }];
@@ -166,8 +207,8 @@ impl Inlet {
 
     fn pull_texts(&mut self) -> Result<SampleChunk, LslError> {
         let channels = self.found.channels.len();
-        let (mut stamps_s, mut values) = (Vec::new(), Vec::new());
-        while stamps_s.len() < MOST_SAMPLES {
+        let (mut stamps_s, mut values, mut bytes) = (Vec::new(), Vec::new(), 0);
+        while stamps_s.len() < MOST_SAMPLES && bytes < MOST_TEXT_BYTES {
             let mut texts: Vec<*mut c_char> = vec![ptr::null_mut(); channels];
             let (mut code, count) = (0, i32::try_from(channels).unwrap_or(i32::MAX));
             // SAFETY: room for a text of each channel; those that come are ours until they are given back.
@@ -184,7 +225,9 @@ impl Inlet {
             stamps_s.push(stamp);
             for pointer in texts {
                 // SAFETY: as above.
-                values.push(unsafe { text(pointer) });
+                let value = unsafe { text(pointer) };
+                bytes += value.len();
+                values.push(value);
                 if !pointer.is_null() {
                     unsafe { (self.library.destroy_string)(pointer) };
                 }
@@ -197,12 +240,12 @@ impl Inlet {
     ///
     /// # Errors
     /// The device does not answer, or is gone.
-    pub fn clock_offset(&mut self, wait_s: f64) -> Result<ClockOffset, LslError> {
-        let (mut remote_s, mut uncertainty_s, mut code) = (0.0, 0.0, 0);
+    pub fn clock_offset(&mut self, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<ClockOffset, LslError> {
+        let (mut remote_s, mut uncertainty_s) = (0.0, 0.0);
         // SAFETY: the places are valid for the call.
-        let offset_s = unsafe {
-            (self.library.time_correction)(self.handle, &mut remote_s, &mut uncertainty_s, wait_s, &mut code)
-        };
+        let (offset_s, code) = answered(wait_s, ends, |wait_s, code| unsafe {
+            (self.library.time_correction)(self.handle, &mut remote_s, &mut uncertainty_s, wait_s, code)
+        })?;
         self.library.check(code, &self.found.name, "the clock")?;
         Ok(ClockOffset { measured_lsl_s: remote_s + offset_s, offset_s, uncertainty_s })
     }

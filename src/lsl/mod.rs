@@ -2,18 +2,20 @@
 //! taken. In: descriptions, samples. Out: streams that others record; samples of others with their time stamps.
 //!
 //! * [`library`]: liblsl, opened at run time. `stream`: what a stream says of itself.
-//! * [`Outlet`]: a stream of this program. [`Inlet`]: a stream of another device, found by a predicate.
+//! * [`Outlet`]: a stream of this program; [`confine`]: the network on which it is heard. [`Inlet`]: a stream of another device, found by a predicate.
 //! * [`settings`]: what a study asks for.
 //!
 //! Time stamps are seconds on the monotonic clock of the machine that took the sample; [`Inlet::clock_offset`] says how far
 //! that clock is from this machine's.
 
+pub mod confine;
 mod inlet;
 pub mod library;
 mod outlet;
 pub mod settings;
 mod stream;
 
+pub use confine::OutletInterface;
 pub use inlet::{ClockOffset, Inlet, SampleChunk, SampleValues, find, resolve, resolve_all};
 pub use outlet::Outlet;
 pub use settings::{LslSettings, LslSettingsFault};
@@ -52,6 +54,31 @@ pub enum LslError {
     /// The other side did not answer in time.
     #[error("the LSL stream {0} does not answer")]
     Silent(String),
+    /// The program is to end.
+    #[error("interrupted while waiting for an LSL stream")]
+    Interrupted,
+    /// The setting names no interface of this machine.
+    #[error(
+        "there is no network interface \"{name}\"; allowed: loopback, all, or one of {known}\n  remedy: interface in [lsl]"
+    )]
+    NoInterface {
+        /// The setting.
+        name: String,
+        /// The interfaces that there are.
+        known: String,
+    },
+    /// The stream has more channels than a recording takes.
+    #[error(
+        "the LSL stream {name} has {channels} channels; allowed: {most}\n  remedy: a predicate of another stream, or a stream of fewer channels"
+    )]
+    TooWide {
+        /// Its name.
+        name: String,
+        /// Its channels.
+        channels: usize,
+        /// The most.
+        most: usize,
+    },
 }
 
 fn seen_in_words(seen: &[String]) -> String {
@@ -60,6 +87,11 @@ fn seen_in_words(seen: &[String]) -> String {
         some => format!("Streams that are there: {}.", some.join("; ")),
     }
 }
+
+/// Variable that names liblsl's configuration.
+pub const CONFIG_VARIABLE: &str = "LSLAPICFG";
+/// Name of that file in other places. liblsl reads one of the working folder before all others: it may say where to write a log.
+pub const CONFIG: &str = "lsl_api.cfg";
 
 /// Now, seconds on the clock of LSL's time stamps: liblsl's own where it is loaded, else the monotonic clock that it reads.
 pub fn local_clock_s() -> f64 {

@@ -2,7 +2,7 @@
 //! library's: a push hands a sample over and never waits for the network.
 
 use super::{
-    ChannelFormat, LslError, StreamDescription,
+    ChannelFormat, LslError, OutletInterface, StreamDescription,
     library::{Handle, Library, c_text},
 };
 use std::ffi::{CString, c_char};
@@ -22,18 +22,20 @@ pub struct Outlet {
 unsafe impl Send for Outlet {}
 
 impl Outlet {
-    /// Opens a stream.
+    /// Opens a stream that is heard on `interface`.
     ///
     /// # Errors
-    /// The library is not here, or refuses.
-    pub fn open(description: StreamDescription) -> Result<Self, LslError> {
+    /// The library is not here, or refuses; the stream cannot be kept on the interface.
+    pub fn open(description: StreamDescription, interface: &OutletInterface) -> Result<Self, LslError> {
         let info = description.info()?;
-        // SAFETY: the description is copied.
-        let handle = unsafe { (info.library.create_outlet)(info.handle, 0, BUFFERED_S) };
-        if handle.is_null() {
-            return Err(info.library.refused(&format!("the stream {}", description.name)));
-        }
-        Ok(Self { library: info.library, handle, description })
+        interface.confine(|| {
+            // SAFETY: the description is copied.
+            let handle = unsafe { (info.library.create_outlet)(info.handle, 0, BUFFERED_S) };
+            if handle.is_null() {
+                return Err(info.library.refused(&format!("the stream {}", description.name)));
+            }
+            Ok(Self { library: info.library, handle, description })
+        })
     }
 
     /// What it says of itself.

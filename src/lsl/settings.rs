@@ -1,5 +1,6 @@
 //! What a study asks of LSL: the table `[lsl]` of its file. It changes nothing of what a drive computes and is no part of a scenario.
 
+use super::confine::LOOPBACK;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +10,10 @@ use serde::{Deserialize, Serialize};
 pub struct LslSettings {
     /// Open this program's streams: codrive.advice, codrive.events, codrive.controls, codrive.ego, codrive.frames.
     pub outlets: bool,
+    /// Network interface on which they are heard: loopback (this machine alone), all, or a name such as eth0.
+    pub interface: String,
+    /// Ending of their ids, by which recorders find them again; random for each start where it is empty. Never a participant's code.
+    pub source: String,
     /// Record a stream for each of these predicates, such as `type='EEG'` or `name='eyes'`; a drive begins only when all are there.
     pub record: Vec<String>,
     /// So long it is waited for each of them before the first drive, seconds.
@@ -18,7 +23,7 @@ pub struct LslSettings {
 
 impl Default for LslSettings {
     fn default() -> Self {
-        Self { outlets: false, record: Vec::new(), wait_s: 10.0 }
+        Self { outlets: false, interface: LOOPBACK.into(), source: String::new(), record: Vec::new(), wait_s: 10.0 }
     }
 }
 
@@ -31,6 +36,11 @@ pub enum LslSettingsFault {
     /// There is nothing to look for.
     #[error("record has an empty predicate; write one such as \"type='EEG'\" or \"name='eyes'\"")]
     EmptyPredicate,
+    /// The interface has no name.
+    #[error(
+        "interface is empty; allowed: loopback (this machine alone), all, or the name of a network interface, such as eth0"
+    )]
+    EmptyInterface,
 }
 
 impl LslSettingsFault {
@@ -39,6 +49,7 @@ impl LslSettingsFault {
         match self {
             Self::Wait(_) => "wait_s",
             Self::EmptyPredicate => "record",
+            Self::EmptyInterface => "interface",
         }
     }
 }
@@ -59,6 +70,9 @@ impl LslSettings {
         }
         if self.record.iter().any(|predicate| predicate.trim().is_empty()) {
             return Err(LslSettingsFault::EmptyPredicate);
+        }
+        if self.interface.is_empty() {
+            return Err(LslSettingsFault::EmptyInterface);
         }
         Ok(())
     }

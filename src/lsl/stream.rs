@@ -7,6 +7,37 @@ use super::{
 };
 use serde::Serialize;
 
+/// The most channels of a stream that is read: a row of a recording's block holds them.
+pub const MOST_CHANNELS: usize = 4096;
+
+/// Returns the XML with a replacement character for each control character, plain or by its number: XML knows none but tabs and
+/// line ends, and devices write others into names.
+fn printable(xml: &str) -> String {
+    let is_bad = |c: char| (c.is_control() && !"\t\n\r".contains(c)) || "\u{fffe}\u{ffff}".contains(c);
+    let (mut clean, mut rest) = (String::with_capacity(xml.len()), xml);
+    while let Some(at) = rest.find("&#") {
+        clean += &rest[..at];
+        let number = rest[at + 2..].split_once(';').map(|(number, _)| number).filter(|number| number.len() <= 8);
+        let code = number.and_then(|number| match number.strip_prefix(['x', 'X']) {
+            Some(hex) => u32::from_str_radix(hex, 16).ok(),
+            None => number.parse().ok(),
+        });
+        match (number, code) {
+            (Some(number), Some(code)) => {
+                let is_good = char::from_u32(code).is_some_and(|c| !is_bad(c));
+                clean += if is_good { &rest[at..at + 3 + number.len()] } else { "\u{fffd}" };
+                rest = &rest[at + 3 + number.len()..];
+            }
+            _ => {
+                clean += "&#";
+                rest = &rest[at + 2..];
+            }
+        }
+    }
+    clean += rest;
+    clean.replace(is_bad, "\u{fffd}")
+}
+
 /// What the values of a stream are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChannelFormat {
@@ -151,8 +182,9 @@ impl FoundStream {
     ///
     /// # Errors
     /// It is no XML of a stream.
-    pub fn parse(xml: String) -> Result<Self, LslError> {
+    pub fn parse(xml: &str) -> Result<Self, LslError> {
         let bad = |why: String| LslError::Refused { what: "the description of a stream".into(), why };
+        let xml = printable(&xml);
         let document = roxmltree::Document::parse(&xml).map_err(|error| bad(error.to_string()))?;
         let root = document.root_element();
         let child = |node: roxmltree::Node, key: &str| {
@@ -168,6 +200,9 @@ impl FoundStream {
             .map(|node| Channel { label: child(node, "label"), unit: child(node, "unit"), about: String::new() })
             .take(count)
             .collect();
+        if count > MOST_CHANNELS {
+            return Err(LslError::TooWide { name: field("name"), channels: count, most: MOST_CHANNELS });
+        }
         channels.resize_with(count, Channel::default);
         let found = Self {
             name: field("name"),

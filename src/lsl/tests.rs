@@ -14,13 +14,37 @@ const XML: &str = r#"<?xml version="1.0"?>
 
 #[test]
 fn a_description_is_read_and_channels_without_names_are_there_too() {
-    let found = FoundStream::parse(XML.into()).unwrap();
+    let found = FoundStream::parse(XML).unwrap();
     assert_eq!((found.name.as_str(), found.content.as_str(), found.nominal_srate), ("BioSemi", "EEG", 100.0));
     assert_eq!((found.source_id.as_str(), found.created_at, found.is_text()), ("myuid34234", 812.5, false));
     let labels: Vec<_> = found.channels.iter().map(|c| (c.label.as_str(), c.unit.as_str())).collect();
     assert_eq!(labels, [("C3", "microvolts"), ("", "")]);
     assert_eq!(found.words(), "name='BioSemi' type='EEG' source_id='myuid34234' (2 channels, 100 Hz, on lab)");
-    assert!(FoundStream::parse("<info/>".into()).is_err() && FoundStream::parse("no".into()).is_err());
+    assert!(FoundStream::parse("<info/>").is_err() && FoundStream::parse("no").is_err());
+}
+
+#[test]
+fn a_control_character_in_a_name_or_a_label_becomes_a_replacement() {
+    // pugixml, which liblsl writes with, gives such a character by its number.
+    for bad in ["\u{1}", "&#1;", "&#01;", "&#x1B;", "\u{9b}", "\u{fffe}"] {
+        let found =
+            FoundStream::parse(&XML.replace("C3", &format!("C{bad}3")).replace("BioSemi", &format!("Bio{bad}")));
+        let found = found.unwrap_or_else(|e| panic!("{bad:?}: {e}"));
+        assert_eq!((found.name.as_str(), found.channels[0].label.as_str()), ("Bio\u{fffd}", "C\u{fffd}3"), "{bad:?}");
+    }
+    let found =
+        FoundStream::parse(&XML.replace("C3", "C&amp;&#51;&#x41; &#bad")).map(|found| found.channels[0].label.clone());
+    assert!(found.is_err(), "what is no XML stays none: {found:?}");
+    let found = FoundStream::parse(&XML.replace("C3", "C&amp;&#51;&#x41;")).unwrap();
+    assert_eq!(found.channels[0].label, "C&3A");
+}
+
+#[test]
+fn a_stream_with_more_channels_than_a_recording_takes_is_refused_by_name() {
+    let of = |count: usize| FoundStream::parse(&XML.replace("<channel_count>2", &format!("<channel_count>{count}")));
+    assert_eq!(of(4096).unwrap().channels.len(), 4096);
+    let said = of(20_000).unwrap_err().to_string();
+    assert!(said.starts_with("the LSL stream BioSemi has 20000 channels; allowed: 4096"), "{said}");
 }
 
 #[test]
@@ -45,6 +69,8 @@ fn settings_that_cannot_be_are_refused() {
     assert!(!with("").is_wanted() && with("").check().is_ok());
     assert_eq!(with("wait_s = 0").check(), Err(LslSettingsFault::Wait(0.0)));
     assert_eq!(with("record = [' ']").check(), Err(LslSettingsFault::EmptyPredicate));
+    assert_eq!(with("interface = ''").check(), Err(LslSettingsFault::EmptyInterface));
+    assert_eq!(OutletInterface::of(&with("").interface), OutletInterface::Loopback, "nothing else is asked for");
     assert!(toml::from_str::<LslSettings>("outlet = true").is_err());
 }
 

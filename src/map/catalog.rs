@@ -112,7 +112,7 @@ pub fn known_as(map: &RoadMap) -> Option<String> {
 }
 
 /// True if a map is named by its path, not by the name of its folder in `maps/`.
-fn is_path(name_or_path: &str) -> bool {
+pub fn is_path(name_or_path: &str) -> bool {
     name_or_path.contains(['/', '\\']) || name_or_path.ends_with(".xml")
 }
 

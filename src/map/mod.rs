@@ -35,7 +35,7 @@ mod xml_tree;
 mod xml_tree_tests;
 
 pub use canonical::SumoText;
-pub use catalog::{MapInfo, SHIPPED, is_own, known_as, list, own_folder};
+pub use catalog::{MapInfo, SHIPPED, is_own, is_path, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::{Imported, import};
 pub use route::{Route, RouteLane, RoutePosition};

@@ -88,7 +88,10 @@ pub fn lines_needed(name: &str, limit: f64) -> Option<usize> {
 
 /// Text as it stands in SVG and HTML.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    // XML knows no control characters but tab and line ends, not even by their numbers.
+    let is_none_of_xml = |c: char| (c.is_control() && !"\t\n\r".contains(c)) || "\u{fffe}\u{ffff}".contains(c);
+    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+    text.replace(is_none_of_xml, "\u{fffd}")
 }
 
 /// A number with a true minus sign (U+2212) instead of the hyphen.

@@ -14,7 +14,7 @@ use crate::{
 };
 use std::{
     fs,
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
 };
 
 /// Folder of the copies.
@@ -102,22 +102,12 @@ pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
     Ok(names)
 }
 
-/// The scenario of a recording, with the place on this machine of what it carries.
+/// Reads the scenario of a recording. Paths in it start at the recording's folder, where it carries its inputs.
 ///
 /// # Errors
 /// It cannot be read, or is not as this program writes it.
 pub fn scenario(recording: &Path) -> Result<Scenario, SettingsError> {
-    let mut scenario = Scenario::from_file(&recording.join(SCENARIO))?;
-    for name in [&mut scenario.map, &mut scenario.policy] {
-        let path = Path::new(name.as_str());
-        let carried = path.starts_with(INPUTS) && path.components().all(|part| matches!(part, Component::Normal(_)));
-        // A recording in the folder of today would be a name otherwise.
-        let recording = if recording.as_os_str().is_empty() { Path::new(".") } else { recording };
-        if carried {
-            *name = recording.join(path).to_string_lossy().into_owned();
-        }
-    }
-    Ok(scenario)
+    Scenario::from_file(&recording.join(SCENARIO))
 }
 
 /// Its file.
@@ -216,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_lies_in_a_recording_is_looked_for_there() {
+    fn a_path_in_a_recording_starts_at_its_folder_and_a_name_stays() {
         let folder = tempfile::tempdir().expect("a folder");
         let here = |map: &str, policy: &str| {
             let text = format!("map = \"{map}\"\npolicy = \"{policy}\"\n");
@@ -230,9 +220,7 @@ mod tests {
             here("inputs/maps/mine", "inputs/policies/calm.toml"),
             [within("inputs/maps/mine"), within("inputs/policies/calm.toml")]
         );
-        for outside in ["inputs/../../mine", "/inputs/maps/mine", "my/inputs/maps", "inputsmap"] {
-            assert_eq!(here(outside, "pi"), [outside, "pi"]);
-        }
+        assert_eq!(here("/inputs/maps/mine", "inputsmap"), ["/inputs/maps/mine", "inputsmap"]);
     }
 
     #[test]

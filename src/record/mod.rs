@@ -112,11 +112,15 @@ pub enum RecordError {
     Absent(PathBuf),
 }
 
+/// Remedy where the disk takes no more.
+const FULL: &str = "; what was written before is kept\n  remedy: make room on the disk; codrive recover FOLDER completes the \
+                    recording of a drive that was cut";
+
 fn remedy(why: &std::io::Error) -> &'static str {
     match why.kind() {
-        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded | std::io::ErrorKind::FileTooLarge => {
-            "; make room on the disk and begin again"
-        }
+        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => FULL,
+        // A file that is too large to be read is no full disk: that one the system tells of.
+        std::io::ErrorKind::FileTooLarge if why.raw_os_error().is_some() => FULL,
         std::io::ErrorKind::AlreadyExists => "; nothing is overwritten: name another",
         std::io::ErrorKind::PermissionDenied => "; choose a folder that you may write to",
         _ => "",
@@ -140,13 +144,20 @@ mod tests {
         for (kind, remedy) in [
             (ErrorKind::StorageFull, "make room on the disk"),
             (ErrorKind::QuotaExceeded, "make room on the disk"),
-            (ErrorKind::FileTooLarge, "make room on the disk"),
             (ErrorKind::AlreadyExists, "nothing is overwritten: name another"),
             (ErrorKind::PermissionDenied, "choose a folder that you may write to"),
         ] {
             let told = RecordError::file("drives/p1")(Error::from(kind)).to_string();
             assert!(told.contains("drives/p1") && told.contains(remedy), "{told}");
         }
+        let full = RecordError::file("drives/p1")(Error::from_raw_os_error(nix::libc::EFBIG)).to_string();
+        assert!(full.contains("make room on the disk; codrive recover FOLDER"), "{full}");
+        let large = RecordError::file("in.rou.xml")(Error::new(ErrorKind::FileTooLarge, "it holds more than 64 MiB"));
+        assert_eq!(
+            large.to_string(),
+            "in.rou.xml: it holds more than 64 MiB",
+            "an input that is too large fills no disk"
+        );
         let other = RecordError::file("drives/p1")(Error::from(ErrorKind::NotFound)).to_string();
         assert!(!other.contains("; "), "there is none: {other}");
     }

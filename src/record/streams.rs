@@ -14,6 +14,7 @@ use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray};
 use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{DataType, Field, Schema};
 use std::{
+    collections::BTreeSet,
     fs::{self, File},
     io::{self, BufReader, Write},
     path::{Path, PathBuf},
@@ -34,6 +35,10 @@ pub const TIME: &str = "time_s";
 const JOURNAL: &str = "blocks";
 /// Fast, as in the journal of the drive.
 const ZSTD_LEVEL: i32 = 1;
+/// Bytes of values in one block: a reader takes blocks of up to 64 MiB, with a description of each column.
+const BLOCK_BYTES: usize = 8 << 20;
+/// The most bytes of one row, which no block parts.
+const ROW_BYTES: usize = 32 << 20;
 
 /// A column of such a table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -75,6 +80,15 @@ pub enum StreamValues {
     Texts(Vec<String>),
 }
 
+impl StreamValues {
+    fn len(&self) -> usize {
+        match self {
+            Self::Numbers(numbers) => numbers.len(),
+            Self::Texts(texts) => texts.len(),
+        }
+    }
+}
+
 /// A stream on its way to the disk.
 #[derive(Debug)]
 pub struct StreamJournal {
@@ -102,14 +116,13 @@ impl StreamJournal {
             .map(|name| folder.join(format!("{name}.{JOURNAL}")))
             .find(|path| !path.exists() && !table_of(path).exists())
             .expect("numbers do not end");
-        let mut fields: Vec<Field> = Vec::new();
+        let (mut fields, mut taken): (Vec<Field>, BTreeSet<String>) = Default::default();
         for column in columns {
-            let field = column.field();
-            let taken =
-                |name: &str| fields.iter().any(|other| other.name() == name) || name == TIME && fields.len() > 1;
-            let names = (1..).map(|n| if n == 1 { column.name.clone() } else { format!("{}-{n}", column.name) });
-            let name = names.into_iter().find(|name| !taken(name)).expect("numbers do not end");
-            fields.push(field.with_name(name));
+            let is_free = |name: &String| !taken.contains(name) && (name != TIME || fields.len() <= 1);
+            let mut names = (1..).map(|n| if n == 1 { column.name.clone() } else { format!("{}-{n}", column.name) });
+            let name = names.find(is_free).expect("numbers do not end");
+            taken.insert(name.clone());
+            fields.push(column.field().with_name(name));
         }
         let file = files::new_file(&path)?;
         files::sync_dir(&path)?;
@@ -141,11 +154,17 @@ impl StreamJournal {
         self.rows
     }
 
-    /// Appends rows, a list of values a column, and waits until the disk has them.
+    /// Appends rows, a list of values a column, and waits until the disk has them. Many bytes become several blocks.
     ///
     /// # Errors
-    /// The disk refuses; everything before is kept. The columns are not those of the table or not equally long.
+    /// The disk refuses; everything before is kept. The columns are not those of the table or not equally long; a row is too large
+    /// to be read back.
     pub fn append(&mut self, columns: Vec<StreamValues>) -> Result<(), RecordError> {
+        let fault = |why: String| RecordError::Table { path: self.path.clone(), why };
+        let sizes = row_sizes(&columns);
+        if let Some(size) = sizes.iter().find(|size| **size > ROW_BYTES) {
+            return Err(fault(format!("a sample has {size} bytes; allowed: {ROW_BYTES}")));
+        }
         let arrays: Vec<ArrayRef> = columns
             .into_iter()
             .map(|values| -> ArrayRef {
@@ -157,10 +176,18 @@ impl StreamJournal {
                 }
             })
             .collect();
-        let fault = |why: String| RecordError::Table { path: self.path.clone(), why };
         let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays).map_err(|e| fault(e.to_string()))?;
+        let mut from = 0;
+        for rows in pieces(&sizes) {
+            self.append_block(&batch.slice(from, rows))?;
+            from += rows;
+        }
+        Ok(())
+    }
+
+    fn append_block(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
         let rows = batch.num_rows();
-        let payload = payload(&batch).map_err(RecordError::file(&self.path))?;
+        let payload = payload(batch).map_err(RecordError::file(&self.path))?;
         let header = BlockHeader { table: u32::MAX, rows: rows as u32, number: self.next, ticks: [0, 0] };
         let bytes = block::encode(&header, &payload);
         self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(RecordError::file(&self.path))?;
@@ -168,6 +195,35 @@ impl StreamJournal {
         self.rows += rows as u64;
         Ok(())
     }
+}
+
+/// Bytes of each row of these columns.
+fn row_sizes(columns: &[StreamValues]) -> Vec<usize> {
+    let rows = columns.iter().map(StreamValues::len).max().unwrap_or(0);
+    let mut sizes = vec![0; rows];
+    for column in columns {
+        match column {
+            StreamValues::Numbers(numbers) => {
+                sizes[..numbers.len()].iter_mut().for_each(|size| *size += size_of::<f64>())
+            }
+            StreamValues::Texts(texts) => sizes.iter_mut().zip(texts).for_each(|(size, text)| *size += text.len()),
+        }
+    }
+    sizes
+}
+
+/// Numbers of rows that go into a block each; one block for no rows at all.
+fn pieces(sizes: &[usize]) -> Vec<usize> {
+    let (mut pieces, mut bytes) = (vec![0], 0);
+    for size in sizes {
+        if bytes > 0 && bytes + size > BLOCK_BYTES {
+            pieces.push(0);
+            bytes = 0;
+        }
+        bytes += size;
+        *pieces.last_mut().expect("never empty") += 1;
+    }
+    pieces
 }
 
 fn payload(batch: &RecordBatch) -> io::Result<Vec<u8>> {

@@ -98,3 +98,49 @@ fn a_cut_costs_the_last_batch_and_no_more() {
     assert_eq!(table(recording, "eeg").numbers(STAMP), [Some(0.0), Some(1.0)]);
     assert!(holes.len() == 1 && path.exists(), "what cannot be read is kept: {holes:?}");
 }
+
+#[test]
+fn a_wide_stream_and_long_texts_are_read_back_whole() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path();
+    let stamps = || StreamValues::Numbers((0..300).map(f64::from).collect());
+    let wide: Vec<StreamColumn> = (0..4096).map(|k| StreamColumn::number(&format!("c{k}"), "uV", "")).collect();
+    let columns = [vec![StreamColumn::number(STAMP, "s", "")], wide].concat();
+    let mut journal = StreamJournal::begin(recording, "wide", &columns).expect("room");
+    let value = |row: usize, k: usize| (row * 5000 + k) as f64 / 7.0;
+    let channel = |k: usize| StreamValues::Numbers((0..300).map(|row| value(row, k)).collect());
+    journal.append([stamps()].into_iter().chain((0..4096).map(channel)).collect()).expect("room");
+    // 300 texts of a megabyte that does not compress into nothing.
+    let text = |row: usize| -> String {
+        (0..1 << 17).map(|k: usize| format!("{:08x}", k.wrapping_mul(2654435761 + row) as u32)).collect()
+    };
+    let columns = [StreamColumn::number(STAMP, "s", ""), StreamColumn::text("word", "")];
+    let mut journal = StreamJournal::begin(recording, "texts", &columns).expect("room");
+    let twelve = |column: Vec<f64>| StreamValues::Numbers(column[..12].to_vec());
+    let StreamValues::Numbers(all) = stamps() else { panic!("numbers") };
+    for _ in 0..6 {
+        journal.append(vec![twelve(all.clone()), StreamValues::Texts((0..12).map(text).collect())]).expect("room");
+    }
+    let mut holes = Vec::new();
+    settle(recording, &mut holes).expect("room");
+    assert!(holes.is_empty(), "{holes:?}");
+    let wide = table(recording, "wide");
+    for k in [0, 1, 4095] {
+        assert_eq!(wide.numbers(&format!("c{k}")), (0..300).map(|row| Some(value(row, k))).collect::<Vec<_>>());
+    }
+    let words = table(recording, "texts").words("word");
+    assert!(words.len() == 72 && words.iter().enumerate().all(|(row, word)| *word == text(row % 12)));
+}
+
+#[test]
+fn a_row_that_no_block_holds_is_refused_and_those_before_are_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let columns = [StreamColumn::number(STAMP, "s", ""), StreamColumn::text("word", "")];
+    let mut journal = StreamJournal::begin(folder.path(), "texts", &columns).expect("room");
+    let row = |text: String| vec![StreamValues::Numbers(vec![1.0]), StreamValues::Texts(vec![text])];
+    journal.append(row("short".into())).expect("room");
+    let said = journal.append(row("x".repeat((32 << 20) + 1))).unwrap_err().to_string();
+    assert!(said.contains("a sample has 33554441 bytes; allowed: 33554432"), "{said}");
+    settle(folder.path(), &mut Vec::new()).expect("room");
+    assert_eq!(table(folder.path(), "texts").words("word"), ["short"]);
+}

@@ -3,7 +3,8 @@
 
 use super::{AdvisedVehicles, Scenario, colour};
 use crate::{
-    policy::Hold,
+    map,
+    policy::{self, Hold},
     settings::{self, Field, Settings, SettingsError},
     toml_text::did_you_mean,
     traffic::{EngineChoice, FollowingModel},
@@ -17,17 +18,25 @@ impl Scenario {
         settings::fields_of::<Self>()
     }
 
-    /// Reads a scenario file; settings that it does not name keep their default. Files that it names are beside it.
+    /// Reads a scenario file; settings that it does not name keep their default. Paths in it start at its folder.
     ///
     /// # Errors
     /// As [`settings::from_file`].
     pub fn from_file(path: &Path) -> Result<Self, SettingsError> {
-        let mut scenario: Self = settings::from_file(path)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        for file in &mut scenario.demand.files {
+        let scenario: Self = settings::from_file(path)?;
+        Ok(scenario.paths_from(path.parent().unwrap_or(Path::new(""))))
+    }
+
+    /// Returns this scenario with the paths of its map, policy and demand resolved from `folder`. Names of shipped maps and
+    /// policies, and absolute paths, stay.
+    #[must_use]
+    pub fn paths_from(mut self, folder: &Path) -> Self {
+        self.map = path_from(folder, "map", &self.map);
+        self.policy = path_from(folder, "policy", &self.policy);
+        for file in &mut self.demand.files {
             *file = folder.join(&file);
         }
-        Ok(scenario)
+        self
     }
 
     /// The same for text; `name` is what messages call it.
@@ -47,6 +56,17 @@ impl Scenario {
     pub fn to_toml(&self) -> String {
         toml::to_string(self).unwrap_or_default()
     }
+}
+
+/// Returns the value of a setting (`map` or `policy`) that a text in `folder` gives: a path starts at that folder, a name and the
+/// value of any other setting stay.
+pub fn path_from(folder: &Path, setting: &str, value: &str) -> String {
+    let is_path = match setting {
+        "map" => map::is_path(value),
+        "policy" => policy::is_path(value),
+        _ => false,
+    };
+    if is_path { folder.join(value).to_string_lossy().into_owned() } else { value.to_owned() }
 }
 
 impl Settings for Scenario {
@@ -160,6 +180,27 @@ mod tests {
         let scenario = Scenario { vehicles: 18, hold_s: 5.0, ..Scenario::default() };
         assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").unwrap(), scenario);
         assert_eq!(Scenario::from_toml("", "x").unwrap(), Scenario::default());
+    }
+
+    #[test]
+    fn paths_of_a_scenario_start_at_its_folder_and_names_stay() {
+        let home = tempfile::tempdir().unwrap();
+        let file = home.path().join("trial.toml");
+        let read = |map: &str, policy: &str| {
+            let text = format!("map = '{map}'\npolicy = '{policy}'\n[demand]\nfiles = ['trips.rou.xml']\n");
+            std::fs::write(&file, text).unwrap();
+            let read = Scenario::from_file(&file).unwrap();
+            assert_eq!(read.demand.files, [home.path().join("trips.rou.xml")]);
+            [read.map, read.policy]
+        };
+        let within = |name: &str| home.path().join(name).to_str().unwrap().to_owned();
+        assert_eq!(read("ring-250", "ring-250-speed"), ["ring-250", "ring-250-speed"]);
+        assert_eq!(read("town.net.xml", "calm.toml"), [within("town.net.xml"), within("calm.toml")]);
+        assert_eq!(read("towns/one", "../calm.onnx"), [within("towns/one"), within("../calm.onnx")]);
+        assert_eq!(read("/roads/net.xml", "/calm.toml"), ["/roads/net.xml", "/calm.toml"]);
+        let said = read("town.net.xml", "pi")[0].clone();
+        let said = crate::map::RoadMap::load(&said).unwrap_err().to_string();
+        assert!(said.contains(&within("town.net.xml")), "{said}");
     }
 
     #[test]

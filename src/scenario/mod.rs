@@ -10,6 +10,7 @@ pub mod sound;
 
 pub use advised::{AdvisedVehicles, UnknownShare};
 pub use display::{CockpitView, DialPalette, QualityLevel};
+pub use load::path_from;
 pub use sound::SoundLevels;
 
 use crate::{
@@ -27,7 +28,7 @@ flat_settings! {
     /// One drive, complete.
     pub struct Scenario, written as scenario_file {
         fields {
-            /// Road: a folder of maps/, or a SUMO net.xml
+            /// Road: the name of a map, or the path of a SUMO net.xml; a path in a file starts at that file's folder
             map: String = "ring-250".into(),
             /// Cars on the route, the ego included
             #[schemars(range(min = 2, max = 1000))]

@@ -65,6 +65,12 @@ impl LiveSession {
         [items.iter().filter(|planned| self.session.log().is_settled(&planned.name)).count(), items.len()]
     }
 
+    /// True once the participant has given every consent that the plan asks for, and the session goes on.
+    pub fn has_consent(&self) -> bool {
+        let mut asked = self.session.plan().items.iter().filter(|planned| self.study.is_consent(planned));
+        !self.is_over() && asked.all(|planned| self.session.log().done(&planned.name).is_some())
+    }
+
     /// How long what is not yet settled is reckoned to last, seconds; nothing comes after the end.
     pub fn to_come_s(&self) -> f64 {
         let left =

@@ -86,7 +86,7 @@ pub fn run(options: SessionOptions) -> Result<SessionOutcome, RunError> {
         look_ahead(&options, &DataSet::open(&options.out, &options.study)?)?;
     }
     // Nothing is written for a session that the laboratory is not ready for.
-    let lab = LabDevices::open(&LabSettings::of(&options.study.file), options.code.as_str())?;
+    let lab = LabDevices::open(&LabSettings::of(&options.study.file))?;
     let event_loop = event_loop::event_loop()?;
     let data = DataSet::open(&options.out, &options.study)?;
     let session = open_session(&options, &data)?;
@@ -237,6 +237,9 @@ impl SessionWindows<'_> {
             self.live_session.note_contact(&words)?;
         }
         self.speak();
+        if self.live_session.has_consent() {
+            self.resources.lab.open_outlets()?;
+        }
         let (drove, prepared) = (self.live_session.drives(), self.resources.live.is_some());
         self.on_backend(|live_session, backend| live_session.tick(elapsed, backend))?;
         if let (Some(live), false) = (&self.resources.live, prepared) {

@@ -12,4 +12,6 @@ pub use error::WorldError;
 pub use event::{EndReason, Event, EventKind};
 pub use snapshot::{HASH_START, Leader, Pitch, Snapshot, VehicleSnapshot, is_in_lane};
 pub use summary::{ContactRecord, Summary, SummaryAccumulator};
-pub use world::{Agent, AgentDrivers, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, World, lanes_beside};
+pub use world::{
+    Agent, AgentDrivers, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, WAVE_STANDS_S, World, lanes_beside,
+};

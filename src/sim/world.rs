@@ -33,7 +33,7 @@ mod yield_lines;
 
 pub use advice::ExpectedSpeeds;
 pub use agent::Agent;
-pub use hand_over::HandOver;
+pub use hand_over::{HandOver, WAVE_STANDS_S};
 pub use lane_beside::lanes_beside;
 pub use outside::{AgentDrivers, OutsideSettings};
 pub use put_back::NotPutBack;

@@ -87,7 +87,21 @@ impl TsvTable {
 }
 
 fn cell_text(cell: &str) -> String {
-    if cell.is_empty() { "n/a".into() } else { cell.replace(['\t', '\n', '\r'], " ") }
+    // Readers part lines at more than line feeds.
+    let parts_lines = |c: char| c.is_control() || "\u{2028}\u{2029}".contains(c);
+    if cell.is_empty() { "n/a".into() } else { cell.replace(parts_lines, " ") }
+}
+
+/// A text within a line of Markdown, without any markup of its own.
+pub fn markdown(text: &str) -> String {
+    let mut plain = String::new();
+    for c in text.chars() {
+        if "\\`*_[]<>&~|$#".contains(c) {
+            plain.push('\\');
+        }
+        plain.push(if c.is_control() { ' ' } else { c });
+    }
+    plain
 }
 
 /// A number as a cell.
@@ -150,6 +164,7 @@ pub fn derived(title: &str) -> [(&'static str, String); 3] {
         // The data set that this folder is in.
         "SourceDatasets": [{ "URL": "../../" }],
     });
+    let title = markdown(title);
     let readme = format!(
         "# {title}: measures by codrive\n\nMade from the data set two folders above by `codrive analyse`, which makes it again.\n\n\
          * `trials.csv`: one row a drive. `columns.json` defines the columns of all tables.\n\
@@ -167,8 +182,8 @@ mod tests {
     #[test]
     fn cells_keep_to_their_line_and_what_is_missing_says_so() {
         let mut table = TsvTable::new(vec![TsvColumn::new("a", "first", "s"), TsvColumn::new("b", "second", "")]);
-        table.rows.push(vec!["1\t2\n3".into(), String::new()]);
-        assert_eq!(table.text(), "a\tb\n1 2 3\tn/a\n");
+        table.rows.push(vec!["1\t2\n3\u{2028}\u{b}4".into(), String::new()]);
+        assert_eq!(table.text(), "a\tb\n1 2 3  4\tn/a\n");
         let sidecar: Value = serde_json::from_str(&table.sidecar(json!({ "TaskName": "x" }))).unwrap();
         assert_eq!(
             sidecar,
@@ -176,6 +191,16 @@ mod tests {
         );
         assert_eq!((label("ssq-before"), label("trial")), ("ssqBefore".into(), "trial".into()));
         assert_eq!(value(&json!(["a", 2])), "a;2");
+    }
+
+    #[test]
+    fn no_character_of_a_text_is_markup_of_markdown() {
+        assert_eq!(markdown("Driving in Zürich, 5 to 7: why?"), "Driving in Zürich, 5 to 7: why?");
+        assert_eq!(
+            markdown("<b>*x*</b> [a](http://b) `c` #d\n\u{1b}"),
+            "\\<b\\>\\*x\\*\\</b\\> \\[a\\](http://b) \\`c\\` \\#d  "
+        );
+        assert_eq!(markdown("a - b_c! 1. | ~x &amp;"), "a - b\\_c! 1. \\| \\~x \\&amp;");
     }
 
     #[test]

@@ -6,10 +6,11 @@ use super::{
     file::{ConditionLevel, SegmentKind, SettingChanges, StudyFile},
 };
 use crate::{
+    analysis::plan::ConditionKind,
     driver,
     map::{MapError, RoadMap},
     policy::{self, ResolvedPolicy},
-    scenario::Scenario,
+    scenario::{self, Scenario},
     settings::{self, Field},
     sim::World,
     toml_text::{self, KeyPart},
@@ -18,7 +19,7 @@ use crate::{
 use serde_json::Value;
 use std::{
     collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
 /// One condition.
@@ -54,6 +55,8 @@ pub(super) struct ExpectedDrives {
     pub top_mps: f64,
     /// The policy that drives by the names of map and policy.
     pub policies: BTreeMap<[String; 2], ResolvedPolicy>,
+    /// Kinds of the conditions by their names.
+    pub kinds: BTreeMap<String, ConditionKind>,
 }
 
 impl Study {
@@ -77,6 +80,10 @@ impl Study {
                 if segment.kind == SegmentKind::Trials {
                     expected.top_mps = expected.top_mps.max(dial::top_mps(&world.expected_speeds()));
                 }
+                if let (SegmentKind::Trials, Some(condition)) = (segment.kind, condition) {
+                    let known = expected.kinds.entry(condition.name.clone()).or_default();
+                    *known = known.and(ConditionKind::of(&world.policy().name, world.scenario()));
+                }
                 expected.policies.insert([map, policy], world.policy().clone());
             }
         }
@@ -99,9 +106,9 @@ impl Study {
     /// The scenario of a drive: base, then the segment's settings, then the condition's.
     pub(super) fn drive(&self, segment: usize, condition: Option<&Condition>) -> Result<Scenario, WrongSetting> {
         let set = &self.file.segment[segment].set;
-        let mut scenario = changed(&self.base, &format!("segment.{segment}.set"), set)?;
+        let mut scenario = changed(&self.base, &format!("segment.{segment}.set"), set, &self.folder)?;
         for (key, changes) in condition.iter().flat_map(|condition| &condition.changes) {
-            scenario = changed(&scenario, key, changes)?;
+            scenario = changed(&scenario, key, changes, &self.folder)?;
         }
         if scenario.duration_s <= 0.0 {
             let message = "duration_s is 0; a drive of a study needs an end".into();
@@ -177,8 +184,13 @@ pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
     all
 }
 
-/// `scenario` with settings changed; `key` is where they stand.
-pub(super) fn changed(scenario: &Scenario, key: &str, changes: &SettingChanges) -> Result<Scenario, WrongSetting> {
+/// Returns `scenario` with settings changed; `key` is where they stand, and `folder` where their paths start.
+pub(super) fn changed(
+    scenario: &Scenario,
+    key: &str,
+    changes: &SettingChanges,
+    folder: &Path,
+) -> Result<Scenario, WrongSetting> {
     let known = Scenario::fields();
     let mut list: Vec<(Field, Value)> = Vec::new();
     for (name, value) in changes {
@@ -195,7 +207,11 @@ pub(super) fn changed(scenario: &Scenario, key: &str, changes: &SettingChanges) 
             if let Some(fault) = field.fault(value) {
                 return Err(wrong(KeyPart::Value, fault));
             }
-            list.push((field.clone(), value.clone()));
+            let value = match value {
+                Value::String(word) => scenario::path_from(folder, &field.path, word).into(),
+                value => value.clone(),
+            };
+            list.push((field.clone(), value));
         }
     }
     settings::changed(scenario, &list).map_err(|fault| WrongSetting {

@@ -26,7 +26,7 @@ use super::{
     bids::{self, TsvColumn, TsvTable},
     checksums, erasure,
     event_table::{self, DriveEvents},
-    fms_table, lock, motion,
+    fms_table, inherited, lock, motion,
     scans::{self, DateShift, ScannedDrive, ScannedFile},
     session::{self, ParticipantKind, SessionLog},
     source,
@@ -240,7 +240,7 @@ impl DataSet {
         if let Some(log) = logs.iter().find(|log| log.participant == *code) {
             self.publish_one(study, log)?;
         }
-        self.put_inherited()?;
+        inherited::settle(&self.root)?;
         self.put_table("participants", &participants(&logs), json!({}))?;
         // Not everybody is asked the same at the same place: after a drive without advice nothing about it.
         let plans: Vec<SessionPlan> = logs.iter().map(|log| study.plan(log.index)).chain([study.plan(0)]).collect();
@@ -381,15 +381,6 @@ impl DataSet {
         self.put(&format!("{name}_motion.json"), &format!("{:#}\n", motion::sidecar(span, facts)))?;
         Ok(Some(table))
     }
-
-    /// Sidecars at the top, which tables of all participants inherit.
-    fn put_inherited(&self) -> Result<(), SessionError> {
-        let path = self.root.join(DESCRIPTION);
-        let about = read_text(&path, SETTINGS_BYTES).unwrap_or_default();
-        let about: Value = serde_json::from_str(&about).unwrap_or_default();
-        self.put(event_table::SIDECAR, &event_table::sidecar(about["HEDVersion"].is_string()))?;
-        self.put(motion::CHANNELS_JSON, &motion::reference_frames())
-    }
 }
 
 /// The task as BIDS names it: `trial`, and `trialTrust` for the questionnaire after it.
@@ -446,7 +437,7 @@ fn readme(study: &Study) -> String {
          A folder that ends in `{BASELINE}` is the same drive from the same seed without advice.\n\
          * `study.toml`: the study itself, to be run again.\n\n\
          `codrive analyse` makes tables of measures and a report of it.\n",
-        study.file.title
+        bids::markdown(&study.file.title)
     )
 }
 

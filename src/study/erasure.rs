@@ -7,7 +7,7 @@
 use super::{
     DataSet, ParticipantCode, SessionError,
     bids::{TsvColumn, TsvTable},
-    checksums, lock,
+    checksums, inherited, lock, mentions,
 };
 use crate::{
     file::{SETTINGS_BYTES, read_text},
@@ -50,6 +50,15 @@ pub struct ErasedParticipant {
     pub at: String,
 }
 
+/// What an erasure cannot take away.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LeftBehind {
+    /// Files outside `derivatives/` that name the participant, written by people.
+    pub naming: Vec<PathBuf>,
+    /// Folders of other programs' results, which may be computed with the participant's data.
+    pub others: Vec<PathBuf>,
+}
+
 type Step = fn(&Erasure, &Path) -> Result<(), SessionError>;
 
 /// What is done in this order. The mark that it has begun goes last.
@@ -58,11 +67,11 @@ const STEPS: [Step; 6] =
 
 impl DataSet {
     /// Erases a participant: recordings, answers, log, rows of every table, and all results that were made with them. `now` is the
-    /// time, UTC. Those whose data were copied elsewhere are not found.
+    /// time, UTC. Those whose data were copied elsewhere are not found. Returns what may still hold something of the participant.
     ///
     /// # Errors
     /// There is no such participant, or the session is being run; the disk refuses, and the next start goes on.
-    pub fn erase(&self, code: &ParticipantCode, reason: &str, now: &str) -> Result<(), SessionError> {
+    pub fn erase(&self, code: &ParticipantCode, reason: &str, now: &str) -> Result<LeftBehind, SessionError> {
         self.check_known(code)?;
         let folder = self.source(code);
         // Held until all is gone. A folder without a session has no other program either.
@@ -70,7 +79,12 @@ impl DataSet {
         let erasure = Erasure { participant: code.clone(), reason: reason.into(), at: now.into() };
         let text = serde_json::to_string_pretty(&erasure).expect("words");
         record::replace(&self.root().join(BEGUN), (text + "\n").as_bytes())?;
-        finish(self.root())
+        finish(self.root())?;
+        let folders =
+            fs::read_dir(self.root().join("derivatives")).into_iter().flatten().flatten().map(|entry| entry.path());
+        let mut others: Vec<PathBuf> = folders.filter(|path| path.is_dir()).collect();
+        others.sort();
+        Ok(LeftBehind { naming: mentions::files(self.root(), code)?, others })
     }
 
     /// Refuses a code that has no data here; says which there are, and who was erased.
@@ -159,11 +173,11 @@ impl Erasure {
         remove(&root.join(subject))
     }
 
-    /// Means and figures have the participant in them: all results go. Folders of other programs lose the participant's own.
+    /// Means and figures have the participant in them: all results of this program go. Those of other programs, which it cannot make
+    /// again, lose what names the participant.
     fn remove_derived(&self, root: &Path) -> Result<(), SessionError> {
         MADE_AGAIN.iter().try_for_each(|name| remove(&root.join(name)))?;
-        let others = fs::read_dir(root.join("derivatives")).into_iter().flatten().flatten();
-        others.into_iter().try_for_each(|other| remove(&other.path().join(self.participant.subject())))
+        mentions::remove_from_derived(root, &self.participant)
     }
 
     fn remove_rows(&self, root: &Path) -> Result<(), SessionError> {
@@ -181,7 +195,7 @@ impl Erasure {
                 entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == record::BESIDE));
             begun.into_iter().try_for_each(|path| remove(&path))?;
         }
-        Ok(())
+        inherited::settle(root)
     }
 
     fn note(&self, root: &Path) -> Result<(), SessionError> {

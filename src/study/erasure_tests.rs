@@ -48,6 +48,13 @@ fn place() -> Place {
         ("derivatives/codrive/conditions.csv", "condition,mean\na,1.5\n"),
         ("derivatives/other/sub-P1/x.txt", "P1"),
         ("derivatives/other/sub-P2/x.txt", "P2"),
+        (
+            "derivatives/other/notes.tsv",
+            "at\tparticipant\ttext\nt1\tsub-P1\tfelt sick\nt2\tsub-P2\tfine\nt3\tP1\tagain\n",
+        ),
+        ("derivatives/other/deep/model.json", "{\"people\": [\"sub-P1\", \"sub-P2\"]}"),
+        ("derivatives/other/figure_sub-P1.svg", "<svg/>"),
+        ("derivatives/other/figure_sub-P12.svg", "<svg/>"),
         ("phenotype/load.new", "participant_id\nsub-P1"),
     ] {
         let path = data.root().join(name);
@@ -78,10 +85,10 @@ fn assert_erased(place: &Place) {
     let root = place.data.root();
     for (path, text) in all(root) {
         let is_ledger = path.file_name().is_some_and(|name| name == "erased.tsv");
-        assert!(is_ledger || !text.contains("P1"), "{}: {text}", path.display());
+        assert!(is_ledger || !text.replace("P12", "").contains("P1"), "{}: {text}", path.display());
         // Of the names below the data set: that of a scratch folder is drawn and may be anything.
         let name = path.strip_prefix(root).unwrap();
-        assert!(!name.to_string_lossy().contains("P1"), "{}", name.display());
+        assert!(!name.to_string_lossy().replace("P12", "").contains("P1"), "{}", name.display());
     }
     assert!(!root.join(BEGUN).exists() && !root.join("derivatives/codrive").exists());
     let ledger = fs::read_to_string(root.join("erased.tsv")).unwrap();
@@ -90,6 +97,9 @@ fn assert_erased(place: &Place) {
     assert!(
         root.join("sourcedata/sub-P2/session.json").exists() && root.join("derivatives/other/sub-P2/x.txt").exists()
     );
+    assert!(root.join("derivatives/other/figure_sub-P12.svg").exists(), "another one");
+    let notes = fs::read_to_string(root.join("derivatives/other/notes.tsv")).unwrap();
+    assert_eq!(notes, "at\tparticipant\ttext\nt2\tsub-P2\tfine\n");
     let shift = fs::read_to_string(root.join("sourcedata/sub-P2/date-shift.json")).unwrap();
     assert!(shift.starts_with("{\"days\":-"), "{shift}");
     assert!(root.join("sub-P2/sub-P2_scans.tsv").exists());
@@ -104,7 +114,8 @@ fn assert_erased(place: &Place) {
 #[test]
 fn nothing_of_who_is_erased_stays_but_a_line_and_nobody_else_changes() {
     let place = place();
-    place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap();
+    let left = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap();
+    assert_eq!(left, LeftBehind { naming: Vec::new(), others: vec![place.data.root().join("derivatives/other")] });
     assert_erased(&place);
     let ignored = fs::read_to_string(place.data.root().join(".bidsignore")).unwrap();
     assert!(ignored.contains("erased.tsv\n"), "{ignored}");
@@ -150,4 +161,14 @@ fn wrong_codes_are_refused_with_those_that_are_there_and_a_running_session_too()
     let said = place.data.erase(&code("P3"), "x", "t9").unwrap_err().to_string();
     assert!(said.contains("participant P3 is being run by another program"), "{said}");
     assert!(!place.data.root().join(BEGUN).exists(), "what is refused is not begun");
+}
+
+#[test]
+fn a_file_of_the_laboratory_that_names_who_is_erased_is_told_and_stays() {
+    let place = place();
+    let readme = place.data.root().join("NOTES.md");
+    fs::write(&readme, "sub-P1 came late.\n").unwrap();
+    let left = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap();
+    assert_eq!(left.naming, [readme.clone()]);
+    assert_eq!(fs::read_to_string(readme).unwrap(), "sub-P1 came late.\n");
 }

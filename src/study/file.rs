@@ -88,6 +88,21 @@ pub struct StudyFile {
     pub font: Option<PathBuf>,
 }
 
+impl StudyFile {
+    /// Free texts of one line, by their keys.
+    fn lines(&self) -> Vec<(String, &str)> {
+        let authors = self.authors.iter().enumerate().map(|(i, name)| (format!("authors.{i}"), name.as_str()));
+        let others = [
+            ("title", Some(&self.title)),
+            ("licence", self.licence.as_ref()),
+            ("institution", self.institution.as_ref()),
+        ];
+        let factors = self.factors.keys().map(|name| (format!("factors.{}", name.escape_debug()), name.as_str()));
+        let others = others.into_iter().filter_map(|(key, text)| Some((key.to_owned(), text?.as_str())));
+        others.chain(authors).chain(factors).collect()
+    }
+}
+
 fn is_default(lsl: &LslSettings) -> bool {
     *lsl == LslSettings::default()
 }
@@ -269,6 +284,8 @@ pub struct Study {
     /// Spoken instructions by the name of their segment.
     pub spoken: BTreeMap<String, SpokenText>,
     pub(super) expected: ExpectedDrives,
+    /// Folder of its file, where the paths in it start.
+    pub(super) folder: PathBuf,
 }
 
 impl Study {
@@ -302,7 +319,9 @@ impl Study {
     pub fn parse(source: String, path: &Path) -> Result<Self, StudyError> {
         let name = path.display().to_string();
         let file: StudyFile = toml_text::parse(&source, &name).map_err(|e| StudyError(e.to_string()))?;
+        let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let mut study = Self {
+            folder: folder.clone(),
             base: Scenario::default(),
             conditions: Vec::new(),
             questionnaires: BTreeMap::new(),
@@ -315,10 +334,9 @@ impl Study {
         let fault =
             |key: &str, message: String| StudyError(toml_text::at(&study.source, &name, key, KeyPart::Value, &message));
         study.check_shape().map_err(|(key, message)| fault(&key, message))?;
-        let base = changed(&Scenario::default(), "base", &study.file.base)
+        let base = changed(&Scenario::default(), "base", &study.file.base, &folder)
             .map_err(|wrong| wrong.located(&study.source, &name))?;
         let conditions = conditions(&study.file);
-        let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let (mut questionnaires, mut spoken) = (BTreeMap::new(), BTreeMap::new());
         for (i, segment) in study.file.segment.iter().enumerate() {
             for (key, word) in segment.questionnaires() {
@@ -363,6 +381,14 @@ impl Study {
         if !(0.0..=60.0).contains(&file.countdown_s) {
             let text = format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s);
             return wrong("countdown_s".into(), text);
+        }
+        for (key, text) in file.lines() {
+            let commands =
+                |c: char| c.is_control() || "\u{2028}\u{2029}".contains(c) || ('\u{202a}'..='\u{202e}').contains(&c);
+            if let Some(c) = text.chars().find(|c| commands(*c) || ('\u{2066}'..='\u{2069}').contains(c)) {
+                let text = format!("{key} has the character {}; allowed: one line of text", c.escape_unicode());
+                return wrong(key, text);
+            }
         }
         file.lsl.check().map_err(|fault| (format!("lsl.{}", fault.key()), fault.to_string()))?;
         if let Some(triggers) = &file.triggers {

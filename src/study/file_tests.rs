@@ -190,3 +190,40 @@ fn devices_of_a_laboratory_are_checked_with_the_study_and_change_nothing_of_its_
     assert!(with.file.lsl.outlets && !plain.file.lsl.is_wanted() && plain.file.triggers.is_none());
     assert_eq!(plain.base, with.base, "the scenario does not know of it");
 }
+
+#[test]
+fn a_map_of_a_study_is_found_from_the_folder_of_its_file() {
+    let home = tempfile::tempdir().unwrap();
+    std::fs::create_dir(home.path().join("roads")).unwrap();
+    let shipped = crate::data_folders::root().join("maps/ring-250/net.xml");
+    std::fs::copy(shipped, home.path().join("roads/own.net.xml")).unwrap();
+    let parse = |at: &str, set: &str| {
+        let text = GOOD.replacen(at, &format!("{at}{set}"), 1);
+        Study::parse(text, &home.path().join("t.toml"))
+    };
+    let drive = "kind = \"drive\"\nname = \"practice\"\n";
+    for (at, set) in [("[base]\n", "map = \"roads/own.net.xml\"\n"), (drive, "set = { map = \"roads/own.net.xml\" }\n")]
+    {
+        let study = parse(at, set).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(study.files().unwrap(), [home.path().join("roads/own.net.xml")]);
+    }
+    let said = parse(drive, "set = { map = \"roads/other.net.xml\" }\n").unwrap_err().to_string();
+    assert!(said.contains(home.path().join("roads/other.net.xml").to_str().unwrap()), "{said}");
+}
+
+#[test]
+fn a_title_is_one_line_that_commands_nothing() {
+    for (bad, said) in
+        [("a\\tb", "\\u{9}"), ("a\\u001b[31m", "\\u{1b}"), ("a\\u202eb", "\\u{202e}"), ("a\\nb", "\\u{a}")]
+    {
+        let with = format!("title = \"{bad}\"");
+        assert_refused(
+            "title = \"t\"",
+            &with,
+            &format!("t.toml:1:9: title has the character {said}; allowed: one line"),
+        );
+    }
+    let authors = "title = \"t\"\nauthors = [\"A\", \"B\\u0007\"]";
+    assert_refused("title = \"t\"", authors, "authors.1 has the character \\u{7}");
+    assert!(told("title = \"t\"", "title = \"<b> & 'Zürich' שלום\"").is_ok());
+}

@@ -1,17 +1,18 @@
 //! What a study plans, as a text to register before the first participant. In: a study with its `[analysis]`, how many take part,
 //! and the spread of the primary outcome, of a rehearsal or unknown. Out: Markdown. The same file gives the same text.
 
-use super::{PlanItem, Study, order::OrderDesign};
+use super::{PlanItem, PlannedItem, Study, bids::markdown, order::OrderDesign};
 use crate::{
     analysis::{
         AnalysedRecording, AnalysisError, MEASURES, StudyParticipants,
         mixed_model::ModelFault,
         normality::NormalityTest,
-        plan::{AnalysisPlan, PlanHistory},
+        plan::{AnalysisPlan, PlanHistory, PlannedTest},
         planned::PlannedAnalysis,
         power::SimulatedDesign,
     },
     plot::minus,
+    record::inputs,
 };
 use std::fmt::Write;
 
@@ -122,7 +123,7 @@ fn written(
     studies: usize,
 ) -> Result<String, PreregistrationError> {
     let plan = planned(study)?;
-    let mut out = format!("# Preregistration: {}\n\n", study.file.title);
+    let mut out = format!("# Preregistration: {}\n\n", markdown(&study.file.title));
     let _ =
         writeln!(out, "Written by codrive {} from the study's file. {}\n", env!("CARGO_PKG_VERSION"), who_leads(study));
     design(&mut out, study, participants);
@@ -131,20 +132,22 @@ fn written(
     exclusion(&mut out, plan);
     early_ends(&mut out, study);
     outcomes(&mut out, plan);
-    model(&mut out, plan);
+    model(&mut out, study, plan);
     power(&mut out, study, participants, spread, studies);
     Ok(out)
 }
 
 fn who_leads(study: &Study) -> String {
-    let authors = (!study.file.authors.is_empty()).then(|| format!("Led by {}.", study.file.authors.join(", ")));
-    let place = study.file.institution.as_ref().map(|place| format!("At {place}."));
+    let authors =
+        (!study.file.authors.is_empty()).then(|| format!("Led by {}.", markdown(&study.file.authors.join(", "))));
+    let place = study.file.institution.as_ref().map(|place| format!("At {}.", markdown(place)));
     authors.into_iter().chain(place).collect::<Vec<_>>().join(" ")
 }
 
 fn design(out: &mut String, study: &Study, participants: usize) {
     let plan = study.plan(0);
-    let trials = plan.items.iter().filter(|item| item.run.is_some()).count();
+    let is_trial = |planned: &&PlannedItem| planned.run.is_some() && matches!(planned.item, PlanItem::Drive { .. });
+    let trials = plan.items.iter().filter(is_trial).count();
     let _ = writeln!(
         out,
         "## Design\n\nWithin participants: {participants} participants, each with {trials} trials, one in each of {} conditions per \
@@ -162,9 +165,9 @@ fn design(out: &mut String, study: &Study, participants: usize) {
 fn item_words(item: &PlanItem, run: Option<usize>) -> String {
     match (item, run) {
         (PlanItem::Drive { scenario, .. }, Some(place)) => {
-            format!("trial at place {place}, {} s on {}", scenario.duration_s, scenario.map)
+            format!("trial at place {place}, {} s on {}", scenario.duration_s, markdown(inputs::last(&scenario.map)))
         }
-        _ => item.words(),
+        _ => markdown(&item.words()),
     }
 }
 
@@ -172,14 +175,18 @@ fn conditions(out: &mut String, study: &Study) {
     out.push_str("## Factors and conditions\n\n");
     for (factor, levels) in &study.file.factors {
         let names: Vec<&str> = levels.iter().map(|level| level.name.as_str()).collect();
-        let _ = writeln!(out, "* Factor `{factor}`: {}", names.join(", "));
+        let _ = writeln!(out, "* Factor {}: {}", markdown(factor), names.join(", "));
     }
     let listed =
         study.file.factors.iter().flat_map(|(name, levels)| levels.iter().map(move |level| (Some(name), level)));
     for (factor, level) in listed.chain(study.file.condition.iter().map(|level| (None, level))) {
-        let set: Vec<String> = level.set.iter().map(|(key, value)| format!("`{key}` = {value}")).collect();
+        let value = |value: &serde_json::Value| match value.as_str() {
+            Some(text) => markdown(inputs::last(text)),
+            None => markdown(&value.to_string()),
+        };
+        let set: Vec<String> = level.set.iter().map(|(key, set)| format!("`{key}` = {}", value(set))).collect();
         let set = if set.is_empty() { "as the base of the study".into() } else { set.join(", ") };
-        let of = factor.map_or(String::new(), |factor| format!(" of `{factor}`"));
+        let of = factor.map_or(String::new(), |factor| format!(" of {}", markdown(factor)));
         let _ = writeln!(out, "* `{}`{of}: {set}", level.name);
     }
     out.push('\n');
@@ -257,14 +264,19 @@ fn outcomes(out: &mut String, plan: &AnalysisPlan) {
     out.push('\n');
 }
 
-fn model(out: &mut String, plan: &AnalysisPlan) {
+fn model(out: &mut String, study: &Study, plan: &AnalysisPlan) {
+    let [tests, impossible] = plan.tests(&study.expected.kinds);
+    let without = match PlannedTest::list(&impossible) {
+        none if none.is_empty() => String::new(),
+        list => format!(" No test, as no trial of one of the conditions has the measure: {list}."),
+    };
     let contrasts: Vec<String> = plan.contrasts.iter().map(|contrast| contrast.label()).collect();
     let unit = unit(plan);
     let _ = writeln!(
         out,
         "## Model and tests\n\nOne linear mixed model an outcome, by restricted maximum likelihood:\n\n    {}\n\nThe condition is a factor, the \
          place among the trials (from 1) a number, the participant a random intercept.{} Contrasts: {}. Each has its estimate, a 95 % interval and a two-sided p by Satterthwaite's degrees of freedom.\n\n\
-         * Level: alpha = {} over all {} tests of the plan (outcomes times contrasts), by Holm's correction.\n\
+         * Level: alpha = {} over all {} tests of the plan (outcomes times contrasts), by Holm's correction.{without}\n\
          * Smallest effect of interest: {}{unit} of the primary outcome.\n\
          * Normality of residuals and of participants' intercepts is looked at in quantile-quantile plots and told by Shapiro and \
          Wilk's test; it decides nothing.\n",
@@ -272,7 +284,7 @@ fn model(out: &mut String, plan: &AnalysisPlan) {
         covariates(plan),
         contrasts.join("; "),
         plan.alpha,
-        plan.tests(),
+        tests.len(),
         plan.smallest_effect,
     );
 }
@@ -295,7 +307,7 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
     out.push_str("## Power\n\n");
     let unit = unit(plan);
     let first = &plan.contrasts[0];
-    let strict = plan.alpha / plan.tests() as f64;
+    let strict = plan.alpha / plan.tests(&study.expected.kinds)[0].len().max(1) as f64;
     let (effects, deviations, per_place) = match spread {
         OutcomeSpread::Unknown => {
             let _ = writeln!(
@@ -321,8 +333,9 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
             };
             let _ = writeln!(
                 out,
-                "Standard deviations are those of the data set \"{title}\" ({people} {kind}; {trials} trials): {}{unit} between and \
+                "Standard deviations are those of the data set \"{}\" ({people} {kind}; {trials} trials): {}{unit} between and \
                  {}{unit} within participants, and {}{unit} from place to place.",
+                markdown(title),
                 figures(deviations[0]),
                 figures(deviations[1]),
                 figures(*per_place)
@@ -393,100 +406,5 @@ fn figures(value: f64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::path::Path;
-
-    fn study(more: &str) -> Study {
-        study_with(more, "")
-    }
-
-    /// `trial` are lines of its only segment.
-    fn study_with(more: &str, trial: &str) -> Study {
-        let text = format!(
-            "title = \"Ranges\"\nparticipants = 12\n[base]\ntraffic = \"native\"\nduration_s = 60.0\n{more}\n[factors]\nrange = [{{ name = \
-             \"narrow\", set = {{ range_mph = 0.5 }} }}, {{ name = \"middle\" }}, {{ name = \"wide\", set = {{ range_mph = 2.0 }} }}]\n\
-             [[segment]]\nkind = \"trials\"\nname = \"trial\"\n{trial}"
-        );
-        Study::parse(text, Path::new("x.toml")).unwrap_or_else(|e| panic!("{e}"))
-    }
-
-    const PLAN: &str = "[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 0.3\nsecondary = [\"reaction_s\"]\ncontrasts = [{ \
-                        condition = \"wide\", reference = \"narrow\" }, { condition = \"middle\", reference = \"narrow\" }]\n\
-                        [analysis.exclude]\nmost_contacts = 0\n";
-
-    #[test]
-    fn the_text_says_design_order_rules_model_and_power() {
-        let study = study(PLAN);
-        let spread = OutcomeSpread::Rehearsed {
-            title: "Rehearsed".into(),
-            counts: [12, 36],
-            is_simulated: true,
-            deviations: [0.2, 0.4],
-            per_place: -0.01,
-            residuals: Some(NormalityTest { w: 0.97, p: 0.2 }),
-        };
-        let text = written(&study, 12, &spread, 200).unwrap();
-        assert!(!text.contains("far from normal"));
-        for part in [
-            "12 participants, each with 3 trials, one in each of 3 conditions",
-            "* `narrow` of `range`: `range_mph` = 0.5",
-            "They repeat after 6 participants.",
-            "1. narrow, middle, wide",
-            "Every order comes 2 times with 12 participants.",
-            "replaced by one with the same order",
-            "A trial is left out if there was a contact",
-            "* Primary: Mean speed of all vehicles",
-            "measure ~ condition + place + (1 | participant)",
-            "alpha = 0.05 over all 4 tests",
-            "Smallest effect of interest: 0.3 m/s",
-            "0.200 m/s between and 0.400 m/s within participants, and \u{2212}0.010 m/s from place to place",
-            "at 0.0125 as the strictest step",
-            "| **12** | 0.3 m/s | ",
-        ] {
-            assert!(text.contains(part), "{part}\n{text}");
-        }
-        assert_eq!(text, written(&study, 12, &spread, 200).unwrap());
-        // Theory (R: pt with noncentrality 0.3/0.4 sqrt(48/2), 93 degrees of freedom) has 0.953 for 48 participants; three errors of 200
-        // studies are 4.6 points.
-        let row = text.lines().find(|line| line.starts_with("| 48 |")).unwrap();
-        let share: f64 = row.split('|').nth(3).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
-        assert!((share - 95.3).abs() < 4.6, "{row}");
-        let OutcomeSpread::Rehearsed { title, counts, is_simulated, deviations, per_place, .. } = spread else {
-            return;
-        };
-        let residuals = Some(NormalityTest { w: 0.81, p: 1e-6 });
-        let skewed = OutcomeSpread::Rehearsed { title, counts, is_simulated, deviations, per_place, residuals };
-        let text = written(&study, 12, &skewed, 20).unwrap();
-        assert!(text.contains("far from normal** (Shapiro and Wilk's W = 0.810, p < 0.001)"), "{text}");
-    }
-
-    #[test]
-    fn the_rules_that_end_a_session_are_planned() {
-        let rules = "fms_every_s = 60\nstop_above = { score = \"fms\", value = 10 }\n";
-        let text = written(&study_with(PLAN, rules), 12, &OutcomeSpread::Unknown, 20).unwrap();
-        for part in [
-            "* `trial`: every 60 s of a drive the participant rates sickness on the fast motion sickness scale, 0 to 20",
-            "* `trial`: the session ends at that moment of the drive if the score `fms` is above 10.",
-        ] {
-            assert!(text.contains(part), "{part}\n{text}");
-        }
-        assert!(
-            written(&study(PLAN), 12, &OutcomeSpread::Unknown, 20)
-                .unwrap()
-                .contains("may stop at any moment.\n\n## Outcomes")
-        );
-    }
-
-    #[test]
-    fn an_unbalanced_number_is_told_with_the_next_and_without_a_rehearsal_effects_are_conventional() {
-        let text = written(&study(PLAN), 10, &OutcomeSpread::Unknown, 20).unwrap();
-        assert!(
-            text.contains("**Not every order comes equally often with 10 participants; with 12 it does.**"),
-            "{text}"
-        );
-        assert!(text.contains("Cohen (1988)") && text.contains("| **10** | 0.8 residual SD | "), "{text}");
-        let none = written(&study(""), 12, &OutcomeSpread::Unknown, 20).unwrap_err().to_string();
-        assert!(none.contains("has no [analysis]") && none.contains("remedy"), "{none}");
-    }
-}
+#[path = "preregistration_tests.rs"]
+mod tests;

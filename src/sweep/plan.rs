@@ -9,7 +9,7 @@ use crate::{
     driver::{self, Population},
     file::{SETTINGS_BYTES, read_text},
     policy::{self, PolicySource},
-    scenario::Scenario,
+    scenario::{self, Scenario},
     settings::{self, Field, Settings, fields_of},
     study::Study,
     toml_text::{self, KeyPart, did_you_mean, did_you_mean_file, unknown_key},
@@ -258,7 +258,7 @@ impl PlanReader<'_> {
                 })?,
             };
             let config: TrainConfig = self.changed(&base, &combination, &OF_RINGS)?;
-            let task = RingsTask { config, policy: self.beside(&policy.0), driver: driver.0, aim_mps, rings };
+            let task = RingsTask { config, policy: self.policy(&policy.0), driver: driver.0, aim_mps, rings };
             task.follower().map_err(|why| self.wrong(&driver.1, &why))?;
             let asked = ["rings".into(), String::new(), task.policy.clone(), String::new()];
             if !self.checked.contains_key(&asked) {
@@ -279,10 +279,13 @@ impl PlanReader<'_> {
                 .map_err(|why| self.wrong(&format!("{at}.scenario"), &why.message))?,
             None => Scenario::default(),
         };
-        for combination in self.combinations(&at, &table.settings, &table.each)? {
+        for mut combination in self.combinations(&at, &table.settings, &table.each)? {
+            for (name, value, _) in &mut combination.settings {
+                if let Value::String(word) = value {
+                    *word = scenario::path_from(self.folder, name, word);
+                }
+            }
             let mut scenario: Scenario = self.changed(&base, &combination, &[])?;
-            scenario.policy = self.beside(&scenario.policy);
-            scenario.map = self.beside(&scenario.map);
             let key = |name: &str| {
                 let set = combination.settings.iter().find(|setting| setting.0 == name);
                 set.map_or_else(|| format!("{at}.scenario"), |setting| setting.2.clone())
@@ -321,7 +324,7 @@ impl PlanReader<'_> {
         };
         for combination in self.combinations(&at, &table.settings, &table.each)? {
             let mut config: TrainConfig = self.changed(&base, &combination, &[])?;
-            config.advice.residual_over = self.beside(&config.advice.residual_over);
+            config.advice.residual_over = self.policy(&config.advice.residual_over);
             let task = SweepTask::Training(Box::new(config));
             self.add(&origin, combination.varied, task)?;
         }
@@ -392,11 +395,9 @@ impl PlanReader<'_> {
         settings::from_file(&self.folder.join(file)).map_err(|why| self.wrong(key, &why.message))
     }
 
-    /// A name, or the file of that name beside the plan.
-    fn beside(&self, name: &str) -> String {
-        let path = self.folder.join(name);
-        let is_file = !name.is_empty() && Path::new(name).is_relative() && path.exists();
-        if is_file { path.display().to_string() } else { name.to_owned() }
+    /// A policy's name, or its path from the plan's folder.
+    fn policy(&self, name: &str) -> String {
+        scenario::path_from(self.folder, "policy", name)
     }
 
     /// A word, and where it stands; else what stands for none.

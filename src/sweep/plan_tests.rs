@@ -104,6 +104,9 @@ fn files_that_a_plan_names_lie_beside_it() {
     };
     assert_eq!(drive(&plan.runs[0]), (folder.path().join("calm.toml").display().to_string(), 20));
     assert_eq!(drive(&plan.runs[1]), ("pi".into(), 20));
+    let text = "[[drives]]\nscenario = \"wave.toml\"\n[drives.each]\nmap = [\"town.net.xml\"]\n";
+    let said = SweepPlan::from_text(text, &folder.path().join("plan.toml")).expect_err("no such map").to_string();
+    assert!(said.contains(&folder.path().join("town.net.xml").display().to_string()), "{said}");
 }
 
 #[test]

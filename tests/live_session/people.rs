@@ -93,6 +93,18 @@ fn who_declines_is_thanked_and_nothing_else_is_asked_or_kept() {
 }
 
 #[test]
+fn there_is_consent_once_it_is_given_and_never_of_who_declines() {
+    for (answer, agrees) in [(0, true), (1, false)] {
+        let mut rig = Rig::of(STUDY);
+        assert!(!rig.live_session().has_consent(), "the first page");
+        rig.next();
+        assert!(!rig.live_session().has_consent(), "the question");
+        pick(&mut rig, &[answer]);
+        assert_eq!(rig.live_session().has_consent(), agrees);
+    }
+}
+
+#[test]
 fn a_screening_ends_the_session_by_the_answer_that_its_file_names() {
     let mut rig = Rig::of(STUDY);
     rig.next();

@@ -6,7 +6,7 @@ use crate::{
 };
 use codrive::{
     live_drive::lab::{LabDevices, LabSettings},
-    lsl::{self, Channel, ChannelFormat, Outlet, SampleValues, StreamDescription},
+    lsl::{self, Channel, ChannelFormat, Outlet, OutletInterface, SampleValues, StreamDescription},
     record::{TableReader, streams},
 };
 use serde_json::Value;
@@ -20,10 +20,10 @@ fn a_stream_that_does_not_come_is_named_with_those_that_are_there() {
     programs::on_loopback();
     let mut heart = Program::python("send.py", &["heart", "100", "heart-1"]);
     heart.wait_for("READY", 1);
-    let told = LabDevices::open(&settings("type='EEG'"), "P08").err().unwrap().to_string();
+    let told = LabDevices::open(&settings("type='EEG'")).err().unwrap().to_string();
     assert!(told.starts_with("no LSL stream with type='EEG' came within 0.5 s. Streams that are there: "), "{told}");
     assert!(told.contains("name='heart' type='Gaze' source_id='heart-1' (2 channels, 100 Hz, on "), "{told}");
-    let told = LabDevices::open(&settings("type='EEG"), "P08").err().unwrap().to_string();
+    let told = LabDevices::open(&settings("type='EEG")).err().unwrap().to_string();
     assert!(told.contains("liblsl refused the predicate type='EEG"), "{told}");
 }
 
@@ -34,7 +34,7 @@ fn a_device_that_goes_and_comes_back_leaves_a_gap_that_is_told() {
     let recording = place.path().join("drive");
     let mut eyes = Program::python("send.py", &["tracker", "100", "tracker-1"]);
     eyes.wait_for("READY", 1);
-    let lab = LabDevices::open(&settings("name='tracker'"), "P09").unwrap();
+    let lab = LabDevices::open(&settings("name='tracker'")).unwrap();
     let again = std::thread::spawn(move || {
         std::thread::sleep(std::time::Duration::from_millis(1_500));
         eyes.kill();
@@ -69,8 +69,8 @@ fn a_push_costs_the_loop_a_tenth_of_a_millisecond_at_most_while_somebody_listens
         source_id: "cost-1".into(),
         channels,
     };
-    let outlet = Outlet::open(description).unwrap();
-    let mut inlet = lsl::resolve("name='cost'", 10.0).unwrap();
+    let outlet = Outlet::open(description, &OutletInterface::Loopback).unwrap();
+    let mut inlet = lsl::resolve("name='cost'", 10.0, &|| false).unwrap();
     assert!(
         outlet.push(&[1.0], 1.0).is_err() && outlet.push_texts(&["a"; 14], 1.0).is_err(),
         "the library would read on"
@@ -121,4 +121,74 @@ fn a_program_without_the_library_says_so_before_it_drives_and_needs_none_where_n
     std::fs::write(file.path(), "[triggers]\ndevice = '/dev/ttyUSB0'\nbaud = 12\n").unwrap();
     let (is_well, said) = codrive(&["drive", "--lab", file.path().to_str().unwrap()]);
     assert!(!is_well && said.contains("[triggers] baud is 12; allowed: 9600"), "{said}");
+}
+
+/// Sockets of this process that listen for connections, with the number of instructions of their filters.
+fn listeners() -> Vec<u32> {
+    use nix::libc;
+    let names = std::fs::read_dir("/proc/self/fd").unwrap().flatten().map(|entry| entry.file_name());
+    let files: Vec<i32> = names.filter_map(|name| name.to_str()?.parse().ok()).collect();
+    let asked = |file: i32, option: i32, value: *mut libc::c_void, size: u32| {
+        let mut size = size;
+        // SAFETY: the value has the size that is said; none is asked for its size alone.
+        (unsafe { libc::getsockopt(file, libc::SOL_SOCKET, option, value, &mut size) } == 0).then_some(size)
+    };
+    let listens = |file: &i32| {
+        let mut flag = 0_i32;
+        asked(*file, libc::SO_ACCEPTCONN, (&raw mut flag).cast(), 4).is_some() && flag == 1
+    };
+    let filter = |file: i32| asked(file, libc::SO_ATTACH_FILTER, std::ptr::null_mut(), 0).unwrap_or(0);
+    files.into_iter().filter(listens).map(filter).collect()
+}
+
+#[test]
+fn streams_are_opened_when_asked_and_heard_on_this_machine_alone() {
+    programs::on_loopback();
+    let settings = |more: &str| toml::from_str(&format!("[lsl]\noutlets = true\n{more}")).unwrap();
+    let seen = || {
+        let streams = lsl::resolve_all(1.0).unwrap();
+        streams.into_iter().map(|stream| stream.source_id).filter(|id| id.ends_with(".quiet")).collect::<Vec<_>>()
+    };
+    let mut lab = LabDevices::open(&settings("source = 'quiet'")).unwrap();
+    assert!(seen().is_empty(), "before consent there is nothing to be heard");
+    lab.open_outlets().unwrap();
+    assert_eq!(seen().len(), 5);
+    let listeners = listeners();
+    assert!(listeners.len() >= 5 && listeners.iter().all(|filter| *filter > 0), "{listeners:?}");
+    let told = LabDevices::open(&settings("interface = 'eth77'")).err().unwrap().to_string();
+    assert!(told.starts_with("there is no network interface \"eth77\"; allowed: loopback, all, or one of "), "{told}");
+}
+
+#[test]
+fn ids_of_streams_are_random_where_none_is_given() {
+    programs::on_loopback();
+    let ids = || {
+        let mut lab = LabDevices::open(&toml::from_str("[lsl]\noutlets = true").unwrap()).unwrap();
+        let before: Vec<String> = lsl::resolve_all(0.5).unwrap().into_iter().map(|stream| stream.source_id).collect();
+        lab.open_outlets().unwrap();
+        let all = lsl::resolve_all(1.0).unwrap().into_iter().map(|stream| stream.source_id);
+        let new = all.filter(|id| !before.contains(id) && id.starts_with("codrive.ego."));
+        new.filter(|id| id.rsplit('.').next().is_some_and(|end| end.len() == 16)).collect::<Vec<_>>()
+    };
+    let (first, second) = (ids(), ids());
+    assert!(!first.is_empty() && !second.is_empty() && first[0] != second[0], "{first:?} {second:?}");
+}
+
+#[test]
+#[allow(clippy::disallowed_methods, reason = "the end of a program is wall time")]
+fn a_stream_that_is_dead_does_not_hold_the_end_of_a_drive_up() {
+    programs::on_loopback();
+    let place = tempfile::tempdir().unwrap();
+    let mut eyes = Program::python("send.py", &["frozen", "100", "frozen-1"]);
+    eyes.wait_for("READY", 1);
+    let mut lab = LabDevices::open(&settings("name='frozen'")).unwrap();
+    lab.begin_trial(Some(place.path()), "trial-1-wide").unwrap();
+    // The system still takes connections for it, and nobody answers: it is found again, and asked in vain.
+    eyes.stop_answering();
+    std::thread::sleep(std::time::Duration::from_secs(6));
+    let begun = std::time::Instant::now();
+    drop(lab);
+    let took_s = begun.elapsed().as_secs_f64();
+    assert!(took_s < 1.0, "{took_s} s");
+    eyes.kill();
 }

@@ -74,10 +74,12 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
     let mut keys = Program::python("send.py", &["keys", "0", "keys-7"]);
     eyes.wait_for("READY", 1);
     keys.wait_for("READY", 1);
-    let settings: LabSettings =
-        toml::from_str("[lsl]\noutlets = true\nrecord = [\"name='eyes'\", \"type='Markers' and name='keys'\"]")
-            .unwrap();
-    let lab = LabDevices::open(&settings, "P07").unwrap();
+    let settings: LabSettings = toml::from_str(
+        "[lsl]\noutlets = true\nsource = 'P07'\nrecord = [\"name='eyes'\", \"type='Markers' and name='keys'\"]",
+    )
+    .unwrap();
+    let mut lab = LabDevices::open(&settings).unwrap();
+    lab.open_outlets().unwrap();
     let named: Vec<String> = NAMES.iter().map(|name| format!("codrive.{name}")).collect();
     let mut pylsl = Program::python(
         "receive.py",

@@ -95,6 +95,12 @@ impl Program {
         self.child.wait().unwrap();
     }
 
+    /// Stops it as a program that hangs: its sockets are open, and nothing answers.
+    pub fn stop_answering(&self) {
+        let pid = nix::unistd::Pid::from_raw(i32::try_from(self.child.id()).unwrap());
+        nix::sys::signal::kill(pid, nix::sys::signal::Signal::SIGSTOP).unwrap();
+    }
+
     /// Tells it to end; what it has said since.
     pub fn end(mut self) -> String {
         let mut stdin = self.child.stdin.take().unwrap();

@@ -25,6 +25,7 @@ order = "fixed"
 countdown_s = 0.0
 [lsl]
 outlets = true
+source = "session"
 record = ["name='heart'"]
 [base]
 traffic = "native"
@@ -56,7 +57,7 @@ fn a_session_tells_of_its_trials_with_their_conditions_and_records_the_device_in
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.arg("study").arg(&study).args(["--participant", "P03", "--out"]).arg(&out).env("RUST_LOG", "error");
     let mut program = server.start_program(&mut command);
-    let mut pylsl = Program::python("receive.py", &["P03", "codrive.events", "codrive.ego"]);
+    let mut pylsl = Program::python("receive.py", &["session", "codrive.events", "codrive.ego"]);
     pylsl.wait_for("READY", 1);
     let participant = server.window("codrive: Short");
     server.window("Experimenter: P03");

@@ -144,7 +144,7 @@ impl CalibrationScreen {
         }
         if self.live {
             let bars: Vec<String> = bars.iter().map(|(_, name, share)| format!("{name} {}", bar(*share))).collect();
-            out::text(format_args!("\r\x1b[K  {}", bars.join("  ")))?;
+            out::redrawn(format_args!("  {}", bars.join("  ")))?;
         }
         Ok(())
     }

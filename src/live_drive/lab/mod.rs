@@ -17,7 +17,7 @@ use crate::{
     controls::Controls,
     drive_loop::RunError,
     file,
-    lsl::{LslSettings, LslSettingsFault, local_clock_s},
+    lsl::{self, LslSettings, LslSettingsFault, OutletInterface, local_clock_s},
     record::{
         RecordError,
         streams::{CLOCK, STAMP, StreamColumn, StreamJournal, StreamValues, TIME},
@@ -96,6 +96,8 @@ impl LabSettings {
 #[derive(Default)]
 pub struct LabDevices {
     outlets: Option<DriveOutlets>,
+    /// Streams of this program that are asked for and not open yet.
+    planned_outlets: Option<LslSettings>,
     readers: Vec<StreamReader>,
     triggers: Option<TriggerPort>,
     /// The words of the trial that runs.
@@ -126,20 +128,37 @@ struct LabRecording {
 }
 
 impl LabDevices {
-    /// Opens what is asked for; waits for every stream that is to be recorded. `source` is the same for as long as recorders are to
-    /// find the streams again: the participant's code.
+    /// Opens what is asked for but the streams of this program ([`LabDevices::open_outlets`]); waits for every stream that is to be
+    /// recorded.
     ///
     /// # Errors
-    /// liblsl is not here, a stream did not come in time, or the trigger device cannot be opened.
-    pub fn open(settings: &LabSettings, source: &str) -> Result<Self, RunError> {
+    /// liblsl is not here, a stream did not come in time, or the trigger device cannot be opened; this machine has not the interface
+    /// on which streams are to be heard.
+    pub fn open(settings: &LabSettings) -> Result<Self, RunError> {
         let triggers = settings.triggers.as_ref().map(TriggerPort::open).transpose()?;
-        let outlets = settings.lsl.outlets.then(|| DriveOutlets::open(source)).transpose()?;
+        let planned_outlets = settings.lsl.outlets.then(|| settings.lsl.clone());
+        if planned_outlets.is_some() {
+            lsl::library::open()?;
+            OutletInterface::of(&settings.lsl.interface).check()?;
+        }
         let wait_s = settings.lsl.wait_s;
         let readers = settings.lsl.record.iter().map(|predicate| StreamReader::open(predicate, wait_s));
         let readers = readers.collect::<Result<Vec<_>, _>>()?;
         let mut lab = Self::default();
-        (lab.outlets, lab.readers, lab.triggers) = (outlets, readers, triggers);
+        (lab.planned_outlets, lab.readers, lab.triggers) = (planned_outlets, readers, triggers);
         Ok(lab)
+    }
+
+    /// Opens the streams of this program, where they are asked for. In a study that is after the participant's consent.
+    ///
+    /// # Errors
+    /// liblsl refuses.
+    pub fn open_outlets(&mut self) -> Result<(), RunError> {
+        if let Some(settings) = &self.planned_outlets {
+            self.outlets = Some(DriveOutlets::open(settings)?);
+            self.planned_outlets = None;
+        }
+        Ok(())
     }
 
     /// True where there is nothing to be told anything.

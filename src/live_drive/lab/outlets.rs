@@ -12,13 +12,14 @@
 
 use crate::{
     controls::Selector,
-    lsl::{Channel, ChannelFormat, LslError, Outlet, StreamDescription},
+    lsl::{Channel, ChannelFormat, LslError, LslSettings, Outlet, OutletInterface, StreamDescription},
     record::{
         table::{ColumnValue, TableColumn},
         tables::{ADVICE, ADVICE_WITHHELD, AdviceRow, EGO, EgoRow, EventRow, FRAMES, FrameRow},
     },
     time::TICKS_PER_S,
 };
+use std::hash::{BuildHasher, RandomState};
 
 const ADVICE_COLUMNS: [&str; 5] = ["tick", "target_mps", "range_low_mps", "range_high_mps", "hold_s"];
 const CONTROL_COLUMNS: [&str; 5] = ["tick", "time_s", "throttle", "brake", "steering_wheel_rad"];
@@ -82,20 +83,25 @@ pub struct DriveOutlets {
 }
 
 impl DriveOutlets {
-    /// Opens them; `source` tells this rig or participant from others on the network.
+    /// Opens them, heard where the settings say. Their ids end in `source` of the settings, or in a random number, and tell
+    /// nothing of the participant.
     ///
     /// # Errors
     /// liblsl is not here, or refuses.
-    pub fn open(source: &str) -> Result<Self, LslError> {
+    pub fn open(settings: &LslSettings) -> Result<Self, LslError> {
+        let interface = OutletInterface::of(&settings.interface);
+        let random = || format!("{:016x}", RandomState::new().hash_one(std::process::id()));
+        let source = if settings.source.is_empty() { random() } else { settings.source.clone() };
         let outlet = |name: &str, content: &str, rate_hz: f64, format, channels: Vec<Channel>| {
-            Outlet::open(StreamDescription {
+            let description = StreamDescription {
                 name: format!("codrive.{name}"),
                 content: content.into(),
                 rate_hz,
                 format,
                 source_id: format!("codrive.{name}.{source}"),
                 channels,
-            })
+            };
+            Outlet::open(description, &interface)
         };
         let numbers = ChannelFormat::Numbers;
         let tick_hz = f64::from(TICKS_PER_S);

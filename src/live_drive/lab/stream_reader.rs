@@ -8,11 +8,16 @@ use crate::{
         RecordError,
         streams::{OFFSET, STAMP, StreamColumn, StreamJournal, StreamValues},
     },
+    traffic::is_interrupted,
 };
 use serde_json::json;
 use std::{
     path::{Path, PathBuf},
-    sync::mpsc::{self, Receiver, Sender, TryRecvError},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, Receiver, Sender, TryRecvError},
+    },
     thread::JoinHandle,
     time::Duration,
 };
@@ -54,6 +59,8 @@ pub struct StreamReader {
     commands: Option<Sender<ReaderCommand>>,
     news: Receiver<String>,
     thread: Option<JoinHandle<()>>,
+    /// Nobody reads the stream any more: the thread waits for no answer.
+    ends: Arc<AtomicBool>,
 }
 
 impl StreamReader {
@@ -62,11 +69,12 @@ impl StreamReader {
     /// # Errors
     /// liblsl is not here, the stream does not come in time, or does not answer.
     pub fn open(predicate: &str, wait_s: f64) -> Result<Self, LslError> {
-        let mut inlet = lsl::resolve(predicate, wait_s)?;
-        let offset = inlet.clock_offset(FIRST_OFFSET_S)?;
+        let mut inlet = lsl::resolve(predicate, wait_s, &is_interrupted)?;
+        let offset = inlet.clock_offset(FIRST_OFFSET_S, &is_interrupted)?;
         log::info!("records the LSL stream {}", inlet.stream().words());
         let (commands, told) = mpsc::channel();
         let (say, news) = mpsc::channel();
+        let ends = Arc::new(AtomicBool::new(false));
         let now = local_clock_s();
         let reader = ReaderThread {
             predicate: predicate.into(),
@@ -78,10 +86,11 @@ impl StreamReader {
             is_silent: false,
             recording: None,
             say,
+            ends: Arc::clone(&ends),
         };
         let thread = std::thread::Builder::new().name("lsl".into()).spawn(move || reader.run(&told));
         let thread = thread.map_err(|why| LslError::Refused { what: "a thread".into(), why: why.to_string() })?;
-        Ok(Self { commands: Some(commands), news, thread: Some(thread) })
+        Ok(Self { commands: Some(commands), news, thread: Some(thread), ends })
     }
 
     /// A drive begins that is recorded there.
@@ -111,6 +120,7 @@ impl StreamReader {
 
 impl Drop for StreamReader {
     fn drop(&mut self) {
+        self.ends.store(true, Ordering::Relaxed);
         self.commands = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -147,6 +157,7 @@ struct ReaderThread {
     is_silent: bool,
     recording: Option<StreamRecording>,
     say: Sender<String>,
+    ends: Arc<AtomicBool>,
 }
 
 impl ReaderThread {
@@ -245,9 +256,11 @@ impl ReaderThread {
             true => self.predicate.clone(),
             false => format!("({}) and source_id='{source}'", self.predicate),
         };
-        let found = lsl::find(&predicate, FLUSH_S);
+        let ends = Arc::clone(&self.ends);
+        let ends = move || ends.load(Ordering::Relaxed) || is_interrupted();
+        let found = lsl::find(&predicate, FLUSH_S, &ends);
         let Ok(Some(mut inlet)) = found else { return };
-        let Ok(offset) = inlet.clock_offset(FIRST_OFFSET_S) else { return };
+        let Ok(offset) = inlet.clock_offset(FIRST_OFFSET_S, &ends) else { return };
         let now = local_clock_s();
         (self.offset, self.offset_asked_s, self.sample_s) = (offset, now, now);
         self.stream = inlet.stream().clone();
@@ -272,7 +285,7 @@ impl ReaderThread {
         let Some(inlet) = self.inlet.as_mut().filter(|_| now - self.offset_asked_s >= OFFSET_S) else { return };
         self.offset_asked_s = now;
         // The library measures by itself, in a thread of its own; one that fails is made up for by the next.
-        let Ok(offset) = inlet.clock_offset(FLUSH_S) else { return };
+        let Ok(offset) = inlet.clock_offset(FLUSH_S, &|| self.ends.load(Ordering::Relaxed)) else { return };
         self.offset = offset;
         if let Some(recording) = &mut self.recording {
             recording.clock_offsets.push(offset);

@@ -9,7 +9,7 @@ fn settings_are_the_tables_of_a_study() {
     let text = "[lsl]\noutlets = true\nrecord = [\"type='EEG'\"]\n[triggers]\ndevice = '/dev/ttyUSB0'\n[triggers.codes]\nadvice = 1";
     let settings: LabSettings = toml::from_str(text).unwrap();
     assert!(settings.lsl.outlets && settings.triggers.unwrap().codes.advice == Some(1));
-    assert!(LabDevices::open(&LabSettings::default(), "x").unwrap().is_empty(), "nothing asked for, nothing needed");
+    assert!(LabDevices::open(&LabSettings::default()).unwrap().is_empty(), "nothing asked for, nothing needed");
 }
 
 #[cfg(target_os = "linux")]
@@ -23,7 +23,7 @@ fn a_trial_has_its_triggers_on_the_wire_and_in_its_recording() {
         device.display()
     );
     let folder = tempfile::tempdir().unwrap();
-    let mut lab = LabDevices::open(&toml::from_str(&text).unwrap(), "P01").unwrap();
+    let mut lab = LabDevices::open(&toml::from_str(&text).unwrap()).unwrap();
     lab.begin_trial(Some(folder.path()), "trial-1-wide").unwrap();
     lab.note("mark", "by the participant");
     lab.note("horn", "on");

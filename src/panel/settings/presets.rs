@@ -61,7 +61,8 @@ impl PresetList {
     pub fn save(&self, name: &str, scenario: &Scenario, replaced: bool) -> Result<PathBuf, PresetError> {
         let path = self.path(name)?;
         new_private_dir(&self.folder)?;
-        let text = scenario.to_toml();
+        // A file of the user's folder is read from there: paths of the working folder are absolute in it.
+        let text = scenario.clone().paths_from(&std::env::current_dir().unwrap_or_default()).to_toml();
         if replaced {
             replace(&path, text.as_bytes())?;
         } else if path.exists() {

@@ -6,7 +6,7 @@ use crate::{scenario::Scenario, traffic::CarState};
 use serde::{Deserialize, Serialize};
 
 /// For how long the wave must have been as strong as the scenario asks, seconds.
-const WAVE_STANDS_S: f64 = 10.0;
+pub const WAVE_STANDS_S: f64 = 10.0;
 
 /// A car that is slower than this stands, m/s, as it does for a simulated driver: the model never comes to 0 in finite time.
 pub(super) const STANDS_MPS: f64 = 0.08;

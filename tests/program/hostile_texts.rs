@@ -1,0 +1,80 @@
+//! Texts of others that would command a terminal: they are seen, and do nothing.
+
+use std::{
+    fs,
+    io::{Read, Write},
+    net::TcpListener,
+    path::Path,
+    process::Command,
+};
+
+/// Clears the screen by two ways, sets the title, goes back over the line, and turns the direction of writing.
+const HOSTILE: &str = "a\u{1b}[2Jb\u{9b}2Jc\u{1b}]0;mine\u{7}\rd\u{202e}e";
+const SEEN: &str = r"a\u001b[2Jb\u009b2Jc\u001b]0;mine\u0007\u000dd\u202ee";
+
+/// What the program says of these arguments on both outputs, with `home` as the user's.
+fn said(home: &Path, arguments: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    command.args(arguments).env("HOME", home).env_remove("XDG_DATA_HOME").env_remove("XDG_CONFIG_HOME");
+    let output = command.output().unwrap();
+    String::from_utf8([output.stdout, output.stderr].concat()).unwrap()
+}
+
+#[track_caller]
+fn assert_seen(said: &str) {
+    assert!(said.contains(SEEN), "{said:?}");
+    assert_harmless(said);
+}
+
+#[track_caller]
+fn assert_harmless(said: &str) {
+    let commands = |c: char| (c.is_control() && c != '\n' && c != '\t') || c == '\u{202e}';
+    assert!(!said.contains(commands), "{said:?}");
+}
+
+#[test]
+fn the_title_of_a_map_cannot_command_the_terminal() {
+    let home = tempfile::tempdir().unwrap();
+    let folder = home.path().join(".local/share/codrive/maps/mine");
+    fs::create_dir_all(&folder).unwrap();
+    fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/maps/ring-250/net.xml"), folder.join("net.xml")).unwrap();
+    let title = toml::Value::String(HOSTILE.into());
+    fs::write(folder.join("map.toml"), format!("title = {title}\n")).unwrap();
+    assert_seen(&said(home.path(), &["map", "list"]));
+}
+
+#[test]
+fn the_name_of_a_file_cannot_command_the_terminal() {
+    let home = tempfile::tempdir().unwrap();
+    let file = home.path().join(format!("{HOSTILE}.net.xml"));
+    let name = file.to_str().unwrap();
+    assert_seen(&said(home.path(), &["run", "--map", name]));
+    fs::write(&file, "<net>").unwrap();
+    assert_seen(&said(home.path(), &["run", "--map", name]));
+    // What clap refuses is typed, or found by a pattern of the shell; clap itself leaves sequences of escapes out.
+    let refused = said(home.path(), &["run", HOSTILE]);
+    assert!(refused.contains(r"b\u009b2Jc"), "{refused:?}");
+    assert_harmless(&refused);
+    assert_seen(&said(home.path(), &["replay", name]));
+}
+
+#[test]
+fn the_version_of_a_server_cannot_command_the_terminal() {
+    let home = tempfile::tempdir().unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    std::thread::spawn(move || {
+        let mut stream = listener.accept().unwrap().0;
+        stream.read_exact(&mut [0; 10]).unwrap();
+        // A status, then protocol 20 and a name, as SUMO answers.
+        let name = format!("SUMO {HOSTILE}").into_bytes();
+        let mut answer = b"\0\0\0\0\x07\0\0\0\0\0\0\0\0\0\0\0\x14\0\0\0".to_vec();
+        answer[11] = (10 + name.len()) as u8;
+        answer.push(name.len() as u8);
+        answer.extend(name);
+        answer[3] = answer.len() as u8;
+        stream.write_all(&answer).unwrap();
+        let _ = stream.read_to_end(&mut Vec::new());
+    });
+    assert_seen(&said(home.path(), &["run", "--traffic", &format!("127.0.0.1:{port}"), "--duration", "1"]));
+}
