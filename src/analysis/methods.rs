@@ -240,8 +240,7 @@ fn gate(drives: &[&AnalysedRecording]) -> String {
         return String::new();
     }
     let longest = joined_values(drives.iter().map(|drive| SetupValue::Number(drive.setup.scenario.wave_wait_s, "s")));
-    let found = drives.iter().filter_map(|drive| drive.setup.manifest.hand_over);
-    let late = found.filter(|hand_over| !hand_over.is_as_asked).count();
+    let late = drives.iter().filter(|drive| !drive.setup.manifest.hand_over.is_as_asked).count();
     let late = match late {
         0 => "no drive began without".to_owned(),
         n => format!("{} began without", count(n)),

@@ -74,13 +74,13 @@ fn the_methods_tell_a_sham_from_advice_and_say_when_the_driver_took_over() {
         drive.setup.scenario.wave_sd_mps = 2.0;
         drive.setup.scenario.standing_start = true;
         drive.setup.scenario.wave_wait_s = 600.0;
-        drive.setup.manifest.hand_over = Some(HandOver { is_as_asked: true, ..HandOver::default() });
+        drive.setup.manifest.hand_over = HandOver { is_as_asked: true, ..HandOver::default() };
     }
     let gate = "The driver then took over as soon as the standard deviation of speed over the vehicles had been 2 m/s or more for 10 s \
                 and the ego vehicle stood still, or after 600 s more at the latest; ";
     let text = said(&drives);
     assert!(text.contains(&format!("{gate}no drive began without.")), "{text}");
-    drives[0].setup.manifest.hand_over = Some(HandOver::default());
+    drives[0].setup.manifest.hand_over = HandOver::default();
     let text = said(&drives);
     assert!(text.contains(&format!("{gate}1 drive began without.")), "{text}");
 }
