@@ -12,7 +12,7 @@ fn ours(element: Element) -> String {
     let attributes: Vec<_> = element.attributes().collect();
     let children: Vec<_> = element.children().map(Element::name).collect();
     let place = element.attribute("noNamespaceSchemaLocation");
-    format!("{} {:?} {attributes:?} {place:?} {children:?}", element.name(), element.parent().map(Element::name))
+    format!("{} {attributes:?} {place:?} {children:?}", element.name())
 }
 
 /// The same, as roxmltree has it.
@@ -21,8 +21,7 @@ fn theirs(node: Node) -> String {
     let attributes: Vec<_> = own.map(|attribute| (attribute.name(), attribute.value())).collect();
     let children: Vec<_> = node.children().filter(Node::is_element).map(|child| child.tag_name().name()).collect();
     let place = node.attribute("noNamespaceSchemaLocation");
-    let parent = node.parent_element().map(|parent| parent.tag_name().name());
-    format!("{} {parent:?} {attributes:?} {place:?} {children:?}", node.tag_name().name())
+    format!("{} {attributes:?} {place:?} {children:?}", node.tag_name().name())
 }
 
 /// True if both take the text, false if none does.

@@ -250,24 +250,8 @@ pub fn passes<'a>(rule: &Rule, name: &str, value: &'a str) -> Pass<'a> {
 
 /// True if a key or an attribute asks for a file, an output or a device. Any other that is unknown has no effect.
 fn speaks_of_files(key: &str) -> bool {
-    let words = words_of(key);
-    words.iter().any(|word| {
-        matches!(
-            word.as_str(),
-            "device"
-                | "devices"
-                | "file"
-                | "files"
-                | "output"
-                | "outputs"
-                | "dump"
-                | "log"
-                | "path"
-                | "script"
-                | "remote"
-                | "socket"
-        )
-    })
+    const WORDS: [&str; 6] = ["device", "devices", "file", "files", "output", "outputs"];
+    words_of(key).iter().any(|word| WORDS.contains(&word.as_str()))
 }
 
 /// The words of a key in small letters: they end at what is no letter, and before a capital letter.

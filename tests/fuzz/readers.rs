@@ -18,6 +18,7 @@ use codrive::{
         DataSet, ItemOutcome, ParticipantCode, Questionnaire, Session, Study,
         session::{ParticipantKind, SessionLog, TimedAnswer},
     },
+    sumo_xml::{demand, stream},
 };
 use std::{
     fs,
@@ -47,6 +48,13 @@ pub struct Reader {
 /// Drivers as an analysis writes them.
 const DRIVERS: &str = "format = \"codrive drivers 1\"\nstudy = \"A study\"\n\n[[driver]]\nparticipant = \"sub-P01\"\nreaction_s = 1.2\n\
                        error_mps = 0.3\nspeed_bias_mps = -0.1\ntime_gap_factor = 1.1\n\n[[driver]]\nspeed_bias_mps = 0.2\n";
+
+/// A demand of everything that may come.
+const PERSONS: &[u8] = b"<routes>\n<vTypeDistribution id='d'><vType id='t' probability='1'><carFollowing-IDM tau='1'/></vType></vTypeDistribution>\n\
+    <route id='r' edges='a b'/><interval begin='0' end='9'><flow id='f' period='exp(0.1)' route='r'/></interval>\n\
+    <vehicle id='v' depart='1'><routeDistribution><route edges='a'/></routeDistribution><stop lane='a_0' duration='3'/></vehicle>\n\
+    <person id='p' depart='2'><walk edges='a b'/><ride lines='x'/></person><containerFlow id='c' begin='3' number='2'>\
+    <transport from='a' to='b'/></containerFlow></routes>\n";
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -142,6 +150,10 @@ fn used_network(network: &RoadNetwork) {
     assert!(network.census().lanes <= network.lanes().len());
     let again = RoadNetwork::read(Path::new("again.net.xml"), &network.to_net_xml());
     assert!(again.is_ok_and(|again| again == *network), "what was written is not what was read");
+    // What SUMO reads is what was read here, and passes the gate again as it is.
+    let copy = network.sumo_text().as_str();
+    let again = RoadNetwork::read(Path::new("copy.net.xml"), copy).expect("the copy of a network is one");
+    assert!(again == *network && again.sumo_text().as_str() == copy, "the copy for SUMO is another network");
 }
 
 fn with_file(file: PathBuf, read: impl Fn(&Path) -> bool + 'static) -> Read {
@@ -300,6 +312,20 @@ fn networks(folder: &Path) -> Vec<Reader> {
                 RoadMap::load(file.to_str().unwrap()).is_ok_and(|map| {
                     used(&map);
                     true
+                })
+            }),
+        },
+        Reader {
+            name: "demand",
+            good: [shipped(&["maps/merge/demand.rou.xml"]), vec![PERSONS.to_vec()]].concat(),
+            change: mutate::text,
+            share: 2500,
+            read: with_file(folder.join("fuzz.rou.xml"), |file| {
+                let copy =
+                    |file: &Path| stream::copy(file, demand(), Vec::new(), &mut |_| Ok(())).map(|(copy, _)| copy);
+                copy(file).is_ok_and(|first| {
+                    fs::write(file, &first).unwrap();
+                    copy(file).is_ok_and(|second| second == first) || panic!("the copy does not pass as it is")
                 })
             }),
         },

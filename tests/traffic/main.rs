@@ -1,6 +1,7 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives, `several` about several of them,
 //! `noise` about its strength, `sumo` about SUMO alone, `network` about roads on which vehicles come and go, `network_ego` about an ego there, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
 //! socket, `forks` about lanes that lead to several, `fuel` about the emission model, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
+//! `gate` and `gate_program` are about files that would make SUMO write.
 //! Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation in a process, so every test holds [`alone`].
@@ -9,6 +10,8 @@ mod contract;
 mod ended;
 mod forks;
 mod fuel;
+mod gate;
+mod gate_program;
 mod imposed;
 mod network;
 mod network_ego;

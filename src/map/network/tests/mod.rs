@@ -2,6 +2,7 @@
 //! expected comes from SUMO's own library and programs, from a brute search, or is counted by hand.
 
 mod faults;
+mod gate;
 mod geometry;
 mod large;
 mod sumo;
