@@ -182,7 +182,7 @@ impl Place {
     fn traced(&self, program: &Path, arguments: &[&str]) -> (Output, String) {
         let log = self.at("trace");
         let output = Command::new("strace")
-            .args(["-f", "-qq", "--seccomp-bpf", "-s", "4096", "-e"])
+            .args(["-f", "-qq", "-y", "--seccomp-bpf", "-s", "4096", "-e"])
             .arg("trace=open,openat,openat2,creat,rename,renameat,renameat2,unlink,unlinkat,mkdir,mkdirat,link,linkat,symlink,symlinkat,truncate,connect,bind")
             .arg("-o")
             .args([&log, program])
@@ -198,12 +198,13 @@ impl Place {
 
     /// Calls that change a file that codrive did not name, or that lead elsewhere.
     fn offences(&self, trace: &str) -> Vec<String> {
-        let own = format!("\"{}/", self.at("tmp").display());
+        // By its path, or within a folder that is open.
+        let own = ["\"", "<"].map(|quote| format!("{quote}{}/", self.at("tmp").display()));
         let is_offence = |line: &&str| {
             let Some(call) = line.split_once(' ').map(|(_, call)| call.trim_start()) else { return false };
             let changes = ["O_WRONLY", "O_RDWR", "O_CREAT", "O_TRUNC"].iter().any(|flag| call.contains(flag));
             let opens = call.starts_with("open");
-            let harmless = call.contains(&own)
+            let harmless = own.iter().any(|own| call.contains(own))
                 || call.contains("\"/dev/null\"")
                 || call.starts_with("+++")
                 || call.starts_with("---");
