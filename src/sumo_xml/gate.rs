@@ -3,7 +3,7 @@
 //! namespaces. The canonical document passes again with the same bytes.
 
 use super::{
-    DECLARATION, Vocabulary, first_bad_character,
+    DECLARATION, Vocabulary, first_bad_character, is_plain,
     vocabulary::{PARAMETER, Rule},
     write_escaped,
 };
@@ -135,11 +135,13 @@ impl<'v, W: Write> Gate<'v, W> {
         for (key, value) in attributes.clone() {
             match passes(rule, key, value) {
                 Pass::Value(kept) => {
-                    if first_bad_character(&kept).is_some() {
+                    if !is_plain(&kept) && first_bad_character(&kept).is_some() {
                         let problem = format!("{key} holds a control character, which XML cannot hold{REMEDY}");
                         return Err(Problem { element: label(name, attributes), problem }.into());
                     }
-                    write!(self.out, " {key}=\"")?;
+                    for piece in [" ", key, "=\""] {
+                        self.out.write_all(piece.as_bytes())?;
+                    }
                     write_escaped(&mut self.out, &kept)?;
                     self.out.write_all(b"\"")?;
                     if kept != value {
@@ -166,10 +168,11 @@ impl<'v, W: Write> Gate<'v, W> {
     /// It cannot be written.
     pub fn close(&mut self) -> Result<(), GateError> {
         let Some(Open { rule: Some(rule), has_children }) = self.open.pop() else { return Ok(()) };
-        if has_children {
-            write!(self.out, "{:indent$}</{}>\n", "", rule.name, indent = 4 * self.open.len())?;
-        } else {
-            self.out.write_all(b"/>\n")?;
+        if !has_children {
+            return Ok(self.out.write_all(b"/>\n")?);
+        }
+        for piece in [indent(self.open.len()), "</", rule.name, ">\n"] {
+            self.out.write_all(piece.as_bytes())?;
         }
         Ok(())
     }
@@ -194,7 +197,10 @@ impl<'v, W: Write> Gate<'v, W> {
             parent.has_children = true;
             self.out.write_all(b">\n")?;
         }
-        write!(self.out, "{:indent$}<{name}", "", indent = 4 * self.open.len())
+        for piece in [indent(self.open.len()), "<", name] {
+            self.out.write_all(piece.as_bytes())?;
+        }
+        Ok(())
     }
 
     fn parameter<'a>(&mut self, attributes: impl Iterator<Item = (&'a str, &'a str)> + Clone) -> Result<(), GateError> {
@@ -224,6 +230,12 @@ impl<'v, W: Write> Gate<'v, W> {
         self.open.push(Open { rule: None, has_children: false });
         Ok(())
     }
+}
+
+/// The spaces before an element.
+fn indent(depth: usize) -> &'static str {
+    const SPACES: &str = "                                        ";
+    &SPACES[..SPACES.len().min(4 * depth)]
 }
 
 /// An attribute at the gate.
@@ -296,10 +308,11 @@ fn misplaced<'a>(
     let place = if parent.is_empty() { "as the outermost element".to_owned() } else { format!("in <{parent}>") };
     let problem = match vocabulary.rule(name) {
         Some(_) => format!("it stands in the wrong place; allowed {place}: {allowed}{REMEDY}"),
-        None if is_writer(name) => format!(
-            "SUMO writes or reads files for it, or changes the traffic by it; codrive gives SUMO no such element; allowed {place}: \
-             {allowed}{REMEDY}"
-        ),
+        None if is_writer(name) => {
+            format!(
+                "SUMO writes or reads files for it, or changes the traffic by it; codrive gives it no such element{REMEDY}"
+            )
+        }
         None => {
             let near = did_you_mean(name, &within);
             format!("codrive knows no such element in {}{near}; allowed {place}: {allowed}{REMEDY}", vocabulary.title)

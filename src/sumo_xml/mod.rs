@@ -28,6 +28,9 @@ pub const DECLARATION: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
 /// Those of `out`.
 pub fn write_escaped(out: &mut impl Write, value: &str) -> io::Result<()> {
     let mut rest = value;
+    if is_plain(value) {
+        return out.write_all(value.as_bytes());
+    }
     while let Some(at) = rest.find(['&', '<', '>', '"', '\n', '\r', '\t']) {
         out.write_all(&rest.as_bytes()[..at])?;
         match rest.as_bytes()[at] {
@@ -40,6 +43,11 @@ pub fn write_escaped(out: &mut impl Write, value: &str) -> io::Result<()> {
         rest = &rest[at + 1..];
     }
     out.write_all(rest.as_bytes())
+}
+
+/// True of a value that is written as it reads: almost all values of a network are.
+fn is_plain(value: &str) -> bool {
+    value.bytes().all(|byte| matches!(byte, b' '..=b'~') && !matches!(byte, b'&' | b'<' | b'>' | b'"'))
 }
 
 /// Finds the first character that XML cannot hold: control characters but tab and line ends, and two that are none. Bytes from the start.
