@@ -391,8 +391,9 @@ fn worker(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
 
 /// Python's `-m MODULE ARGUMENTS`, without the working folder among the places of modules: a file ray.py that lies among somebody's
 /// data is none of the program's.
-const WITHOUT_WORKING_FOLDER: &str = "import sys; sys.path[:] = [p for p in sys.path if p]; del sys.argv[0]; import runpy; \
-                                      runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)";
+const WITHOUT_WORKING_FOLDER: &str = "import sys; sys.path[:] = [p for p in sys.path if p]; del sys.argv[0]; \
+    import importlib.util, runpy; importlib.util.find_spec('codrive') or sys.exit('python3: there is no package codrive'); \
+    runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)";
 
 /// The same on a Ray cluster, by the Python package.
 fn on_ray(plan: &Path, matches: &ArgMatches) -> Result<(), CliError> {
@@ -413,7 +414,7 @@ fn on_ray(plan: &Path, matches: &ArgMatches) -> Result<(), CliError> {
     match status.code() {
         Some(0) => Ok(()),
         Some(code) => Err(CliError::Failed(format!(
-            "python3 -m {RAY_MODULE} ended with exit status {code}\n  remedy: where it says that there is no such module, pip install './python[ray]'"
+            "python3 -m {RAY_MODULE} ended with exit status {code}\n  remedy: where it says that there is no such package, pip install './python[ray]'"
         ))),
         None => Err(CliError::Failed(format!("python3 -m {RAY_MODULE} was ended: {status}"))),
     }

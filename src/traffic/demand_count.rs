@@ -19,6 +19,9 @@ pub const MOST_ROUTE_EDGES: f64 = 100_000.0;
 const MOST_REPEATED_EDGES: f64 = 10_000_000.0;
 /// The most types of vehicles, and the most members of a distribution. A file by SUMO's `createVehTypeDistribution.py` has 100.
 pub const MOST_TYPES: usize = 20_000;
+/// The remedy of a rate that is too high.
+const LOWER: &str = "
+  remedy: state a rate that roads carry; a lane takes some 2,000 vehicles an hour";
 /// Length for which a drive without an end is counted, s.
 pub const ENDLESS_S: f64 = 3600.0;
 /// Length of a flow without an end in SUMO, s.
@@ -125,12 +128,12 @@ impl DemandCount {
         let per_s = rate.most_within_a_second();
         if per_s > MOST_PER_S {
             let said = rate.said;
-            return Err(format!("{said}, that is {per_s} within a second; allowed: at most {MOST_PER_S}"));
+            return Err(format!("{said}, that is {per_s} within a second; allowed: at most {MOST_PER_S}{LOWER}"));
         }
         let brings = rate.until(self.until_s);
         if brings > MOST_VEHICLES as f64 {
             return Err(format!(
-                "{} brings {} until {} s; allowed: at most {MOST_VEHICLES} of all flows and vehicles together",
+                "{} brings {} until {} s; allowed: at most {MOST_VEHICLES} of all flows and vehicles together{LOWER}",
                 rate.said,
                 brings.ceil(),
                 self.until_s

@@ -201,6 +201,11 @@ fn hostile(elsewhere: &Elsewhere, victim: &Path) {
         fs::create_dir_all(converter.parent().unwrap()).unwrap();
         fs::write(&converter, format!("#!/bin/sh\n: >'{}'\n", victim.display())).unwrap();
         fs::set_permissions(&converter, fs::Permissions::from_mode(0o755)).unwrap();
+        for module in ["codrive/__init__.py", "codrive/sweep.py", "ray.py", "runpy.py", "json.py"] {
+            let place = folder.join(module);
+            fs::create_dir_all(place.parent().unwrap()).unwrap();
+            fs::write(place, format!("open({:?}, 'w')\n", victim.display().to_string())).unwrap();
+        }
         // Settings of liblsl may name a file that it writes.
         fs::write(folder.join("lsl_api.cfg"), format!("[log]\nlevel = 9\nfile = {}\n", victim.display())).unwrap();
     }
@@ -213,7 +218,8 @@ fn no_library_or_program_of_the_working_folder_or_above_is_run() {
     hostile(&elsewhere, &victim);
     fs::write(elsewhere.at("work/town.osm"), "<osm/>").unwrap();
     let drive = ["run", "--traffic", "sumo", "--duration", "1"];
-    for arguments in [&drive[..], &["map", "import", "town.osm"], &["doctor"]] {
+    let sweep = ["sweep", "plan.toml", "--on", "ray", "--out", "results"];
+    for arguments in [&drive[..], &["map", "import", "town.osm"], &["doctor"], &sweep] {
         let ended = run(elsewhere.command().args(arguments));
         assert!(!victim.exists(), "{arguments:?}: {}", said(&ended));
     }
