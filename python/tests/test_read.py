@@ -18,8 +18,23 @@ import codrive
 
 ROOT = pathlib.Path(__file__).parents[2]
 PROGRAM = pathlib.Path(os.environ.get("CODRIVE_PROGRAM", ROOT / "target/debug/codrive"))
-# One that an earlier program recorded: two drives of one participant, with baselines.
-STUDY = ROOT / "tests/data/earlier/study"
+# Two trials of one participant.
+STUDY = """title = "Small"
+participants = 1
+[base]
+traffic = "native"
+vehicles = 3
+duration_s = 2.0
+[[condition]]
+name = "slow"
+set = { policy_speed_mps = 3.0 }
+[[condition]]
+name = "fast"
+set = { policy_speed_mps = 5.0 }
+[[segment]]
+kind = "trials"
+name = "trial"
+"""
 
 
 def program(*arguments):
@@ -75,11 +90,11 @@ def test_a_notebook_shows_a_picture_of_each_vehicles_way(folder):
 
 
 def test_a_data_set_lists_its_drives_and_measures_all_of_them(tmp_path):
-    # A place of its own: what is read is not to be written to.
-    shutil.copytree(STUDY, tmp_path / "study")
+    (tmp_path / "small.toml").write_text(STUDY)
+    program("study", tmp_path / "small.toml", "--rehearse", "--participants", "1", "--out", tmp_path / "study")
     data = codrive.read(tmp_path / "study")
     before = sorted(path for path in (tmp_path / "study").rglob("*"))
-    trials = sorted(path.parent.name for path in STUDY.rglob("manifest.json") if not path.parent.name.endswith("-baseline"))
+    trials = sorted(path.parent.name for path in (tmp_path / "study").rglob("manifest.json") if not path.parent.name.endswith("-baseline"))
     assert isinstance(data, codrive.DataSet) and [drive.folder.name for drive in data] == trials
     assert len(data) == len(trials) and data[0].participant == "sub-R01"
     assert all(drive.baseline.folder.name == f"{drive.folder.name}-baseline" for drive in data)

@@ -6,6 +6,8 @@ mod network;
 mod network_analysis;
 mod promises;
 mod resealed;
+mod resealed_tables;
+mod resealing;
 mod signed;
 mod tampering;
 

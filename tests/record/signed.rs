@@ -2,7 +2,7 @@
 
 use super::{
     codrive, record,
-    resealed::{copy, reseal},
+    resealing::{copy, reseal},
     said,
 };
 use std::{fs, path::Path, process::Command};

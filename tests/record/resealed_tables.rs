@@ -1,0 +1,161 @@
+//! Every column of every table, changed by somebody who makes all checksums anew: what follows from the drive is found, on a ring and on a
+//! network.
+
+use super::{
+    codrive,
+    resealed::{SUMO, is_found, replayed, tampered, whole},
+    resealing::{edit_json, reseal, with_other_row},
+    said,
+    tampering::{rows, write},
+};
+use arrow_array::{ArrayRef, RecordBatch, StringArray};
+use codrive::record;
+use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
+
+const CONTROLS: [&str; 5] = ["throttle", "brake", "steering_wheel_rad", "selector", "indicator"];
+/// Columns that follow from no drive.
+const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
+
+/// Changes all columns but `keep` in the middle of these tables, resealed. The columns, and those that a replay names.
+fn changed_columns(of: &Path, tables: &[(&str, &[&str])]) -> [BTreeSet<(String, String)>; 2] {
+    let mut changed = BTreeSet::new();
+    let (_folder, drive) = tampered(of, |drive| {
+        for (table, keep) in tables {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            let names = all.schema().fields().iter().map(|field| field.name().clone()).collect::<Vec<_>>();
+            changed.extend(
+                names.into_iter().filter(|name| !keep.contains(&name.as_str())).map(|name| ((*table).into(), name)),
+            );
+            write(&path, &with_other_row(&all, all.num_rows() / 2, keep));
+        }
+    });
+    assert!(record::changes(&drive).unwrap().len() >= changed.len(), "without new checksums");
+    reseal(&drive);
+    let found = replayed(&drive).unwrap().columns.into_keys().map(|(table, column)| (table.to_owned(), column));
+    [changed, found.collect()]
+}
+
+#[test]
+fn every_column_that_follows_from_the_drive_is_found_in_every_table() {
+    let ego: Vec<&str> = ["tick"].into_iter().chain(CONTROLS).chain(OF_DEVICES).collect();
+    let advice: Vec<&str> = ["tick"].into_iter().chain(OF_DEVICES).collect();
+    let tables = [
+        ("ego", &ego[..]),
+        ("cars", &["tick"]),
+        ("advice", &advice),
+        ("events", &["tick", "event"]),
+        ("advised", &["tick"]),
+    ];
+    let [changed, found] = changed_columns(whole(), &tables);
+    assert_eq!(found, changed);
+    // A tick is the row's place, a control is driven with, the kind of an event says who made it.
+    let single: Vec<(&str, &str)> = ["ego", "cars", "advice", "events", "advised"]
+        .map(|table| (table, "tick"))
+        .into_iter()
+        .chain(CONTROLS.map(|control| ("ego", control)))
+        .chain([("events", "event")])
+        .collect();
+    for (table, column) in single {
+        let (_folder, drive) = tampered(whole(), |drive| {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            let names = all.schema().fields().iter().map(|field| field.name().clone()).collect::<Vec<_>>();
+            let keep: Vec<&str> = names.iter().map(String::as_str).filter(|name| *name != column).collect();
+            write(&path, &with_other_row(&all, all.num_rows() / 2, &keep));
+            reseal(drive);
+        });
+        assert!(is_found(&drive), "{table}.{column}");
+    }
+    // Times of devices and frames are as they were sealed, and no more.
+    for column in OF_DEVICES {
+        let table = if column == "wheel_force_nm" { "ego" } else { "advice" };
+        let (_folder, drive) = tampered(whole(), |drive| {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            let names = all.schema().fields().iter().map(|field| field.name().clone()).collect::<Vec<_>>();
+            let keep: Vec<&str> = names.iter().map(String::as_str).filter(|name| *name != column).collect();
+            write(&path, &with_other_row(&all, 1, &keep));
+        });
+        assert!(record::changes(&drive).unwrap()[0].what.contains(column), "{column}: without new checksums");
+        reseal(&drive);
+        assert!(!is_found(&drive), "{column}");
+    }
+}
+
+#[test]
+fn a_column_that_is_gone_new_or_of_another_kind_is_found() {
+    for (change, what) in [
+        ("gone", "column gap_m is missing"),
+        ("new", "column more is new"),
+        ("kind", "column gap_m has values of another kind"),
+    ] {
+        let (_folder, drive) = tampered(whole(), |drive| {
+            let path = drive.join("ego.parquet");
+            let all = rows(&path);
+            let at = all.schema().index_of("gap_m").unwrap();
+            let words: ArrayRef = Arc::new(StringArray::from(vec!["1"; all.num_rows()]));
+            let mut columns: Vec<(String, ArrayRef)> =
+                all.schema().fields().iter().map(|f| f.name().clone()).zip(all.columns().iter().cloned()).collect();
+            match change {
+                "gone" => drop(columns.remove(at)),
+                "new" => columns.push(("more".into(), words)),
+                _ => columns[at].1 = words,
+            }
+            write(
+                &path,
+                &RecordBatch::try_from_iter_with_nullable(columns.into_iter().map(|(n, c)| (n, c, true))).unwrap(),
+            );
+            reseal(drive);
+        });
+        let found = record::changes(&drive).unwrap();
+        assert!(found.iter().any(|found| found.file == "ego.parquet" && found.what == what), "{change}: {found:?}");
+        assert!(is_found(&drive), "{change}");
+    }
+}
+
+#[test]
+fn every_column_of_a_networks_tables_is_found_and_no_flag_hides_a_table() {
+    let _sumo = SUMO.lock();
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, drive) = (super::network::town(folder.path()), folder.path().join("town"));
+    let arguments =
+        ["run", "--scenario", scenario.to_str().unwrap(), "--policy", "pi", "--advised", "50%", "--duration", "30"];
+    let (code, text) = said(codrive(&arguments).arg("--out").arg(&drive));
+    assert_eq!(code, 0, "{text}");
+    let tables: Vec<(&str, &[&str])> = vec![
+        ("departures", &["tick"]),
+        ("arrivals", &["tick"]),
+        ("signals", &["tick"]),
+        ("path", &[]),
+        ("cars", &["tick"]),
+        ("advised", &["tick"]),
+    ];
+    let [changed, found] = changed_columns(&drive, &tables);
+    assert_eq!(found, changed);
+    // The last row of each is gone.
+    let (_folder, short) = tampered(&drive, |drive| {
+        for (table, _) in &tables {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            write(&path, &all.slice(0, all.num_rows() - 1));
+        }
+        reseal(drive);
+    });
+    let columns = replayed(&short).unwrap().columns;
+    for (table, _) in &tables {
+        let first = if *table == "path" { "order" } else { "tick" };
+        assert_eq!(columns.get(&(*table, first.to_owned())), Some(&1), "{table}: {columns:?}");
+    }
+    // A flag says that there are no such tables, and they are gone.
+    for (flag, gone) in
+        [("network_tables", &["departures", "arrivals", "signals", "path"][..]), ("advised_table", &["advised"])]
+    {
+        let (_folder, hidden) = tampered(&drive, |drive| {
+            edit_json(&drive.join("manifest.json"), |keys| drop(keys.as_object_mut().unwrap().shift_remove(flag)));
+            gone.iter().for_each(|table| fs::remove_file(drive.join(format!("{table}.parquet"))).unwrap());
+            reseal(drive);
+        });
+        assert!(is_found(&hidden), "{flag}");
+    }
+}
