@@ -332,6 +332,9 @@ fn a_data_set_whose_description_names_no_version_of_tags_gets_none_and_its_descr
     let data = DataSet::open(folder.path(), &study).unwrap();
     let log = log("P1", 0, json!({}));
     save(&data, &log);
+    // A table that the sidecar describes.
+    fs::create_dir_all(folder.path().join("sub-P2/beh")).unwrap();
+    fs::write(folder.path().join("sub-P2/beh/sub-P2_task-trial_events.tsv"), "onset\n").unwrap();
     let has_tags = || {
         data.publish(&study, &log.participant).unwrap();
         fs::read_to_string(folder.path().join("events.json")).unwrap().contains("\"HED\"")

@@ -52,7 +52,6 @@ fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
         ".bidsignore",
         "README.md",
         "dataset_description.json",
-        "events.json",
         "participants.json",
         "participants.tsv",
         "phenotype/load.json",
@@ -64,7 +63,6 @@ fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
         "sub-P1/beh/sub-P1_task-load_beh.tsv",
         "sub-P1/sub-P1_scans.json",
         "sub-P1/sub-P1_scans.tsv",
-        "tracksys-codrive_channels.json",
     ];
     assert_eq!((names(&to).as_slice(), count), (wanted.map(str::to_owned).as_slice(), wanted.len()));
     for name in wanted.iter().filter(|name| **name != "README.md") {
