@@ -20,8 +20,7 @@ const MOST_REPEATED_EDGES: f64 = 10_000_000.0;
 /// The most types of vehicles, and the most members of a distribution. A file by SUMO's `createVehTypeDistribution.py` has 100.
 pub const MOST_TYPES: usize = 20_000;
 /// The remedy of a rate that is too high.
-const LOWER: &str = "
-  remedy: state a rate that roads carry; a lane takes some 2,000 vehicles an hour";
+const LOWER: &str = "\n  remedy: state a rate that roads carry; a lane takes some 2,000 vehicles an hour";
 /// Length for which a drive without an end is counted, s.
 pub const ENDLESS_S: f64 = 3600.0;
 /// Length of a flow without an end in SUMO, s.
