@@ -37,6 +37,11 @@ impl Rule {
         &self.parents
     }
 
+    /// Keys of its parameters.
+    pub fn keys(&self) -> &[&'static str] {
+        &self.keys
+    }
+
     /// Its attributes.
     pub fn attributes(&self) -> &[&'static str] {
         &self.attributes
