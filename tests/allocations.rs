@@ -149,6 +149,7 @@ fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
         net_file,
         demand: Demand { files: vec![demand], flows: Vec::new() },
         egos: Vec::new(),
+        first_number: 0,
         idm: IdmParams::default(),
         step_s: 0.1,
         until_s: 3600.0,

@@ -159,6 +159,7 @@ fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
         net_file,
         demand: Demand { files: vec![file], flows: Vec::new() },
         egos: Vec::new(),
+        first_number: 0,
         idm: IdmParams::default(),
         step_s: 0.1,
         until_s: 3600.0,

@@ -147,7 +147,7 @@ fn signals_end_a_program_that_waits_for_the_first_answer() {
         stream.read_exact(&mut [0; 10]).unwrap();
         signal(&program, name);
         let (code, text) = ended(program);
-        assert_eq!(code, 1, "{text}");
+        assert_eq!(code, 130, "{text}");
         assert!(text.contains("interrupted while waiting for SUMO"), "{text}");
     }
 }

@@ -47,6 +47,7 @@ impl Town {
             net_file: self.net.clone(),
             demand,
             egos: Vec::new(),
+            first_number: 0,
             idm: model(0.0),
             step_s: STEP_S,
             until_s: 3600.0,

@@ -127,6 +127,7 @@ impl NetworkCoupling {
             net_file: map.net_file.clone(),
             demand: scenario.demand.clone(),
             egos: ego.iter().map(|(_, ego)| ego.clone()).collect(),
+            first_number: u32::from(ego.is_none()),
             idm: scenario.idm,
             step_s: scenario.step_s,
             until_s: Demand::horizon_s(scenario.duration_s, before_s),

@@ -47,8 +47,10 @@ pub struct NetworkSetup {
     pub net_file: PathBuf,
     /// Who comes.
     pub demand: Demand,
-    /// Vehicles that persons or simulated drivers move. Where there is none, the vehicles of the demand are numbered from 1.
+    /// Vehicles that persons or simulated drivers move.
     pub egos: Vec<EgoStart>,
+    /// Number of the first vehicle, that of the first ego if there is one. A drive without a participant begins with 1, as 0 is theirs.
+    pub first_number: u32,
     /// Model of the cars of the demand's flows.
     pub idm: IdmParams,
     /// Length of a step, seconds.
@@ -157,9 +159,7 @@ impl SumoNetwork {
         shim.add_type("DEFAULT_VEHTYPE", super::NAME, &options::vehicle_type(&setup.idm))?;
         let lanes: Vec<String> = network.lanes().iter().map(|lane| lane.id.clone()).collect();
         let signals: Vec<String> = network.signals().iter().map(|signal| signal.id.clone()).collect();
-        // Number 0 is the participant's, whether they are there or not.
-        let first = u32::from(setup.egos.is_empty());
-        let mut shim = NetworkShim::begin(shim, &lanes, &signals, (LANE_CHANGE_S > 0.0, first))?;
+        let mut shim = NetworkShim::begin(shim, &lanes, &signals, (LANE_CHANGE_S > 0.0, setup.first_number))?;
         for (k, ego) in setup.egos.iter().enumerate() {
             let name = format!("ego{k}");
             let edge = network.edge_of(ego.lane).id.clone();

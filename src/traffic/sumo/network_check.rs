@@ -285,6 +285,7 @@ fn try_roads(trial: &Trial) -> Result<(), TrafficError> {
         net_file: trial.net_file.clone(),
         demand: trial.demand.clone(),
         egos,
+        first_number: 0,
         idm: crate::idm::IdmParams::default(),
         step_s: 0.1,
         // The drive has counted it, for its own length.
