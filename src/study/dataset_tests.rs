@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::study::{Questionnaire, session::TimedAnswer};
+use std::fs;
 
 const STUDY_TEXT: &str = r#"title = "Two ranges"
 participants = 2
