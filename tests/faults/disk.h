@@ -109,11 +109,11 @@ static int cut(const char *path, const struct stat *about, int what, struct FTW 
     if (!file || about->st_size <= file->durable) return 0;
     off_t lost = about->st_size - file->durable;
     switch (chance ? draw(5) : 0) {
-    case 0: case 1:
+    case 0:
         return truncate(path, file->durable);
-    case 2:
+    case 1:
         return truncate(path, file->durable + draw(lost + 1));
-    case 3:
+    case 2:
         return truncate(path, file->durable) || truncate(path, about->st_size);
     default:
         return lose_sector(path, file->durable, lost);

@@ -38,14 +38,12 @@
 #include <time.h>
 #include <unistd.h>
 
-
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static __thread int inside;
 static int is_on, trace_file = -1;
 static char root[PATH_MAX], side[PATH_MAX];
 static atomic_long readings, jump_s;
-static long step_ns;
-static int64_t began_ns;
+static int64_t began_ns, step_ns;
 
 static void stop(const char *why, const char *what) {
     dprintf(2, "faults: %s: %s\n", why, what);
@@ -83,7 +81,7 @@ static const char *below(const char *path) {
 }
 
 static int path_of(int fd, char *path) {
-    char link[64];
+    char link[32];
     snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
     ssize_t length = syscall(SYS_readlinkat, AT_FDCWD, link, path, PATH_MAX - 1);
     path[length < 0 ? 0 : length] = 0;
@@ -194,7 +192,7 @@ int open64(const char *name, int flags, ...) { MODE; return opened(AT_FDCWD, nam
 int openat(int folder, const char *name, int flags, ...) { MODE; return opened(folder, name, flags, mode); }
 int openat64(int folder, const char *name, int flags, ...) { MODE; return opened(folder, name, flags, mode); }
 
-/* Null unless it is a file below the root. */
+/* Null unless it is below the root. */
 static const char *watched(int fd, char *path) {
     if (!is_on || inside || !path_of(fd, path)) return NULL;
     return below(path);
@@ -298,7 +296,6 @@ static int synced(int fd, long call) {
 
 int fsync(int fd) { return synced(fd, SYS_fsync); }
 int fdatasync(int fd) { return synced(fd, SYS_fdatasync); }
-
 static int truncated(int fd, off_t length) {
     char path[PATH_MAX];
     const char *name = watched(fd, path);
