@@ -94,7 +94,7 @@ pub fn same_files(before: &Path, after: &Path) -> Held {
 pub fn is_whole(recording: &Path, state: RecordingState) -> Held {
     let name = recording.display();
     let manifest = Manifest::load(recording).map_err(|why| why.to_string())?;
-    holds(manifest.state == Some(state), || format!("{name}: its state is {:?}, not {state:?}", manifest.state))?;
+    holds(manifest.state == state, || format!("{name}: its state is {:?}, not {state:?}", manifest.state))?;
     for table in ["ego", "cars", "advice", "frames", "events"] {
         let file = recording.join(format!("{table}.parquet"));
         TableReader::parquet(&file).map_err(|why| format!("{name} says that it is whole: {why}"))?;
@@ -136,7 +136,7 @@ fn drive(work: &Workplace, scenario: Scenario, outcome: &Outcome, seed: u64) -> 
 /// Nothing is lost, and all that is there is proven.
 fn proven(work: &Workplace, name: &str) -> Held {
     let said = runs(work, &["replay", name], 0)?.text;
-    holds(said.contains("every file is as it was written"), || format!("not proven: {said}"))
+    holds(said.contains("every file agrees with its checksum"), || format!("not proven: {said}"))
 }
 
 /// `recover` makes whole what was cut, and once more changes nothing.
@@ -150,7 +150,7 @@ fn recovered(work: &Workplace, scenario: Scenario, acknowledged: u64) -> Held {
         format!("recovered rows are not those that were driven: {said}")
     })?;
     let state = Manifest::load(&recording).map_err(|why| why.to_string())?.state;
-    is_whole(&recording, state.unwrap_or(RecordingState::Recovered)).or_else(|why| {
+    is_whole(&recording, state).or_else(|why| {
         // What could not be read is kept.
         let is_kept = why.contains("lost+found");
         if is_kept { Ok(()) } else { Err(why) }
@@ -168,7 +168,7 @@ fn replay(work: &Workplace, outcome: &Outcome) -> Held {
     // A file that the disk does not let it look at is said to be missing, which is not proven either.
     let is_unseen = outcome.trace.iter().any(|call| call.kind == "stat" && call.result.starts_with('E'));
     holds(!is_accused || is_unseen, || format!("a sound recording is said to be altered: {}", outcome.text))?;
-    let says = outcome.text.contains("every file is as it was written");
+    let says = outcome.text.contains("every file agrees with its checksum");
     let is_proven = outcome.code == Some(0);
     holds(!is_proven || says, || format!("a sound recording is proven by half: {}", outcome.text))?;
     holds(!(is_proven && outcome.was_refused()), || {

@@ -28,6 +28,8 @@ const CHILD: &str = "CODRIVE_GATE_CHILD";
 const INPUTS: usize = 200;
 /// Steps of SUMO on an input, 2 s: devices write when a vehicle comes.
 const STEPS: usize = 20;
+/// Time until which vehicles are counted, s.
+const HORIZON_S: f64 = 3600.0;
 const NET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/networks/grid-signals.net.xml");
 const DEMAND: &str = "<routes>\n<vType id=\"t\" accel=\"2\"/>\n<vehicle id=\"v\" type=\"t\" depart=\"0\"><route edges=\"A0A1 A1A2\"/></vehicle>\n\
                       <trip id=\"w\" depart=\"0\" from=\"B0B1\" to=\"B1B2\"/>\n<flow id=\"f\" begin=\"0\" end=\"9\" period=\"3\" from=\"A1A0\" to=\"A0B0\"/>\n</routes>\n";
@@ -230,7 +232,7 @@ fn drive_all(folder: &Path) -> (usize, usize) {
         let Ok(network) = Network::load(net_file.to_str().unwrap()) else { continue };
         let copies = tempfile::tempdir().unwrap();
         let demand = Demand { files: vec![input.join("demand.rou.xml")], flows: Vec::new() };
-        if demand.canonical(&network, copies.path()).is_err() {
+        if demand.canonical(&network, HORIZON_S, copies.path()).is_err() {
             continue;
         }
         passed += 1;
@@ -241,9 +243,12 @@ fn drive_all(folder: &Path) -> (usize, usize) {
             egos: Vec::new(),
             idm: IdmParams::default(),
             step_s: 0.1,
+            until_s: HORIZON_S,
+            first_number: 0,
             seed: 1,
         };
-        let Ok(mut traffic) = SumoNetwork::start(&setup) else { continue };
+        // This process is the trial.
+        let Ok(mut traffic) = SumoNetwork::start_untried(&setup) else { continue };
         driven += usize::from((0..STEPS).all(|_| traffic.step(&[]).is_ok()));
     }
     (passed, driven)
@@ -325,7 +330,7 @@ fn the_same_parts_write_where_sumo_has_them_without_the_gate() {
         let demand = Demand { files: vec![files[1].clone()], flows: Vec::new() };
         let refused = match network {
             Err(error) => error.to_string(),
-            Ok(network) => demand.canonical(&network, copies.path()).unwrap_err().to_string(),
+            Ok(network) => demand.canonical(&network, HORIZON_S, copies.path()).unwrap_err().to_string(),
         };
         assert!(refused.contains("remedy: take it out of the file"), "{refused}");
     }
@@ -380,7 +385,7 @@ fn sumo_drives_on_a_copy_as_on_the_original_to_the_last_digit() {
         )
         .unwrap();
         let demand = Demand { files: vec![place("demand.rou.xml")], flows: Vec::new() };
-        let copy = &demand.canonical(&network, folder.path()).unwrap().files[0];
+        let copy = &demand.canonical(&network, HORIZON_S, folder.path()).unwrap().files[0];
         fs::write(place("copy.net.xml"), network.sumo_text().as_str()).unwrap();
         let original = vehicles_by_sumo(&file, &place("demand.rou.xml"), folder.path());
         assert!(original.matches("<vehicle ").count() > 1000, "{name}: {}", original.matches("<vehicle ").count());

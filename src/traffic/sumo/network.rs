@@ -142,6 +142,15 @@ impl SumoNetwork {
         Self::start_with(&home, setup, inputs)
     }
 
+    /// Starts SUMO without a trial in a process of its own, for tests that run in such a process themselves.
+    ///
+    /// # Errors
+    /// As [`SumoNetwork::start`]; where SUMO breaks down, so does this process.
+    #[doc(hidden)]
+    pub fn start_untried(setup: &NetworkSetup) -> Result<Self, TrafficError> {
+        Self::start_unchecked(&locate::home()?, setup)
+    }
+
     /// The same without a look at network and demand: where SUMO breaks down on them, so does this process.
     pub(super) fn start_unchecked(home: &Path, setup: &NetworkSetup) -> Result<Self, TrafficError> {
         Self::start_with(home, setup, setup.inputs()?)
