@@ -177,5 +177,4 @@ fn signer(line: &str) -> Result<(String, PublicKey), String> {
 }
 
 #[cfg(test)]
-#[path = "signing_tests.rs"]
 mod tests;

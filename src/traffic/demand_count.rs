@@ -127,7 +127,7 @@ impl DemandCount {
         let per_s = rate.most_within_a_second();
         if per_s > MOST_PER_S {
             let said = rate.said;
-            return Err(format!("{said}, that is {per_s} within a second; allowed: at most {MOST_PER_S}{LOWER}"));
+            return Err(format!("{said}, that is {per_s:.0} within a second; allowed: at most {MOST_PER_S}{LOWER}"));
         }
         let brings = rate.until(self.until_s);
         if brings > MOST_VEHICLES as f64 {

@@ -220,7 +220,7 @@ mod tests {
                 "town.rou.xml:4: route: edges is \"east\"",
             ),
             (
-                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" from=\"x\" to=\"south\"/></routes>",
+                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" number=\"3\" from=\"x\" to=\"south\"/></routes>",
                 ":1: flow \"f\": from is \"x\"",
             ),
             (
@@ -234,8 +234,8 @@ mod tests {
             ),
             ("<routes>\n<trip id=\"a\" depart=\"9\"></routes>", "town.rou.xml:2: this is not XML"),
             (
-                "<routes><flow id=\"f\" begin=\"0\" end=\"9\" from=\"north\" to=\"south\" number=\"200001\"/></routes>",
-                "town.rou.xml: the demand brings 200001 vehicles; allowed: at most 200000",
+                "<routes><flow id=\"f\" begin=\"0\" end=\"3600\" from=\"north\" to=\"south\" number=\"200001\"/></routes>",
+                "town.rou.xml:1: flow \"f\": number is \"200001\" brings 200001 until 3600 s; allowed: at most 200000",
             ),
         ] {
             let fault = said(text).expect_err(text);
@@ -259,7 +259,10 @@ mod tests {
             writeln!(text, "<trip id=\"{k}\" depart=\"0\" from=\"north\" to=\"south\"/>").unwrap();
         }
         let fault = said(&(text + "</routes>")).unwrap_err();
-        assert!(fault.contains("town.rou.xml: the demand brings 1000000 vehicles; allowed: at most 200000"), "{fault}");
+        assert!(
+            fault.contains("town.rou.xml: the demand brings 1000000 vehicles and persons; allowed: at most 200000"),
+            "{fault}"
+        );
         assert!(fault.contains("remedy: keep those that depart during the drive"), "{fault}");
     }
 }

@@ -81,6 +81,8 @@ impl DriveBackend for Counted {
 
     fn begin(&mut self, folder: &Path) -> Result<(), RunError> {
         fs::create_dir(folder).expect("a new folder");
+        // A folder with nothing in it would be no drive after a cut.
+        fs::write(folder.join("rows"), "").expect("written");
         self.folder = Some(folder.into());
         Ok(())
     }

@@ -129,7 +129,7 @@ fn a_trial_ends_with_a_program_that_is_killed_and_the_next_start_removes_what_it
     drive.program.kill().unwrap();
     drive.program.wait().unwrap();
     within("the end of the trial", Duration::from_secs(1), || (!is_alive(trial)).then_some(()));
-    assert_eq!(drive.temporary().len(), 1, "it had no time to remove its folder");
+    assert!(!drive.temporary().is_empty(), "it had no time to remove its folders");
     let next = Command::new(env!("CARGO_BIN_EXE_codrive"))
         .args(["run", "--map", "merge", "--participant", "false", "--duration", "1"])
         .env("TMPDIR", drive.folder.path().join("tmp"))

@@ -241,6 +241,10 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
         // The hold is a whole number of steps.
         return 0.05.into();
     }
+    if place == "/idm/v0" {
+        // Nobody drives faster than the limit, 30 m/s.
+        return 29.0.into();
+    }
     let candidates: Vec<Value> = match was {
         Value::Number(n) if n.is_u64() => vec![(n.as_u64().unwrap() + 1).into()],
         Value::Number(n) => [1.0, -1.0, 0.1, -0.1, 10.0].map(|by| (n.as_f64().unwrap() + by).into()).into(),
@@ -278,17 +282,25 @@ fn every_setting_that_moves_a_vehicle_is_found() {
             assert!(record::changes(&drive).map_or(true, |found| !found.is_empty()), "{place} deleted");
         }
     }
-    // What is seen and heard; and what did not come to be in this drive: a contact, a wait for a wave, another model, help for keys.
+    // Settings of what is seen and heard, and of what this drive has none of: a contact, a wait for a wave, another model, help for
+    // keys, a path, a policy with a speed of its own, a SUMO elsewhere.
     let stated = [
         "/advice_tone",
         "/flash_patch",
         "/lane_help",
         "/rev_lamps",
         "/sound/engine_db",
+        "/sound/horn_db",
         "/sound/master_db",
+        "/sound/others_db",
         "/sound/road_db",
+        "/sound/tone_db",
+        "/sound/wind_db",
         "/contact",
         "/other_model_share",
+        "/path_start_m",
+        "/policy_speed_mps",
+        "/traffic_timeout_s",
         "/wave_wait_s",
     ];
     let stated: BTreeSet<String> = stated.into_iter().chain(SEEN).map(str::to_owned).collect();
