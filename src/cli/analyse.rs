@@ -85,7 +85,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     for what in &changed {
         out::line(format_args!("not as written: {what}"))?;
     }
-    super::sign::say_signer(holdings.root.as_deref().unwrap_or(folder), matches)?;
+    if changed.is_empty() || matches.contains_id("signer") {
+        super::sign::say_signer(holdings.root.as_deref().unwrap_or(folder), matches)?;
+    }
     let bar = super::progress(holdings.found.len() as u64, "drives".into());
     let lines: Vec<LinePlace> = matches.get_many("line").into_iter().flatten().cloned().collect();
     let drives = collect::analyse(&holdings.found, &lines, &|| bar.inc(1));

@@ -184,7 +184,7 @@ impl FoundStream {
     /// It is no XML of a stream.
     pub fn parse(xml: &str) -> Result<Self, LslError> {
         let bad = |why: String| LslError::Refused { what: "the description of a stream".into(), why };
-        let xml = printable(&xml);
+        let xml = printable(xml);
         let document = roxmltree::Document::parse(&xml).map_err(|error| bad(error.to_string()))?;
         let root = document.root_element();
         let child = |node: roxmltree::Node, key: &str| {

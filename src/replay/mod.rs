@@ -89,9 +89,14 @@ impl Replay {
     /// # Errors
     /// The folder holds no recording that has ended, or its scenario cannot be driven here.
     pub fn open(recording: &Path) -> Result<Self, RunError> {
-        let changes = record::changes(recording)?;
         let (scenario, is_stand_in) = scenario_here(recording)?;
-        let drive = Drive::new(&scenario, Pace::Paused)?;
+        Self::of(recording, &scenario, is_stand_in)
+    }
+
+    /// The same with the scenario as it is driven here, perhaps on a stand-in for a SUMO elsewhere.
+    fn of(recording: &Path, scenario: &Scenario, is_stand_in: bool) -> Result<Self, RunError> {
+        let changes = record::changes(recording)?;
+        let drive = Drive::new(scenario, Pace::Paused)?;
         let mut recorded = TableComparison::open(recording, &drive.world)?;
         recorded.start(&drive.world)?;
         let ticks = record::count(recording, Table::Ego)?;

@@ -169,6 +169,6 @@ fn a_file_of_the_laboratory_that_names_who_is_erased_is_told_and_stays() {
     let readme = place.data.root().join("NOTES.md");
     fs::write(&readme, "sub-P1 came late.\n").unwrap();
     let left = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap();
-    assert_eq!(left.naming, [readme.clone()]);
+    assert_eq!(left.naming, std::slice::from_ref(&readme));
     assert_eq!(fs::read_to_string(readme).unwrap(), "sub-P1 came late.\n");
 }

@@ -67,12 +67,13 @@ impl Listening {
         let mut sumo = Command::new(sumo::program(&sumo::home().unwrap()));
         sumo.arg("--net-file").arg(RoadMap::load("ring-250").unwrap().net_file);
         sumo.args(["--remote-port", &port.to_string(), "--num-clients", "1"]);
-        let child = sumo.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        // Dropped, it is ended and waited for.
+        let listening = Self { child: sumo.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap(), port };
         // To connect would be to take the client's place: the kernel's own list tells it, where 0A is LISTEN.
         let line = format!(":{port:04X} 00000000:0000 0A");
         for _ in 0..1000 {
             if fs::read_to_string("/proc/net/tcp").unwrap().contains(&line) {
-                return Self { child, port };
+                return listening;
             }
             thread::sleep(Duration::from_millis(10));
         }
@@ -216,6 +217,7 @@ fn reader(from: Option<impl Read + Send + 'static>) -> thread::JoinHandle<String
 }
 
 /// Waits for the end. False if it did not come in time.
+#[allow(clippy::disallowed_methods, reason = "the limit of a program is a matter of wall time")]
 fn ends(child: &mut Child) -> bool {
     let began = Instant::now();
     while child.try_wait().unwrap().is_none() {

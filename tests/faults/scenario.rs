@@ -156,11 +156,11 @@ impl Scenario {
     ///
     /// # Errors
     /// The first promise that was broken, with what the program said.
-    pub fn check(self, plan: &Plan, seed: u64) -> Result<(), Broken> {
+    pub fn check(self, plan: &Plan, seed: u64) -> Result<(), Box<Broken>> {
         let work = Workplace::new();
         self.prepare(&work, seed);
         let outcome = work.run_under(plan, self.arguments());
-        checks::check(self, &work, plan, &outcome, seed).map_err(|promise| Broken { promise, outcome, work })
+        checks::check(self, &work, plan, &outcome, seed).map_err(|promise| Box::new(Broken { promise, outcome, work }))
     }
 }
 

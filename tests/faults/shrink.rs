@@ -9,11 +9,11 @@ use super::{
 const TRIES: usize = 40;
 
 /// Tells of a broken promise: the seed, the plan, the smallest one, the command lines.
-pub fn report(scenario: Scenario, seed: u64, plan: &Plan, broken: Broken) -> String {
+pub fn report(scenario: Scenario, seed: u64, plan: &Plan, broken: Box<Broken>) -> String {
     let (small, least) = shrink(scenario, seed, plan);
     // What a second run of the same plan does not break, threads have made.
     let least = least.unwrap_or(broken);
-    let Broken { promise, outcome, work } = least;
+    let Broken { promise, outcome, work } = *least;
     let said = outcome.text.trim().replace('\n', "\n    ");
     format!(
         "seed {seed}, {scenario:?}: {promise}\n  plan: {plan}\n  smallest: {small}\n  command: {}\n  ended: exit code {:?}, signal {:?}\n    {said}\n  left in: {}\n  again: scripts/faults 1 {seed}\n",
@@ -25,7 +25,7 @@ pub fn report(scenario: Scenario, seed: u64, plan: &Plan, broken: Broken) -> Str
 }
 
 /// Leaves out faults, and moves those that are left forward, as long as a promise breaks.
-fn shrink(scenario: Scenario, seed: u64, plan: &Plan) -> (Plan, Option<Broken>) {
+fn shrink(scenario: Scenario, seed: u64, plan: &Plan) -> (Plan, Option<Box<Broken>>) {
     let (mut small, mut least) = (plan.clone(), None);
     let mut tries = 0;
     loop {

@@ -7,12 +7,7 @@ use codrive::{
     scenario::Scenario,
     traffic::EngineChoice,
 };
-use std::{
-    fs,
-    path::Path,
-    sync::atomic::AtomicBool,
-    time::{Duration, Instant},
-};
+use std::{fs, path::Path, sync::atomic::AtomicBool, time::Duration};
 
 fn scenario() -> Scenario {
     Scenario { traffic: EngineChoice::Native, vehicles: 3, duration_s: 20.0, hold_s: 1.0, ..Scenario::default() }
@@ -59,10 +54,11 @@ fn a_cut_of_a_drive_without_a_window_costs_half_a_second_at_most() {
         run.keep_time();
         let driven = run.world().snapshot().tick.0 as usize;
         // The writing thread may be late on a loaded machine; what was never handed to it does not come.
-        let patience = Instant::now() + Duration::from_secs(10);
+        let mut waits = 0;
         while ticks_if_cut(&drive, &copy) + 50 < driven {
-            assert!(Instant::now() < patience, "{} of {driven} ticks are on the disk", ticks(&copy));
-            std::thread::sleep(Duration::from_millis(5));
+            waits += 1;
+            assert!(waits < 1000, "{} of {driven} ticks are on the disk", ticks(&copy));
+            std::thread::sleep(Duration::from_millis(10));
         }
     }
 }
