@@ -19,6 +19,7 @@ pub(super) fn text(text: impl Display) -> Result<(), CliError> {
 }
 
 /// Redraws the line on which the cursor of a terminal is.
+#[cfg(feature = "desktop")]
 pub(super) fn redrawn(text: impl Display) -> Result<(), CliError> {
     write(&format!("\r\x1b[K{}", visible(&text.to_string())))
 }
