@@ -87,10 +87,10 @@ fn a_rate_that_no_road_carries_is_refused_with_the_rate() {
     for (attributes, expected) in [
         ("period=\"exp(1e9)\"", "period is \"exp(1e9)\", that is 1000000000 within a second; allowed: at most 1000"),
         ("period=\"0.0001\"", "period is \"0.0001\", that is 10000 within a second"),
-        ("vehsPerHour=\"1e9\"", "vehsPerHour is \"1e9\", that is 277777.7"),
-        ("perHour=\"1e9\"", "perHour is \"1e9\", that is 277777.7"),
+        ("vehsPerHour=\"1e9\"", "vehsPerHour is \"1e9\", that is 277778 within"),
+        ("perHour=\"1e9\"", "perHour is \"1e9\", that is 277778 within"),
         ("number=\"1001\" end=\"0\"", "number is \"1001\", that is 1001 within a second"),
-        ("number=\"2000000000\"", "number is \"2000000000\", that is 23148.1"),
+        ("number=\"2000000000\"", "number is \"2000000000\", that is 23148 within"),
         ("number=\"250000\" end=\"1000\"", "number is \"250000\" brings 250000 until 1000 s; allowed: at most 200000"),
         ("period=\"exp(500)\"", "period is \"exp(500)\" brings 500000 until 1000 s; allowed: at most 200000"),
         ("period=\"0.002\"", "period is \"0.002\" brings 500000 until 1000 s"),
