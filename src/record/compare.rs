@@ -206,9 +206,7 @@ impl TableComparison {
         let network = self.network.as_mut().into_iter().flat_map(NetworkCursors::all);
         let others = network.chain(self.advised.as_mut());
         for cursor in [&mut self.cars, &mut self.advice, &mut self.events].into_iter().chain(others) {
-            // An advice of the last tick is driven with the tick after it, which a cut drive has not.
-            let is_driven = |cursor: &TableCursor| cursor.tick() < last || cursor.table != Table::Advice;
-            while cursor.has_row()? && (!is_cut || cursor.tick() <= last && is_driven(cursor)) {
+            while cursor.has_row()? && (!is_cut || cursor.tick() <= last) {
                 if !(cursor.table == Table::Events && cursor.is_by_hand()) {
                     self.found.add(cursor.surplus());
                 }
