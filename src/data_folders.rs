@@ -110,7 +110,7 @@ fn holds_data(folder: &Path) -> bool {
     folder.join(SIGN).is_file()
 }
 
-/// Where the program is, and the checkout around it.
+/// Place of the program, and the checkout around it.
 struct ProgramPlace {
     program: Option<PathBuf>,
     checkout: Option<PathBuf>,

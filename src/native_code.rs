@@ -81,7 +81,7 @@ pub fn library_folders(kind: &str) -> Vec<PathBuf> {
 /// Opens a library. A bare name is looked for where the system has its libraries, and nowhere else.
 ///
 /// # Errors
-/// It is not there, or none of this system.
+/// The library is not there, or is none of this system.
 ///
 /// # Safety
 /// The library may run code when it is loaded.

@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What signatures are made for: one that was made for something else, such as a mail, is not taken.
+/// Purpose of the signatures: one that was made for something else, such as a mail, is not taken.
 pub const NAMESPACE: &str = "codrive";
 
 /// Why something was not signed, or a signature not accepted.
@@ -18,7 +18,7 @@ pub enum SigningError {
     /// A file cannot be read.
     #[error("{path}: {why}")]
     File {
-        /// Its path.
+        /// Path of the file.
         path: PathBuf,
         /// The system's words.
         why: std::io::Error,
@@ -26,9 +26,9 @@ pub enum SigningError {
     /// A private key that cannot be used.
     #[error("{path}: {why}\n  remedy: make a key with ssh-keygen -t ed25519 -N '' -f lab-key, or sign with {tool}")]
     Key {
-        /// Its path.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Words on the fault.
         why: String,
         /// The command that signs with other keys.
         tool: String,
@@ -38,11 +38,11 @@ pub enum SigningError {
         "{path}{line}: {why}; allowed is a line NAME ssh-ed25519 KEY for each signer, as ssh-keygen -Y reads it, or a public key (.pub)"
     )]
     Signers {
-        /// Its path.
+        /// Path of the file.
         path: PathBuf,
         /// `, line 3`; empty where no line is meant.
         line: String,
-        /// What is wrong.
+        /// Words on the fault.
         why: String,
     },
     /// The signature is not one of these bytes by one of these signers.
@@ -50,7 +50,7 @@ pub enum SigningError {
     NotSigned(String),
 }
 
-/// Who has signed.
+/// A person or lab that has signed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signer {
     /// Name in the list of signers.
@@ -100,7 +100,7 @@ impl SignerList {
     /// Reads a list of signers, or a public key, whose comment is the name then.
     ///
     /// # Errors
-    /// It cannot be read, a line of it is not understood, or it has no signer.
+    /// The list cannot be read, a line of it is not understood, or it has no signer.
     pub fn load(path: &Path) -> Result<Self, SigningError> {
         let mut signers = Vec::new();
         for (i, line) in read(path)?.lines().enumerate() {
@@ -126,7 +126,7 @@ impl SignerList {
     /// Returns who of the list has signed these bytes; `name` is what messages call them.
     ///
     /// # Errors
-    /// It is no signature of them, or one by a key that is not on the list.
+    /// The text is no signature of these bytes, or one by a key that is not on the list.
     pub fn verify(&self, name: &str, bytes: &[u8], text: &str) -> Result<Signer, SigningError> {
         let fault = |why: String| SigningError::NotSigned(format!("{name}: {why}"));
         let signature = SshSig::from_pem(text).map_err(|why| fault(format!("its signature cannot be read: {why}")))?;

@@ -88,7 +88,7 @@ impl TemporaryFolder {
         Ok(Some(Self { path, _lock: lock }))
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }

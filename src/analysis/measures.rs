@@ -84,7 +84,7 @@ impl MeasureDefinition {
         Self { j2944: Some(name), ..self }
     }
 
-    /// It is taken in drives with advice alone.
+    /// Measure of drives with advice alone.
     pub(super) const fn with_advice(self) -> Self {
         Self { needs_advice: true, ..self }
     }

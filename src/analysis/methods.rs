@@ -156,7 +156,7 @@ fn apparatus(drives: &[&AnalysedRecording]) -> String {
 /// Drives that were seen in slow motion for more than this share of their length are told of.
 const SLOW_SHARE: f64 = 0.01;
 
-/// How many drives ran in slow motion; nothing where pictures came in time.
+/// Sentence on the drives that ran in slow motion; empty where pictures came in time.
 fn slow_motion(drives: &[&AnalysedRecording]) -> String {
     let share =
         |drive: &&&AnalysedRecording| drive.measures.get("dropped_s").unwrap_or(0.0) / drive.duration_s.max(1e-9);

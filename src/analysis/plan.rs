@@ -131,12 +131,12 @@ impl PlannedTest<'_> {
     }
 }
 
-/// What decides which measures the trials of a condition can have.
+/// Properties of a condition that decide which measures its trials can have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ConditionKind {
     /// A speed is advised.
     pub has_advice: bool,
-    /// Its roads.
+    /// Roads of the condition.
     pub roads: RoadKinds,
 }
 

@@ -289,7 +289,7 @@ fn kinds(drives: &[AnalysedRecording]) -> BTreeMap<String, ConditionKind> {
     kinds
 }
 
-/// What is fitted of one outcome.
+/// Fits of one outcome.
 struct OutcomeFit<'a> {
     measure: usize,
     tested: Vec<&'a PlannedContrast>,

@@ -59,7 +59,7 @@ impl DriveSetup {
         name.rsplit('/').next().unwrap_or(name).to_owned()
     }
 
-    /// Where the advice of the drive comes from.
+    /// Origin of the advice of the drive.
     fn advice(&self) -> &'static str {
         match self.scenario.sham_advice {
             _ if self.manifest.policy.name == "none" => "none",

@@ -155,12 +155,12 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     )))
 }
 
-/// What of a folder is not as it was written or not where it belongs.
+/// Parts of a folder that are not as they were written or not where they belong.
 pub(super) fn disagreements(folder: &Path) -> Result<Vec<String>, CliError> {
     changes(&find(folder)?)
 }
 
-/// What is not as it was written or not where it belongs: files of the data set by its list, recordings by their place in it, and by their
+/// Parts that are not as they were written or not where they belong: files of the data set by its list, recordings by their place in it, and by their
 /// own seals.
 fn changes(holdings: &FolderContents) -> Result<Vec<String>, CliError> {
     let mut found: Vec<String> = Vec::new();

@@ -12,7 +12,7 @@ use std::{
     sync::atomic::Ordering,
 };
 
-/// What the help says of the proof.
+/// Help text on the proof.
 const PROOF: &str = "Every column of every table that a drive makes, and every value of manifest.json and summary.json that follows from \
      it, is compared bit by bit; every other file by its SHA-256. A table says what each file was proven by. Exit code 1 where something \
      differs, or where there is no tick to compare.\n\n\
@@ -86,7 +86,7 @@ fn say(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgMatches) -
     super::sign::say_signer(recording, matches)
 }
 
-/// What is not as it was recorded, line by line.
+/// Lists the parts that are not as they were recorded, one a line.
 fn fault(recording: &Path, found: &ReplayReport) -> String {
     let name = recording.display();
     let mut lines = vec![format!("{name}: not as it was recorded")];

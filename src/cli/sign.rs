@@ -106,7 +106,7 @@ pub(super) fn say_signer(folder: &Path, matches: &ArgMatches) -> Result<(), CliE
     Ok(())
 }
 
-/// Who of a list has signed a folder, or the data set that a recording lies in.
+/// Finds the signer, of a list, of a folder, or the data set that a recording lies in.
 fn signer(folder: &Path, list: &SignerList) -> Result<Signer, CliError> {
     let file = signed_file(folder);
     let signature = beside(&file);

@@ -14,7 +14,7 @@ use std::{
 
 /// Exit code of a program that Ctrl-C ended, as shells state it.
 pub(super) const INTERRUPTED: u8 = 130;
-/// How often a start of traffic is looked at, and how long it may go on: half a second, of the second within which a person expects the end.
+/// Interval at which a start of traffic is looked at, and the longest that it may go on: half a second, of the second within which a person expects the end.
 const LOOK: Duration = Duration::from_millis(20);
 const LOOKS: usize = 25;
 

@@ -7,10 +7,10 @@ use std::path::Path;
 /// So long streams are waited for, seconds: those of a local network answer within half of it.
 const WAIT_S: f64 = 1.0;
 
-/// Who hears the streams of a drive.
+/// Receivers that can hear the streams of a drive.
 const HEARD: &str = "a drive's own streams are heard on this machine alone, or where interface in [lsl] says";
 
-/// What is said of a configuration in the working folder that is not read.
+/// Words on a configuration in the working folder that is not read.
 fn ignored_config() -> String {
     let whole = |path: &Path| path.canonicalize().ok();
     let named = std::env::var_os(lsl::CONFIG_VARIABLE).and_then(|named| whole(Path::new(&named)));

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 /// Pictures that are measured, after one that makes what is made at a first use.
 const PICTURES: usize = 30;
-/// Where pictures take long, so many are enough, the first included, and no more are begun after this time.
+/// Fewest pictures, the first included, and the time after which no more than these are begun.
 const FEWEST_PICTURES: usize = 3;
 const MEASURED: Duration = Duration::from_secs(3);
 /// A frame of a 60 Hz screen, and the longest that keeps the median latency below 50 ms (docs/references.md: latency),

@@ -16,7 +16,7 @@ use std::{
     time::Duration,
 };
 
-/// How often the thread of a drive that is no longer wanted is looked at, and how long it is waited for: half a second.
+/// Interval at which the thread of an unwanted drive is looked at, and the longest wait for it: half a second.
 const LOOK: Duration = Duration::from_millis(10);
 const LOOKS: usize = 50;
 

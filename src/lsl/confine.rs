@@ -41,7 +41,7 @@ impl OutletInterface {
     /// Calls `open`, then makes every socket that it opened deaf to other interfaces. What connected to one meanwhile is cut off.
     ///
     /// # Errors
-    /// Those of `open`; there is no such interface; the system refuses.
+    /// Errors of `open`; there is no such interface; the system refuses.
     pub(super) fn confine<T>(&self, open: impl FnOnce() -> Result<T, LslError>) -> Result<T, LslError> {
         if *self == Self::All { open() } else { system::confine(&system::allowed(self)?, open) }
     }
@@ -125,7 +125,7 @@ mod system {
     pub struct InetSocket {
         /// Local port.
         pub port: u16,
-        /// It has a peer.
+        /// True if the socket has a peer.
         pub is_connected: bool,
     }
 

@@ -79,7 +79,7 @@ fn file_names() -> Vec<String> {
     }
 }
 
-/// Where it may lie, first things first: what the variable names and nothing else; beside the program or in `.lsl/` of its checkout;
+/// Places in which the library may lie, in this order: what the variable names and nothing else; beside the program or in `.lsl/` of its checkout;
 /// where the system looks.
 fn places() -> Vec<PathBuf> {
     let names = file_names();

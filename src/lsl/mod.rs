@@ -72,9 +72,9 @@ pub enum LslError {
         "the LSL stream {name} has {channels} channels; allowed: {most}\n  remedy: a predicate of another stream, or a stream of fewer channels"
     )]
     TooWide {
-        /// Its name.
+        /// Name of the stream.
         name: String,
-        /// Its channels.
+        /// Channels of the stream.
         channels: usize,
         /// The most.
         most: usize,

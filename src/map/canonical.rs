@@ -36,7 +36,7 @@ impl SumoText {
     /// Passes the text of `file` through the gate without a look at its roads.
     ///
     /// # Errors
-    /// It is no network, or a part of it is refused.
+    /// The file is no network, or a part of it is refused.
     pub(super) fn read(file: &Path, text: &str) -> Result<Self, MapError> {
         let tree = limits::parse(file, text)?;
         let root = tree.root();
@@ -52,7 +52,7 @@ impl SumoText {
         &self.text
     }
 
-    /// What of the file it leaves out.
+    /// Parts of the file that it leaves out.
     pub fn dropped(&self) -> &Dropped {
         &self.dropped
     }

@@ -65,7 +65,7 @@ pub enum MapError {
         file: PathBuf,
         /// Line, from 1.
         line: u32,
-        /// Which element, for example `lane "e0_0"`.
+        /// The element, for example `lane "e0_0"`.
         element: String,
         /// Which attribute.
         attribute: String,
@@ -81,7 +81,7 @@ pub enum MapError {
         file: PathBuf,
         /// Line, from 1.
         line: u32,
-        /// Which element, for example `edgeData "x"`.
+        /// The element, for example `edgeData "x"`.
         element: String,
         /// Why, what is allowed and the remedy.
         problem: String,
@@ -115,7 +115,7 @@ pub enum MapError {
         file: PathBuf,
         /// Line, from 1.
         line: u32,
-        /// What it has, and why that is not read.
+        /// The reference, and why it is not read.
         reference: &'static str,
     },
     /// What netconvert made of a file cannot be used.

@@ -142,7 +142,7 @@ impl<'t> Element<'t> {
         (self.index..self.data().end as usize).map(move |index| Self { index, ..self })
     }
 
-    /// Its place in the order of the text.
+    /// Place in the order of the text.
     pub fn place(self) -> usize {
         self.index
     }

@@ -78,7 +78,7 @@ pub struct Manifest {
     /// Lateral acceleration that bounds the other cars' speed in bends, m/s2; `None` where nothing does.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub lateral_accel_mps2: Option<f64>,
-    /// How traffic was when the driver took over.
+    /// State of the traffic when the driver took over.
     pub hand_over: HandOver,
     /// The recording has the tables of a drive on a network. It follows from the scenario, and is compared with it.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
@@ -104,7 +104,7 @@ pub struct Manifest {
     pub screen: Option<ScreenInfo>,
     /// Full scale of the speedometer, in the unit that it shows.
     pub dial: DialScale,
-    /// How far it is.
+    /// Stage that the recording has reached.
     pub state: RecordingState,
     /// How it ended; `None` while it lasts, and after a cut.
     pub ended: Option<String>,

@@ -24,7 +24,7 @@ pub const OF_SYSTEMS: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 pub struct AlteredFile {
     /// Name of the file.
     pub file: String,
-    /// What is different.
+    /// Words on the difference.
     pub what: String,
 }
 
@@ -34,7 +34,7 @@ impl fmt::Display for AlteredFile {
     }
 }
 
-/// What has been found so far.
+/// Alterations found so far.
 #[derive(Default)]
 struct Found(Vec<AlteredFile>);
 
@@ -47,7 +47,7 @@ impl Found {
 /// Compares a recording with its own seals and with what its format and its scenario say must be there.
 ///
 /// # Errors
-/// Its manifest cannot be read or is of another format; a file of it cannot be read.
+/// The manifest cannot be read or is of another format; a file of it cannot be read.
 pub fn changes(recording: &Path) -> Result<Vec<AlteredFile>, RecordError> {
     let manifest = Manifest::load(recording)?;
     let mut found = Found::default();
@@ -150,7 +150,7 @@ fn check_tables(recording: &Path, tables: &[Table], sums: &Checksums, found: &mu
     Ok(())
 }
 
-/// What of a table is not as it was written or as its format has it, in words.
+/// Words on each part of a table that is not as it was written or as its format has it.
 fn table_differences(table: Table, path: &Path, was: &TableSums) -> Result<Vec<String>, RecordError> {
     let mut sums = ColumnSums::default();
     let rows = TableReader::each_batch(path, &mut |batch| sums.push(batch))?;

@@ -152,7 +152,7 @@ pub(super) fn table_fault(path: &Path) -> impl FnOnce(ParquetError) -> RecordErr
     }
 }
 
-/// What the system said, where the library hands on its words: a full or broken disk is no fault of the table. The words are all
+/// The system's error, where the library hands on its words: a full or broken disk is no fault of the table. The words are all
 /// that it hands on.
 fn system_fault(path: &Path, why: &str) -> Option<RecordError> {
     let (_, number) = why.rsplit_once("(os error ")?;

@@ -1,4 +1,4 @@
-//! What each file of a recording was proven by. In: a recording that was driven again to its end. Out: a line a file: proven by driving, by
+//! The proof of each file of a recording. In: a recording that was driven again to its end. Out: a line a file: proven by driving, by
 //! its checksum only, or not at all, and why.
 
 use super::facts::{DriveFacts, SUMMARY};
@@ -18,7 +18,7 @@ use std::{fmt, path::Path};
 pub enum ProofKind {
     /// The same drive gives the same values.
     Driving,
-    /// It has the SHA-256 that was noted when it was written.
+    /// The SHA-256 is the one that was noted when it was written.
     Checksum,
     /// Nothing says that it is as it was written.
     Nothing,

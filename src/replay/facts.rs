@@ -32,11 +32,11 @@ pub(super) const SUMMARY: &str = "summary.json";
 pub struct FactDifference {
     /// The file.
     pub file: &'static str,
-    /// Which value of it.
+    /// Key of the value.
     pub key: String,
-    /// What the recording says.
+    /// Value in the recording.
     pub recorded: String,
-    /// What the same drive gives.
+    /// Value that the same drive gives.
     pub driven: String,
 }
 
@@ -47,11 +47,11 @@ impl fmt::Display for FactDifference {
     }
 }
 
-/// What a recording says of its drive, and what the drive has come to so far.
+/// Statements of a recording about its drive, and the results of the drive so far.
 pub(super) struct DriveFacts {
     recorded: Manifest,
     keys: Map<String, Value>,
-    /// What the same world writes.
+    /// Manifest that the same world writes.
     expected: Manifest,
     /// Text of the summary; `None` where there is none.
     summary: Option<String>,
@@ -141,7 +141,7 @@ impl DriveFacts {
         (serde_json::to_value(tally.summary()).expect("numbers and words"), failure)
     }
 
-    /// How the manifest of the same drive says that it ended.
+    /// Words of the same drive's manifest on its end.
     fn driven_end(&self, failure: Option<String>) -> String {
         let mut tally = self.tally.clone();
         failure.into_iter().for_each(|why| tally.fail(why));
@@ -166,7 +166,7 @@ impl DriveFacts {
         }
     }
 
-    /// What the manifest and the summary are proven by.
+    /// Proofs of the manifest and the summary.
     pub fn evidence(&self) -> Vec<Evidence> {
         let mut stated: Vec<&str> =
             STATED.into_iter().filter(|key| self.keys.get(*key).is_some_and(|v| !v.is_null())).collect();

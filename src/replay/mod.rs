@@ -53,7 +53,7 @@ pub struct ReplayReport {
     pub changes: Vec<AlteredFile>,
     /// Values of the manifest and the summary that are not as the drive gives them; known at the end.
     pub facts: Vec<FactDifference>,
-    /// What each file was proven by; known at the end, and empty where something differs.
+    /// Proof of each file; known at the end, and empty where something differs.
     pub files: Vec<Evidence>,
     /// The tick from which on rows of the ego are missing: the replay ends there.
     pub hole: Option<Tick>,

@@ -67,7 +67,7 @@ fn write(root: &Path, list: &ChecksumList) -> Result<(), SessionError> {
     Ok(record::replace(&root.join(FILE), text.as_bytes())?)
 }
 
-/// What of a data set is not as it was listed: a file that differs, is missing, or is not on the list.
+/// Lists the parts of a data set that are not as they were listed: a file that differs, is missing, or is not on the list.
 ///
 /// # Errors
 /// A file cannot be read.

@@ -50,7 +50,7 @@ pub struct ErasedParticipant {
     pub at: String,
 }
 
-/// What an erasure cannot take away.
+/// Parts that an erasure cannot take away.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LeftBehind {
     /// Files outside `derivatives/` that name the participant, written by people.

@@ -85,7 +85,7 @@ fn names(text: &str, code: &ParticipantCode) -> bool {
     first_of(text.as_bytes(), code).is_some()
 }
 
-/// Where bytes have `sub-CODE` with no letter or digit after it.
+/// Places at which bytes have `sub-CODE` with no letter or digit after it.
 fn first_of(bytes: &[u8], code: &ParticipantCode) -> Option<usize> {
     let subject = code.subject().into_bytes();
     let mut from = 0;
@@ -126,7 +126,7 @@ fn is_named_in(path: &Path, code: &ParticipantCode) -> Result<bool, SessionError
     }
 }
 
-/// What parts the cells of a table, by its ending.
+/// Separator of the cells of a table, by the ending of its name.
 fn separator(path: &Path) -> Option<char> {
     match path.extension()?.to_str()? {
         "tsv" => Some('\t'),

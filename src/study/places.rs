@@ -1,4 +1,4 @@
-//! Whether each recording of a data set lies where it belongs. In: the folder, with the logs of its sessions, its plan and its tables. Out:
+//! Check that each recording of a data set lies where it belongs. In: the folder, with the logs of its sessions, its plan and its tables. Out:
 //! every recording whose participant, trial, condition or time is not that of its place, and every table that says otherwise than the log.
 
 use super::{
@@ -28,7 +28,7 @@ pub(super) const WHAT_IF: &str = "-what-if-";
 /// A row of `participants.tsv` or of a list of scans, by the names of its columns.
 type Row = BTreeMap<String, String>;
 
-/// What of a data set is not where it belongs.
+/// Lists the parts of a data set that are not where they belong.
 ///
 /// # Errors
 /// A file cannot be read.
@@ -198,7 +198,7 @@ impl Places<'_> {
         }
     }
 
-    /// What was driven is what the plan has of this item.
+    /// Checks that the drive is the one that the plan has for this item.
     fn check_trial(
         &mut self,
         name: &str,

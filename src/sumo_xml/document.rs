@@ -16,7 +16,7 @@ pub enum Reference {
 }
 
 impl Reference {
-    /// What the file has, and why that is refused.
+    /// The part of the file that is refused, and why.
     pub fn in_words(self) -> &'static str {
         match self {
             Self::DocumentType => {
@@ -56,13 +56,13 @@ pub fn first_reference(mut document: impl BufRead) -> io::Result<Option<(u32, Re
     Ok(None)
 }
 
-/// What stands before the first `<`: nothing, or the mark of UTF-8, and spaces.
+/// Text before the first `<`: nothing, or the mark of UTF-8, and spaces.
 fn is_text_start(piece: &[u8]) -> bool {
     let piece = piece.strip_prefix("\u{feff}".as_bytes()).unwrap_or(piece);
     piece.strip_suffix(b"<").is_some_and(|before| before.iter().all(u8::is_ascii_whitespace))
 }
 
-/// What markup refers to: its text from behind `<` to the next one.
+/// Reference in a markup: its text from behind `<` to the next one.
 fn reference(markup: &[u8]) -> Option<Reference> {
     let begins = |with: &str| markup.get(..with.len()).is_some_and(|head| head.eq_ignore_ascii_case(with.as_bytes()));
     let is_end = |byte: &u8| byte.is_ascii_whitespace() || b">/<".contains(byte);

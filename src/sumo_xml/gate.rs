@@ -30,7 +30,7 @@ const NO_PROJECTION: &str = "!";
 pub struct Problem {
     /// The element with its id, for example `edgeData "x"`.
     pub element: String,
-    /// What is wrong, what is allowed and the remedy.
+    /// The fault, what is allowed and the remedy.
     pub problem: String,
 }
 
@@ -102,7 +102,7 @@ pub struct Gate<'v, W> {
     out: W,
     open: Vec<Open<'v>>,
     is_begun: bool,
-    /// What was left out so far.
+    /// Parts that were left out so far.
     pub dropped: Dropped,
 }
 
@@ -115,7 +115,7 @@ impl<'v, W: Write> Gate<'v, W> {
     /// Takes the start of an element: its name, and the names and values of its attributes.
     ///
     /// # Errors
-    /// It is refused, or cannot be written.
+    /// The element is refused, or cannot be written.
     pub fn open<'a>(
         &mut self,
         name: &str,
@@ -165,7 +165,7 @@ impl<'v, W: Write> Gate<'v, W> {
     /// Takes the end of the element that was opened last.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The copy cannot be written.
     pub fn close(&mut self) -> Result<(), GateError> {
         let Some(Open { rule: Some(rule), has_children }) = self.open.pop() else { return Ok(()) };
         if !has_children {
@@ -240,9 +240,9 @@ fn indent(depth: usize) -> &'static str {
 
 /// An attribute at the gate.
 pub enum Pass<'a> {
-    /// It passes, perhaps with another value.
+    /// The attribute passes, perhaps with another value.
     Value(Cow<'a, str>),
-    /// It is left out.
+    /// The attribute is left out.
     Dropped,
     /// The document is refused for it.
     Refused,

@@ -19,13 +19,13 @@ pub use vocabulary::{Vocabulary, demand, network};
 
 use std::io::{self, Write};
 
-/// What canonical documents begin with.
+/// Beginning of all canonical documents.
 pub const DECLARATION: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
 
 /// Writes a value of an attribute so that it reads as it was.
 ///
 /// # Errors
-/// Those of `out`.
+/// Errors of `out`.
 pub fn write_escaped(out: &mut impl Write, value: &str) -> io::Result<()> {
     let mut rest = value;
     if is_plain(value) {

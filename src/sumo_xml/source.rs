@@ -15,7 +15,7 @@ pub const MOST_BYTES: u64 = 256 << 20;
 /// The most bytes of one tag, comment or text: a route over 100,000 edges.
 pub const MOST_TAG_BYTES: u64 = 4 << 20;
 
-/// What may still be read.
+/// Bytes that may still be read.
 #[derive(Debug)]
 pub(super) struct Budget {
     bytes: Cell<u64>,

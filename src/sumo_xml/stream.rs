@@ -28,7 +28,7 @@ pub const MOST_INCLUDES: usize = 256;
 /// An element as it is read.
 #[derive(Debug)]
 pub struct Tag {
-    /// Its name.
+    /// Name of the element.
     pub name: String,
     /// Names and values of its attributes.
     pub attributes: Vec<(String, String)>,
@@ -59,7 +59,7 @@ pub enum StreamError {
     File {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Words on the fault.
         problem: String,
     },
     /// An element.
@@ -68,7 +68,7 @@ pub enum StreamError {
         file: PathBuf,
         /// Line, from 1.
         line: u32,
-        /// What is wrong with it.
+        /// Words on the fault.
         problem: Problem,
     },
 }

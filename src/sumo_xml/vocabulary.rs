@@ -1,4 +1,4 @@
-//! What SUMO may be given: elements, where they stand, their attributes and the keys of their parameters. In: names. Out: whether they pass.
+//! The vocabulary that SUMO may be given: elements, where they stand, their attributes and the keys of their parameters. In: names. Out: whether they pass.
 //! Taken by hand from SUMO 1.28's schemas (net_file.xsd, routes_file.xsd) without all that writes, opens, runs or connects.
 
 use std::{collections::BTreeMap, sync::LazyLock};
@@ -9,7 +9,7 @@ type Row = (&'static str, &'static str, &'static str, &'static str);
 /// An element that may pass.
 #[derive(Debug)]
 pub struct Rule {
-    /// Its name.
+    /// Name of the element.
     pub name: &'static str,
     parents: Vec<&'static str>,
     attributes: Vec<&'static str>,
@@ -42,7 +42,7 @@ impl Rule {
         &self.keys
     }
 
-    /// Its attributes.
+    /// Attributes that pass.
     pub fn attributes(&self) -> &[&'static str] {
         &self.attributes
     }

@@ -79,7 +79,7 @@ pub enum DemandFault {
         /// The share.
         value: f64,
     },
-    /// Somebody wants it to end.
+    /// The reading was interrupted.
     #[error("interrupted while the demand was read")]
     Interrupted,
     /// A file that cannot be read.

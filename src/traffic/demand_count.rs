@@ -179,7 +179,7 @@ impl FlowTimes {
 struct IntervalTimes {
     /// Times that it gives to its flows.
     of_flows: FlowTimes,
-    /// Its own depth; elements that lie deeper are in it.
+    /// Depth of the interval; elements that lie deeper are in it.
     depth: Option<usize>,
 }
 
@@ -198,7 +198,7 @@ impl IntervalTimes {
     }
 }
 
-/// When the vehicles of a flow depart.
+/// Departures of the vehicles of a flow.
 struct FlowRate {
     begin_s: f64,
     end_s: f64,

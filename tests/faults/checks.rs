@@ -1,4 +1,4 @@
-//! What has to hold after a run under faults. In: what the program left and said. Out: the first promise that is broken, in
+//! Promises that hold after a run under faults. In: what the program left and said. Out: the first promise that is broken, in
 //! words. From here on there are no faults.
 
 use super::{

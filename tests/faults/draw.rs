@@ -25,7 +25,7 @@ const VITAL: [&str; 8] = [
 /// Share of calls that are drawn among all files.
 const ANY_FILE: f64 = 0.15;
 
-/// What the first fault of a plan is.
+/// Kind of the first fault of a plan.
 #[derive(Clone, Copy)]
 enum Manner {
     Refusal,
@@ -61,7 +61,7 @@ const KINDS: [(&str, usize); 14] = [
     ("recv", 2),
 ];
 
-/// How many calls of each kind there are on each file.
+/// Number of calls of each kind on each file.
 pub struct Census(BTreeMap<String, BTreeMap<String, u32>>);
 
 impl Census {

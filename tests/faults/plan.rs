@@ -1,4 +1,4 @@
-//! What fails when. In: text, as `write rows.blocks 2 ENOSPC; rename manifest.json 1 kill`. Out: a plan, and its text again,
+//! Plans of faults: which call fails, and how. In: text, as `write rows.blocks 2 ENOSPC; rename manifest.json 1 kill`. Out: a plan, and its text again,
 //! which `preload.c` reads.
 
 use std::{fmt, str::FromStr};

@@ -81,7 +81,7 @@ impl Listening {
     }
 }
 
-/// How a run of the program ended.
+/// End of a run of the program.
 pub struct Outcome {
     /// Command line, for a reader.
     pub command: String,
@@ -93,14 +93,14 @@ pub struct Outcome {
     pub text: String,
     /// Calls.
     pub trace: Vec<Call>,
-    /// It did not end within the time.
+    /// True if it did not end within the time.
     pub hung: bool,
 }
 
 /// A call that counts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Call {
-    /// Its kind.
+    /// Kind of the call.
     pub kind: String,
     /// The file, from the workplace.
     pub name: String,
@@ -119,7 +119,7 @@ impl Outcome {
         self.trace.iter().any(|call| call.result.starts_with('E') && call.result != "EINTR")
     }
 
-    /// How many calls of this kind on files of this name came back well.
+    /// Number of calls of this kind on files of this name that succeeded.
     pub fn count(&self, kind: &str, name: &str) -> usize {
         self.trace.iter().filter(|call| call.kind == kind && call.name.ends_with(name) && call.result == "ok").count()
     }

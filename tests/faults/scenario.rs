@@ -1,4 +1,4 @@
-//! What is run under faults, and what is there before. In: a workplace. Out: folders in it, the command, and the calls that
+//! Commands that run under faults, and the files that are there before. In: a workplace. Out: folders in it, the command, and the calls that
 //! it makes without faults.
 
 use super::{
@@ -171,7 +171,7 @@ pub struct Broken {
     pub work: Workplace,
 }
 
-/// What earlier runs have left, made once.
+/// Files that earlier runs have left, made once.
 pub struct Fixtures {
     work: Workplace,
     /// Fingerprint of every tick of the recorded drive.

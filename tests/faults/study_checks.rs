@@ -1,4 +1,4 @@
-//! What has to hold of a study's data set after a run under faults. In: what the program left. Out: the first promise that is
+//! Promises of a study's data set after a run under faults. In: what the program left. Out: the first promise that is
 //! broken, in words.
 
 use super::{
@@ -27,7 +27,7 @@ fn passages(log: Option<&Value>) -> Vec<Value> {
     log.map_or(Vec::new(), |log| log["passages"].as_array().cloned().unwrap_or_default())
 }
 
-/// What a participant has done, with the files of it.
+/// Items that a participant has done, with their files.
 struct Settled {
     subject: &'static str,
     passages: Vec<Value>,
@@ -43,7 +43,7 @@ impl Settled {
         Ok(Self { subject, passages, files })
     }
 
-    /// It is still there.
+    /// The item is still there.
     fn is_kept(&self, data: &Path) -> Held {
         let now = passages(session(data, self.subject)?.as_ref());
         holds(now.starts_with(&self.passages), || format!("{}: what was done is not in its log", self.subject))?;

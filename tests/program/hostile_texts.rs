@@ -12,7 +12,7 @@ use std::{
 const HOSTILE: &str = "a\u{1b}[2Jb\u{9b}2Jc\u{1b}]0;mine\u{7}\rd\u{202e}e";
 const SEEN: &str = r"a\u001b[2Jb\u009b2Jc\u001b]0;mine\u0007\u000dd\u202ee";
 
-/// What the program says of these arguments on both outputs, with `home` as the user's.
+/// Words of the program on both outputs for these arguments, with `home` as the user's.
 fn said(home: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.args(arguments).env("HOME", home).env_remove("XDG_DATA_HOME").env_remove("XDG_CONFIG_HOME");

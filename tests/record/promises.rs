@@ -1,4 +1,4 @@
-//! What recordings promise of cuts and of what-ifs, each where a fault would show.
+//! Promises of recordings about cuts and what-ifs, each where a fault would show.
 
 use codrive::{
     drive_loop::offline::OfflineDrive,

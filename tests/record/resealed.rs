@@ -1,4 +1,4 @@
-//! Whoever changes a recording and makes all its checksums anew is found out wherever the drive says otherwise. Every key of the manifest,
+//! A changed recording with all its checksums made anew is found out wherever the drive says otherwise. Every key of the manifest,
 //! the summary and the scenario, every column and every file is changed, deleted and emptied; what no drive can prove is listed here.
 
 use super::{
@@ -63,7 +63,7 @@ pub fn tampered(of: &Path, tamper: impl FnOnce(&Path)) -> (tempfile::TempDir, Pa
     (folder, drive)
 }
 
-/// What a replay says: a report, or why it cannot begin or go on.
+/// Result of a replay: a report, or why it cannot begin or go on.
 pub fn replayed(drive: &Path) -> Result<ReplayReport, String> {
     let mut replay = Replay::open(drive).map_err(|error| error.to_string())?;
     replay.advance(u64::MAX).map_err(|error| error.to_string())?;

@@ -51,7 +51,7 @@ fn wrong(root: &Path) -> Vec<String> {
     listed.iter().chain(&places::misplaced(root).unwrap()).map(ToString::to_string).collect()
 }
 
-/// What is found by the places alone, as if every checksum had been made anew.
+/// Faults found by the places alone, as if every checksum had been made anew.
 fn misplaced(tamper: impl FnOnce(&Path)) -> String {
     let (_folder, root) = data_set();
     tamper(&root);

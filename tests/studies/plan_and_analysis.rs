@@ -1,4 +1,4 @@
-//! What a preregistration says that an analysis will do, against what the analysis of a rehearsal does.
+//! The analysis that a preregistration announces, against the one that a rehearsal's data get.
 
 use super::{
     bids::root,

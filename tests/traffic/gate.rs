@@ -129,7 +129,7 @@ fn hostile(stream: &mut Stream, text: &str, words: &Words, victim: &str) -> Stri
     text
 }
 
-/// Where the tags of elements end, `/` included where it stands there.
+/// Ends of the tags of elements, `/` included where it stands there.
 fn tag_ends(text: &str) -> Vec<usize> {
     let ends = text.match_indices('>').map(|(at, _)| if text[..at].ends_with('/') { at - 1 } else { at });
     let is_start =
@@ -336,7 +336,7 @@ fn the_same_parts_write_where_sumo_has_them_without_the_gate() {
     }
 }
 
-/// What SUMO's own program makes of a network and a demand: all vehicles of each step, with all digits.
+/// Output of SUMO's own program on a network and a demand: all vehicles of each step, with all digits.
 fn vehicles_by_sumo(net: &Path, demand: &Path, folder: &Path) -> String {
     let (home, out) = (sumo::home().unwrap(), folder.join("fcd.xml"));
     let output = Command::new(home.join("bin/sumo"))

@@ -22,7 +22,7 @@ use std::{
 /// A drive on a network in sums.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NetworkTotals {
-    /// Who came and went, by number.
+    /// Vehicles that came and went, by number.
     pub trips: BTreeMap<u32, Trip>,
     /// Who passed which line, the ego among them.
     pub lines: Vec<LineCount>,

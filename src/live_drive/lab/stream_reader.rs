@@ -59,7 +59,7 @@ pub struct StreamReader {
     commands: Option<Sender<ReaderCommand>>,
     news: Receiver<String>,
     thread: Option<JoinHandle<()>>,
-    /// Nobody reads the stream any more: the thread waits for no answer.
+    /// Releases the stream: the thread waits for no answer.
     ends: Arc<AtomicBool>,
 }
 

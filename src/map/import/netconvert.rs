@@ -33,7 +33,7 @@ pub struct ImportBounds<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// Where SUMO's converter is: in the first of SUMO's homes that has it.
+/// Path of SUMO's converter: in the first of SUMO's homes that has it.
 pub(super) fn program() -> PathBuf {
     let of = |home: PathBuf| home.join("bin").join(format!("netconvert{}", std::env::consts::EXE_SUFFIX));
     let homes = native_code::sumo_homes();

@@ -66,7 +66,7 @@ pub(super) struct NetworkCoupling {
     pub hand_over: HandOver,
 }
 
-/// Where the ego starts: front bumper along its path, metres, and as SUMO is told.
+/// Start of the ego: front bumper along its path, metres, and as SUMO is told.
 fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f64, EgoStart), WorldError> {
     let route = &map.route;
     let s_m = scenario.path_start_m.max(CAR_LENGTH_M);

@@ -43,7 +43,7 @@ const EMERGENCY: u32 = (1 << 11) | (1 << 12) | (1 << 13);
 pub struct NetworkSetup {
     /// The network.
     pub network: Arc<Network>,
-    /// Its file, which messages name.
+    /// File of the network, which messages name.
     pub net_file: PathBuf,
     /// Who comes.
     pub demand: Demand,

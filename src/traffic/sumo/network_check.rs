@@ -1,4 +1,4 @@
-//! Whether SUMO survives a network and the demand of a drive on it. In: their files. Out: nothing, or an error that names them. SUMO in this
+//! Trial of SUMO on a network and the demand of a drive. In: their files. Out: nothing, or an error that names them. SUMO in this
 //! process takes the whole program along where it breaks down (12 of 1,000 networks with a mutation did), so files that are
 //! not ours, byte by byte, are read by our own readers first and then driven a little by a child process, within limits of
 //! time and memory. The result holds for the bytes of all files together as long as the program runs.
@@ -54,7 +54,7 @@ pub fn check_networks_by(program: PathBuf, arguments: Vec<OsString>) {
     let _ = CHECKER.set((program, arguments));
 }
 
-/// What SUMO is to be tried on.
+/// Files on which SUMO is to be tried.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Trial {
@@ -66,7 +66,7 @@ pub(super) struct Trial {
     pub has_ego: bool,
 }
 
-/// What is known of files: nothing bad, or why they cannot be used.
+/// Results of trials by the hash of their files.
 type Known = BTreeMap<[u8; 32], Result<(), Fault>>;
 
 /// Why SUMO cannot have a network, or a demand on it.
@@ -192,7 +192,7 @@ fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), 
 /// Beginning of the lines with which SUMO states a fault on its standard error.
 const ERROR: &str = "Error: ";
 
-/// What a child says, without what its lines begin with.
+/// Words of a child without the beginnings of its lines.
 fn bare(words: &str) -> String {
     let bare = |line: &str| line.trim_start_matches("codrive: ").trim_start_matches(ERROR).to_owned();
     words.lines().map(bare).collect::<Vec<_>>().join("\n")
@@ -213,7 +213,7 @@ fn own_program() -> Result<PathBuf, TrafficError> {
     })
 }
 
-/// What the child does: drives some vehicles for a few seconds of simulation, as the trial in a file says.
+/// Runs the trial in the child: drives some vehicles for a few seconds of simulation, as the trial in a file says.
 ///
 /// # Errors
 /// Our reader or SUMO refuses the network or the demand.

@@ -140,7 +140,7 @@ impl TypeFile {
         Self::write("rou", &demand.flows_xml(&car, defines_default_type))
     }
 
-    /// Where it is.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -19,7 +19,7 @@ pub(super) const TIMEOUT: Duration = Duration::from_secs(120);
 const SILENT: Duration = Duration::from_secs(2);
 /// Address space of the process, bytes: SUMO's libraries take 1 GiB of it, a town's network less.
 const MOST_MEMORY: u64 = 4 << 30;
-/// What the process says that is kept, bytes.
+/// Most bytes that are kept of what the process says.
 const MOST_WORDS: u64 = 4096;
 
 static NOTICE: OnceLock<fn(&str)> = OnceLock::new();
@@ -29,12 +29,12 @@ pub fn tell_waits_by(notice: fn(&str)) {
     let _ = NOTICE.set(notice);
 }
 
-/// How a trial ended.
+/// End of a trial.
 #[derive(Debug)]
 pub(super) enum Ended {
     /// By itself: how, and what it said on its standard error.
     Itself(ExitStatus, String),
-    /// It took too long.
+    /// The trial took too long.
     TimedOut,
 }
 
