@@ -63,7 +63,8 @@ impl DriveConfiguration {
             let is_open = config.is_open().map_err(|why| why.to_string())?;
             Ok::<_, String>(Self { config, is_open })
         };
-        threads::here(py, made)?.map_err(|why| unknown_driver(driver).unwrap_or_else(|| PyValueError::new_err(why)))
+        threads::interruptible(py, made)?
+            .map_err(|why| unknown_driver(driver).unwrap_or_else(|| PyValueError::new_err(why)))
     }
 
     /// All settings as JSON: those of the drive, and in `learning` those of training that have a meaning here.
@@ -223,7 +224,7 @@ impl Drive {
         if seed > most {
             return Err(PyValueError::new_err(format!("seed is {seed}; allowed: a whole number from 0 to {most}")));
         }
-        let begun = threads::here(py, || {
+        let begun = threads::interruptible(py, || {
             let mut running = self.lock();
             // SUMO runs once a process: the drive before lets go of it first.
             *running = Running::default();
@@ -391,7 +392,7 @@ pub fn try_networks_apart(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// What that program does: drives some cars on a network to see whether SUMO survives it. Raises `RuntimeError` where it does not.
 #[pyfunction]
 pub fn try_network(py: Python<'_>, file: PathBuf) -> PyResult<()> {
-    threads::here(py, || sumo::try_network(&file))?.map_err(|why| PyRuntimeError::new_err(why.to_string()))
+    threads::interruptible(py, || sumo::try_network(&file))?.map_err(|why| PyRuntimeError::new_err(why.to_string()))
 }
 
 /// The largest seed of a drive: every reader of a recording keeps it exactly.

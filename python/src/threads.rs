@@ -1,13 +1,18 @@
 //! Work beside Python: on all cores, without the interpreter's lock, and without a panic that reaches the interpreter.
 
+use codrive::traffic::Interruption;
 use pyo3::{exceptions::PyRuntimeError, prelude::*};
 use rayon::{ThreadPool, ThreadPoolBuilder, Yield};
 use std::{
     cell::Cell,
     hint, mem,
-    panic::{AssertUnwindSafe, catch_unwind},
+    panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
     process,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -132,5 +137,39 @@ pub fn here<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResul
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
         PyRuntimeError::new_err(format!("a bug of codrive: {text}; please report it with the call that led to it"))
+    })
+}
+
+/// How often Python is asked for a signal while another thread waits for SUMO: Ctrl-C is to end a wait within a second.
+const SIGNALS: Duration = Duration::from_millis(50);
+
+/// The same as [`here`] on another thread, whose waits for SUMO end with Ctrl-C: Python sees signals on this thread alone.
+///
+/// # Errors
+/// As [`here`]; `KeyboardInterrupt`, or what a handler of a signal raises.
+pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let interruption = Interruption::default();
+    let (working, ended) = mpsc::channel::<()>();
+    let ended = Mutex::new(ended);
+    thread::scope(|scope| {
+        let obeying = interruption.clone();
+        let thread = scope.spawn(move || {
+            // Dropped at the end, by a panic, too.
+            let _working = working;
+            obeying.obey();
+            work()
+        });
+        let wait = || ended.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(SIGNALS);
+        let mut asked = Ok(());
+        while py.detach(wait) == Err(RecvTimeoutError::Timeout) {
+            if asked.is_ok() {
+                asked = py.check_signals();
+            }
+            if asked.is_err() {
+                interruption.interrupt();
+            }
+        }
+        let done = here(py, || thread.join().unwrap_or_else(|panic| resume_unwind(panic)))?;
+        asked.map(|()| done)
     })
 }

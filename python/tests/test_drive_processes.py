@@ -186,6 +186,23 @@ def test_ctrl_c_stops_a_drive_and_ends_its_process(many):
     env.close()
 
 
+def test_ctrl_c_ends_the_warm_up_of_a_drive_in_this_process_within_a_second():
+    long = {"warm_up_s": 3600.0, "wave_sd_mps": 10.0, "wave_wait_s": 3600.0, "step_s": 0.01, "vehicles": 40}
+    env = codrive.make("ring-641", engine="native", **long)
+    main = threading.main_thread().ident
+    interrupt = threading.Timer(1.0, lambda: signal.pthread_kill(main, signal.SIGINT))
+    interrupt.start()
+    begun = time.monotonic()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            env.reset(seed=1)
+            pytest.fail("the warm-up was over before it was stopped")
+    finally:
+        interrupt.cancel()
+    assert time.monotonic() - begun < 2.0
+    env.close()
+
+
 def test_the_process_itself_does_not_hear_ctrl_c():
     env, process = begun()
     os.kill(process, signal.SIGINT)

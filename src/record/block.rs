@@ -3,12 +3,12 @@
 //! damaged anywhere, with the holes between them.
 //!
 //! ```text
-//! 0   8  MAGIC                    24  8  tick of the first row
-//! 8   4  table                    32  8  tick of the last row
-//! 12  4  rows                     40  4  length of the payload, bytes
-//! 16  8  number of the block      44  4  CRC32C of the payload
-//!                                 48  4  CRC32C of the header up to here
-//! 52  .. payload; all numbers little-endian
+//! 0   8  MAGIC                    32  8  tick of the first row
+//! 8   4  table                    40  8  tick of the last row
+//! 12  4  rows                     48  4  length of the payload, bytes
+//! 16  8  number of the block      52  4  CRC32C of the payload
+//! 24  8  number of the batch      56  4  CRC32C of the header up to here
+//! 60  .. payload; all numbers little-endian
 //! ```
 
 use crc32c::crc32c;
@@ -17,7 +17,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 /// Where a block begins: not text, and no part of what zstd writes.
 const MAGIC: [u8; 8] = *b"\x93CDBLK\r\n";
 /// Length of a header, bytes.
-pub(super) const HEADER: usize = 52;
+pub(super) const HEADER: usize = 60;
 /// The longest payload that is read, bytes: a batch of 2,000 ticks with 1,000 cars stays below it.
 pub(super) const MOST_PAYLOAD: u32 = 64 << 20;
 
@@ -30,6 +30,8 @@ pub(super) struct BlockHeader {
     pub rows: u32,
     /// Number of the block in its journal, from 0: a gap tells that some are missing.
     pub number: u64,
+    /// Number of the first block of its batch: all blocks of a batch go to the disk by one write and one sync.
+    pub batch: u64,
     /// Ticks of the first row and of the last.
     pub ticks: [u64; 2],
 }
@@ -41,6 +43,7 @@ pub(super) fn encode(header: &BlockHeader, payload: &[u8]) -> Vec<u8> {
     bytes.extend(header.table.to_le_bytes());
     bytes.extend(header.rows.to_le_bytes());
     bytes.extend(header.number.to_le_bytes());
+    bytes.extend(header.batch.to_le_bytes());
     bytes.extend(header.ticks[0].to_le_bytes());
     bytes.extend(header.ticks[1].to_le_bytes());
     bytes.extend(u32::try_from(payload.len()).unwrap_or(u32::MAX).to_le_bytes());
@@ -54,11 +57,17 @@ pub(super) fn encode(header: &BlockHeader, payload: &[u8]) -> Vec<u8> {
 fn decode(bytes: &[u8; HEADER]) -> Option<(BlockHeader, u32, u32)> {
     let small = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
     let large = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
-    if bytes[..8] != MAGIC || small(48) != crc32c(&bytes[..48]) {
+    if bytes[..8] != MAGIC || small(56) != crc32c(&bytes[..56]) {
         return None;
     }
-    let header = BlockHeader { table: small(8), rows: small(12), number: large(16), ticks: [large(24), large(32)] };
-    Some((header, small(40), small(44)))
+    let header = BlockHeader {
+        table: small(8),
+        rows: small(12),
+        number: large(16),
+        batch: large(24),
+        ticks: [large(32), large(40)],
+    };
+    Some((header, small(48), small(52)))
 }
 
 /// What comes next in a journal.
@@ -166,7 +175,8 @@ mod tests {
         let mut ends = [0; 4];
         for (number, payload) in [&b"first"[..], &[0x93; 300], b"the third"].into_iter().enumerate() {
             let number = number as u64;
-            let header = BlockHeader { table: number as u32, rows: 7, number, ticks: [10 * number, 10 * number + 9] };
+            let header =
+                BlockHeader { table: number as u32, rows: 7, number, batch: 0, ticks: [10 * number, 10 * number + 9] };
             bytes.extend(encode(&header, payload));
             ends[number as usize + 1] = bytes.len();
         }
@@ -220,7 +230,7 @@ mod tests {
     #[test]
     fn reading_goes_on_after_bytes_of_any_length_that_are_no_block() {
         let (bytes, ends) = three();
-        for length in [1, 7, 8, 51, 52, 65_535, 65_536, 65_537, 200_000] {
+        for length in [1, 7, 8, 59, 60, 65_535, 65_536, 65_537, 200_000] {
             let mut text = bytes[..ends[1]].to_vec();
             text.extend((0..length).map(|i| MAGIC[i % 8]));
             text.extend(&bytes[ends[1]..]);

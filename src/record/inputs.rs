@@ -89,7 +89,7 @@ pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
     let (mut names, mut folders) = (Vec::new(), vec![INPUTS.to_owned(), streams::FOLDER.to_owned()]);
     while let Some(folder) = folders.pop() {
         let path = recording.join(&folder);
-        if !path.exists() {
+        if !files::is_there(&path)? {
             continue;
         }
         for entry in fs::read_dir(&path).map_err(RecordError::file(&path))? {

@@ -43,6 +43,8 @@ pub(super) struct Journal<F> {
     file: F,
     /// Number of the next block.
     next: u64,
+    /// Number of the first block of the batch that is written.
+    batch: u64,
 }
 
 impl Journal<File> {
@@ -58,7 +60,7 @@ impl Journal<File> {
 impl<F: DurableFile> Journal<F> {
     /// Over a file that is new and empty; `path` is for messages.
     pub fn over(path: PathBuf, file: F) -> Self {
-        Self { path, file, next: 0 }
+        Self { path, file, next: 0, batch: 0 }
     }
 
     /// Appends every batch that comes until there are no more; `done` is told of every batch that is on the disk.
@@ -73,6 +75,7 @@ impl<F: DurableFile> Journal<F> {
     /// Appends one batch and waits until the disk has it. The ego comes last: where its row is, the others are too.
     fn append(&mut self, batch: &RowBatch) -> Result<(), RecordError> {
         let mut bytes = Vec::new();
+        self.batch = self.next;
         self.block(&mut bytes, Table::Cars, tables::CARS, &batch.cars)?;
         self.block(&mut bytes, Table::Advice, tables::ADVICE, &batch.advice)?;
         self.block(&mut bytes, Table::Frames, tables::FRAMES, &batch.frames)?;
@@ -108,6 +111,7 @@ impl<F: DurableFile> Journal<F> {
             table: Table::ALL.iter().position(|t| *t == table).unwrap_or_default() as u32,
             rows: rows.len() as u32,
             number: self.next,
+            batch: self.batch,
             ticks: [tables::tick(columns, first).0, tables::tick(columns, last).0],
         };
         self.next += 1;

@@ -1,10 +1,11 @@
 //! Reads a journal, also a damaged one. In: its folder, whole, cut or damaged anywhere. Out: the rows of every good block,
-//! and the holes. Memory is bounded before it is taken: no number in a file is believed that is larger than the file allows.
+//! and the holes. The last batch may never have been on the disk as a whole: it ends where its first block is missing, since a
+//! row of one table is of no use without those of the others. Memory is bounded before it is taken: no number in a file is believed that is larger than the file allows.
 
 use super::{
     RecordError, Table,
     block::{BlockHeader, JournalBlocks, JournalPart, MOST_PAYLOAD},
-    journal,
+    files, journal,
 };
 use crate::{file, foreign::guarded, time::Tick};
 use arrow_array::RecordBatch;
@@ -61,7 +62,7 @@ pub(super) fn read(
 ) -> Result<Vec<LostRows>, RecordError> {
     let mut holes = Vec::new();
     let path = folder.join(journal::FILE);
-    if path.exists() {
+    if files::is_there(&path)? {
         read_blocks(&path, put, &mut holes)?;
     }
     let entries = match std::fs::read_dir(folder) {
@@ -80,10 +81,21 @@ pub(super) fn read(
     Ok(holes)
 }
 
-fn open(path: &Path) -> Result<(File, u64), RecordError> {
+fn blocks(path: &Path) -> Result<JournalBlocks<BufReader<File>>, RecordError> {
     let file = file::open_regular(path).map_err(RecordError::file(path))?;
-    let length = file.metadata().map_err(RecordError::file(path))?.len();
-    Ok((file, length))
+    JournalBlocks::new(BufReader::new(file)).map_err(RecordError::file(path))
+}
+
+/// Number of the last batch of which any block can be read.
+fn last_batch(path: &Path) -> Result<u64, RecordError> {
+    let mut blocks = blocks(path)?;
+    let mut last = 0;
+    while let Some(part) = blocks.next().map_err(RecordError::file(path))? {
+        if let JournalPart::Block(header, _) = part {
+            last = last.max(header.batch);
+        }
+    }
+    Ok(last)
 }
 
 fn read_blocks(
@@ -91,8 +103,10 @@ fn read_blocks(
     put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
     holes: &mut Vec<LostRows>,
 ) -> Result<(), RecordError> {
-    let (file, _) = open(path)?;
-    let mut blocks = JournalBlocks::new(BufReader::new(file)).map_err(RecordError::file(path))?;
+    let last_batch = last_batch(path)?;
+    let mut blocks = blocks(path)?;
+    // Whether a block of the last batch is missing.
+    let mut is_torn = false;
     let mut next = 0;
     let mut at = 0;
     while let Some(part) = blocks.next().map_err(RecordError::file(path))? {
@@ -100,11 +114,13 @@ fn read_blocks(
             JournalPart::Hole { header, bytes } => {
                 at = bytes[1];
                 // The number of the block is used up, so that it is not counted as missing once more.
-                next = header.map_or(next, |header| header.number + 1);
+                next = header.map_or(next, |header| header.number.saturating_add(1));
+                is_torn |= header.is_some_and(|header| header.batch == last_batch);
                 holes.push(hole(path, header.as_ref(), bytes));
             }
             JournalPart::Block(header, payload) => {
                 let bytes = [at, at + (super::block::HEADER + payload.len()) as u64];
+                is_torn |= header.batch == last_batch && header.number > next.max(last_batch);
                 let follows_a_hole = holes.last().is_some_and(|hole| hole.file == path && hole.bytes[1] == at);
                 if header.number > next && !follows_a_hole {
                     holes.push(LostRows { bytes: [at, at], ..hole(path, None, bytes) });
@@ -112,7 +128,7 @@ fn read_blocks(
                 at = bytes[1];
                 let known = Table::ALL.get(header.table as usize).copied();
                 // A block that was there before is a copy; one of an unknown table is of a later version.
-                match (known, header.number >= next, unpack(&payload)) {
+                match (known, header.number >= next && !is_torn, unpack(&payload)) {
                     (Some(table), true, Ok(batches)) => {
                         for batch in batches {
                             put(table, batch)?;
@@ -120,7 +136,7 @@ fn read_blocks(
                     }
                     _ => holes.push(hole(path, Some(&header), bytes)),
                 }
-                next = next.max(header.number + 1);
+                next = next.max(header.number.saturating_add(1));
             }
         }
     }

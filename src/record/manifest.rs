@@ -194,7 +194,7 @@ impl Manifest {
     /// There is none, or it cannot be read.
     pub fn load(recording: &Path) -> Result<Self, RecordError> {
         let path = recording.join(FILE);
-        if !path.exists() {
+        if !files::is_there(&path)? {
             return Err(RecordError::Absent(recording.into()));
         }
         let keys = Self::keys(recording)?;

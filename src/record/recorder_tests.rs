@@ -164,7 +164,8 @@ fn a_flipped_byte_anywhere_costs_the_rows_of_its_block_and_recovery_says_which()
     let folder = tempfile::tempdir().expect("a folder");
     let (whole, ends) = cut_drive(folder.path());
     let bytes = fs::read(journal_of(&whole)).expect("a journal");
-    for at in (0..ends[2]).step_by(ends[2] / 40) {
+    // The last batch is one that the disk may never have had: the test below.
+    for at in (0..ends[1]).step_by(ends[2] / 60) {
         let mut flipped = bytes.clone();
         flipped[at] ^= 0x10;
         let damaged = with_journal(&whole, &format!("flip-{at}"), &flipped);
@@ -184,6 +185,39 @@ fn a_flipped_byte_anywhere_costs_the_rows_of_its_block_and_recovery_says_which()
             }
         }
         assert!(found.kept.is_some_and(|kept| kept.starts_with(damaged.join("lost+found"))));
+    }
+}
+
+#[test]
+fn the_last_batch_ends_at_its_first_missing_block_since_no_row_is_of_use_without_those_beside_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (whole, ends) = cut_drive(folder.path());
+    let bytes = fs::read(journal_of(&whole)).expect("a journal");
+    let of_last: Vec<usize> = blocks(&bytes).into_iter().filter(|at| *at >= ends[1]).collect();
+    let count = of_last.len() - 1;
+    assert!(count >= 3, "cars, what happened in a network or not, and the ego: {count}");
+    let rows_in = |name: &str, bytes: &[u8]| {
+        let recording = with_journal(&whole, name, bytes);
+        let found = recover::recover(&recording).expect("recovered");
+        let total = found.rows.iter().map(|(_, rows)| rows).sum::<u64>();
+        assert_eq!(ticks_of(&recording).len() as u64, found.rows[0].1);
+        (total, found.missing.len())
+    };
+    for block in 0..count {
+        let [begin, end] = [of_last[block], of_last[block + 1]];
+        let (expected, _) = rows_in(&format!("until-{block}"), &bytes[..begin]);
+        // A payload that is damaged, a sector of zeroes, and a block that is gone without a trace.
+        let (mut payload, mut zeroes, mut gone) = (bytes.clone(), bytes.clone(), bytes.clone());
+        payload[end - 1] ^= 1;
+        zeroes[begin..end].fill(0);
+        gone.drain(begin..end);
+        for (kind, bytes, least) in
+            [("payload", payload, count - block), ("zeroes", zeroes, count - block), ("gone", gone, count - block - 1)]
+        {
+            let (rows, missing) = rows_in(&format!("{kind}-{block}"), &bytes);
+            assert_eq!(rows, expected, "{kind} {block}: rows behind the hole");
+            assert!(missing >= least, "{kind} {block}: each block that is left out is told");
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 use super::{
     Manifest, RecordError, Table,
     checksums::{self, Checksums, ColumnSums, TableSums, file_sha256},
-    inputs, lock, manifest,
+    files, inputs, lock, manifest,
     manifest::RecordingState,
     recover,
     table::{TableBatches, TableReader},
@@ -54,15 +54,17 @@ pub fn changes(recording: &Path) -> Result<Vec<AlteredFile>, RecordError> {
     Manifest::faults(recording)?.into_iter().for_each(|what| found.say(manifest::FILE, what));
     let tables = tables(recording, &manifest, &mut found)?;
     let path = recording.join(checksums::FILE);
-    if !path.exists() {
+    if !files::is_there(&path)? {
         found.say(checksums::FILE, "is missing");
         return Ok(found.0);
     }
-    if manifest.checksums.as_ref().is_some_and(|written| file_sha256(&path).ok().as_ref() != Some(written)) {
+    let now = file_sha256(&path)?;
+    if manifest.checksums.as_ref().is_some_and(|written| now != *written) {
         found.say(checksums::FILE, "is not as it was written: manifest.json has another SHA-256 of it");
     }
     let sums = match Checksums::load(recording) {
         Ok(sums) => sums,
+        Err(error @ RecordError::File { .. }) => return Err(error),
         Err(error) => {
             found.say(checksums::FILE, format!("cannot be read any more: {error}"));
             return Ok(found.0);
@@ -80,7 +82,7 @@ pub fn changes(recording: &Path) -> Result<Vec<AlteredFile>, RecordError> {
 /// compares.
 fn tables(recording: &Path, manifest: &Manifest, found: &mut Found) -> Result<Vec<Table>, RecordError> {
     let path = recording.join(inputs::SCENARIO);
-    if !path.exists() {
+    if !files::is_there(&path)? {
         // Said with the other files.
         return Ok(Table::of(manifest));
     }
@@ -108,14 +110,14 @@ fn check_files(recording: &Path, manifest: &Manifest, sums: &Checksums, found: &
     let is_cut = manifest.state == RecordingState::Recovered;
     for name in checksums::OTHERS {
         // Nobody wrote the summary of a drive that was cut.
-        let may_lack = is_cut && name == "summary.json" && !recording.join(name).exists();
+        let may_lack = is_cut && name == "summary.json" && !files::is_there(&recording.join(name))?;
         if !may_lack && !sums.files.contains_key(name) {
             found.say(name, format!("{} has no SHA-256 of it", checksums::FILE));
         }
     }
     for (name, was) in &sums.files {
         let path = recording.join(name);
-        if !path.exists() {
+        if !files::is_there(&path)? {
             found.say(name, "is missing");
         } else if file_sha256(&path)? != *was {
             found.say(name, "is not as it was written: its SHA-256 differs");
@@ -131,7 +133,7 @@ fn check_tables(recording: &Path, tables: &[Table], sums: &Checksums, found: &mu
             found.say(&name, format!("{} has no SHA-256 of it", checksums::FILE));
             continue;
         };
-        if !path.exists() {
+        if !files::is_there(&path)? {
             found.say(&name, "is missing");
             continue;
         }
@@ -141,6 +143,7 @@ fn check_tables(recording: &Path, tables: &[Table], sums: &Checksums, found: &mu
                 found.say(&name, "was written anew; all values are as they were");
             }
             Ok(what) => what.into_iter().for_each(|what| found.say(&name, what)),
+            Err(error @ RecordError::File { .. }) => return Err(error),
             Err(error) => found.say(&name, format!("cannot be read any more: {error}")),
         }
     }

@@ -188,7 +188,8 @@ impl StreamJournal {
     fn append_block(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
         let rows = batch.num_rows();
         let payload = payload(batch).map_err(RecordError::file(&self.path))?;
-        let header = BlockHeader { table: u32::MAX, rows: rows as u32, number: self.next, ticks: [0, 0] };
+        let header =
+            BlockHeader { table: u32::MAX, rows: rows as u32, number: self.next, batch: self.next, ticks: [0, 0] };
         let bytes = block::encode(&header, &payload);
         self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(RecordError::file(&self.path))?;
         self.next += 1;

@@ -7,6 +7,7 @@ use crate::{
         Checksums, LOST_AND_FOUND, Manifest, RecordError, Table, TableReader,
         compare::OF_DEVICES,
         inputs::{self, INPUTS},
+        is_there,
         tables::EventRow,
     },
     scenario::Scenario,
@@ -88,7 +89,7 @@ pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> R
         let is_driven_with = name.starts_with(INPUTS) && !name.ends_with("map.toml") && !scenario.map.is_empty();
         if is_driven_with { Evidence::driving(name, String::new()) } else { Evidence::checksum(name, "") }
     }));
-    if recording.join(LOST_AND_FOUND).exists() {
+    if is_there(&recording.join(LOST_AND_FOUND))? {
         let less = "what could not be read when the drive was recovered";
         files.push(Evidence { file: LOST_AND_FOUND.into(), by: ProofKind::Nothing, less: less.into() });
     }

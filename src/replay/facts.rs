@@ -9,7 +9,7 @@ use crate::{
     driver::SimulatedDriver,
     file::{SETTINGS_BYTES, read_text},
     record::{
-        Manifest, RecordError,
+        Manifest, RecordError, is_there,
         manifest::{self, RecordingState},
     },
     sim::{SummaryAccumulator, World},
@@ -69,7 +69,7 @@ impl DriveFacts {
         let path = recording.join(SUMMARY);
         let read =
             |path: &Path| read_text(path, SETTINGS_BYTES).map_err(|why| RecordError::File { path: path.into(), why });
-        let summary = path.exists().then(|| read(&path)).transpose()?;
+        let summary = is_there(&path)?.then(|| read(&path)).transpose()?;
         let recorded = Manifest::load(recording)?;
         let simulated = recorded.driver.strip_prefix(SIMULATED);
         let own = simulated.filter(|name| *name == world.scenario().driver && world.scenario().participant);

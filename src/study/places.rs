@@ -10,7 +10,7 @@ use super::{
 use crate::{
     file::read_text,
     policy,
-    record::{AlteredFile, Manifest, RecordError, inputs, seals::OF_SYSTEMS},
+    record::{AlteredFile, Manifest, RecordError, inputs, is_there, seals::OF_SYSTEMS},
     scenario::Scenario,
     traffic::Demand,
 };
@@ -60,7 +60,7 @@ fn folders(folder: &Path) -> Result<BTreeSet<String>, SessionError> {
 }
 
 fn entries(folder: &Path) -> Result<BTreeSet<String>, SessionError> {
-    if !folder.exists() {
+    if !is_there(folder)? {
         return Ok(BTreeSet::new());
     }
     let entries = fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
@@ -70,7 +70,7 @@ fn entries(folder: &Path) -> Result<BTreeSet<String>, SessionError> {
 
 /// Rows of a table; none of one that is not there.
 fn rows(path: &Path) -> Result<Vec<Row>, SessionError> {
-    if !path.exists() {
+    if !is_there(path)? {
         return Ok(Vec::new());
     }
     let text =
@@ -185,7 +185,7 @@ impl Places<'_> {
             self.check_trial(&name, &passage.item, plan, &manifest)?;
         }
         let baseline = format!("{name}{BASELINE}");
-        if self.root.join(&baseline).exists() {
+        if is_there(&self.root.join(&baseline))? {
             self.check_baseline(&name, &baseline, code)?;
         }
         Ok(())
@@ -286,7 +286,7 @@ impl Places<'_> {
             let Some(folder) = log.done(&planned.name).and_then(|passage| passage.recording.as_ref()) else { continue };
             let recording = format!("sourcedata/{subject}/{folder}");
             let baseline = format!("{recording}{BASELINE}");
-            let baseline = if self.root.join(&baseline).exists() { baseline } else { "n/a".into() };
+            let baseline = if is_there(&self.root.join(&baseline))? { baseline } else { "n/a".into() };
             let row = [
                 planned.segment.clone(),
                 planned.run.map_or("n/a".into(), |run| run.to_string()),

@@ -103,9 +103,11 @@ fn a_wheel_pushes_against_the_hand_while_time_runs_and_never_while_it_stands_or_
     sleep(Duration::from_secs(1));
     assert!(rig.levels().iter().all(|level| *level == 0), "a push before the drive began: {:?}", rig.levels());
 
-    // Held to the left it is pushed to the right, and only to the right.
+    // Held to the left it is pushed to the right, and only to the right. The recording has the force once a tick, and on a busy machine
+    // a picture lasts many ticks: several pushes are ones that it has seen.
+    let pushes = |from: usize| (rig.levels()[from..].iter().filter(|level| **level < -1000).count() > 10).then_some(());
     server.strike(window, &[SPACE]);
-    wait_for("a push", || rig.levels().iter().any(|level| *level < -1000).then_some(()));
+    wait_for("pushes", || pushes(0));
     assert!(rig.levels().iter().all(|level| *level <= 0), "a push to the left: {:?}", rig.levels());
 
     server.strike(window, &[SPACE]);
@@ -122,7 +124,7 @@ fn a_wheel_pushes_against_the_hand_while_time_runs_and_never_while_it_stands_or_
     assert_eq!(rig.levels().len(), before, "a push in the pause: {:?}", rig.levels());
 
     server.strike(window, &[SPACE]);
-    wait_for("a push again", || rig.levels()[before..].iter().any(|level| *level < -1000).then_some(()));
+    wait_for("pushes again", || pushes(before));
     server.close(window);
     let output = program.wait_with_output().unwrap();
     let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
