@@ -2,6 +2,7 @@
 //! words. From here on there are no faults.
 
 use super::{
+    live,
     plan::Plan,
     program::{Outcome, Workplace, contents},
     scenario::{BATCH, CUTS, FIXTURES, Scenario},
@@ -25,6 +26,7 @@ pub fn check(scenario: Scenario, work: &Workplace, plan: &Plan, outcome: &Outcom
     ended_well(work, plan, outcome)?;
     match scenario {
         Scenario::Drive | Scenario::RemoteDrive => drive(work, scenario, outcome, seed)?,
+        Scenario::Live => live(work, outcome)?,
         Scenario::Recovery => {
             let (.., acknowledged) = CUTS[(seed / 10) as usize % CUTS.len()];
             let is_done =
@@ -56,8 +58,9 @@ fn ended_well(work: &Workplace, plan: &Plan, outcome: &Outcome) -> Held {
         return Ok(());
     }
     let root = work.root();
-    let is_named = text.contains(root.to_str().unwrap()) || text.contains("127.0.0.1:");
-    holds(is_named, || format!("exit code {code:?} without a word on a file: {text:?}"))?;
+    let names = [root.to_str().unwrap(), "127.0.0.1:", "LSL stream heart"];
+    let is_named = names.iter().any(|name| text.contains(name));
+    holds(is_named, || format!("exit code {code:?} without a word on a file, an address or a stream: {text:?}"))?;
     let refusals = || plan.0.iter().filter(|fault| fault.is_refusal());
     let is_full = refusals().count() > 0 && refusals().all(|fault| fault.action.starts_with("ENOSPC"));
     // A folder that cannot be synced or read for want of room is no case of a disk.
@@ -133,6 +136,21 @@ fn drive(work: &Workplace, scenario: Scenario, outcome: &Outcome, seed: u64) -> 
     Ok(())
 }
 
+/// A drive in real time has no other to be compared with: the replay proves what it drove.
+fn live(work: &Workplace, outcome: &Outcome) -> Held {
+    let recording = work.file("p1");
+    let batches = outcome.count("sync", "p1/journal/rows.blocks") as u64;
+    if outcome.code == Some(0) {
+        is_whole(&recording, RecordingState::Complete)?;
+        live::is_whole(&recording)?;
+        return proven(work, "@p1");
+    }
+    if recording.join("manifest.json").exists() {
+        return recovered(work, Scenario::Live, batches);
+    }
+    holds(batches == 0, || format!("{batches} batches were on the disk, and there is no manifest"))
+}
+
 /// Nothing is lost, and all that is there is proven.
 fn proven(work: &Workplace, name: &str) -> Held {
     let said = runs(work, &["replay", name], 0)?.text;
@@ -146,7 +164,7 @@ fn recovered(work: &Workplace, scenario: Scenario, acknowledged: u64) -> Held {
     let found = hashes(&recording)?;
     let ticks = found.len() as u64;
     holds(ticks >= acknowledged, || format!("{ticks} ticks of {acknowledged} that the disk had: {said}"))?;
-    holds(FIXTURES.hashes(scenario).starts_with(&found), || {
+    holds(scenario == Scenario::Live || FIXTURES.hashes(scenario).starts_with(&found), || {
         format!("recovered rows are not those that were driven: {said}")
     })?;
     let state = Manifest::load(&recording).map_err(|why| why.to_string())?.state;

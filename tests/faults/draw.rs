@@ -12,7 +12,7 @@ use codrive::rng::{self, Stream};
 use std::collections::BTreeMap;
 
 /// Files on which everything hangs, the first one most. Each counts as three others.
-const VITAL: [&str; 8] = [
+const VITAL: [&str; 9] = [
     "rows.blocks",
     "manifest.new",
     "session.new",
@@ -21,6 +21,7 @@ const VITAL: [&str; 8] = [
     "ego.new",
     "checksums.new",
     "SHA256SUMS.new",
+    "heart.blocks",
 ];
 /// Share of calls that are drawn among all files.
 const ANY_FILE: f64 = 0.15;

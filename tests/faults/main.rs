@@ -1,12 +1,14 @@
 //! Whole commands under faults from outside: the n-th write, sync, rename, read or connection fails, is short or slow, the
-//! process dies, the power is cut, the clock jumps. In: a seed, which draws all of it. Out: every promise that was broken,
-//! with the seed, the smallest plan that breaks it, and the command lines.
+//! process dies, the power is cut, the clock jumps, a wheel and a stream of Lab Streaming Layer go and come back. In: a seed,
+//! which draws all of it. Out: every promise that was broken, with the seed, the smallest plan that breaks it, and the command
+//! lines.
 //!
 //! 30 seeds in a usual run; `scripts/faults SEEDS [FIRST]` for a night. The plan says which call of a kind fails; threads of
 //! the program may still reach it in another order, so that a rare fault may need its seed more than once.
 
 mod checks;
 mod draw;
+mod live;
 mod plan;
 mod program;
 mod scenario;

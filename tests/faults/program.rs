@@ -11,7 +11,10 @@ use std::{
     os::unix::process::ExitStatusExt,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
-    sync::{LazyLock, Mutex},
+    sync::{
+        LazyLock, Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
@@ -38,10 +41,17 @@ static LIBRARY: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
 /// Stands in arguments for where a SUMO listens.
 pub const SUMO: &str = "SUMO";
 
+/// Stands for the program where a drive with devices is driven, in a process of these tests; and the environment in which that finds the
+/// folder of its recording, and the seed.
+pub const LIVE: &str = "CODRIVE_FAULTS_LIVE";
+pub const LIVE_SEED: &str = "CODRIVE_FAULTS_LIVE_SEED";
+
 /// A folder on which faults work, with what they need beside it.
 pub struct Workplace {
     folder: tempfile::TempDir,
     sumo: Mutex<Option<Listening>>,
+    /// Draws when devices go and come back.
+    seed: AtomicU64,
 }
 
 /// A SUMO that listens, ended when dropped.
@@ -131,12 +141,17 @@ impl Workplace {
         for name in ["root", "side"] {
             fs::create_dir(folder.path().join(name)).unwrap();
         }
-        Self { folder, sumo: Mutex::new(None) }
+        Self { folder, sumo: Mutex::new(None), seed: AtomicU64::new(0) }
     }
 
     /// Starts a SUMO for the next command.
     pub fn listen(&self) {
         *self.sumo.lock().unwrap() = Some(Listening::begin());
+    }
+
+    /// Devices of the next command go and come back by this seed.
+    pub fn draw_devices_by(&self, seed: u64) {
+        self.seed.store(seed, Ordering::Relaxed);
     }
 
     /// Faults work on files in here.
@@ -176,6 +191,9 @@ impl Workplace {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
+        if let [LIVE, folder] = arguments {
+            return self.live(folder.trim_start_matches('@'));
+        }
         let program = std::env::var_os("CODRIVE_FAULTS_PROGRAM");
         let waits = self.sumo.lock().unwrap().is_some();
         let mut command = Command::new(program.as_deref().unwrap_or(OsStr::new(env!("CARGO_BIN_EXE_codrive"))));
@@ -187,19 +205,43 @@ impl Workplace {
                 (None, _) => command.arg(argument),
             };
         }
+        self.preloaded(&mut command);
+        command
+            .env("FAULTS_STEP_US", if waits { PATIENT_STEP_US } else { CLOCK_STEP_US })
+            // One participant after the other, so that a seed is the same calls in the same order.
+            .env("RAYON_NUM_THREADS", "1");
+        command
+    }
+
+    /// The same for a drive with devices, at the machine's own clock, by which streams come and go. Nothing of another process comes in.
+    fn live(&self, folder: &str) -> Command {
+        let lsl = self.folder.path().join("lsl_api.cfg");
+        let session = self.folder.path().file_name().unwrap().to_string_lossy().into_owned();
+        let text = "[ports]\nIPv6 = disable\n[multicast]\nResolveScope = machine\nListenAddress = 127.0.0.1\n[lab]\nKnownPeers = {127.0.0.1}";
+        fs::write(&lsl, format!("{text}\nSessionID = {session}\n")).unwrap();
+        let library = Path::new(env!("CARGO_MANIFEST_DIR")).join(".test-python/pylsl/lib");
+        assert!(library.exists(), "{} is not there; run scripts/setup --test", library.display());
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        self.preloaded(&mut command);
+        command
+            .args(["--exact", super::live::TEST, "--nocapture"])
+            .env(LIVE, self.file(folder))
+            .env(LIVE_SEED, self.seed.load(Ordering::Relaxed).to_string())
+            .env("LSLAPICFG", lsl)
+            .env("CODRIVE_LSL", library);
+        command
+    }
+
+    fn preloaded(&self, command: &mut Command) {
         command
             .env("LD_PRELOAD", &LIBRARY.1)
             .env("FAULTS_ROOT", self.root())
             .env("FAULTS_SIDE", self.folder.path().join("side"))
-            .env("FAULTS_STEP_US", if waits { PATIENT_STEP_US } else { CLOCK_STEP_US })
-            // One participant after the other, so that a seed is the same calls in the same order.
-            .env("RAYON_NUM_THREADS", "1")
             .env("RUST_BACKTRACE", "0")
             .env_remove("RUST_LOG")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
-        command
     }
 
     /// Keeps the folder for a reader. Returns where.

@@ -5,7 +5,7 @@ use super::{
     checks,
     draw::Census,
     plan::Plan,
-    program::{Outcome, SUMO, Workplace, copy},
+    program::{LIVE, Outcome, SUMO, Workplace, copy},
 };
 use std::{
     fs,
@@ -77,10 +77,12 @@ pub enum Scenario {
     Exclusion,
     /// A recorded drive in the traffic of a SUMO that runs elsewhere.
     RemoteDrive,
+    /// A recorded drive as a window drives it, with devices that go and come back.
+    Live,
 }
 
 impl Scenario {
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Drive,
         Self::Study,
         Self::Recovery,
@@ -90,14 +92,19 @@ impl Scenario {
         Self::Erasure,
         Self::Exclusion,
         Self::RemoteDrive,
+        Self::Live,
     ];
 
     /// The scenario of a seed, and how many seeds have had it before.
     pub fn of(seed: u64) -> (Self, u64) {
         // Drives and studies are what is lost for good: they come most.
         const TEN: [usize; 10] = [0, 1, 2, 0, 3, 1, 0, 4, 8, 5];
-        // Erasures and exclusions take turns with analyses.
         let [ten, place] = [seed / 10, seed % 10].map(|number| number as usize);
+        // A drive in real time takes seconds: one of twenty.
+        if place == 6 && ten % 2 == 1 {
+            return (Self::Live, ten as u64 / 2);
+        }
+        // Erasures and exclusions take turns with analyses.
         let this = |ten: usize, place: usize| if place == 9 { 5 + ten % 3 } else { TEN[place] };
         let scenario = this(ten, place);
         let visit = if place == 9 {
@@ -114,6 +121,7 @@ impl Scenario {
         match self {
             Self::Drive => &RUN,
             Self::RemoteDrive => &REMOTE,
+            Self::Live => &[LIVE, "@p1"],
             Self::Study | Self::ResumedStudy => &REHEARSE,
             Self::Recovery => &["recover", "@p1"],
             Self::Replay => &["replay", "@p1"],
@@ -132,6 +140,7 @@ impl Scenario {
         put("whole", "p0");
         match self {
             Self::Drive | Self::Study => {}
+            Self::Live => work.draw_devices_by(seed),
             Self::RemoteDrive => work.listen(),
             Self::Recovery => put(CUTS[(seed / 10) as usize % CUTS.len()].0, "p1"),
             Self::ResumedStudy => put("half", "data"),
