@@ -291,7 +291,11 @@ impl LiveDrive {
         let due = due.inspect_err(|error| note_failure(tally, error))?;
         recorded?;
         self.lab.end_frame(self.drive.world.snapshot().tick, self.drive.clock.fraction().into())?;
-        self.news.extend(self.lab.take_news());
+        for news in self.lab.take_news() {
+            // For whoever reads the recording and was not there. Not to the devices: one of them has the trouble.
+            self.recording.note(self.drive.world.snapshot().tick, "device", &news);
+            self.news.push(news);
+        }
         self.news.extend(self.contacts.take_words());
         if due.ticks > 0 {
             self.latency.used(ticked);

@@ -14,7 +14,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// What can happen in a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 37] = [
+const WORDS: [[&str; 3]; 38] = [
     [
         "advice",
         "a new target stands on the speedometer",
@@ -143,6 +143,11 @@ const WORDS: [[&str; 3]; 37] = [
         "wheel trouble",
         "the steering wheel reports a fault",
         "Experiment-control, Mishap, Input-device, Label/Wheel-trouble",
+    ],
+    [
+        "device",
+        "a device of the laboratory that is recorded or told of the drive: gone, back, silent, or not recorded",
+        "Experiment-control, Label/Device",
     ],
 ];
 
