@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use std::{
     collections::BTreeMap,
     fs::File,
-    io::{self, Read, Write},
+    io::{self, ErrorKind, Read, Write},
     path::Path,
 };
 
@@ -75,9 +75,12 @@ pub fn file_sha256(path: &Path) -> Result<String, RecordError> {
     let mut hash = Sha256::new();
     let mut piece = vec![0; 1 << 16];
     loop {
-        match file.read(&mut piece).map_err(RecordError::file(path))? {
-            0 => return Ok(hex(&hash.finalize())),
-            n => hash.update(&piece[..n]),
+        match file.read(&mut piece) {
+            Ok(0) => return Ok(hex(&hash.finalize())),
+            Ok(n) => hash.update(&piece[..n]),
+            // A signal came before anything was read.
+            Err(why) if why.kind() == ErrorKind::Interrupted => {}
+            Err(why) => return Err(RecordError::file(path)(why)),
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::{
     live,
-    plan::Plan,
+    plan::{Fault, Plan},
     program::{Outcome, Workplace, contents},
     scenario::{BATCH, CUTS, FIXTURES, Scenario},
     study_checks,
@@ -53,6 +53,8 @@ fn ended_well(work: &Workplace, plan: &Plan, outcome: &Outcome) -> Held {
         let is_ours = outcome.is_killed() && plan.0.iter().any(|fault| fault.is_death());
         return holds(is_ours, || format!("signal {signal:?} ended it: {text}"));
     }
+    let is_ordinary = plan.0.iter().all(Fault::is_ordinary);
+    holds(!is_ordinary || *code == Some(0), || format!("it broke off without a fault of the disk or the net: {text}"))?;
     holds(matches!(code, Some(0..=2)), || format!("exit code {code:?}: {text}"))?;
     if *code == Some(0) {
         return Ok(());

@@ -45,7 +45,7 @@ fn seed(seed: u64) -> Option<String> {
 }
 
 /// Plans that have broken a promise, each of its own kind; a seed where the command has variants.
-const BROKEN_ONCE: [(Scenario, &str, u64); 12] = [
+const BROKEN_ONCE: [(Scenario, &str, u64); 13] = [
     // The log said that a participant is excluded, the tables never did: the same command was refused.
     (Scenario::Exclusion, "open _scans.new 1 EIO", 0),
     (Scenario::Exclusion, "sync ssq_before.new 1 kill-after", 0),
@@ -64,6 +64,8 @@ const BROKEN_ONCE: [(Scenario, &str, u64); 12] = [
     // A table that cannot be read now is not replaced by one from a journal that is gone.
     (Scenario::Recovery, "read ego.parquet 1 EIO+", 30),
     (Scenario::Recovery, "open ego.parquet 1 EIO+", 30),
+    // A signal amid a read is no fault of the file.
+    (Scenario::ResumedStudy, "read _beh.json 1 EINTR", 0),
     // A stream that could not be recorded was told to the experimenter and to no reader of the recording.
     (Scenario::Live, "write heart.blocks 1 EDQUOT", 16),
 ];

@@ -29,6 +29,11 @@ impl Fault {
         self.action.starts_with("power")
     }
 
+    /// A system does this every day: a signal interrupts a call, or a call does a part of its work, or takes long.
+    pub fn is_ordinary(&self) -> bool {
+        ["EINTR", "short", "slow"].contains(&self.action.as_str())
+    }
+
     /// A call is refused, and the program cannot simply try again.
     pub fn is_refusal(&self) -> bool {
         self.action.starts_with('E') && self.action != "EINTR"
