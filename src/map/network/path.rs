@@ -84,11 +84,6 @@ impl Path {
         &self.lanes
     }
 
-    /// Where each lane begins on the path, metres.
-    pub fn starts_m(&self) -> &[f64] {
-        &self.starts_m
-    }
-
     /// Its length, metres: the declared lengths together.
     pub fn length_m(&self) -> f64 {
         self.length_m
