@@ -45,6 +45,19 @@ fn a_point_projects_back_to_where_it_came_from() {
 }
 
 #[test]
+fn a_point_on_a_circle_shorter_than_the_search_is_found_from_a_near_place() {
+    // 50 m round, with 40 m to either side of the place from which the search goes out.
+    let r = 50.0 / TAU;
+    let shape = (0..=100).map(|i| DVec2::from_angle(TAU * f64::from(i) / 100.0) * r).collect();
+    let route = Route::new(vec![RouteLane { length_m: 50.0, shape, ..circle().lanes()[0].clone() }]);
+    assert_eq!(route.next_lane(0), Some(0), "its only lane leads to itself");
+    for s_m in [0.0, 12.5, 25.0, 45.0] {
+        let found = route.project(route.point_at(s_m), Some(s_m + 1.0));
+        assert!(route.difference(found.s_m, s_m).abs() < 1e-6, "{s_m} {found:?}");
+    }
+}
+
+#[test]
 fn heading_and_curvature_of_a_circle_are_the_circles() {
     let route = circle();
     for i in 0..997 {

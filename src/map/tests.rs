@@ -81,6 +81,14 @@ fn a_circuit_that_cannot_be_built_says_why() {
         message("solved = true\n\n[[piece]]\nradius_m = 80", "straight_m = 20\n\n[[piece]]\nradius_m = 80"),
         &["1 pieces have solved = true"],
     );
+    // Pieces 9 and 12 both lead to the south.
+    let parallel =
+        text.replacen("\nsolved = true", "\nstraight_m = 20", 1).replacen("\nstraight_m = 40", "\nsolved = true", 1);
+    fs::write(&file, parallel).unwrap();
+    expect(
+        circuit::make(&file).map(|made| made.title).unwrap_err().to_string(),
+        &["pieces 9 and 12, are nearly parallel"],
+    );
     expect(message("straight_m = 110", "straight_m = 50"), &["piece 12", "-39.8 m long to close"]);
     expect(message("radius_m = 60", "radius_m = nan"), &["circuit.toml:13:12: piece 2: radius_m is NaN", "10 to 5000"]);
     expect(message("radius_m = 60", "radius_m = \"60\""), &["circuit.toml:13:12: invalid type: string", "^^^^"]);

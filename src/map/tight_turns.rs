@@ -284,6 +284,8 @@ mod tests {
         assert!(through(from, &["0,0 10,0 10,20 30,20 30,0 40,0"], "40,0 80,0"));
         // Lines that are drawn 0.8 m too long, or 0.8 m aside, have none.
         assert!(!through(from, &["-0.8,0 20.8,0"], "20,0 60,0") && !through(from, &["0,0.8 20,0.8"], "20,0 60,0"));
+        // Back on the other side of a street a half circle of 5.5 m takes 17.3 m of way across.
+        assert!(through(from, &["0,0 0.9,0"], "0,17 -40,17") && !through(from, &["0,0 0.9,0"], "0,18 -40,18"));
         // Nor does one that leads back to a lane that begins 0.8 m before the other ends.
         assert!(!through(from, &["0,0 -0.8,0"], "-0.8,0 40,0"));
     }
@@ -323,6 +325,8 @@ mod tests {
         // A right angle in two steps of 45 degrees cuts the corner by half of what lies between them. The circle of 5.5 m passes 2.28 m from it:
         // 1.78 m aside where they are 1 m apart, 0.78 m where they are 3 m apart.
         assert!(kinked("0,0 40,0 40.71,0.71 40.71,40") && !kinked("0,0 40,0 42.12,2.12 42.12,40"));
+        // 2.2 m apart they cut it by 1.1 m: the circle passes 1.18 m aside.
+        assert!(kinked("0,0 40,0 41.56,1.56 41.56,40"));
         // A last piece of 0.3 m that is askew is none.
         assert!(!kinked("0,0 40,0 40,0.3"));
     }

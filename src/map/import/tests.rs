@@ -238,6 +238,21 @@ fn where_fine_options_fail_coarser_ones_are_tried_and_the_report_says_so() {
 
 #[cfg(unix)]
 #[test]
+fn netconvert_is_given_the_canonical_copy_of_a_network_not_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, good] = ["town.net.xml", "good.net.xml"].map(|name| folder.path().join(name));
+    // 5 m are no way to drive.
+    fs::write(&file, net_of(&[("a", 5.0, "passenger")], &[])).unwrap();
+    fs::write(&good, net_of(&[("a", 90.0, "passenger")], &[])).unwrap();
+    let program = converter(folder.path(), &format!("echo \"$all\" > $(dirname $0)/said; cp {} $net", good.display()));
+    let report = import_into(&folder.path().join("maps"), &program, &file, "town", &bounds()).unwrap().report;
+    assert!(report.conversion.contains("rebuilt by netconvert"), "{report:?}");
+    let said = fs::read_to_string(folder.path().join("said")).unwrap();
+    assert!(said.contains("copy.net.xml") && !said.contains("town.net.xml"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
 fn a_network_that_becomes_too_large_is_told_by_the_name_of_the_file_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let maps = folder.path().join("maps");

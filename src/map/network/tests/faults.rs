@@ -15,6 +15,29 @@ fn changed(name: &str, from: &str, to: &str) -> Result<Network, String> {
 }
 
 #[test]
+fn a_signal_without_a_program_has_all_links_that_are_named_in_any_order() {
+    let lane = |edge: &str, from: &str, to: &str, y: f64| {
+        format!(
+            "<edge id=\"{edge}\" from=\"{from}\" to=\"{to}\"><lane id=\"{edge}_0\" index=\"0\" speed=\"9\" length=\"40\" shape=\"0,{y} 40,{y}\"/></edge>"
+        )
+    };
+    let way = |from: &str, link: u32| {
+        format!(
+            "<connection from=\"{from}\" to=\"c\" fromLane=\"0\" toLane=\"0\" tl=\"n\" linkIndex=\"{link}\" dir=\"s\" state=\"O\"/>"
+        )
+    };
+    let junction = |id: &str, kind: &str, lanes: &str| {
+        format!("<junction id=\"{id}\" type=\"{kind}\" x=\"0\" y=\"0\" incLanes=\"{lanes}\" intLanes=\"\" shape=\"\"/>")
+    };
+    let text = lane("a", "m", "n", 0.0) + &lane("b", "m", "n", 4.0) + &lane("c", "n", "m", 8.0);
+    let nodes = junction("m", "dead_end", "c_0") + &junction("n", "rail_signal", "a_0 b_0");
+    let text = format!("<net version=\"1.20\">{text}{nodes}{}{}</net>", way("a", 1), way("b", 0));
+    let net = Network::read(FilePath::new("t.net.xml"), &text).unwrap_or_else(|error| panic!("{error}"));
+    let ways: Vec<usize> = net.signals()[0].links.iter().map(Vec::len).collect();
+    assert_eq!(ways, [1, 1]);
+}
+
+#[test]
 fn a_value_that_cannot_be_is_refused_with_file_line_element_and_what_is_allowed() {
     let signal = "<tlLogic id=\"c\" type=\"static\" programID=\"0\" offset=\"0\"><phase duration=\"3\" state=\"rrrrrrrrrrrrrrrrrrrrr\"/></tlLogic>";
     let twice = format!("{signal}<junction id=\"c\"");

@@ -28,7 +28,17 @@ fn what_is_written_reads_as_an_equal_network() {
         let again = Network::read(&file, &text).unwrap_or_else(|error| panic!("{error}"));
         assert!(again == net, "{}", file.display());
         assert_eq!(again.to_net_xml(), text);
+        assert!(!text.contains("<param"), "{}: its file has no parameters", file.display());
     }
+}
+
+#[test]
+fn a_stop_line_before_the_end_of_its_lane_is_written() {
+    let text = "<net><edge id=\"a\"><lane id=\"a_0\" index=\"0\" speed=\"9\" length=\"40\" endOffset=\"4\" shape=\"0,0 40,0\"/>\
+                <lane id=\"a_1\" index=\"1\" speed=\"9\" length=\"40\" shape=\"0,3.2 40,3.2\"/></edge></net>";
+    let file = FilePath::new("t.net.xml");
+    let again = Network::read(file, &Network::read(file, text).unwrap().to_net_xml()).unwrap();
+    assert_eq!(["a_0", "a_1"].map(|id| again.lane(lane(&again, id)).end_offset_m), [4.0, 0.0]);
 }
 
 /// Everything that matters, in an order that does not hang on that of the file: edges with ends, kinds, names and priorities; lanes with
