@@ -2,6 +2,7 @@
 
 use super::{
     advice::{limited_idm, policy_settings},
+    derived_state::{LaneMonitor, look_around},
     perception::LANE_HINT_SPAN_M,
     sham::other_drive,
     *,
@@ -10,8 +11,8 @@ use crate::{
     controls::Indicator,
     driver::{DriverParams, SimulatedDriver},
     scenario::StartLayout,
-    space::CAR_LENGTH_M,
-    traffic::EngineChoice,
+    space::{CAR_LENGTH_M, Pose},
+    traffic::{EngineChoice, VehicleBody, VehicleId},
 };
 use std::f64::consts::{PI, TAU};
 
@@ -33,6 +34,7 @@ fn a_policy_observes_its_own_car_the_one_ahead_and_the_ring() {
     let seen = world.agents[0].observe(world.scenario.vehicles);
     let snapshot = world.snapshot();
     assert!(seen.speed_mps > 0.5, "it drives: {seen:?}");
+    assert_eq!(world.time_s(), 2.5, "250 ticks of 10 ms");
     assert_eq!(seen.speed_mps, snapshot.ego.speed_mps);
     // HC22: a ring of 250 m, 22 cars with the ego; cars are numbered in the direction of travel, 5 m long.
     assert_eq!((seen.vehicles, seen.circumference_m.round()), (22, 250.0));
@@ -149,6 +151,97 @@ fn cars_move_evenly_within_a_step_and_their_wheels_turn_by_the_way() {
         let speed = begin.speed_mps + fraction * (end.speed_mps - begin.speed_mps);
         assert!((car.speed_mps - speed).abs() < 1e-9, "{} and {speed} at {fraction} of the step", car.speed_mps);
     }
+}
+
+#[test]
+fn the_car_of_a_world_creeps_as_the_scenario_has_it() {
+    for creep in [false, true] {
+        let scenario = Scenario { traffic: EngineChoice::Native, creep, ..Scenario::default() };
+        assert_eq!(World::new(&scenario).expect("a world").ego_params().gearbox.creep, creep);
+    }
+}
+
+#[test]
+fn an_error_names_the_settings_that_decide_on_it_the_likeliest_first() {
+    assert_eq!(WorldError::NoParticipant.settings(), ["participant"]);
+    let setting = |key| WorldError::Setting { key, message: String::new() };
+    assert_eq!(setting("participant").settings(), ["participant", "demand", "map"]);
+    let scenario = Scenario { traffic: EngineChoice::Native, vehicles: 1, ..Scenario::default() };
+    let error = World::new(&scenario).err().expect("an ego alone on a ring");
+    assert_eq!(error.settings(), ["vehicles", "map", "idm"], "{error}");
+}
+
+#[test]
+fn the_odometer_of_the_ego_adds_up_the_way_that_it_drove() {
+    let mut world = ring();
+    let mut way_m = 0.0;
+    for _ in 0..300 {
+        drive(&mut world, 1);
+        way_m += world.snapshot().ego.speed_mps * TICK_S;
+    }
+    let found_m = world.agents[0].image.odometer_m;
+    assert!(way_m > 1.0 && (found_m - way_m).abs() < 1e-9, "{found_m} and {way_m}");
+}
+
+#[test]
+fn a_vehicle_that_turns_off_leads_until_its_tail_has_left_the_lane() {
+    let world = ring();
+    let route = &world.map.route;
+    let (tail_m, turned_rad) = (130.0, PI / 3.0);
+    let leader = |beside_m: f64| {
+        let yaw_rad = route.yaw_at(tail_m) + turned_rad;
+        let tail = route.point_at(tail_m) + glam::DVec2::from_angle(route.yaw_at(tail_m)).perp() * beside_m;
+        let pose = Pose::new(tail + glam::DVec2::from_angle(yaw_rad) * (CAR_LENGTH_M / 2.0), yaw_rad);
+        let body = VehicleBody::CAR;
+        let car = VehicleSnapshot { id: VehicleId(7), pose, body, speed_mps: 4.0, ..VehicleSnapshot::default() };
+        let mut snapshot = Snapshot { ego_s_m: 110.0, cars: vec![car], ..world.snapshot().clone() };
+        look_around(&mut snapshot, route);
+        snapshot.leader
+    };
+    // Of 4 m/s at 60 degrees half goes along the lane. Both are 1.8 m wide.
+    for beside_m in [0.0, 1.7] {
+        let found = leader(beside_m).expect("a leader");
+        assert!((found.gap_m - 20.0).abs() < 0.1 && (found.speed_mps - 2.0).abs() < 0.01, "{found:?}");
+    }
+    assert!(leader(1.9).is_none() && leader(-1.9).is_none());
+}
+
+#[test]
+fn a_car_that_is_put_back_stands_a_metre_before_the_vehicle_behind_it() {
+    let mut world = ring();
+    let car = |id: u32, s_m: f64, speed_mps: f64| VehicleSnapshot {
+        id: VehicleId(id),
+        s_m: Some(s_m),
+        speed_mps,
+        body: VehicleBody::CAR,
+        ..VehicleSnapshot::default()
+    };
+    let scenario = world.scenario().clone();
+    let agent = &mut world.agents[0];
+    // The ego's front is 3 m ahead of the vehicle behind; 5 m of the ego's length and 1 m between them are wanted.
+    agent.view.cars = vec![car(1, 130.0, 4.0), car(2, 97.0, 3.0)];
+    agent.view.ego_s_m = 100.0;
+    agent.wants_back = true;
+    agent.stand_on_lane(&scenario).expect("there is room");
+    assert_eq!(agent.view.ego_s_m, 103.0);
+}
+
+#[test]
+fn the_ego_is_back_in_its_lane_only_a_fifth_of_a_metre_inside_its_edge() {
+    let world = ring();
+    let route = &world.map.route;
+    let half_m = route.width_m(0.0) / 2.0;
+    let mut lane = LaneMonitor::new();
+    let mut watch = |lane_offset_m: f64| {
+        let snapshot = Snapshot { lane_offset_m, ..world.snapshot().clone() };
+        lane.watch(&snapshot, route).map(|event| event.kind)
+    };
+    assert_eq!(watch(half_m - 0.01), None, "at the edge the ego is still in its lane");
+    let left = watch(-half_m - 0.01);
+    assert!(matches!(left, Some(EventKind::LeftRoad { .. })), "{left:?}");
+    // No flicker at the edge.
+    assert_eq!([half_m + 0.1, half_m - 0.1, half_m - 0.19].map(&mut watch), [None, None, None]);
+    assert_eq!(watch(half_m - 0.21), Some(EventKind::BackOnRoad));
 }
 
 /// Every advice of a drive by the simulated driver: when it was issued, s, and its target, m/s.

@@ -110,6 +110,9 @@ fn the_driver_keeps_its_lane_while_it_waits_stops_at_the_last_place_and_goes_ove
     case.snapshot.cars.clear();
     case.update();
     assert_eq!(case.changing.wait_ahead_m(&case.snapshot, &driver), None);
+    // The change that has begun goes on.
+    case.drive_to(30.0, "B1C1_0");
+    case.update();
     // 40 m at 8 m/s, half of the 3.2 m after half of them.
     for (way_m, line_m) in [(20.0, 0.0), (40.0, 1.6), (60.0, 3.2), (69.0, 3.2)] {
         assert!((case.line_m(way_m) - line_m).abs() < 0.01, "{way_m}: {}", case.line_m(way_m));

@@ -76,6 +76,12 @@ fn the_time_for_a_way_is_that_of_an_even_acceleration_up_to_a_top_speed() {
 }
 
 #[test]
+fn an_ego_that_is_too_fast_for_the_junction_slows_down_evenly_to_its_line() {
+    // 18 m at the mean of 10 m/s and 8 m/s: 2 s; 16 m beyond at 8 m/s: 2 s more.
+    assert_eq!(PACE.window(18.0, 10.0, 16.0), OwnWindow { arrives_s: 2.0, leaves_s: 4.0, speed_mps: 8.0 });
+}
+
+#[test]
 fn at_a_roundabout_the_ego_waits_for_vehicles_on_the_ring_unless_the_gap_is_long_enough() {
     let mut case = Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], 2.0);
     assert!(!case.waits(), "nobody comes");
@@ -138,12 +144,27 @@ fn a_green_turn_to_the_left_waits_for_oncoming_traffic_that_has_no_red() {
     assert!(!case.waits_for("B1B0_1", 5.1, 2.0) && !case.waits_for("B1B0_0", 30.0, LIMIT_MPS));
     case.snapshot.signals = protected;
     assert!(!case.waits_for("B2B1_1", 29.2, LIMIT_MPS));
+    assert!(!case.waits_for(":B1_1_1", 10.0, 5.0), "green with priority waits for nobody");
     // From the limit 13.89^2 / (2 * 4.5) = 21.4 m to stop: who is 30 m away does at red, who is 15 m away does not.
     case.snapshot.signals = oncoming_red;
     assert!(!case.waits_for("B2B1_1", 39.2, LIMIT_MPS) && case.waits_for("B2B1_1", 54.2, LIMIT_MPS));
     // At the end of green who still stands inside goes, before those that stand and have priority.
     case.snapshot.signals = ended;
     assert!(!case.waits_for("B2B1_1", 69.0, 0.0) && case.waits_for(":B1_1_1", 10.0, 5.0));
+}
+
+#[test]
+fn standing_inside_a_junction_at_red_counts_as_waiting() {
+    let mut case = Case::new(GRID, &["B0B1", "B1A1"], 2.0);
+    assert!(case.give_way.lines[0].waits_inside);
+    let (mut all, mut starts) = (Vec::new(), vec![0]);
+    for signal in case.map.network.signals() {
+        all.resize(all.len() + signal.links.len(), b'r');
+        starts.push(all.len() as u32);
+    }
+    case.snapshot.signals.set(&all, &starts);
+    case.stand(600);
+    assert_eq!(case.give_way.stood_ticks, 600);
 }
 
 #[test]

@@ -204,6 +204,17 @@ mod tests {
     }
 
     #[test]
+    fn a_car_is_against_its_lane_if_it_heads_more_than_a_right_angle_away() {
+        let map = RoadMap::load_along(GRID, &["B0B1", "B1C1"]).expect("a path");
+        let net = &map.network;
+        // B0B1 leads to the north.
+        let at = LanePosition { lane: net.lane_named("B0B1_0").expect("a lane"), s_m: 30.0, offset_m: 0.0 };
+        let heads = |degrees: f64| Pose { yaw_rad: degrees.to_radians(), ..net.pose(at).flat() };
+        assert!([90.0, 2.0, 178.0, 450.0].iter().all(|degrees| !is_against(net, at, &heads(*degrees))));
+        assert!([-90.0, -2.0, 182.0, 270.0].iter().all(|degrees| is_against(net, at, &heads(*degrees))));
+    }
+
+    #[test]
     fn without_insides_of_junctions_a_vehicle_is_on_the_path_where_it_is_drawn() {
         let map = RoadMap::load_along("tests/data/networks/random-8.net.xml", &["-54", "-3"]).expect("a path");
         let lanes = PathLanes::new(&map);

@@ -150,6 +150,18 @@ mod tests {
     }
 
     #[test]
+    fn a_moving_vehicle_meets_a_standing_ego_and_a_standing_one_does_not() {
+        let map = RoadMap::load("ring-250").expect("a shipped map");
+        let standing = |x: f64| VehicleSnapshot { pose: Pose::new(dvec2(x, 900.0), 0.0), ..VehicleSnapshot::default() };
+        let ego = MovingEgo { vehicle: standing(0.0), on_route: None };
+        // From middle to middle 25 m, of which both are 5 m long: 20 m at 10 m/s, looked at each tenth of a second.
+        let comes = VehicleSnapshot { speed_mps: 10.0, ..standing(-25.0) };
+        let found_s = ego.time_to_collision_s(&map, &comes).expect("it comes");
+        assert!((found_s - 2.0).abs() < 0.11, "{found_s}");
+        assert_eq!(ego.time_to_collision_s(&map, &standing(-4.0)), None);
+    }
+
+    #[test]
     fn boxes_touch_where_their_sides_do() {
         let own = car(0.0, 0.0, 0.0);
         assert!(own.overlaps(&car(4.99, 0.0, 0.0)) && !own.overlaps(&car(5.01, 0.0, 0.0)));
