@@ -82,9 +82,14 @@ fn changing_advice_on_a_free_road_tells_all_but_the_time_gap() {
     let (bias, error) = (found.speed_bias_mps.unwrap(), found.error_mps.unwrap());
     assert!((bias.value - 0.4).abs() < 0.1, "{bias:?}");
     assert!((error.value / 0.3 - 1.0).abs() < 0.22, "{error:?}");
+    // Two standard errors to either side, and half as much again.
+    assert!(error.interval[1] - error.interval[0] < 0.3 * 6.0 * 0.07, "{error:?}");
     for number in [reaction, bias, error] {
         let [low, high] = number.interval;
-        assert!(low < number.value && number.value < high && number.rests_on_s > 800.0, "{number:?}");
+        assert!(
+            low < number.value && number.value < high && (800.0..=900.0).contains(&number.rests_on_s),
+            "{number:?}"
+        );
     }
     assert_eq!(found.time_gap_factor, None, "there was nobody to keep a distance from");
     assert_eq!(fit(&[&drive]), found, "the same drive gives the same numbers");
@@ -127,6 +132,79 @@ fn a_moment_behind_a_slow_leader_pulls_no_bias_down() {
     let bias = fit(&[&drive]).speed_bias_mps.unwrap();
     assert!(mean_off < 0.1, "the plain mean is far off: {mean_off}");
     assert!((bias.value - 0.4).abs() < 0.15, "{bias:?}");
+}
+
+/// A free road: advised 5 m/s, and nobody near.
+const FREE: WantedSpeed = WantedSpeed {
+    wanted_mps: 5.0,
+    advised_mps: Some(5.0),
+    behind: SeenAhead { speed_mps: 5.0, limit_mps: 30.0, gap_m: 1e6, leader_mps: 5.0, usual_time_gap_s: USUAL_S },
+    group: 0,
+};
+
+#[test]
+fn the_likeliest_bias_is_found_on_either_side_of_where_the_search_begins() {
+    for bias_mps in [-0.37, 0.53] {
+        // As often 0.2 m/s above the advice with its bias as below.
+        let moment = |k: usize| WantedSpeed { wanted_mps: 5.0 + bias_mps + [-0.2, 0.2][k % 2], ..FREE };
+        let wanted = WantedSpeeds { moments: (0..100).map(moment).collect(), each_s: 0.5 };
+        let [found_mps, log_error, ..] = search(FIRST, &wanted, None, 1.0);
+        // The finest steps are 3 mm/s, and half a percent of the error.
+        assert!((found_mps - bias_mps).abs() < 0.005 && (log_error - 0.2_f64.ln()).abs() < 0.01, "{found_mps}");
+    }
+}
+
+#[test]
+fn a_leader_who_allows_less_than_the_advice_decides() {
+    let numbers = [0.0, 0.3_f64.ln(), 1.0, 0.1_f64.ln()];
+    let [free, led] = densities(&numbers, &FREE);
+    // On the advice the normal density is 1 / 0.3, but for the factor that all have.
+    assert!((free - 1.0 / 0.3).abs() < 0.01 && led < 1e-6, "{free} {led}");
+    let near = SeenAhead { gap_m: 6.0, leader_mps: 4.0, ..FREE.behind };
+    assert!(near.allowed_mps(1.0) < 4.5, "by the model it has to brake");
+    let [free, led] = densities(&numbers, &WantedSpeed { behind: near, ..FREE });
+    assert!(free < 1e-3 && led < 1e-3, "nobody wants to go on at 5 m/s there: {free} {led}");
+}
+
+#[test]
+fn a_leader_seen_late_is_taken_to_brake_on_until_it_stands() {
+    // From `mps` on it slows down with 2 m/s2, and is seen half a second late, 20 m ahead; the own 4 m/s take 2 m meanwhile.
+    let seen = |mps: f32| {
+        let moment = |k: u8| Moment {
+            speed_mps: 4.0,
+            leader_mps: mps + 0.2 * (2.0 - f32::from(k)),
+            gap_m: 20.0,
+            ..Moment::default()
+        };
+        let stretch: Vec<Moment> = (0..=7).map(moment).collect();
+        seen_ahead(&stretch, 7, 5)
+    };
+    let [goes, stands] = [6.0, 0.5].map(seen);
+    assert!((goes.leader_mps - 5.0).abs() < 1e-5 && (goes.gap_m - (20.0 + 5.5 * 0.5 - 2.0)).abs() < 1e-5, "{goes:?}");
+    // 0.5 m/s are gone after 0.25 s and 0.0625 m.
+    assert!(stands.leader_mps.abs() < 1e-6 && (stands.gap_m - 18.0625).abs() < 1e-5, "{stands:?}");
+}
+
+#[test]
+fn a_car_that_speeds_up_as_hard_as_drivers_do_tells_no_wish() {
+    // The simulated driver's most is 1.5 m/s2, of which 92 % are 1.38 m/s2.
+    let wish = |accel_mps2: f32| {
+        let moment = |k: u8| Moment {
+            speed_mps: 5.0 + f32::from(k) * 0.1 * accel_mps2,
+            limit_mps: 30.0,
+            bend_mps: f32::INFINITY,
+            ..Moment::default()
+        };
+        wanted_mps(&(0..6).map(moment).collect::<Vec<_>>(), 0)
+    };
+    assert!(wish(1.3).is_some_and(|mps| (mps - (5.0 + 1.5 * 1.3)).abs() < 1e-4) && wish(1.45).is_none());
+}
+
+#[test]
+fn between_tenths_of_a_second_the_delay_is_the_lowest_point_of_a_parabola() {
+    let row = std::array::from_fn(|k| (k as f64 - 4.3).powi(2));
+    let profile = DelayProfile { rows: vec![row], free_s: 0.0, changes: 0 };
+    assert!((profile.least(0..1) - 0.43).abs() < 1e-9);
 }
 
 #[test]

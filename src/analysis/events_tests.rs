@@ -81,6 +81,15 @@ fn shams_are_the_events_shifted_by_one_time_to_where_none_is_pending() {
 }
 
 #[test]
+fn shams_are_where_a_driver_can_be_watched_for_five_seconds() {
+    let onset = |kind, tick| Onset { kind, tick, ..Onset::default() };
+    // Pending until 11 s; from 11.5 s on there are 2 s to the next change, and behind that all that is watched.
+    let onsets = [onset(OnsetKind::Event, 1000), onset(OnsetKind::Change, 1350)];
+    let ticks: Vec<u64> = shams(&onsets, &[[1000, 1100]], 20_000).iter().map(|sham| sham.tick).collect();
+    assert_eq!(ticks, [1350], "the smallest shift of those with the most time");
+}
+
+#[test]
 fn more_changes_than_are_analysed_are_refused() {
     let mut finder = ChangeFinder::default();
     let advice = |k: usize| IssuedAdvice { target_mps: (k % 2) as f64, ..IssuedAdvice::default() };

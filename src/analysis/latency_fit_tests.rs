@@ -69,6 +69,7 @@ fn an_ex_gaussian_is_that_of_r() {
     let parts: Vec<(f64, bool)> = times.iter().map(|time| time.parts()).collect();
     assert!((fit.ln_likelihood(&parts) + 15.996_538).abs() < 1e-5);
     assert_eq!(ExGaussianFit::of(&times[..29]), None);
+    assert_eq!(ExGaussianFit::of(&[Latency::Seen(0.8); 40]), None, "times that are all the same have no spread");
 }
 
 #[test]

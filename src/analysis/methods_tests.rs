@@ -48,6 +48,10 @@ fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
         assert!(text.contains(part), "{part}\n{text}");
     }
     assert!(!text.contains("computed again without advice"), "there is no such drive: {text}");
+    let mut alone = made();
+    alone.iter_mut().for_each(|drive| drive.found.participant.clear());
+    let text = paragraphs(&alone, &StudyParticipants::default(), &[]).join("\n");
+    assert!(text.contains("no person took part") && !text.contains("rehearsal"), "drives of no study: {text}");
     let mut drives = made();
     for (drive, place) in drives.iter_mut().zip(["1", "2", "2", "1"]) {
         drive.found.place = place.into();

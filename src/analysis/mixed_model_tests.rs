@@ -66,12 +66,19 @@ fn without_a_spread_of_persons_it_is_a_regression() {
     let found = model.term(1);
     assert!((found.estimate - 2.0).abs() < 1e-12 && (found.se - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12, "{found:?}");
     assert_eq!(found.df, 4.0);
+    // Of six rows with two numbers, of which the product of the sums of squares is 6 x 1.5: 4 (ln(2 pi 1/4) + 1) + ln 9.
+    let criterion = 4.0 * ((0.5 * std::f64::consts::PI).ln() + 1.0) + 9.0_f64.ln();
+    assert!((model.criterion - criterion).abs() < 1e-9, "{} {criterion}", model.criterion);
 }
 
 #[test]
 fn what_cannot_be_fitted_is_refused() {
     let (who, mut terms, y) = balanced(4, 3, 1.0);
     assert!(matches!(MixedModel::fit(&who[..3], &[], &y[..3]), Err(ModelFault::TooFew { rows: 3, participants: 1 })));
+    // Intercept, slope and variance from three rows leave nothing to tell the error of the slope.
+    let slope = [vec![0.0, 1.0, 2.0]];
+    let found = MixedModel::fit(&[0, 1, 0], &slope, &[1.0, 2.5, 3.0]);
+    assert_eq!(found, Err(ModelFault::TooFew { rows: 3, participants: 2 }));
     assert_eq!(MixedModel::fit(&who, &terms, &[7.3; 12]), Err(ModelFault::NoVariation));
     // Every row is what its person always does.
     let fixed: Vec<f64> = who.iter().map(|person| *person as f64).collect();

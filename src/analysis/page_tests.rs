@@ -2,6 +2,7 @@
 
 use super::{
     AnalysedRecording, DriveMeasures, DriveSetup, FoundRecording, MEASURES, RecordedTrial, StudyParticipants,
+    drive_section::one_by_one,
     driver_fit::{FoundDriver, FoundNumber},
     driver_moments::DriverStretches,
     drivers::{self, ParticipantDriver},
@@ -115,6 +116,26 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     assert!(row.contains("<td>4.00 (N = 1)</td>"), "{row}");
     assert!(page.html.contains("<th>few &amp; &lt;fast&gt; (N = 2)</th>") && !page.html.contains("<fast>"));
     assert!(page.figures.iter().any(|(name, _)| name == "by-condition-mean-speed-mps.svg"));
+    // Differences of 1, 2 and 3 m/s: (2.80 x 1 / 2)^2 = 1.96 participants would show them.
+    let mut three = Vec::new();
+    for (who, few, many) in [("sub-P01", 3.0, 4.0), ("sub-P02", 2.0, 4.0), ("sub-P03", 5.0, 8.0)] {
+        three.extend([drive(who, "few", 0, Some(few)), drive(who, "many", 1, Some(many))]);
+    }
+    let mut page = ReportPage::default();
+    study(&mut page, &three);
+    let row = page.html.lines().find(|line| line.contains("few → many"));
+    assert!(row.is_some_and(|row| row.ends_with("<td>2</td></tr>")), "{row:?}");
+    // Without numbers there is no distribution to refer to.
+    let mut page = ReportPage::default();
+    study(&mut page, &[drive("sub-P01", "few", 0, None), drive("sub-P02", "many", 1, None)]);
+    assert!(page.figures.is_empty() && !page.html.contains("the distribution of a measure"), "{}", page.html);
+    for (n, title, what) in
+        [(1, "The drive in numbers", "the measures of the drive;"), (2, "All drives", "every drive;")]
+    {
+        let mut page = ReportPage::default();
+        every(&mut page, &drives()[..n]);
+        assert!(page.html.starts_with(&format!("<h2>{title}</h2>")) && page.html.contains(what), "{}", page.html);
+    }
 
     // A few drives stand beside each other, more one below the other in two tables.
     let mut page = ReportPage::default();
@@ -135,6 +156,16 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     for column in glossary::tables(&drives()).iter().flat_map(|table| &table.columns) {
         assert!(page.html.contains(&format!("<code>{}</code>", column.name)), "{}", column.name);
     }
+}
+
+#[test]
+fn drives_one_by_one_of_a_study_are_those_of_its_first_participant() {
+    let mut drives = drives();
+    // A drive of the second participant with a baseline: to show it, the baseline would have to be read.
+    drives[2].found.baseline = Some("no such drive".into());
+    let mut page = ReportPage::default();
+    one_by_one(&mut page, &drives, true).unwrap();
+    assert_eq!(page.html, "");
 }
 
 #[test]

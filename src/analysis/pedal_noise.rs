@@ -171,6 +171,12 @@ mod tests {
     }
 
     #[test]
+    fn tables_name_the_source_of_a_threshold_in_one_word() {
+        let words = [NoiseSource::Practice, NoiseSource::Drive, NoiseSource::Least].map(NoiseSource::word);
+        assert_eq!(words, ["practice", "drive", "least"]);
+    }
+
+    #[test]
     fn a_window_forgets_what_is_older_than_a_second() {
         let mut window = MovementWindow::default();
         (0..150).for_each(|tick| window.add(if tick < 50 { 0.0 } else { 0.2 }));

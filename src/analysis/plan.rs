@@ -402,6 +402,7 @@ mod tests {
     fn every_mistake_has_its_key_and_says_what_is_allowed() {
         let conditions = ["narrow", "wide"];
         plan(GOOD).check(&conditions).unwrap();
+        plan(&GOOD.replace("most_contacts = 0", "least_trials = 2")).check(&conditions).unwrap();
         for (from, to, key, has) in [
             ("\"mean_speed_mps\"", "\"mean_sped_mps\"", "analysis.primary", "did you mean mean_speed_mps"),
             ("\"reaction_s\"", "\"mean_speed_mps\"", "analysis.secondary.0", "comes twice"),

@@ -205,6 +205,11 @@ fn the_page_says_plan_changes_who_is_missing_models_and_shows_every_person() {
     // A dot a participant and condition, but for the trial that is left out; a mean a condition.
     let svg = &page.figures[0].1;
     assert_eq!((svg.matches("r=\"2.4\"").count(), svg.matches("r=\"4.2\"").count()), (35, 3));
+    // The 35 residuals lie on either side of the middle of their plot, from the lowest to the highest.
+    let heights = page.figures[1].1.split(" cy=\"").skip(1).take(35);
+    let heights: Vec<f64> = heights.map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
+    let (low, high) = heights.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), y| (low.min(*y), high.max(*y)));
+    assert!((50.0..150.0).contains(&(high - low)), "of the 150 units of its height: {heights:?}");
 }
 
 #[test]

@@ -155,6 +155,8 @@ mod tests {
         let mph = |x| SetupValue::Number(x, "mph");
         assert_eq!(joined_values([mph(2.0), mph(0.5), mph(1.0), mph(0.5)]), "0.5, 1 and 2 mph");
         assert_eq!(joined_values([SetupValue::Number(-1.5, "m/s2")]), "−1.5 m/s²");
+        let six = (0..6).map(|i| SetupValue::Number(f64::from(i), ""));
+        assert_eq!(joined_values(six), "0, 1, 2, 3, 4 and 5", "six are listed");
         assert_eq!(joined_values((0..30).map(|i| SetupValue::Number(f64::from(i), ""))), "0 to 29 (30 values)");
         assert_eq!(joined_values(["b", "a", "b"].map(|word| SetupValue::Word(word.into()))), "b and a");
         assert_eq!(joined_values([]), "");

@@ -197,6 +197,7 @@ mod tests {
         // Asked 3, answered 2: mean 5.5, highest and last 11.
         assert!(page.html.contains("<td>3</td><td>2</td><td>5.50</td><td>11</td><td>11</td>"), "{}", page.html);
         assert_eq!(page.figures.len(), 1);
+        assert!(page.figures[0].1.contains("sub-P03"), "its line has a name: {}", page.figures[0].1);
         assert!(paragraph(&people).contains("2 of 3 questions were answered"));
         let none = StudyParticipants::default();
         let mut page = ReportPage::default();

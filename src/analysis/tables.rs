@@ -260,6 +260,8 @@ mod tests {
         assert_eq!((found[0].n, found[0].mean, found[0].sd), (3, 2.0, 1.0));
         assert!((found[0].detectable(4) - 1.4).abs() < 1e-12);
         assert_eq!(found[0].needed(), Some(2.0), "(2.80 / 2)^2 = 1.96");
+        let small = StatisticalPower { mean: 1.0, sd: 2.0, ..found[0].clone() };
+        assert_eq!(small.needed(), Some(32.0), "(2.80 x 2)^2 = 31.4");
         let text = by_condition(&drives);
         assert!(text.contains("wide,mean_speed_mps,m/s,4,4.75,"), "{text}");
         assert!(text.contains("narrow,mean_speed_mps,m/s,3,5.333333333333333,2.309401076758503,4,"), "{text}");

@@ -47,6 +47,24 @@ fn a_lane_has_those_alone_who_pass_in_it_and_the_edge_has_them_all() {
 }
 
 #[test]
+fn a_line_that_nobody_passed_has_no_time_between_rows() {
+    let net = Network::load(GRID).expect("a network");
+    let place: LinePlace = "B0B1:30".parse().expect("a place");
+    let mut drives = crate::analysis::page_tests::mixed_drives();
+    let lines = &mut drives[0].network.as_mut().expect("a network").lines;
+    lines.push(LineCount::new(place.resolve(&net, Path::new("p1")).expect("a line")));
+    let text = crate::analysis::network::tables::lines(&drives[..1]);
+    assert!(text.ends_with(",B0B1:30,asked,0,12,0,\n"), "{text}");
+}
+
+#[test]
+fn a_line_may_lie_at_the_end_of_its_edge_and_not_beyond() {
+    let net = Network::load(GRID).expect("a network");
+    let resolve = |line: &str| line.parse::<LinePlace>().expect("a place").resolve(&net, Path::new("p1"));
+    assert!(resolve("B0B1:69.2").is_ok() && resolve("B0B1:69.3").is_err());
+}
+
+#[test]
 fn the_moment_of_a_passage_is_known_to_the_time_between_its_rows() {
     let net = Network::load(GRID).expect("a network");
     let place: LinePlace = "B0B1:30".parse().expect("a place");
