@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    record::{AlteredFile, Manifest, Recorder, TableReader, changes},
+    record::{AlteredFile, Checksums, Manifest, Recorder, TableReader, changes},
     scenario::Scenario,
     sim::SummaryAccumulator,
     traffic::EngineChoice,
@@ -200,6 +200,14 @@ fn every_file_of_a_recording_that_is_not_as_it_was_written_is_named() {
         "ego.parquet",
         "cannot be read",
     );
+    // All seals anew, but none of a column.
+    let unsealed = |drive: &Path| {
+        let (mut sums, mut manifest) = (Checksums::load(drive).expect("there"), Manifest::load(drive).expect("there"));
+        sums.tables.get_mut("ego").expect("a table").columns.remove("throttle").expect("a column");
+        manifest.checksums = Some(sums.save(drive).expect("room"));
+        manifest.seal(drive).expect("room");
+    };
+    assert_told(unsealed, "ego.parquet", "checksums.json has no SHA-256 of column throttle");
     // A table that is another's: other rows, other columns.
     let swapped = told(|drive| {
         std::fs::copy(drive.join("cars.parquet"), drive.join("events.parquet")).expect("room");

@@ -75,7 +75,10 @@ fn a_journal_cut_at_any_byte_keeps_all_batches_before_and_what_is_cut_in_lost_an
     let cuts = ends.iter().flat_map(|end| [end - 1, *end, end + 1]).chain([0, 1, 60, ends[0] / 2, ends[1] + 2000]);
     for end in cuts.filter(|end| *end <= bytes.len()) {
         let cut = with_journal(&whole, &format!("cut-{end}"), &bytes[..end]);
+        let half_written = cut.join("scenario").with_extension(crate::record::BESIDE);
+        fs::write(&half_written, "half").expect("written");
         let found = recover::recover(&cut).expect("recovered");
+        assert!(!half_written.exists(), "a file that the cut left beside its place is removed");
         let batches = ends.iter().filter(|batch_end| **batch_end <= end).count() as u64;
         assert_eq!(found.rows[0], (Table::Ego, 50 * batches), "cut at {end} of {}", bytes.len());
         assert_eq!(ticks_of(&cut), (1..=50 * batches).collect::<Vec<u64>>());
