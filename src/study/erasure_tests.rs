@@ -117,6 +117,12 @@ fn nothing_of_who_is_erased_stays_but_a_line_and_nobody_else_changes() {
     let left = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap();
     assert_eq!(left, LeftBehind { naming: Vec::new(), others: vec![place.data.root().join("derivatives/other")] });
     assert_erased(&place);
+    // A list that cannot be read is no empty one.
+    let list = place.data.root().join(LEDGER).with_extension("tsv");
+    let written = fs::read(&list).unwrap();
+    fs::write(&list, [0xff, b'\n']).unwrap();
+    assert!(erased(place.data.root()).is_err());
+    fs::write(&list, written).unwrap();
     let ignored = fs::read_to_string(place.data.root().join(".bidsignore")).unwrap();
     assert!(ignored.contains("erased.tsv\n"), "{ignored}");
     // The place in the balanced orders is free again; the code is not.

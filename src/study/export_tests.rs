@@ -47,6 +47,11 @@ fn names(folder: &Path) -> Vec<String> {
 fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
     let (folder, data) = place();
     let to = folder.path().join("for-p1");
+    // Neither locks nor links to elsewhere are a participant's data.
+    let own = data.root().join("sourcedata/sub-P1");
+    fs::write(own.join(lock::FILE), b"").unwrap();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(data.root().join("sourcedata/sub-P2/session.json"), own.join("other.json")).unwrap();
     let count = data.export(&code("P1"), &to).unwrap();
     let wanted = [
         ".bidsignore",

@@ -60,6 +60,17 @@ fn trials_rest_between_each_other_and_not_where_the_rest_has_no_length() {
 }
 
 #[test]
+fn a_segment_named_as_a_rest_between_trials_is_refused_where_there_is_one() {
+    let parsed = |rest: &str| {
+        let text = study(1, rest).source.replace("\"pause\"", "\"trial-rest-1\"");
+        Study::parse(text, Path::new("two.toml"))
+    };
+    let said = parsed("rest_s = 10.0").expect_err("two items of one name").to_string();
+    assert!(said.contains("trial-rest-1"), "{said}");
+    assert!(parsed("rest_s = 0.0").is_ok() && parsed("").is_ok(), "without a rest the name is free");
+}
+
+#[test]
 fn the_text_of_trials_stands_before_the_first_alone() {
     let plan = study(1, "text = \"Drive.\"\nrest_s = 5.0").plan(0);
     let texts: Vec<&str> = plan.items.iter().map(|planned| planned.text.as_str()).collect();
