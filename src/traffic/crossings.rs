@@ -84,6 +84,9 @@ mod tests {
         for (found_m, share) in [(first_m, 0.25), (second_m, 0.75)] {
             assert!((found_m / eight.length_m() - share).abs() < 0.02, "{first_m} {second_m} of {}", eight.length_m());
         }
+        // To the north, and round to the north again, half a car's width further to the west.
+        let beside = [(0.0, 0.0), (0.0, 60.0), (40.0, 60.0), (40.0, -60.0), (-0.9, -60.0), (-0.9, 30.0), (-40.0, 30.0)];
+        assert!(self_crossing(&route(beside.map(DVec2::from).to_vec())).is_some());
         for name in ["ring-250", "ring-641", "practice"] {
             assert_eq!(self_crossing(&RoadMap::load(name).unwrap().route), None, "{name}");
         }

@@ -317,6 +317,11 @@ mod tests {
     }
 
     #[test]
+    fn words_of_a_child_are_said_without_the_beginnings_of_their_lines() {
+        assert_eq!(bare("codrive: it ended\nError: no lane x\nQuitting."), "it ended\nno lane x\nQuitting.");
+    }
+
+    #[test]
     fn a_trial_is_known_by_the_bytes_of_network_and_demand_together() {
         let folder = tempfile::tempdir().unwrap();
         let net = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps/merge/net.xml");
