@@ -6,7 +6,11 @@ mod memory;
 
 use arrow_array::{Array, ArrayRef, RecordBatch, UInt64Array};
 use codrive::{
-    analysis::{StudyParticipants, collect, find, report, tables},
+    analysis::{
+        StudyParticipants, collect, find,
+        report::{self, FileProof},
+        tables,
+    },
     record::Table,
 };
 use parquet::arrow::{ArrowWriter, arrow_reader::ParquetRecordBatchReaderBuilder};
@@ -64,7 +68,8 @@ fn analysed(path: &Path) -> (usize, usize, f64) {
     let drives = collect::analyse(&found, &[], &|| ()).unwrap();
     let (_, measures) = memory::since(start);
     let start = memory::begin();
-    let page = report::report("long", &drives, &StudyParticipants::default(), &[], &[], None).unwrap();
+    let page =
+        report::report("long", &drives, &StudyParticipants::default(), &FileProof::default(), &[], None).unwrap();
     let (_, figures) = memory::since(start);
     assert!(page.html.contains("</html>") && tables::trials(&drives).lines().count() == 2);
     (measures, figures, drives[0].duration_s)

@@ -9,12 +9,14 @@ use super::{
     response::AdviceResponse,
     totals::DriveTotals,
 };
-use crate::file::{SETTINGS_BYTES, read_text};
-use crate::toml_text::did_you_mean;
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    record::{self, RecordError},
+    toml_text::did_you_mean,
+};
 use rayon::prelude::*;
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
@@ -100,7 +102,7 @@ pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
     let is_root = |path: &Path| path.join("dataset_description.json").exists();
     let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let (root, subjects) = if is_root(folder) {
-        (folder, subjects(folder))
+        (folder, subjects(folder)?)
     } else {
         let root = folder.ancestors().skip(1).find(|path| is_root(path)).ok_or_else(nothing)?;
         if !name.starts_with("sub-") {
@@ -126,12 +128,12 @@ pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
     Ok(FolderContents { found, root: Some(root.into()), out, title, people, is_whole: whole })
 }
 
-fn subjects(root: &Path) -> Vec<String> {
-    let entries = fs::read_dir(root).into_iter().flatten().flatten();
-    let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.retain(|name| name.starts_with("sub-"));
+fn subjects(root: &Path) -> Result<Vec<String>, RecordError> {
+    let entries = record::entries(root)?;
+    let names = entries.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| name.starts_with("sub-")).collect();
     names.sort();
-    names
+    Ok(names)
 }
 
 fn study_title(root: &Path) -> String {

@@ -1,6 +1,7 @@
 //! What a folder holds, of data sets written by hand.
 
 use super::*;
+use std::fs;
 
 const HEAD: &str = "filename\tsegment\tplace\tcondition\tdensity\tseed\trecording\tbaseline";
 

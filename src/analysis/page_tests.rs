@@ -9,7 +9,7 @@ use super::{
     figures, glossary,
     network::NetworkTotals,
     page::{ReportFigure, ReportPage, STYLE, short},
-    report::{self, contacts, dictionary, every, index, report, scores, study, took_part},
+    report::{self, FileProof, contacts, dictionary, every, index, report, scores, study, took_part},
     sickness::SicknessRating,
     tables,
     trajectories::DriveTrajectories,
@@ -255,8 +255,19 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
     let rating = SicknessRating { participant: "sub-P01".into(), time_s: 60.0, value: Some(3.0), ..Default::default() };
     let ratings = vec![rating.clone(), SicknessRating { value: None, ..rating }];
     let who = StudyParticipants { scores: vec![score], ratings, ..StudyParticipants::default() };
-    let made = report("A study", &drives, &who, &[], &[driver()], None).unwrap();
+    let made = report("A study", &drives, &who, &FileProof::default(), &[driver()], None).unwrap();
     (made.html, made.figures, made.methods)
+}
+
+#[test]
+fn what_differs_comes_first_then_the_signature_and_neither_is_markup() {
+    let proof = FileProof { changed: vec!["<b>a</b>".into()], signature: Some("authentic: signed by <i>".into()) };
+    let html = report("<u>", &drives(), &StudyParticipants::default(), &proof, &[], None).unwrap().html;
+    let at = |part: &str| html.find(part).unwrap_or_else(|| panic!("{part}"));
+    let parts =
+        ["<h1>&lt;u&gt;", "<li>&lt;b&gt;a&lt;/b&gt;</li>", "Files: authentic: signed by &lt;i&gt;.", "<h2>"].map(at);
+    assert!(parts.is_sorted(), "{parts:?}");
+    assert!(["<b>a</b>", "by <i>", "<u>"].iter().all(|markup| !html.contains(markup)));
 }
 
 #[test]

@@ -5,12 +5,12 @@ use super::{
     AnalysisError,
     sickness::{self, SicknessRating},
 };
-use crate::file::{SETTINGS_BYTES, read_text};
-use crate::toml_text::did_you_mean;
-use std::{
-    fs,
-    path::{Path, PathBuf},
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    record,
+    toml_text::did_you_mean,
 };
+use std::path::{Path, PathBuf};
 
 /// How far a session came, in the words of `participants.tsv` (`study::Completion`), in the order in which they are reported.
 pub const STATES: [&str; 7] = [COMPLETE, "partial", "withdrawn", "declined", "not_eligible", "open", EXCLUDED];
@@ -97,8 +97,7 @@ impl StudyParticipants {
         for subject in counted {
             people.ratings.extend(sickness::ratings(root, subject)?);
         }
-        let entries = fs::read_dir(root.join("phenotype")).into_iter().flatten().flatten();
-        let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+        let mut files = record::entries(&root.join("phenotype"))?;
         files.retain(|path| path.extension().is_some_and(|ending| ending == "tsv"));
         files.sort();
         for path in files {

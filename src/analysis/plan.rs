@@ -4,13 +4,17 @@
 use super::{AnalysisError, MEASURES, RoadKinds, measures::MeasureDefinition};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
+    record,
     scenario::Scenario,
     toml_text::{self, KeyPart, did_you_mean},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 /// The copy of a study's file with which its data set was begun.
 const BEGUN: &str = "study.toml";
@@ -337,7 +341,7 @@ impl PlanHistory {
             None if changed.exists() => read(&changed)?,
             None => begun.clone(),
         };
-        Ok(Self { begun, now, exclusions: exclusions(root) })
+        Ok(Self { begun, now, exclusions: exclusions(root)? })
     }
 
     /// What was changed after the first session, a sentence each: key, planned and present value.
@@ -361,15 +365,14 @@ impl PlanHistory {
 }
 
 /// Reasons in the logs of the sessions; a log that cannot be read has none.
-fn exclusions(root: &Path) -> BTreeMap<String, String> {
-    let entries = std::fs::read_dir(root.join("sourcedata")).into_iter().flatten().flatten();
-    let reason = |folder: std::fs::DirEntry| {
-        let text = read_text(&folder.path().join("session.json"), SETTINGS_BYTES).ok()?;
+fn exclusions(root: &Path) -> Result<BTreeMap<String, String>, AnalysisError> {
+    let reason = |folder: &PathBuf| {
+        let text = read_text(&folder.join("session.json"), SETTINGS_BYTES).ok()?;
         let log: Value = serde_json::from_str(&text).ok()?;
         let why = log["end"]["excluded"].as_str()?.to_owned();
-        Some((folder.file_name().to_string_lossy().into_owned(), why))
+        Some((folder.file_name()?.to_string_lossy().into_owned(), why))
     };
-    entries.filter_map(reason).collect()
+    Ok(record::entries(&root.join("sourcedata"))?.iter().filter_map(reason).collect())
 }
 
 /// Values by their keys, those of tables within joined by a dot; lists as they are.

@@ -192,6 +192,9 @@ fn the_page_says_plan_changes_who_is_missing_models_and_shows_every_person() {
     ] {
         assert!(page.html.contains(part), "{part}\n{}", page.html);
     }
+    let mut page = ReportPage::default();
+    models_page::section(&mut page, &PlannedAnalysis { changes: vec!["<hostile>".into()], ..found.clone() });
+    assert!(page.html.contains("&lt;hostile&gt;") && !page.html.contains("<hostile>"), "{}", page.html);
     let names: Vec<&str> = page.figures.iter().map(|figure| figure.0.as_str()).collect();
     assert_eq!(
         names,

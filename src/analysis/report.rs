@@ -68,6 +68,15 @@ pub struct StudyReport {
     pub figures: Vec<(String, String)>,
 }
 
+/// Agreement of the analysed files with their checksums, and with a signature.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileProof {
+    /// Parts that are not as they were written or not where they belong, in words.
+    pub changed: Vec<String>,
+    /// Signer of the files in words, or that none is known; `None` where parts have changed and no signer was asked for.
+    pub signature: Option<String>,
+}
+
 /// Makes the page.
 ///
 /// # Errors
@@ -76,7 +85,7 @@ pub fn report(
     title: &str,
     drives: &[AnalysedRecording],
     who: &StudyParticipants,
-    changed: &[String],
+    proof: &FileProof,
     drivers: &[ParticipantDriver],
     planned: Option<&PlannedAnalysis>,
 ) -> Result<StudyReport, AnalysisError> {
@@ -98,10 +107,13 @@ pub fn report(
             env!("CARGO_PKG_VERSION")
         ),
     );
-    if !changed.is_empty() {
+    if !proof.changed.is_empty() {
         page.put("<p class=\"warning\"><b>What follows is not as it was written, or not where it belongs, and was analysed all the same:</b></p><ul>");
-        changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
+        proof.changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
         page.put("</ul>");
+    }
+    if let Some(signature) = &proof.signature {
+        page.paragraph("note", &format!("Files: {}.", escaped(signature)));
     }
     took_part(&mut page, who);
     contacts(&mut page, drives);

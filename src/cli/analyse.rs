@@ -9,7 +9,9 @@ use crate::{
         network::{LinePlace, tables as network_tables},
         plan::PlanHistory,
         planned::{self, PlannedAnalysis},
-        reactions, report, sickness, tables,
+        reactions,
+        report::{self, FileProof},
+        sickness, tables,
     },
     drive_loop::RunError,
     record,
@@ -85,9 +87,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     for what in &changed {
         out::line(format_args!("not as written: {what}"))?;
     }
-    if changed.is_empty() || matches.contains_id("signer") {
-        super::sign::say_signer(holdings.root.as_deref().unwrap_or(folder), matches)?;
+    let is_said = changed.is_empty() || matches.contains_id("signer");
+    let signed = || super::sign::signature(holdings.root.as_deref().unwrap_or(folder), matches);
+    let signature = is_said.then(signed).transpose()?;
+    if let Some(signature) = &signature {
+        out::line(format_args!("{signature}"))?;
     }
+    let proof = FileProof { changed, signature };
     let bar = super::progress(holdings.found.len() as u64, "drives".into());
     let lines: Vec<LinePlace> = matches.get_many("line").into_iter().flatten().cloned().collect();
     let drives = collect::analyse(&holdings.found, &lines, &|| bar.inc(1));
@@ -101,7 +107,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         }
         _ => None,
     };
-    let made = report::report(&holdings.title, &drives, &holdings.people, &changed, &fitted, planned.as_ref())?;
+    let made = report::report(&holdings.title, &drives, &holdings.people, &proof, &fitted, planned.as_ref())?;
     let put = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;
@@ -145,13 +151,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         super::desktop::FIGURES,
         report::count(drives.len())
     ))?;
-    if changed.is_empty() {
+    if proof.changed.is_empty() {
         return Ok(());
     }
     Err(CliError::Failed(format!(
         "{}: analysed although {} not as written (named above and in the report)",
         folder.display(),
-        things(changed.len())
+        things(proof.changed.len())
     )))
 }
 

@@ -322,6 +322,11 @@ mod tests {
     }
 
     #[test]
+    fn the_words_of_a_progress_bar_cannot_command_the_terminal() {
+        assert_eq!(progress(1, "what if \u{1b}[2J".into()).message(), "what if \\u001b[2J");
+    }
+
+    #[test]
     fn every_command_is_in_one_group_and_every_setting_in_the_whole_help() {
         let line = command(HelpListing::Common);
         let shown: Vec<&str> =

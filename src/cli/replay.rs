@@ -83,7 +83,7 @@ fn say(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgMatches) -
     }
     out::text(evidence::table(&found.files))?;
     out::line(format_args!("{name}: all {all} ticks are the same to the bit; every file agrees with its checksum"))?;
-    super::sign::say_signer(recording, matches)
+    out::line(format_args!("{}", super::sign::signature(recording, matches)?))
 }
 
 /// Lists the parts that are not as they were recorded, one a line.

@@ -91,19 +91,16 @@ fn read(path: &Path) -> Result<Vec<u8>, CliError> {
     read_bounded(path, MOST_BYTES).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))
 }
 
-/// Says who has signed a folder whose files agree with their checksums, or that nobody is known to have.
-pub(super) fn say_signer(folder: &Path, matches: &ArgMatches) -> Result<(), CliError> {
+/// Returns who has signed a folder whose files agree with their checksums, or that nobody is known to have, in words.
+pub(super) fn signature(folder: &Path, matches: &ArgMatches) -> Result<String, CliError> {
     let Some(list) = matches.get_one::<PathBuf>("signer") else {
         let signed = beside(&signed_file(folder)).exists();
         let how = if signed { "--signer FILE says who signed it" } else { "codrive sign --help" };
-        out::line(format_args!(
+        return Ok(format!(
             "consistent, not authentic: a person who changes a file can make its checksum anew ({how})"
-        ))?;
-        return Ok(());
+        ));
     };
-    let signer = signer(folder, &SignerList::load(list)?)?;
-    out::line(format_args!("authentic: signed by {signer}"))?;
-    Ok(())
+    Ok(format!("authentic: signed by {}", signer(folder, &SignerList::load(list)?)?))
 }
 
 /// Finds the signer, of a list, of a folder, or the data set that a recording lies in.

@@ -122,7 +122,7 @@ pub fn find(predicate: &str, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<Opt
 
 /// Asks for an answer of a stream for `wait_s` seconds at most, in short pieces, until `ends` says that nobody wants it any more.
 /// Returns the answer with the library's number of its error.
-fn answered<T>(
+pub(super) fn answered<T>(
     wait_s: f64,
     ends: &dyn Fn() -> bool,
     mut ask: impl FnMut(f64, &mut i32) -> T,

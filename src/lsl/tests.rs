@@ -83,3 +83,13 @@ fn the_clock_is_the_systems_monotonic_one() {
     assert!(now > 0.0 && now < before + 60.0, "{now} {before}");
     assert!(local_clock_s() >= now);
 }
+
+#[test]
+fn a_wait_for_a_stream_that_does_not_answer_ends_when_nobody_wants_it() {
+    // lsl_timeout_error, as of a device that takes connections and says nothing.
+    let mut asked = 0;
+    let ended = inlet::answered(5.0, &|| true, |_, code| {
+        (*code, asked) = (-1, asked + 1);
+    });
+    assert!(matches!(ended, Err(LslError::Interrupted)) && asked == 1, "asked {asked} times");
+}

@@ -26,6 +26,8 @@ mod files;
 pub mod inputs;
 mod journal;
 mod journal_reader;
+#[cfg(test)]
+mod journal_tests;
 pub mod kill_point;
 mod lock;
 pub mod manifest;
@@ -142,8 +144,8 @@ mod tests {
     #[test]
     fn a_file_that_the_system_refuses_is_told_with_its_remedy() {
         for (kind, remedy) in [
-            (ErrorKind::StorageFull, "make room on the disk"),
-            (ErrorKind::QuotaExceeded, "make room on the disk"),
+            (ErrorKind::StorageFull, "make room on the disk; codrive recover FOLDER"),
+            (ErrorKind::QuotaExceeded, "make room on the disk; codrive recover FOLDER"),
             (ErrorKind::AlreadyExists, "nothing is overwritten: name another"),
             (ErrorKind::PermissionDenied, "choose a folder that you may write to"),
         ] {

@@ -3,11 +3,9 @@
 
 use super::facts::{DriveFacts, SUMMARY};
 use crate::{
+    map, policy,
     record::{
-        Checksums, LOST_AND_FOUND, Manifest, RecordError, Table, TableReader,
-        compare::OF_DEVICES,
-        inputs::{self, INPUTS},
-        is_there,
+        Checksums, LOST_AND_FOUND, Manifest, RecordError, Table, TableReader, compare::OF_DEVICES, inputs, is_there,
         tables::EventRow,
     },
     scenario::Scenario,
@@ -86,14 +84,26 @@ pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> R
     let own = [inputs::SCENARIO, SUMMARY];
     let others = sums.files.keys().filter(|name| !own.contains(&name.as_str()));
     files.extend(others.map(|name| {
-        let is_driven_with = name.starts_with(INPUTS) && !name.ends_with("map.toml") && !scenario.map.is_empty();
-        if is_driven_with { Evidence::driving(name, String::new()) } else { Evidence::checksum(name, "") }
+        if is_driven_with(&recording.join(name), scenario) {
+            Evidence::driving(name, String::new())
+        } else {
+            Evidence::checksum(name, "")
+        }
     }));
     if is_there(&recording.join(LOST_AND_FOUND))? {
         let less = "what could not be read when the drive was recovered";
         files.push(Evidence { file: LOST_AND_FOUND.into(), by: ProofKind::Nothing, less: less.into() });
     }
     Ok(files)
+}
+
+/// True of a file that the drive reads: the network, the demand and the policy that the scenario names, but the title and the route of a map.
+fn is_driven_with(file: &Path, scenario: &Scenario) -> bool {
+    let is_of_map = map::is_path(&scenario.map) && file.starts_with(&scenario.map) && !file.ends_with("map.toml");
+    let policies = Path::new(&scenario.policy).parent().filter(|_| policy::is_path(&scenario.policy));
+    is_of_map
+        || scenario.demand.files.iter().any(|own| own == file)
+        || policies.is_some_and(|own| file.starts_with(own))
 }
 
 /// Rows of events that people and windows made, in words.

@@ -83,7 +83,7 @@ pub fn changes(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
         Some(sha256) if sha256 != was => Some((name, "is not as it was written: its SHA-256 differs")),
         Some(_) => None,
     });
-    let going_on = sessions_that_go_on(root);
+    let going_on = sessions_that_go_on(root)?;
     let goes_on = |name: &&String| of_subject(name).is_some_and(|subject| going_on.contains(subject));
     let unlisted = there.iter().filter(|name| !list.contains_key(*name) && !goes_on(name) && !is_beside(name));
     let unlisted = unlisted.map(|name| (name, "is not in SHA256SUMS: it was added, or taken off the list"));
@@ -103,11 +103,11 @@ pub fn lists(root: &Path, file: &Path) -> Result<bool, SessionError> {
 }
 
 /// Participants whose session is not over: their files are listed when it is.
-fn sessions_that_go_on(root: &Path) -> BTreeSet<String> {
-    let entries = fs::read_dir(root.join("sourcedata")).into_iter().flatten().flatten();
-    let goes_on = |folder: &Path| SessionLog::load(&folder.join(session::FILE)).is_ok_and(|log| log.end.is_none());
-    let names = entries.filter(|entry| goes_on(&entry.path())).map(|entry| entry.file_name());
-    names.map(|name| name.to_string_lossy().into_owned()).collect()
+fn sessions_that_go_on(root: &Path) -> Result<BTreeSet<String>, RecordError> {
+    let mut folders = record::entries(&root.join("sourcedata"))?;
+    folders.retain(|folder| SessionLog::load(&folder.join(session::FILE)).is_ok_and(|log| log.end.is_none()));
+    let name = |folder: &PathBuf| folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(folders.iter().map(name).collect())
 }
 
 /// A signature, a file that systems put into every folder, or one of another drive that `codrive replay --what-if` has put there.

@@ -80,9 +80,8 @@ impl DataSet {
         let text = serde_json::to_string_pretty(&erasure).expect("words");
         record::replace(&self.root().join(BEGUN), (text + "\n").as_bytes())?;
         finish(self.root())?;
-        let folders =
-            fs::read_dir(self.root().join("derivatives")).into_iter().flatten().flatten().map(|entry| entry.path());
-        let mut others: Vec<PathBuf> = folders.filter(|path| path.is_dir()).collect();
+        let mut others = record::entries(&self.root().join("derivatives"))?;
+        others.retain(|path| path.is_dir());
         others.sort();
         Ok(LeftBehind { naming: mentions::files(self.root(), code)?, others })
     }
@@ -181,7 +180,7 @@ impl Erasure {
     }
 
     fn remove_rows(&self, root: &Path) -> Result<(), SessionError> {
-        for path in tables(root) {
+        for path in tables(root)? {
             let text = read_text(&path, TABLE_BYTES).map_err(|why| RecordError::File { path: path.clone(), why })?;
             let kept = other_rows(&text, &self.participant.subject());
             if kept != text {
@@ -190,9 +189,8 @@ impl Erasure {
         }
         // What a cut left of a table that was being written.
         for folder in [root.to_owned(), root.join("phenotype")] {
-            let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-            let begun =
-                entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == record::BESIDE));
+            let mut begun = record::entries(&folder)?;
+            begun.retain(|path| path.extension().is_some_and(|e| e == record::BESIDE));
             begun.into_iter().try_for_each(|path| remove(&path))?;
         }
         inherited::settle(root)
@@ -238,13 +236,16 @@ impl Erasure {
 pub(super) const BIDSIGNORE: &str = "erased.tsv\nerased.json\nerasure.json\n";
 
 /// Tables with a row for each participant: `participants.tsv`, `phenotype/*.tsv`.
-pub(super) fn tables(root: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(root.join("phenotype")).into_iter().flatten().flatten().map(|entry| entry.path());
-    let mut tables: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "tsv")).collect();
+///
+/// # Errors
+/// The disk does not say which there are.
+pub(super) fn tables(root: &Path) -> Result<Vec<PathBuf>, RecordError> {
+    let mut tables = record::entries(&root.join("phenotype"))?;
+    tables.retain(|path| path.extension().is_some_and(|e| e == "tsv"));
     tables.sort();
     tables.insert(0, root.join("participants.tsv"));
     tables.retain(|path| path.is_file());
-    tables
+    Ok(tables)
 }
 
 /// A table without the rows of one participant.

@@ -46,6 +46,8 @@ fn place() -> Place {
     for (name, text) in [
         ("derivatives/codrive/trials.csv", "participant,value\nsub-P1,1\nsub-P2,2\n"),
         ("derivatives/codrive/conditions.csv", "condition,mean\na,1.5\n"),
+        ("analysis/conditions.csv", "condition,mean\na,1.5\n"),
+        ("report/index.html", "<p>1.5</p>"),
         ("derivatives/other/sub-P1/x.txt", "P1"),
         ("derivatives/other/sub-P2/x.txt", "P2"),
         (
@@ -55,7 +57,7 @@ fn place() -> Place {
         ("derivatives/other/deep/model.json", "{\"people\": [\"sub-P1\", \"sub-P2\"]}"),
         ("derivatives/other/figure_sub-P1.svg", "<svg/>"),
         ("derivatives/other/figure_sub-P12.svg", "<svg/>"),
-        ("phenotype/load.new", "participant_id\nsub-P1"),
+        ("phenotype/older.new", "participant_id\nsub-P1"),
     ] {
         let path = data.root().join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -90,7 +92,9 @@ fn assert_erased(place: &Place) {
         let name = path.strip_prefix(root).unwrap();
         assert!(!name.to_string_lossy().replace("P12", "").contains("P1"), "{}", name.display());
     }
-    assert!(!root.join(BEGUN).exists() && !root.join("derivatives/codrive").exists());
+    for name in [BEGUN, "derivatives/codrive", "analysis", "report"] {
+        assert!(!root.join(name).exists(), "{name}");
+    }
     let ledger = fs::read_to_string(root.join("erased.tsv")).unwrap();
     assert_eq!(ledger, "participant_id\treason\terased_at\nsub-P1\twithdrew consent\tt9\n");
     // The other one is whole: log, answers, rows, and all that the list names is as listed.
@@ -177,4 +181,18 @@ fn a_file_of_the_laboratory_that_names_who_is_erased_is_told_and_stays() {
     let left = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap();
     assert_eq!(left.naming, std::slice::from_ref(&readme));
     assert_eq!(fs::read_to_string(readme).unwrap(), "sub-P1 came late.\n");
+}
+
+#[test]
+fn a_folder_that_cannot_be_listed_stops_an_erasure_which_then_goes_on() {
+    let place = place();
+    let (phenotype, aside) = (place.data.root().join("phenotype"), place.folder.path().join("aside"));
+    fs::rename(&phenotype, &aside).unwrap();
+    fs::write(&phenotype, "no folder").unwrap();
+    let said = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap_err().to_string();
+    assert!(said.contains(phenotype.to_str().unwrap()), "{said}");
+    fs::remove_file(&phenotype).unwrap();
+    fs::rename(&aside, &phenotype).unwrap();
+    finish(place.data.root()).unwrap();
+    assert_erased(&place);
 }

@@ -79,15 +79,15 @@ impl DataSet {
                 copy_folder(&root.join(&folder), &to.join(folder))?;
             }
         }
-        for path in tables(root) {
+        for path in tables(root)? {
             self.put_rows(&path, '\t', &subject, to)?;
             let sidecar = path.with_extension("json");
             if sidecar.is_file() && !sidecar.ends_with("participants.json") {
                 copy(&sidecar, &to.join(sidecar.strip_prefix(root).unwrap_or(&sidecar)))?;
             }
         }
-        let results = fs::read_dir(root.join(&derived)).into_iter().flatten().flatten().map(|entry| entry.path());
-        for path in results.filter(|path| path.extension().is_some_and(|ending| ending == "csv")) {
+        let results = record::entries(&root.join(&derived))?;
+        for path in results.into_iter().filter(|path| path.extension().is_some_and(|ending| ending == "csv")) {
             self.put_rows(&path, ',', &subject, to)?;
         }
         for name in ABOUT_DERIVED.map(|name| derived.join(name)) {

@@ -17,8 +17,8 @@ pub(super) fn settle(root: &Path) -> Result<(), SessionError> {
     let about = read_text(&root.join("dataset_description.json"), SETTINGS_BYTES).unwrap_or_default();
     let about: Value = serde_json::from_str(&about).unwrap_or_default();
     let events = || event_table::sidecar(about["HEDVersion"].is_string());
-    put(root, event_table::SIDECAR, has_table(root, "_events.tsv").then(events))?;
-    put(root, motion::CHANNELS_JSON, has_table(root, "_channels.tsv").then(motion::reference_frames))
+    put(root, event_table::SIDECAR, has_table(root, "_events.tsv")?.then(events))?;
+    put(root, motion::CHANNELS_JSON, has_table(root, "_channels.tsv")?.then(motion::reference_frames))
 }
 
 fn put(root: &Path, name: &str, text: Option<String>) -> Result<(), SessionError> {
@@ -33,9 +33,14 @@ fn put(root: &Path, name: &str, text: Option<String>) -> Result<(), SessionError
 }
 
 /// True if any participant has a table whose name ends so.
-fn has_table(root: &Path, ending: &str) -> bool {
-    let names = |folder: &Path| fs::read_dir(folder).into_iter().flatten().flatten().collect::<Vec<_>>();
-    let people = names(root).into_iter().filter(|entry| entry.file_name().to_string_lossy().starts_with("sub-"));
-    let mut folders = people.flat_map(|person| ["beh", "motion"].map(|kind| person.path().join(kind)));
-    folders.any(|folder| names(&folder).iter().any(|entry| entry.file_name().to_string_lossy().ends_with(ending)))
+fn has_table(root: &Path, ending: &str) -> Result<bool, RecordError> {
+    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    for person in record::entries(root)?.into_iter().filter(|path| path.is_dir() && name(path).starts_with("sub-")) {
+        for kind in ["beh", "motion"] {
+            if record::entries(&person.join(kind))?.iter().any(|path| name(path).ends_with(ending)) {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
 }

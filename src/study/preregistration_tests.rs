@@ -175,3 +175,29 @@ fn the_tests_and_trials_of_a_shipped_plan_are_those_that_its_analysis_makes() {
         assert_eq!((found.tests, made), (tests, tests), "{name}");
     }
 }
+
+#[test]
+fn a_plan_says_every_rule_outcome_contrast_covariate_and_level() {
+    let rules = "least_recorded_share = 0.9\nmost_contacts = 1\nmost_dropped_share = 0.05\nleast_trials = 2\nonly_complete_sessions = true";
+    let plan = PLAN
+        .replace("most_contacts = 0", rules)
+        .replace("= 0.3\n", "= 0.3\nalpha = 0.01\ncovariates = [\"hand_over_sd_mps\"]\n");
+    let text = written(&study(&plan), 12, &OutcomeSpread::Unknown, 20).unwrap();
+    for part in [
+        "* A trial is left out if less than 90 % of its planned length was recorded.",
+        "* A trial is left out if there were more than 1 contacts with other vehicles.",
+        "* A trial is left out if more than 5 % of its length was given up",
+        "* A participant is left out if fewer than 2 trials remain after these rules.",
+        "* A participant is left out if the session was not completed.",
+        "* Primary: Mean speed of all vehicles",
+        "* Secondary: Reaction time",
+        "Contrasts: wide − narrow; middle − narrow.",
+        "    measure ~ condition + place + hand_over_sd_mps + (1 | participant)\n",
+        "`hand_over_sd_mps` is a number: ",
+        "* Level: alpha = 0.01 over all 4 tests of the plan",
+        // 0.01 over four tests, 0.0025, in four figures after the point.
+        "at 0.0025 as the strictest step",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+}

@@ -209,20 +209,25 @@ static void writes_at(int fd, off_t offset) {
     if (offset < file->durable) file->durable = offset;
 }
 
-static ssize_t written(int fd, const void *bytes, size_t length, off_t offset) {
+/* A read or a write that may fail or be short: by `call` where the file stands, by `call_at` at an offset from 0 on. */
+static ssize_t moved(const char *kind, long call, long call_at, int fd, void *bytes, size_t length, off_t offset) {
     char path[PATH_MAX];
     const char *name = watched(fd, path);
-    if (!name) return offset < 0 ? syscall(SYS_write, fd, bytes, length) : syscall(SYS_pwrite64, fd, bytes, length, offset);
+    if (!name) return offset < 0 ? syscall(call, fd, bytes, length) : syscall(call_at, fd, bytes, length, offset);
     BEGIN;
     ssize_t result = -1;
-    fault = due("write", name);
-    if (!fails(fault, "write", name)) {
+    fault = due(kind, name);
+    if (!fails(fault, kind, name)) {
         size_t some = shorter(fault, length);
-        writes_at(fd, offset);
-        result = offset < 0 ? syscall(SYS_write, fd, bytes, some) : syscall(SYS_pwrite64, fd, bytes, some, offset);
-        passed(fault, "write", name, result);
+        if (call == SYS_write) writes_at(fd, offset);
+        result = offset < 0 ? syscall(call, fd, bytes, some) : syscall(call_at, fd, bytes, some, offset);
+        passed(fault, kind, name, result);
     }
     END;
+}
+
+static ssize_t written(int fd, const void *bytes, size_t length, off_t offset) {
+    return moved("write", SYS_write, SYS_pwrite64, fd, (void *)bytes, length, offset);
 }
 
 ssize_t write(int fd, const void *bytes, size_t length) { return written(fd, bytes, length, -1); }
@@ -252,18 +257,7 @@ ssize_t sendfile64(int out, int in, off64_t *from, size_t length) {
 }
 
 static ssize_t got(int fd, void *bytes, size_t length, off_t offset) {
-    char path[PATH_MAX];
-    const char *name = watched(fd, path);
-    if (!name) return offset < 0 ? syscall(SYS_read, fd, bytes, length) : syscall(SYS_pread64, fd, bytes, length, offset);
-    BEGIN;
-    ssize_t result = -1;
-    fault = due("read", name);
-    if (!fails(fault, "read", name)) {
-        size_t some = shorter(fault, length);
-        result = offset < 0 ? syscall(SYS_read, fd, bytes, some) : syscall(SYS_pread64, fd, bytes, some, offset);
-        passed(fault, "read", name, result);
-    }
-    END;
+    return moved("read", SYS_read, SYS_pread64, fd, bytes, length, offset);
 }
 
 ssize_t read(int fd, void *bytes, size_t length) { return got(fd, bytes, length, -1); }

@@ -6,7 +6,7 @@ use crate::{
 };
 use codrive::{
     live_drive::lab::{LabDevices, LabSettings},
-    lsl::{self, Channel, ChannelFormat, Outlet, OutletInterface, SampleValues, StreamDescription},
+    lsl::{self, Channel, ChannelFormat, LslError, Outlet, OutletInterface, SampleValues, StreamDescription, resolve},
     record::{TableReader, streams},
 };
 use serde_json::Value;
@@ -25,6 +25,13 @@ fn a_stream_that_does_not_come_is_named_with_those_that_are_there() {
     assert!(told.contains("name='heart' type='Gaze' source_id='heart-1' (2 channels, 100 Hz, on "), "{told}");
     let told = LabDevices::open(&settings("type='EEG")).err().unwrap().to_string();
     assert!(told.contains("liblsl refused the predicate type='EEG"), "{told}");
+}
+
+#[test]
+fn a_search_for_a_stream_ends_when_nobody_wants_it() {
+    programs::on_loopback();
+    let ended = resolve("name='nobody'", 2.0, &|| true).err().map(|error| error.to_string());
+    assert_eq!(ended, Some(LslError::Interrupted.to_string()));
 }
 
 #[test]

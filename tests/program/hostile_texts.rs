@@ -59,6 +59,21 @@ fn the_name_of_a_file_cannot_command_the_terminal() {
 }
 
 #[test]
+fn a_line_of_the_log_cannot_command_the_terminal() {
+    let home = tempfile::tempdir().unwrap();
+    let (name, scenario) = (format!("{HOSTILE}.rou.xml"), home.path().join("drive.toml"));
+    let demand = "<routes><vType id=\"t\" colour=\"sky\"/>\
+                  <trip id=\"a\" type=\"t\" depart=\"0\" from=\"inflow_highway\" to=\"center\"/></routes>";
+    fs::write(home.path().join(&name), demand).unwrap();
+    let files = toml::Value::String(name);
+    let text = format!("map = \"merge\"\nparticipant = false\nduration_s = 0.5\n[demand]\nfiles = [{files}]\n");
+    fs::write(&scenario, text).unwrap();
+    let said = said(home.path(), &["run", "--scenario", scenario.to_str().unwrap()]);
+    assert!(said.contains("SUMO is not given 1 x colour of vType"), "{said:?}");
+    assert_seen(&said);
+}
+
+#[test]
 fn the_version_of_a_server_cannot_command_the_terminal() {
     let home = tempfile::tempdir().unwrap();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();

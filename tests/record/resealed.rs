@@ -135,7 +135,14 @@ fn set<const N: usize>(names: [&str; N]) -> BTreeSet<String> {
 
 #[test]
 fn a_resealed_recording_that_was_not_changed_is_proven_file_by_file() {
-    let (_folder, drive) = tampered(whole(), reseal);
+    // A table of another device is beside them, and an input that the drive does not read.
+    let (_folder, drive) = tampered(whole(), |drive| {
+        for name in ["streams/eyes.parquet", "inputs/maps/other/net.xml"] {
+            fs::create_dir_all(drive.join(name).parent().unwrap()).unwrap();
+            fs::write(drive.join(name), "more").unwrap();
+        }
+        reseal(drive);
+    });
     let report = replayed(&drive).unwrap();
     assert!(report.is_proven() && report.ticks == 300, "{report:?}");
     let proven: BTreeMap<String, String> =
@@ -143,7 +150,9 @@ fn a_resealed_recording_that_was_not_changed_is_proven_file_by_file() {
     let by_driving = ["ego", "cars", "advice", "events", "advised"].map(|table| format!("{table}.parquet"));
     let by_driving = by_driving.iter().map(String::as_str).chain(["scenario.toml", "summary.json", "manifest.json"]);
     let mut expected: BTreeMap<String, String> = by_driving.map(|name| (name.into(), "driving".into())).collect();
-    expected.insert("frames.parquet".into(), "checksum only".into());
+    for name in ["frames.parquet", "streams/eyes.parquet", "inputs/maps/other/net.xml"] {
+        expected.insert(name.into(), "checksum only".into());
+    }
     assert_eq!(proven, expected);
 }
 
@@ -175,6 +184,11 @@ fn every_key_of_the_manifest_that_follows_from_the_drive_is_found() {
             reseal(drive);
         });
         assert!(is_found(&drive), "{key}");
+        if key == "network_tables" {
+            let found: Vec<String> = record::changes(&drive).unwrap().iter().map(ToString::to_string).collect();
+            let told = "manifest.json: network_tables is true; the scenario is of a drive on a closed route";
+            assert_eq!(found, [told], "without driving, too");
+        }
     }
 }
 
@@ -187,6 +201,16 @@ fn every_key_of_the_summary_is_found() {
     });
     let facts = replayed(&drive).unwrap().facts;
     assert_eq!(facts[0].to_string(), "summary.json: more is 1, driven again nothing");
+    let (_folder, drive) = tampered(whole(), |drive| {
+        let path = drive.join("summary.json");
+        fs::write(&path, read_json(&path).to_string()).unwrap();
+        reseal(drive);
+    });
+    let facts = replayed(&drive).unwrap().facts;
+    assert_eq!(
+        facts[0].to_string(),
+        "summary.json: the file is written otherwise, driven again other bytes of the same values"
+    );
 }
 
 /// Settings of the picture that are in no manifest.
@@ -377,6 +401,16 @@ fn a_seal_that_is_gone_is_an_alteration() {
     assert!(told.contains("cars.parquet: checksums.json has no SHA-256 of it"), "{told}");
     let file = |sums: &mut Value| drop(sums["files"].as_object_mut().unwrap().remove("summary.json"));
     assert!(found(&within(file)).contains("summary.json: checksums.json has no SHA-256 of it"));
+    let more = |sums: &mut Value| sums["tables"]["signals"] = sums["tables"]["ego"].clone();
+    assert_eq!(found(&within(more)), "checksums.json: lists signals.parquet, which is no table of this drive");
+    let more = |sums: &mut Value| sums["tables"]["ego"]["columns"]["more"] = "0".into();
+    assert_eq!(
+        found(&within(more)),
+        "ego.parquet: checksums.json has a SHA-256 of column more, which no such table has"
+    );
+    // A table with the same values in other bytes.
+    let anew = |drive: &Path| write(&drive.join("ego.parquet"), &rows(&drive.join("ego.parquet")));
+    assert_eq!(found(&anew), "ego.parquet: was written anew; all values are as they were");
 }
 
 #[test]

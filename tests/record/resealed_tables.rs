@@ -8,8 +8,9 @@ use super::{
     said,
     tampering::{rows, write},
 };
-use arrow_array::{ArrayRef, RecordBatch, StringArray};
-use codrive::record;
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
+use codrive::{record, time::Tick};
+use serde_json::Value;
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
 
 const CONTROLS: [&str; 5] = ["throttle", "brake", "steering_wheel_rad", "selector", "indicator"];
@@ -158,4 +159,51 @@ fn every_column_of_a_networks_tables_is_found_and_no_flag_hides_a_table() {
         });
         assert!(is_found(&hidden), "{flag}");
     }
+}
+
+#[test]
+fn a_number_that_differs_in_its_last_bit_alone_is_found() {
+    for (table, column) in [("ego", "speed_mps"), ("cars", "x_m"), ("advised", "throttle")] {
+        let (_folder, drive) = tampered(whole(), |drive| {
+            let path = drive.join(format!("{table}.parquet"));
+            let all = rows(&path);
+            let at = all.schema().index_of(column).unwrap();
+            let numbers = all.column(at).as_any().downcast_ref::<Float64Array>().unwrap();
+            let middle = all.num_rows() / 2;
+            let other =
+                |(row, number): (usize, Option<f64>)| if row == middle { number.map(f64::next_up) } else { number };
+            let mut columns = all.columns().to_vec();
+            columns[at] = Arc::new(numbers.iter().enumerate().map(other).collect::<Float64Array>());
+            write(&path, &RecordBatch::try_new(all.schema(), columns).unwrap());
+            reseal(drive);
+        });
+        let columns = replayed(&drive).unwrap().columns;
+        assert_eq!(columns.into_iter().collect::<Vec<_>>(), [((table, column.to_owned()), 1)]);
+    }
+}
+
+#[test]
+fn a_recovered_drive_is_proven_and_one_with_a_hole_is_not() {
+    // From this tick on rows are one tick later, so that it has none.
+    let without = |tick: u64| {
+        let (_folder, drive) = tampered(whole(), |drive| {
+            fs::remove_file(drive.join("summary.json")).unwrap();
+            edit_json(&drive.join("manifest.json"), |keys| {
+                (keys["state"], keys["ended"], keys["hash"]) = ("recovered".into(), "cut".into(), Value::Null);
+            });
+            let path = drive.join("ego.parquet");
+            let all = rows(&path);
+            let at = all.schema().index_of("tick").unwrap();
+            let ticks = all.column(at).as_any().downcast_ref::<UInt64Array>().unwrap();
+            let mut columns = all.columns().to_vec();
+            columns[at] = Arc::new(ticks.values().iter().map(|t| t + u64::from(*t >= tick)).collect::<UInt64Array>());
+            write(&path, &RecordBatch::try_new(all.schema(), columns).unwrap());
+            reseal(drive);
+        });
+        replayed(&drive).unwrap()
+    };
+    let whole = without(u64::MAX);
+    assert!(whole.is_proven() && whole.ticks == 300, "{whole:?}");
+    let report = without(131);
+    assert!(report.hole == Some(Tick(131)) && !report.is_proven(), "{report:?}");
 }

@@ -28,6 +28,10 @@ fn a_signed_recording_is_authentic_until_anything_of_it_changes() {
     assert!(code == 0 && text.contains("authentic: signed by lab@example.org (SHA256:"), "{text}");
     let (code, text) = said(&mut codrive(&["analyse", path, "--signer", &signers]));
     assert!(code == 0 && text.starts_with("authentic: signed by lab@example.org"), "{text}");
+    let page = || fs::read_to_string(drive.join("analysis/report.html")).unwrap();
+    assert!(page().contains("Files: authentic: signed by lab@example.org (SHA256:"), "the report says who signed");
+    assert_eq!(said(&mut codrive(&["analyse", path])).0, 0);
+    assert!(page().contains("Files: consistent, not authentic") && !page().contains("authentic: signed"), "no key");
     let (code, text) = said(&mut codrive(&["replay", path, "--signer", &other]));
     assert!(code == 1 && text.contains("which is not in"), "{text}");
 

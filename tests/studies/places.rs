@@ -4,6 +4,7 @@
 use crate::common::{codrive, text};
 use codrive::{
     drive_loop::rehearsal::Rehearsal,
+    record::file_sha256,
     study::{DataSet, ParticipantCode, Study, checksums, places},
 };
 use std::{
@@ -128,6 +129,28 @@ fn swapped_trials_and_baselines_are_found() {
         copy(&trial(root, "sub-R01", 1), &baseline(root, 1));
     });
     assert!(found.contains("is no drive without advice: its policy is ring-250-speed"), "{found}");
+    let found = misplaced(|root| {
+        swap(&baseline(root, 1), &PathBuf::from(format!("{}-baseline", trial(root, "sub-R02", 1).display())))
+    });
+    assert!(
+        found.contains("-baseline: is a recording of participant R02; it lies in the folder of sub-R01"),
+        "{found}"
+    );
+    // By another policy than the plan has for its condition.
+    let found = misplaced(|root| {
+        let manifest = trial(root, "sub-R01", 1).join("manifest.json");
+        edit(&manifest, "\"name\": \"ring-250-speed\"", "\"name\": \"pi\"");
+    });
+    assert!(found.contains(": the policy is pi, planned is ring-250-speed"), "{found}");
+    // In a folder that is named after another item.
+    let found = misplaced(|root| {
+        let from = trial(root, "sub-R01", 1);
+        let name = from.file_name().unwrap().to_string_lossy().into_owned();
+        fs::rename(&from, from.with_file_name("trial-9-wide")).unwrap();
+        let (was, is) = (format!("\"recording\": \"{name}\""), "\"recording\": \"trial-9-wide\"");
+        edit(&from.with_file_name("session.json"), &was, is);
+    });
+    assert!(found.contains("sourcedata/sub-R01/trial-9-wide: is not named after trial-1-"), "{found}");
     // Of another time than its passage.
     let found = misplaced(|root| {
         let manifest = trial(root, "sub-R01", 1).join("manifest.json");
@@ -203,7 +226,8 @@ fn an_analysis_names_first_what_is_wrong_and_so_does_its_exit_code() {
     assert!(text(&accepted).starts_with("not as written: "), "{}", text(&accepted));
     let page = fs::read_to_string(root.join("derivatives/codrive/report.html")).unwrap();
     let at = |what: &str| page.find(what).unwrap_or_else(|| panic!("{what}"));
-    assert!(at("is not the drive that study.toml has") < at("took part"), "before all results");
+    assert!(at("is not the drive that study.toml has") < at("Participants: "), "before all that is said of the drives");
+    assert!(!page.contains("Files: consistent"), "files that differ are not called consistent");
 }
 
 #[test]
@@ -235,4 +259,15 @@ fn a_signed_data_set_is_authentic_and_so_is_each_recording_in_it() {
     fs::write(&manifest, other).unwrap();
     let (code, said) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
     assert!(code == Some(1) && !said.contains("authentic: signed"), "{said}");
+    // The recording itself, with a fact that no drive can prove changed, and its own seal made anew.
+    copy(&data_set().1.join(drive.strip_prefix(&root).unwrap()), &drive);
+    let mut keys: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
+    keys["graphics"] = "other".into();
+    keys.shift_remove("sha256");
+    fs::write(&manifest, serde_json::to_string_pretty(&keys).unwrap() + "\n").unwrap();
+    keys.insert("sha256".into(), file_sha256(&manifest).unwrap().into());
+    fs::write(&manifest, serde_json::to_string_pretty(&keys).unwrap() + "\n").unwrap();
+    let (code, said) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
+    assert!(code == Some(1) && said.contains("signed the data set without this recording as it is"), "{said}");
 }

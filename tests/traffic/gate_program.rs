@@ -112,6 +112,39 @@ fn a_recording_carries_what_its_demand_includes_and_replays_elsewhere() {
     let replay = codrive(elsewhere.path(), &["replay", "moved"]);
     let text = String::from_utf8_lossy(&replay.stdout).into_owned() + &said(&replay);
     assert!(replay.status.success() && text.contains("the same"), "{text}");
+    for name in ["inputs/demand/0-demand.rou.xml", "inputs/maps/town/net.xml"] {
+        let is_proven = text.lines().any(|line| line.split_whitespace().eq([name, "driving"]));
+        assert!(is_proven, "{name} was driven with: {text}");
+    }
     // Canonical as it is, nothing is left out any more.
     assert!(!text.contains("SUMO is not given"), "{text}");
+}
+
+#[test]
+fn a_recording_of_somebody_elses_passes_the_gate_before_it_is_replayed() {
+    let home = home();
+    let at = |name: &str| home.path().join(name);
+    fs::write(at("demand.rou.xml"), "<routes><trip id=\"a\" depart=\"1\" from=\"A0A1\" to=\"A1A2\"/></routes>")
+        .unwrap();
+    let drive = codrive(home.path(), &["run", "--scenario", "scenario.toml", "--out", "drive"]);
+    assert!(drive.status.success(), "{}", said(&drive));
+    let notes = at("notes.txt").display().to_string();
+    let ssm = format!("<vType id=\"t\"><param key=\"device.ssm.file\" value=\"{notes}\"/></vType>\n</routes>");
+    let data = format!("<edgeData id=\"x\" freq=\"1\" file=\"{notes}\"/>\n</net>");
+    for (name, end, part, expected) in [
+        (
+            "drive/inputs/demand/0-demand.rou.xml",
+            "</routes>",
+            ssm,
+            "param \"device.ssm.file\": it names a file, an output",
+        ),
+        ("drive/inputs/maps/town/net.xml", "</net>", data, "edgeData \"x\": SUMO writes or reads files for it"),
+    ] {
+        let whole = fs::read_to_string(at(name)).unwrap();
+        fs::write(at(name), whole.replace(end, &part)).unwrap();
+        let replay = codrive(home.path(), &["replay", "drive"]);
+        assert!(!replay.status.success() && said(&replay).contains(expected), "{name}: {}", said(&replay));
+        assert_eq!(fs::read_to_string(at("notes.txt")).unwrap(), NOTES);
+        fs::write(at(name), whole).unwrap();
+    }
 }

@@ -31,7 +31,7 @@ use std::{
     ffi::OsString,
     path::{Path, PathBuf},
     process::{Command, ExitStatus},
-    sync::{Arc, Mutex, OnceLock, PoisonError, TryLockError},
+    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError},
     thread::sleep,
     time::Duration,
 };
@@ -145,14 +145,7 @@ pub(super) fn check(home: &Path, trial: &Trial, named: &Trial) -> Result<(), Tra
     static KNOWN: Mutex<Known> = Mutex::new(Known::new());
     let Some(hash) = trial.hash()? else { return Ok(()) };
     // One check at a time: a second one of the same files waits for the first and has its result.
-    let mut known = loop {
-        match KNOWN.try_lock() {
-            Ok(known) => break known,
-            Err(TryLockError::Poisoned(known)) => break PoisonError::into_inner(known),
-            Err(TryLockError::WouldBlock) => go_on()?,
-        }
-        sleep(Duration::from_millis(10));
-    };
+    let mut known = lock(&KNOWN)?;
     let failed = |fault: Fault| TrafficError::Setup(named.about(&fault));
     if let Some(result) = known.get(&hash) {
         return result.clone().map_err(failed);
@@ -160,6 +153,18 @@ pub(super) fn check(home: &Path, trial: &Trial, named: &Trial) -> Result<(), Tra
     let result = try_in_child(home, trial, named)?;
     known.insert(hash, result.clone());
     result.map_err(failed)
+}
+
+/// Locks the results, or fails once nobody waits any longer.
+fn lock(known: &Mutex<Known>) -> Result<MutexGuard<'_, Known>, TrafficError> {
+    loop {
+        match known.try_lock() {
+            Ok(known) => return Ok(known),
+            Err(TryLockError::Poisoned(known)) => return Ok(PoisonError::into_inner(known)),
+            Err(TryLockError::WouldBlock) => go_on()?,
+        }
+        sleep(Duration::from_millis(10));
+    }
 }
 
 /// What a child process finds.
@@ -340,6 +345,25 @@ mod tests {
         for (files, has_ego) in [(&["<routes />"][..], true), (&["<routes", "/>"], true), (&["<routes/>"], false)] {
             assert_ne!(hash(files, has_ego), one, "{files:?}");
         }
+    }
+
+    #[test]
+    fn a_wait_for_the_trial_of_another_drive_ends_with_an_interruption() {
+        let (known, interruption) = (Mutex::new(Known::new()), crate::traffic::Interruption::default());
+        let trial_of_another = known.lock().unwrap();
+        std::thread::scope(|scope| {
+            let waiting = scope.spawn(|| {
+                interruption.clone().obey();
+                matches!(lock(&known), Err(TrafficError::Interrupted))
+            });
+            interruption.interrupt();
+            let has_ended = (0..100).any(|_| {
+                sleep(Duration::from_millis(10));
+                waiting.is_finished()
+            });
+            drop(trial_of_another);
+            assert!(has_ended && waiting.join().unwrap());
+        });
     }
 
     #[test]

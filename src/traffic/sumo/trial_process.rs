@@ -43,6 +43,10 @@ pub(super) enum Ended {
 /// # Errors
 /// [`TrafficError::Interrupted`], and the system's own.
 pub(super) fn run(command: &mut Command, what: &str) -> Result<Ended, TrafficError> {
+    run_within(TIMEOUT, command, what)
+}
+
+fn run_within(limit: Duration, command: &mut Command, what: &str) -> Result<Ended, TrafficError> {
     let program = command.get_program().to_os_string();
     let failed = |error: io::Error| TrafficError::Setup(format!("{}: {error}", program.display()));
     let mut child =
@@ -56,7 +60,7 @@ pub(super) fn run(command: &mut Command, what: &str) -> Result<Ended, TrafficErr
             words
         })
     });
-    let ended = wait(&mut child, what);
+    let ended = wait(&mut child, limit, what);
     if !matches!(ended, Ok(Some(_))) {
         // It may have ended meanwhile.
         let _ = child.kill();
@@ -73,7 +77,7 @@ pub(super) fn run(command: &mut Command, what: &str) -> Result<Ended, TrafficErr
 }
 
 /// Waits for the end, `None` where nobody waits any longer or it takes too long.
-fn wait(child: &mut Child, what: &str) -> io::Result<Option<ExitStatus>> {
+fn wait(child: &mut Child, limit: Duration, what: &str) -> io::Result<Option<ExitStatus>> {
     let begun = now();
     let mut is_told = false;
     loop {
@@ -81,13 +85,13 @@ fn wait(child: &mut Child, what: &str) -> io::Result<Option<ExitStatus>> {
             return Ok(Some(status));
         }
         let waited = begun.elapsed();
-        if is_interrupted() || waited > TIMEOUT {
+        if is_interrupted() || waited > limit {
             return Ok(None);
         }
         if waited > SILENT && !is_told {
             is_told = true;
             if let Some(notice) = NOTICE.get() {
-                notice(&format!("SUMO tries {what}; up to {} s; Ctrl-C ends it", TIMEOUT.as_secs()));
+                notice(&format!("SUMO tries {what}; up to {} s; Ctrl-C ends it", limit.as_secs()));
             }
         }
         sleep(Duration::from_millis(10));
@@ -148,6 +152,12 @@ mod tests {
         let _ = child.kill();
         let status = status.expect("it has ended within 2 s");
         assert_eq!(std::os::unix::process::ExitStatusExt::signal(&status), Some(nix::libc::SIGKILL));
+    }
+
+    #[test]
+    fn a_trial_that_takes_longer_than_its_limit_is_ended() {
+        let ended = run_within(Duration::from_millis(50), Command::new("sleep").arg("5"), "a network").unwrap();
+        assert!(matches!(ended, Ended::TimedOut), "{ended:?}");
     }
 
     #[test]
