@@ -7,7 +7,7 @@ use super::{CliError, analyse, out};
 use crate::{
     drive_loop::RunError,
     file::read_bounded,
-    record::{self, manifest, seals::SIGNATURE},
+    record::{self, RecordError, is_there, manifest, seals::SIGNATURE},
     signing::{self, Signer, SignerList, SigningError},
     study::checksums,
 };
@@ -51,7 +51,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let (Some(folder), Some(key)) = (matches.get_one::<PathBuf>("folder"), matches.get_one::<PathBuf>("key")) else {
         return Ok(());
     };
-    let changed = if is_recording(folder) {
+    let changed = if is_recording(folder)? {
         record::open(folder)?;
         record::changes(folder)?.iter().map(ToString::to_string).collect()
     } else {
@@ -64,7 +64,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             folder.display()
         )));
     }
-    let file = signed_file(folder);
+    let file = signed_file(folder)?;
     let signature = signing::sign(key, &read(&file)?)?;
     let beside = beside(&file);
     record::replace(&beside, signature.as_bytes())?;
@@ -72,13 +72,18 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
-fn is_recording(folder: &Path) -> bool {
-    folder.join(manifest::FILE).exists()
+fn is_recording(folder: &Path) -> Result<bool, RecordError> {
+    is_there(&folder.join(manifest::FILE))
 }
 
 /// The file of a folder that is signed.
-fn signed_file(folder: &Path) -> PathBuf {
-    folder.join(if is_recording(folder) { manifest::FILE } else { checksums::FILE })
+fn signed_file(folder: &Path) -> Result<PathBuf, RecordError> {
+    Ok(folder.join(if is_recording(folder)? { manifest::FILE } else { checksums::FILE }))
+}
+
+/// True if a signature lies beside the file that is signed.
+fn is_signed(folder: &Path) -> Result<bool, RecordError> {
+    is_there(&beside(&signed_file(folder)?))
 }
 
 fn beside(file: &Path) -> PathBuf {
@@ -94,7 +99,7 @@ fn read(path: &Path) -> Result<Vec<u8>, CliError> {
 /// Returns who has signed a folder whose files agree with their checksums, or that nobody is known to have, in words.
 pub(super) fn signature(folder: &Path, matches: &ArgMatches) -> Result<String, CliError> {
     let Some(list) = matches.get_one::<PathBuf>("signer") else {
-        let signed = beside(&signed_file(folder)).exists();
+        let signed = is_signed(folder)?;
         let how = if signed { "--signer FILE says who signed it" } else { "codrive sign --help" };
         return Ok(format!(
             "consistent, not authentic: a person who changes a file can make its checksum anew ({how})"
@@ -105,14 +110,21 @@ pub(super) fn signature(folder: &Path, matches: &ArgMatches) -> Result<String, C
 
 /// Finds the signer, of a list, of a folder, or the data set that a recording lies in.
 fn signer(folder: &Path, list: &SignerList) -> Result<Signer, CliError> {
-    let file = signed_file(folder);
+    let file = signed_file(folder)?;
     let signature = beside(&file);
-    if signature.exists() {
+    if is_there(&signature)? {
         let text = read(&signature)?;
         return Ok(list.verify(&file.display().to_string(), &read(&file)?, &String::from_utf8_lossy(&text))?);
     }
+    let is_recording = is_recording(folder)?;
     let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.into());
-    let data_set = whole.ancestors().skip(1).find(|root| is_recording(folder) && beside(&signed_file(root)).exists());
+    let mut data_set = None;
+    for root in whole.ancestors().skip(1).filter(|_| is_recording) {
+        if is_signed(root)? {
+            data_set = Some(root);
+            break;
+        }
+    }
     let Some(root) = data_set else {
         let text = format!(
             "{}: it is not signed: there is no {}\n  remedy: codrive sign",
