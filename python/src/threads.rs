@@ -140,10 +140,10 @@ pub fn here<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResul
     })
 }
 
-/// How often Python is asked for a signal while another thread waits for SUMO: Ctrl-C is to end a wait within a second.
+/// Time between two questions to Python whether a signal came, while another thread waits: Ctrl-C is to end a wait within a second.
 const SIGNALS: Duration = Duration::from_millis(50);
 
-/// The same as [`here`] on another thread, whose waits for SUMO end with Ctrl-C: Python sees signals on this thread alone.
+/// The same as [`here`] on another thread, whose waits and warm-ups end with Ctrl-C: Python sees signals on this thread alone.
 ///
 /// # Errors
 /// As [`here`]; `KeyboardInterrupt`, or what a handler of a signal raises.

@@ -35,7 +35,7 @@ use std::{
 
 /// Name of the test below, by which its process is started.
 pub const TEST: &str = "live::a_wheel_and_a_stream_that_go_and_come_back_cost_no_row_of_the_drive";
-/// How long the drive lasts, seconds.
+/// Duration of the drive, seconds.
 const DURATION_S: f64 = 2.0;
 
 fn wheel() -> WheelMessage {
