@@ -292,7 +292,7 @@ impl LiveDrive {
         recorded?;
         self.lab.end_frame(self.drive.world.snapshot().tick, self.drive.clock.fraction().into())?;
         for news in self.lab.take_news() {
-            // For whoever reads the recording and was not there. Not to the devices: one of them has the trouble.
+            // Readers of the recording see no window. The devices are not told: one of them reports this trouble.
             self.recording.note(self.drive.world.snapshot().tick, "device", &news);
             self.news.push(news);
         }

@@ -1,6 +1,7 @@
 //! Reads a journal, also a damaged one. In: its folder, whole, cut or damaged anywhere. Out: the rows of every good block,
 //! and the holes. The last batch may never have been on the disk as a whole: it ends where its first block is missing, since a
-//! row of one table is of no use without those of the others. Memory is bounded before it is taken: no number in a file is believed that is larger than the file allows.
+//! row of one table is of no use without those of the others. Memory is bounded before it is taken: no number in a file is
+//! believed that is larger than the file allows.
 
 use super::{
     RecordError, Table,
@@ -105,7 +106,7 @@ fn read_blocks(
 ) -> Result<(), RecordError> {
     let last_batch = last_batch(path)?;
     let mut blocks = blocks(path)?;
-    // Whether a block of the last batch is missing.
+    // True once a block of the last batch is missing.
     let mut is_torn = false;
     let mut next = 0;
     let mut at = 0;

@@ -144,7 +144,7 @@ fn a_wheel_and_a_stream_that_go_and_come_back_cost_no_row_of_the_drive() {
     }
     let work = Workplace::new();
     let outcome = work.run(Scenario::Live.arguments());
-    // How long the library looks for a stream that is back is its own affair.
+    // The library decides how long it looks for a stream that is back, so that news is not asked for.
     for news in ["the LSL stream heart is gone", "unplugged", "the drive continues"] {
         assert!(outcome.text.contains(news), "{news}: {}", outcome.text);
     }
