@@ -1,6 +1,6 @@
-//! Where the program's data lie: maps, policies, questionnaires, studies. In: what the person named, the environment, where the
-//! program stands. Out: the folder that holds `maps/` and `assets/`, and the folder of the person's own maps. What the program
-//! brings is in it, too, so that its file alone drives.
+//! Folders of the program's data: maps, policies, questionnaires, studies. In: `--data`, the environment, the program's
+//! location. Out: the folder that holds `maps/` and `assets/`, and the folder of the user's own data. The shipped data are also
+//! embedded in the program, so that its file alone is enough to drive.
 
 use crate::{native_code, private, temporary::TemporaryFolder};
 use sha2::{Digest, Sha256};
@@ -12,40 +12,40 @@ use std::{
     sync::OnceLock,
 };
 
-/// Paths below the root and their bytes (build.rs): each map, each policy's own file, questionnaires and studies.
+/// Paths relative to the root, and contents (build.rs): each map, each policy's own file, questionnaires and studies.
 const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 
-/// A folder with this file holds the program's data.
+/// File by which a folder is recognised as the program's data.
 const SIGN: &str = "maps/ring-250/net.xml";
 
-/// True if a road network or a demand that comes with the program has these bytes.
+/// Checks whether a shipped road network or demand has these bytes.
 pub fn is_shipped_for_sumo(bytes: &[u8]) -> bool {
     EMBEDDED.iter().any(|(name, shipped)| name.ends_with(".xml") && *shipped == bytes)
 }
 
-/// Why the program's data cannot be used; with the remedy.
+/// Reason why the program's data cannot be used, with the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DataFolderError {
-    /// The folder that was named holds none.
+    /// Named folder without data.
     #[error(
         "{}, named by {named_by}, does not hold {SIGN}\n  remedy: name the folder that holds maps and assets, or none: the \
          program brings its own",
         folder.display()
     )]
     NoData {
-        /// Which folder.
+        /// Path of the folder.
         folder: PathBuf,
-        /// The flag or the variable.
+        /// Name of the flag or the environment variable.
         named_by: &'static str,
     },
-    /// They are nowhere, and the program's own copy cannot be written.
+    /// No data found, and the program's own copy cannot be written.
     #[error(
         "the program's maps and policies are nowhere on this machine, and its own copy cannot be written:\n  {}\n  remedy: \
          --data DIR names the folder with maps and assets, or TMPDIR one that can be written to",
         faults.join("\n  ")
     )]
     NotWritable {
-        /// Each place and what the system said.
+        /// Each place tried, with the system's error.
         faults: Vec<String>,
     },
 }
@@ -53,17 +53,17 @@ pub enum DataFolderError {
 static GIVEN: OnceLock<PathBuf> = OnceLock::new();
 static FOUND: OnceLock<Result<PathBuf, DataFolderError>> = OnceLock::new();
 
-/// The person named a folder, which comes before all others.
+/// Sets the folder of the data, which then precedes all others.
 ///
 /// # Errors
-/// It does not hold the program's data; the message says what is missing.
+/// The folder does not hold the program's data; the message says what is missing.
 pub fn give(folder: &Path) -> Result<(), DataFolderError> {
     check(folder, "--data")?;
     let _ = GIVEN.set(folder.into());
     Ok(())
 }
 
-/// Checks the folder that the environment names, if it names one.
+/// Checks the folder named by the environment, if any.
 ///
 /// # Errors
 /// As [`give`].
@@ -78,21 +78,21 @@ fn check(folder: &Path, named_by: &'static str) -> Result<(), DataFolderError> {
     Err(DataFolderError::NoData { folder: folder.into(), named_by })
 }
 
-/// The folder that holds `maps/` and `assets/`, the first of: the one that was given (`--data`), `CODRIVE_DATA`, the program's
-/// own folder, `../share/codrive` from there, `codrive` in the XDG data folders, the checkout that the program was built in and lies in.
-/// Otherwise what is in the program, written to the user's cache. Maps and policies that lie in the working folder or above it
-/// by chance are none of the program's.
+/// Returns the folder that holds `maps/` and `assets/`. It is the first of: the given folder (`--data`), `CODRIVE_DATA`, the
+/// program's own folder, `../share/codrive` from there, `codrive` in the XDG data folders, and the checkout that the program
+/// was built in and lies in. Otherwise it is a copy of the embedded data in the user's cache. Maps and policies in the working
+/// folder or above it are never used.
 ///
-/// Where that cannot be written either ([`require`] says why) it is a folder that is not there.
+/// If that copy cannot be written ([`require`] says why), the returned folder does not exist.
 pub fn root() -> &'static Path {
     const NOWHERE: &str = "no-data";
     GIVEN.get().map_or_else(|| FOUND.get_or_init(find).as_deref().unwrap_or(Path::new(NOWHERE)), PathBuf::as_path)
 }
 
-/// What needs the data is not begun without.
+/// Checks that the data are available, before work that needs them.
 ///
 /// # Errors
-/// They are nowhere, and the program's own could not be written; with the remedy.
+/// No data were found, and the program's own copy cannot be written; with the remedy.
 pub fn require() -> Result<(), DataFolderError> {
     match GIVEN.get() {
         Some(_) => Ok(()),
@@ -110,7 +110,7 @@ fn holds_data(folder: &Path) -> bool {
     folder.join(SIGN).is_file()
 }
 
-/// Place of the program, and the checkout around it.
+/// Location of the program, and the checkout around it.
 struct ProgramPlace {
     program: Option<PathBuf>,
     checkout: Option<PathBuf>,
@@ -122,18 +122,18 @@ fn set(variable: EnvironmentLookup<'_>, name: &str) -> Option<PathBuf> {
     variable(name).filter(|value| !value.is_empty()).map(PathBuf::from)
 }
 
-/// The variable that names a folder of data, and the folder, if one is named.
+/// Returns the environment variable that names a folder of data, and the folder, if it is set.
 fn named(variable: EnvironmentLookup<'_>) -> Option<(&'static str, PathBuf)> {
     const NAME: &str = "CODRIVE_DATA";
     Some((NAME, set(variable, NAME)?))
 }
 
-/// The folder that the environment names, for a line at the start of the program; `None` if a person named one by hand.
+/// Returns the folder named by the environment, for a line at the start of the program; `None` if `--data` was given.
 pub fn named_by_environment() -> Option<(&'static str, PathBuf)> {
     named(&|name| env::var_os(name)).filter(|_| GIVEN.get().is_none())
 }
 
-/// All places in their order, those that are not there too.
+/// Returns all candidate folders in their order; they need not exist.
 fn candidates(variable: EnvironmentLookup<'_>, here: &ProgramPlace) -> Vec<PathBuf> {
     let mut list: Vec<PathBuf> = named(variable).into_iter().map(|(_, folder)| folder).collect();
     let beside = here.program.as_deref().and_then(Path::parent);
@@ -146,7 +146,7 @@ fn candidates(variable: EnvironmentLookup<'_>, here: &ProgramPlace) -> Vec<PathB
     list
 }
 
-/// The folder of the person's own data; `None` without a home.
+/// Returns the folder of the user's own data; `None` without a home.
 pub fn user() -> Option<PathBuf> {
     user_by(&|name| env::var_os(name))
 }
@@ -156,16 +156,16 @@ fn user_by(variable: EnvironmentLookup<'_>) -> Option<PathBuf> {
     Some(data.or_else(|| Some(set(variable, "HOME")?.join(".local/share")))?.join("codrive"))
 }
 
-/// A folder with files that are in the program, such as a library that it opens: in the user's cache, else in the folder for temporary
-/// files; written once a version.
+/// Writes embedded files, such as a library that the program opens, to a folder in the user's cache, or else among the
+/// temporary files. Each version is written once. Returns the folder.
 ///
 /// # Errors
-/// Neither can be written to.
+/// Neither place can be written to.
 pub fn unpacked_files(kind: &str, files: &[(&str, &[u8])]) -> Result<PathBuf, DataFolderError> {
     in_cache(&|name| env::var_os(name), kind, files)
 }
 
-/// The embedded files, as [`unpacked_files`] writes files.
+/// Writes the embedded data, as [`unpacked_files`] does.
 fn unpacked(variable: EnvironmentLookup<'_>) -> Result<PathBuf, DataFolderError> {
     in_cache(variable, "data", EMBEDDED)
 }
@@ -184,16 +184,16 @@ fn in_cache(variable: EnvironmentLookup<'_>, kind: &str, files: &[(&str, &[u8])]
     Err(DataFolderError::NotWritable { faults })
 }
 
-/// A folder of this user among the temporary files.
+/// Returns the path of this user's folder among the temporary files.
 fn temporary() -> PathBuf {
     let folder = env::temp_dir();
     let user = own_number(&folder).unwrap_or(0);
     folder.join(format!("codrive-{user}"))
 }
 
-/// The number of this user, as a file has it that is made in `folder`; 0 where systems have none.
+/// Returns this user's id, as the owner of a file made in `folder`; 0 on systems without ids.
 fn own_number(folder: &Path) -> io::Result<u32> {
-    // It has no name, or one that cannot be guessed.
+    // The file has no name, or one that cannot be guessed.
     let made = tempfile::tempfile_in(folder)?.metadata();
     #[cfg(unix)]
     return made.map(|made| std::os::unix::fs::MetadataExt::uid(&made));
@@ -201,7 +201,7 @@ fn own_number(folder: &Path) -> io::Result<u32> {
     made.map(|_| 0)
 }
 
-/// Makes the folder for the user alone. One that others could have made, or can write to, is not trusted.
+/// Makes a private folder. A folder owned or writable by others is refused.
 fn private_folder(folder: &Path) -> io::Result<()> {
     private::folder(folder)?;
     #[cfg(unix)]
@@ -215,7 +215,7 @@ fn private_folder(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// What tells one version's files from another's.
+/// Returns a hash that separates the files of different versions.
 fn hash(files: &[(&str, &[u8])]) -> String {
     let mut hash = Sha256::new();
     for (name, bytes) in files {
@@ -225,7 +225,7 @@ fn hash(files: &[(&str, &[u8])]) -> String {
     hash.finalize()[..6].iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Writes the files beside `folder` and moves them there whole, unless they are there and unchanged.
+/// Writes the files beside `folder` and renames them into place, unless they are there and unchanged.
 fn unpack(folder: &Path, files: &[(&str, &[u8])]) -> io::Result<PathBuf> {
     let is_there = || files.iter().all(|(name, bytes)| fs::read(folder.join(name)).is_ok_and(|there| there == *bytes));
     if is_there() {
@@ -240,7 +240,7 @@ fn unpack(folder: &Path, files: &[(&str, &[u8])]) -> io::Result<PathBuf> {
     }
     let _ = fs::remove_dir_all(folder);
     let moved = fs::rename(&unfinished, folder);
-    // Another program may have been sooner.
+    // Another program may have written them first.
     if moved.is_err() && !is_there() {
         moved?;
     }
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_looked_through_in_their_order() {
+    fn candidate_folders_are_in_the_documented_order() {
         let set =
             [("CODRIVE_DATA", "/lab/data"), ("HOME", "/home/ada"), ("XDG_DATA_DIRS", "/opt/share:relative:/usr/share")];
         let list = places(&set, "/opt/codrive/bin/codrive", None);
@@ -273,7 +273,7 @@ mod tests {
         assert_eq!(list, all, "nothing of the working folder, and nothing above");
         let built = places(&set, "/home/ada/codrive/target/debug/codrive", Some("/home/ada/codrive"));
         assert_eq!(built.last().map(String::as_str), Some("/home/ada/codrive"));
-        // A home of its own for data; empty variables say nothing.
+        // XDG_DATA_HOME replaces the home; empty variables are ignored.
         let set = [("XDG_DATA_HOME", "/data"), ("HOME", "/home/ada"), ("CODRIVE_DATA", ""), ("XDG_DATA_DIRS", "")];
         assert_eq!(places(&set, "/b/codrive", None)[..3], ["/b", "/share/codrive", "/data/codrive"]);
         assert!(places(&[], "/b/codrive", None).iter().all(|place| !place.contains(".local")));
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_embedded_is_what_is_shipped_and_is_written_whole_once() {
+    fn embedded_files_equal_the_shipped_ones_and_are_written_once() {
         let project = Path::new(env!("CARGO_MANIFEST_DIR"));
         for (name, bytes) in EMBEDDED {
             assert!(fs::read(project.join(name)).unwrap() == *bytes, "{name}");
@@ -305,12 +305,12 @@ mod tests {
         let written = fs::metadata(folder.join(SIGN)).unwrap().modified().unwrap();
         assert_eq!(unpacked(&variable).unwrap(), folder);
         assert_eq!(fs::metadata(folder.join(SIGN)).unwrap().modified().unwrap(), written, "not written again");
-        // What somebody has changed is put right.
+        // A changed file is restored.
         fs::write(folder.join(SIGN), "<net/>").unwrap();
         assert_eq!(unpacked(&variable).unwrap(), folder);
         assert!(fs::read(folder.join(SIGN)).unwrap().len() > 1000);
         assert_eq!(fs::read_dir(folder.parent().unwrap()).unwrap().count(), 1, "nothing is left beside it");
-        // Other files have a folder of their own, and other bytes another.
+        // Other kinds of files get their own folder, and other contents as well.
         let library = |bytes: &'static [u8]| in_cache(&variable, "library", &[("lib.so", bytes)]).unwrap();
         let (one, other) = (library(b"one"), library(b"other"));
         assert!(one != other && one.parent() == folder.parent());

@@ -1,6 +1,6 @@
-//! Files that a person names. In: a path and the most that may be read. Out: the bytes or the text, or a
-//! [`std::io::Error`] whose kind a caller can branch on and whose text says what is allowed. Nothing here waits for a pipe
-//! or swells with a device: only a regular file is opened, and no more than the limit is ever in memory.
+//! Reading of files that the user names. In: a path and the maximum size. Out: the bytes or the text, or a [`std::io::Error`]
+//! with a specific kind and a text that says what is allowed. Only regular files are opened, so that nothing waits for a pipe;
+//! no more than the limit is ever in memory.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -8,20 +8,20 @@ use std::{
     path::Path,
 };
 
-/// The most that a file of settings may hold, bytes: fifty times the largest one shipped, and its worst text (a list of
-/// two million numbers) still takes less than 256 MiB once it is read.
+/// Maximum size of a file of settings, bytes: fifty times the largest shipped one. Its worst text, a list of two million
+/// numbers, takes less than 256 MiB once parsed.
 pub const SETTINGS_BYTES: u64 = 1 << 20;
 
-/// Opens a file for reading that holds bytes and an end: no folder, no pipe, no socket, no device. Never waits.
+/// Opens a regular file for reading; refuses folders, pipes, sockets and devices. Never waits.
 ///
 /// # Errors
-/// The system refuses, or it is no regular file ([`ErrorKind::InvalidInput`]; a folder [`ErrorKind::IsADirectory`]).
+/// An I/O error, or no regular file ([`ErrorKind::InvalidInput`]; a folder [`ErrorKind::IsADirectory`]).
 pub fn open_regular(path: &Path) -> Result<File, Error> {
-    // Asked before it is opened: to open a device may already do something, and a pipe would wait for its other end.
+    // Checked before it is opened: opening a device may have effects, and opening a pipe waits for its other end.
     check_regular(&fs::metadata(path)?)?;
     let mut options = OpenOptions::new();
     options.read(true);
-    // Were it exchanged for a pipe in between, this open returns at once and the second look finds it.
+    // If the file is replaced by a pipe in between, this open returns at once and the second check finds it.
     #[cfg(target_os = "linux")]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, nix::libc::O_NONBLOCK | nix::libc::O_NOCTTY);
     let file = options.open(path)?;
@@ -32,7 +32,7 @@ pub fn open_regular(path: &Path) -> Result<File, Error> {
 /// Reads a whole regular file of at most `limit` bytes.
 ///
 /// # Errors
-/// As [`open_regular`]; it holds more than `limit` bytes ([`ErrorKind::FileTooLarge`]).
+/// As [`open_regular`]; or more than `limit` bytes ([`ErrorKind::FileTooLarge`]).
 pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     let file = open_regular(path)?;
     let size = file.metadata()?.len();
@@ -40,14 +40,14 @@ pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
         return Err(too_large(limit));
     }
     let bytes = Vec::with_capacity(usize::try_from(size).unwrap_or_default());
-    // It may grow while it is read, and files of the kernel say that they hold nothing.
+    // The file may grow while it is read, and files of the kernel report size 0.
     read_to_end(file, limit, bytes)
 }
 
-/// Reads `length` bytes from `offset` on of a regular file that has as many.
+/// Reads `length` bytes from `offset` on of a regular file, which must hold them.
 ///
 /// # Errors
-/// As [`open_regular`]; it ends before ([`ErrorKind::UnexpectedEof`]).
+/// As [`open_regular`]; or the file ends before ([`ErrorKind::UnexpectedEof`]).
 pub fn read_part(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, Error> {
     let mut file = open_regular(path)?;
     let size = file.metadata()?.len();
@@ -62,7 +62,7 @@ pub fn read_part(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, Error
     Ok(bytes)
 }
 
-/// Reads from what is no file, such as the standard input, to its end: text of at most `limit` bytes.
+/// Reads text of at most `limit` bytes from a stream, such as the standard input, to its end.
 ///
 /// # Errors
 /// As [`read_text`].
@@ -75,10 +75,10 @@ fn read_to_end(source: impl Read, limit: u64, mut bytes: Vec<u8>) -> Result<Vec<
     if bytes.len() as u64 > limit { Err(too_large(limit)) } else { Ok(bytes) }
 }
 
-/// The same for text.
+/// Reads a whole regular file of at most `limit` bytes as text.
 ///
 /// # Errors
-/// As [`read_bounded`]; it is no UTF-8 text ([`ErrorKind::InvalidData`], with the line of the first bad byte).
+/// As [`read_bounded`]; or no UTF-8 text ([`ErrorKind::InvalidData`], with the line of the first bad byte).
 pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
     text_of(read_bounded(path, limit)?)
 }
@@ -91,7 +91,7 @@ fn text_of(bytes: Vec<u8>) -> Result<String, Error> {
     })
 }
 
-/// Bytes in words.
+/// Returns a size as text, in bytes, KiB or MiB, rounded down.
 pub fn size_text(bytes: u64) -> String {
     match bytes {
         0..1024 => format!("{bytes} bytes"),
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_of_just_the_limit_is_read_and_one_byte_more_is_refused() {
+    fn a_file_of_the_limit_is_read_and_a_larger_one_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         fs::write(&path, "12345678").unwrap();
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_is_read_where_there_is_as_much() {
+    fn a_part_is_read_only_if_the_file_holds_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         fs::write(&path, "12345678").unwrap();
@@ -159,14 +159,14 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_says_it_is_empty_is_still_bounded() {
-        // The kernel's own files have size 0 and contents.
+    fn a_file_that_reports_size_0_is_still_bounded() {
+        // Files of the kernel have size 0 and contents.
         let error = read_bounded(Path::new("/proc/self/maps"), 100).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::FileTooLarge);
     }
 
     #[test]
-    fn what_is_absent_or_no_text_is_told_apart() {
+    fn missing_files_and_invalid_text_give_different_errors() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         assert_eq!(read_text(&path, 8).unwrap_err().kind(), ErrorKind::NotFound);

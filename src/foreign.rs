@@ -1,6 +1,6 @@
-//! Libraries that read files of others. In: a call of one. Out: what it returns, or the words of its panic: a library that
-//! meets a file its authors never thought of may break off, and that is a mistake in the file, not the end of the program.
-//! Only for calls that leave nothing half-changed behind: what they worked on is dropped with the panic.
+//! Calls of libraries that read files of unknown origin. In: a call. Out: its result, or the message of its panic. A library
+//! may panic on an unexpected file; that is a fault of the file and must not end the program. Only for calls whose data are
+//! dropped after a panic, so that nothing half-changed is used.
 
 use std::{
     cell::Cell,
@@ -9,14 +9,14 @@ use std::{
 };
 
 thread_local! {
-    /// This thread is inside a call whose panic is reported as an error, so that it is not printed as well.
+    /// True inside a guarded call on this thread; its panic is reported as an error and not printed.
     static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Calls a foreign library; a panic in it becomes an error.
 ///
 /// # Errors
-/// The words of the panic.
+/// Message of the panic.
 pub fn guarded<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_becomes_its_words_and_the_next_call_goes_on() {
+    fn a_panic_becomes_its_message_and_the_next_call_works() {
         assert_eq!(guarded(|| 3), Ok(3));
         let zero = std::hint::black_box(0);
         assert_eq!(guarded(|| 1 / zero), Err("attempt to divide by zero".into()));

@@ -1,5 +1,5 @@
-//! The Intelligent Driver Model as plain arithmetic (docs/references.md: idm; Treiber, Hennecke, Helbing 2000). In: own
-//! speed, leader's speed and gap. Out: acceleration. SI units throughout.
+//! The Intelligent Driver Model as plain arithmetic (docs/references.md: idm; Treiber, Hennecke, Helbing 2000). In: own speed,
+//! leader's speed and gap. Out: acceleration. SI units throughout.
 
 use serde::{Deserialize, Serialize};
 
@@ -32,30 +32,30 @@ pub struct IdmParams {
 }
 
 impl Default for IdmParams {
-    /// The ring study's (docs/references.md: idm), with Flow's noise.
+    /// Returns the parameters of the ring study (docs/references.md: idm), with Flow's noise.
     fn default() -> Self {
         Self { v0: 30.0, t: 1.0, a: 1.0, b: 1.5, delta: 4.0, s0: 2.0, noise: 0.2 }
     }
 }
 
 impl IdmParams {
-    /// Desired gap s* at `speed_mps` behind a leader at `leader_speed_mps`, metres.
+    /// Returns the desired gap s* at `speed_mps` behind a leader at `leader_speed_mps`, metres.
     pub fn desired_gap_m(&self, speed_mps: f64, leader_speed_mps: f64) -> f64 {
         let approach = speed_mps * (speed_mps - leader_speed_mps) / (2.0 * (self.a * self.b).sqrt());
         self.s0 + (speed_mps * self.t + approach).max(0.0)
     }
 
-    /// Acceleration, m/s2, at `gap_m` (bumper to bumper) behind a leader. Braking is never clipped (docs/references.md:
-    /// idm; clipping at `b` crashes every run).
+    /// Returns the acceleration, m/s2, at `gap_m` (bumper to bumper) behind a leader. Braking is never clipped: clipping at `b`
+    /// crashes every run (docs/references.md: idm).
     pub fn acceleration(&self, speed_mps: f64, leader_speed_mps: f64, gap_m: f64) -> f64 {
         let gap_m = gap_m.max(1e-3);
         let interaction = self.desired_gap_m(speed_mps, leader_speed_mps) / gap_m;
         self.a * (1.0 - (speed_mps / self.v0).powf(self.delta) - interaction * interaction)
     }
 
-    /// How stable a long row of such cars with `gap_m` between them is against long waves, 1/s2: negative where a small
-    /// disturbance grows from car to car (Wilson and Ward 2011: with the derivatives of the acceleration by gap, own speed
-    /// and leader's speed in the even flow, f_v^2 - f_l^2 - 2 f_s).
+    /// Returns the string stability against long waves of a row of such vehicles with `gap_m` between them, 1/s2. It is
+    /// negative if a small disturbance grows from vehicle to vehicle. With the derivatives of the acceleration by gap, own
+    /// speed and leader's speed in the even flow it is f_v^2 - f_l^2 - 2 f_s (Wilson and Ward 2011).
     pub fn string_stability(&self, gap_m: f64) -> f64 {
         let speed_mps = self.equilibrium_speed_mps(gap_m);
         let desired_m = self.desired_gap_m(speed_mps, speed_mps);
@@ -67,13 +67,13 @@ impl IdmParams {
         by_speed * by_speed - by_leader * by_leader - 2.0 * by_gap
     }
 
-    /// The gap at which a car keeps `speed_mps` behind a leader of the same speed, metres; infinite from `v0` up.
+    /// Returns the gap at which a vehicle keeps `speed_mps` behind a leader of the same speed, metres; infinite from `v0` up.
     pub fn equilibrium_gap_m(&self, speed_mps: f64) -> f64 {
         let free = 1.0 - (speed_mps / self.v0).powf(self.delta);
         if free <= 0.0 { f64::INFINITY } else { self.desired_gap_m(speed_mps, speed_mps) / free.sqrt() }
     }
 
-    /// The speed at which all cars of an even ring with `gap_m` between them keep going, m/s; 0 if the gap is below `s0`.
+    /// Returns the equilibrium speed of an even ring with `gap_m` between the vehicles, m/s; 0 if the gap is below `s0`.
     pub fn equilibrium_speed_mps(&self, gap_m: f64) -> f64 {
         let (mut low, mut high) = (0.0, self.v0);
         for _ in 0..100 {
@@ -89,8 +89,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equilibrium_speeds_are_those_of_the_field() {
-        // docs/references.md: ring: by length with 22 cars, and the successor's ring.
+    fn equilibrium_speeds_agree_with_published_values() {
+        // docs/references.md: ring: by length with 22 vehicles, and the successor's ring.
         let idm = IdmParams::default();
         for (length_m, speed) in
             [(220.0, 3.000), (230.0, 3.454), (240.0, 3.908), (250.0, 4.362), (260.0, 4.816), (270.0, 5.269)]
@@ -100,8 +100,8 @@ mod tests {
         }
     }
 
-    /// The largest real part of the linearised ring's eigenvalues for the longest waves, by numerical derivatives:
-    /// x'' of car n is f_s (e_{n-1} - e_n) + f_v e_n' + f_l e_{n-1}', so that lambda^2 - (f_v + f_l z) lambda - f_s (z - 1) = 0
+    /// Returns the largest real part of the linearised ring's eigenvalues for the longest waves, by numerical derivatives: x''
+    /// of vehicle n is f_s (e_{n-1} - e_n) + f_v e_n' + f_l e_{n-1}', so that lambda^2 - (f_v + f_l z) lambda - f_s (z - 1) = 0
     /// with z = exp(-i k).
     fn growth(idm: &IdmParams, gap_m: f64) -> f64 {
         let v = idm.equilibrium_speed_mps(gap_m);
@@ -137,7 +137,7 @@ mod tests {
             }
         }
         assert!(kinds.iter().all(|n| *n > 5), "{kinds:?}");
-        // The paper's ring has a wave: 250 m, 22 cars.
+        // The published ring of 250 m with 22 vehicles has a wave.
         assert!(IdmParams::default().string_stability(250.0 / 22.0 - 5.0) < 0.0);
     }
 

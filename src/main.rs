@@ -1,11 +1,12 @@
-//! The program: arguments in, exit code out.
+//! Program entry: arguments in, exit code out.
 
 use std::io::Write;
 
 fn main() -> std::process::ExitCode {
-    // SAFETY: nothing has run yet that could have begun a thread.
+    // SAFETY: no code that could start a thread has run yet.
     unsafe { codrive::cli::prepare_environment() };
-    // SUMO, Mesa, figures of few points and networks of newer exporters say much that is no concern of a driver; RUST_LOG=info shows ours.
+    // SUMO, Mesa and the libraries of figures and networks log much that does not concern users; RUST_LOG=info shows codrive's
+    // own lines.
     let quiet = "warn,wgpu_hal=off,wgpu_core=error,naga=error,tract_onnx=error,egui_extras=error,usvg=error";
     let filter = env_logger::Env::default().default_filter_or(quiet);
     env_logger::Builder::from_env(filter).format(line).init();
@@ -13,7 +14,7 @@ fn main() -> std::process::ExitCode {
     codrive::cli::main(std::env::args_os()).into()
 }
 
-/// Writes a line of the log: level, module, and words that cannot command the terminal.
+/// Writes a line of the log: level, module, and the message with control characters escaped.
 fn line(to: &mut env_logger::fmt::Formatter, record: &log::Record<'_>) -> std::io::Result<()> {
     let style = to.default_level_style(record.level());
     let words = record.args().to_string();

@@ -1,9 +1,9 @@
-//! Places from which the program loads libraries and runs programs of others. In: the program's own file, the environment, places that
-//! the build states. Out: folders in their order.
+//! Places from which the program loads libraries and runs other programs. In: the program's own file, the environment, places
+//! fixed at build time. Out: folders in their order.
 //!
-//! Whatever lies in the working folder or above it is data: a library or a program there is never loaded or run by itself. What may be
-//! is named by a variable of the environment, lies beside the program, or in the checkout that the program was built in and
-//! still lies in, or is the system's.
+//! Files in the working folder or above it are data: a library or program there is never loaded or run by itself. Allowed
+//! places are: those named by an environment variable, beside the program, in the checkout that the program was built in and
+//! still lies in, and those of the system.
 
 use std::{
     env,
@@ -14,24 +14,24 @@ use std::{
 
 static FILE: OnceLock<PathBuf> = OnceLock::new();
 
-/// Names the file that stands for the program where that is a library in another one, as in Python.
+/// Sets the file that counts as the program if codrive is a library in another one, as in Python.
 pub fn program_is(file: PathBuf) {
     let _ = FILE.set(file);
 }
 
-/// The program's file, links resolved.
+/// Returns the program's file, with links resolved.
 pub fn program() -> Option<PathBuf> {
     let file = FILE.get().cloned().or_else(|| env::current_exe().ok())?;
     Some(file.canonicalize().unwrap_or(file))
 }
 
-/// The checkout that the program was built in, if the program lies in it, or where that build put it.
+/// Returns the checkout that the program was built in, if the program lies in it or where that build put it.
 pub fn checkout() -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     checkout_around(&program()?, root, built_into(Path::new(env!("CODRIVE_SHIM_DIR"))))
 }
 
-/// Folder into which cargo put what it built, from the folder of a build script's output: `PROFILE/build/NAME/out`.
+/// Returns the folder of cargo's build output, from the output folder of a build script: `PROFILE/build/NAME/out`.
 fn built_into(out: &Path) -> Option<&Path> {
     out.ancestors().nth(3)
 }
@@ -43,12 +43,12 @@ fn checkout_around(program: &Path, root: &Path, built_into: Option<&Path>) -> Op
     (is_inside(&root) || built_into.is_some_and(is_inside)).then_some(root)
 }
 
-/// The folder of the shim over SUMO that the build made; `None` if the program has left its checkout.
+/// Returns the folder of the SUMO shim that the build made; `None` if the program has left its checkout.
 pub fn build_output() -> Option<PathBuf> {
     checkout().map(|_| env!("CODRIVE_SHIM_DIR").into())
 }
 
-/// Homes of SUMO, the most certain first; which of them are there is for the caller to find out.
+/// Returns candidate homes of SUMO, the most specific first; they need not exist.
 pub fn sumo_homes() -> Vec<PathBuf> {
     let named = env::var_os("SUMO_HOME").filter(|home| !home.is_empty()).map(PathBuf::from);
     let at_build = Path::new(env!("CODRIVE_SUMO_HOME_AT_BUILD"));
@@ -63,7 +63,7 @@ fn homes(named: Option<PathBuf>, program: Option<&Path>, checkout: Option<&Path>
     if let Some(checkout) = checkout {
         homes.extend([at_build.to_path_buf(), checkout.join(".sumo/sumo")]);
     }
-    // A program that has left its checkout keeps the SUMO that the system has: others' folders may have gone to somebody else.
+    // Outside its checkout, only a SUMO in a system folder is kept: another user may own other folders by now.
     if ["/usr", "/opt"].iter().any(|system| at_build.starts_with(system)) {
         homes.push(at_build.into());
     }
@@ -71,17 +71,17 @@ fn homes(named: Option<PathBuf>, program: Option<&Path>, checkout: Option<&Path>
     homes
 }
 
-/// Folders in which a library of this kind lies beside the program or in its checkout.
+/// Returns the folders, beside the program or in its checkout, for a library of this kind.
 pub fn library_folders(kind: &str) -> Vec<PathBuf> {
     let beside = program().and_then(|program| program.parent().map(Path::to_path_buf));
     let in_folder = beside.iter().flat_map(|folder| [folder.clone(), folder.join("../lib")]);
     in_folder.chain(checkout().map(|root| root.join(format!(".{kind}")))).collect()
 }
 
-/// Opens a library. A bare name is looked for where the system has its libraries, and nowhere else.
+/// Opens a library. A bare name is searched in the system's library folders only.
 ///
 /// # Errors
-/// The library is not there, or is none of this system.
+/// The library is missing, or not for this system.
 ///
 /// # Safety
 /// The library may run code when it is loaded.
@@ -96,23 +96,23 @@ pub unsafe fn open(path: &Path) -> Result<libloading::Library, libloading::Error
     unsafe { libloading::Library::new(path) }
 }
 
-/// Lets the process that a command starts end with the thread that starts it, and so with this program, however that ends. On other
-/// systems than Linux it outlives a program that is killed.
+/// Makes the child process of a command end with the thread that starts it, and so with this program in any case. On systems
+/// other than Linux the child outlives a killed program.
 pub fn end_with_parent(command: &mut Command) -> &mut Command {
     #[cfg(target_os = "linux")]
     {
         use nix::libc;
         let parent = std::process::id();
         let arm = move || {
-            // SAFETY: neither takes a pointer.
+            // SAFETY: neither call takes a pointer.
             let is_orphan = unsafe {
                 libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL);
-                // The parent may have died before.
+                // The parent may have ended before the call.
                 libc::getppid().unsigned_abs() != parent
             };
             if is_orphan { Err(std::io::Error::from_raw_os_error(libc::ESRCH)) } else { Ok(()) }
         };
-        // SAFETY: between fork and exec it calls the system alone: no memory is asked for, no lock taken.
+        // SAFETY: between fork and exec only system calls are made: no allocation, no lock.
         unsafe { std::os::unix::process::CommandExt::pre_exec(command, arm) };
     }
     command
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_checkout_counts_only_for_a_program_that_lies_in_it_or_was_built_there() {
+    fn a_checkout_counts_only_for_programs_in_it_or_built_by_it() {
         let folder = tempfile::tempdir().unwrap();
         let place = |name: &str| {
             let path = folder.path().canonicalize().unwrap().join(name);
@@ -138,18 +138,18 @@ mod tests {
         assert_eq!(around(&place("bin").join("codrive")), None, "it was installed");
         assert_eq!(around(&place("checkout-of-mine").join("codrive")), None, "the name alone begins alike");
         assert_eq!(checkout_around(&place("bin").join("codrive"), &place("bin").join("gone"), None), None);
-        // This test is such a program.
+        // This test program was built in the checkout.
         assert!(checkout().is_some_and(|root| root.join("maps").is_dir()));
     }
 
     #[test]
-    fn sumo_is_looked_for_where_someone_named_it_beside_the_program_in_its_checkout_and_in_the_system() {
+    fn homes_of_sumo_are_named_beside_the_program_in_its_checkout_or_systems() {
         let text = |homes: Vec<PathBuf>| homes.iter().map(|home| home.display().to_string()).collect::<Vec<_>>();
         let beside = ["/p/bin/.sumo/sumo", "/p/bin/../lib/sumo", "/p/bin/../share/sumo"];
         let program = Some(Path::new("/p/bin/codrive"));
         let all = homes(Some("/named".into()), program, Some(Path::new("/c")), Path::new("/c/.sumo/sumo"));
         assert_eq!(text(all), [&["/named"][..], &beside, &["/c/.sumo/sumo", "/c/.sumo/sumo"]].concat());
-        // Installed: what the build saw is somebody's folder now.
+        // Installed: the folder of the build may belong to another user now.
         assert_eq!(text(homes(None, program, None, Path::new("/home/ada/c/.sumo/sumo"))), beside);
         assert_eq!(
             text(homes(None, program, None, Path::new("/usr/share/sumo"))),

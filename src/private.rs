@@ -1,5 +1,5 @@
-//! Files and folders for the user alone, as data about people should be. In: paths. Out: folders of mode 0700 and files of
-//! mode 0600, never through a link that someone has put in their place; or the system's own words.
+//! Files and folders that are private to the user, as data about people must be. In: paths. Out: folders of mode 0700 and files
+//! of mode 0600, never through a link put in their place; or the system's error.
 
 use std::{
     fs::{self, DirBuilder, File, OpenOptions},
@@ -7,10 +7,10 @@ use std::{
     path::Path,
 };
 
-/// Makes a folder and those above it. One that is there already is left as it is.
+/// Makes a folder and its parents. Existing folders are left as they are.
 ///
 /// # Errors
-/// The system refuses.
+/// An I/O error.
 pub fn folder(path: &Path) -> io::Result<()> {
     let mut builder = DirBuilder::new();
     builder.recursive(true);
@@ -22,7 +22,7 @@ pub fn folder(path: &Path) -> io::Result<()> {
 /// Makes a new, empty file.
 ///
 /// # Errors
-/// Something of this name is there already, be it a link to nothing; or the system refuses.
+/// A file, folder or link of this name exists, even a broken link; or an I/O error.
 pub fn file(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.write(true).create_new(true);
@@ -31,10 +31,10 @@ pub fn file(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
-/// Opens a file that only holds a lock; makes it if it is not there. Never waits.
+/// Opens a file that only holds a lock; makes it if it does not exist. Never waits.
 ///
 /// # Errors
-/// Its name is a link's, a folder's or a pipe's, or the system refuses.
+/// The name is that of a link, folder or pipe, or an I/O error.
 pub fn lock_file(path: &Path) -> io::Result<File> {
     check_place(path)?;
     let mut options = OpenOptions::new();
@@ -44,7 +44,7 @@ pub fn lock_file(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
-/// Nothing is at `path`, or a file.
+/// Checks that `path` is a regular file or does not exist.
 fn check_place(path: &Path) -> io::Result<()> {
     match fs::symlink_metadata(path) {
         Ok(there) if !there.is_file() => {
@@ -58,10 +58,10 @@ fn check_place(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Writes a whole file in the place of one that may be there: at every moment the old one or the new one is whole.
+/// Replaces a file atomically: at every moment the old or the new file is whole.
 ///
 /// # Errors
-/// The name is a link's or a folder's, or the system refuses.
+/// The name is that of a link or folder, or an I/O error.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     check_place(path)?;
     let mut name = path.file_name().unwrap_or_default().to_owned();
@@ -69,11 +69,11 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     replace_by(path, &path.with_file_name(name), bytes, |_| Ok(()))
 }
 
-/// The same in any place, written `beside` it first; `written` sees the new file before it takes its place, as to wait for
-/// the disk.
+/// Replaces a file atomically through the temporary file `beside`. `written` is called with the new file before the rename, for
+/// example to sync it.
 ///
 /// # Errors
-/// The system or `written` refuses; the old file is as it was.
+/// An I/O error or an error of `written`; the old file stays.
 pub fn replace_by(
     path: &Path,
     beside: &Path,
@@ -88,10 +88,10 @@ pub fn replace_by(
     done
 }
 
-/// A new file that is to take the place of another once it is whole; what a cut has left in its name is removed.
+/// Makes a new file that will replace another once it is whole. Removes a file of this name that a cut left behind.
 ///
 /// # Errors
-/// The system refuses.
+/// An I/O error.
 pub fn file_beside(path: &Path) -> io::Result<File> {
     match fs::remove_file(path) {
         Ok(()) => {}
@@ -107,7 +107,7 @@ mod tests {
     use std::os::unix::fs::{PermissionsExt, symlink};
 
     #[test]
-    fn what_is_written_is_the_users_alone_and_never_behind_a_link() {
+    fn files_are_private_and_never_written_through_a_link() {
         let scratch = tempfile::tempdir().unwrap();
         let inner = scratch.path().join("a/b");
         folder(&inner).unwrap();
@@ -127,7 +127,7 @@ mod tests {
             assert_eq!(file(&link).unwrap_err().kind(), ErrorKind::AlreadyExists);
             fs::remove_file(&link).unwrap();
         }
-        // Nor behind one that waits where the new file is made.
+        // The temporary name may be a link, too.
         symlink(&victim, inner.join("file.txt.new")).unwrap();
         replace(&path, b"three").unwrap();
         assert_eq!((fs::read(&victim).unwrap(), fs::read(&path).unwrap()), (b"mine".to_vec(), b"three".to_vec()));

@@ -1,48 +1,48 @@
-//! Seeded, named random streams. In: a scenario's seed and the name of who draws. Out: a generator that no other name
-//! disturbs, so that adding a tree never changes a car. PCG is named here because `rand`'s own `StdRng` may change.
+//! Seeded, named random streams. In: a scenario's seed and the name of the user of the stream. Out: a generator independent of
+//! all other names, so that adding a tree never changes a vehicle. PCG is used because `rand`'s own `StdRng` may change.
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
-/// A random stream of its own for `name`: same seed and name, same numbers, on every machine.
+/// Returns the random stream of `name`: the same seed and name give the same numbers on every machine.
 pub fn stream(seed: u64, name: &str) -> Stream {
-    // A hash of the name, so that streams of equal seed are unrelated.
+    // Hash of the name, so that streams of equal seed are unrelated.
     let hash = fnv_1a(FNV_START, name.as_bytes());
     Stream(Pcg64Mcg::seed_from_u64(seed.rotate_left(32) ^ hash))
 }
 
-/// Where a chain of [`fnv_1a`] begins (the authors' offset for 64 bits).
+/// Initial value of a [`fnv_1a`] chain (the authors' offset for 64 bits).
 pub const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
 
-/// FNV-1a over these bytes, chained to the hash of those before.
+/// Returns the FNV-1a hash of these bytes, chained to the hash of earlier ones.
 pub fn fnv_1a(before: u64, bytes: &[u8]) -> u64 {
     bytes.iter().fold(before, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// One named random stream.
+/// Random stream of one name.
 #[derive(Clone, Debug)]
 pub struct Stream(Pcg64Mcg);
 
 impl Stream {
-    /// A number from the normal distribution with mean 0 and standard deviation 1.
+    /// Draws from the normal distribution with mean 0 and standard deviation 1.
     pub fn normal(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
     }
 
-    /// A number in `[low, high)`.
+    /// Draws uniformly from `[low, high)`.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         use rand::Rng;
         let unit = (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
         low + (high - low) * unit
     }
 
-    /// A whole number in `0..n`; 0 if `n` is 0.
+    /// Draws a whole number from `0..n`; 0 if `n` is 0.
     pub fn index(&mut self, n: usize) -> usize {
         (self.uniform(0.0, n as f64) as usize).min(n.saturating_sub(1))
     }
 
-    /// The numbers `0..n` in an order in which every one is equally likely everywhere (Fisher and Yates).
+    /// Draws a uniformly random permutation of `0..n` (Fisher and Yates).
     pub fn permutation(&mut self, n: usize) -> Vec<usize> {
         let mut order: Vec<usize> = (0..n).collect();
         for place in (1..n).rev() {

@@ -1,6 +1,6 @@
-//! Signatures of files by a key of the lab, in OpenSSH's format (SSHSIG, `ssh-keygen -Y`). In: a private key or a list of signers, and
-//! the bytes of a file. Out: a signature, or the name of the signer. Keys are Ed25519; one with a passphrase or of another kind signs by
-//! `ssh-keygen -Y sign -f KEY -n codrive FILE`, which makes the same signature.
+//! Signatures of files by a key of the lab, in OpenSSH's format (SSHSIG, `ssh-keygen -Y`). In: a private key or a list of
+//! signers, and the bytes of a file. Out: a signature, or the name of the signer. Keys are Ed25519 without a passphrase. Other
+//! keys sign with `ssh-keygen -Y sign -f KEY -n codrive FILE`, in the same format.
 
 use crate::file::{SETTINGS_BYTES, read_text};
 use ssh_key::{Algorithm, HashAlg, LineEnding, PrivateKey, PublicKey, SshSig};
@@ -9,48 +9,48 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Purpose of the signatures: one that was made for something else, such as a mail, is not taken.
+/// Namespace of the signatures: a signature made for another purpose, such as a mail, is refused.
 pub const NAMESPACE: &str = "codrive";
 
-/// Why something was not signed, or a signature not accepted.
+/// Reason why something was not signed, or a signature was not accepted.
 #[derive(Debug, thiserror::Error)]
 pub enum SigningError {
-    /// A file cannot be read.
+    /// File that cannot be read.
     #[error("{path}: {why}")]
     File {
         /// Path of the file.
         path: PathBuf,
-        /// The system's words.
+        /// Error of the system.
         why: std::io::Error,
     },
-    /// A private key that cannot be used.
+    /// Private key that cannot be used.
     #[error("{path}: {why}\n  remedy: make a key with ssh-keygen -t ed25519 -N '' -f lab-key, or sign with {tool}")]
     Key {
         /// Path of the file.
         path: PathBuf,
-        /// Words on the fault.
+        /// Description of the fault.
         why: String,
-        /// The command that signs with other keys.
+        /// Command that signs with other keys.
         tool: String,
     },
-    /// A list of signers that cannot be used.
+    /// List of signers that cannot be used.
     #[error(
         "{path}{line}: {why}; allowed is a line NAME ssh-ed25519 KEY for each signer, as ssh-keygen -Y reads it, or a public key (.pub)"
     )]
     Signers {
         /// Path of the file.
         path: PathBuf,
-        /// `, line 3`; empty where no line is meant.
+        /// Position such as `, line 3`; empty if no line is at fault.
         line: String,
-        /// Words on the fault.
+        /// Description of the fault.
         why: String,
     },
-    /// The signature is not one of these bytes by one of these signers.
+    /// Signature that is not of these bytes by one of these signers.
     #[error("{0}")]
     NotSigned(String),
 }
 
-/// A person or lab that has signed.
+/// Person or lab that has signed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signer {
     /// Name in the list of signers.
@@ -65,7 +65,7 @@ impl fmt::Display for Signer {
     }
 }
 
-/// Keys that may sign, by the name of their owner.
+/// Keys that may sign, with the names of their owners.
 #[derive(Clone, Debug)]
 pub struct SignerList {
     path: PathBuf,
@@ -76,7 +76,7 @@ fn read(path: &Path) -> Result<String, SigningError> {
     read_text(path, SETTINGS_BYTES).map_err(|why| SigningError::File { path: path.into(), why })
 }
 
-/// Signs bytes with the private key in a file. Returns the signature as the text of a file.
+/// Signs bytes with the private key in a file. Returns the signature as text, for a file.
 ///
 /// # Errors
 /// The key cannot be read, has a passphrase or is of another kind.
@@ -97,10 +97,10 @@ pub fn sign(key: &Path, bytes: &[u8]) -> Result<String, SigningError> {
 }
 
 impl SignerList {
-    /// Reads a list of signers, or a public key, whose comment is the name then.
+    /// Reads a list of signers, or a public key, whose comment then is the name.
     ///
     /// # Errors
-    /// The list cannot be read, a line of it is not understood, or it has no signer.
+    /// The list cannot be read, has an invalid line, or has no signer.
     pub fn load(path: &Path) -> Result<Self, SigningError> {
         let mut signers = Vec::new();
         for (i, line) in read(path)?.lines().enumerate() {
@@ -123,14 +123,14 @@ impl SignerList {
         Ok(Self { path: path.into(), signers })
     }
 
-    /// Returns who of the list has signed these bytes; `name` is what messages call them.
+    /// Returns the listed signer of these bytes; `name` names the signed file in messages.
     ///
     /// # Errors
     /// The text is no signature of these bytes, or one by a key that is not on the list.
     pub fn verify(&self, name: &str, bytes: &[u8], text: &str) -> Result<Signer, SigningError> {
         let fault = |why: String| SigningError::NotSigned(format!("{name}: {why}"));
         let signature = SshSig::from_pem(text).map_err(|why| fault(format!("its signature cannot be read: {why}")))?;
-        // Lengths within it that do not fit are read all the same: what OpenSSH writes has one form.
+        // The parser accepts inconsistent lengths; OpenSSH writes one form only, which is required here.
         let letters = |text: &str| text.split_whitespace().collect::<String>();
         if signature.to_pem(LineEnding::LF).map(|text| letters(&text)) != Ok(letters(text)) {
             return Err(fault("its signature is not as OpenSSH writes it".into()));
@@ -153,7 +153,7 @@ impl SignerList {
     }
 }
 
-/// A line of a list: `NAME [namespaces="codrive"] ssh-ed25519 KEY [comment]`, or a public key with its comment.
+/// Parses a line of a list: `NAME [namespaces="codrive"] ssh-ed25519 KEY [comment]`, or a public key with its comment.
 fn signer(line: &str) -> Result<(String, PublicKey), String> {
     let kind = Algorithm::Ed25519.to_string();
     let at = line.find(&kind).ok_or("there is no key of kind ssh-ed25519")?;

@@ -1,51 +1,50 @@
 //! Frames of reference. World axes are SUMO's: x east, y north, z up, metres; yaw counter-clockwise from east, radians.
 //!
-//! A car's place is the [`Pose`] of its **centre** everywhere in codrive. SUMO speaks of the centre of the *front
-//! bumper* and of a compass heading in degrees (0 north, clockwise): [`Pose::from_sumo`] and [`Pose::to_sumo`] are the
-//! only places where the two meet.
+//! The position of a vehicle is the [`Pose`] of its **centre** everywhere in codrive. SUMO uses the centre of the *front
+//! bumper* and a compass heading in degrees (0 north, clockwise). Only [`Pose::from_sumo`] and [`Pose::to_sumo`] convert
+//! between the two.
 
 use glam::{DVec2, DVec3, dvec2};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Length of every car on screen, in rapier and in SUMO, metres (HC22): the gap that a driver sees is the gap that the
-/// models use.
+/// Length of a car on screen, in rapier and in SUMO, metres (HC22): the gap that a driver sees is the gap that the models use.
 pub const CAR_LENGTH_M: f64 = 5.0;
-/// Width of every car, metres (SUMO's default passenger car).
+/// Width of a car, metres (SUMO's default passenger car).
 pub const CAR_WIDTH_M: f64 = 1.8;
 
-/// Place and heading of a car's centre on the ground plane, world axes.
+/// Position and heading of a vehicle's centre on the ground plane, world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Centre of the car, metres.
+    /// Centre of the vehicle, metres.
     pub position: DVec2,
     /// Heading, radians, counter-clockwise from east, in (-pi, pi].
     pub yaw_rad: f64,
 }
 
-/// Place and heading on a road that may rise, world axes.
+/// Position and heading on a road with slopes, world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose3 {
-    /// Where, metres.
+    /// Position in world axes, metres.
     pub position: DVec3,
     /// Heading, radians, counter-clockwise from east, in (-pi, pi].
     pub yaw_rad: f64,
-    /// Grade in the direction of the heading: the tangent of the slope's angle, positive uphill.
+    /// Grade in the direction of the heading: tangent of the slope angle, positive uphill.
     pub grade: f64,
 }
 
 impl Pose3 {
-    /// Angle of the slope, radians, positive uphill.
+    /// Returns the slope angle, radians, positive uphill.
     pub fn slope_rad(&self) -> f64 {
         self.grade.atan()
     }
 
-    /// The same on the ground plane.
+    /// Returns the pose on the ground plane.
     pub fn flat(&self) -> Pose {
         Pose { position: self.position.truncate(), yaw_rad: self.yaw_rad }
     }
 }
 
-/// A vehicle's place as SUMO gives and takes it.
+/// Pose of a vehicle in SUMO's convention.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SumoPose {
     /// Centre of the front bumper, metres.
@@ -55,64 +54,64 @@ pub struct SumoPose {
 }
 
 impl Pose {
-    /// A pose from its parts; the yaw is wrapped into (-pi, pi].
+    /// Makes a pose; the yaw is wrapped into (-pi, pi].
     #[inline]
     pub fn new(position: DVec2, yaw_rad: f64) -> Self {
         Self { position, yaw_rad: wrap_angle(yaw_rad) }
     }
 
-    /// Unit vector of the heading.
+    /// Returns the unit vector of the heading.
     pub fn forward(&self) -> DVec2 {
         DVec2::from_angle(self.yaw_rad)
     }
 
-    /// Unit vector to the car's left.
+    /// Returns the unit vector to the vehicle's left.
     pub fn left(&self) -> DVec2 {
         self.forward().perp()
     }
 
-    /// Centre of the front bumper of a car of `length_m`.
+    /// Returns the centre of the front bumper of a vehicle of `length_m`.
     pub fn front(&self, length_m: f64) -> DVec2 {
         self.position + self.forward() * (length_m / 2.0)
     }
 
-    /// Centre of the rear bumper of a car of `length_m`.
+    /// Returns the centre of the rear bumper of a vehicle of `length_m`.
     pub fn rear(&self, length_m: f64) -> DVec2 {
         self.position - self.forward() * (length_m / 2.0)
     }
 
-    /// The pose whose front and rear bumper centres are the two points given.
+    /// Returns the pose of a vehicle with these centres of the front and rear bumper.
     pub fn from_bumpers(front: DVec2, rear: DVec2) -> Self {
         let along = front - rear;
         Self::new((front + rear) / 2.0, along.y.atan2(along.x))
     }
 
-    /// From SUMO's front bumper and compass heading, for a vehicle of `length_m`.
+    /// Converts from SUMO's front bumper and compass heading, for a vehicle of `length_m`.
     pub fn from_sumo(sumo: SumoPose, length_m: f64) -> Self {
         let yaw_rad = wrap_angle(FRAC_PI_2 - sumo.angle_deg.to_radians());
         let position = sumo.front - DVec2::from_angle(yaw_rad) * (length_m / 2.0);
         Self { position, yaw_rad }
     }
 
-    /// To SUMO's front bumper and compass heading (0..360), for a vehicle of `length_m`.
+    /// Converts to SUMO's front bumper and compass heading (0..360), for a vehicle of `length_m`.
     pub fn to_sumo(&self, length_m: f64) -> SumoPose {
         let angle_deg = (FRAC_PI_2 - self.yaw_rad).to_degrees().rem_euclid(360.0);
         SumoPose { front: self.front(length_m), angle_deg }
     }
 
-    /// The pose `fraction` (0..1) of the way to `other`, turning the short way round.
+    /// Returns the pose at `fraction` (0..1) of the way to `other`, turning the short way round.
     pub fn lerp(&self, other: &Self, fraction: f64) -> Self {
         let turn = wrap_angle(other.yaw_rad - self.yaw_rad);
         Self::new(self.position.lerp(other.position, fraction), self.yaw_rad + turn * fraction)
     }
 
-    /// True if every number in it is finite.
+    /// Checks whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
         self.position.is_finite() && self.yaw_rad.is_finite()
     }
 }
 
-/// `angle_rad` wrapped into (-pi, pi].
+/// Wraps an angle into (-pi, pi], radians.
 #[inline]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     if -PI < angle_rad && angle_rad <= PI {
@@ -122,7 +121,7 @@ pub fn wrap_angle(angle_rad: f64) -> f64 {
     if wrapped > PI { wrapped - TAU } else { wrapped }
 }
 
-/// A vector from compass degrees, for reading SUMO's angles in tests and messages.
+/// Returns the unit vector of a compass heading in degrees, for SUMO's angles in tests and messages.
 pub fn direction_of_compass(angle_deg: f64) -> DVec2 {
     let rad = angle_deg.to_radians();
     dvec2(rad.sin(), rad.cos())

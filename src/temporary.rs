@@ -1,9 +1,9 @@
-//! Folders for temporary files. In: a purpose of this program. Out: a folder of mode 0700 with a name that nobody can guess, removed when it
-//! is dropped, by [`remove_all`] before the program ends early, and otherwise by the next program of this user that makes one.
+//! Folders for temporary files. In: a place. Out: a folder of mode 0700 with a name that cannot be guessed. It is removed when
+//! dropped, by [`remove_all`] before the program ends early, or otherwise by the next program of this user that makes one.
 //!
-//! Each folder holds a file that its program keeps locked for as long as it runs. The system gives up the lock when the
-//! program ends, however it ends, so a folder with a free lock is nobody's. The number of a process proves nothing: in
-//! containers every start has the same one.
+//! Each folder holds a file that its program keeps locked while it runs. The system releases the lock when the program ends, in
+//! whatever way, so a folder with a free lock is abandoned. A process id would prove nothing: in containers every start has the
+//! same one.
 
 use crate::private;
 use std::{
@@ -15,21 +15,21 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-/// Beginning of the names of all temporary folders.
+/// Prefix of the names of all temporary folders.
 const PREFIX: &str = "codrive-tmp-";
-/// Random characters of a name, some 95 bits.
+/// Number of random characters in a name, about 95 bits.
 const RANDOM_CHARACTERS: usize = 16;
-/// The file that is locked.
+/// Name of the locked file.
 const LOCK: &str = "lock";
-/// A folder can be taken for an abandoned one in the moment before it is locked; a new one is made then.
+/// Maximum number of attempts: another program can take a new folder for an abandoned one before it is locked.
 const ATTEMPTS: usize = 16;
 
-/// The folders of this process that are there.
+/// Existing folders of this process.
 static LIVE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-/// The places from which this process has removed what dead programs left.
+/// Places from which this process has removed abandoned folders.
 static CLEANED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// A private folder, removed with all that it holds when dropped.
+/// Private folder, removed with its contents when dropped.
 #[derive(Debug)]
 pub struct TemporaryFolder {
     path: PathBuf,
@@ -37,10 +37,10 @@ pub struct TemporaryFolder {
 }
 
 impl TemporaryFolder {
-    /// Makes one where the system keeps temporary files (`TMPDIR`).
+    /// Makes a folder in the system's place for temporary files (`TMPDIR`).
     ///
     /// # Errors
-    /// The system refuses; with the place and a remedy.
+    /// An I/O error, with the place and a remedy.
     pub fn new() -> io::Result<Self> {
         let place = env::temp_dir();
         Self::within(&place).map_err(|error| {
@@ -52,10 +52,10 @@ impl TemporaryFolder {
         })
     }
 
-    /// Makes one in another place, for files that are moved to their own place there.
+    /// Makes a folder in another place, for files that are then renamed within that place.
     ///
     /// # Errors
-    /// The system refuses.
+    /// An I/O error.
     pub fn within(place: &Path) -> io::Result<Self> {
         let made = (0..ATTEMPTS).find_map(|_| Self::attempt(place).transpose());
         let folder =
@@ -67,7 +67,7 @@ impl TemporaryFolder {
         Ok(folder)
     }
 
-    /// One attempt; `None` if another program took the new folder for an abandoned one.
+    /// Makes one attempt; `None` if another program took the new folder for an abandoned one.
     fn attempt(place: &Path) -> io::Result<Option<Self>> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX).rand_bytes(RANDOM_CHARACTERS);
@@ -76,7 +76,7 @@ impl TemporaryFolder {
         let path = builder.tempdir_in(place)?.keep();
         LIVE.lock().unwrap_or_else(PoisonError::into_inner).insert(path.clone());
         let lock = match lock_of(&path) {
-            // The lock of a file that was removed before it was taken is worth nothing.
+            // A lock on a file that was removed before it was taken is worthless.
             Ok(Some(lock)) if path.join(LOCK).exists() => lock,
             Ok(_) => return Ok(None),
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -93,10 +93,10 @@ impl TemporaryFolder {
         &self.path
     }
 
-    /// Writes a new file of mode 0600 into it. Returns the file's path.
+    /// Writes a new file of mode 0600 into the folder. Returns the file's path.
     ///
     /// # Errors
-    /// A file of this name is there already, or the system refuses; with the path.
+    /// A file of this name exists, or an I/O error; with the path.
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<PathBuf> {
         let path = self.path.join(name);
         let written = private::file(&path).and_then(|mut file| file.write_all(bytes));
@@ -112,15 +112,15 @@ impl Drop for TemporaryFolder {
     }
 }
 
-/// Removes all temporary folders of this process. For a program that ends at once, without an orderly end.
+/// Removes all temporary folders of this process. For a program that ends without running destructors.
 pub fn remove_all() {
     let live: Vec<PathBuf> = LIVE.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect();
     live.iter().for_each(|path| remove(path));
 }
 
-/// Removes a folder of this process. What cannot be removed is left to the next program.
+/// Removes a folder of this process. Anything that cannot be removed is left to the next program.
 fn remove(path: &Path) {
-    // The lock's file last, so that no other program removes the rest meanwhile.
+    // The lock file is removed last, so that no other program removes the rest meanwhile.
     for entry in fs::read_dir(path).into_iter().flatten().flatten().filter(|entry| entry.file_name() != LOCK) {
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
         let _ = if is_folder { fs::remove_dir_all(entry.path()) } else { fs::remove_file(entry.path()) };
@@ -129,7 +129,7 @@ fn remove(path: &Path) {
     LIVE.lock().unwrap_or_else(PoisonError::into_inner).remove(path);
 }
 
-/// The lock of a folder; `None` if a program holds it.
+/// Takes the lock of a folder; `None` if a program holds it.
 fn lock_of(folder: &Path) -> io::Result<Option<File>> {
     let file = private::lock_file(&folder.join(LOCK))?;
     match file.try_lock() {
@@ -139,16 +139,16 @@ fn lock_of(folder: &Path) -> io::Result<Option<File>> {
     }
 }
 
-/// Removes the folders in `place` that belong to the user of `own`, a folder made just now, and to no program that runs.
+/// Removes abandoned folders in `place` that belong to the same user as `own`, a new folder of this process.
 fn remove_abandoned(place: &Path, own: &Metadata) {
     for entry in fs::read_dir(place).into_iter().flatten().flatten() {
         let path = entry.path();
         let is_named = entry.file_name().to_string_lossy().starts_with(PREFIX);
-        // Never through a link, which somebody else may have put there.
+        // Links are skipped: another user may have put them there.
         if !is_named || !fs::symlink_metadata(&path).is_ok_and(|found| found.is_dir() && is_of_same_user(&found, own)) {
             continue;
         }
-        // A new folder of this process is locked, too.
+        // New folders of this process are locked and thus stay.
         if let Ok(Some(_lock)) = lock_of(&path) {
             remove(&path);
         }
@@ -195,17 +195,17 @@ mod tests {
     }
 
     #[test]
-    fn folders_of_dead_programs_alone_are_removed_at_the_next_start() {
+    fn only_abandoned_folders_are_removed_at_the_next_start() {
         let place = tempfile::tempdir().unwrap();
         let at = |name: &str| place.path().join(name);
-        // A dead program's, one that died before it locked, and another one's that runs.
+        // A folder of an ended program, one that ended before it locked, one of a running program, and another name.
         for name in ["codrive-tmp-dead", "codrive-tmp-early", "codrive-tmp-alive", "other"] {
             fs::create_dir(at(name)).unwrap();
             fs::write(at(name).join("demand.rou.xml"), "<routes/>").unwrap();
         }
         fs::write(at("codrive-tmp-dead").join(LOCK), "").unwrap();
         let alive = lock_of(&at("codrive-tmp-alive")).unwrap().expect("free");
-        // A link that somebody put there leads to what is not ours to remove.
+        // A link of another user leads to files that must stay.
         let victim = tempfile::tempdir().unwrap();
         fs::write(victim.path().join("mine.txt"), "mine").unwrap();
         symlink(victim.path(), at("codrive-tmp-link")).unwrap();

@@ -1,5 +1,5 @@
-//! The one clock. In: elapsed wall time (from the windows). Out: how many whole ticks of simulation are due, and how far
-//! between two ticks the picture stands. Integers throughout, so that a minute of frames is exactly a minute of ticks.
+//! Clock of the simulation. In: elapsed wall time (from the windows). Out: the number of whole ticks due, and the position of
+//! the picture between two ticks. Integers throughout, so that a minute of frames is exactly a minute of ticks.
 
 use std::time::Duration;
 
@@ -9,57 +9,57 @@ pub const TICKS_PER_S: u32 = 100;
 pub const TICK_S: f64 = 1.0 / TICKS_PER_S as f64;
 /// Length of a tick, nanoseconds.
 const TICK_NS: u64 = 1_000_000_000 / TICKS_PER_S as u64;
-/// The most simulation that one frame may catch up, in ticks; what a longer stall leaves over is dropped and counted.
+/// Maximum number of ticks that one frame may catch up; the rest of a longer stall is dropped and counted.
 pub const MAX_TICKS_PER_FRAME: u64 = 25;
 
-/// A moment of simulation, in ticks since the start of the drive.
+/// Time of the simulation, in ticks since the start of the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Tick(pub u64);
 
 impl Tick {
-    /// Seconds since the start of the drive.
+    /// Returns the seconds since the start of the drive.
     pub fn seconds(self) -> f64 {
         self.0 as f64 * TICK_S
     }
 
-    /// The first tick at or after `seconds`.
+    /// Returns the first tick at or after `seconds`, with a tolerance of 1e-9 ticks.
     pub fn at_seconds(seconds: f64) -> Self {
         Self((seconds * f64::from(TICKS_PER_S) - 1e-9).ceil().max(0.0) as u64)
     }
 }
 
-/// How simulation time follows the time of frames.
+/// Relation of simulation time to frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// As the wall clock goes.
+    /// Speed of the wall clock.
     RealTime,
-    /// Every frame is exactly `1/hz` seconds, whatever the wall clock says (tests, videos).
+    /// Frames of exactly `1/hz` seconds, whatever the wall clock says (tests, videos).
     FixedRate {
-        /// Frames in a second of simulation.
+        /// Frames per second of simulation.
         hz: u32,
     },
-    /// As fast as the machine can: [`MAX_TICKS_PER_FRAME`] a frame.
+    /// Full speed of the machine: [`MAX_TICKS_PER_FRAME`] for each frame.
     FullSpeed,
-    /// Nothing is due; [`Clock::single_step`] still makes a tick due.
+    /// No ticks due; [`Clock::single_step`] still makes a tick due.
     Paused,
 }
 
-/// What one frame has to simulate.
+/// Ticks that one frame has to simulate, and dropped time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DueTicks {
     /// Whole ticks to run now.
     pub ticks: u64,
-    /// Time that was given up because the frame came too late; zero in a drive without stalls.
+    /// Time dropped because the frame came too late; zero in a drive without stalls.
     pub dropped: Duration,
 }
 
-/// Turns frames into ticks.
+/// Converter of frames into ticks.
 #[derive(Clone, Debug)]
 pub struct Clock {
     pace: Pace,
-    /// Time not yet turned into ticks: nanoseconds in real time.
+    /// Time not yet turned into ticks, at real time, ns.
     rest_ns: u64,
-    /// The same for a fixed rate: in units of 1/(hz * TICKS_PER_S) s, so that no frame rate is rounded.
+    /// Time not yet turned into ticks, at a fixed rate, in units of 1/(hz * TICKS_PER_S) s, so that no frame rate is rounded.
     rest_rate: u64,
     extra_ticks: u64,
     dropped: Duration,
@@ -67,17 +67,17 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock at the start of a drive.
+    /// Makes a clock at the start of a drive.
     pub fn new(pace: Pace) -> Self {
         Self { pace, rest_ns: 0, rest_rate: 0, extra_ticks: 0, dropped: Duration::ZERO, stalls: 0 }
     }
 
-    /// The pace in force.
+    /// Returns the present pace.
     pub fn pace(&self) -> Pace {
         self.pace
     }
 
-    /// Changes the pace from the next frame on. What was left of a tick is kept.
+    /// Changes the pace from the next frame on. The remainder of a tick is kept.
     pub fn set_pace(&mut self, pace: Pace) {
         self.pace = pace;
     }
@@ -87,7 +87,7 @@ impl Clock {
         self.extra_ticks += ticks;
     }
 
-    /// One frame has passed, `elapsed` after the last. Only [`Pace::RealTime`] looks at `elapsed`.
+    /// Advances by one frame, `elapsed` after the last. Only [`Pace::RealTime`] uses `elapsed`.
     pub fn advance(&mut self, elapsed: Duration) -> DueTicks {
         let mut due = DueTicks { ticks: std::mem::take(&mut self.extra_ticks), dropped: Duration::ZERO };
         match self.pace {
@@ -115,8 +115,7 @@ impl Clock {
         due
     }
 
-    /// So many of the ticks that were due were not made, because the traffic of the next one was not there yet: their time
-    /// is dropped. Returns it.
+    /// Drops the time of due ticks that were not run because the next traffic step was not ready. Returns that time.
     pub fn drop_ticks(&mut self, ticks: u64) -> Duration {
         let dropped = Duration::from_nanos(ticks.saturating_mul(TICK_NS));
         self.dropped += dropped;
@@ -124,7 +123,7 @@ impl Clock {
         dropped
     }
 
-    /// How far the present frame is from the last tick to the next, 0..1: the picture is drawn there.
+    /// Returns the position of the present frame between the last tick and the next, 0..1; the picture is drawn there.
     pub fn fraction(&self) -> f32 {
         match self.pace {
             Pace::FixedRate { hz } => self.rest_rate as f32 / hz.max(1) as f32,
@@ -132,12 +131,12 @@ impl Clock {
         }
     }
 
-    /// All time dropped so far.
+    /// Returns the total time dropped so far.
     pub fn dropped(&self) -> Duration {
         self.dropped
     }
 
-    /// How many frames dropped time.
+    /// Returns the number of stalls: frames and calls of [`Self::drop_ticks`] that dropped time.
     pub fn stalls(&self) -> u64 {
         self.stalls
     }
@@ -177,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn paused_time_stands_but_a_single_step_moves_one_tick() {
+    fn a_paused_clock_moves_by_single_steps_only() {
         let mut clock = Clock::new(Pace::Paused);
         assert_eq!(clock.advance(Duration::from_secs(5)).ticks, 0);
         clock.single_step(1);
@@ -187,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moment_in_seconds_is_the_first_tick_not_before_it() {
+    fn a_time_in_seconds_becomes_the_first_tick_not_before_it() {
         assert_eq!(Tick::at_seconds(0.0), Tick(0));
         assert_eq!(Tick::at_seconds(0.1), Tick(10));
         assert_eq!(Tick::at_seconds(0.101), Tick(11));

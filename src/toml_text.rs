@@ -1,71 +1,71 @@
-//! Mistakes in what a person wrote: in TOML, and in any name. In: the text, what it is called, the path of a key; a name and
-//! those that exist. Out: messages that say file, line and column, show the line with a mark under the key or the value, and
-//! name the nearest that exists.
+//! Messages about faults in the user's text: TOML, and names of any kind. In: the text, its name, the path of a key; or a name
+//! and the known names. Out: messages with file, line and column, the line with a mark under the key or the value, and the
+//! nearest known name.
 
 use serde::de::DeserializeOwned;
 use std::{fmt::Write, ops::Range, path::Path};
 use toml::de::{DeTable, DeValue};
 
-/// So many keys are still listed beside a suggestion.
+/// Maximum number of keys that are listed beside a suggestion.
 const LISTED_KEYS: usize = 12;
 
-/// What of a key a mistake is about.
+/// Part of a key that a fault is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyPart {
-    /// Its name.
+    /// Name of the key.
     Key,
-    /// What it is set to.
+    /// Value of the key.
     Value,
 }
 
-/// A mistake at a place of a text.
+/// Fault at a position in a text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name}:{line}:{column}: {message}\n{excerpt}")]
 pub struct TomlError {
-    /// What the text is called.
+    /// Name of the text, such as its file.
     pub name: String,
-    /// Line, from 1.
+    /// Number of the line, from 1.
     pub line: usize,
-    /// Column in letters, from 1.
+    /// Column in characters, from 1.
     pub column: usize,
-    /// What is wrong.
+    /// Description of the fault.
     pub message: String,
-    /// The line, and a mark under the place.
+    /// Line of the fault, with a mark under the position.
     pub excerpt: String,
 }
 
-/// Reads a text; `name` is what messages call it.
+/// Parses a text; `name` is its name in messages.
 ///
 /// # Errors
-/// The text is not TOML, names a key that does not exist, lacks one, or a value has the wrong type.
+/// The text is not TOML, has an unknown key, lacks a key, or a value has the wrong type.
 pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, TomlError> {
     toml::from_str(text).map_err(|e| located(text, name, e.span().unwrap_or(0..0), &in_words(e.message())))
 }
 
-/// `message` with file, line and column of a key or of its value and a mark under it. Keys in tables are joined by dots,
-/// entries of a list are numbers from 0; what is not in the file is marked at what holds it.
+/// Returns `message` with file, line and column of a key or its value and a mark under it. Dots separate tables and keys;
+/// entries of a list are numbers from 0. If the key is missing, the mark is at its parent.
 pub fn at(text: &str, name: &str, key: &str, part: KeyPart, message: &str) -> String {
     located(text, name, span_of(text, key, part).0, message).to_string()
 }
 
-/// True if a key stands in the text; its path as in [`at`].
+/// Checks whether a key is in the text; its path as in [`at`].
 pub fn has(text: &str, key: &str) -> bool {
     span_of(text, key, KeyPart::Key).1
 }
 
-/// What is said of a key that does not exist: the nearest that does, and which there are.
+/// Returns the message on an unknown key: the nearest known key, and the list of known keys.
 pub fn unknown_key(key: &str, known: &[&str]) -> String {
     format!("unknown key `{key}`{}", advice(key, known))
 }
 
-/// ` (did you mean ...?)` where one of the known names is near, otherwise nothing. Every message about a name that a person
-/// typed has it.
+/// Returns ` (did you mean ...?)` with the nearest known name; empty if none is near. For every message about a name that the
+/// user typed.
 pub fn did_you_mean(name: &str, known: &[impl AsRef<str>]) -> String {
     let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
     nearest(name, &known).map_or(String::new(), |near| format!(" (did you mean {near}?)"))
 }
 
-/// The same for a file that is not there: the nearest name of those that lie beside it.
+/// Returns such a suggestion for a missing file, from the names in its folder; empty if the file exists.
 pub fn did_you_mean_file(path: &Path) -> String {
     let Some(name) = path.file_name().filter(|_| !path.exists()) else { return String::new() };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -75,7 +75,7 @@ pub fn did_you_mean_file(path: &Path) -> String {
     did_you_mean(&name.to_string_lossy(), &names)
 }
 
-/// `; did you mean ...?`, and which words there are where they are few or none is near.
+/// Returns `; did you mean ...?` with the nearest known word. Lists the known words if they are few or none is near.
 fn advice(word: &str, known: &[&str]) -> String {
     let mut text = nearest(word, known).map_or(String::new(), |near| format!("; did you mean `{near}`?"));
     if !known.is_empty() && (known.len() <= LISTED_KEYS || text.is_empty()) {
@@ -85,14 +85,14 @@ fn advice(word: &str, known: &[&str]) -> String {
     text
 }
 
-/// The known word that was most likely meant: within a typing slip of a third of its letters, or with an ending (its unit)
-/// more or less.
+/// Returns the known word that was most likely meant: within a typing slip of a third of its letters, or with or without an
+/// ending such as its unit.
 pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let bare = |word: &str| word.to_lowercase().replace(['-', ' '], "_");
     let word = bare(word);
     let slip = |known: &str| {
         let known = bare(known);
-        // In one table only what stands behind its name is compared.
+        // Within one table only the last parts are compared.
         let (word, known) = match (word.rsplit_once('.'), known.rsplit_once('.')) {
             (Some((table, word)), Some((other, known))) if table == other => (word.to_owned(), known.to_owned()),
             _ => (word.clone(), known),
@@ -102,26 +102,25 @@ pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
         let is_ending = short.len() >= 3 && long.strip_prefix(short.as_str()).is_some_and(|rest| rest.starts_with('_'));
         (distance <= (word.chars().count() / 3).max(1) || is_ending).then_some(distance)
     };
-    // A letter is within one slip of every other.
+    // A single letter is within one slip of every other.
     let is_letter = word.rsplit('.').next().is_some_and(|last| last.chars().count() < 2);
     let near = known.iter().filter(|known| !is_letter || bare(known) == word);
     near.filter_map(|known| Some((slip(known)?, *known))).min_by_key(|(distance, _)| *distance).map(|(_, known)| known)
 }
 
-/// What a parser (of serde's family) says, in the words of this program, with the nearest word where it lists what it
-/// expected.
+/// Returns a serde parser's message in this program's terms, with the nearest word if it lists the expected ones.
 pub fn in_words(message: &str) -> String {
     let message = message.replace("missing field", "missing key");
     for (theirs, ours) in [("unknown field `", "unknown key"), ("unknown variant `", "unknown value")] {
         let Some((word, rest)) = message.strip_prefix(theirs).and_then(|rest| rest.split_once('`')) else { continue };
-        // Between grave accents stand the words that it expected.
+        // The expected words are between grave accents.
         let known: Vec<&str> = rest.split('`').skip(1).step_by(2).collect();
         return format!("{ours} `{word}`{}", advice(word, &known));
     }
     message
 }
 
-/// Where a key or its value stands in the text, and that it does; else where what holds it stands.
+/// Returns the span of a key or its value in the text, and true; or the span of its nearest existing parent, and false.
 fn span_of(text: &str, path: &str, part: KeyPart) -> (Range<usize>, bool) {
     let Ok(document) = DeTable::parse(text) else { return (0..0, false) };
     let mut span = 0..0;
@@ -146,7 +145,7 @@ fn span_of(text: &str, path: &str, part: KeyPart) -> (Range<usize>, bool) {
     (span, true)
 }
 
-/// The mistake with the line and a mark under the span.
+/// Makes the error with the line and a mark under the span.
 fn located(text: &str, name: &str, span: Range<usize>, message: &str) -> TomlError {
     let start = span.start.min(text.len());
     let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
@@ -156,7 +155,7 @@ fn located(text: &str, name: &str, span: Range<usize>, message: &str) -> TomlErr
     let end = span.end.min(line_start + line.len());
     let width = text.get(start..end).map_or(1, |s| s.chars().count().max(1));
     let margin = number.to_string();
-    // Tabs are shown as one blank, so that the mark stands under what it means.
+    // A tab is shown as one blank, so that the mark is under the right character.
     let mut excerpt = format!("  {margin} | {}\n  {:2$} | ", line.replace('\t', " "), "", margin.len());
     let _ = write!(excerpt, "{:1$}{2}", "", column - 1, "^".repeat(width));
     TomlError { name: name.into(), line: number, column, message: message.into(), excerpt }
@@ -169,7 +168,7 @@ mod tests {
     const TEXT: &str = "title = \"t\"\n[idm]\n  T = 1.5\n[[segment]]\nkind = \"text\"\n[[segment]]\n\tset = { hold_sec = 2, policy = \"x\" }\n";
 
     #[test]
-    fn a_mark_stands_under_the_key_or_under_the_value() {
+    fn the_mark_is_under_the_key_or_the_value() {
         let place = |key, part| at(TEXT, "a.toml", key, part, "wrong");
         assert_eq!(place("idm.T", KeyPart::Value), "a.toml:3:7: wrong\n  3 |   T = 1.5\n    |       ^^^");
         assert_eq!(place("idm.T", KeyPart::Key), "a.toml:3:3: wrong\n  3 |   T = 1.5\n    |   ^");
@@ -180,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_in_the_text_is_marked_at_what_holds_it() {
+    fn a_missing_key_is_marked_at_its_parent() {
         assert!(at(TEXT, "a", "segment.1.name", KeyPart::Value, "m").starts_with("a:6:1: m"));
         assert!(at(TEXT, "a", "segment.7.name", KeyPart::Value, "m").starts_with("a:4:1: m"));
         assert!(at(TEXT, "a", "nothing", KeyPart::Key, "m").starts_with("a:1:1: m"));
@@ -190,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_key_that_was_meant_is_found_by_a_slip_or_by_its_unit() {
+    fn a_misspelt_key_and_a_missing_unit_are_recognised() {
         let known =
             ["hold_s", "range_mph", "map", "vehicles", "T", "a", "b", "duration_s", "warm_up_s", "idm.T", "idm.a"];
         for (word, meant) in [
@@ -213,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_not_there_is_answered_with_the_nearest_beside_it() {
+    fn a_missing_file_gets_the_nearest_name_in_its_folder_as_suggestion() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("trial.toml"), "").unwrap();
         let told = |name: &str| did_you_mean_file(&folder.path().join(name));

@@ -1,4 +1,4 @@
-//! SI inside, mph and km/h outside. In: what a person typed or is to read. Out: m/s.
+//! Conversion of speeds: SI inside the program, mph and km/h for people. In: a number with its unit. Out: m/s; and back.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,29 +7,29 @@ pub const MPS_PER_MPH: f64 = 0.447_04;
 /// Metres per second in one kilometre per hour.
 pub const MPS_PER_KMH: f64 = 1.0 / 3.6;
 
-/// The unit in which a driver reads speed.
+/// Unit of displayed speeds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SpeedUnit {
     /// Miles per hour, as in HC22.
     #[default]
     Mph,
-    /// Kilometres per hour.
+    /// Kilometres per hour (km/h).
     Kmh,
 }
 
 impl SpeedUnit {
-    /// A speed in m/s as a number of this unit.
+    /// Converts from m/s to this unit.
     pub fn from_mps(self, speed_mps: f64) -> f64 {
         speed_mps / self.mps_per_unit()
     }
 
-    /// A number of this unit in m/s.
+    /// Converts from this unit to m/s.
     pub fn to_mps(self, speed: f64) -> f64 {
         speed * self.mps_per_unit()
     }
 
-    /// Metres per second in one of this unit.
+    /// Returns the metres per second in one of this unit.
     pub fn mps_per_unit(self) -> f64 {
         match self {
             Self::Mph => MPS_PER_MPH,
@@ -37,7 +37,7 @@ impl SpeedUnit {
         }
     }
 
-    /// As written on a dial.
+    /// Returns the label of the unit on a dial.
     pub fn label(self) -> &'static str {
         match self {
             Self::Mph => "mph",
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_fields_own_figures_convert() {
+    fn published_speeds_convert() {
         // docs/references.md: ring: 4.362 m/s is 9.76 mph, 17.88 m/s is 40 mph.
         assert!((SpeedUnit::Mph.from_mps(4.362) - 9.76).abs() < 0.005);
         assert!((SpeedUnit::Mph.to_mps(40.0) - 17.8816).abs() < 1e-12);

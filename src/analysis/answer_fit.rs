@@ -1,43 +1,45 @@
-//! How soon somebody answers, where not everything is answered and feet move anyway. In: [`Latency`]s to events, how often the same detector
-//! finds something by chance. Out: an [`AnswerFit`]: the share that is answered, the lognormal of those answers, the 95 % interval of
-//! its median. Seconds.
+//! Response times where some events get no response and the feet move anyway. In: [`Latency`]s to events, and the rate of
+//! chance movements. Out: an [`AnswerFit`]: the share of events with a response, the lognormal of the response times, the 95 %
+//! interval of its median. Seconds.
 //!
-//! A driver who is held up by the car ahead does not press the accelerator, whatever is advised: to a lognormal alone such an event is an
-//! answer of ten seconds. And in traffic pedals move without advice. So:
+//! A driver held up by the vehicle ahead does not press the accelerator, whatever is advised: a plain lognormal takes such an
+//! event for a response of ten seconds. In traffic, pedals also move without advice. The model:
 //!
-//! * a share p of the events is answered, at a lognormal time; the rest never is (a "cure model", Boag 1949);
-//! * beside that there is a chance movement, at a constant rate c a second, as the shams have it: movements over seconds watched;
-//! * what is seen is the earlier of the two, or nothing until the watching ends. With the survival Q of the lognormal and its
-//!   density q: S(t) = e^(-c t) (1 - p + p Q(t)), f(t) = e^(-c t) (c (1 - p + p Q(t)) + p q(t)).
+//! * A share p of the events gets a response, at a lognormal time. The rest never does (a "cure model", Boag 1949).
+//! * Chance movements occur in addition, at a constant rate c per second, estimated from the shams: movements over seconds
+//!   watched.
+//! * The earlier of the two is seen, or nothing until the watching ends. With the survival Q of the lognormal and its density
+//!   q: S(t) = e^(-c t) (1 - p + p Q(t)), f(t) = e^(-c t) (c (1 - p + p Q(t)) + p q(t)).
 //!
-//! The interval of the median holds those whose greatest likelihood is within t^2 / 2 of the best, Student's t of n-1 with n times seen. Sigma
-//! is [`LEAST_SIGMA`] at the least: nobody's answers differ less, and of a few equal times the likelihood has no end.
+//! The interval of the median contains the medians with a profile log-likelihood within t^2 / 2 of the maximum; t is Student's
+//! with n - 1 degrees of freedom, n the number of times seen. Sigma is at least [`LEAST_SIGMA`]: response times of one person
+//! differ by more, and the likelihood of a few equal times is unbounded.
 
 use super::{
     latency_fit::{ENOUGH, LN_ROOT_TAU, Latency, ln_upper_tail, student_975},
     simplex,
 };
 
-/// Smallest standard deviation of ln t: answers of one person differ by a tenth at the least.
+/// Lower bound of the standard deviation of ln t: response times of one person differ by at least a tenth.
 pub const LEAST_SIGMA: f64 = 0.1;
-/// An interval ends this far from ln of the median, whatever the likelihood says.
+/// Largest distance of an end of the interval from ln of the median, whatever the likelihood says.
 const FURTHEST: f64 = 4.0;
 
-/// Answers to events.
+/// Fitted response times to events.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AnswerFit {
-    /// Mean of ln t of the answers.
+    /// Mean of ln t of the responses.
     pub mu: f64,
     /// Standard deviation of ln t.
     pub sigma: f64,
-    /// Share of the events that is answered, 0 to 1.
+    /// Share of the events with a response, 0 to 1.
     pub share: f64,
     /// 95 % interval of the median, seconds.
     pub interval_s: [f64; 2],
 }
 
 impl AnswerFit {
-    /// Of these times, with so many movements by chance a second; `None` if fewer than [`ENOUGH`] were seen.
+    /// Fits these times, with `chance_per_s` chance movements per second; `None` if fewer than [`ENOUGH`] were seen.
     pub fn of(times: &[Latency], chance_per_s: f64) -> Option<Self> {
         let times: Vec<(f64, bool)> = times.iter().map(|time| time.parts()).collect();
         let mut seen: Vec<f64> = times.iter().filter(|time| time.1).map(|time| time.0.ln()).collect();
@@ -46,7 +48,8 @@ impl AnswerFit {
         }
         seen.sort_by(f64::total_cmp);
         let rows = Rows { times, chance_per_s };
-        // The likelihood has more than one hill: from each quarter of the times, narrow and wide, few and most answered.
+        // The likelihood has several maxima: start at each quartile of the times, with a narrow and a wide spread, a half and
+        // most of them responses.
         let quarter = |k: usize| seen[k * (seen.len() - 1) / 4];
         let starts = [1, 2, 3].into_iter().flat_map(|k| [-2.0, -0.7].map(|ln_spread| (quarter(k), ln_spread)));
         let starts = starts.flat_map(|(mu, ln_spread)| [0.0, 2.0].map(|logit| [mu, ln_spread, logit]));
@@ -58,7 +61,7 @@ impl AnswerFit {
         Some(Self { mu, sigma: sigma(ln_spread), share: share(logit), interval_s: [end(-1.0), end(1.0)] })
     }
 
-    /// Median of the answers, seconds.
+    /// Median of the response times, seconds.
     pub fn median_s(&self) -> f64 {
         self.mu.exp()
     }
@@ -72,14 +75,14 @@ fn share(logit: f64) -> f64 {
     1.0 / (1.0 + (-logit).exp())
 }
 
-/// What the likelihood is of.
+/// Data of the likelihood.
 struct Rows {
     times: Vec<(f64, bool)>,
     chance_per_s: f64,
 }
 
 impl Rows {
-    /// Less the logarithm of the likelihood, at mu, ln (sigma - [`LEAST_SIGMA`]) and the logit of the share.
+    /// Returns the negative log-likelihood at mu, ln (sigma - [`LEAST_SIGMA`]) and the logit of the share.
     fn cost(&self, &[mu, ln_spread, logit]: &[f64; 3]) -> f64 {
         let (sigma, share, chance) = (sigma(ln_spread), share(logit), self.chance_per_s);
         let of = |(t, is_seen): &(f64, bool)| {
@@ -92,12 +95,12 @@ impl Rows {
         self.times.iter().map(of).sum()
     }
 
-    /// How far from the best mu the cost stays below `most` with the best spread and share for each.
+    /// Returns the distance from the best mu up to which the profile cost stays at or below `most`; at most [`FURTHEST`].
     fn reach(&self, best: [f64; 3], way: f64, most: f64) -> f64 {
         let is_within = |far: f64| {
             let mu = best[0] + way * far;
             let cost = |at: &[f64; 2]| self.cost(&[mu, at[0], at[1]]);
-            // From the best and from a wide one: far from the best mu the spread has to grow.
+            // Start at the best spread and at a wide one: far from the best mu the spread has to grow.
             [[best[1], best[2]], [-0.5, best[2]]]
                 .into_iter()
                 .any(|start| simplex::least(cost, start, [0.5, 0.5]).1 <= most)
@@ -118,7 +121,7 @@ impl Rows {
     }
 }
 
-/// Movements by chance a second: those that were seen over the time watched; 0 of nothing watched.
+/// Returns the chance movements per second: the number seen over the time watched, 0 if nothing was watched.
 pub fn chance_per_s(times: &[Latency]) -> f64 {
     let parts = times.iter().map(|time| time.parts());
     let (seen, watched_s) =

@@ -1,10 +1,10 @@
-//! Answers against another program's figures, and people of whom is known how soon and how often they answer.
+//! Response fits against the figures of another program, and for simulated people with known response times and shares.
 
 use super::*;
 use crate::rng;
 
 #[test]
-fn it_is_the_likelihood_and_its_profile_as_another_program_has_them() {
+fn fit_and_interval_match_scipy() {
     // scipy 1.17, minimize (Nelder-Mead, 1e-13) on the same likelihood with c = 0.06: mu -0.10069777, sigma 0.29783644, share
     // 0.48676783; brentq on the profile with t of 11: 0.677962 to 1.410316.
     let seen = [0.76, 1.07, 1.55, 0.82, 0.52, 0.91, 2.68, 1.21, 0.66, 1.02, 4.6, 9.3].map(Latency::Seen);
@@ -26,9 +26,9 @@ fn chance_is_movements_over_seconds_watched() {
 }
 
 #[test]
-fn of_people_who_answer_half_of_it_and_move_anyway_the_median_is_theirs() {
-    // 100 people with 20 events each, watched for 5 s; half to nine tenths are answered, and every ten seconds a foot moves. The shams tell
-    // how often: 20 of 5 s.
+fn median_is_found_for_people_who_respond_to_half_and_move_anyway() {
+    // 100 people with 20 events each, watched for 5 s. Half to nine tenths get a response, and a foot moves every ten seconds.
+    // 20 shams of 5 s give the chance rate.
     let [mut covered, mut lognormal_covered] = [0, 0];
     let mut errors = Vec::new();
     for person in 0..100 {
@@ -51,11 +51,11 @@ fn of_people_who_answer_half_of_it_and_move_anyway_the_median_is_theirs() {
         lognormal_covered += holds(super::super::latency_fit::LognormalFit::of(&events).unwrap().interval_s);
         errors.push(fit.mu - mu);
     }
-    // 95 % of 100 with a standard error of 2.2 %: three of them.
+    // 95 % of 100, less three standard errors of 2.2 %.
     assert!(covered >= 88, "{covered}");
     assert!(lognormal_covered < 88, "what this is for: {lognormal_covered}");
     errors.sort_by(f64::total_cmp);
-    // Half of all are within a tenth, which is what a reaction time is asked for; none is off by half.
+    // Half of all are within a tenth, the usual precision asked of a reaction time.
     assert!(errors[25] > -0.1 && errors[74] < 0.1, "{} {}", errors[25], errors[74]);
     let bias = errors.iter().sum::<f64>() / 100.0;
     assert!(bias.abs() < 0.05, "{bias}");

@@ -1,5 +1,5 @@
-//! Which recordings a folder holds. In: a recording, a participant's folder or a whole data set. Out: what to analyse, with
-//! participant, condition and baseline, and each of them analysed. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
+//! Recordings in a folder. In: a recording, a participant's folder or a whole data set. Out: the recordings to analyse, with
+//! participant, condition and baseline, and the analysis of each. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
 use super::{
     AnalysisError, DriveMeasures, DriveSetup, RecordedTrial, StudyParticipants,
@@ -27,22 +27,22 @@ pub struct FoundRecording {
     pub participant: String,
     /// Segment of the study.
     pub segment: String,
-    /// Place among the trials.
+    /// Place among the trials, as in the table.
     pub place: String,
     /// Condition; empty for a drive that is the same for everyone.
     pub condition: String,
-    /// Place of the condition in the study.
+    /// Place of the condition in the study, from 0; behind all conditions if it is none of them.
     pub rank: usize,
     /// Level of each factor.
     pub levels: Vec<(String, String)>,
-    /// Its folder.
+    /// Folder of the recording.
     pub recording: PathBuf,
     /// Folder of the same drive without advice.
     pub baseline: Option<PathBuf>,
 }
 
 impl FoundRecording {
-    /// In words.
+    /// Returns participant, segment, place and condition; for a recording alone, the folder's name.
     pub fn title(&self) -> String {
         if self.participant.is_empty() {
             return self.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -52,27 +52,27 @@ impl FoundRecording {
     }
 }
 
-/// What a folder holds.
+/// Contents of a folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FolderContents {
     /// Recordings, in the order of participants and places.
     pub found: Vec<FoundRecording>,
     /// Folder of the data set; `None` for a recording alone.
     pub root: Option<PathBuf>,
-    /// Where tables and report go.
+    /// Output folder of tables and report.
     pub out: PathBuf,
-    /// Name of the whole.
+    /// Title of the report: the study's name, the participant or the recording.
     pub title: String,
-    /// Who took part, those whose drives are left out too.
+    /// Participants, including those with excluded drives.
     pub people: StudyParticipants,
     /// A whole data set, not one participant or one recording.
     pub is_whole: bool,
 }
 
-/// Looks what there is in a folder.
+/// Finds the recordings in a folder.
 ///
 /// # Errors
-/// Nothing that can be analysed.
+/// The folder holds nothing to analyse, or a table cannot be read.
 pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
     if folder.join("manifest.json").exists() {
         let name = folder.file_name().unwrap_or_default().to_owned();
@@ -142,7 +142,7 @@ fn study_title(root: &Path) -> String {
     value["Name"].as_str().unwrap_or("Study").to_owned()
 }
 
-/// The drives of one participant.
+/// Returns the drives of one participant.
 fn scans(root: &Path, subject: &str) -> Result<Vec<FoundRecording>, AnalysisError> {
     let path = root.join(subject).join(format!("{subject}_scans.tsv"));
     let Ok(text) = read_text(&path, SETTINGS_BYTES) else { return Ok(Vec::new()) };
@@ -170,7 +170,7 @@ fn scans(root: &Path, subject: &str) -> Result<Vec<FoundRecording>, AnalysisErro
             }
             let cell = |at: usize| if cells[at] == "n/a" { String::new() } else { cells[at].to_owned() };
             let [segment, place, condition_cell, recording, baseline] = known.map(cell);
-            // Answers are no drive.
+            // Questionnaire rows have no recording.
             (!recording.is_empty()).then(|| {
                 Ok(FoundRecording {
                     rank: order.iter().position(|name| **name == condition_cell).unwrap_or(order.len()),
@@ -187,40 +187,37 @@ fn scans(root: &Path, subject: &str) -> Result<Vec<FoundRecording>, AnalysisErro
         .collect()
 }
 
-/// A recording that was analysed.
+/// A recording with its measures and the data of its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnalysedRecording {
-    /// Which.
     pub found: FoundRecording,
-    /// In numbers.
     pub measures: DriveMeasures,
-    /// Mean speed of all vehicles, second by second, m/s; and without advice.
+    /// Mean speed of all vehicles, second by second, m/s.
     pub per_second_mps: Vec<f64>,
-    /// The same without advice; empty if there is no such drive.
+    /// Mean speed without advice, second by second, m/s; empty without a baseline.
     pub baseline_per_second_mps: Vec<f64>,
-    /// Length, seconds.
     pub duration_s: f64,
-    /// How it ended.
+    /// Reason of the end, from the manifest.
     pub ended: String,
-    /// How it was made.
     pub setup: DriveSetup,
-    /// What tells of its driver.
+    /// Stretches for the fit of the driver.
     pub stretches: DriverStretches,
     /// Trips and lines of a drive on a network; `None` on a closed route.
     pub network: Option<NetworkTotals>,
 }
 
 impl AnalysedRecording {
-    /// Changes of the advice and their answers.
+    /// Returns the changes of the advice with their responses.
     pub fn responses(&self) -> &[AdviceResponse] {
         &self.measures.responses
     }
 }
 
-/// Analyses recordings, in parallel; `done` hears of each. Throughput on networks is counted at `lines`, or where the ego's path has its middle.
+/// Analyses recordings in parallel; calls `done` after each. Throughput on networks is counted at `lines`, or at the middle of
+/// the ego's path if there are none.
 ///
 /// # Errors
-/// One of them cannot be read; a line is no place of its network, or no recording is on one.
+/// A recording cannot be read, a line is not on its network, or lines were given and no recording is of a network.
 pub fn analyse(
     found: &[FoundRecording],
     lines: &[LinePlace],
@@ -258,8 +255,8 @@ pub fn analyse(
     Ok(drives)
 }
 
-/// How the pedals of each participant move in practice while nothing is asked: in the first drive without a condition that has
-/// enough such time. Whoever has none is not in the list.
+/// Returns the pedal noise of each participant in practice: of the first drive without a condition that has enough idle time.
+/// Participants without such a drive are not in the map.
 fn practice(found: &[FoundRecording]) -> Result<BTreeMap<&str, PedalNoise>, AnalysisError> {
     let drives = found.iter().filter(|drive| !drive.participant.is_empty() && drive.condition.is_empty());
     let drives: Vec<&FoundRecording> = drives.collect();

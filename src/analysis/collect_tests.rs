@@ -1,4 +1,4 @@
-//! What a folder holds, of data sets written by hand.
+//! Contents of folders, for data sets written by hand.
 
 use super::*;
 use std::fs;
@@ -19,7 +19,7 @@ impl Place {
         self.0.path()
     }
 
-    /// Gives a participant these drives.
+    /// Writes the table of a participant's drives.
     fn scans(&self, subject: &str, rows: &[&str]) {
         let folder = self.root().join(subject);
         fs::create_dir_all(&folder).unwrap();
@@ -35,7 +35,7 @@ fn fault(folder: &Path) -> String {
 }
 
 #[test]
-fn drives_come_by_participant_and_place_with_condition_levels_and_baseline() {
+fn drives_have_participant_place_condition_levels_and_baseline_in_order() {
     let place = Place::new();
     place.scans(
         "sub-P02",
@@ -93,7 +93,7 @@ fn a_recording_is_found_with_the_baseline_beside_it() {
 }
 
 #[test]
-fn who_is_excluded_is_left_out_and_who_is_not_complete_is_named() {
+fn excluded_participants_are_left_out_and_incomplete_ones_are_named() {
     let place = Place::new();
     for subject in ["sub-P01", "sub-P02", "sub-P03", "sub-P04"] {
         place.scans(subject, &["a\ttrial\t1\tloose\tlow\t4\tx\tn/a"]);
@@ -113,14 +113,14 @@ fn who_is_excluded_is_left_out_and_who_is_not_complete_is_named() {
     assert_eq!((total.questionnaire.as_str(), total.name.as_str(), &total.values), ("ssq_after", "total", &vec![7.48]));
     fs::write(place.root().join("participants.tsv"), table.replace("person", "simulated")).unwrap();
     assert!(find(place.root()).unwrap().people.is_rehearsal());
-    // One whose data are excluded is not analysed alone either.
+    // An excluded participant is not analysed alone either.
     assert!(fault(&place.root().join("sub-P02")).contains("is not excluded; look into participants.tsv"));
     fs::write(place.root().join("participants.tsv"), "participant_id\tkind\nsub-P01\tperson\n").unwrap();
     assert!(fault(place.root()).contains("participants.tsv: there is no column \"state\""));
 }
 
 #[test]
-fn what_holds_nothing_or_is_broken_is_named() {
+fn an_empty_folder_and_a_broken_table_are_errors_that_name_the_fault() {
     let place = Place::new();
     let outside = tempfile::tempdir().unwrap();
     assert!(fault(outside.path()).contains("holds nothing to analyse; name a recording"), "{}", fault(outside.path()));

@@ -1,5 +1,5 @@
-//! Distributions that tests and intervals need: normal, Student's t, beta. In: a number. Out: a probability, or the number that
-//! has it. Pure functions of `f64`, with at least ten digits where a probability is above 1e-100.
+//! Distributions for tests and intervals: normal, Student's t, beta. In: a number. Out: a probability, or a quantile. Pure
+//! functions of `f64`, with at least ten digits where a probability is above 1e-100.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ const LANCZOS: [f64; 9] = [
     1.505_632_735_149_311_6e-7,
 ];
 
-/// Logarithm of the gamma function of a positive number.
+/// Returns the logarithm of the gamma function of a positive number.
 pub fn ln_gamma(x: f64) -> f64 {
     if x < 0.5 {
         return (PI / (PI * x).sin()).ln() - ln_gamma(1.0 - x);
@@ -27,13 +27,13 @@ pub fn ln_gamma(x: f64) -> f64 {
     0.5 * (2.0 * PI).ln() + (x + 0.5) * t.ln() - t + sum.ln()
 }
 
-/// The share of a beta distribution with shapes `a` and `b` that lies below `x` (0 to 1): the regularised incomplete beta
+/// Returns the share of a beta distribution with shapes `a` and `b` below `x` (0 to 1): the regularised incomplete beta
 /// function, by its continued fraction.
 pub fn beta_cdf(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
         return if x <= 0.0 { 0.0 } else { 1.0 };
     }
-    // The fraction converges soon on this side of the mean.
+    // The fraction converges fast on this side of the mean.
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - beta_cdf(1.0 - x, b, a);
     }
@@ -58,7 +58,7 @@ pub fn beta_cdf(x: f64, a: f64, b: f64) -> f64 {
     front * fraction
 }
 
-/// Where a function that rises from below `level` at `low` to above it at `high` has it.
+/// Solves `of(x) = level` by bisection, for a function that rises from below `level` at `low` to above it at `high`.
 fn solved(mut low: f64, mut high: f64, level: f64, of: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
@@ -70,7 +70,7 @@ fn solved(mut low: f64, mut high: f64, level: f64, of: impl Fn(f64) -> f64) -> f
     0.5 * (low + high)
 }
 
-/// The 95 % interval of a share of which `hits` of `n` were seen (Clopper 1934).
+/// Returns the 95 % interval of a proportion with `hits` of `n` (Clopper 1934).
 pub fn share_interval(hits: usize, n: usize) -> [f64; 2] {
     let (k, n) = (hits as f64, n as f64);
     let low = if hits == 0 { 0.0 } else { solved(0.0, 1.0, 0.025, |x| beta_cdf(x, k, n - k + 1.0)) };
@@ -78,12 +78,12 @@ pub fn share_interval(hits: usize, n: usize) -> [f64; 2] {
     [low, high]
 }
 
-/// Probability that Student's t with so many degrees of freedom is farther from 0 than `t` on either side.
+/// Returns the two-sided p value of `t` with `df` degrees of freedom.
 pub fn student_p(t: f64, df: f64) -> f64 {
     beta_cdf(df / (df + t * t), 0.5 * df, 0.5)
 }
 
-/// What Student's t exceeds on either side with probability `p` (0 to 1) in all: 2.228 for 0.05 and 10 degrees of freedom.
+/// Returns the two-sided critical value of Student's t for `p` (0 to 1): 2.228 for 0.05 and 10 degrees of freedom.
 pub fn student_bound(p: f64, df: f64) -> f64 {
     let mut high = 2.0;
     while student_p(high, df) > p && high < 1e12 {
@@ -92,7 +92,7 @@ pub fn student_bound(p: f64, df: f64) -> f64 {
     solved(0.0, high, -p, |t| -student_p(t, df))
 }
 
-/// Probability that a normal number with mean 0 and deviation 1 exceeds `x`.
+/// Returns the probability that a standard normal variable exceeds `x`.
 pub fn normal_above(x: f64) -> f64 {
     if x < 0.0 {
         return 1.0 - normal_above(-x);
@@ -110,7 +110,7 @@ pub fn normal_above(x: f64) -> f64 {
     density / (1..200).rev().fold(x, |below, k| x + f64::from(k) / below)
 }
 
-/// The normal number (mean 0, deviation 1) below which the share `p` (0 to 1) lies.
+/// Returns the quantile of the standard normal distribution at `p` (0 to 1).
 pub fn normal_quantile(p: f64) -> f64 {
     if p < 0.5 { -normal_quantile(1.0 - p) } else { solved(0.0, 40.0, p - 1.0, |x| -normal_above(x)) }
 }
@@ -119,7 +119,7 @@ pub fn normal_quantile(p: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Figures as R 4.2 prints them with 12 digits: pt, qt, pnorm, qnorm, pbeta, lgamma, binom.test.
+    /// Figures of R 4.2, printed with 12 digits: pt, qt, pnorm, qnorm, pbeta, lgamma, binom.test.
     #[test]
     fn probabilities_and_bounds_are_those_of_tables() {
         for (found, known) in [
@@ -127,7 +127,7 @@ mod tests {
             (ln_gamma(10.0), 12.801_827_480_1),
             (beta_cdf(0.3, 2.0, 5.0), 0.579_825),
             (beta_cdf(0.9, 0.5, 12.0), 0.999_999_999_999_830_8),
-            // The two-sided 5 % bounds of every textbook's table.
+            // Two-sided 5 % bounds, as in textbook tables.
             (student_bound(0.05, 10.0), 2.228_138_851_97),
             (student_bound(0.05, 1.0), 12.706_204_736_4),
             (student_bound(0.01, 30.0), 2.749_995_653_57),

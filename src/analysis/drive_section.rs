@@ -1,4 +1,4 @@
-//! What the report shows of single drives. In: analysed drives, and their recordings once more. Out: on the page figures of each: speeds,
+//! Report section of single drives. In: analysed drives and their recordings. Out: figures of each on the page: speeds,
 //! positions over time, and mean speed as driven and without advice.
 
 use super::{
@@ -11,7 +11,7 @@ use super::{
 use crate::plot::escaped;
 use std::path::Path;
 
-/// Drives one by one: all of them, or of a study the trials of one participant.
+/// Adds the drives one by one: all drives of the first participant, and in a comparison only those with a baseline.
 pub(super) fn one_by_one(
     page: &mut ReportPage,
     drives: &[AnalysedRecording],
@@ -46,7 +46,7 @@ pub(super) fn one_by_one(
     Ok(())
 }
 
-/// Figures of a drive: speeds, ways, mean speed as driven and without advice; and what is to be said of contacts.
+/// Returns the figures of a drive (speeds, positions, mean speed as driven and without advice) and a sentence about contacts.
 fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<ReportFigure>, String), AnalysisError> {
     let trial = RecordedTrial::open(&drive.found.recording)?;
     let baseline = drive.found.baseline.as_deref().map(RecordedTrial::open).transpose()?;
@@ -74,10 +74,11 @@ fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<Rep
     Ok((figures, hits))
 }
 
-/// Positions of all vehicles of a recorded drive over time, along the ego's path, as SVG; `None` where nothing was recorded of them.
+/// Returns the positions of all vehicles of a recorded drive over time, along the ego's path, as SVG; `None` if none were
+/// recorded.
 ///
 /// # Errors
-/// It holds no recording, or one that cannot be read.
+/// The folder holds no recording, or one that cannot be read.
 pub fn space_time(recording: &Path) -> Result<Option<String>, AnalysisError> {
     let trial = RecordedTrial::open(recording)?;
     Ok(match trial.is_on_network() {
@@ -86,7 +87,7 @@ pub fn space_time(recording: &Path) -> Result<Option<String>, AnalysisError> {
     })
 }
 
-/// Moments that the figure of speeds marks, in words.
+/// Returns a sentence on the moments marked in the figure of speeds.
 fn marked_moments(trial: &RecordedTrial) -> String {
     let contacts = ("red: contacts with other vehicles", trial.contacts_at.is_empty());
     let red_lights = ("red dashes: red lights passed", trial.red_lights_at.is_empty());
@@ -97,7 +98,7 @@ fn marked_moments(trial: &RecordedTrial) -> String {
     signs.next().map_or(String::new(), |first| format!(" {}{}.", first.to_uppercase(), signs.as_str()))
 }
 
-/// Speeds and ways round a closed route.
+/// Returns the figures of speeds and positions on a closed route.
 fn on_closed_route(
     trial: &RecordedTrial,
     baseline: Option<&RecordedTrial>,
@@ -133,7 +134,7 @@ fn on_closed_route(
     ])
 }
 
-/// Speeds and positions along the ego's path on a network.
+/// Returns the figures of speeds and positions along the ego's path on a network.
 fn on_network(
     trial: &RecordedTrial,
     baseline: Option<&RecordedTrial>,

@@ -1,107 +1,109 @@
-//! A driver in the numbers of the simulated one, from what was advised and what was driven. In: stretches of all drives of one
-//! person. Out: reaction time to advice, bias, error and time gap, each with a 95 % interval, or `None` where the drives do not tell.
+//! Fit of the simulated driver's parameters to a person, from advised and driven speeds. In: stretches of all drives of the
+//! person. Out: reaction time to advice, bias, error and time gap, each with a 95 % interval, or `None` where the drives do not
+//! determine it.
 //!
-//! The simulated driver ([`crate::driver`]) wants the smaller of two accelerations: "reach the advised speed of a reaction time ago,
-//! plus a bias, plus a wander" and "keep behind the leader" (IDM). Its wish is read from the drive: the speed that it is on the way to
-//! is its speed plus the time in which it closes a difference (1.5 s) times the acceleration that the car has 0.3 s later.
+//! The simulated driver ([`crate::driver`]) takes the smaller of two accelerations: "reach the advised speed of a reaction time
+//! ago, plus a bias, plus a wander" and "keep behind the leader" (IDM). The wanted speed is estimated from the drive: the
+//! current speed, plus the time in which the driver closes a speed difference (1.5 s) times the acceleration 0.3 s later.
 //!
-//! * **Bias, error, time gap**: the likelihood of the smaller of two normal variables, one about the advice plus the bias with the
-//!   error as its deviation, one about what the car-following model asks for with this time gap. So a moment behind a slow leader
-//!   counts as "wanted at least this" and pulls no bias down. Intervals: jackknife over [`GROUPS`] parts of the time, since moments
-//!   close to each other are not independent.
-//! * **Reaction**: the delay of the advice for which the innovations of the wander (its change beyond what a time constant of 5 s
-//!   foretells) are smallest, over the moments that the leader did not decide. Interval: bootstrap over the stretches.
+//! * **Bias, error, time gap**: the likelihood of the minimum of two normal variables. One has the advice plus the bias as its
+//!   mean and the error as its deviation; the other has the speed that the car-following model allows with this time gap as its
+//!   mean. A moment behind a slow leader thus counts as "wanted at least this" and does not lower the bias. Intervals:
+//!   jackknife over [`GROUPS`] parts of the time, since neighbouring moments are not independent.
+//! * **Reaction**: the delay of the advice with the smallest innovations of the wander (its change beyond the prediction with a
+//!   time constant of 5 s), over the moments not decided by the leader. Interval: bootstrap over the stretches.
 //!
-//! What this cannot tell: a reaction time where the advice did not change while the driver followed it, or changed too little to stand
-//! out; a time gap where the leader decided for less than [`LEAST_S`]; an error below 0.15 m/s to better than half of itself, for foot
-//! and car err, too. Somebody who ignores the advice looks like one with a large error. The numbers are those with which the simulated
-//! driver would drive alike; of people they say what they do, not how they think.
+//! Limits: no reaction time where the advice did not change while the driver followed it, or changed too little; no time gap
+//! where the leader decided for less than [`LEAST_S`]; an error below 0.15 m/s only to about half of itself, because foot and
+//! car add errors of their own. A driver who ignores the advice looks like one with a large error. With the fitted numbers the
+//! simulated driver drives alike; for people they describe behaviour, not how people think.
 
 use super::driver_moments::{AFTER, BEFORE, DriverStretches, MOMENT_S, Moment};
 use crate::{driver::DriverParams, rng};
 
-/// Time in which the simulated driver closes a difference of speed, s.
+/// Time constant with which the simulated driver closes a speed difference, s.
 const RELAX_S: f64 = 1.5;
-/// The acceleration is taken so many moments after the wish: foot, engine and tyres answer within 0.1 to 0.4 s.
+/// Delay from the wanted speed to the acceleration that is read for it, moments: foot, engine and tyres respond within 0.1 to
+/// 0.4 s.
 const CAR_LAG: usize = 3;
-/// From a change of the wish to the car's acceleration, s: foot, engine and tyres. In the median of 20 rehearsed participants, whose
-/// reaction times are known.
+/// Delay from a change of the wanted speed to the car's acceleration (foot, engine, tyres), s: median over 20 rehearsed
+/// participants with known reaction times.
 const ANSWER_LAG_S: f64 = 0.235;
-/// Time constant of the wander, s.
+/// Time constant of the wander (the slow error of the wanted speed), s.
 const WANDER_S: f64 = 5.0;
-/// Over which innovations of the wander are taken, moments: half a second, which is longer than the pedals' own movement.
+/// Span of an innovation of the wander, moments: 0.5 s, longer than the pedals' own movement.
 const INNOVATION: usize = 5;
-/// Delays that are tried: up to 2.9 s in tenths; what is seen before a stretch is long enough for them and the innovation.
+/// Number of delays tried: 0 to 2.9 s in tenths. The moments before a stretch cover them and the innovation.
 const DELAYS: usize = BEFORE;
-/// An innovation beyond this counts as this, m/s: a change of mind is no tracking error.
+/// Cap of an innovation, m/s: a change of mind is not a tracking error.
 const MOST_INNOVATION_MPS: f64 = 1.0;
-/// Below this speed a car creeps, and its driver does not follow a speed, m/s.
+/// Speed at or below which a car creeps and its driver does not follow a speed, m/s.
 const MOVING_MPS: f64 = 1.0;
-/// Room to the speed limit and to the speed in bends, in which these do not decide, m/s.
+/// Margin to the speed limit and to the speed in bends, m/s; closer to them, they decide.
 const ROOM_MPS: f64 = 1.0;
-/// Shares of the largest accelerations below which these do not decide.
+/// Share of the driver's largest acceleration and braking beyond which these decide.
 const NOT_FLOORED: f64 = 0.92;
-/// The driver is free of the leader where he is this far below the speed that the leader allows, m/s.
+/// Margin of the wanted speed below the speed that the leader allows, m/s: with more, the driver is free of the leader.
 const FREE_MPS: f64 = 0.3;
-/// Time in which the advice, or the leader, has to decide before anything is told of it, s.
+/// Minimum time in which the advice, or the leader, decides for a result, s.
 pub const LEAST_S: f64 = 30.0;
-/// Changes of the advice of at least [`CHANGE_MPS`] from which on a reaction is told.
+/// Minimum number of changes of the advice, each of at least [`CHANGE_MPS`], for a reaction time.
 const LEAST_CHANGES: usize = 5;
 const CHANGE_MPS: f32 = 0.1;
-/// Intervals that are wider tell nothing: reaction, s, and time gap factor.
+/// Widest intervals that are reported: reaction, s, and time gap factor.
 const WIDEST_REACTION_S: f64 = 1.0;
 const WIDEST_FACTOR: f64 = 0.5;
-/// What is not of chance and so in no resample: lags differ from pedal to pedal, and the leader is not seen as the model has it.
-/// Reaction, s, bias, m/s, and time gap factor; the intervals reach further by this.
+/// Systematic errors, which no resampling shows: lags differ from pedal to pedal, and the leader is not seen exactly as the
+/// model assumes. Reaction, s, bias, m/s, and time gap factor; the intervals are extended by these on both sides.
 const LAG_ERROR_S: f64 = 0.05;
 const BIAS_ERROR_MPS: f64 = 0.03;
 const FACTOR_ERROR: f64 = 0.03;
-/// Parts of the time for the jackknife, at the most and at the least.
+/// Largest and smallest number of parts of the time for the jackknife.
 pub const GROUPS: usize = 20;
 const LEAST_GROUPS: usize = 5;
-/// Moments of the likelihood at the most, and at least so far apart: two a second.
+/// Largest number of moments in the likelihood, and their smallest spacing in moments: two a second.
 const MOST_MOMENTS: usize = 7200;
 const THINNED: usize = 5;
 /// Resamples of the bootstrap.
 const RESAMPLES: usize = 1000;
 
-/// A number of a driver.
+/// A fitted number of a driver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundNumber {
-    /// The likeliest.
+    /// Maximum-likelihood estimate, in the number's own unit.
     pub value: f64,
     /// Ends of the 95 % interval.
     pub interval: [f64; 2],
-    /// Time in which it showed, s.
+    /// Time that the estimate is based on, s.
     pub rests_on_s: f64,
 }
 
-/// What was found of a driver; `None` where the drives do not tell.
+/// Fitted numbers of a driver; `None` where the drives do not determine one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FoundDriver {
     /// Time from a change of the advice to the foot's movement, s.
     pub reaction_s: Option<FoundNumber>,
     /// Standard deviation of the wanted speed around the advised one, m/s.
     pub error_mps: Option<FoundNumber>,
-    /// Always this much faster (positive) than advised, m/s.
+    /// Constant offset from the advised speed, m/s; positive is faster.
     pub speed_bias_mps: Option<FoundNumber>,
-    /// Desired time gap as a multiple of the other cars'.
+    /// Desired time gap as a multiple of the other vehicles'.
     pub time_gap_factor: Option<FoundNumber>,
 }
 
-/// What the driver wanted at a moment, and why.
+/// Wanted speed of the driver at a moment, with the advice and the leader.
 #[derive(Clone, Copy, Debug, Default)]
 struct WantedSpeed {
-    /// Speed that the car is on the way to, m/s.
+    /// Speed that the car is approaching, m/s.
     wanted_mps: f64,
-    /// Advised speed a reaction time ago.
+    /// Advised speed a reaction time ago, m/s.
     advised_mps: Option<f64>,
     behind: SeenAhead,
     /// Part of the time for the jackknife.
     group: usize,
 }
 
-/// What the car-following model needs.
+/// Inputs of the car-following model.
 #[derive(Clone, Copy, Debug, Default)]
 struct SeenAhead {
     speed_mps: f64,
@@ -112,7 +114,7 @@ struct SeenAhead {
 }
 
 impl SeenAhead {
-    /// Speed that the model is on the way to with this time gap, m/s.
+    /// Returns the speed that the model approaches with this time gap, m/s.
     fn allowed_mps(&self, time_gap_factor: f64) -> f64 {
         let usual = DriverParams::default().idm;
         let idm = crate::idm::IdmParams {
@@ -124,31 +126,32 @@ impl SeenAhead {
     }
 }
 
-/// What a driver wanted, moment by moment.
+/// Wanted speeds of a driver, moment by moment.
 struct WantedSpeeds {
     moments: Vec<WantedSpeed>,
-    /// Time for which each stands, s.
+    /// Time that each moment represents, s.
     each_s: f64,
 }
 
-/// Bias (m/s), logarithm of the error (m/s), time gap factor, logarithm of how closely the leader is followed (m/s).
+/// Fit parameters: bias (m/s), ln of the error (m/s), time gap factor, ln of the deviation around the leader's allowed speed
+/// (m/s).
 type Numbers = [f64; 4];
-/// Where the search may go. A following that is looser than 0.2 m/s would take the place of the error.
+/// Bounds of the search. A deviation around the leader's allowed speed above 0.2 m/s would take the place of the error.
 const LIMITS: [[f64; 2]; 4] = [[-10.0, 10.0], [-3.5, 1.61], [0.4, 3.0], [-3.5, -1.6]];
-/// First and last steps of the search.
+/// First steps of the search, and the smallest scale of them.
 const STEPS: [f64; 4] = [0.2, 0.3, 0.15, 0.3];
 const FINEST: f64 = 1.0 / 64.0;
-/// Where it begins, and with which time gaps: from one alone it may end where the error takes the place of the leader.
+/// Start of the search, and the time gaps to start from. From one alone, the error may end up in the place of the leader.
 const FIRST: Numbers = [0.0, -1.2, 1.0, -2.3];
 const FIRST_FACTORS: [f64; 3] = [0.7, 1.0, 1.4];
-/// Delay of the advice where it cannot be told, s.
+/// Delay of the advice where it cannot be estimated, s.
 const USUAL_DELAY_S: f64 = 1.0;
 
-/// Fits one driver to all his drives; the same drives give the same numbers.
+/// Fits one driver to all of their drives; the same drives give the same numbers.
 pub fn fit(drives: &[&DriverStretches]) -> FoundDriver {
     let mut numbers = FIRST;
     let mut wanted = WantedSpeeds { moments: Vec::new(), each_s: 0.0 };
-    // What is free of the leader depends on the time gap, and what was seen on the reaction.
+    // Moments free of the leader depend on the time gap, and the advice seen depends on the reaction time.
     for round in 0..3 {
         let profile = DelayProfile::of(drives, numbers[2]);
         let delay = profile.best();
@@ -163,7 +166,7 @@ pub fn fit(drives: &[&DriverStretches]) -> FoundDriver {
     FoundDriver { reaction_s, ..of_numbers(&numbers, &wanted) }
 }
 
-/// Bias, error and time gap with their intervals.
+/// Returns bias, error and time gap with their intervals.
 fn of_numbers(numbers: &Numbers, wanted: &WantedSpeeds) -> FoundDriver {
     let groups = wanted.moments.iter().map(|moment| moment.group + 1).max().unwrap_or(0);
     if groups < LEAST_GROUPS {
@@ -191,18 +194,19 @@ fn of_numbers(numbers: &Numbers, wanted: &WantedSpeeds) -> FoundDriver {
     }
 }
 
-/// Student's t, two-sided 95 %, of four degrees of freedom or more: within 2 %, by its series in the inverse of these.
+/// Returns the two-sided 95 % bound of Student's t, within 2 % from four degrees of freedom on (series in the inverse of
+/// `degrees`).
 fn student_95(degrees: f64) -> f64 {
     1.96 + 2.37 / degrees + 2.82 / degrees.powi(2)
 }
 
-/// What the driver wanted, two moments a second or fewer; he acts on advice of `delay_s` ago.
+/// Returns the wanted speeds, at most two moments a second, of a driver who acts on the advice of `delay_s` ago.
 fn wanted_speeds(drives: &[&DriverStretches], delay_s: f64) -> WantedSpeeds {
     let count: usize = drives.iter().flat_map(|drive| &drive.stretches).map(Vec::len).sum();
     let every = count.div_ceil(MOST_MOMENTS).max(THINNED);
     let stretches: usize = drives.iter().map(|drive| drive.stretches.len()).sum();
     let delay = (delay_s / MOMENT_S).round() as usize;
-    // The simulated driver answers a leader in 0.7 of the time that he takes for advice.
+    // The simulated driver's reaction time to a leader is 0.7 of that to advice.
     let leader_delay = (0.7 * delay_s / MOMENT_S).round() as usize;
     let mut moments = Vec::new();
     let all = drives.iter().flat_map(|drive| drive.stretches.iter().map(|stretch| (drive.usual_time_gap_s, stretch)));
@@ -220,7 +224,7 @@ fn wanted_speeds(drives: &[&DriverStretches], delay_s: f64) -> WantedSpeeds {
     WantedSpeeds { moments, each_s: every as f64 * MOMENT_S }
 }
 
-/// The speed that the driver is on the way to at moment `i`, m/s; `None` where something else than advice or leader decides.
+/// Returns the speed that the driver approaches at moment `i`, m/s; `None` where neither advice nor leader decides.
 fn wanted_mps(stretch: &[Moment], i: usize) -> Option<f64> {
     let now = &stretch[i];
     let speed_mps = f64::from(now.speed_mps);
@@ -233,7 +237,8 @@ fn wanted_mps(stretch: &[Moment], i: usize) -> Option<f64> {
     (speed_mps > MOVING_MPS && !floored && !is_bound).then_some(speed_mps + RELAX_S * accel_mps2)
 }
 
-/// The leader as a driver takes him to be who sees him `delay` moments late: he goes on as he did then, and brakes on if he braked.
+/// Returns the leader as extrapolated by a driver who sees it `delay` moments late: at constant speed, or braking on if it
+/// braked.
 fn seen_ahead(stretch: &[Moment], i: usize, delay: usize) -> SeenAhead {
     let (now, then, before) = (&stretch[i], &stretch[i - delay], &stretch[i - delay - 2]);
     let leader_mps = f64::from(then.leader_mps);
@@ -251,7 +256,7 @@ fn seen_ahead(stretch: &[Moment], i: usize, delay: usize) -> SeenAhead {
     }
 }
 
-/// Densities of a moment: the advice decided, the leader did.
+/// Returns the densities of a moment (without 1/sqrt(2 pi)): the advice decided, the leader decided.
 fn densities(numbers: &Numbers, moment: &WantedSpeed) -> [f64; 2] {
     let [bias_mps, log_error, factor, log_loose] = *numbers;
     let (error_mps, loose_mps) = (log_error.exp(), log_loose.exp());
@@ -265,21 +270,21 @@ fn densities(numbers: &Numbers, moment: &WantedSpeed) -> [f64; 2] {
     [free, led * share_below((own_mps - moment.wanted_mps) / error_mps)]
 }
 
-/// Share of a normal distribution below so many deviations, to 0.01 (by the logistic one).
+/// Approximates the standard normal distribution function by the logistic one, to 0.01.
 fn share_below(deviations: f64) -> f64 {
     1.0 / (1.0 + (-1.702 * deviations).exp())
 }
 
 impl WantedSpeeds {
-    /// Minus the logarithm of the likelihood of all moments but those of a group.
+    /// Returns the negative log-likelihood of all moments outside the group `without`.
     fn misfit(&self, numbers: &Numbers, without: Option<usize>) -> f64 {
-        /// What a moment that neither explains counts: it is no reason to give up all others.
+        /// Density floor: a moment that neither explains does not outweigh all others.
         const STRAY: f64 = 1e-4;
         let of = |moment: &WantedSpeed| -(densities(numbers, moment).iter().sum::<f64>() + STRAY).ln();
         self.moments.iter().filter(|moment| Some(moment.group) != without).map(of).sum()
     }
 
-    /// Time in which the advice and in which the leader decided, s.
+    /// Returns the time in which the advice and in which the leader decided, s.
     fn seconds(&self, numbers: &Numbers) -> [f64; 2] {
         let mut sums = [0.0; 2];
         for moment in &self.moments {
@@ -293,9 +298,9 @@ impl WantedSpeeds {
     }
 }
 
-/// The numbers of the largest likelihood near `from`: each in turn is moved as long as that helps, then by half as much.
+/// Maximises the likelihood near `from` by coordinate search: moves each number while that helps, then halves the steps.
 fn search(from: Numbers, wanted: &WantedSpeeds, without: Option<usize>, first: f64) -> Numbers {
-    /// Far more than a search takes: each round that moves nothing halves the steps.
+    /// Upper bound of rounds, far above the usual number: each round without a move halves the steps.
     const MOST_ROUNDS: usize = 200;
     let mut best = from;
     let mut least = wanted.misfit(&best, without);
@@ -323,16 +328,16 @@ fn search(from: Numbers, wanted: &WantedSpeeds, without: Option<usize>, first: f
     best
 }
 
-/// Squared innovations of the wander by the delay of the advice.
+/// Squared innovations of the wander, for each delay of the advice.
 struct DelayProfile {
-    /// A row a stretch.
+    /// Sums of squares by delay, (m/s)^2, one row per stretch.
     rows: Vec<[f64; DELAYS]>,
     free_s: f64,
     changes: usize,
 }
 
 impl DelayProfile {
-    /// Over the moments in which the leader, with this time gap, does not decide.
+    /// Sums over the moments in which the leader, with this time gap, does not decide.
     fn of(drives: &[&DriverStretches], time_gap_factor: f64) -> Self {
         let mut profile = Self { rows: Vec::new(), free_s: 0.0, changes: 0 };
         for drive in drives {
@@ -372,13 +377,13 @@ impl DelayProfile {
         }
     }
 
-    /// The likeliest delay, s.
+    /// Returns the likeliest delay, s; `None` without enough stretches, time or changes of the advice.
     fn best(&self) -> Option<f64> {
         let is_told = self.rows.len() >= LEAST_GROUPS && self.free_s >= LEAST_S && self.changes >= LEAST_CHANGES;
         is_told.then(|| self.least(0..self.rows.len()))
     }
 
-    /// The delay of the smallest sum over these stretches, s: between the tenths by a parabola.
+    /// Returns the delay with the smallest sum over these stretches, s, interpolated between tenths by a parabola.
     fn least(&self, stretches: impl Iterator<Item = usize>) -> f64 {
         let mut sums = [0.0; DELAYS];
         for stretch in stretches {
@@ -396,7 +401,7 @@ impl DelayProfile {
         (lowest as f64 + between) * MOMENT_S
     }
 
-    /// The reaction time with its interval, where the advice changed enough to tell it.
+    /// Returns the reaction time with its interval; `None` if the advice changed too little or the interval is too wide.
     fn reaction(&self) -> Option<FoundNumber> {
         let value = self.best()?;
         let n = self.rows.len();
@@ -410,7 +415,7 @@ impl DelayProfile {
         let at = |share: f64| values[(share * (RESAMPLES - 1) as f64).round() as usize];
         let interval = [at(0.025), at(0.975)];
         let is_told = interval[1] - interval[0] <= WIDEST_REACTION_S && value < (DELAYS - 1) as f64 * MOMENT_S;
-        // The delay of the advice was tried against an acceleration that is itself taken late.
+        // The delay was fitted against an acceleration that is itself read [`CAR_LAG`] moments late.
         let reaction_s = |delay_s: f64| (delay_s + CAR_LAG as f64 * MOMENT_S - ANSWER_LAG_S).max(0.0);
         let interval = [reaction_s(interval[0] - LAG_ERROR_S), reaction_s(interval[1] + LAG_ERROR_S)];
         is_told.then_some(FoundNumber { value: reaction_s(value), interval, rests_on_s: self.free_s })

@@ -1,6 +1,5 @@
-//! What the fit of a driver rests on. In: a recorded drive, row by row. Out: [`DriverStretches`]: ten moments a second in stretches of
-//! 20 s, evenly spaced over the drive and never more than half an hour of it, so that a drive of days takes no more memory than
-//! one of hours. SI units.
+//! Input of the driver fit. In: a recorded drive, row by row. Out: [`DriverStretches`]: ten moments a second in stretches of 20
+//! s, evenly spaced over the drive, half an hour at most. A drive of days takes no more memory than one of hours. SI units.
 
 use super::{AnalysisError, RecordedTrial, trial::ThinnedValues};
 use crate::{
@@ -10,24 +9,24 @@ use crate::{
 };
 use std::collections::VecDeque;
 
-/// Ticks from one moment to the next: a tenth of a second is a third of what reaction times can be told to.
+/// Ticks from one moment to the next: 0.1 s, a third of the precision to which reaction times can be estimated.
 const MOMENT_TICKS: u64 = 10;
 /// Time from one moment to the next, s.
 pub(super) const MOMENT_S: f64 = MOMENT_TICKS as f64 * TICK_S;
-/// Moments before a stretch in which a driver may have seen what he does in it: 3 s.
+/// Moments before a stretch in which a driver may have seen the cause of an action in it: 3 s.
 pub(super) const BEFORE: usize = 30;
-/// Moments after it in which the car does what its driver wanted at its end: 0.4 s.
+/// Moments after a stretch in which the car carries out the driver's last actions: 0.4 s.
 pub(super) const AFTER: usize = 4;
 /// Moments of a stretch: 20 s, four time constants of the wander, so that stretches are nearly independent.
 pub(super) const STRETCH: usize = 200;
-/// Fewer are no stretch: 5 s.
+/// Moments of the shortest stretch that is kept: 5 s.
 const LEAST: usize = 50;
-/// Stretches of one drive at the most.
+/// Largest number of stretches kept of one drive.
 const MOST_STRETCHES: usize = 90;
-/// Where nobody is ahead: metres that the car-following model does not mind.
+/// Gap where no vehicle is ahead, m: without effect in the car-following model.
 const NOBODY_M: f64 = 1e6;
 
-/// The drive at a moment.
+/// State of the drive at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Moment {
     /// Own speed, m/s.
@@ -36,7 +35,7 @@ pub(super) struct Moment {
     pub advised_mps: Option<f32>,
     /// Gap to the leader, metres.
     pub gap_m: f32,
-    /// The leader's speed, m/s; the own one where there is none.
+    /// Speed of the leader, m/s; the own speed if there is none.
     pub leader_mps: f32,
     /// Speed limit of the road, m/s.
     pub limit_mps: f32,
@@ -44,14 +43,13 @@ pub(super) struct Moment {
     pub bend_mps: f32,
 }
 
-/// A row of the ego's table, as far as the fit needs it.
+/// Row of the ego's table, reduced to the values for the fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FollowingSample {
-    /// When.
     pub tick: u64,
     /// Own speed, m/s.
     pub speed_mps: f64,
-    /// Place of the front bumper along the route, metres.
+    /// Position of the front bumper along the route, metres.
     pub s_m: f64,
     /// Advised speed, m/s.
     pub advised_mps: Option<f64>,
@@ -62,9 +60,9 @@ pub struct FollowingSample {
 /// Stretches of one drive.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DriverStretches {
-    /// Desired time gap of the other cars, s.
+    /// Desired time gap of the other vehicles, s.
     pub(super) usual_time_gap_s: f64,
-    /// Each with the moments before and after it.
+    /// Stretches, each with the moments before and after it.
     pub(super) stretches: Vec<Vec<Moment>>,
 }
 
@@ -76,12 +74,12 @@ struct StretchCutter {
 }
 
 impl DriverStretches {
-    /// Reads a drive; of one on a network there are none.
+    /// Reads a drive; a drive on a network has no stretches.
     ///
     /// # Errors
-    /// The table cannot be read, or is not as this program writes it.
+    /// The table cannot be read, or does not have this program's format.
     pub fn of(trial: &RecordedTrial) -> Result<Self, AnalysisError> {
-        // The simulated driver of the fit knows advice, bends and a leader, and neither signals nor others who go first.
+        // The simulated driver of the fit knows advice, bends and a leader, but no signals and no right of way.
         if trial.is_on_network() {
             return Ok(Self::default());
         }
@@ -92,9 +90,9 @@ impl DriverStretches {
             if !sample.tick.is_multiple_of(MOMENT_TICKS) {
                 continue;
             }
-            // A road that is gone from this machine has no bends: its drives are taken as if on a straight one.
+            // Without its map, a drive is treated as if on a straight road.
             let route = trial.map.as_ref().map(|map| &map.route);
-            // The driver looks from the middle of the car, not from its bumper.
+            // The driver looks from the middle of the car, not from its front bumper.
             let middle_m = sample.s_m - CAR_LENGTH_M / 2.0;
             let moment = Moment {
                 limit_mps: route.map_or(f32::INFINITY, |route| route.speed_limit_mps(sample.s_m) as f32),
@@ -107,7 +105,7 @@ impl DriverStretches {
         Ok(Self { usual_time_gap_s: trial.setup.scenario.idm.t, stretches: cutter.finish() })
     }
 
-    /// From moments one after the other: of a drive that was made up.
+    /// Cuts consecutive moments of a made-up drive into stretches.
     #[cfg(test)]
     pub(super) fn of_moments(usual_time_gap_s: f64, moments: &[Moment]) -> Self {
         let mut cutter = StretchCutter::new();
@@ -141,7 +139,7 @@ impl StretchCutter {
         self.recent.push_back(moment);
         if self.recent.len() == BEFORE + STRETCH + AFTER {
             self.keep();
-            // What is at its end is before the next one.
+            // The end of this stretch is the lead-in of the next.
             self.recent.drain(..STRETCH);
         }
     }
@@ -151,7 +149,7 @@ impl StretchCutter {
         self.kept.push(if takes { self.recent.iter().copied().collect() } else { Vec::new() });
     }
 
-    /// What has come together since the last whole stretch.
+    /// Keeps the moments since the last whole stretch, if they are long enough for a stretch of their own.
     fn end_part(&mut self) {
         if self.recent.len() >= BEFORE + LEAST + AFTER {
             self.keep();

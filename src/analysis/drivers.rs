@@ -1,5 +1,6 @@
-//! Who drove, in the numbers of the simulated driver. In: analysed drives. Out: a [`ParticipantDriver`] for each participant; the rows
-//! of `drivers.csv`; `drivers.toml`, with which a rehearsal drives as these people did; what page and methods say of them.
+//! Participants as simulated drivers. In: analysed drives. Out: a [`ParticipantDriver`] for each participant; the rows of
+//! `drivers.csv`; `drivers.toml`, with which a rehearsal drives as these participants did; their section of the page and
+//! paragraph of the methods.
 
 use super::{
     AnalysedRecording,
@@ -12,23 +13,23 @@ use super::{
 use crate::driver::{DRIVERS_FORMAT, DriversFile, FittedDriver};
 use rayon::prelude::*;
 
-/// A participant as a driver.
+/// A participant, described by the numbers of the simulated driver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParticipantDriver {
     /// `sub-P03`; empty outside of a study.
     pub participant: String,
-    /// What the drives tell.
+    /// Numbers fitted to the drives.
     pub found: FoundDriver,
 }
 
 impl FoundDriver {
-    /// The numbers in the order of the table: reaction, bias, error, time gap.
+    /// Returns the numbers in the order of the table: reaction, bias, error, time gap.
     pub fn numbers(&self) -> [Option<FoundNumber>; 4] {
         [self.reaction_s, self.speed_bias_mps, self.error_mps, self.time_gap_factor]
     }
 }
 
-/// Each participant of these drives, in the order of their drives.
+/// Fits each participant of these drives, in the order of their first drives.
 pub fn drivers(drives: &[AnalysedRecording]) -> Vec<ParticipantDriver> {
     let mut each: Vec<(&str, Vec<&DriverStretches>)> = Vec::new();
     for drive in drives {
@@ -42,7 +43,7 @@ pub fn drivers(drives: &[AnalysedRecording]) -> Vec<ParticipantDriver> {
     each.into_par_iter().map(one).collect()
 }
 
-/// The file of those of whom something was found, as `codrive study --rehearse --drivers` reads it.
+/// Returns the file of the participants with at least one number, as `codrive study --rehearse --drivers` reads it.
 pub fn drivers_toml(study: &str, drivers: &[ParticipantDriver]) -> String {
     let one = |driver: &ParticipantDriver| {
         let value = |number: Option<FoundNumber>| number.map(|number| number.value);
@@ -58,12 +59,12 @@ pub fn drivers_toml(study: &str, drivers: &[ParticipantDriver]) -> String {
     DriversFile { format: DRIVERS_FORMAT.into(), study: study.into(), driver }.text()
 }
 
-/// Participants of whom the drives tell something.
+/// Returns the participants with at least one number.
 fn told(drivers: &[ParticipantDriver]) -> Vec<&ParticipantDriver> {
     drivers.iter().filter(|driver| driver.found != FoundDriver::default()).collect()
 }
 
-/// The section of the page; none where nothing was found.
+/// Adds the section of the page; none without numbers.
 pub(super) fn section(page: &mut ReportPage, drivers: &[ParticipantDriver]) {
     let told = told(drivers);
     if told.is_empty() {
@@ -100,7 +101,7 @@ pub(super) fn section(page: &mut ReportPage, drivers: &[ParticipantDriver]) {
     );
 }
 
-/// The paragraph of the methods; none where nothing was found.
+/// Returns the paragraph of the methods; empty without numbers.
 pub(super) fn paragraph(drivers: &[ParticipantDriver]) -> String {
     if told(drivers).is_empty() {
         return String::new();

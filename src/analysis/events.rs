@@ -1,16 +1,17 @@
-//! When advice asks something new of the driver. In: advices, then the ego's rows, in order. Out: the [`Onset`]s of a drive, sham
-//! onsets beside them, and how the pedals move while nothing is asked ([`PedalNoise`]).
+//! Changes of the advice that need a response of the driver. In: advices, then the ego's rows, in order. Out: the [`Onset`]s of
+//! a drive, sham onsets, and the pedal movements while no event is pending ([`PedalNoise`]).
 //!
-//! * **change**: target or range differ by at least [`CHANGE_MPS`] from those that counted last, so that small changes add up
-//!   until they count: less is not to be seen on the dial. The first advice of a drive replaces nothing and is no change.
-//! * **demand**: faster where the speed is below the range, slower where it is above, none within it.
-//! * **event**: a change whose demand at its onset is one (the speed is outside of the new range) and is not what was demanded
-//!   before: the driver was in the old range, or on its other side. A change that asks the same again, or nothing, is no event.
+//! * **change**: target or range differ by at least [`CHANGE_MPS`] from the last change, so that small steps add up.
+//!   Smaller steps cannot be seen on the dial. The first advice of a drive replaces nothing and is not a change.
+//! * **demand**: faster if the speed is below the range, slower if it is above, none within it.
+//! * **event**: a change with a demand at its onset (the speed is outside the new range) that differs from the demand of the
+//!   old range: the driver was in the old range, or on its other side. A change with the same demand, or with none, is no
+//!   event.
 //! * **onset**: the first frame that shows the change (its tick); without a screen, the tick of its issue.
 //! * **pending**: from an event's onset until the speed enters the range, at most [`PENDING_S`].
-//! * **sham**: the onsets of the events, shifted all by the same time (round the drive's end), with their directions. The shift
-//!   is that of a fixed grid which leaves most of them where no event is pending; those that fall into one are left out.
-//!   What the detector finds there is found by chance.
+//! * **sham**: the onsets of the events, all shifted by the same time (round the drive's end), with their directions. The shift
+//!   comes from a fixed grid and moves most of them to times without a pending event; the others are left out. Responses to
+//!   shams are chance detections.
 
 use super::{
     pedal_noise::{MovementWindow, PedalNoise},
@@ -20,34 +21,33 @@ use crate::time::TICKS_PER_S;
 
 /// Smallest change of target or range that counts, m/s (0.2 mph: a needle's width on the dial).
 pub const CHANGE_MPS: f64 = 0.1;
-/// How long an event is pending at the most, seconds.
+/// Longest time that an event is pending, seconds.
 pub const PENDING_S: f64 = 5.0;
-/// Changes of one drive that are taken at the most: one a second for nearly six days. Each is a row of `advice.csv`.
+/// Largest number of changes of one drive: one a second for nearly six days. Each is a row of `advice.csv`.
 pub const MOST_CHANGES: usize = 500_000;
-/// Shifts that are tried for sham onsets, at the most, and how far they are apart at least, ticks.
+/// Largest number of shifts tried for sham onsets, and their smallest spacing, ticks.
 const SHIFTS: [u64; 2] = [600, 50];
 
 /// A change of the advice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AdviceChange {
-    /// When it was seen.
+    /// Tick at which the change was seen.
     pub seen_tick: u64,
-    /// The target before, m/s.
+    /// Target before, m/s.
     pub from_mps: f64,
-    /// The new target, m/s.
+    /// New target, m/s.
     pub to_mps: f64,
-    /// Edges of the range before, m/s.
+    /// Lower and upper edge of the range before, m/s.
     pub before_mps: [f64; 2],
-    /// Edges of the new acceptable range, m/s.
+    /// Lower and upper edge of the new range, m/s.
     pub range_mps: [f64; 2],
 }
 
 /// Finds the changes among advices.
 #[derive(Clone, Debug, Default)]
 pub struct ChangeFinder {
-    /// The changes so far.
     pub changes: Vec<AdviceChange>,
-    /// Many small steps add up to a change: what stands is what was last counted.
+    /// Advice at the last change, against which the next is compared: small steps add up.
     standing: Option<IssuedAdvice>,
 }
 
@@ -61,10 +61,10 @@ pub struct ChangeFinder {
 pub struct TooManyChanges;
 
 impl ChangeFinder {
-    /// The next advice.
+    /// Adds the next advice.
     ///
     /// # Errors
-    /// More than [`MOST_CHANGES`].
+    /// There are more than [`MOST_CHANGES`] changes.
     pub fn add(&mut self, advice: &IssuedAdvice) -> Result<(), TooManyChanges> {
         let before = *self.standing.get_or_insert(*advice);
         let moved = |a: f64, b: f64| (a - b).abs() >= CHANGE_MPS;
@@ -89,25 +89,25 @@ impl ChangeFinder {
     }
 }
 
-/// What a range asks of this speed: 1 faster, -1 slower, 0 nothing.
+/// Returns the demand of a range at this speed: 1 faster, -1 slower, 0 none.
 fn demand(speed_mps: f64, [low, high]: [f64; 2]) -> i8 {
     i8::from(speed_mps < low) - i8::from(speed_mps > high)
 }
 
-/// What begins at an onset.
+/// Kind of an onset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnsetKind {
-    /// A change that asks nothing new.
+    /// A change without a new demand, which is not an event.
     #[default]
     Change,
-    /// A change that asks something new.
+    /// A change with a new demand.
     Event,
-    /// Nothing: a moment to see what the detector finds by chance.
+    /// A moment without a change, to measure chance detections.
     Sham,
 }
 
 impl OnsetKind {
-    /// As the table says it.
+    /// Returns the word in the table.
     pub fn word(self) -> &'static str {
         match self {
             Self::Change => "change",
@@ -120,17 +120,16 @@ impl OnsetKind {
 /// A moment from which the pedals are watched.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Onset {
-    /// What it is.
     pub kind: OnsetKind,
-    /// When.
     pub tick: u64,
-    /// The first tick that is not watched any more: that of the next change; `None` to the end of the drive.
+    /// First tick that is not watched: the next change (of a sham also the next sham); `None` if watched to the end of the
+    /// drive.
     pub until_tick: Option<u64>,
-    /// What is asked: 1 faster, -1 slower, 0 nothing.
+    /// Demand: 1 faster, -1 slower, 0 none.
     pub direction: i8,
-    /// The ego's speed, m/s.
+    /// Speed of the ego, m/s.
     pub speed_mps: f64,
-    /// The change.
+    /// Change at the onset; of a sham, the change of its event.
     pub change: AdviceChange,
 }
 
@@ -139,18 +138,18 @@ pub struct Onset {
 pub struct DriveOnsets {
     /// Changes and events, in order.
     pub onsets: Vec<Onset>,
-    /// Shams, in order.
+    /// Shams in the order of their ticks.
     pub shams: Vec<Onset>,
-    /// Of this drive.
+    /// Pedal movements while no event is pending.
     pub noise: PedalNoise,
 }
 
-/// Finds onsets. All rows of the ego are added in order.
+/// Finds onsets from all rows of the ego, added in order.
 #[derive(Clone, Debug)]
 pub struct OnsetFinder {
     ahead: std::vec::IntoIter<AdviceChange>,
     onsets: Vec<Onset>,
-    /// From an event's onset to the tick at which it is pending no more.
+    /// First and last tick of each pending event.
     pending: Vec<[u64; 2]>,
     is_pending: bool,
     window: MovementWindow,
@@ -159,7 +158,7 @@ pub struct OnsetFinder {
 }
 
 impl OnsetFinder {
-    /// Of these changes, in order.
+    /// Starts with these changes, in order.
     pub fn new(changes: Vec<AdviceChange>) -> Self {
         Self {
             ahead: changes.into_iter(),
@@ -172,7 +171,7 @@ impl OnsetFinder {
         }
     }
 
-    /// The next row of the ego.
+    /// Adds the next row of the ego.
     pub fn add(&mut self, ego: &EgoSample) {
         self.last_tick = ego.tick;
         while self.ahead.as_slice().first().is_some_and(|change| change.seen_tick <= ego.tick) {
@@ -203,7 +202,7 @@ impl OnsetFinder {
         let kind = if is_event { OnsetKind::Event } else { OnsetKind::Change };
         let direction = if is_event { now } else { 0 };
         self.onsets.push(Onset { kind, tick: change.seen_tick, until_tick: None, direction, speed_mps, change });
-        // A change that asks the same again leaves pending what is pending, towards the new range.
+        // A change with the same demand keeps the event pending, now towards the new range.
         if is_event {
             self.pending.push([change.seen_tick, change.seen_tick]);
             self.is_pending = true;
@@ -213,7 +212,8 @@ impl OnsetFinder {
         }
     }
 
-    /// All rows were added: what there is. A change after the last row was not seen by the driver and is left with no time.
+    /// Returns the onsets after all rows were added. A change after the last row was not seen by the driver and has no time
+    /// watched.
     pub fn finish(mut self) -> DriveOnsets {
         for change in self.ahead.by_ref() {
             if let Some(before) = self.onsets.last_mut() {
@@ -231,7 +231,7 @@ impl OnsetFinder {
     }
 }
 
-/// The events, shifted to where most of them are not pending.
+/// Returns the events, shifted to times at which most of them meet no pending event.
 fn shams(onsets: &[Onset], pending: &[[u64; 2]], last_tick: u64) -> Vec<Onset> {
     let events: Vec<&Onset> = onsets.iter().filter(|onset| onset.kind == OnsetKind::Event).collect();
     if events.is_empty() || last_tick < 2 {
@@ -239,7 +239,7 @@ fn shams(onsets: &[Onset], pending: &[[u64; 2]], last_tick: u64) -> Vec<Onset> {
     }
     let most = u64::from(TICKS_PER_S) * PENDING_S as u64;
     let shifted = |event: &Onset, shift: u64| (event.tick + shift - 1) % last_tick + 1;
-    // Ticks from here to the next change, at most those of a pending event; `None` where one is pending.
+    // Ticks from here to the next change, at most the longest pending time; `None` while an event is pending.
     let free = |tick: u64| {
         let before = pending.partition_point(|span| span[0] <= tick);
         if before > 0 && tick <= pending[before - 1][1] {
@@ -251,7 +251,7 @@ fn shams(onsets: &[Onset], pending: &[[u64; 2]], last_tick: u64) -> Vec<Onset> {
     };
     let [tried, step] = SHIFTS;
     let step = step.max(last_tick / tried);
-    // Most shams first, then most time to watch them; of equals the smallest shift.
+    // Most shams first, then the most time to watch them, then the smallest shift.
     let score = |shift: u64| {
         let spans: Vec<u64> = events.iter().filter_map(|event| free(shifted(event, shift))).collect();
         (spans.len(), spans.iter().sum::<u64>(), std::cmp::Reverse(shift))

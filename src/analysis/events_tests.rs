@@ -1,9 +1,9 @@
-//! What is an event, and where shams are.
+//! Events among changes, and the times of shams.
 
 use super::*;
 use crate::time::Tick;
 
-/// Onsets of a drive of so many ticks; advices are seen two ticks after their issue, with a range of +-0.5 m/s.
+/// Returns the onsets of a drive of so many ticks; advices are seen two ticks after their issue, with a range of +-0.5 m/s.
 fn onsets(ticks: u64, speed: impl Fn(f64) -> f64, advice: &[(u64, f64)]) -> DriveOnsets {
     let mut finder = ChangeFinder::default();
     for &(tick, target_mps) in advice {
@@ -24,8 +24,8 @@ fn kinds(found: &DriveOnsets) -> Vec<(u64, &str, i8)> {
 }
 
 #[test]
-fn an_event_leaves_the_range_that_the_driver_was_in_or_asks_for_the_other_side() {
-    // At 4 m/s: 4.3 is still in range; 5 is out of it; 5.5 asks the same again; 3 asks for the other side; 4.1 asks nothing.
+fn an_event_leaves_the_range_of_the_driver_or_asks_for_its_other_side() {
+    // At 4 m/s: 4.3 keeps the speed in range; 5 does not; 5.5 has the same demand; 3 the opposite one; 4.1 none.
     let advice = [(100, 4.0), (200, 4.3), (300, 5.0), (400, 5.5), (500, 3.0), (600, 4.1)];
     let found = onsets(1000, |_| 4.0, &advice);
     let wanted = [(202, "change", 0), (302, "event", 1), (402, "change", 1), (502, "event", -1), (602, "change", 0)];
@@ -35,8 +35,8 @@ fn an_event_leaves_the_range_that_the_driver_was_in_or_asks_for_the_other_side()
 }
 
 #[test]
-fn small_steps_that_add_up_are_a_change_and_what_creeps_out_of_the_range_is_an_event_then() {
-    // 0.06 m/s a second: every second one counts, and at 4.6 the speed of 4 m/s is below the range.
+fn small_steps_add_up_to_a_change_and_to_an_event_outside_the_range() {
+    // Steps of 0.06 m/s: every second one makes a change, and at 4.6 the speed of 4 m/s is below the range.
     let advice: Vec<(u64, f64)> = (0..16).map(|k| (100 + 100 * k, 4.0 + 0.06 * k as f64)).collect();
     let found = onsets(3000, |_| 4.0, &advice);
     assert_eq!(found.onsets.len(), 7, "{:?}", kinds(&found));
@@ -58,7 +58,7 @@ fn idle_pedals_are_those_while_no_event_is_pending() {
 #[test]
 fn shams_are_the_events_shifted_by_one_time_to_where_none_is_pending() {
     let advice: Vec<(u64, f64)> = (0..6).map(|k| (1000 + 1000 * k, if k % 2 == 0 { 4.0 } else { 6.0 })).collect();
-    // The driver is in each range 2 s after it was asked for.
+    // The driver reaches each range 2 s after its onset.
     let speed = |t: f64| if ((t - 2.02) / 10.0) as i64 % 2 == 0 { 6.0 } else { 4.0 };
     let found = onsets(7000, speed, &advice);
     let events: Vec<&Onset> = found.onsets.iter().filter(|onset| onset.kind == OnsetKind::Event).collect();
@@ -74,7 +74,7 @@ fn shams_are_the_events_shifted_by_one_time_to_where_none_is_pending() {
         assert!(sham.until_tick.is_none_or(|until| events.iter().all(|e| e.tick <= sham.tick || e.tick >= until)));
     }
     assert_eq!(onsets(7000, speed, &advice), found, "the same again");
-    // Always one pending: nowhere to put one.
+    // An event is always pending: there is no time for shams.
     let always: Vec<(u64, f64)> = (0..60).map(|k| (100 * k, if k % 2 == 0 { 2.0 } else { 6.0 })).collect();
     let shams = onsets(6000, |_| 4.0, &always).shams;
     assert!(shams.iter().all(|sham| sham.tick < 102), "but before the first: {shams:?}");
@@ -83,7 +83,7 @@ fn shams_are_the_events_shifted_by_one_time_to_where_none_is_pending() {
 #[test]
 fn shams_are_where_a_driver_can_be_watched_for_five_seconds() {
     let onset = |kind, tick| Onset { kind, tick, ..Onset::default() };
-    // Pending until 11 s; from 11.5 s on there are 2 s to the next change, and behind that all that is watched.
+    // Pending until 11 s; from 11.5 s on there are 2 s to the next change, and after that change the full 5 s.
     let onsets = [onset(OnsetKind::Event, 1000), onset(OnsetKind::Change, 1350)];
     let ticks: Vec<u64> = shams(&onsets, &[[1000, 1100]], 20_000).iter().map(|sham| sham.tick).collect();
     assert_eq!(ticks, [1350], "the smallest shift of those with the most time");

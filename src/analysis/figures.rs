@@ -1,5 +1,5 @@
-//! The figures of an analysis, as SVG. In: what a figure of one drive can show, or analysed drives. Out: pictures without fonts
-//! or scripts of their own. They take no more room for a drive of days than for one of hours.
+//! Figures of an analysis, as SVG. In: the traces of one drive, or analysed drives. Out: pictures without fonts or scripts of
+//! their own. Their size does not grow from drives of hours to drives of days.
 
 use super::{
     AnalysedRecording, MEASURES, RecordedTrial,
@@ -11,18 +11,19 @@ use crate::{
     plot::{Axis, COLOURS, Chart, ChartSheet, LineStyle, PlotLine, PlotShape, PrintWidth, lines_needed, picture},
 };
 
-/// What the time of a drive counts from.
+/// Label of the time axis of a drive.
 pub(super) const TIME: &str = "time since the start of the drive, s";
-/// Higher than any field: what reaches to it crosses the whole field.
+/// Upper end of marker lines, m/s: above any field, so that they cross it.
 const TOP_MPS: f64 = 1e3;
-/// Seconds that are averaged for lines over time, at the least.
+/// Minimum averaging time of lines over time, s.
 const SMOOTH_S: usize = 5;
-/// Dashes of the lines after the last colour, of those after the last colour again, ...
+/// Dash patterns of the lines: one for each round through the colours.
 const DASHES: [&str; 4] = ["", "7 3", "2 3", "9 3 2 3"];
-/// Points of a line over time, at the most: two for each unit of its width. They stand 5 s apart up to two hours.
+/// Largest number of points of a line over time: two for each unit of its width. Up to two hours they are 5 s apart.
 const MOST_POINTS: usize = 1440;
 
-/// Way of all cars, the ego thick: with advice, and without. Of a long drive its beginning, and the title says so.
+/// Draws the positions of all vehicles, the ego thick: with advice, and without. Of a long drive only the beginning; the title
+/// says so.
 pub fn space_time(title: &str, drive: &DriveTrajectories, baseline: Option<&DriveTrajectories>) -> String {
     let named = |title: &str, drive: &DriveTrajectories| match drive.ways_end_s {
         Some(end_s) => format!("{title}, the first {:.0} min", end_s / 60.0),
@@ -31,21 +32,21 @@ pub fn space_time(title: &str, drive: &DriveTrajectories, baseline: Option<&Driv
     let titles = [named(title, drive), baseline.map_or(String::new(), |of| named("The same without advice", of))];
     let drawn = [Some(drive), baseline];
     let rings: Vec<_> = titles.iter().zip(drawn).filter_map(|(title, of)| Some((title.as_str(), &of?.ways))).collect();
-    // So that standing and flowing differ in colour: somewhat above what most cars drive.
+    // A top of the colour scale somewhat above most speeds, so that standing and flowing differ in colour.
     let top_mps = (2.0 * drive.median_speed_mps.unwrap_or(5.0)).max(4.0);
     figures::space_time(&rings, top_mps, TIME, "")
 }
 
-/// Speed of the ego, advice with its range, and the spread of all cars over time; contacts and marks where they were.
+/// Draws the ego's speed, the advice with its range, and the spread of all vehicles over time, with contacts and marks.
 pub fn speeds(title: &str, drive: &DriveTrajectories, trial: &RecordedTrial) -> String {
     figures::speeds(title, &SpeedTrace::of(&drive.speeds), drive.range_mps, TIME, "", moments(trial))
 }
 
-/// Upright lines where there were contacts, red lights and marks.
+/// Returns vertical lines at contacts, red lights and marks.
 pub(super) fn moments(trial: &RecordedTrial) -> Vec<PlotLine> {
     let upright = |name: &str, style: LineStyle, times_s: Vec<f64>| {
         let line = move |(i, at_s): (usize, f64)| PlotLine {
-            // The legend names them once.
+            // One entry in the legend for all of them.
             name: if i == 0 { name.into() } else { String::new() },
             style,
             points: vec![[at_s, 0.0], [at_s, TOP_MPS]],
@@ -62,7 +63,8 @@ pub(super) fn moments(trial: &RecordedTrial) -> Vec<PlotLine> {
     more
 }
 
-/// Mean speed of all cars over time, as driven (a trial may be one without advice) and in the same drive without advice.
+/// Draws the mean speed of all vehicles over time, as driven (a trial may be without advice) and in the same drive without
+/// advice.
 pub fn gain(title: &str, drive: &AnalysedRecording) -> String {
     let smooth_s = smooth_s([drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
     let line = |name: &str, style: LineStyle, values: &[f64]| PlotLine {
@@ -81,7 +83,7 @@ pub fn gain(title: &str, drive: &AnalysedRecording) -> String {
     picture(&[Chart { lines, ..chart }], "")
 }
 
-/// Means of so many seconds, at their middle.
+/// Returns means over so many seconds, at the middle of each.
 fn smooth(values: &[f64], seconds: usize) -> Vec<[f64; 2]> {
     let mean = |(i, part): (usize, &[f64])| {
         [(i * seconds) as f64 + part.len() as f64 / 2.0, part.iter().sum::<f64>() / part.len() as f64]
@@ -89,7 +91,7 @@ fn smooth(values: &[f64], seconds: usize) -> Vec<[f64; 2]> {
     values.chunks(seconds).enumerate().map(mean).collect()
 }
 
-/// Seconds that are averaged where the longest drive has so many.
+/// Returns the averaging time for the longest of these drives, s.
 fn smooth_s(seconds: impl IntoIterator<Item = usize>) -> usize {
     let longest = seconds.into_iter().max().unwrap_or_default();
     longest.div_ceil(MOST_POINTS).max(SMOOTH_S)
@@ -106,7 +108,8 @@ fn speed_axis(lines: &[PlotLine]) -> Axis {
     Axis::even("mean speed of all vehicles, m/s", [(low - room).max(0.0), high + room])
 }
 
-/// Mean speed of all cars over time by condition: mean over participants and its 95 % interval; without advice dashed.
+/// Draws the mean speed of all vehicles over time by condition: mean over participants with its 95 % interval; without advice
+/// dashed.
 pub fn over_time(drives: &[AnalysedRecording]) -> Option<String> {
     let conditions = conditions(drives);
     let line = |name: String, style: LineStyle, of: &[Vec<[f64; 2]>]| {
@@ -125,7 +128,7 @@ pub fn over_time(drives: &[AnalysedRecording]) -> Option<String> {
             band: estimates.iter().map(|e| [e.1.low, e.1.high]).collect(),
         }
     };
-    // Practice is in no condition: the axis ends with the trials.
+    // Practice has no condition: the axis ends with the trials.
     let drawn = conditions.iter().flat_map(|(_, of)| of.iter());
     let lengths = drawn.flat_map(|drive| [drive.per_second_mps.len(), drive.baseline_per_second_mps.len()]);
     let seconds = lengths.clone().max().unwrap_or_default();
@@ -158,8 +161,9 @@ pub fn over_time(drives: &[AnalysedRecording]) -> Option<String> {
     Some(picture(&[Chart { lines, ..chart }], ""))
 }
 
-/// A measure by condition: each participant a dot, joined by a line; beside them mean and 95 % interval. As wide as a column of
-/// a journal where there are few conditions; lying on its side where their names are too long to stand below.
+/// Draws a measure by condition: a dot for each participant, joined by lines, and mean and 95 % interval beside them; `None`
+/// for fewer than two values. The picture has column width where names fit, else page width; with longer names its axes are
+/// exchanged.
 pub fn distribution(drives: &[AnalysedRecording], measure: usize) -> Option<String> {
     let conditions = conditions(drives);
     let groups: Vec<(&str, Vec<(&str, f64)>)> =
@@ -173,7 +177,7 @@ pub fn distribution(drives: &[AnalysedRecording], measure: usize) -> Option<Stri
     let y = Axis::even(&MEASURES[measure].label(), [low - 0.08 * span, high + 0.08 * span]);
     let x = Axis::names(groups.iter().map(|(name, _)| (*name).to_owned()).collect());
     let chart = Chart { shapes: dots(&groups), ..Chart::new("", x, y, 190.0) };
-    // A field is narrower than its picture by the ticks and the label at its left.
+    // The field is narrower than the picture by the ticks and the label on the left.
     let slot = |width: PrintWidth| (width.units() - 90.0) / groups.len() as f64 - 6.0;
     let stands = |width: &PrintWidth| {
         groups.iter().all(|(name, _)| lines_needed(name, slot(*width)).is_some_and(|lines| lines <= 3))
@@ -185,9 +189,9 @@ pub fn distribution(drives: &[AnalysedRecording], measure: usize) -> Option<Stri
     Some(ChartSheet { charts: &[chart], width, key: None, note: "" }.svg())
 }
 
-/// Lines that join a participant's dots, the dots, and means with their intervals.
+/// Returns the lines that join a participant's dots, the dots, and means with their intervals.
 fn dots(groups: &[(&str, Vec<(&str, f64)>)]) -> Vec<PlotShape> {
-    // Dots a little to the left of the middle, mean and interval to the right.
+    // Dots a little left of the middle, mean and interval right of it.
     let (own, mean) = (|i: usize| i as f64 + 0.9, |i: usize| i as f64 + 1.14);
     let value =
         |i: usize, who: &str| groups[i].1.iter().find(|(participant, _)| *participant == who).map(|found| found.1);

@@ -1,6 +1,6 @@
-//! Definitions of all columns. In: nothing but what this program measures. Out: for each column of each table the quantity
-//! in words, its unit and its definition. Heads of tables, labels, the page, the methods paragraph and the data dictionary
-//! all take theirs from here, or from [`MEASURES`], which names the measures.
+//! Definitions of all columns. In: analysed drives. Out: for each column of each table the quantity in words, its unit and its
+//! definition. Table heads, labels, the page, the methods paragraph and the data dictionary all use these, or [`MEASURES`],
+//! which names the measures.
 
 use super::{AnalysedRecording, MEASURES, RoadKinds, network, tables::factors};
 use serde_json::{Map, Value, json};
@@ -8,28 +8,26 @@ use serde_json::{Map, Value, json};
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColumnDefinition {
-    /// Its name in the table.
+    /// Column name in the table.
     pub name: String,
-    /// The quantity in words.
+    /// Quantity in words, without its unit.
     pub title: String,
-    /// Its unit in ASCII; empty has none.
+    /// Unit in ASCII; empty without a unit.
     pub unit: &'static str,
-    /// What it is.
+    /// Definition, without the name.
     pub about: String,
 }
 
 /// A table and its columns, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableColumns {
-    /// Its file.
     pub file: &'static str,
-    /// What a row is.
+    /// Meaning of a row.
     pub row: &'static str,
-    /// Its columns.
     pub columns: Vec<ColumnDefinition>,
 }
 
-/// Name, quantity, unit, definition.
+/// Texts of a column: name, quantity, unit, definition.
 pub(super) type ColumnTexts = (&'static str, &'static str, &'static str, &'static str);
 
 const KEY: [ColumnTexts; 4] = [
@@ -234,7 +232,7 @@ const CONDITIONS: [ColumnTexts; 9] = [
     ("high", "Interval, upper end", "", "upper end of the same interval"),
 ];
 
-/// A number of a driver: name without its unit, quantity, unit at the end of the name, unit, definition.
+/// Texts of a driver's number: name without its unit, quantity, unit at the end of the name, unit, definition.
 pub(super) struct DriverNumber {
     name: &'static str,
     title: &'static str,
@@ -243,7 +241,7 @@ pub(super) struct DriverNumber {
     about: &'static str,
 }
 
-/// In the order of [`FoundDriver::numbers`](super::driver_fit::FoundDriver::numbers).
+/// Numbers in the order of [`FoundDriver::numbers`](super::driver_fit::FoundDriver::numbers).
 pub(super) const DRIVER_NUMBERS: [DriverNumber; 4] = [
     DriverNumber {
         name: "reaction",
@@ -276,12 +274,12 @@ pub(super) const DRIVER_NUMBERS: [DriverNumber; 4] = [
 ];
 
 impl DriverNumber {
-    /// In words, with its unit.
+    /// Returns the quantity with its unit.
     pub fn label(&self) -> String {
         if self.unit.is_empty() { self.title.into() } else { format!("{}, {}", self.title, self.unit) }
     }
 
-    /// Its four columns.
+    /// Returns the columns of the value, both ends of its interval, and the time that it rests on.
     fn columns(&self) -> [ColumnDefinition; 4] {
         let Self { name, title, suffix, unit, about } = self;
         let column = |part: &str, title: String, about: String| ColumnDefinition {
@@ -314,7 +312,7 @@ fn columns(words: &[ColumnTexts]) -> Vec<ColumnDefinition> {
     words.iter().map(column).collect()
 }
 
-/// Columns that say which drive a row is of.
+/// Returns the columns that identify the drive of a row.
 fn key(drives: &[AnalysedRecording]) -> Vec<ColumnDefinition> {
     let factor = |name: String| ColumnDefinition {
         title: format!("Factor {name}"),
@@ -322,12 +320,12 @@ fn key(drives: &[AnalysedRecording]) -> Vec<ColumnDefinition> {
         name,
         unit: "",
     };
-    // A study without factors calls its one factor as the column that is there.
+    // A study without factors names its one factor "condition", which is a column already.
     let factors = factors(drives).into_iter().filter(|name| name != "condition").map(factor);
     columns(&KEY).into_iter().chain(factors).collect()
 }
 
-/// All tables with their columns, as these drives have them.
+/// Returns all tables with their columns, for these drives.
 pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
     let roads = RoadKinds::of(drives);
     let measures = MEASURES.iter().filter(|measure| measure.has_column(roads)).map(|measure| ColumnDefinition {
@@ -379,13 +377,13 @@ pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
     tables
 }
 
-/// Names of the columns of a table.
+/// Returns the column names of a table.
 pub fn names(drives: &[AnalysedRecording], file: &str) -> Vec<String> {
     let found = tables(drives).into_iter().find(|table| table.file == file).expect("a table of the list");
     found.columns.into_iter().map(|column| column.name).collect()
 }
 
-/// The data dictionary as JSON: for each table its columns in the words of BIDS.
+/// Returns the data dictionary as JSON: the columns of each table, with the keys of BIDS.
 pub fn dictionary(drives: &[AnalysedRecording]) -> String {
     let entry = |column: ColumnDefinition| {
         let mut about = Map::new();
@@ -404,7 +402,7 @@ pub fn dictionary(drives: &[AnalysedRecording]) -> String {
     format!("{:#}\n", Value::Object(all))
 }
 
-/// A unit as it is printed: `m/s3` is m/s³.
+/// Returns a unit as it is printed: `m/s3` becomes m/s³.
 pub fn unit_text(unit: &str) -> String {
     unit.replace("s2", "s²").replace("s3", "s³").replace('*', "·")
 }
@@ -415,7 +413,7 @@ mod tests {
     use crate::analysis::{StudyParticipants, page_tests::mixed_drives, reactions, sickness, tables as csv};
 
     #[test]
-    fn every_column_of_every_table_has_words_a_definition_and_its_place_in_the_dictionary() {
+    fn every_column_has_a_title_and_a_definition_in_the_dictionary() {
         let drives = mixed_drives();
         let written = [
             ("trials.csv", csv::trials(&drives)),
@@ -441,7 +439,7 @@ mod tests {
                 let entry = &dictionary[file]["Columns"][&column.name];
                 assert_eq!(entry["LongName"], column.title.as_str());
                 assert_eq!(entry.get("Units").and_then(Value::as_str).unwrap_or_default(), column.unit);
-                // Words: not the name again, and no other column's name within a definition.
+                // Words, not the name again, and no other column's name within a definition.
                 assert!(column.title.chars().next().is_some_and(|sign| !sign.is_lowercase()), "{column:?}");
                 assert!(
                     column.about.len() > 5 && !column.about.contains('_') && !column.title.contains('_'),

@@ -1,38 +1,39 @@
-//! Distributions of times that are partly censored. In: [`Latency`]s: times that were seen, and times until which nothing was. Out: the
-//! lognormal of the greatest likelihood with the 95 % interval of its median ([`LognormalFit`]), and the ex-Gaussian
+//! Distributions of partly censored times. In: [`Latency`]s: times seen, and times watched without one. Out: the
+//! maximum-likelihood lognormal with the 95 % interval of its median ([`LognormalFit`]), and the ex-Gaussian
 //! ([`ExGaussianFit`]). Seconds.
 //!
-//! * **Lognormal**: ln t is normal with mu and sigma; a censored time adds the chance of a longer one. The median is e^mu. Its interval is
-//!   mu +- t SE(mu), SE from the observed information of mu and sigma, with n/(n-1) for the variance and Student's t of n-1, n the times
-//!   that were seen. Without censored times that is the exact interval of a normal mean.
+//! * **Lognormal**: ln t is normal with mu and sigma; a censored time adds the probability of a longer one. The median is e^mu.
+//!   Its interval is mu +- t SE(mu): SE from the observed information of mu and sigma, with n/(n-1) for the variance; t is
+//!   Student's with n-1 degrees of freedom, n the number of times seen. Without censored times this is the exact interval of a
+//!   normal mean.
 //! * **Ex-Gaussian**: the sum of a normal and an exponential time (mean mu + tau), by the simplex of Nelder and Mead, from
-//!   [`ENOUGH_FOR_EX_GAUSSIAN`] times that were seen.
+//!   [`ENOUGH_FOR_EX_GAUSSIAN`] times seen.
 
 use super::simplex;
 
-/// Times that were seen from which on a lognormal is fitted: of two the interval of the median is wider than any use of it.
+/// Minimum number of times seen for a lognormal: with two, the interval of the median is too wide to be useful.
 pub const ENOUGH: usize = 3;
-/// Times that were seen from which on an ex-Gaussian is fitted.
+/// Minimum number of times seen for an ex-Gaussian.
 pub const ENOUGH_FOR_EX_GAUSSIAN: usize = 30;
-/// A time is one tick at the least: the logarithm of none has no end.
+/// Lower bound of a time, s: one tick, so that the logarithm is finite.
 const LEAST_S: f64 = 0.01;
 
-/// A time, or what is known of it.
+/// A time, exact or censored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Latency {
-    /// It was this long.
+    /// Exact time in seconds.
     Seen(f64),
-    /// It was longer than this.
+    /// Censored time: longer than this, s.
     LongerThan(f64),
 }
 
 impl Latency {
-    /// What was seen, or the time until which it was watched; `None` where nothing was watched.
+    /// Returns the time seen, or the time watched without one; `None` if nothing was watched.
     pub fn of(seen_s: Option<f64>, watched_s: f64) -> Option<Self> {
         seen_s.map(Self::Seen).or((watched_s > 0.0).then_some(Self::LongerThan(watched_s)))
     }
 
-    /// The time, and whether it was seen.
+    /// Returns the time, at least [`LEAST_S`], and true if it was seen.
     pub(super) fn parts(self) -> (f64, bool) {
         match self {
             Self::Seen(s) => (s.max(LEAST_S), true),
@@ -50,14 +51,14 @@ pub struct LognormalFit {
     pub sigma: f64,
     /// 95 % interval of the median, seconds.
     pub interval_s: [f64; 2],
-    /// Times that were seen.
+    /// Number of times seen.
     pub seen: usize,
-    /// Times that were not.
+    /// Number of censored times.
     pub censored: usize,
 }
 
 impl LognormalFit {
-    /// Of these times; `None` if fewer than [`ENOUGH`] were seen or all of those are the same.
+    /// Fits these times; `None` if fewer than [`ENOUGH`] were seen or all of those are equal.
     pub fn of(times: &[Latency]) -> Option<Self> {
         let logs: Vec<(f64, bool)> =
             times.iter().map(|time| time.parts()).map(|(s, is_seen)| (s.ln(), is_seen)).collect();
@@ -68,7 +69,7 @@ impl LognormalFit {
         if n < ENOUGH || variance < 1e-12 {
             return None;
         }
-        // Olsen 1978: in mu / sigma and 1 / sigma the likelihood has one maximum and is concave.
+        // Olsen 1978: in mu / sigma and 1 / sigma the likelihood is concave and has one maximum.
         let (mut at, mut value) = ([mean / variance.sqrt(), 1.0 / variance.sqrt()], f64::NEG_INFINITY);
         for _ in 0..100 {
             let (now, slope, curve) = olsen(&logs, at);
@@ -88,7 +89,7 @@ impl LognormalFit {
             }
         }
         let (mu, sigma) = (at[0] / at[1], 1.0 / at[1]);
-        // Variance of mu = gamma / theta from that of both (delta method).
+        // Variance of mu = gamma / theta, by the delta method.
         let (_, _, curve) = olsen(&logs, at);
         let det = curve[0] * curve[2] - curve[1] * curve[1];
         let [gg, gt, tt] = [-curve[2] / det, curve[1] / det, -curve[0] / det];
@@ -98,13 +99,14 @@ impl LognormalFit {
         Some(Self { mu, sigma, interval_s, seen: n, censored: logs.len() - n })
     }
 
-    /// Median, seconds.
+    /// Returns the median time, seconds.
     pub fn median_s(&self) -> f64 {
         self.mu.exp()
     }
 }
 
-/// Logarithm of the likelihood at gamma = mu / sigma and theta = 1 / sigma, its slope, and its curvature (gg, gt, tt).
+/// Returns the log-likelihood at gamma = mu / sigma and theta = 1 / sigma, its gradient, and its second derivatives (gg, gt,
+/// tt).
 fn olsen(logs: &[(f64, bool)], [gamma, theta]: [f64; 2]) -> (f64, [f64; 2], [f64; 3]) {
     let (mut value, mut slope, mut curve) = (0.0, [0.0; 2], [0.0; 3]);
     for (y, is_seen) in logs {
@@ -126,10 +128,10 @@ fn olsen(logs: &[(f64, bool)], [gamma, theta]: [f64; 2]) -> (f64, [f64; 2], [f64
     (value, slope, curve)
 }
 
-/// ln sqrt(2 pi).
+/// Logarithm of sqrt(2 pi).
 pub(super) const LN_ROOT_TAU: f64 = 0.918_938_533_204_672_7;
 
-/// Logarithm of the chance that a standard normal number is above z.
+/// Returns the logarithm of the probability that a standard normal variable exceeds z.
 pub(super) fn ln_upper_tail(z: f64) -> f64 {
     let ln_density = -0.5 * z * z - LN_ROOT_TAU;
     if z > 3.0 {
@@ -140,7 +142,7 @@ pub(super) fn ln_upper_tail(z: f64) -> f64 {
     if z < -8.0 {
         return -(ln_density - (-z).ln()).exp();
     }
-    // The series of the lower half: all terms have one sign.
+    // Series of the distribution function around 0: all terms have one sign.
     let mut term = z;
     let mut sum = z;
     for k in 1..200 {
@@ -153,8 +155,8 @@ pub(super) fn ln_upper_tail(z: f64) -> f64 {
     (0.5 - sum * ln_density.exp()).max(f64::MIN_POSITIVE).ln()
 }
 
-/// 97.5 % point of Student's t: exact for one to four degrees of freedom, then the expansion in their inverse (Abramowitz and
-/// Stegun 26.7.5), within 0.001 of the tables.
+/// Returns the 97.5 % quantile of Student's t: exact for one to four degrees of freedom, else by the expansion in their inverse
+/// (Abramowitz and Stegun 26.7.5), within 0.001 of the tables.
 pub fn student_975(freedom: usize) -> f64 {
     match freedom {
         0 => f64::INFINITY,
@@ -180,14 +182,14 @@ pub fn student_975(freedom: usize) -> f64 {
 pub struct ExGaussianFit {
     /// Mean of the normal part, seconds.
     pub mu_s: f64,
-    /// Its standard deviation, seconds.
+    /// Standard deviation of the normal part, seconds.
     pub sigma_s: f64,
     /// Mean of the exponential part, seconds.
     pub tau_s: f64,
 }
 
 impl ExGaussianFit {
-    /// Of these times; `None` if fewer than [`ENOUGH_FOR_EX_GAUSSIAN`] were seen.
+    /// Fits these times; `None` if fewer than [`ENOUGH_FOR_EX_GAUSSIAN`] were seen or all of those are equal.
     pub fn of(times: &[Latency]) -> Option<Self> {
         let times: Vec<(f64, bool)> = times.iter().map(|time| time.parts()).collect();
         let seen: Vec<f64> = times.iter().filter(|time| time.1).map(|time| time.0).collect();
@@ -198,7 +200,7 @@ impl ExGaussianFit {
             return None;
         }
         let cost = |at: &[f64; 3]| -Self::at(at).ln_likelihood(&times);
-        // Skewed and nearly normal: of two starts the better one.
+        // Two starts, skewed and nearly normal; the better result counts.
         let starts = [0.8_f64, 0.2].map(|share| {
             let sigma = sd * (1.0 - share * share).sqrt();
             simplex::least(cost, [mean - share * sd, sigma.ln(), (share * sd).ln()], [0.5 * sd, 0.5, 0.5]).0
@@ -211,7 +213,7 @@ impl ExGaussianFit {
         Self { mu_s: *mu_s, sigma_s: ln_sigma.exp(), tau_s: ln_tau.exp() }
     }
 
-    /// Mean, seconds.
+    /// Mean of the whole distribution, seconds.
     pub fn mean_s(&self) -> f64 {
         self.mu_s + self.tau_s
     }

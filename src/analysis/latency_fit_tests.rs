@@ -1,4 +1,4 @@
-//! Fits against closed forms, R 4 and people whose times are known.
+//! Fits against closed forms, R 4 and simulated people with known times.
 
 use super::*;
 use crate::rng;
@@ -8,7 +8,7 @@ fn seen(times: &[f64]) -> Vec<Latency> {
 }
 
 #[test]
-fn without_censored_times_it_is_the_mean_of_logarithms_with_students_interval() {
+fn without_censoring_the_fit_is_the_mean_logarithm_with_students_interval() {
     // ln t of 0, 1, 2, 3: mean 1.5, sigma (N) sqrt(5/4), standard error sqrt(5/3)/2 (N-1), t of 3 3.182446.
     let fit = LognormalFit::of(&seen(&[1.0, 1f64.exp(), 2f64.exp(), 3f64.exp()])).unwrap();
     assert!((fit.mu - 1.5).abs() < 1e-9 && (fit.sigma - 1.25f64.sqrt()).abs() < 1e-9, "{fit:?}");
@@ -28,14 +28,14 @@ fn censored_times_count_as_they_do_in_r() {
     assert!((fit.mu - 0.495_109_79).abs() < 1e-6 && (fit.sigma - 0.697_943_42).abs() < 1e-6, "{fit:?}");
     assert_eq!((fit.seen, fit.censored), (10, 4));
     let half = (fit.interval_s[1] / fit.interval_s[0]).ln() / 2.0;
-    // With 10/9 for the variance and t of 9.
+    // Variance with 10/9 and t of 9.
     assert!((half - 0.198_410 * (10.0f64 / 9.0).sqrt() * 2.262_157).abs() < 1e-4, "{half}");
     assert_eq!(LognormalFit::of(&times[8..]), None, "two were seen");
     assert_eq!(LognormalFit::of(&seen(&[1.0; 9])), None, "all the same");
 }
 
 #[test]
-fn tails_and_quantiles_are_those_of_r() {
+fn tails_and_quantiles_match_r() {
     // pnorm(z, lower.tail = FALSE, log.p = TRUE) and qt(0.975, n) of R 4.
     for (z, wanted) in [
         (-3.0, -0.001_350_809_965),
@@ -53,7 +53,7 @@ fn tails_and_quantiles_are_those_of_r() {
 }
 
 #[test]
-fn an_ex_gaussian_is_that_of_r() {
+fn the_ex_gaussian_fit_matches_r() {
     // R 4: 40 times of rnorm(0.8, 0.12) + rexp(mean 0.5), three of them censored at 2 s; optim on the same likelihood gives
     // mu 0.843268, sigma 0.066544, tau 0.500251 (-log likelihood 15.996538).
     let of_r = [
@@ -73,8 +73,8 @@ fn an_ex_gaussian_is_that_of_r() {
 }
 
 #[test]
-fn of_200_people_whose_median_is_known_the_interval_holds_it_for_as_many_as_it_says() {
-    // 20 events each; the advice changes again after 1 to 4 s, so that a quarter of the times is censored.
+fn the_interval_contains_the_known_median_for_95_percent_of_200_people() {
+    // 20 events each; the advice changes again after 0.7 to 3 s, so that about a quarter of the times is censored.
     let [mut covered, mut censored] = [0, 0];
     let mut errors = Vec::new();
     for person in 0..200 {
@@ -98,6 +98,6 @@ fn of_200_people_whose_median_is_known_the_interval_holds_it_for_as_many_as_it_s
     assert!((600..1400).contains(&censored), "{censored}");
     // 95 % of 200 with a standard error of 1.5 %: three of them on either side.
     assert!((181..=199).contains(&covered), "{covered}");
-    // Three standard errors of the mean; as if nothing were censored the medians were too short by 0.1 and more.
+    // Three standard errors of the mean. Ignoring the censoring would shorten the medians by 0.1 and more.
     assert!(bias.abs() < 3.0 * spread / 200f64.sqrt() + 0.005, "{bias} {spread}");
 }

@@ -1,50 +1,49 @@
-//! What the measures of a drive are taken of. In: its sums, its responses, the drive without advice. Out: counts, rates, medians and
-//! deviations of them, or `None` of too little.
+//! Inputs of the measures of a drive. In: its sums, its responses, the drive without advice. Out: counts, rates, medians and
+//! deviations, or `None` where there is too little.
 
 use super::{RecordedTrial, events::OnsetKind, reactions::ResponseTime, response::AdviceResponse, totals::DriveTotals};
 use crate::metrics::FlowTotals;
 
-/// What measures are taken of.
+/// Data that the measures are computed from.
 pub(super) struct MeasureInputs<'a> {
-    /// The recording.
     pub trial: &'a RecordedTrial,
-    /// Its sums.
+    /// Sums of the drive.
     pub totals: &'a DriveTotals,
-    /// Those of the same drive without advice.
+    /// Sums of the same drive without advice.
     pub baseline: Option<&'a DriveTotals>,
     /// Responses to changes, events and shams.
     pub responses: &'a [AdviceResponse],
 }
 
 impl MeasureInputs<'_> {
-    /// Median of a time of the events, censored times taken into account.
+    /// Returns the median of a time of the events, s, with censored times taken into account.
     pub fn median_s(&self, time: ResponseTime) -> Option<f64> {
         Some(time.fit(self.responses)?.median_s)
     }
 
-    /// Onsets of a kind.
+    /// Returns the number of onsets of a kind.
     pub fn count(&self, kind: OnsetKind) -> f64 {
         self.responses.iter().filter(|response| response.kind == kind).count() as f64
     }
 
-    /// So many in this drive, an hour.
+    /// Returns a count of this drive as a rate per hour.
     pub fn per_hour(&self, count: f64) -> Option<f64> {
         (self.totals.duration_s > 0.0).then(|| count * 3600.0 / self.totals.duration_s)
     }
 
-    /// Of all cars, for each of them.
+    /// Returns a sum over all vehicles, divided by their number.
     pub fn per_car(&self, sum: f64) -> Option<f64> {
         let cars = self.totals.all_motion.cars();
         (cars > 0).then(|| sum / cars as f64)
     }
 }
 
-/// Speeds of all cars by the code that judges policies: spread, calm, fuel.
+/// Returns the flow totals of all vehicles, as the evaluation of policies uses them; `None` below two steps.
 pub(super) fn all_cars(totals: &DriveTotals) -> Option<&FlowTotals> {
     enough(&totals.all_cars)
 }
 
-/// Of a single step nothing can be told.
+/// Returns the totals if there are at least two steps; a single step determines nothing.
 pub(super) fn enough(flow: &FlowTotals) -> Option<&FlowTotals> {
     (flow.steps() >= 2).then_some(flow)
 }
@@ -53,19 +52,19 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Middle value; of an even number the mean of the two in the middle.
+/// Returns the median; for an even number of values, the mean of the middle two.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     middle(&values)
 }
 
-/// The same of values in order.
+/// Returns the median of sorted values.
 pub(super) fn middle(sorted: &[f64]) -> Option<f64> {
     let n = sorted.len();
     (n > 0).then(|| (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0)
 }
 
-/// Standard deviation, N-1.
+/// Returns the standard deviation (N-1); `None` below two values.
 pub(super) fn deviation(values: &[f64]) -> Option<f64> {
     let middle = mean(values)?;
     let square: f64 = values.iter().map(|x| (x - middle).powi(2)).sum();

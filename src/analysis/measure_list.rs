@@ -1,5 +1,5 @@
-//! The measures of every drive: what each is, with its options, and what is different on a network. In: the sums of a drive. Out: a number,
-//! or `None` where there is nothing to measure. SI units.
+//! Measures of every drive: the definition of each with its options, and the differences on a network. In: the sums of a drive.
+//! Out: a number, or `None` where there is nothing to measure. SI units.
 
 use super::{
     events::OnsetKind,
@@ -8,7 +8,7 @@ use super::{
     reactions::ResponseTime,
 };
 
-/// In the order of the tables.
+/// Measures in the order of the tables.
 pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
     MeasureDefinition::new(
         "mean_speed_mps",

@@ -1,6 +1,6 @@
-//! One drive in numbers. In: its totals, and those of the same drive without advice where there is one. Out: [`DriveMeasures`]. Each
-//! is over the whole trial unless its row in [`MEASURES`] says otherwise; the lists of which that is made (`measure_list`, and
-//! `network::measures`) are the only places that name them.
+//! Measures of one drive. In: its totals, and optionally the totals of the same drive without advice. Out: [`DriveMeasures`].
+//! Each measure is over the whole trial unless its row in [`MEASURES`] says otherwise. The two lists that make it up
+//! (`measure_list` and `network::measures`) are the only places that name the measures.
 
 pub(super) use super::measure_inputs::{deviation, median};
 use super::{
@@ -8,37 +8,37 @@ use super::{
     network::measures::OF_NETWORKS, response::AdviceResponse, totals::DriveTotals,
 };
 
-/// A drive in numbers; `None` where there is nothing to measure.
+/// Measures of a drive; `None` where there is nothing to measure.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DriveMeasures {
     /// Values in the order of [`MEASURES`].
     pub values: Vec<Option<f64>>,
-    /// What became of every change of the advice.
+    /// Responses to every change of the advice, events and shams included.
     pub responses: Vec<AdviceResponse>,
 }
 
-/// On which roads a measure is taken.
+/// Roads on which a measure is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeasuredOn {
-    /// On all; what is different on a network, empty if nothing is.
+    /// Every road; with the difference on a network, empty if there is none.
     EveryRoad(&'static str),
-    /// Not on networks; why.
+    /// Closed routes only; with the reason.
     ClosedRoutes(&'static str),
-    /// On networks alone.
+    /// Networks only, not closed routes.
     Networks,
 }
 
-/// Roads of some drives.
+/// Kinds of roads in some drives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RoadKinds {
-    /// A closed route with a fixed number of cars.
+    /// A closed route with a fixed number of vehicles.
     pub closed: bool,
-    /// A network on which vehicles come and go.
+    /// A network on which vehicles enter and leave.
     pub networks: bool,
 }
 
 impl RoadKinds {
-    /// Those of these drives.
+    /// Returns the kinds of roads of these drives.
     pub fn of<'a>(drives: impl IntoIterator<Item = &'a AnalysedRecording>) -> Self {
         drives.into_iter().fold(Self::default(), |kinds, drive| {
             let is_network = drive.setup.scenario.is_on_network();
@@ -47,28 +47,28 @@ impl RoadKinds {
     }
 }
 
-/// A measure.
+/// Definition of a measure.
 #[derive(Clone, Copy)]
 pub struct MeasureDefinition {
-    /// Its name in tables, with the unit.
+    /// Name in tables, with the unit.
     pub name: &'static str,
-    /// In words, for figures.
+    /// Title in figures and tables.
     pub title: &'static str,
-    /// Unit.
+    /// Unit in ASCII; empty without a unit.
     pub unit: &'static str,
     /// Definition with its options.
     pub about: &'static str,
-    /// Its name and number in SAE J2944; `None` where the practice has no such measure, or none that is known here.
+    /// Name and number in SAE J2944; `None` if it has no such measure, or none was found.
     pub j2944: Option<&'static str>,
-    /// On which roads it is taken.
+    /// Roads on which the measure is taken.
     pub on: MeasuredOn,
-    /// Only a drive with advice has it.
+    /// True if only drives with advice have the measure.
     pub needs_advice: bool,
     of: fn(&MeasureInputs) -> Option<f64>,
 }
 
 impl MeasureDefinition {
-    /// A measure of all roads.
+    /// Creates a measure that is taken on all roads.
     pub(super) const fn new(
         name: &'static str,
         title: &'static str,
@@ -79,32 +79,32 @@ impl MeasureDefinition {
         Self { name, title, unit, about, j2944: None, on: MeasuredOn::EveryRoad(""), needs_advice: false, of }
     }
 
-    /// What it is called in SAE J2944.
+    /// Sets the name in SAE J2944.
     pub(super) const fn in_j2944(self, name: &'static str) -> Self {
         Self { j2944: Some(name), ..self }
     }
 
-    /// Measure of drives with advice alone.
+    /// Restricts the measure to drives with advice.
     pub(super) const fn with_advice(self) -> Self {
         Self { needs_advice: true, ..self }
     }
 
-    /// What is different on a network.
+    /// Sets the difference on a network.
     pub(super) const fn on_networks(self, about: &'static str) -> Self {
         Self { on: MeasuredOn::EveryRoad(about), ..self }
     }
 
-    /// It is not taken on networks.
+    /// Restricts the measure to closed routes, with the reason.
     pub(super) const fn on_closed_routes(self, why: &'static str) -> Self {
         Self { on: MeasuredOn::ClosedRoutes(why), ..self }
     }
 
-    /// It is taken on networks alone.
+    /// Restricts the measure to networks.
     pub(super) const fn on_networks_alone(self) -> Self {
         Self { on: MeasuredOn::Networks, ..self }
     }
 
-    /// True if a drive on one of these roads may have it.
+    /// Checks whether a drive on one of these roads may have the measure.
     pub fn is_on(&self, roads: RoadKinds) -> bool {
         match self.on {
             MeasuredOn::EveryRoad(_) => true,
@@ -113,12 +113,13 @@ impl MeasureDefinition {
         }
     }
 
-    /// True if tables of drives on these roads have a column of it: of what is not taken on their roads it is empty, and says why.
+    /// Checks whether tables of drives on these roads have a column of the measure. On a network, measures of closed routes
+    /// keep an empty column, which the definition explains.
     pub fn has_column(&self, roads: RoadKinds) -> bool {
         roads.networks || self.on != MeasuredOn::Networks
     }
 
-    /// The definition for drives on these roads, with the name in SAE J2944.
+    /// Returns the definition for drives on these roads, with the name in SAE J2944.
     pub fn definition(&self, roads: RoadKinds) -> String {
         let there = match self.on {
             MeasuredOn::EveryRoad(about) if roads.networks && !about.is_empty() => format!("; on networks: {about}"),
@@ -129,13 +130,13 @@ impl MeasureDefinition {
         format!("{}{there} (SAE J2944: {})", self.about, self.j2944.unwrap_or("none"))
     }
 
-    /// Quantity and unit, as an axis or a table's head says it.
+    /// Returns quantity and unit, as in the label of an axis or a table's head.
     pub fn label(&self) -> String {
         if self.unit.is_empty() { self.title.into() } else { format!("{}, {}", self.title, unit_text(self.unit)) }
     }
 }
 
-/// All of them: those of every drive, then those of networks.
+/// All measures: first `OF_EVERY_DRIVE`, then `OF_NETWORKS`.
 pub const MEASURES: &[MeasureDefinition] = &joined::<{ OF_EVERY_DRIVE.len() + OF_NETWORKS.len() }>();
 
 const fn joined<const N: usize>() -> [MeasureDefinition; N] {
@@ -149,7 +150,7 @@ const fn joined<const N: usize>() -> [MeasureDefinition; N] {
 }
 
 impl DriveMeasures {
-    /// Of a drive with its totals and responses, and of the totals of the same without advice.
+    /// Computes the measures of a drive from its totals and responses and the totals of the same drive without advice.
     pub fn of(
         trial: &RecordedTrial,
         totals: &DriveTotals,
@@ -163,7 +164,7 @@ impl DriveMeasures {
         Self { values: MEASURES.iter().map(value).collect(), responses }
     }
 
-    /// The value of a measure by its name.
+    /// Returns the value of a measure by its name.
     pub fn get(&self, name: &str) -> Option<f64> {
         let at = MEASURES.iter().position(|measure| measure.name == name)?;
         self.values.get(at).copied().flatten()

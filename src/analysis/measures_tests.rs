@@ -1,4 +1,4 @@
-//! Measures against values that were computed by hand.
+//! Measures against values computed by hand.
 
 use super::*;
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
     time::Tick,
 };
 
-/// A drive's rows, as they are read from a recording.
+/// Rows of a drive, as read from a recording.
 struct Drive {
     ego: Vec<EgoSample>,
     steps: Vec<TrafficStep>,
@@ -22,7 +22,7 @@ struct Drive {
 }
 
 impl Drive {
-    /// `n` ticks; two cars, the ego first.
+    /// Creates a drive of `n` ticks with two vehicles, the ego first.
     fn new(n: u64, speed: impl Fn(f64) -> f64, other: impl Fn(f64) -> f64) -> Self {
         let sample = |tick: u64| {
             let at_s = Tick(tick).seconds();
@@ -89,7 +89,7 @@ fn mean_speed_and_its_gain_are_means_over_cars_and_ticks() {
     near(&found, "baseline_speed_mps", 3.25);
     near(&found, "speed_gain_mps", 1.25);
     near(&found, "ego_speed_mps", 4.0);
-    // Two cars at 4 and 5 m/s: 0.5 m/s about their mean (N).
+    // Two vehicles at 4 and 5 m/s: 0.5 m/s about their mean (N).
     assert!((get(&found, "sd_over_cars_mps") - 0.5).abs() < 1e-6);
     let alone = with.measures();
     assert_eq!((alone.get("speed_gain_mps"), alone.get("fuel_saved_l_100km")), (None, None));
@@ -124,14 +124,14 @@ fn range_and_error_count_only_where_there_is_advice() {
 }
 
 #[test]
-fn minima_are_over_what_is_there() {
+fn minima_are_over_ticks_in_the_leaders_lane() {
     let mut drive = Drive::new(100, |_| 4.0, |_| 4.0);
     drive.ego[3].gap_m = Some(4.0);
     drive.ego[50].gap_m = Some(2.5);
     drive.ego[50].headway_m = Some(7.5);
     drive.ego[7].ttc_s = Some(9.0);
     drive.ego[8].ttc_s = Some(3.25);
-    // Beside its lane the ego passes the leader: there is no gap between them.
+    // Outside its lane the ego passes the leader: there is no gap between them.
     drive.ego[60].gap_m = Some(-5.0);
     drive.ego[60].headway_m = Some(0.0);
     drive.ego[60].ttc_s = Some(0.1);
@@ -156,7 +156,7 @@ fn a_time_headway_is_headway_over_own_speed_where_the_ego_moves() {
 }
 
 #[test]
-fn a_time_gap_ends_at_the_rear_bumper_and_drac_is_closing_speed_squared_over_twice_the_gap() {
+fn time_gap_ends_at_the_rear_bumper_and_drac_is_v_squared_over_two_gaps() {
     let mut drive = Drive::new(100, |t| if t < 0.5 { 4.0 } else { 0.5 }, |_| 4.0);
     assert_eq!((drive.measures().get("time_gap_s"), drive.measures().get("max_drac_mps2")), (None, None));
     for (row, gap_m) in [(3, 6.0), (7, 10.0), (80, 1.0)] {
@@ -172,8 +172,8 @@ fn a_time_gap_ends_at_the_rear_bumper_and_drac_is_closing_speed_squared_over_twi
 }
 
 #[test]
-fn spread_over_time_stops_and_hard_brakings_are_those_by_hand() {
-    // The ego: 6 m/s, from 5 s on down by 4 m/s2 to a stand at 6.5 s, off again at 8 s with 6 m/s. The other: 2 m/s throughout.
+fn spread_over_time_stops_and_hard_brakings_match_a_hand_count() {
+    // The ego: 6 m/s, from 5 s on braking with 4 m/s2 to a stop at 6.5 s, from 8 s on 6 m/s again. The other: 2 m/s throughout.
     let ego = |t: f64| {
         if t < 5.0 {
             6.0
@@ -188,19 +188,20 @@ fn spread_over_time_stops_and_hard_brakings_are_those_by_hand() {
     near(&found, "stops", 0.5);
     near(&found, "ego_hard_brakings", 1.0);
     near(&found, "hard_brakings", 0.5);
-    // Steps from 6.5 s to 7.9 s stand; those from 5.1 s to 6.5 s brake.
+    // Stopped in the steps from 6.5 s to 7.9 s, braking in those from 5.1 s to 6.5 s.
     assert!((get(&found, "ego_stopped_s") - 1.5).abs() < 1e-9 && (get(&found, "stopped_s") - 0.75).abs() < 1e-9);
     assert!((get(&found, "ego_hard_braking_s") - 1.5).abs() < 1e-9, "{}", get(&found, "ego_hard_braking_s"));
-    // Half the time at 2 and half at 6 m/s: 2 m/s about 4 (N); the other car has none.
+    // Half the time at 2 and half at 6 m/s: 2 m/s about 4 (N); the other vehicle has none.
     let found = Drive::new(1000, |t| if t <= 5.0 { 2.0 } else { 6.0 }, |_| 2.0).measures();
     assert!((get(&found, "ego_sd_mps") - 2.0).abs() < 1e-6 && (get(&found, "sd_in_time_mps") - 1.0).abs() < 1e-6);
 }
 
 #[test]
-fn on_a_network_time_gaps_are_those_of_followers_and_what_only_a_ring_has_is_not_there() {
+fn network_time_gaps_are_of_followers_and_ring_measures_are_absent() {
     let mut drive = Drive::new(1000, |_| 10.0, |_| 10.0);
     for (i, row) in drive.ego.iter_mut().enumerate() {
-        // Half of the time 2 s behind the leader, otherwise 60 s, on whom nobody looks; beside the lane of the path from 9 s on.
+        // Half of the time 2 s behind the leader, otherwise 60 s, which is not following; beside the lane of the path from 9 s
+        // on.
         row.gap_m = Some(if i % 2 == 0 { 20.0 } else { 600.0 });
         row.lane_offset_m = if i >= 900 { 30.0 } else { 0.1 * f64::from(u8::try_from(i % 2).unwrap()) };
     }
@@ -209,23 +210,23 @@ fn on_a_network_time_gaps_are_those_of_followers_and_what_only_a_ring_has_is_not
     drive.trial.setup.scenario.path = "A0B0".into();
     let found = drive.measures();
     near(&found, "time_gap_s", 2.0);
-    // 450 times 0 and 450 times 0.1: 0.05 about their mean, N-1; the 30 m beside the path are no lane position.
+    // 450 times 0 and 450 times 0.1: 0.05 about their mean, N-1; the 30 m beside the path are not a lane position.
     near(&found, "sdlp_m", 0.05 * (900.0_f64 / 899.0).sqrt());
     assert!(get(&ring, "sdlp_m") > 5.0);
     for name in ["sd_over_cars_mps", "sd_in_time_mps", "fuel_l_100km", "hard_brakings", "last_disturbance_s"] {
         assert!(ring.get(name).is_some() && found.get(name).is_none(), "{name}");
     }
-    // Two vehicles of which each full second is looked at; on a ring there are no events of the road's rules.
+    // Two vehicles, evaluated each full second. A ring has no events of traffic rules.
     assert_eq!((get(&found, "stops"), get(&found, "space_mean_speed_mps"), get(&found, "vehicles")), (0.0, 10.0, 2.0));
     assert_eq!((found.get("red_lights"), ring.get("red_lights")), (Some(0.0), None));
 }
 
 #[test]
-fn throughput_counts_who_passes_the_start_of_the_route_and_takes_off_who_goes_back() {
+fn throughput_counts_vehicles_past_the_start_less_those_that_go_back() {
     let mut drive = Drive::new(6000, |_| 4.0, |_| 4.0);
     assert_eq!(drive.measures().get("throughput_per_h"), None, "no route is known");
     drive.trial.setup.route_m = 100.0;
-    // 60 s at 10 m/s from 0.5 m: six rounds of 100 m; the other goes back over the start once.
+    // 60 s at 10 m/s from 0.5 m: six rounds of 100 m; the other vehicle goes back over the start once.
     for (k, step) in drive.steps.iter_mut().enumerate() {
         step.vehicles[0].s_m = Some((0.5 + k as f64) % 100.0);
         step.vehicles[1].s_m = Some(if k < 300 { 1.0 } else { 99.0 });
@@ -248,12 +249,12 @@ fn pedal_reversals_are_of_five_percent_and_more() {
 }
 
 #[test]
-fn time_in_range_is_the_drivers_but_after_a_collision() {
+fn time_in_range_counts_as_the_drivers_except_after_a_collision() {
     let mut drive = Drive::new(1000, |_| 4.0, |_| 4.0);
     for (i, row) in drive.ego.iter_mut().enumerate() {
         row.in_range = Some(i < 600);
     }
-    // Contacts at 3 s and 4 s: to 6 s; 300 of the 600 ticks in range. One at 9 s finds the speed out of it.
+    // Contacts at 3 s and 4 s count to 6 s: 300 of the 600 ticks in range. At the contact at 9 s the speed is out of range.
     [300, 400, 900].into_iter().for_each(|tick| drive.trial.collided(tick));
     assert_eq!(drive.trial.after_contacts, [[300, 600], [900, 1100]]);
     let found = drive.measures();
@@ -263,7 +264,7 @@ fn time_in_range_is_the_drivers_but_after_a_collision() {
 }
 
 #[test]
-fn sdlp_is_that_of_a_sample() {
+fn sdlp_is_a_sample_standard_deviation() {
     let mut drive = Drive::new(4, |_| 4.0, |_| 4.0);
     for (row, offset_m) in drive.ego.iter_mut().zip([0.1, 0.2, 0.3, 0.4]) {
         row.lane_offset_m = offset_m;
@@ -317,7 +318,7 @@ fn medians_of_responses_are_in_the_measures() {
     }
     let found = drive.measures();
     near(&found, "changes", 3.0);
-    // The range of 5 is the first that the speed of 4 is out of; 6 and 7 ask the same again.
+    // The range of 5 is the first that excludes the speed of 4; 6 and 7 have the same demand.
     near(&found, "events", 1.0);
     near(&found, "responded", 1.0);
     assert_eq!(
@@ -364,7 +365,7 @@ fn latency_is_median_and_nearest_rank_of_the_frames_that_have_one() {
 }
 
 #[test]
-fn a_second_is_a_hundred_ticks_and_what_is_left_over_is_none() {
+fn a_second_is_a_hundred_ticks_and_a_rest_is_dropped() {
     let mut drive = Drive::new(250, |_| 9.0, |_| 9.0);
     for (i, row) in drive.ego.iter_mut().enumerate().take(200) {
         row.mean_speed_mps = if i < 100 { 1.0 } else { 3.0 };

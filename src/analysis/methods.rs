@@ -1,5 +1,5 @@
-//! The methods of a paper, to copy. In: analysed drives with their manifests, and who took part. Out: paragraphs of plain text in
-//! the past tense. Nothing is said that the manifests and tables do not hold; where drives differ, it is said how.
+//! Methods section of a paper, to copy. In: analysed drives with their manifests, and the participants. Out: paragraphs of
+//! plain text in the past tense. They state only the content of manifests and tables, and the differences between drives.
 
 use super::{
     AnalysedRecording, MEASURES, RoadKinds, StudyParticipants,
@@ -15,7 +15,7 @@ use super::{
 use crate::{metrics::Estimate, sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What an interval is, wherever one is shown.
+/// Returns the definition of the intervals in page, figures and methods.
 pub fn interval() -> String {
     format!(
         "95 % confidence interval of the mean (percentile bootstrap over participants, {} resamples)",
@@ -23,12 +23,12 @@ pub fn interval() -> String {
     )
 }
 
-/// With a comma before the last three digits.
+/// Formats a number with a comma before the last three digits.
 fn thousands(n: usize) -> String {
     if n < 1000 { n.to_string() } else { format!("{},{:03}", n / 1000, n % 1000) }
 }
 
-/// The paragraphs.
+/// Returns the paragraphs that are not empty.
 pub fn paragraphs(
     drives: &[AnalysedRecording],
     people: &StudyParticipants,
@@ -36,7 +36,7 @@ pub fn paragraphs(
 ) -> Vec<String> {
     let trials: Vec<&AnalysedRecording> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
     let all: Vec<&AnalysedRecording> = drives.iter().collect();
-    // What is the same for everyone, such as practice, is told apart from the trials.
+    // Drives that are the same for everyone, such as practice, are described apart from the trials.
     let main = if trials.is_empty() { &all } else { &trials };
     let others: Vec<&AnalysedRecording> =
         all.iter().filter(|drive| !trials.is_empty() && drive.found.condition.is_empty()).copied().collect();
@@ -56,7 +56,7 @@ fn words(drives: &[&AnalysedRecording], of: impl Fn(&AnalysedRecording) -> Strin
     joined_values(drives.iter().map(|drive| SetupValue::Word(of(drive))))
 }
 
-/// `1 drive was`, `3 drives were`.
+/// Returns the verb of `1 drive was`, `3 drives were`.
 fn were(n: usize) -> &'static str {
     if n == 1 { "was" } else { "were" }
 }
@@ -153,10 +153,10 @@ fn apparatus(drives: &[&AnalysedRecording]) -> String {
     )
 }
 
-/// Drives that were seen in slow motion for more than this share of their length are told of.
+/// Share of a drive's length lost to late frames above which the text mentions slow motion.
 const SLOW_SHARE: f64 = 0.01;
 
-/// Sentence on the drives that ran in slow motion; empty where pictures came in time.
+/// Returns the sentence on drives that ran in slow motion; empty if there are none.
 fn slow_motion(drives: &[&AnalysedRecording]) -> String {
     let share =
         |drive: &&&AnalysedRecording| drive.measures.get("dropped_s").unwrap_or(0.0) / drive.duration_s.max(1e-9);
@@ -221,7 +221,7 @@ fn traffic(drives: &[&AnalysedRecording]) -> String {
     )
 }
 
-/// The conditions on which the driver took the car over, and the drives that began without them.
+/// Returns the conditions for handing the car over to the driver, and the number of drives that began without them.
 fn gate(drives: &[&AnalysedRecording]) -> String {
     let with_wave = drives.iter().filter(|drive| drive.setup.scenario.wave_sd_mps > 0.0);
     let wave = joined_values(with_wave.map(|drive| SetupValue::Number(drive.setup.scenario.wave_sd_mps, "m/s")));
@@ -357,7 +357,7 @@ fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&
     text
 }
 
-/// ` with 22 vehicles`; nothing where they come and go.
+/// Returns ` with 22 vehicles`; empty on networks, where vehicles enter and leave.
 fn vehicles(drives: &[&AnalysedRecording]) -> String {
     if drives.iter().any(|drive| drive.network.is_some()) {
         return String::new();
@@ -365,7 +365,7 @@ fn vehicles(drives: &[&AnalysedRecording]) -> String {
     format!(" with {} vehicles", fact(drives, "number of vehicles"))
 }
 
-/// The trials of each participant by their place: segment and condition.
+/// Returns the trials of each participant in the order of their places: segment and condition.
 fn by_place(drives: &[AnalysedRecording]) -> BTreeMap<&str, Vec<(&str, &str)>> {
     let mut trials: Vec<&AnalysedRecording> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
     trials.sort_by_key(|drive| (&drive.found.segment, drive.found.place.parse::<usize>().unwrap_or(0)));

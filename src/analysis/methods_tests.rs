@@ -1,4 +1,4 @@
-//! The methods against drives made up by hand.
+//! Methods for drives made up by hand.
 
 use super::*;
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     sim::HandOver,
 };
 
-/// Four simulated trials of two people in two conditions, which differ in their range.
+/// Returns four simulated trials of two people in two conditions with different ranges.
 fn made() -> Vec<AnalysedRecording> {
     let mut drives = page_tests::drives();
     for (i, drive) in drives.iter_mut().enumerate() {
@@ -90,7 +90,7 @@ fn the_methods_tell_a_sham_from_advice_and_say_when_the_driver_took_over() {
 }
 
 #[test]
-fn the_methods_tell_of_the_traffic_of_networks_apart_from_that_of_closed_routes() {
+fn the_methods_describe_traffic_on_networks_apart_from_closed_routes() {
     let mut drives = made();
     for drive in &mut drives[..2] {
         drive.setup.scenario.path = "A0B0 B0B1".into();
@@ -112,7 +112,7 @@ fn the_methods_tell_of_the_traffic_of_networks_apart_from_that_of_closed_routes(
 }
 
 #[test]
-fn the_methods_of_a_single_drive_tell_of_no_statistics_and_of_no_one_who_was_not_there() {
+fn methods_of_a_single_drive_mention_no_statistics_and_no_participants() {
     let mut drives = made();
     drives.truncate(1);
     drives[0].found = crate::analysis::FoundRecording::default();
@@ -142,7 +142,7 @@ fn the_methods_say_how_many_drives_were_seen_in_slow_motion() {
     }
     let said = |drives: &[AnalysedRecording]| paragraphs(drives, &StudyParticipants::default(), &[]).join("\n");
     assert!(!said(&drives).contains("seen in slow motion."));
-    // Of 12 s.
+    // 3 of 12 s.
     drives[1].measures.values[at] = Some(3.0);
     let text = said(&drives);
     assert!(

@@ -1,49 +1,49 @@
-//! A linear mixed model with one random intercept a participant, by restricted maximum likelihood (REML). In: who, terms and
-//! response, row by row. Out: [`MixedModel`]: estimates, variances, and each contrast with its standard error, Satterthwaite's
-//! degrees of freedom, p and interval. The same numbers give the same bits.
+//! Linear mixed model with one random intercept per participant, by restricted maximum likelihood (REML). In: participant,
+//! terms and response, row by row. Out: [`MixedModel`]: estimates, variances, and each contrast with its standard error,
+//! Satterthwaite's degrees of freedom, p and interval. The same numbers give the same bits.
 //!
-//! With a single random intercept all depends on one ratio, that of the variances between and within participants: the other
-//! numbers follow in closed form (Bates 2015). Rows are needed only in sums over participants, so that a
-//! fit costs no more than a few hundred small matrices, however many rows there are.
+//! With a single random intercept the likelihood depends on one ratio, of the variances between and within participants; the
+//! other numbers follow in closed form (Bates 2015). Rows are needed only as sums over participants, so that a fit costs no
+//! more than a few hundred small matrices, however many rows there are.
 
 use super::distributions::{student_bound, student_p};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::collections::BTreeMap;
 
-/// Why a model cannot be fitted.
+/// Reason why a model cannot be fitted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ModelFault {
-    /// Fewer than two persons, or no more rows than numbers to find.
+    /// Fewer than two participants, or too few rows: no more than participants, or than estimates plus one.
     #[error("too few observations for a model: {rows} of {participants} participants")]
     TooFew {
-        /// Rows.
+        /// Number of rows of the data.
         rows: usize,
-        /// Participants.
+        /// Number of participants in these rows.
         participants: usize,
     },
-    /// A term is the sum of others.
+    /// A term that is a linear combination of the terms before it.
     #[error("the term {term} cannot be told from the terms before it")]
     Aliased {
-        /// Its place among the terms, from 0.
+        /// Position among the terms, from 0.
         term: usize,
     },
-    /// The terms and persons explain every number, or all numbers are equal.
+    /// No variation left: terms and participants explain every value, or all values are equal.
     #[error("nothing varies within participants beyond the terms of the model")]
     NoVariation,
 }
 
-/// Sums over participants with equally many rows.
+/// Sums over the participants with equally many rows.
 struct GroupSums {
-    /// Rows of each of them, and how many they are.
+    /// Rows of each participant, and number of participants.
     rows: f64,
     count: f64,
-    /// Sums over them of s s', s t and t t, where s and t are one participant's sums of terms and response.
+    /// Sums over participants of s s', s t and t t, where s and t are one participant's sums of terms and response.
     terms: DMatrix<f64>,
     cross: DVector<f64>,
     response: f64,
 }
 
-/// All that a fit needs of the rows.
+/// Sums of the rows that a fit needs.
 struct RowSums {
     groups: Vec<GroupSums>,
     terms: DMatrix<f64>,
@@ -52,7 +52,7 @@ struct RowSums {
     rows: f64,
 }
 
-/// The criterion at one ratio of variances: its derivatives by the ratio, and what follows from it.
+/// REML criterion at one ratio of variances, with derivatives by the ratio.
 struct AtRatio {
     inverse: DMatrix<f64>,
     estimates: DVector<f64>,
@@ -64,69 +64,70 @@ struct AtRatio {
     slope: DMatrix<f64>,
 }
 
-/// A fitted model.
+/// A fitted linear mixed model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MixedModel {
-    /// Intercept, then one number a term.
+    /// Estimates: the intercept, then one per term.
     pub estimates: Vec<f64>,
     /// Standard deviation between participants, in the unit of the response.
     pub sd_participant: f64,
-    /// Standard deviation within participants.
+    /// Standard deviation within participants, in the unit of the response.
     pub sd_residual: f64,
-    /// Each row less what model and participant's intercept say.
+    /// Residuals by row: the response less the fit and the participant's intercept.
     pub residuals: Vec<f64>,
-    /// Each participant's predicted departure from the intercept.
+    /// Predicted deviation of each participant from the intercept.
     pub intercepts: Vec<f64>,
-    /// Twice the negative logarithm of the restricted likelihood, as other programs print it.
+    /// REML criterion: minus two times the restricted log-likelihood, as other programs print it.
     pub criterion: f64,
     inverse: DMatrix<f64>,
     slope: DMatrix<f64>,
-    /// Covariance of the two variances' estimates (between over within, within); `None` where none is between.
+    /// Covariance of the estimated variance ratio (between over within) and the variance within: variance of the first,
+    /// covariance, variance of the second; `None` if the variance between is 0.
     variances: Option<[f64; 3]>,
     free: f64,
 }
 
-/// A weighted sum of a model's numbers.
+/// Estimate of a weighted sum of a model's estimates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContrastEstimate {
-    /// The sum.
+    /// Weighted sum of the estimates.
     pub estimate: f64,
-    /// Its standard error.
+    /// Standard error of the sum.
     pub se: f64,
-    /// Satterthwaite's degrees of freedom.
+    /// Degrees of freedom by Satterthwaite.
     pub df: f64,
     /// Estimate over standard error.
     pub t: f64,
-    /// Probability of a t farther from 0 if the sum is 0 in truth, on two sides.
+    /// Two-sided p value of t.
     pub p: f64,
 }
 
 impl ContrastEstimate {
-    /// The interval that holds the truth with the share `1 - alpha`.
+    /// Returns the confidence interval of level `1 - alpha`.
     pub fn interval(&self, alpha: f64) -> [f64; 2] {
         let half = student_bound(alpha, self.df) * self.se;
         [self.estimate - half, self.estimate + half]
     }
 }
 
-/// Ratios that are tried before the best is refined: deviations between over within of 0 to 3540.
+/// Number of ratios tried before the best is refined: standard deviation between over within from 0 to 3540.
 const TRIED: usize = 60;
-/// Sines of the angle between a term and the space of those before it, below which it is one of them.
+/// Sine of the angle between a term and the space of the terms before it, at or below which the term depends on them.
 const ALIASED: f64 = 1e-7;
 
 impl MixedModel {
-    /// Fits `response` of participants `who` (numbers from 0, each with a row at least) on an intercept and `terms`, one list
-    /// of as many numbers as there are rows each.
+    /// Fits `response` of participants `who` (numbers from 0, each with at least one row) on an intercept and `terms`; each
+    /// term is a list with one number per row.
     ///
     /// # Errors
-    /// There is too little to fit, a term depends on others, or nothing varies.
+    /// There are too few rows, a term depends on others, or nothing varies.
     pub fn fit(who: &[usize], terms: &[Vec<f64>], response: &[f64]) -> Result<Self, ModelFault> {
         let (rows, participants) = (response.len(), who.iter().max().map_or(0, |most| most + 1));
         let p = terms.len() + 1;
         if participants < 2 || rows <= participants.max(p + 1) {
             return Err(ModelFault::TooFew { rows, participants });
         }
-        // Terms and response are taken from their means, which keeps digits; the intercept gets them back.
+        // Terms and response are centred, which keeps digits; the intercept gets the means back.
         let mean = |values: &[f64]| values.iter().sum::<f64>() / rows as f64;
         let means: Vec<f64> = terms.iter().map(|term| mean(term)).collect();
         let middle = mean(response);
@@ -148,7 +149,7 @@ impl MixedModel {
             departures[*person].1 += 1.0;
         }
         let intercepts: Vec<f64> = departures.iter().map(|(sum, n)| ratio / (1.0 + n * ratio) * sum).collect();
-        // Back to terms that are not taken from their means: the intercept is a sum of the numbers found.
+        // Back to terms that are not centred: the intercept is a weighted sum of the estimates.
         let mut back = DMatrix::identity(p, p);
         means.iter().enumerate().for_each(|(k, mean)| back[(0, k + 1)] = -mean);
         let mut estimates = &back * &at.estimates;
@@ -175,7 +176,7 @@ impl MixedModel {
         })
     }
 
-    /// The sum of the model's numbers with these weights, as many as there are numbers.
+    /// Returns the sum of the estimates with these weights, one per estimate.
     pub fn contrast(&self, weights: &[f64]) -> ContrastEstimate {
         let l = DVector::from_column_slice(weights);
         let variance = self.sd_residual.powi(2);
@@ -188,21 +189,21 @@ impl MixedModel {
                 let spread = by_ratio * by_ratio * ratio + 2.0 * by_ratio * unit * both + unit * unit * within;
                 2.0 * of * of / spread
             }
-            // All variance is within: its degrees of freedom are those of a regression.
+            // All variance is within: the degrees of freedom are those of a regression.
             None => self.free,
         };
         let t = estimate / of.sqrt();
         ContrastEstimate { estimate, se: of.sqrt(), df, t, p: student_p(t, df) }
     }
 
-    /// The number of one term, 0 the intercept.
+    /// Returns the estimate of one term; 0 is the intercept.
     pub fn term(&self, k: usize) -> ContrastEstimate {
         let weights: Vec<f64> = (0..self.estimates.len()).map(|i| f64::from(u8::from(i == k))).collect();
         self.contrast(&weights)
     }
 }
 
-/// The first column that depends on those before it.
+/// Returns the first column that depends on the columns before it.
 fn aliased(matrix: &DMatrix<f64>) -> Option<usize> {
     let mut basis: Vec<DVector<f64>> = Vec::new();
     for (k, column) in matrix.column_iter().enumerate() {
@@ -254,7 +255,7 @@ impl RowSums {
         }
     }
 
-    /// Everything at one ratio of the variance between participants over that within.
+    /// Evaluates the criterion at one ratio of the variance between participants over that within.
     fn at(&self, ratio: f64) -> AtRatio {
         let p = self.cross.len();
         let mut terms = self.terms.clone();
@@ -296,7 +297,7 @@ impl RowSums {
         AtRatio { inverse, estimates, squares, determinants, slope }
     }
 
-    /// The ratio with the largest restricted likelihood; `None` where there is no variance within.
+    /// Returns the ratio with the largest restricted likelihood; `None` if there is no variance within.
     fn best(&self) -> Option<f64> {
         let free = self.rows - self.cross.len() as f64;
         let ratio_of = |i: usize| {
@@ -334,8 +335,8 @@ impl RowSums {
     }
 }
 
-/// Holm's correction for several tests (Holm 1979): each p as it is to be compared with the level of a single
-/// test, in the order given.
+/// Applies Holm's correction for several tests (Holm 1979): returns each p for comparison with the level of a single test, in
+/// the order given.
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));

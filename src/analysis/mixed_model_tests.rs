@@ -1,9 +1,9 @@
-//! The mixed model against closed forms. Against another program: `tests/studies/models.rs`.
+//! The mixed model against closed forms. `tests/studies/models.rs` compares it with another program.
 
 use super::*;
 use crate::rng;
 
-/// Persons with as many rows as there are conditions: a response of condition, person and chance.
+/// Returns participants with one row per condition: the response is a sum of condition, person and noise.
 fn balanced(persons: usize, conditions: usize, sd_person: f64) -> (Vec<usize>, Vec<Vec<f64>>, Vec<f64>) {
     let mut stream = rng::stream(5, "balanced");
     let (mut who, mut response) = (Vec::new(), Vec::new());
@@ -19,10 +19,10 @@ fn balanced(persons: usize, conditions: usize, sd_person: f64) -> (Vec<usize>, V
     (who, terms, response)
 }
 
-/// Each person in each condition once: then the model's variances are those of the analysis of variance, a difference of
-/// conditions has the residual's degrees of freedom, and with two conditions it is the paired t test.
+/// With each person in each condition once, the variances match the analysis of variance. A difference of conditions has
+/// the residual's degrees of freedom; with two conditions it is the paired t test.
 #[test]
-fn of_balanced_data_it_is_the_analysis_of_variance() {
+fn balanced_data_give_the_analysis_of_variance() {
     for (persons, conditions) in [(8, 2), (12, 4)] {
         let (who, terms, y) = balanced(persons, conditions, 2.0);
         let model = MixedModel::fit(&who, &terms, &y).unwrap();
@@ -44,7 +44,7 @@ fn of_balanced_data_it_is_the_analysis_of_variance() {
         assert!((first.estimate - (means[1] - means[0])).abs() < 1e-10);
         assert!((first.se - (2.0 * within / n).sqrt()).abs() < 1e-8);
         assert!((first.df - (n - 1.0) * (k - 1.0)).abs() < 1e-4, "{first:?}");
-        // The intercept's degrees of freedom by Satterthwaite's own formula for a sum of two mean squares.
+        // Degrees of freedom of the intercept, by Satterthwaite's own formula for a sum of two mean squares.
         let [a, b] = [between / k, (k - 1.0) * within / k];
         let known = (a + b).powi(2) / (a * a / (n - 1.0) + b * b / ((n - 1.0) * (k - 1.0)));
         assert!((model.term(0).df / known - 1.0).abs() < 1e-4, "{} {known}", model.term(0).df);
@@ -53,9 +53,9 @@ fn of_balanced_data_it_is_the_analysis_of_variance() {
     }
 }
 
-/// Where persons differ less than chance makes them, the variance between them is 0 and the model is a regression.
+/// Persons who differ less than chance have a variance of 0 between them, and the model is a regression.
 #[test]
-fn without_a_spread_of_persons_it_is_a_regression() {
+fn without_variance_between_persons_the_model_is_a_regression() {
     let who = [0, 0, 1, 1, 2, 2];
     // Every person has the same mean.
     let y = [1.0, 3.0, 0.5, 3.5, 1.5, 2.5];
@@ -66,21 +66,21 @@ fn without_a_spread_of_persons_it_is_a_regression() {
     let found = model.term(1);
     assert!((found.estimate - 2.0).abs() < 1e-12 && (found.se - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12, "{found:?}");
     assert_eq!(found.df, 4.0);
-    // Of six rows with two numbers, of which the product of the sums of squares is 6 x 1.5: 4 (ln(2 pi 1/4) + 1) + ln 9.
+    // Six rows, two estimates; the product of the sums of squares is 6 x 1.5: 4 (ln(2 pi 1/4) + 1) + ln 9.
     let criterion = 4.0 * ((0.5 * std::f64::consts::PI).ln() + 1.0) + 9.0_f64.ln();
     assert!((model.criterion - criterion).abs() < 1e-9, "{} {criterion}", model.criterion);
 }
 
 #[test]
-fn what_cannot_be_fitted_is_refused() {
+fn models_that_cannot_be_fitted_are_errors() {
     let (who, mut terms, y) = balanced(4, 3, 1.0);
     assert!(matches!(MixedModel::fit(&who[..3], &[], &y[..3]), Err(ModelFault::TooFew { rows: 3, participants: 1 })));
-    // Intercept, slope and variance from three rows leave nothing to tell the error of the slope.
+    // Intercept, slope and variance from three rows leave nothing to estimate the error of the slope.
     let slope = [vec![0.0, 1.0, 2.0]];
     let found = MixedModel::fit(&[0, 1, 0], &slope, &[1.0, 2.5, 3.0]);
     assert_eq!(found, Err(ModelFault::TooFew { rows: 3, participants: 2 }));
     assert_eq!(MixedModel::fit(&who, &terms, &[7.3; 12]), Err(ModelFault::NoVariation));
-    // Every row is what its person always does.
+    // Every row is its person's constant.
     let fixed: Vec<f64> = who.iter().map(|person| *person as f64).collect();
     assert_eq!(MixedModel::fit(&who, &terms, &fixed), Err(ModelFault::NoVariation));
     let sum = terms[0].iter().zip(&terms[1]).map(|(a, b)| 2.0 * a + b).collect();
@@ -88,9 +88,9 @@ fn what_cannot_be_fitted_is_refused() {
     assert_eq!(MixedModel::fit(&who, &terms, &y), Err(ModelFault::Aliased { term: 2 }));
 }
 
-/// The example of four tests: 0.005, 0.01, 0.03, 0.04 become 4, 3, 2 and 1 times themselves, never less than one before.
+/// Example of four tests: 0.005, 0.01, 0.03, 0.04 are multiplied by 4, 3, 2 and 1, and never fall below the value before.
 #[test]
-fn holm_takes_the_smallest_times_all_and_never_falls() {
+fn holm_multiplies_the_smallest_by_the_count_and_never_falls() {
     let found = holm(&[0.01, 0.04, 0.03, 0.005]);
     for (found, known) in found.iter().zip([0.03, 0.06, 0.06, 0.02]) {
         assert!((found - known).abs() < 1e-15, "{found} {known}");

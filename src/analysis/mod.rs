@@ -1,25 +1,26 @@
-//! From recordings to measures, tables and figures. In: one recording, a participant, or a whole data set. Out: CSV, SVG
-//! and one HTML page that opens off-line. SI units.
+//! From recordings to measures, tables and figures. In: one recording, a participant, or a whole data set. Out: CSV, SVG and
+//! one HTML page that opens off-line. SI units.
 //!
-//! * [`trial`]: one recorded drive, row by row: nothing here reads a whole table, so that a drive of days fits into memory.
-//! * [`traffic_steps`]: its vehicles by their numbers, step by step.
-//! * [`totals`]: one drive in sums.
-//! * [`events`]: when advice asks something new; [`pedal_noise`]: how pedals move when it does not; [`response`]: what a driver does
-//!   about each change (SAE J2944).
-//! * [`latency_fit`]: distributions of censored times; [`reactions`]: those of each participant in each condition.
-//! * [`measures`]: one drive in numbers; every definition with its options is in [`measures::MEASURES`], made of
+//! * [`trial`]: one recorded drive, row by row. Nothing here reads a whole table, so that a drive of days fits into memory.
+//! * [`traffic_steps`]: vehicles of a drive by their numbers, step by step.
+//! * [`totals`]: sums of one drive.
+//! * [`events`]: changes of the advice that need a response; [`pedal_noise`]: pedal movements without one; [`response`]: the
+//!   driver's response to each change (SAE J2944).
+//! * [`latency_fit`]: distributions of censored times; [`reactions`]: times of each participant in each condition.
+//! * [`measures`]: measures of one drive; every definition with its options is in [`measures::MEASURES`], made of
 //!   `measure_list` and the list of networks.
-//! * [`network`]: drives on networks, where vehicles come and go.
-//! * [`driver_moments`], [`driver_fit`], [`drivers`]: each participant in the numbers of the simulated driver.
-//! * [`collect`]: which recordings a folder holds, and which condition each is of.
-//! * [`people`]: who took part, and whose drives are left out.
+//! * [`network`]: drives on networks, where vehicles enter and leave.
+//! * [`driver_moments`], [`driver_fit`], [`drivers`]: each participant as a simulated driver.
+//! * [`collect`]: the recordings in a folder, each with its condition.
+//! * [`people`]: participants, and exclusions.
 //! * [`sickness`]: ratings of sickness while driving.
-//! * [`trajectories`]: what a figure of one drive can show.
-//! * [`plan`], [`planned`]: the analysis that the study's file plans, and how it came out; [`mixed_model`], [`normality`],
-//!   [`distributions`] are its statistics, `models_page` its part of the report; [`power`]: how often a plan finds an effect.
-//! * [`glossary`]: what each column of the tables is, in words.
-//! * [`setup`], [`methods`]: what the drives have in common, and the paragraphs that say how they were made.
-//! * [`tables`], [`figures`], [`report`]: what is written, drive by drive in `drive_section`; `page` counts figures and tables and has the page's style.
+//! * [`trajectories`]: data for the figures of one drive.
+//! * [`plan`], [`planned`]: the analysis planned in the study's file, and its results; [`mixed_model`], [`normality`],
+//!   [`distributions`] are its statistics, `models_page` its part of the report; [`power`]: how often a plan detects an effect.
+//! * [`glossary`]: definitions of all columns of the tables.
+//! * [`setup`], [`methods`]: the setup that drives share, and the paragraphs of the methods.
+//! * [`tables`], [`figures`], [`report`]: the output, with single drives in `drive_section`; `page` numbers figures and tables
+//!   and has the page's style.
 
 pub mod answer_fit;
 pub mod collect;
@@ -68,10 +69,10 @@ pub use trial::RecordedTrial;
 #[cfg(test)]
 mod page_tests;
 
-/// Why a folder cannot be analysed.
+/// Reason why a folder cannot be analysed.
 #[derive(Debug, thiserror::Error)]
 pub enum AnalysisError {
-    /// It holds nothing to analyse, or something that is not as this program writes it; the message is complete.
+    /// Nothing to analyse, or a file that does not have this program's format; the message is complete.
     #[error("{0}")]
     Input(String),
     /// A recording cannot be read.

@@ -1,6 +1,5 @@
-//! The planned analysis on the report's page. In: a [`PlannedAnalysis`]. Out: what was planned and what was changed after, who was
-//! left out and why, models with their contrasts, and figures: each person over conditions with the model's means, and
-//! quantile-quantile plots.
+//! Planned analysis on the report's page. In: a [`PlannedAnalysis`]. Out: the plan and its changes, exclusions with reasons,
+//! models with their contrasts, and figures: each person over conditions with the model's means, and quantile-quantile plots.
 
 use super::{
     MEASURES,
@@ -12,10 +11,10 @@ use super::{
 };
 use crate::plot::{Axis, COLOURS, Chart, ChartSheet, PlotShape, PrintWidth, escaped, lines_needed};
 
-/// Where there is no number.
+/// Mark of a missing number.
 const NONE: &str = "–";
 
-/// The part of the page.
+/// Adds the section of the planned analysis to the page.
 pub(super) fn section(page: &mut ReportPage, planned: &PlannedAnalysis) {
     page.put("<section id=\"planned-analysis\">\n<h2>Planned analysis</h2>");
     plan(page, planned);
@@ -134,12 +133,12 @@ fn contrasts(page: &mut ReportPage, planned: &PlannedAnalysis, fitted: &[(&Plann
     );
 }
 
-/// Three decimals as journals have them.
+/// Formats a p value with three decimals, as journals do.
 fn probability(p: f64) -> String {
     if p < 0.001 { "<0.001".into() } else { format!("{p:.3}") }
 }
 
-/// What a measure is called.
+/// Returns the title of a measure; empty for an unknown name.
 fn measure_title(name: &str) -> &'static str {
     MEASURES.iter().find(|measure| measure.name == name).map_or("", |measure| measure.title)
 }
@@ -175,14 +174,14 @@ fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutco
     );
 }
 
-/// A participant's mean in a condition, where there is one.
+/// Returns a participant's mean in a condition; `None` without observations.
 fn own_mean(of: &FittedOutcome, person: usize, condition: usize) -> Option<f64> {
     let rows = of.observations.iter().filter(|row| row.0 == person && row.1 == condition);
     let values: Vec<f64> = rows.map(|row| row.2).collect();
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Lines of the participants over conditions; beside them the model's means with their intervals.
+/// Draws the participants as lines over conditions, with the model's means and their intervals beside them.
 fn persons(outcome: &PlannedOutcome, of: &FittedOutcome) -> Option<ReportFigure> {
     let measure = &MEASURES[outcome.measure];
     let (own, mean) = (|i: usize| i as f64 + 0.92, |i: usize| i as f64 + 1.16);
@@ -246,7 +245,7 @@ fn persons(outcome: &PlannedOutcome, of: &FittedOutcome) -> Option<ReportFigure>
     })
 }
 
-/// Quantile-quantile plots of residuals and of the participants' intercepts.
+/// Draws the quantile-quantile plots of residuals and of the participants' intercepts.
 fn normal(outcome: &PlannedOutcome, of: &FittedOutcome) -> ReportFigure {
     let measure = &MEASURES[outcome.measure];
     let chart = |title: &str, numbers: &[f64]| {
@@ -264,7 +263,7 @@ fn normal(outcome: &PlannedOutcome, of: &FittedOutcome) -> ReportFigure {
         Chart { shapes: [line].into_iter().chain(dots).collect(), ..Chart::new(title, x, y, 150.0) }
     };
     let mut charts = vec![chart("Residuals", &of.model.residuals)];
-    // Where the variance between participants is 0, there are no intercepts to look at.
+    // With a variance of 0 between participants there are no intercepts to check.
     if of.model.sd_participant > 0.0 {
         charts.push(chart("Participants' intercepts", &of.model.intercepts));
     }
@@ -281,7 +280,7 @@ fn normal(outcome: &PlannedOutcome, of: &FittedOutcome) -> ReportFigure {
     }
 }
 
-/// What the methods say of it.
+/// Returns the paragraph of the methods on the planned analysis.
 pub(super) fn paragraph(planned: &PlannedAnalysis) -> String {
     let plan = &planned.plan;
     let changed = if planned.changes.is_empty() {

@@ -1,13 +1,13 @@
-//! Are these numbers normal? In: residuals, or the deviations of persons. Out: Shapiro and Wilk's W with its probability, and the points
-//! of a quantile-quantile plot. With few numbers the test sees only gross departures, and with many it sees those that do no
-//! harm: it is shown beside the plot and decides nothing.
+//! Tests of normality. In: residuals, or the deviations of persons. Out: Shapiro and Wilk's W with its p value, and the points
+//! of a quantile-quantile plot. With few numbers the test detects only gross departures, with many also harmless ones: it is
+//! shown beside the plot and decides nothing.
 
 use super::distributions::{normal_above, normal_quantile};
 
-/// Shapiro and Wilk's test of normality.
+/// Result of Shapiro and Wilk's test of normality.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalityTest {
-    /// Correlation of the sorted numbers with those that are expected of a normal sample, squared: 1 where they agree.
+    /// Squared correlation of the sorted numbers with the expected values of a normal sample: 1 where they agree.
     pub w: f64,
     /// Probability of a smaller W in normal samples.
     pub p: f64,
@@ -17,8 +17,8 @@ fn polynomial(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// Shapiro and Wilk's test with Royston's approximation, whose coefficients these are (Royston 1995).
-/// `None` for fewer than 3 numbers, more than 5000, or equal ones.
+/// Computes Shapiro and Wilk's test with Royston's approximation and coefficients (Royston 1995). `None` for fewer than 3
+/// numbers, more than 5000, or equal ones.
 pub fn shapiro_wilk(numbers: &[f64]) -> Option<NormalityTest> {
     let n = numbers.len();
     let mut sorted = numbers.to_vec();
@@ -58,7 +58,7 @@ pub fn shapiro_wilk(numbers: &[f64]) -> Option<NormalityTest> {
     Some(NormalityTest { w, p: normal_above((y - mean) / deviation) })
 }
 
-/// Weights of the sorted numbers: those of an expected normal sample, with Royston's correction at the ends.
+/// Returns the weights of the sorted numbers: expected values of a normal sample, with Royston's correction at the ends.
 fn weights(n: usize) -> Vec<f64> {
     if n == 3 {
         return vec![-0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt()];
@@ -82,8 +82,8 @@ fn weights(n: usize) -> Vec<f64> {
     weights
 }
 
-/// Points of a quantile-quantile plot: what a normal sample is expected to have, and the sorted numbers in their own standard
-/// deviations. Empty where all are equal.
+/// Returns the points of a quantile-quantile plot: the normal quantile, and the sorted number in standard deviations from the
+/// mean. Empty if all numbers are equal.
 pub fn quantiles(numbers: &[f64]) -> Vec<[f64; 2]> {
     let n = numbers.len() as f64;
     let mean = numbers.iter().sum::<f64>() / n;
@@ -100,9 +100,9 @@ pub fn quantiles(numbers: &[f64]) -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
 
-    /// What R's shapiro.test says of the same numbers.
+    /// Expected: R's shapiro.test for the same numbers.
     #[test]
-    fn the_test_is_that_of_another_program() {
+    fn the_test_matches_r() {
         let few = [2.1, 3.4, 1.9];
         let eight = [2.1, 3.4, 1.9, 5.5, 2.8, 3.1, 2.2, 9.7];
         // Squares of 1 to 20: skewed.
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn quantiles_of_a_straight_line_rise_and_have_their_middle_at_0() {
         let points = quantiles(&[3.0, 1.0, 2.0]);
-        // Of three: the shares 1/6, 1/2, 5/6, whose normal numbers a table has as -0.9674, 0, 0.9674.
+        // Three numbers have the shares 1/6, 1/2, 5/6, with normal quantiles of -0.9674, 0, 0.9674 by table.
         let known = [[-0.967_421_566, -1.0], [0.0, 0.0], [0.967_421_566, 1.0]];
         for (found, known) in points.iter().zip(known) {
             assert!((found[0] - known[0]).abs() < 1e-8 && (found[1] - known[1]).abs() < 1e-12, "{points:?}");

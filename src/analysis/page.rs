@@ -1,10 +1,10 @@
-//! A page that is read on a screen and printed. In: headings, paragraphs, figures and tables. Out: HTML in which figures and tables
-//! are numbered in order and have captions, and whose style keeps them whole on paper.
+//! Page for screen and print. In: headings, paragraphs, figures and tables. Out: HTML with figures and tables numbered in
+//! order, with captions, and a style that keeps them whole on paper.
 
 use crate::plot::{escaped, minus};
 use std::fmt::Write;
 
-/// The style. A sheet of A4 leaves 183 mm between its margins: a figure as wide as a journal's page, or two as wide as a column.
+/// Style sheet. A sheet of A4 leaves 183 mm between its margins: one figure of page width, or two of column width.
 pub(super) const STYLE: &str = "\
 :root{color-scheme:light}\
 body{font:15px/1.5 Helvetica,Arial,sans-serif;color:#222;background:#fff;max-width:192mm;margin:2em auto;padding:0 1.5em}\
@@ -35,10 +35,10 @@ thead{display:table-header-group}\
 p{orphans:3;widows:3}\
 a{text-decoration:none}}";
 
-/// Rows of a table that stays whole on a sheet.
+/// Largest number of rows of a table that is kept whole on a sheet.
 const WHOLE: usize = 24;
 
-/// A page in the making, and the figures in it by their file names.
+/// A page under construction, and its figures by file name.
 #[derive(Default)]
 pub(super) struct ReportPage {
     pub html: String,
@@ -46,45 +46,45 @@ pub(super) struct ReportPage {
     tables: usize,
 }
 
-/// A figure and what is said of it.
+/// A figure with its caption.
 pub(super) struct ReportFigure {
-    /// Name of its file without ending.
+    /// File name without its ending.
     pub name: String,
     pub svg: String,
-    /// Text without markup.
+    /// Caption, text without markup.
     pub caption: String,
 }
 
-/// A head or a row: texts that are numbers stand at the right, but for the first.
+/// Cells of a head or a row. Columns are numbers, aligned right, except the first and those named as texts.
 pub(super) type TableCells = Vec<String>;
 
 impl ReportPage {
-    /// Markup as it is.
+    /// Appends markup unchanged, and a line break.
     pub fn put(&mut self, text: &str) {
         self.html.push_str(text);
         self.html.push('\n');
     }
 
-    /// A paragraph of text with markup.
+    /// Appends a paragraph of text with markup.
     pub fn paragraph(&mut self, class: &str, html: &str) {
         self.put(&format!("<p class=\"{class}\">{html}</p>"));
     }
 
-    /// Links to `count` figures, the first of which is `ahead` figures after the next one: `ReportFigure 3`, `Figures 3 and 4`,
-    /// `Figures 3 to 9`.
+    /// Returns links to `count` figures, starting `ahead` figures after the next one: `Figure 3`, `Figures 3 and 4`, `Figures 3
+    /// to 9`.
     pub fn figure_links(&self, ahead: usize, count: usize) -> String {
         links("figure", "Figure", self.figures.len() + 1 + ahead, count)
     }
 
-    /// Links to the next `count` tables.
+    /// Returns links to the next `count` tables.
     pub fn table_links(&self, count: usize) -> String {
         links("table", "Table", self.tables + 1, count)
     }
 
-    /// A figure with the next number.
+    /// Appends a figure with the next number.
     pub fn figure(&mut self, figure: ReportFigure) {
         let ReportFigure { name, svg, caption } = figure;
-        // Names within a picture are names of the whole page here.
+        // Ids within a picture are made unique on the page.
         let n = self.figures.len();
         let inline = svg.replace("id=\"f", &format!("id=\"p{n}f")).replace("url(#f", &format!("url(#p{n}f"));
         let class = if svg.contains("width=\"89mm\"") { "column" } else { "page" };
@@ -97,7 +97,7 @@ impl ReportPage {
         self.figures.push((format!("{name}.svg"), svg));
     }
 
-    /// A table with the next number; its columns but for `texts` are numbers. Cells are texts without markup.
+    /// Appends a table with the next number; all columns but the first and `texts` are numbers. Cells are texts without markup.
     pub fn table(&mut self, caption: &str, head: &TableCells, rows: &[TableCells], texts: &[usize]) {
         let plain = |cell: &String| escaped(cell);
         self.marked_table(
@@ -108,7 +108,7 @@ impl ReportPage {
         );
     }
 
-    /// The same, of cells with markup.
+    /// Appends a table with cells of markup, else as [`Self::table`].
     pub fn marked_table(&mut self, caption: &str, head: &TableCells, rows: &[TableCells], texts: &[usize]) {
         self.tables += 1;
         let class = if rows.len() <= WHOLE { " class=\"whole\"" } else { "" };
@@ -141,7 +141,7 @@ fn links(kind: &str, name: &str, first: usize, count: usize) -> String {
     }
 }
 
-/// Three digits that count, and a true minus sign.
+/// Formats a number with three significant digits and a true minus sign; below 1, with three decimals.
 pub(super) fn short(value: f64) -> String {
     let text = match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),

@@ -1,4 +1,4 @@
-//! The page and its figures, of drives made up by hand.
+//! The page and its figures, for drives made up by hand.
 
 use super::{
     AnalysedRecording, DriveMeasures, DriveSetup, FoundRecording, MEASURES, RecordedTrial, StudyParticipants,
@@ -15,7 +15,7 @@ use super::{
     trajectories::DriveTrajectories,
 };
 
-/// A trial of a participant whose every measure is `value`, or is not there.
+/// Returns a trial of a participant in which every measure is `value`, or missing.
 fn drive(participant: &str, condition: &str, rank: usize, value: Option<f64>) -> AnalysedRecording {
     let found = FoundRecording {
         participant: participant.into(),
@@ -40,7 +40,7 @@ fn drive(participant: &str, condition: &str, rank: usize, value: Option<f64>) ->
     }
 }
 
-/// Two participants in two conditions; one number is missing.
+/// Returns trials of two participants in two conditions; one has no values.
 pub(super) fn drives() -> Vec<AnalysedRecording> {
     vec![
         drive("sub-P01", "few & <fast>", 0, Some(2.0)),
@@ -50,7 +50,7 @@ pub(super) fn drives() -> Vec<AnalysedRecording> {
     ]
 }
 
-/// The same, of which the first participant drove on a network.
+/// Returns the trials of [`drives`], with the first participant on a network.
 pub(super) fn mixed_drives() -> Vec<AnalysedRecording> {
     let mut drives = drives();
     for drive in &mut drives[..2] {
@@ -61,7 +61,7 @@ pub(super) fn mixed_drives() -> Vec<AnalysedRecording> {
     drives
 }
 
-/// Attributes of all elements of this name in a picture.
+/// Returns an attribute of all elements of this name in a picture.
 fn all(svg: &str, name: &str, attribute: &str) -> Vec<String> {
     let document = roxmltree::Document::parse(svg).unwrap();
     let found = document.descendants().filter(|node| node.has_tag_name(name));
@@ -81,12 +81,12 @@ fn a_distribution_has_a_dot_a_trial_a_line_a_pair_and_a_mean_a_condition() {
         "one drove both; one mean has an interval: {svg}"
     );
     let heights: Vec<f64> = all(&svg, "circle", "cy").iter().map(|cy| cy.parse().unwrap()).collect();
-    // In the order 2 and 3 and their mean 2.5, then 4 and its mean: greater is higher up, evenly.
+    // Order: 2 and 3 and their mean 2.5, then 4 and its mean. Greater values are higher up, evenly.
     let [two, three, mean, four, alone] = heights[..] else { panic!("{heights:?}") };
     assert!((mean - 0.5 * (two + three)).abs() < 0.11 && (four - alone).abs() < 0.11, "{heights:?}");
     assert!((four - (two + 2.0 * (three - two))).abs() < 0.21 && four < three && three < two, "{heights:?}");
     assert!(svg.contains("few &amp; &lt;fast>") || svg.contains("few &amp; &lt;fast&gt;"));
-    // One trial is no distribution.
+    // One trial is not a distribution.
     assert_eq!(figures::distribution(&drives()[..1], 0), None);
 }
 
@@ -111,12 +111,12 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     let mut page = ReportPage::default();
     study(&mut page, &drives());
     let row = page.html.lines().find(|line| line.starts_with("<tr><td>Mean speed of all vehicles, m/s</td>")).unwrap();
-    // 2 and 3 have the mean 2.5; of two participants one has no number, and of one number there is no interval.
+    // 2 and 3 have the mean 2.5. One of two participants has no number in "many", and a single number has no interval.
     assert!(row.contains("<td>2.50 [2.00, 3.00]</td>"), "{row}");
     assert!(row.contains("<td>4.00 (N = 1)</td>"), "{row}");
     assert!(page.html.contains("<th>few &amp; &lt;fast&gt; (N = 2)</th>") && !page.html.contains("<fast>"));
     assert!(page.figures.iter().any(|(name, _)| name == "by-condition-mean-speed-mps.svg"));
-    // Differences of 1, 2 and 3 m/s: (2.80 x 1 / 2)^2 = 1.96 participants would show them.
+    // Differences of 1, 2 and 3 m/s: (2.80 x 1 / 2)^2 = 1.96 participants would detect them.
     let mut three = Vec::new();
     for (who, few, many) in [("sub-P01", 3.0, 4.0), ("sub-P02", 2.0, 4.0), ("sub-P03", 5.0, 8.0)] {
         three.extend([drive(who, "few", 0, Some(few)), drive(who, "many", 1, Some(many))]);
@@ -137,12 +137,12 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
         assert!(page.html.starts_with(&format!("<h2>{title}</h2>")) && page.html.contains(what), "{}", page.html);
     }
 
-    // A few drives stand beside each other, more one below the other in two tables.
+    // A few drives are columns of one table; more are rows of two tables.
     let mut page = ReportPage::default();
     every(&mut page, &drives());
     let row = page.html.lines().find(|line| line.contains("<td>Minimum gap, m</td>")).unwrap();
     assert!(row.ends_with("<td>2.00</td><td>4.00</td><td>3.00</td><td>–</td></tr>"), "{row}");
-    // Those of networks are of no drive here.
+    // No drive here has measures of networks.
     let roads = crate::analysis::RoadKinds { closed: true, networks: false };
     assert_eq!(page.html.matches("<tr><td>").count(), MEASURES.iter().filter(|measure| measure.is_on(roads)).count());
     let mut page = ReportPage::default();
@@ -169,7 +169,7 @@ fn drives_one_by_one_of_a_study_are_those_of_its_first_participant() {
 }
 
 #[test]
-fn drives_on_networks_and_closed_routes_share_a_page_that_says_what_each_has_not() {
+fn networks_and_closed_routes_share_a_page_that_names_missing_measures() {
     let head = |drives: &[AnalysedRecording]| tables::trials(drives).lines().next().unwrap().to_owned();
     let [rings, mixed] = [drives(), mixed_drives()];
     assert!(!head(&rings).contains("travel_time_s") && head(&mixed).contains(",throughput_per_h,"));
@@ -185,7 +185,7 @@ fn drives_on_networks_and_closed_routes_share_a_page_that_says_what_each_has_not
     assert!(!about(&rings, "throughput_per_h").unwrap().contains("network"));
     assert!(about(&mixed, "trips").unwrap().contains("; on networks alone"));
     assert!(!about(&mixed[..2], "trips").unwrap().contains("alone") && about(&rings, "trips").is_none());
-    // Of networks alone the page has no row of what cannot be there, and names it.
+    // With networks only, the page has no rows of measures of closed routes, and names these.
     let page_of = |drives: &[AnalysedRecording]| {
         let mut page = ReportPage::default();
         every(&mut page, drives);
@@ -197,13 +197,13 @@ fn drives_on_networks_and_closed_routes_share_a_page_that_says_what_each_has_not
     assert!(of_mixed.contains(&format!("<td>{title}, m/s</td>")) && of_mixed.contains("<td>Red lights passed</td>"));
     assert!(!of_networks.contains(&format!("<td>{title}, m/s</td>")));
     assert!(of_networks.contains("Not measured on networks") && of_networks.contains(title), "{of_networks}");
-    // Many drives have a table more.
+    // A page of many drives has one table more.
     let many = page_of(&[mixed_drives(), mixed_drives()].concat());
     assert_eq!(many.matches("<table").count(), 3);
     assert!(many.contains("Measures of every drive: road networks. N = 8 drives of 2 participants."), "{many}");
 }
 
-/// What is read of a page: its text outside of the style, without markup.
+/// Returns the text of a page outside the style, without markup.
 fn read(html: &str) -> String {
     let mut text = String::new();
     let body = html.find("<body>").map_or(html, |at| &html[at..]);
@@ -214,7 +214,7 @@ fn read(html: &str) -> String {
     text
 }
 
-/// Somebody of whom a bias alone is told.
+/// Returns a participant with a fitted bias and no other number.
 fn driver() -> ParticipantDriver {
     let bias = FoundNumber { value: -0.2, interval: [-0.3, -0.1], rests_on_s: 120.0 };
     let found = FoundDriver { speed_bias_mps: Some(bias), ..FoundDriver::default() };
@@ -222,7 +222,7 @@ fn driver() -> ParticipantDriver {
 }
 
 #[test]
-fn a_driver_has_what_is_told_of_him_and_no_more() {
+fn a_driver_has_the_fitted_numbers_and_no_others() {
     let (html, _, methods) = whole_page();
     let row = "<tr><td>sub-P01</td><td>–</td><td>−0.200 [−0.300, −0.100]</td><td>–</td><td>–</td></tr>";
     assert!(html.contains(row) && html.contains("N = 1 participant."), "{html}");
@@ -234,14 +234,14 @@ fn a_driver_has_what_is_told_of_him_and_no_more() {
         file.contains("participant = \"sub-P01\"\nspeed_bias_mps = -0.2\n") && !file.contains("reaction_s"),
         "{file}"
     );
-    // Nothing is said of nobody.
+    // A participant without numbers is not mentioned.
     let nobody = ParticipantDriver { found: FoundDriver::default(), ..driver() };
     let mut page = ReportPage::default();
     drivers::section(&mut page, std::slice::from_ref(&nobody));
     assert_eq!((page.html.as_str(), drivers::paragraph(&[nobody]).as_str()), ("", ""));
 }
 
-/// A study of two participants with negative numbers, and a questionnaire.
+/// Returns the page of a study of two participants with negative numbers, and a questionnaire.
 fn whole_page() -> (String, Vec<(String, String)>, String) {
     let mut drives = drives();
     drives.iter_mut().for_each(|drive| drive.measures.values[index("speed_gain_mps")] = Some(-0.25));
@@ -260,7 +260,7 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
 }
 
 #[test]
-fn what_differs_comes_first_then_the_signature_and_neither_is_markup() {
+fn changed_files_come_first_then_the_signature_both_escaped() {
     let proof = FileProof { changed: vec!["<b>a</b>".into()], signature: Some("authentic: signed by <i>".into()) };
     let html = report("<u>", &drives(), &StudyParticipants::default(), &proof, &[], None).unwrap().html;
     let at = |part: &str| html.find(part).unwrap_or_else(|| panic!("{part}"));
@@ -271,7 +271,7 @@ fn what_differs_comes_first_then_the_signature_and_neither_is_markup() {
 }
 
 #[test]
-fn figures_and_tables_are_numbered_in_order_captioned_with_their_n_and_referred_to() {
+fn figures_and_tables_are_numbered_captioned_and_referred_to() {
     let (html, figures, _) = whole_page();
     let [n_figures, n_tables] = ["<figure ", "<table "].map(|tag| html.matches(tag).count());
     assert!(n_figures == figures.len() && n_figures > 8 && n_tables == 13, "{n_figures} {n_tables}");
@@ -318,7 +318,7 @@ fn tables_for_programs_keep_their_hyphens() {
 }
 
 #[test]
-fn no_name_of_a_column_is_read_outside_of_the_data_dictionary_and_no_hyphen_is_a_minus() {
+fn column_names_stay_in_the_dictionary_and_minus_signs_are_no_hyphens() {
     let (html, figures, methods) = whole_page();
     let (page, dictionary) = html.split_once("<section id=\"data-dictionary\">").unwrap();
     let text = read(page) + &methods;
@@ -353,18 +353,18 @@ fn on_paper_no_figure_is_cut_and_no_heading_stands_alone() {
     ] {
         assert!(STYLE.contains(rule) && html.contains(rule), "{rule}");
     }
-    // Every picture stands in such a block, under which alone its caption stands.
+    // Every picture is in a block of its own with its caption.
     let body = &html[html.find("<body>").unwrap()..];
     for figure in body.split("<figure ").skip(1) {
         let inside = figure.split_once("</figure>").unwrap().0;
         assert!(inside.matches("<svg ").count() == 1 && inside.matches("<figcaption>").count() == 1);
     }
     assert_eq!(body.matches("<svg ").count(), figures.len());
-    // As wide as a journal's column or page, which is as wide as the sheet between its margins, or less.
+    // Width of a journal's column or page, which is at most the sheet between its margins.
     for (name, svg) in &figures {
         assert!(svg.contains("width=\"89mm\"") || svg.contains("width=\"183mm\""), "{name}");
     }
-    // After a heading comes the text that leads on to what follows.
+    // After a heading comes the text that introduces what follows.
     for after in body.split("</h2>\n").skip(1) {
         let is_led = after.starts_with("<p class=\"lead\">") || after.starts_with("<p class=\"note lead\">");
         assert!(is_led || after.starts_with("<h3>"), "{}", &after[..60]);
@@ -413,7 +413,7 @@ fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
 }
 
 #[test]
-fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
+fn the_page_names_participants_rehearsal_and_scores() {
     use crate::analysis::people::{ScoreColumn, StudyParticipant};
     let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
     let all = vec![person("sub-R01", "complete"), person("sub-R02", "excluded")];
@@ -441,7 +441,7 @@ fn the_page_says_who_took_part_that_nobody_drove_and_how_they_scored() {
 }
 
 #[test]
-fn numbers_have_three_digits_that_count() {
+fn numbers_have_three_significant_digits() {
     for (value, text) in [
         (123.456, "123"),
         (-45.678, "−45.7"),
@@ -459,7 +459,7 @@ fn numbers_have_three_digits_that_count() {
 }
 
 #[test]
-fn names_within_a_figure_are_its_own_on_the_page() {
+fn ids_within_a_figure_are_unique_on_the_page() {
     let mut page = ReportPage::default();
     let svg = r##"<svg><clipPath id="f0"/><g clip-path="url(#f0)"/></svg>"##;
     for name in ["one", "two"] {

@@ -1,36 +1,36 @@
-//! How far a person's pedals move while nothing is asked of them. In: pedals (accelerator less brake) tick by tick. Out: a threshold that
-//! such idle movements seldom pass, as a share of travel.
+//! Idle movements of a person's pedals. In: pedals (accelerator less brake) tick by tick. Out: a threshold that these movements
+//! seldom exceed, as a share of travel.
 //!
-//! A movement is how far the pedals are, in one direction, from where they were furthest the other way within the last
-//! [`WINDOW_S`]. It is taken at every tick at which no event is pending, in both directions; the threshold is the 95th
-//! percentile of all of these, and [`LEAST`] at the least. The detector of responses takes its movements over the same window.
+//! A movement is the distance of the pedals, in one direction, from their extreme position the other way within the last
+//! [`WINDOW_S`]. It is taken at every tick without a pending event, in both directions. The threshold is the 95th percentile of
+//! all movements, at least [`LEAST`]. The detector of responses takes its movements over the same window.
 
 use crate::time::TICKS_PER_S;
 use std::collections::VecDeque;
 
-/// Length of the window, seconds: room for a deliberate movement of a foot, a slow one too.
+/// Length of the window, seconds: enough for a deliberate movement of a foot, even a slow one.
 pub const WINDOW_S: f64 = 1.0;
 /// Smallest threshold, share of travel: pedals of ten bits and a resting foot move by less.
 pub const LEAST: f64 = 0.01;
 /// Share of idle movements that stay below the threshold.
 pub const SHARE: f64 = 0.95;
-/// Time of idle pedals from which on their percentile is told, seconds.
+/// Minimum time of idle pedals for a percentile, seconds.
 pub const ENOUGH_S: f64 = 20.0;
-/// Bins over two travels (brake floored to accelerator floored).
+/// Number of bins over two travels (brake floored to accelerator floored).
 const BINS: usize = 2000;
 
-/// The pedals of the last [`WINDOW_S`], with the furthest to both sides.
+/// Pedals of the last [`WINDOW_S`], with their extremes.
 #[derive(Clone, Debug, Default)]
 pub struct MovementWindow {
     seen: u64,
     values: VecDeque<f64>,
-    /// Falling, rising: what may become the smallest and the largest, with its number.
+    /// Candidates for the minimum (rising) and for the maximum (falling), with their tick numbers.
     lows: VecDeque<(u64, f64)>,
     highs: VecDeque<(u64, f64)>,
 }
 
 impl MovementWindow {
-    /// The next tick.
+    /// Adds the next tick.
     pub fn add(&mut self, pedals: f64) {
         let size = (WINDOW_S * f64::from(TICKS_PER_S)) as u64;
         while self.lows.back().is_some_and(|last| last.1 >= pedals) {
@@ -54,13 +54,13 @@ impl MovementWindow {
         }
     }
 
-    /// How far the pedals have moved up and down from the furthest the other way, share of travel; `None` before a whole window.
+    /// Returns the movements up and down from the extreme the other way, share of travel; `None` before a whole window.
     pub fn movements(&self) -> Option<[f64; 2]> {
         let is_whole = self.seen >= (WINDOW_S * f64::from(TICKS_PER_S)) as u64;
         is_whole.then(|| [self.rise(), self.fall()])
     }
 
-    /// How far the pedals are above their lowest in the window.
+    /// Returns the distance of the pedals above their lowest position in the window, share of travel.
     pub fn rise(&self) -> f64 {
         let last = self.values.back().copied().unwrap_or_default();
         self.lows.front().map_or(0.0, |low| last - low.1)
@@ -71,28 +71,28 @@ impl MovementWindow {
         self.highs.front().map_or(0.0, |high| high.1 - last)
     }
 
-    /// The lowest value.
+    /// Returns the lowest position in the window, share of travel.
     pub fn lowest(&self) -> f64 {
         self.lows.front().map_or(0.0, |low| low.1)
     }
 
-    /// How many ticks ago the pedals were last no more than `share` above their lowest.
+    /// Returns the ticks since the pedals were last at most `share` above their lowest position.
     pub fn ticks_since_within(&self, share: f64) -> u64 {
         let limit = self.lowest() + share;
         self.values.iter().rev().position(|value| *value <= limit).unwrap_or_default() as u64
     }
 }
 
-/// How often idle pedals have moved how far.
+/// Distribution of the sizes of idle pedal movements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PedalNoise {
-    /// Movements by their size, in steps of a thousandth of travel; empty before the first.
+    /// Number of movements by size, in bins of a thousandth of travel; empty before the first.
     counts: Vec<u64>,
     ticks: u64,
 }
 
 impl PedalNoise {
-    /// The movements at the next idle tick.
+    /// Adds the movements at the next idle tick.
     pub fn add(&mut self, window: &MovementWindow) {
         let Some(movements) = window.movements() else { return };
         self.counts.resize(BINS, 0);
@@ -102,7 +102,7 @@ impl PedalNoise {
         self.ticks += 1;
     }
 
-    /// The threshold, share of travel; `None` of less than [`ENOUGH_S`] of idle pedals.
+    /// Returns the threshold, share of travel; `None` below [`ENOUGH_S`] of idle pedals.
     pub fn threshold(&self) -> Option<f64> {
         if (self.ticks as f64) < ENOUGH_S * f64::from(TICKS_PER_S) {
             return None;
@@ -117,20 +117,20 @@ impl PedalNoise {
     }
 }
 
-/// Where a threshold is from.
+/// Source of a threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NoiseSource {
-    /// The practice of the same participant.
+    /// Practice of the same participant.
     Practice,
     /// The drive itself, while no event was pending.
     Drive,
-    /// Neither had enough idle time: the smallest threshold.
+    /// Smallest threshold, since neither had enough idle time.
     #[default]
     Least,
 }
 
 impl NoiseSource {
-    /// As the tables say it.
+    /// Returns the word in the tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Practice => "practice",
@@ -139,7 +139,7 @@ impl NoiseSource {
         }
     }
 
-    /// The threshold, share of travel, and where it is from.
+    /// Returns the threshold, share of travel, and its source.
     pub fn choose(practice: Option<&PedalNoise>, drive: &PedalNoise) -> (f64, Self) {
         let of_practice = practice.and_then(PedalNoise::threshold).map(|threshold| (threshold, Self::Practice));
         of_practice
@@ -153,8 +153,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_threshold_is_what_idle_movements_pass_once_in_twenty() {
-        // A saw tooth: up by 0.1 % of travel a tick for 50 ticks, down as fast: rises within a second are even over 0..5 %.
+    fn the_threshold_is_the_95th_percentile_of_idle_movements() {
+        // A sawtooth: up by 0.1 % of travel a tick for 50 ticks, down as fast. Rises within a second are even over 0 to 5 %.
         let mut noise = PedalNoise::default();
         let mut window = MovementWindow::default();
         for tick in 0..3000 {

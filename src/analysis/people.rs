@@ -1,5 +1,5 @@
-//! Who took part in a study, as its BIDS tables tell. In: `participants.tsv` and `phenotype/*.tsv` of a data set. Out: how far
-//! each session came, whether anybody drove at all, whose drives are left out, and the scores of the questionnaires.
+//! Participants of a study, from its BIDS tables. In: `participants.tsv` and `phenotype/*.tsv` of a data set. Out: the state of
+//! each session, simulated participants, exclusions, and the scores of the questionnaires.
 
 use super::{
     AnalysisError,
@@ -12,75 +12,75 @@ use crate::{
 };
 use std::path::{Path, PathBuf};
 
-/// How far a session came, in the words of `participants.tsv` (`study::Completion`), in the order in which they are reported.
+/// States of a session in the words of `participants.tsv` (`study::Completion`), in the order of reports.
 pub const STATES: [&str; 7] = [COMPLETE, "partial", "withdrawn", "declined", "not_eligible", "open", EXCLUDED];
 const COMPLETE: &str = "complete";
 const EXCLUDED: &str = "excluded";
 
-/// A participant.
+/// A participant of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyParticipant {
-    /// `sub-P03`.
+    /// Participant's id, such as `sub-P03`.
     pub id: String,
-    /// Nobody drove: one of a rehearsal.
+    /// True for a simulated participant of a rehearsal.
     pub is_simulated: bool,
-    /// How far the session came, in the table's word.
+    /// State of the session, one of [`STATES`].
     pub state: String,
 }
 
 impl StudyParticipant {
-    /// True if the drives are not to be analysed.
+    /// Checks whether the participant's drives are excluded from the analysis.
     pub fn is_excluded(&self) -> bool {
         self.state == EXCLUDED
     }
 }
 
-/// A score of a questionnaire.
+/// Values of one score of a questionnaire.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScoreColumn {
-    /// Questionnaire of the plan, as its file is called.
+    /// Questionnaire of the plan, named after its file.
     pub questionnaire: String,
-    /// The score's name.
+    /// Name of the score.
     pub name: String,
-    /// Condition of the trials that it is about; empty where it is about no trial.
+    /// Condition of the trials that the score is about; empty without a trial.
     pub condition: String,
-    /// Those of the participants who answered and are not excluded, in the table's own unit.
+    /// Values of the participants who answered and are not excluded, in the table's own unit.
     pub values: Vec<f64>,
 }
 
 /// A score of one participant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParticipantScore {
-    /// `sub-P03`.
+    /// Participant's id, such as `sub-P03`.
     pub participant: String,
-    /// Questionnaire of the plan, as its file is called.
+    /// Questionnaire of the plan, named after its file.
     pub questionnaire: String,
-    /// Place of the trial that it is about, from 1, and its condition; empty where it is about no trial.
+    /// Place (from 1) and condition of the trial that the score is about; empty without a trial.
     pub trial: [String; 2],
-    /// The score's name.
+    /// Name of the score.
     pub name: String,
-    /// Its value as the table has it; empty where an answer is missing.
+    /// Value as in the table; empty if an answer is missing.
     pub value: String,
 }
 
-/// Participants of a study and their scores; empty outside of one.
+/// Participants of a study and their scores; empty outside of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StudyParticipants {
-    /// In the table's order.
+    /// Participants in the order of the table.
     pub all: Vec<StudyParticipant>,
-    /// In the order of files and columns, of one about trials in the order of conditions.
+    /// Scores in the order of files and columns; scores about trials also in the order of conditions.
     pub scores: Vec<ScoreColumn>,
-    /// The same one by one, in the order of files, rows and columns.
+    /// Scores one by one, in the order of files, rows and columns.
     pub each: Vec<ParticipantScore>,
     /// Ratings of sickness while driving, in the order of participants and questions.
     pub ratings: Vec<SicknessRating>,
 }
 
 impl StudyParticipants {
-    /// Those of a data set among `subjects`.
+    /// Reads the participants among `subjects` from a data set.
     ///
     /// # Errors
-    /// A table is not as this program writes it.
+    /// A table does not have this program's format.
     pub fn of(root: &Path, subjects: &[String]) -> Result<Self, AnalysisError> {
         let mut all = Vec::new();
         if let Some(table) = TsvFile::read(&root.join("participants.tsv"))? {
@@ -112,7 +112,7 @@ impl StudyParticipants {
                 continue;
             }
             if let (Some((at, _)), Some(row)) = (trial, rows.first()) {
-                // One table a place: together they are the questionnaire after every trial.
+                // One table per place: together they are the questionnaire after every trial.
                 questionnaire = questionnaire.replacen(&format!("_{}_", row[at]), "_", 1);
             }
             let scores = || table.names.iter().enumerate().filter_map(|(i, n)| Some((i, n.strip_prefix("score_")?)));
@@ -148,17 +148,18 @@ impl StudyParticipants {
         Ok(people)
     }
 
-    /// True if this participant's drives are not to be analysed.
+    /// Checks whether the participant's drives are excluded from the analysis.
     pub fn is_excluded(&self, id: &str) -> bool {
         self.all.iter().any(|person| person.id == id && person.is_excluded())
     }
 
-    /// True if nobody drove.
+    /// Checks whether any participant is simulated.
     pub fn is_rehearsal(&self) -> bool {
         self.all.iter().any(|person| person.is_simulated)
     }
 
-    /// `2 complete, 1 partial (sub-P03), 1 excluded (sub-P05)`: who is not complete is named.
+    /// Returns counts by state, with the ids of sessions that are not complete: `2 complete, 1 partial (sub-P03), 1 excluded
+    /// (sub-P05)`.
     pub fn words(&self) -> String {
         let of = |state: &str| {
             let ids: Vec<&str> =
@@ -170,10 +171,10 @@ impl StudyParticipants {
     }
 }
 
-/// What BIDS writes for what is not there.
+/// Mark of a missing value in BIDS.
 pub(super) const MISSING: &str = "n/a";
 
-/// Conditions of a study, in its order where the sidecar of a table tells it, and those that are in the table alone.
+/// Returns the conditions of a study: in the order of the table's sidecar, then those found only in the table.
 fn conditions(table: &Path, rows: &[&Vec<String>], at: usize) -> Vec<String> {
     let sidecar = read_text(&table.with_extension("json"), SETTINGS_BYTES).unwrap_or_default();
     let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap_or_default();
@@ -187,7 +188,7 @@ fn conditions(table: &Path, rows: &[&Vec<String>], at: usize) -> Vec<String> {
     found
 }
 
-/// A table as BIDS has it.
+/// A tab-separated table of a BIDS data set.
 pub(super) struct TsvFile {
     path: PathBuf,
     names: Vec<String>,
@@ -195,7 +196,7 @@ pub(super) struct TsvFile {
 }
 
 impl TsvFile {
-    /// `None` where there is no such file.
+    /// Reads a table; `None` if there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, AnalysisError> {
         if !path.exists() {
             return Ok(None);

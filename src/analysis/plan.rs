@@ -1,5 +1,5 @@
-//! What a study plans to analyse, before the first participant. In: the table `[analysis]` of a study's file. Out: an
-//! [`AnalysisPlan`], checked, and how the plan of now differs from that with which a data set was begun.
+//! Plan of a study's analysis, written before the first participant. In: the table `[analysis]` of a study's file. Out: an
+//! [`AnalysisPlan`], checked, and its differences from the plan at the start of the data set.
 
 use super::{AnalysisError, MEASURES, RoadKinds, measures::MeasureDefinition};
 use crate::{
@@ -16,32 +16,32 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The copy of a study's file with which its data set was begun.
+/// File name of the study's file at the start of its data set.
 const BEGUN: &str = "study.toml";
-/// The study's file as it was at the last session, where its plan of the analysis is another one.
+/// File name of the study's file at the last session, present if its plan of the analysis has changed.
 pub const CHANGED: &str = "study-changed.toml";
 
-/// The plan: one model an outcome, response = condition + place + covariates + participant as random intercept.
+/// Plan of the analysis: one model per outcome, response = condition + place + covariates + participant as random intercept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnalysisPlan {
-    /// The measure that decides, by its name in the table of trials.
+    /// Primary measure, by its name in the table of trials.
     pub primary: String,
-    /// The smallest difference between two conditions that would matter, in the unit of the primary measure, above 0.
+    /// Smallest difference of interest between two conditions, in the unit of the primary measure, above 0.
     pub smallest_effect: f64,
-    /// Differences that are tested: a condition less its reference.
+    /// Differences to test: a condition less its reference.
     pub contrasts: Vec<PlannedContrast>,
-    /// Further measures, by their names.
+    /// Secondary measures, by their names.
     #[serde(default)]
     pub secondary: Vec<String>,
-    /// Measures of what a trial began with, by their names: each is a number in every model, beside condition and place.
+    /// Measures of the state at the start of a trial, by their names; each is a covariate in every model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub covariates: Vec<String>,
-    /// Level of significance on two sides, over all tests of the plan (Holm's correction).
+    /// Two-sided level of significance over all tests of the plan (Holm's correction).
     #[serde(default = "alpha")]
     #[schemars(range(min = 0.001, max = 0.2))]
     pub alpha: f64,
-    /// Which trials and participants are left out of the models.
+    /// Rules that leave trials and participants out of the models.
     #[serde(default)]
     pub exclude: ExclusionRules,
 }
@@ -50,47 +50,48 @@ fn alpha() -> f64 {
     0.05
 }
 
-/// A difference: `condition` less `reference`, each by its name (levels joined by `+`).
+/// Difference between two conditions: `condition` less `reference`, each by its name (levels joined by `+`).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlannedContrast {
-    /// The condition.
+    /// Condition that is compared, by its name.
     pub condition: String,
-    /// What it is compared with.
+    /// Condition that it is compared with, by its name.
     pub reference: String,
 }
 
 impl PlannedContrast {
-    /// `wide − narrow`.
+    /// Returns the difference in signs: `wide − narrow`.
     pub fn label(&self) -> String {
         format!("{} − {}", self.condition, self.reference)
     }
 }
 
-/// Who and what is left out; a rule that is not given leaves nobody out.
+/// Rules that leave out trials and participants; a rule that is not given leaves nothing out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ExclusionRules {
-    /// A trial is left out of which a smaller share of its planned length was recorded, 0 to 1.
+    /// Smallest recorded share of a trial's planned length, 0 to 1; trials below it are left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub least_recorded_share: Option<f64>,
-    /// A trial is left out with more contacts with other vehicles than this.
+    /// Largest number of contacts with other vehicles in a trial; trials above it are left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub most_contacts: Option<u32>,
-    /// A trial is left out of which a larger share of its length was given up, as frames came too late (`dropped_s`), 0 to 1.
+    /// Largest share of a trial's length given up because frames came too late (`dropped_s`), 0 to 1; trials above it are left
+    /// out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub most_dropped_share: Option<f64>,
-    /// A participant is left out of whom fewer trials remain.
+    /// Smallest number of remaining trials of a participant; participants below it are left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_trials: Option<u32>,
-    /// A participant is left out whose session was not completed.
+    /// Leave out participants whose session was not completed.
     pub only_complete_sessions: bool,
 }
 
 impl ExclusionRules {
-    /// In sentences.
+    /// Returns a sentence for each rule that is given.
     pub fn words(&self) -> Vec<String> {
         let share = self.least_recorded_share.map(|share| {
             format!("A trial is left out if less than {} % of its planned length was recorded.", 100.0 * share)
@@ -115,12 +116,12 @@ impl ExclusionRules {
     }
 }
 
-/// A test of a plan.
+/// Test of a plan: an outcome and a contrast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlannedTest<'a> {
-    /// The outcome, the name of a measure.
+    /// Outcome, by the name of its measure.
     pub outcome: &'a str,
-    /// The difference.
+    /// Difference that is tested.
     pub contrast: &'a PlannedContrast,
 }
 
@@ -138,21 +139,21 @@ impl PlannedTest<'_> {
 /// Properties of a condition that decide which measures its trials can have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ConditionKind {
-    /// A speed is advised.
+    /// True if a speed is advised.
     pub has_advice: bool,
     /// Roads of the condition.
     pub roads: RoadKinds,
 }
 
 impl ConditionKind {
-    /// Kind of a trial with this policy on this scenario, which knows its road ([`Scenario::on`]).
+    /// Returns the kind of a trial with this policy on this scenario, which knows its road ([`Scenario::on`]).
     pub fn of(policy: &str, scenario: &Scenario) -> Self {
         let networks = scenario.is_on_network();
         let has_advice = policy != "none" && !scenario.advises_nobody();
         Self { has_advice, roads: RoadKinds { closed: !networks, networks } }
     }
 
-    /// Kind of a condition with trials of both kinds.
+    /// Returns the kind of a condition with trials of both kinds.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         let (a, b) = (self.roads, other.roads);
@@ -165,21 +166,21 @@ impl ConditionKind {
     }
 }
 
-/// A mistake in a plan: the key below `[analysis]`, and what is wrong.
+/// A mistake in a plan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct PlanFault {
-    /// The key, such as `analysis.primary`.
+    /// Key of the mistake, such as `analysis.primary`.
     pub key: String,
-    /// Value, what is allowed, and the remedy.
+    /// Message with value, allowed values, and remedy.
     pub message: String,
 }
 
 impl AnalysisPlan {
-    /// Checks it for a study with these conditions.
+    /// Checks the plan for a study with these conditions.
     ///
     /// # Errors
-    /// The first mistake.
+    /// Returns the first mistake.
     pub fn check(&self, conditions: &[&str]) -> Result<(), PlanFault> {
         let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
         self.check_outcomes()?;
@@ -234,7 +235,7 @@ impl AnalysisPlan {
         Ok(())
     }
 
-    /// Checks that outcomes and covariates are measures, each of them once.
+    /// Checks that outcomes and covariates are measures, each named once.
     fn check_outcomes(&self) -> Result<(), PlanFault> {
         let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
         let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
@@ -264,19 +265,20 @@ impl AnalysisPlan {
         Ok(())
     }
 
-    /// The model in words: `measure ~ condition + place + (1 | participant)`, with the covariates.
+    /// Returns the model's formula with the covariates: `measure ~ condition + place + (1 | participant)`.
     pub fn formula(&self) -> String {
         let covariates: String = self.covariates.iter().map(|name| format!(" + {name}")).collect();
         format!("measure ~ condition + place{covariates} + (1 | participant)")
     }
 
-    /// All outcomes, the primary one first.
+    /// Returns all outcomes, the primary one first.
     pub fn outcomes(&self) -> Vec<&str> {
         [self.primary.as_str()].into_iter().chain(self.secondary.iter().map(String::as_str)).collect()
     }
 
-    /// All outcomes with all contrasts: the tests that can be made in conditions of these kinds, then those that cannot, as no
-    /// trial of one of the two conditions has the measure. A condition of no known kind may have every measure.
+    /// Returns all outcomes with all contrasts: first the tests that can be made in conditions of these kinds, then those that
+    /// cannot, because no trial of one of the two conditions has the measure. A condition of unknown kind may have every
+    /// measure.
     pub fn tests(&self, kinds: &BTreeMap<String, ConditionKind>) -> [Vec<PlannedTest<'_>>; 2] {
         let each = self.outcomes().into_iter();
         let all = each.flat_map(|outcome| self.contrasts.iter().map(move |contrast| PlannedTest { outcome, contrast }));
@@ -291,10 +293,10 @@ impl AnalysisPlan {
         [made, impossible]
     }
 
-    /// The plan in a study's file that may hold anything else; `name` is the file in messages.
+    /// Reads the plan from a study's file, ignoring its other tables; `name` is the file in messages.
     ///
     /// # Errors
-    /// The file is no TOML, or its plan is not as this program reads it.
+    /// The file is not TOML, or its plan does not have this program's format.
     pub fn in_study(text: &str, name: &str) -> Result<Option<Self>, AnalysisError> {
         #[derive(Deserialize)]
         struct StudyPart {
@@ -305,22 +307,23 @@ impl AnalysisPlan {
     }
 }
 
-/// The plan of a data set: at its first session, and now.
+/// Plan of a data set at its first session, and now.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlanHistory {
-    /// With which it was begun.
+    /// Plan at the first session.
     pub begun: Option<AnalysisPlan>,
-    /// That of now.
+    /// Current plan, of the last session or a given file.
     pub now: Option<AnalysisPlan>,
-    /// Why the experimenter excluded somebody, by the participant's name in tables (`sub-P03`).
+    /// Reasons for the experimenter's exclusions, by the participant's id in tables (`sub-P03`).
     pub exclusions: BTreeMap<String, String>,
 }
 
 impl PlanHistory {
-    /// Of the data set in `root`; now counts `study`, a file, or what the last session left.
+    /// Reads the plans of the data set in `root`. The current plan is from the file `study` if given, else from the
+    /// last session.
     ///
     /// # Errors
-    /// A file cannot be read.
+    /// A file cannot be read, or names a measure that does not exist.
     pub fn of(root: &Path, study: Option<&Path>) -> Result<Self, AnalysisError> {
         let read = |path: &Path| -> Result<Option<AnalysisPlan>, AnalysisError> {
             let name = path.display().to_string();
@@ -344,7 +347,7 @@ impl PlanHistory {
         Ok(Self { begun, now, exclusions: exclusions(root)? })
     }
 
-    /// What was changed after the first session, a sentence each: key, planned and present value.
+    /// Returns a sentence for each change after the first session: key, planned and current value.
     pub fn changes(&self) -> Vec<String> {
         match (&self.begun, &self.now) {
             (None, Some(_)) => {
@@ -364,7 +367,7 @@ impl PlanHistory {
     }
 }
 
-/// Reasons in the logs of the sessions; a log that cannot be read has none.
+/// Returns the reasons in the logs of the sessions; logs that cannot be read have none.
 fn exclusions(root: &Path) -> Result<BTreeMap<String, String>, AnalysisError> {
     let reason = |folder: &PathBuf| {
         let text = read_text(&folder.join("session.json"), SETTINGS_BYTES).ok()?;
@@ -375,7 +378,7 @@ fn exclusions(root: &Path) -> Result<BTreeMap<String, String>, AnalysisError> {
     Ok(record::entries(&root.join("sourcedata"))?.iter().filter_map(reason).collect())
 }
 
-/// Values by their keys, those of tables within joined by a dot; lists as they are.
+/// Returns values by their keys, with keys of nested tables joined by a dot; lists stay as they are.
 fn flat(value: &Value) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     let Value::Object(table) = value else { return all };
@@ -441,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn what_changed_after_the_first_session_is_told_key_by_key() {
+    fn changes_after_the_first_session_are_listed_by_key() {
         let begun = Some(plan(GOOD));
         let now = Some(plan(&GOOD.replace("= 0.2", "= 0.3").replace("most_contacts = 0", "least_trials = 2")));
         let history = PlanHistory { begun: begun.clone(), now, ..PlanHistory::default() };

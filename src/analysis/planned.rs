@@ -1,8 +1,9 @@
-//! The analysis that a study planned, of the drives that there are. In: a plan, analysed drives, who took part. Out: one mixed
-//! model an outcome with its contrasts, corrected by Holm over all tests; who was left out and why; the table `models.csv`.
+//! Planned analysis of the drives of a study. In: a plan, analysed drives, participants. Out: one mixed model per outcome with
+//! its contrasts, corrected by Holm over all tests; the exclusions with reasons; the table `models.csv`.
 //!
-//! Model: measure = intercept + condition + place + covariates + participant's intercept + residual. Place, from 1, counts as a number. Of
-//! place and covariates those are left out that cannot be told from the rest (a fixed order, a wave that is always the same).
+//! Model: measure = intercept + condition + place + covariates + participant's intercept + residual. Place, from 1, is a
+//! number. Place and covariates are dropped where they depend on the other terms (a fixed order, a wave that is always the
+//! same).
 
 use super::{
     AnalysedRecording, MEASURES, StudyParticipants,
@@ -14,36 +15,36 @@ use super::{
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// Something that a rule left out.
+/// Participant or trial that a rule left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeftOut {
-    /// The participant.
+    /// Participant's id, such as `sub-P03`.
     pub participant: String,
-    /// Segment and place of the trial; empty for a whole participant.
+    /// Segment of the trial; empty for a whole participant.
     pub segment: String,
-    /// Place among the trials.
+    /// Place among the trials; empty for a whole participant.
     pub place: String,
-    /// Its condition.
+    /// Condition of the trial; empty for a whole participant.
     pub condition: String,
-    /// Why, with the number that was found.
+    /// Reason, with the number found.
     pub reason: String,
 }
 
-/// A planned difference as it was found.
+/// Result of a planned difference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestedContrast {
-    /// Which.
+    /// Difference that was tested.
     pub contrast: PlannedContrast,
-    /// The numbers; `None` where one of the conditions has no observation.
+    /// Estimate; `None` if one of the conditions has no observation.
     pub found: Option<ContrastEstimate>,
-    /// p by Holm's correction over all tests of the plan that could be made.
+    /// Value of p by Holm's correction over all tests of the plan that could be made.
     pub p_holm: f64,
 }
 
-/// A model that was fitted.
+/// Fitted model of an outcome.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedOutcome {
-    /// The model: intercept, conditions after the first, then place and covariates as far as it has them.
+    /// Model with the terms: intercept, conditions after the first, then place and covariates that were not dropped.
     pub model: MixedModel,
     /// Conditions with observations, in the study's order.
     pub conditions: Vec<String>,
@@ -51,48 +52,49 @@ pub struct FittedOutcome {
     pub participants: Vec<String>,
     /// Observations: participant, condition (both from 0), value.
     pub observations: Vec<(usize, usize, f64)>,
-    /// Each condition's mean by the model at the mean place and the means of the covariates.
+    /// Model means of the conditions, at the mean place and the means of the covariates.
     pub means: Vec<ContrastEstimate>,
-    /// The change from place to place.
+    /// Change from one place to the next; `None` if the term was dropped.
     pub place: Option<ContrastEstimate>,
-    /// The change with each planned covariate, for one unit of it, by its name; `None` where it cannot be told from the rest.
+    /// Change per unit of each planned covariate, with its name; `None` if the term was dropped.
     pub covariates: Vec<(String, Option<ContrastEstimate>)>,
-    /// The planned differences.
+    /// Results of the planned differences.
     pub contrasts: Vec<TestedContrast>,
     /// Normality of residuals, and of participants' intercepts.
     pub normality: [Option<NormalityTest>; 2],
 }
 
-/// One outcome.
+/// An outcome of the plan with its model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedOutcome {
-    /// Its measure, a place in [`MEASURES`].
+    /// Index of the measure in [`MEASURES`].
     pub measure: usize,
-    /// The one that decides.
+    /// True for the primary outcome.
     pub is_primary: bool,
-    /// Its model, or why there is none.
+    /// Model, or the reason why there is none.
     pub fitted: Result<FittedOutcome, ModelFault>,
 }
 
-/// All of it.
+/// Result of a planned analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedAnalysis {
-    /// The plan that was carried out: that of now.
+    /// Plan that was carried out: the current one.
     pub plan: AnalysisPlan,
-    /// What was changed after the first session.
+    /// Sentences on changes after the first session.
     pub changes: Vec<String>,
-    /// Who and what the rules left out.
+    /// Participants and trials that the rules left out.
     pub left_out: Vec<LeftOut>,
-    /// The primary outcome, then the others.
+    /// Primary outcome, then the others.
     pub outcomes: Vec<PlannedOutcome>,
-    /// Tests of the plan.
+    /// Number of tests of the plan that can be made.
     pub tests: usize,
-    /// Outcomes and contrasts of the plan that are no tests, in words: no trial of one of the conditions can have the measure.
+    /// Outcomes and contrasts of the plan that cannot be tested, in words: no trial of one of the conditions can have the
+    /// measure.
     pub impossible: String,
 }
 
 impl PlannedAnalysis {
-    /// Carries the plan of now out; `None` where there is none.
+    /// Carries out the current plan; `None` without one.
     pub fn of(history: &PlanHistory, drives: &[AnalysedRecording], people: &StudyParticipants) -> Option<Self> {
         let plan = history.now.clone()?;
         let (kept, left_out) = sorted_out(&plan, drives, people, &history.exclusions);
@@ -115,7 +117,7 @@ impl PlannedAnalysis {
         Some(Self { plan, changes: history.changes(), left_out, outcomes, tests, impossible })
     }
 
-    /// A row a contrast of each outcome, and one for the change from place to place and for that with each covariate.
+    /// Returns `models.csv`: for each outcome a row per contrast, one for the place, and one per covariate.
     pub fn models_csv(&self) -> String {
         let mut text = line(COLUMNS.map(|column| column.0.to_owned()));
         for outcome in &self.outcomes {
@@ -160,7 +162,7 @@ impl PlannedAnalysis {
         text
     }
 
-    /// A row for each trial or participant that a rule left out.
+    /// Returns the table of exclusions: a row for each trial or participant that a rule left out.
     pub fn left_out_csv(&self) -> String {
         let head = ["participant", "segment", "place", "condition", "reason"].map(str::to_owned);
         let row = |one: &LeftOut| {
@@ -211,7 +213,7 @@ pub const COLUMNS: [(&str, &str, &str, &str); 21] = [
     ("participant_w_p", "p of W of intercepts", "", "its probability in normal samples"),
 ];
 
-/// Trials that the rules keep, and what they leave out.
+/// Applies the rules: returns the trials that are kept, and the exclusions.
 fn sorted_out<'a>(
     plan: &AnalysisPlan,
     drives: &'a [AnalysedRecording],
@@ -247,7 +249,7 @@ fn sorted_out<'a>(
         let share = drive.duration_s / drive.setup.scenario.duration_s;
         let contacts = drive.measures.get("contacts").unwrap_or(0.0);
         let dropped = drive.measures.get("dropped_s").unwrap_or(0.0) / drive.duration_s.max(1e-9);
-        // A step of rounding is no cut.
+        // A missing step by rounding is not a shorter drive.
         let reason = if rules.least_recorded_share.is_some_and(|least| share < least - 1e-6) {
             format!("{:.1} % of the planned length was recorded", 100.0 * share)
         } else if rules.most_contacts.is_some_and(|most| contacts > f64::from(most)) {
@@ -278,7 +280,7 @@ fn sorted_out<'a>(
     (kept, left_out)
 }
 
-/// Kinds of the conditions of these drives, by their names.
+/// Returns the kinds of the conditions of these drives, by name.
 fn kinds(drives: &[AnalysedRecording]) -> BTreeMap<String, ConditionKind> {
     let mut kinds: BTreeMap<String, ConditionKind> = BTreeMap::new();
     for drive in drives.iter().filter(|drive| !drive.found.condition.is_empty()) {
@@ -289,7 +291,7 @@ fn kinds(drives: &[AnalysedRecording]) -> BTreeMap<String, ConditionKind> {
     kinds
 }
 
-/// Fits of one outcome.
+/// Inputs of the fit of one outcome.
 struct OutcomeFit<'a> {
     measure: usize,
     tested: Vec<&'a PlannedContrast>,
@@ -297,7 +299,7 @@ struct OutcomeFit<'a> {
 }
 
 impl OutcomeFit<'_> {
-    /// Fits the outcome, of the trials that have it and every covariate.
+    /// Fits the outcome to the trials that have it and every covariate.
     fn fit(&self, plan: &AnalysisPlan, kept: &[&AnalysedRecording]) -> Result<FittedOutcome, ModelFault> {
         let Self { measure, covariates, .. } = *self;
         let has = |drive: &AnalysedRecording, one: usize| drive.measures.values[one].is_some_and(f64::is_finite);
@@ -332,7 +334,7 @@ impl OutcomeFit<'_> {
         for one in covariates {
             terms.push(owned.iter().map(|drive| drive.measures.values[*one].unwrap_or_default()).collect());
         }
-        // Which of the terms after the conditions the model has: place is 0, then the covariates.
+        // Terms after the conditions that the model still has: place is 0, then the covariates.
         let mut beside: Vec<usize> = (0..=covariates.len()).collect();
         let model = loop {
             match MixedModel::fit(&who, &terms, &response) {
@@ -385,7 +387,7 @@ impl OutcomeFit<'_> {
     }
 }
 
-/// Holm's correction over all tests.
+/// Applies Holm's correction over all tests.
 fn correct(outcomes: &mut [PlannedOutcome]) {
     let mut tested: Vec<(&mut f64, f64)> = outcomes
         .iter_mut()
@@ -397,7 +399,7 @@ fn correct(outcomes: &mut [PlannedOutcome]) {
     tested.iter_mut().zip(corrected).for_each(|(test, p)| *test.0 = p);
 }
 
-/// What the columns of `models.csv` are, in the words of BIDS.
+/// Returns the definitions of the columns of `models.csv` as JSON, with the keys of BIDS.
 pub fn models_json() -> String {
     let entry = |(name, title, unit, about): (&str, &str, &str, &str)| {
         let mut text = json!({ "LongName": title, "Description": about });

@@ -1,4 +1,4 @@
-//! A planned analysis of trials made up by hand: who is left out, what is tested, what the page says.
+//! Planned analysis of trials made up by hand: exclusions, tests, and the text of the page.
 
 use super::*;
 use crate::{
@@ -19,8 +19,8 @@ fn history(text: &str) -> PlanHistory {
     PlanHistory { begun: plan.clone(), now: plan, exclusions }
 }
 
-/// Twelve participants in three conditions: speeds of 5 m/s, 0.5 faster in b, with 0.8 between and 0.2 m/s within them; the error is
-/// noise, and nobody has a reaction time.
+/// Returns trials of twelve participants in three conditions: speeds of 5 m/s, 0.5 faster in b, with 0.8 between and 0.2 m/s
+/// within participants. The error is noise, and no participant has a reaction time.
 fn drives() -> Vec<AnalysedRecording> {
     let mut stream = rng::stream(4, "planned");
     let mut all = Vec::new();
@@ -69,7 +69,7 @@ fn a_known_difference_is_found_and_all_tests_are_corrected_together() {
     assert!(low < 0.5 && 0.5 < high && b.p < 1e-4, "{b:?}");
     assert!(c.p > 0.05, "{c:?}");
     assert!((0.4..1.6).contains(&primary.model.sd_participant), "{}", primary.model.sd_participant);
-    // Two outcomes with numbers and two contrasts each: the smallest p counts four times.
+    // Two outcomes with numbers and two contrasts each: the smallest p is multiplied by four.
     assert!((primary.contrasts[0].p_holm - 4.0 * b.p).abs() < 1e-12);
     assert_eq!(found.outcomes[2].fitted, Err(ModelFault::TooFew { rows: 0, participants: 0 }));
     assert!(found.left_out.is_empty() && found.changes.is_empty());
@@ -81,9 +81,9 @@ fn a_known_difference_is_found_and_all_tests_are_corrected_together() {
 }
 
 #[test]
-fn each_rule_leaves_out_what_it_says_with_the_number_found() {
+fn each_exclusion_rule_reports_the_number_found() {
     let mut drives = drives();
-    // Of the first two of three trials are bad, so that the participant goes; of the second one.
+    // Two of three trials of the first participant are bad, so that the participant is left out; one of the second's.
     drives[0].duration_s = 30.0;
     drives[1].measures.values[index("contacts")] = Some(2.0);
     drives[4].measures.values[index("contacts")] = Some(1.0);
@@ -117,7 +117,7 @@ fn each_rule_leaves_out_what_it_says_with_the_number_found() {
 }
 
 #[test]
-fn a_fixed_order_has_no_place_and_a_condition_without_a_number_no_test() {
+fn a_fixed_order_has_no_place_term_and_an_empty_condition_no_test() {
     let mut drives = drives();
     for drive in &mut drives {
         drive.found.place = (drive.found.rank + 1).to_string();
@@ -132,12 +132,12 @@ fn a_fixed_order_has_no_place_and_a_condition_without_a_number_no_test() {
 }
 
 #[test]
-fn what_a_trial_began_with_is_held_out_and_what_is_always_the_same_is_left_out() {
+fn covariates_are_held_constant_and_constant_ones_are_dropped() {
     let with = |name: &str| history(&PLAN.replace("= 0.2", &format!("= 0.2\ncovariates = [\"{name}\"]")));
     let mut drives = drives();
     let mut stream = rng::stream(9, "planned");
     for drive in &mut drives {
-        // A strong wave, and stronger where it is condition b: without the covariate most of the effect would be taken for the wave's.
+        // A strong wave, even stronger in condition b: without the covariate, the wave would hide most of the effect.
         let wave = 2.5 + 0.3 * stream.normal() + if drive.found.condition == "b" { 0.6 } else { 0.0 };
         drive.measures.values[index("hand_over_sd_mps")] = Some(wave);
         *drive.measures.values[index("mean_speed_mps")].as_mut().unwrap() -= 0.7 * wave;
@@ -155,7 +155,7 @@ fn what_a_trial_began_with_is_held_out_and_what_is_always_the_same_is_left_out()
     assert!(primary.place.is_some());
     let table = found.models_csv();
     assert!(table.contains("mean_speed_mps,primary,covariate,hand_over_sd_mps,,12,36,"), "{table}");
-    // A trial without the number is in no model; a number that never varies is in none either, and the rest is as without it.
+    // A trial without the number is in no model. A number that never varies is dropped, and the rest is as without it.
     drives[0].measures.values[index("hand_over_sd_mps")] = None;
     let found = PlannedAnalysis::of(&with("hand_over_sd_mps"), &drives, &StudyParticipants::default()).unwrap();
     assert_eq!(found.outcomes[0].fitted.as_ref().unwrap().observations.len(), 35);
@@ -167,7 +167,7 @@ fn what_a_trial_began_with_is_held_out_and_what_is_always_the_same_is_left_out()
 }
 
 #[test]
-fn the_page_says_plan_changes_who_is_missing_models_and_shows_every_person() {
+fn the_page_has_plan_changes_exclusions_models_and_every_person() {
     let mut drives = drives();
     drives[4].measures.values[index("contacts")] = Some(1.0);
     let begun = history(PLAN).begun;
@@ -205,10 +205,10 @@ fn the_page_says_plan_changes_who_is_missing_models_and_shows_every_person() {
             "normal-speed-error-mps.svg"
         ]
     );
-    // A dot a participant and condition, but for the trial that is left out; a mean a condition.
+    // One dot per participant and condition, except for the trial left out; one mean per condition.
     let svg = &page.figures[0].1;
     assert_eq!((svg.matches("r=\"2.4\"").count(), svg.matches("r=\"4.2\"").count()), (35, 3));
-    // The 35 residuals lie on either side of the middle of their plot, from the lowest to the highest.
+    // The 35 residuals lie on both sides of the middle of their plot, from the lowest to the highest.
     let heights = page.figures[1].1.split(" cy=\"").skip(1).take(35);
     let heights: Vec<f64> = heights.map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
     let (low, high) = heights.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), y| (low.min(*y), high.max(*y)));

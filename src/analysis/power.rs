@@ -1,6 +1,6 @@
-//! How often a planned study would find an effect. In: orders of conditions, an effect, the deviations between and within
-//! participants. Out: the share of simulated studies whose mixed model finds it, with its interval. Every simulated study
-//! draws its participants anew; numbers are drawn, no drive is.
+//! Power of a planned study. In: orders of conditions, an effect, the deviations between and within participants. Out: the
+//! share of simulated studies whose mixed model detects the effect, with its interval. Every simulated study draws new
+//! participants; only their numbers are drawn, no drives are simulated.
 
 use super::{
     distributions::{share_interval, student_p},
@@ -9,16 +9,16 @@ use super::{
 use crate::rng;
 use rayon::prelude::*;
 
-/// A study to simulate.
+/// Design of a study to simulate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulatedDesign {
-    /// Each participant's conditions in order, by their numbers.
+    /// Conditions of each participant in order, by number.
     pub orders: Vec<Vec<usize>>,
-    /// The condition that differs from all others, and one of those.
+    /// Condition that differs from all others, and one of the others.
     pub contrast: [usize; 2],
-    /// By how much, in the unit of the deviations.
+    /// Difference of that condition, in the unit of the deviations.
     pub effect: f64,
-    /// Change from place to place, in the same unit.
+    /// Change from one place to the next, in the same unit.
     pub per_place: f64,
     /// Standard deviation between participants.
     pub sd_participant: f64,
@@ -26,31 +26,31 @@ pub struct SimulatedDesign {
     pub sd_residual: f64,
 }
 
-/// What came of many simulated studies.
+/// Counts over many simulated studies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SimulatedStudies {
-    /// How many there were.
+    /// Number of simulated studies.
     pub studies: usize,
-    /// In how many p was below the level.
+    /// Number of studies with p below the level.
     pub significant: usize,
-    /// In how many the 95 % interval held the truth.
+    /// Number of studies whose 95 % interval contains the true difference.
     pub covered: usize,
 }
 
 impl SimulatedStudies {
-    /// Share of significant studies, and its 95 % interval.
+    /// Returns the share of significant studies, and its 95 % interval.
     pub fn power(&self) -> (f64, [f64; 2]) {
         (self.significant as f64 / self.studies as f64, share_interval(self.significant, self.studies))
     }
 
-    /// Share of intervals that held the truth, and its 95 % interval.
+    /// Returns the share of intervals that contain the true difference, and its 95 % interval.
     pub fn coverage(&self) -> (f64, [f64; 2]) {
         (self.covered as f64 / self.studies as f64, share_interval(self.covered, self.studies))
     }
 }
 
 impl SimulatedDesign {
-    /// So many studies, each tested at these two-sided levels. The same seed gives the same.
+    /// Simulates studies, each tested at these two-sided levels; the same seed gives the same counts.
     pub fn simulate<const N: usize>(&self, studies: usize, alphas: [f64; N], seed: u64) -> [SimulatedStudies; N] {
         let conditions = self.orders.iter().flatten().max().map_or(0, |most| most + 1);
         let mut who = Vec::new();
@@ -79,13 +79,13 @@ impl SimulatedDesign {
                 .zip(&who)
                 .map(|(mean, person)| mean + persons[*person] + self.sd_residual * stream.normal())
                 .collect();
-            // In a fixed order the place cannot be told from the conditions.
+            // In a fixed order the place cannot be separated from the conditions.
             let model = MixedModel::fit(&who, &terms, &response).map(|model| model.contrast(&weights)).or_else(|_| {
                 let model = MixedModel::fit(&who, &terms[..conditions - 1], &response)?;
                 Ok::<_, super::mixed_model::ModelFault>(model.contrast(&weights[..conditions]))
             });
             let Ok(found) = model else { return (1.0, false) };
-            // The interval holds the truth where a test of it is not significant.
+            // The interval contains the true difference if a test against it is not significant.
             (found.p, student_p((found.estimate - self.effect) / found.se, found.df) >= 0.05)
         };
         let all: Vec<(f64, bool)> = (0..studies).into_par_iter().map(one).collect();
@@ -99,28 +99,28 @@ impl SimulatedDesign {
 mod tests {
     use super::*;
 
-    /// 24 participants in the six orders of Williams' squares for three conditions.
+    /// Returns a design of 24 participants in the six orders of Williams' squares for three conditions.
     fn design(effect: f64) -> SimulatedDesign {
         let square = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0], [0, 2, 1], [1, 0, 2]];
         let orders = (0..24).map(|i| square[i % 6].to_vec()).collect();
         SimulatedDesign { orders, contrast: [2, 0], effect, per_place: 0.4, sd_participant: 1.5, sd_residual: 1.0 }
     }
 
-    /// Without an effect p is below 0.05 in 5 % of studies and 95 % of intervals hold the truth: both lie in the interval of what was
-    /// seen in 400. (An interval misses by chance once in twenty; the seed is fixed, and 10,000
-    /// studies had 4.8 and 95.2 %.)
+    /// Without an effect, p is below 0.05 in 5 % of studies and 95 % of intervals contain the truth: both lie in the interval
+    /// of the shares seen in 400 studies. (An interval misses by chance once in twenty; the seed is fixed, and 10,000 studies
+    /// had 4.8 and 95.2 %.)
     #[test]
-    fn what_is_not_there_is_found_in_one_study_of_twenty() {
+    fn without_an_effect_one_study_in_twenty_is_significant() {
         let [found] = design(0.0).simulate(400, [0.05], 1);
         let ((share, [low, high]), (covered, [least, most])) = (found.power(), found.coverage());
         assert!(low <= 0.05 && 0.05 <= high, "{share} [{low}, {high}]");
         assert!(least <= 0.95 && 0.95 <= most, "{covered} [{least}, {most}]");
     }
 
-    /// Each in every condition once: the test is a t test with 2 x 23 - 1 degrees of freedom (one for the place), whose power for
-    /// 0.9 deviations of the residual R's pt has as 0.862 (noncentrality 0.9 sqrt(24 / 2) = 3.118).
+    /// With each person in every condition once, the test is a t test with 2 x 23 - 1 degrees of freedom (one for the place).
+    /// R's pt gives its power for 0.9 residual deviations as 0.862 (noncentrality 0.9 sqrt(24 / 2) = 3.118).
     #[test]
-    fn a_known_effect_is_found_as_often_as_theory_says_and_its_interval_holds_it() {
+    fn power_and_coverage_match_theory_for_a_known_effect() {
         let [found] = design(0.9).simulate(400, [0.05], 2);
         let ((share, [low, high]), (covered, [least, most])) = (found.power(), found.coverage());
         assert!(low <= 0.862 && 0.862 <= high, "{share} [{low}, {high}]");

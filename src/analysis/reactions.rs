@@ -1,6 +1,6 @@
-//! How long each participant takes in each condition. In: analysed drives. Out: `reactions.csv`: perception-reaction, movement and compliance
-//! times as censored distributions, and beside them what the detector finds by chance. What each column is stands in
-//! [`glossary`](super::glossary).
+//! Response times of each participant in each condition. In: analysed drives. Out: `reactions.csv`: perception-reaction,
+//! movement and compliance times as censored distributions, and the chance responses to shams. [`glossary`](super::glossary)
+//! defines the columns.
 
 use super::{
     AnalysedRecording,
@@ -12,27 +12,28 @@ use super::{
     tables::{cell, line},
 };
 
-/// An answer within this time counts as one where answers are compared with chance, seconds: with more time to watch, any pedal moves.
+/// Longest time of a response in shares of responses, for events and shams alike, seconds: with more time to watch, any pedal
+/// moves.
 pub const WITHIN_S: f64 = 3.0;
 
-/// The kinds of times, in the order of the table.
+/// Kinds of response times, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResponseTime {
-    /// Perception-reaction time.
+    /// Perception-reaction time, from the onset to the first movement.
     Reaction,
-    /// From there to a deliberate position of the pedals.
+    /// Time from the reaction to a deliberate position of the pedals.
     Movement,
-    /// From the onset to the speed in the range.
+    /// Time from the onset until the speed is in the range.
     Compliance,
     /// Reaction time to shams.
     Chance,
 }
 
 impl ResponseTime {
-    /// All of them.
+    /// All kinds, in order.
     pub const ALL: [Self; 4] = [Self::Reaction, Self::Movement, Self::Compliance, Self::Chance];
 
-    /// As the table says it.
+    /// Returns the word in the table.
     fn word(self) -> &'static str {
         match self {
             Self::Reaction => "reaction",
@@ -42,13 +43,13 @@ impl ResponseTime {
         }
     }
 
-    /// Its onsets among these.
+    /// Returns the onsets that this time is measured from: shams for chance, else events.
     pub fn onsets(self, responses: &[AdviceResponse]) -> impl Iterator<Item = &AdviceResponse> {
         let kind = if self == Self::Chance { OnsetKind::Sham } else { OnsetKind::Event };
         responses.iter().filter(move |response| response.kind == kind)
     }
 
-    /// The time of one onset; `None` where there is nothing to tell.
+    /// Returns the time of one onset; `None` if nothing is known, as for a movement under way.
     fn of(self, response: &AdviceResponse) -> Option<Latency> {
         let watched_s = response.watched_s;
         match self {
@@ -59,12 +60,13 @@ impl ResponseTime {
         }
     }
 
-    /// The times of these.
+    /// Returns the times of these responses.
     pub fn latencies(self, responses: &[AdviceResponse]) -> Vec<Latency> {
         self.onsets(responses).filter_map(|response| self.of(response)).collect()
     }
 
-    /// Their median with its interval, seconds, where there are enough: of reactions that of the answers, beside chance.
+    /// Returns the fitted distribution; `None` with too few times, and for chance. Reactions are fitted as responses with
+    /// chance movements beside them.
     pub fn fit(self, responses: &[AdviceResponse]) -> Option<TimeFit> {
         let times = self.latencies(responses);
         if self == Self::Reaction {
@@ -78,7 +80,7 @@ impl ResponseTime {
         Some(TimeFit { median_s: fit.median_s(), mu, sigma, interval_s, answering: None })
     }
 
-    /// Share that came within [`WITHIN_S`], of those that came or were watched that long.
+    /// Returns the share of responses within [`WITHIN_S`], among those seen or watched that long.
     pub fn share_answered(self, responses: &[AdviceResponse]) -> Option<f64> {
         let answers: Vec<bool> = self
             .latencies(responses)
@@ -93,18 +95,18 @@ impl ResponseTime {
     }
 }
 
-/// The distribution of a time.
+/// Fitted distribution of a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeFit {
-    /// Median, seconds.
+    /// Median time, in seconds.
     pub median_s: f64,
-    /// Mean of the logarithm of the seconds.
+    /// Mean of the logarithm of the time in seconds.
     pub mu: f64,
-    /// Its standard deviation.
+    /// Standard deviation of that logarithm.
     pub sigma: f64,
     /// 95 % interval of the median, seconds.
     pub interval_s: [f64; 2],
-    /// Share of the events that is answered at all; `None` where that is not asked.
+    /// Share of the events with a response at all; `None` for kinds other than reactions.
     pub answering: Option<f64>,
 }
 
@@ -116,7 +118,7 @@ struct Group<'a> {
     responses: Vec<AdviceResponse>,
 }
 
-/// A row a participant, condition and kind of time.
+/// Returns `reactions.csv`: a row per participant, condition and kind of time.
 pub fn table(drives: &[AnalysedRecording]) -> String {
     let mut groups: Vec<Group> = Vec::new();
     for drive in drives {

@@ -1,5 +1,5 @@
-//! The report of an analysis. In: analysed drives. Out: HTML that opens off-line: style and figures are in it; and the
-//! methods as plain text. Quantities are called by their words; names of columns stand in the data dictionary alone.
+//! Report of an analysis. In: analysed drives. Out: HTML that opens off-line, with style and figures inside, and the methods as
+//! plain text. Quantities have their titles; column names occur only in the data dictionary.
 
 use super::{
     AnalysedRecording, AnalysisError, MEASURES, RoadKinds, StudyParticipants, drive_section,
@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{metrics::Estimate, plot::escaped};
 
-/// Measures that are drawn by condition.
+/// Measures with a figure by condition.
 const DRAWN: [&str; 11] = [
     "speed_gain_mps",
     "mean_speed_mps",
@@ -29,9 +29,9 @@ const DRAWN: [&str; 11] = [
     "ego_time_loss_s",
     "travel_time_s",
 ];
-/// Measures whose power is reckoned.
+/// Measures with a power calculation.
 const POWERED: [&str; 4] = ["mean_speed_mps", "time_in_range", "speed_error_mps", "reaction_s"];
-/// Measures that are listed drive by drive: what they are about, a table each.
+/// Measures listed drive by drive: subject and names, one table each.
 const LISTED: [(&str, &[&str]); 3] = [
     (
         "speed and advice",
@@ -54,33 +54,34 @@ const LISTED: [(&str, &[&str]); 3] = [
         ],
     ),
 ];
-/// Conditions beside each other in a table, at most: more are wider than a sheet.
+/// Largest number of conditions, or drives, beside each other in a table: more are wider than a sheet.
 const BESIDE: usize = 4;
-const NONE: &str = "–"; // In place of a number that is not there.
+const NONE: &str = "–"; // Mark of a missing number.
 
-/// A page and the figures in it, by their file names.
+/// Page of a report with its methods and figures.
 pub struct StudyReport {
-    /// The page.
+    /// Page as one HTML text.
     pub html: String,
-    /// The methods as plain text.
+    /// Methods as plain text.
     pub methods: String,
-    /// Names and texts of the figures.
+    /// File names and SVG texts of the figures.
     pub figures: Vec<(String, String)>,
 }
 
 /// Agreement of the analysed files with their checksums, and with a signature.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileProof {
-    /// Parts that are not as they were written or not where they belong, in words.
+    /// Sentences on files that have changed or are not in their place.
     pub changed: Vec<String>,
-    /// Signer of the files in words, or that none is known; `None` where parts have changed and no signer was asked for.
+    /// Sentence on the signer of the files, or on a missing signature; `None` if parts have changed and no signer was asked
+    /// for.
     pub signature: Option<String>,
 }
 
 /// Makes the page.
 ///
 /// # Errors
-/// A recording whose ways are drawn cannot be read.
+/// A recording whose figures are drawn cannot be read.
 pub fn report(
     title: &str,
     drives: &[AnalysedRecording],
@@ -140,22 +141,22 @@ pub fn report(
     Ok(StudyReport { html: page.html, methods: methods.join("\n\n") + "\n", figures: page.figures })
 }
 
-/// True if more than one person drove.
+/// Checks whether the drives have more than one participant.
 pub(super) fn is_of_several_people(drives: &[AnalysedRecording]) -> bool {
     participants(&drives.iter().collect::<Vec<_>>()) > 1
 }
 
-/// So many drives, in words.
+/// Returns a number of drives in words.
 pub fn count(drives: usize) -> String {
     if drives == 1 { "1 drive".into() } else { format!("{drives} drives") }
 }
 
-/// So many participants, in words.
+/// Returns a number of participants in words.
 pub(super) fn people(n: usize) -> String {
     if n == 1 { "1 participant".into() } else { format!("{n} participants") }
 }
 
-/// Whose drives these are, and whose are not among them.
+/// Adds a paragraph on the participants by state, with a warning about simulated ones.
 pub(super) fn took_part(page: &mut ReportPage, people: &StudyParticipants) {
     if people.is_rehearsal() {
         page.put("<p class=\"warning\"><b>A rehearsal: all participants are simulated, nobody drove.</b></p>");
@@ -167,7 +168,7 @@ pub(super) fn took_part(page: &mut ReportPage, people: &StudyParticipants) {
     }
 }
 
-/// Which drives had contacts with other vehicles.
+/// Adds a warning that names the drives with contacts with other vehicles.
 pub(super) fn contacts(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     const MOST: usize = 20;
     let k = index("contacts");
@@ -191,7 +192,7 @@ pub(super) fn contacts(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     );
 }
 
-/// Scores of the questionnaires, over all participants who answered.
+/// Adds the scores of the questionnaires, over all participants who answered.
 pub(super) fn scores(page: &mut ReportPage, people: &StudyParticipants) {
     let row = |score: &super::people::ScoreColumn| {
         let [low, high] = [f64::min, f64::max].map(|f| score.values.iter().copied().reduce(f).unwrap_or_default());
@@ -218,7 +219,7 @@ pub(super) fn scores(page: &mut ReportPage, people: &StudyParticipants) {
     );
 }
 
-/// The same over conditions: means, figures, power.
+/// Adds the section by condition: means, figures, power.
 pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     let conditions = conditions(drives);
     let trials: usize = conditions.iter().map(|(_, of)| of.len()).sum();
@@ -233,7 +234,7 @@ pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
         text += &format!(" {} shows the mean speed over time.", page.figure_links(0, 1));
     }
     if dots > 0 {
-        // These come after the line over time.
+        // These figures follow the one of speed over time.
         text +=
             &format!(" {} the distribution of a measure each.", verb(&page.figure_links(lines, dots), dots, "show"));
     }
@@ -275,12 +276,12 @@ pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     );
 }
 
-/// `Tables 1 and 2 give`, `Table 1 gives`.
+/// Returns links with their verb: `Tables 1 and 2 give`, `Table 1 gives`.
 pub(super) fn verb(links: &str, n: usize, verb: &str) -> String {
     format!("{links} {verb}{}", if n == 1 { "s" } else { "" })
 }
 
-/// Means of all measures, so many conditions beside each other as a sheet is wide.
+/// Adds tables of the means of all measures, with at most [`BESIDE`] conditions in each.
 fn means(page: &mut ReportPage, conditions: &[(String, Vec<&AnalysedRecording>)]) {
     let has_value = |k: &usize| conditions.iter().any(|(_, of)| !values(of, *k).is_empty());
     let measured: Vec<usize> = (0..MEASURES.len()).filter(has_value).collect();
@@ -294,7 +295,7 @@ fn means(page: &mut ReportPage, conditions: &[(String, Vec<&AnalysedRecording>)]
         let row = |k: &usize| {
             let cell = |(_, of): &(String, Vec<&AnalysedRecording>)| {
                 let found = values(of, *k);
-                // Where some participants have no such number, how many have.
+                // N of the measure, if some participants lack it.
                 let n = if found.len() < participants(of) { format!(" (N = {})", found.len()) } else { String::new() };
                 estimate(&found).map_or(NONE.into(), |text| text + &n)
             };
@@ -318,7 +319,7 @@ fn means(page: &mut ReportPage, conditions: &[(String, Vec<&AnalysedRecording>)]
     }
 }
 
-/// How many there are in each condition: once where they are equal.
+/// Returns the number of participants by condition; a single number if all are equal.
 fn numbers(conditions: &[(String, Vec<&AnalysedRecording>)], of: impl Fn(&[&AnalysedRecording]) -> usize) -> String {
     let each: Vec<usize> = conditions.iter().map(|(_, drives)| of(drives)).collect();
     let (least, most) = (each.iter().min().copied().unwrap_or(0), each.iter().max().copied().unwrap_or(0));
@@ -360,7 +361,7 @@ fn powers(drives: &[AnalysedRecording], measure: usize) -> Vec<TableCells> {
     power(drives, measure).into_iter().map(row).collect()
 }
 
-/// Every drive in numbers: a few beside each other with all that was measured, many one below the other with a part of it.
+/// Adds the measures of every drive: up to [`BESIDE`] drives as columns with all measures, more as rows with some of them.
 pub(super) fn every(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.put(if drives.len() == 1 { "<h2>The drive in numbers</h2>" } else { "<h2>All drives</h2>" });
     let roads = RoadKinds::of(drives);
@@ -408,7 +409,7 @@ fn count_of(drives: &[AnalysedRecording]) -> String {
     format!("N = {}{of}", count(drives.len()))
 }
 
-/// What each column of the tables beside the page is.
+/// Adds the definitions of all columns of the tables beside the page.
 pub(super) fn dictionary(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.put("<section id=\"data-dictionary\">\n<h2>Data dictionary</h2>");
     let tables = glossary::tables(drives);
@@ -442,7 +443,7 @@ fn cells<const N: usize>(words: [&str; N]) -> TableCells {
     words.map(str::to_owned).to_vec()
 }
 
-/// Mean and interval; of a single number there is no interval.
+/// Returns mean and interval; a single number has no interval, and no number gives `None`.
 pub(super) fn estimate(numbers: &[f64]) -> Option<String> {
     let e = Estimate::of(numbers)?;
     Some(if numbers.len() > 1 {

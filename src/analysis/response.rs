@@ -1,16 +1,15 @@
-//! What a driver does about each change of the advice. In: the [`Onset`]s of a drive, then the ego's rows, in order. Out: an
-//! [`AdviceResponse`] an onset, times in seconds and steps.
+//! Responses of a driver to changes of the advice. In: the [`Onset`]s of a drive, then the ego's rows, in order. Out: an
+//! [`AdviceResponse`] per onset, times in seconds and steps.
 //!
 //! SAE J2944 (6.5.2): reaction time runs from the onset of an event to the first observable response of hand or foot. Here:
-//! * **reaction**: the start of the first movement of the pedals, accelerator less brake, that goes the way that is asked and further than
-//!   the person's own idle movements ([`pedal_noise`](super::pedal_noise)). The start is the last tick at which the pedals were within
-//!   half of that threshold of where the movement came from;
+//! * **reaction**: the start of the first movement of the pedals, accelerator less brake, in the direction of the demand and
+//!   larger than the person's own idle movements ([`pedal_noise`](super::pedal_noise)). The start is the last tick at which the
+//!   pedals were within half of that threshold of the origin of the movement;
 //! * **movement**: from there until the pedals are 5 % of their travel ([`PEDAL`]) beyond that threshold;
 //! * **entering the range**: from the onset to the first tick at which the speed is in the new range;
-//! * a movement that starts before [`EARLIEST_S`] was under way when the change came: its reaction is not known, and nothing is
-//!   told of it;
-//! * all are watched until the next change of the advice or the end of the drive. What has not come until then is censored
-//!   there: it is known to be longer than [`AdviceResponse::watched_s`].
+//! * a movement that starts before [`EARLIEST_S`] was under way at the onset: its reaction time is unknown;
+//! * all times are watched until the next change of the advice or the end of the drive. A time that has not ended by then is
+//!   censored: it is longer than [`AdviceResponse::watched_s`].
 
 use super::{
     events::{DriveOnsets, Onset, OnsetKind},
@@ -19,88 +18,89 @@ use super::{
 };
 use crate::time::{TICK_S, Tick};
 
-/// Movement of a pedal beyond the threshold that ends the movement time, share of its travel.
+/// Movement of the pedals beyond the threshold that ends the movement time, share of travel.
 pub const PEDAL: f64 = 0.05;
-/// What starts sooner is no response, seconds: no person answers a picture faster.
+/// Shortest time from onset to response, seconds: no person responds to a picture faster.
 pub const EARLIEST_S: f64 = 0.15;
-/// Start of a movement: as near as this to where it came from, share of the threshold. Of people whose reaction is known (`response_tests`)
-/// a tenth takes idle waves for the start and is 18 % too early, with a spread of 10 %; half is 4 % late, with a spread of 2 %.
+/// Distance from its origin at which a movement starts, share of the threshold. For simulated people with known reactions
+/// (`response_tests`) a tenth takes idle waves for the start: 18 % early, with a spread of 10 %. A half is 4 % late, with a
+/// spread of 2 %.
 const START: f64 = 0.5;
 
-/// One change of the advice, or a sham, and what came of it.
+/// Response to a change of the advice, or to a sham.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AdviceResponse {
-    /// What it was.
+    /// Kind of the onset.
     pub kind: OnsetKind,
-    /// When it was seen, seconds.
+    /// Time of the onset, seconds from the start of the drive.
     pub onset_s: f64,
-    /// The target before, m/s.
+    /// Target before, m/s.
     pub from_mps: f64,
-    /// The new target, m/s.
+    /// New target, m/s.
     pub to_mps: f64,
     /// Speed at the onset, m/s.
     pub speed_mps: f64,
-    /// What is asked: 1 faster, -1 slower, 0 nothing new.
+    /// Demand: 1 faster, -1 slower, 0 none.
     pub direction: i8,
-    /// Reaction time, seconds.
+    /// Reaction time, seconds; `None` if censored or unknown.
     pub reaction_s: Option<f64>,
-    /// A movement was under way at the onset: there is no telling the reaction.
+    /// True for a movement that was under way at the onset, so that the reaction time is unknown.
     pub is_under_way: bool,
-    /// From the reaction to the end of the movement, seconds.
+    /// Time from the reaction to the end of the movement, seconds.
     pub movement_s: Option<f64>,
-    /// From the onset to entering the range, seconds.
+    /// Time from the onset to entering the range, seconds.
     pub enter_s: Option<f64>,
-    /// The same in whole steps of the scenario.
+    /// Time from the onset to entering the range, in whole steps of the scenario, rounded up.
     pub enter_steps: Option<u64>,
-    /// How long it was watched, seconds.
+    /// Time watched, seconds; 0 for a change that is not an event.
     pub watched_s: f64,
-    /// Idle movement of the pedals that counts for nothing, share of travel.
+    /// Threshold of idle pedal movements, share of travel.
     pub threshold: f64,
-    /// Where that is from.
+    /// Source of the threshold.
     pub noise_from: NoiseSource,
 }
 
-/// Watches the ego for responses, to onsets and to shams.
+/// Detects the ego's responses to onsets and to shams.
 #[derive(Clone, Debug)]
 pub struct ResponseWatch {
     watches: [ResponseDetector; 2],
 }
 
 impl ResponseWatch {
-    /// Of a drive with steps of `step_s`; `practice` is the idle noise of the same participant's practice.
+    /// Starts for a drive with steps of `step_s`; `practice` has the idle movements of the same participant's practice.
     pub fn new(step_s: f64, onsets: DriveOnsets, practice: Option<&PedalNoise>) -> Self {
         let noise = NoiseSource::choose(practice, &onsets.noise);
         Self { watches: [onsets.onsets, onsets.shams].map(|list| ResponseDetector::new(step_s, list, noise)) }
     }
 
-    /// The next row of the ego.
+    /// Adds the next row of the ego.
     pub fn add(&mut self, ego: &EgoSample) {
         self.watches.iter_mut().for_each(|watch| watch.add(ego));
     }
 
-    /// Responses to changes and events in order, then to shams.
+    /// Returns the responses to changes and events in order, then those to shams.
     pub fn finish(self) -> Vec<AdviceResponse> {
         self.watches.into_iter().flat_map(ResponseDetector::finish).collect()
     }
 }
 
-/// Watches for responses to onsets that follow each other.
+/// Detects responses to successive onsets.
 #[derive(Clone, Debug)]
 struct ResponseDetector {
     step_s: f64,
     noise: (f64, NoiseSource),
-    /// Onsets that are to come.
+    /// Onsets still to come.
     ahead: std::vec::IntoIter<Onset>,
     watched: Option<PendingResponse>,
     found: Vec<AdviceResponse>,
 }
 
-/// An onset, and what the driver has done about it so far.
+/// An onset with the driver's response so far; times in ticks since the onset.
 #[derive(Clone, Debug)]
 struct PendingResponse {
     onset: Onset,
     window: MovementWindow,
-    /// Start of the movement, ticks since the onset, and the pedals that end it.
+    /// Start of the movement, and the position of the pedals that ends it.
     moved: Option<(u64, f64)>,
     ended: Option<u64>,
     entered: Option<u64>,
@@ -122,7 +122,7 @@ impl ResponseDetector {
         }
     }
 
-    /// The next onset replaces the one that is watched.
+    /// Ends the watch of the current onset and starts to watch the next.
     fn next(&mut self) {
         let watched = self.ahead.next().map(PendingResponse::new);
         let over = std::mem::replace(&mut self.watched, watched);

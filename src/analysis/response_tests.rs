@@ -1,4 +1,4 @@
-//! What is a response, against movements made by hand and people whose reaction is known.
+//! Responses against movements made by hand and simulated people with known reactions.
 
 use super::*;
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
     rng,
 };
 
-/// A drive; pedals and speed as functions of the time. Advices are seen two ticks after their issue.
+/// Returns the responses of a drive; pedals and speed are functions of the time. Advices are seen two ticks after their issue.
 fn responses(
     ticks: u64,
     pedals: impl Fn(f64) -> (f64, f64),
@@ -41,8 +41,8 @@ fn events(found: &[AdviceResponse]) -> Vec<AdviceResponse> {
 }
 
 #[test]
-fn reaction_runs_from_the_frame_to_the_start_of_the_movement_and_movement_to_five_percent_beyond() {
-    // The accelerator moves by 10 % a second from 3.00 s on; idle pedals stand still, so that 1 % is the threshold.
+fn reaction_ends_where_the_movement_starts_and_movement_5_percent_beyond() {
+    // The accelerator moves by 10 % a second from 3.00 s on; idle pedals are still, so that 1 % is the threshold.
     let press = |t: f64| (0.2 + 0.1 * (t - 3.0).clamp(0.0, 2.0), 0.0);
     // 3.5 m/s, the lower edge, is reached 2.5 s after 3.00 s.
     let speed = |t: f64| 2.0 + 0.6 * (t - 3.0).max(0.0);
@@ -50,7 +50,7 @@ fn reaction_runs_from_the_frame_to_the_start_of_the_movement_and_movement_to_fiv
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!((found[0].onset_s, found[0].from_mps, found[0].to_mps, found[0].direction), (2.02, 2.0, 4.0, 1));
     assert_eq!((found[0].threshold, found[0].noise_from), (0.01, NoiseSource::Least));
-    // It starts at 3.00 s (half the threshold is 0.05 s of it), and 6 % of travel are reached at 3.60 s.
+    // The movement starts at 3.00 s (half the threshold takes 0.05 s), and 6 % of travel are reached at 3.60 s.
     assert!((found[0].reaction_s.unwrap() - 1.03).abs() < 0.021, "{found:?}");
     assert!((found[0].reaction_s.unwrap() + found[0].movement_s.unwrap() - 1.58).abs() < 0.021, "{found:?}");
     assert!((found[0].enter_s.unwrap() - 3.48).abs() < 0.011 && found[0].enter_steps == Some(35), "{found:?}");
@@ -58,7 +58,7 @@ fn reaction_runs_from_the_frame_to_the_start_of_the_movement_and_movement_to_fiv
 }
 
 #[test]
-fn lifting_the_foot_answers_a_lower_target_and_pressing_on_does_not() {
+fn lifting_the_foot_is_a_response_to_a_lower_target_and_pressing_is_not() {
     let lift = |t: f64| (if t < 2.5 { 0.2 } else { 0.1 }, 0.0);
     let found = events(&responses(1000, lift, |_| 5.0, &[(100, 5.0), (200, 3.0)]));
     assert!((found[0].reaction_s.unwrap() - 0.48).abs() < 0.021 && found[0].enter_s.is_none(), "{found:?}");
@@ -70,15 +70,15 @@ fn lifting_the_foot_answers_a_lower_target_and_pressing_on_does_not() {
 }
 
 #[test]
-fn what_was_under_way_is_told_and_what_comes_after_the_next_change_is_censored_there() {
+fn movements_under_way_are_marked_and_late_ones_censored() {
     let under_way = |t: f64| (0.2 + 0.4 * (t - 1.8).clamp(0.0, 1.0), 0.0);
     let found = events(&responses(1000, under_way, |_| 2.0, &[(100, 2.0), (200, 4.0)]));
     assert!(found[0].is_under_way && found[0].reaction_s.is_none() && found[0].movement_s.is_none(), "{found:?}");
-    // A movement at 9.08 s is late and still a response: nothing is clipped.
+    // A movement at 9.08 s is late and still a response: long times are not clipped.
     let late = |t: f64| (if t < 9.08 { 0.1 } else { 0.5 }, 0.0);
     let found = events(&responses(1000, late, |_| 2.0, &[(100, 2.0), (200, 4.0)]));
     assert!((found[0].reaction_s.unwrap() - 7.06).abs() < 0.021, "{found:?}");
-    // Where another target replaces the first, nothing is known of the first but that it took longer.
+    // If another target replaces the first, the time to the first is only known to be longer.
     let found = events(&responses(1000, late, |_| 2.0, &[(100, 2.0), (200, 4.0), (600, 6.0)]));
     assert_eq!((found.len(), found[0].reaction_s), (1, None), "the second asks the same again: {found:?}");
     assert!((found[0].watched_s - 3.99).abs() < 0.011, "{found:?}");
@@ -87,9 +87,9 @@ fn what_was_under_way_is_told_and_what_comes_after_the_next_change_is_censored_t
 }
 
 #[test]
-fn a_change_that_is_replaced_before_it_is_seen_or_comes_at_the_end_is_watched_for_no_time() {
+fn a_change_replaced_before_it_is_seen_has_no_time_watched() {
     let press = |t: f64| (if t < 2.5 { 0.1 } else { 0.5 }, 0.0);
-    // Two are shown by one frame, and one after the last row.
+    // Two changes appear in one frame, and one after the last row.
     let found = responses(1000, press, |_| 2.0, &[(100, 2.0), (200, 4.0), (200, 6.0), (999, 8.0)]);
     let found: Vec<_> = found.iter().filter(|response| response.kind != OnsetKind::Sham).collect();
     assert_eq!(found.len(), 3, "{found:?}");
@@ -97,13 +97,13 @@ fn a_change_that_is_replaced_before_it_is_seen_or_comes_at_the_end_is_watched_fo
     assert_eq!((found[2].to_mps, found[2].onset_s, found[2].watched_s), (8.0, 10.01, 0.0));
 }
 
-/// A person with a known reaction, whose foot trembles: how they drive five minutes with advice between two speeds.
+/// Simulates a person with a known reaction time and a trembling foot, in five minutes with advice between two speeds.
 fn person(number: u64) -> (f64, f64, Vec<AdviceResponse>) {
     let mut stream = rng::stream(number, "known reaction");
     let (mu, sigma) = (stream.uniform(0.6, 1.6).ln(), 0.3);
     let idle = stream.uniform(0.0, 0.03);
     let ticks = 30_000;
-    // Steps of 6 to 12 s; each is answered by 15 % of travel within 0.4 s, and the speed follows within 3 s.
+    // Steps of 6 to 12 s; each gets a response of 15 % of travel within 0.4 s, and the speed follows after 2 s.
     let mut advice = vec![(100, 4.0)];
     let mut answers = vec![(1.02, 0.0, 4.0)];
     let mut at = 1000;
@@ -113,7 +113,7 @@ fn person(number: u64) -> (f64, f64, Vec<AdviceResponse>) {
         answers.push((Tick(at + 2).seconds() + (mu + sigma * stream.normal()).exp(), 0.15, target_mps));
         at += stream.uniform(600.0, 1200.0) as u64;
     }
-    // Idle movements: slow waves of their own phases, of 0.3 to 1.5 a second.
+    // Idle movements: slow waves with phases of their own, 0.3 to 1.5 a second.
     let waves: Vec<[f64; 2]> =
         (0..5).map(|_| [stream.uniform(2.0, 9.0), stream.uniform(0.0, std::f64::consts::TAU)]).collect();
     let found = responses(
@@ -123,7 +123,7 @@ fn person(number: u64) -> (f64, f64, Vec<AdviceResponse>) {
             let mut pedal = 0.3 + idle * tremble;
             for (answered_s, size, target_mps) in &answers {
                 let way = if *target_mps > 5.0 { *size } else { -*size };
-                // There in 0.4 s, and slowly back within 3 s.
+                // Full movement after 0.4 s, then back within 3 s.
                 let since = t - answered_s;
                 let out = (since / 0.4).clamp(0.0, 1.0) - ((since - 1.0) / 3.0).clamp(0.0, 1.0);
                 pedal += way * out;
@@ -137,7 +137,7 @@ fn person(number: u64) -> (f64, f64, Vec<AdviceResponse>) {
 }
 
 #[test]
-fn of_200_people_whose_reaction_is_known_it_is_found_and_shams_find_next_to_nothing() {
+fn known_reactions_of_200_people_are_found_and_few_shams_get_a_response() {
     let (mut errors, mut chance, mut answered) = (Vec::new(), Vec::new(), Vec::new());
     for number in 0..200 {
         let (median_s, _, found) = person(number);
@@ -150,7 +150,7 @@ fn of_200_people_whose_reaction_is_known_it_is_found_and_shams_find_next_to_noth
     let bias = mean(&errors);
     let spread = mean(&errors.iter().map(|e| (e - bias).powi(2)).collect::<Vec<_>>()).sqrt();
     assert_eq!(errors.len(), 200);
-    // A reaction time is good for a comparison of conditions where it is right to a tenth.
+    // A reaction time is fit to compare conditions if it is right to a tenth.
     assert!(bias.abs() < 0.1 && spread < 0.15, "{bias} {spread}");
     assert!(mean(&answered) > 0.9 && mean(&chance) < 0.35, "{} {}", mean(&answered), mean(&chance));
 }

@@ -1,4 +1,4 @@
-//! How drives were made. In: manifest and scenario of each. Out: facts in words, and what is the same in all of them or differs.
+//! Setup of drives. In: manifest and scenario of each. Out: facts in words, shared by all drives or different.
 
 use super::{AnalysedRecording, glossary::unit_text, tables::conditions};
 use crate::{
@@ -7,30 +7,30 @@ use crate::{
     scenario::{Scenario, StartLayout},
 };
 
-/// How a drive was made.
+/// Setup of a drive.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DriveSetup {
-    /// By which program, with what.
+    /// Manifest of the recording: program, driver, policy and so on.
     pub manifest: Manifest,
-    /// What was driven.
+    /// Scenario that was driven.
     pub scenario: Scenario,
-    /// Length of the closed route, metres; 0 if its map is not here any more.
+    /// Length of the route, metres; 0 if its map is missing.
     pub route_m: f64,
 }
 
-/// Something that may differ between drives.
+/// Value of a fact, which may differ between drives.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SetupValue {
-    /// A number and its unit.
+    /// Number with its unit in ASCII.
     Number(f64, &'static str),
-    /// A word.
+    /// A name or another word.
     Word(String),
 }
 
-/// A fact of a drive, and what it is called.
+/// A fact of a drive: its name and its value.
 type SetupFact = (&'static str, fn(&DriveSetup) -> SetupValue);
 
-/// What distinguishes drives, in the order in which it is told.
+/// Facts that distinguish drives, in the order of the report.
 const FACTS: [SetupFact; 18] = [
     ("road", |s| SetupValue::Word(s.road())),
     ("number of vehicles", |s| SetupValue::Number(f64::from(s.scenario.vehicles), "")),
@@ -59,7 +59,7 @@ impl DriveSetup {
         name.rsplit('/').next().unwrap_or(name).to_owned()
     }
 
-    /// Origin of the advice of the drive.
+    /// Returns the origin of the advice.
     fn advice(&self) -> &'static str {
         match self.scenario.sham_advice {
             _ if self.manifest.policy.name == "none" => "none",
@@ -75,20 +75,20 @@ impl DriveSetup {
         }
     }
 
-    /// True if no person drove.
+    /// Checks whether a simulated driver drove.
     pub fn is_simulated(&self) -> bool {
         self.manifest.driver.starts_with("simulated")
     }
 }
 
-/// A number without digits that say nothing, with a true minus sign.
+/// Formats a number with at most four decimals, no trailing zeros, and a true minus sign.
 pub fn number_text(number: f64) -> String {
     let text = format!("{number:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     minus(if text == "-0" { "0" } else { text })
 }
 
-/// `a`, `a and b`, `a, b and c`.
+/// Joins words: `a`, `a and b`, `a, b and c`.
 pub fn joined_words(words: &[String]) -> String {
     match words {
         [] => String::new(),
@@ -97,7 +97,8 @@ pub fn joined_words(words: &[String]) -> String {
     }
 }
 
-/// Values of some drives without repetition: `0.5, 1 and 2 mph`; of many numbers the smallest and the largest.
+/// Joins the values of some drives without repetition: `0.5, 1 and 2 mph`; for more than six numbers, the smallest and the
+/// largest.
 pub fn joined_values(values: impl IntoIterator<Item = SetupValue>) -> String {
     const MOST: usize = 6;
     let mut numbers: Vec<(f64, &'static str)> = Vec::new();
@@ -121,13 +122,13 @@ pub fn joined_values(values: impl IntoIterator<Item = SetupValue>) -> String {
     }
 }
 
-/// What a fact of this name is in these drives.
+/// Returns the values of a fact in these drives.
 pub fn fact(drives: &[&AnalysedRecording], name: &str) -> String {
     let (_, of) = FACTS.iter().find(|fact| fact.0 == name).expect("a fact of the list");
     joined_values(drives.iter().map(|drive| of(&drive.setup)))
 }
 
-/// For each condition what sets it apart from others: `narrow: half width of the advised range 0.5 mph`.
+/// Returns the differences of each condition from the others: `narrow: half width of the advised range 0.5 mph`.
 pub fn condition_differences(drives: &[AnalysedRecording]) -> Vec<String> {
     let conditions = conditions(drives);
     let differs = |fact: &&SetupFact| {
@@ -151,7 +152,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_are_said_once_in_order_with_their_unit_and_many_by_their_ends() {
+    fn values_appear_once_in_order_with_unit_and_many_as_a_range() {
         let mph = |x| SetupValue::Number(x, "mph");
         assert_eq!(joined_values([mph(2.0), mph(0.5), mph(1.0), mph(0.5)]), "0.5, 1 and 2 mph");
         assert_eq!(joined_values([SetupValue::Number(-1.5, "m/s2")]), "−1.5 m/s²");

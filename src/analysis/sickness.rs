@@ -1,6 +1,6 @@
-//! Ratings of sickness while driving (fast motion sickness scale). In: a participant's table of them in a data set. Out: `fms.csv`, a
-//! figure of each participant over the session, a paragraph of the methods. Ratings of drives that were broken off are among them:
-//! whoever was stopped by one is not to be missing where it was highest.
+//! Ratings of sickness while driving (fast motion sickness scale). In: a participant's table of ratings in a data set. Out:
+//! `fms.csv`, a figure of each participant over the session, a paragraph of the methods. Ratings of drives that were broken off
+//! are included, so that the highest ratings are not lost with drives stopped because of sickness.
 
 use super::{
     AnalysisError, StudyParticipants, glossary,
@@ -12,27 +12,27 @@ use super::{
 use crate::plot::{Axis, COLOURS, Chart, LineStyle, PlotLine, picture};
 use std::path::Path;
 
-/// Participants whose lines are told apart by colour; more are grey.
+/// Largest number of participants with lines in colours of their own; with more, all lines are grey.
 const NAMED: usize = COLOURS.len();
-/// The upper end of the scale.
+/// Upper end of the scale.
 const HIGHEST: f64 = 20.0;
 
-/// A question and its answer.
+/// A question with its answer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SicknessRating {
-    /// `sub-P03`.
+    /// Participant's id, such as `sub-P03`.
     pub participant: String,
     /// Segment, place and condition of the drive, and the folder of its recording.
     pub drive: [String; 4],
-    /// When it was asked, seconds since the start of the drive.
+    /// Time of the question, seconds since the start of the drive.
     pub time_s: f64,
-    /// The answer, 0 to 20.
+    /// Rating, 0 to 20; `None` without an answer.
     pub value: Option<f64>,
-    /// From the question to the answer, seconds.
+    /// Time from the question to the answer, seconds.
     pub answer_s: Option<f64>,
 }
 
-/// The ratings of one participant of a data set; none where nothing was asked.
+/// Reads the ratings of one participant of a data set; none without a table.
 pub(super) fn ratings(root: &Path, subject: &str) -> Result<Vec<SicknessRating>, AnalysisError> {
     let path = root.join(subject).join("beh").join(format!("{subject}_task-fmsRatings_beh.tsv"));
     let Some(table) = TsvFile::read(&path)? else { return Ok(Vec::new()) };
@@ -61,7 +61,7 @@ pub(super) fn ratings(root: &Path, subject: &str) -> Result<Vec<SicknessRating>,
     table.rows.iter().enumerate().map(rating).collect()
 }
 
-/// `fms.csv`: a row a question.
+/// Returns `fms.csv`: a row per question.
 pub fn table(people: &StudyParticipants) -> String {
     let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
     let row = |rating: &SicknessRating| {
@@ -71,7 +71,7 @@ pub fn table(people: &StudyParticipants) -> String {
     line(glossary::names(&[], "fms.csv")) + &people.ratings.iter().map(row).collect::<String>()
 }
 
-/// The ratings of each participant, in order.
+/// Groups the ratings by participant, in order.
 fn by_participant(people: &StudyParticipants) -> Vec<(&str, Vec<&SicknessRating>)> {
     let mut list: Vec<(&str, Vec<&SicknessRating>)> = Vec::new();
     for rating in &people.ratings {
@@ -83,7 +83,7 @@ fn by_participant(people: &StudyParticipants) -> Vec<(&str, Vec<&SicknessRating>
     list
 }
 
-/// The section of the page; none where nothing was asked.
+/// Adds the section of the page; none without questions.
 pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
     let list = by_participant(people);
     if list.is_empty() {
@@ -105,7 +105,7 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
         let number = |value: Option<f64>| value.map_or("–".into(), short);
         let counts = [of.len(), values.len()].map(|n| n.to_string());
         let [asked, answered] = counts;
-        // Ratings are whole numbers; their mean is none.
+        // Ratings are whole numbers; their mean is not.
         let whole = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.0}"));
         vec![(*who).to_owned(), asked, answered, number(mean), whole(highest), whole(values.last().copied())]
     };
@@ -131,7 +131,7 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
     });
 }
 
-/// A line for each stretch of answers without a gap.
+/// Draws a line for each stretch of answers without a gap.
 fn figure(list: &[(&str, Vec<&SicknessRating>)]) -> String {
     let mut lines = Vec::new();
     for (i, (who, of)) in list.iter().enumerate() {
@@ -154,7 +154,7 @@ fn figure(list: &[(&str, Vec<&SicknessRating>)]) -> String {
     picture(&[Chart { lines, ..Chart::new("", x, y, 180.0) }], "")
 }
 
-/// The paragraph of the methods; none where nothing was asked.
+/// Returns the paragraph of the methods; empty without questions.
 pub(super) fn paragraph(people: &StudyParticipants) -> String {
     if people.ratings.is_empty() {
         return String::new();

@@ -1,12 +1,12 @@
-//! The least of a function without slopes. In: a function of a few numbers, a start and steps. Out: where it is least: the simplex
-//! of Nelder and Mead (1965).
+//! Minimum of a function without derivatives. In: a function of a few numbers, a start and steps. Out: the place of the
+//! minimum, by the simplex of Nelder and Mead (1965).
 
-/// Rounds at the most.
+/// Largest number of rounds.
 const ROUNDS: usize = 2000;
-/// Ends where the corners differ by less than this share.
+/// Relative difference between the costs of the corners below which the search ends.
 const TOLERANCE: f64 = 1e-11;
 
-/// Where `cost` is least, from `start`, with first corners `steps` away.
+/// Minimises `cost` from `start`, with first corners `steps` away; returns the place and its cost.
 pub(super) fn least<const N: usize>(
     cost: impl Fn(&[f64; N]) -> f64,
     start: [f64; N],

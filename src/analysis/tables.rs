@@ -1,6 +1,6 @@
-//! What was measured, as CSV. In: analysed drives. Out: text: `trials.csv` (a row a drive), `advice.csv` (a row a change of
-//! the advice and a sham), `speed.csv` (a row a second), `conditions.csv` (mean, deviation and 95 % bootstrap interval), `drivers.csv` (a row a
-//! participant), `scores.csv` (a row a score of a participant). What each column is stands in [`glossary`](super::glossary).
+//! Results as CSV. In: analysed drives. Out: text: `trials.csv` (a row per drive), `advice.csv` (a row per change of the advice
+//! or sham), `speed.csv` (a row per second), `conditions.csv` (mean, deviation and 95 % bootstrap interval), `drivers.csv` (a
+//! row per participant), `scores.csv` (a row per score of a participant). [`glossary`](super::glossary) defines the columns.
 
 use super::{
     AnalysedRecording, MEASURES, RoadKinds,
@@ -12,7 +12,7 @@ use super::{
 use crate::metrics::Estimate;
 use std::collections::BTreeSet;
 
-/// A number, or nothing.
+/// Formats a finite number; empty for anything else.
 pub(super) fn cell(value: Option<f64>) -> String {
     value.filter(|v| v.is_finite()).map_or(String::new(), |v| v.to_string())
 }
@@ -24,7 +24,7 @@ pub(super) fn line(cells: impl IntoIterator<Item = String>) -> String {
     quoted.collect::<Vec<_>>().join(",") + "\n"
 }
 
-/// Names of the factors, as the first drive has them.
+/// Returns the names of the factors of the first drive.
 pub(super) fn factors(drives: &[AnalysedRecording]) -> Vec<String> {
     drives.first().map(|d| d.found.levels.iter().map(|level| level.0.clone()).collect()).unwrap_or_default()
 }
@@ -37,7 +37,7 @@ pub(super) fn key(drive: &AnalysedRecording) -> Vec<String> {
     cells
 }
 
-/// A row a drive.
+/// Returns `trials.csv`: a row per drive.
 pub fn trials(drives: &[AnalysedRecording]) -> String {
     let roads = RoadKinds::of(drives);
     let row = |drive: &AnalysedRecording| {
@@ -48,7 +48,7 @@ pub fn trials(drives: &[AnalysedRecording]) -> String {
     line(names(drives, "trials.csv")) + &drives.iter().map(row).collect::<String>()
 }
 
-/// A row a score of a participant, of a questionnaire that comes after every trial a row a trial.
+/// Returns `scores.csv`: a row per score of a participant, and per trial for a questionnaire after every trial.
 pub fn scores(drives: &[AnalysedRecording], people: &StudyParticipants) -> String {
     let row = |score: &ParticipantScore| {
         let ParticipantScore { participant, questionnaire, trial: [place, condition], name, value } = score;
@@ -57,7 +57,7 @@ pub fn scores(drives: &[AnalysedRecording], people: &StudyParticipants) -> Strin
     line(names(drives, "scores.csv")) + &people.each.iter().map(row).collect::<String>()
 }
 
-/// A row a change of the advice.
+/// Returns `advice.csv`: a row per change of the advice or sham.
 pub fn advice(drives: &[AnalysedRecording]) -> String {
     let mut text = line(names(drives, "advice.csv"));
     for drive in drives {
@@ -84,7 +84,7 @@ pub fn advice(drives: &[AnalysedRecording]) -> String {
     text
 }
 
-/// A row a second of every drive.
+/// Returns `speed.csv`: a row per second of every drive.
 pub fn speed(drives: &[AnalysedRecording]) -> String {
     let mut text = line(names(drives, "speed.csv"));
     for drive in drives {
@@ -96,7 +96,7 @@ pub fn speed(drives: &[AnalysedRecording]) -> String {
     text
 }
 
-/// A row a participant.
+/// Returns `drivers.csv`: a row per participant.
 pub fn drivers(drives: &[AnalysedRecording], drivers: &[ParticipantDriver]) -> String {
     let row = |driver: &ParticipantDriver| {
         let cells = driver.found.numbers().into_iter().flat_map(|number| {
@@ -108,7 +108,7 @@ pub fn drivers(drives: &[AnalysedRecording], drivers: &[ParticipantDriver]) -> S
     line(names(drives, "drivers.csv")) + &drivers.iter().map(row).collect::<String>()
 }
 
-/// Conditions in the study's order; drives without one are left out.
+/// Groups drives by condition, in the study's order; drives without one are left out.
 pub fn conditions(drives: &[AnalysedRecording]) -> Vec<(String, Vec<&AnalysedRecording>)> {
     let mut list: Vec<(String, Vec<&AnalysedRecording>)> = Vec::new();
     for drive in drives.iter().filter(|d| !d.found.condition.is_empty()) {
@@ -121,7 +121,8 @@ pub fn conditions(drives: &[AnalysedRecording]) -> Vec<(String, Vec<&AnalysedRec
     list
 }
 
-/// A measure of each participant who has it: the mean over his or her drives among these, so that everybody counts once.
+/// Returns a measure of each participant who has it: the mean over their drives among these, so that each participant counts
+/// once.
 pub fn per_participant<'a>(of: &[&'a AnalysedRecording], measure: usize) -> Vec<(&'a str, f64)> {
     let mut sums: Vec<(&str, f64, usize)> = Vec::new();
     for drive in of {
@@ -135,17 +136,17 @@ pub fn per_participant<'a>(of: &[&'a AnalysedRecording], measure: usize) -> Vec<
     sums.into_iter().map(|(who, sum, n)| (who, sum / n as f64)).collect()
 }
 
-/// The same numbers alone.
+/// Returns the values of [`per_participant`] without the names.
 pub fn values(of: &[&AnalysedRecording], measure: usize) -> Vec<f64> {
     per_participant(of, measure).into_iter().map(|(_, value)| value).collect()
 }
 
-/// How many people drove these.
+/// Returns the number of participants of these drives.
 pub fn participants(of: &[&AnalysedRecording]) -> usize {
     of.iter().map(|drive| drive.found.participant.as_str()).collect::<BTreeSet<_>>().len()
 }
 
-/// A row a condition and measure.
+/// Returns `conditions.csv`: a row per condition and measure.
 pub fn by_condition(drives: &[AnalysedRecording]) -> String {
     let mut text = line(names(drives, "conditions.csv"));
     for (condition, of) in conditions(drives) {
@@ -168,34 +169,35 @@ pub fn by_condition(drives: &[AnalysedRecording]) -> String {
     text
 }
 
-/// How large a difference between two conditions would be seen, from the paired differences within participants.
+/// Paired differences of a measure between two conditions within participants, and the differences that would be detected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatisticalPower {
-    /// Index of the measure.
+    /// Index of the measure in [`MEASURES`].
     pub measure: usize,
-    /// Two conditions.
+    /// Names of the two conditions.
     pub pair: [String; 2],
-    /// Participants with both.
+    /// Number of participants with both conditions.
     pub n: usize,
-    /// Mean and standard deviation (N-1) of the differences, second less first.
+    /// Mean of the differences, second condition less first.
     pub mean: f64,
-    /// Their standard deviation.
+    /// Standard deviation (N-1) of the differences.
     pub sd: f64,
 }
 
 impl StatisticalPower {
-    /// The difference that `n` participants show with a power of 80 % at 5 % on two sides: 2.80 standard errors.
+    /// Returns the difference that `n` participants show with a power of 80 % at a two-sided level of 5 %: 2.80 standard
+    /// errors.
     pub fn detectable(&self, n: usize) -> f64 {
         2.80 * self.sd / (n as f64).sqrt()
     }
 
-    /// Participants who would show the difference that was found, as above; `None` where there is none.
+    /// Returns the number of participants who would show the difference found, as above; `None` for a difference of 0.
     pub fn needed(&self) -> Option<f64> {
         (self.mean != 0.0).then(|| (2.80 * self.sd / self.mean).powi(2).ceil().max(2.0))
     }
 }
 
-/// Paired differences of a measure between all pairs of conditions.
+/// Returns the paired differences of a measure between all pairs of conditions.
 pub fn power(drives: &[AnalysedRecording], measure: usize) -> Vec<StatisticalPower> {
     let conditions = conditions(drives);
     let mut list = Vec::new();
@@ -221,7 +223,7 @@ mod tests {
     use super::*;
     use crate::analysis::{DriveMeasures, DriveSetup, FoundRecording, driver_moments::DriverStretches};
 
-    /// A trial with a mean speed, which is the first measure.
+    /// Returns a trial with a mean speed, which is the first measure.
     fn drive(participant: &str, condition: &str, rank: usize, mean_speed_mps: f64) -> AnalysedRecording {
         let mut values = vec![None; MEASURES.len()];
         values[0] = Some(mean_speed_mps);
@@ -246,8 +248,8 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_paired_within_participants_and_reckoned_by_hand() {
-        // Differences of 1, 2 and 3 m/s: mean 2, SD 1. The fourth participant has but one trial.
+    fn differences_are_paired_within_participants() {
+        // Differences of 1, 2 and 3 m/s: mean 2, SD 1. The fourth participant has only one trial.
         let mut drives = vec![drive("sub-4", "wide", 0, 9.0)];
         for (i, (wide, narrow)) in [(3.0, 4.0), (2.0, 4.0), (5.0, 8.0)].into_iter().enumerate() {
             drives.push(drive(&format!("sub-{i}"), "narrow", 1, narrow));
@@ -268,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn who_drives_a_condition_twice_counts_once_with_the_mean_of_both() {
+    fn a_participant_with_two_drives_in_a_condition_counts_once() {
         let drives = [drive("sub-1", "wide", 0, 2.0), drive("sub-2", "wide", 0, 6.0), drive("sub-1", "wide", 0, 4.0)];
         let of: Vec<&AnalysedRecording> = drives.iter().collect();
         assert_eq!(per_participant(&of, 0), [("sub-1", 3.0), ("sub-2", 6.0)]);

@@ -1,8 +1,8 @@
-//! One drive in sums that do not grow with it. In: a [`RecordedTrial`], or its rows and steps in order. Out: [`DriveTotals`], of which
-//! the measures are taken. SI units.
+//! Sums of one drive. In: a [`RecordedTrial`], or its rows and steps in order. Out: [`DriveTotals`], the basis of the measures.
+//! SI units.
 //!
-//! What grows is one number a second of the drive and one response a change of the advice: 5 MB for the seven days that a drive
-//! may last, and at most 150 MB.
+//! Only two parts grow with the drive: a number per second, and a response per change of the advice. They take 5 MB for seven
+//! days, the longest drive, and at most 150 MB.
 
 use super::{
     AnalysisError, RecordedTrial,
@@ -19,19 +19,19 @@ use crate::{
 };
 use std::collections::BTreeMap;
 
-/// Gap size of a reversal of the pedals, share of travel: as much as ends a movement time.
+/// Gap size of a reversal of the pedals, share of travel: the movement that ends a movement time.
 pub const PEDAL_REVERSAL: f64 = super::response::PEDAL;
 
 /// Gap size of a steering reversal, degrees of the steering wheel.
 pub const REVERSAL_DEG: f64 = 3.0;
 
-/// The least speed at which a headway in seconds is taken, m/s: at a standstill it has no end.
+/// Smallest speed for a gap or headway in seconds, m/s: at a standstill they are infinite.
 pub const MOVING_MPS: f64 = 1.0;
 
-/// Who is farther behind another on a network drives freely, seconds (Vogel 2002).
+/// Largest gap or headway of a follower on a network, seconds; beyond it, a vehicle drives freely (Vogel 2002).
 pub const FOLLOWING_S: f64 = 6.0;
 
-/// Sum and count.
+/// Mean of values added one by one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunningMean {
     sum: f64,
@@ -40,7 +40,7 @@ pub struct RunningMean {
 
 impl Default for RunningMean {
     fn default() -> Self {
-        // What the sum of nothing is: to 0 a sum of negative zeros would lose its sign.
+        // Sum of nothing: with 0.0, a sum of negative zeros would lose its sign.
         Self { sum: -0.0, n: 0 }
     }
 }
@@ -51,13 +51,13 @@ impl RunningMean {
         self.n += 1;
     }
 
-    /// The mean; `None` of nothing.
+    /// Returns the mean; `None` without values.
     pub fn get(&self) -> Option<f64> {
         (self.n > 0).then(|| self.sum / self.n as f64)
     }
 }
 
-/// The smallest value.
+/// Smallest of values added one by one; `None` without values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RunningMinimum(pub Option<f64>);
 
@@ -70,20 +70,21 @@ impl RunningMinimum {
     }
 }
 
-/// A drive in sums.
+/// Sums of a drive.
 #[derive(Clone, Debug)]
 pub struct DriveTotals {
     /// Mean speed of all vehicles, m/s.
     pub mean_speed_mps: RunningMean,
     /// Speed of the ego, m/s.
     pub ego_speed_mps: RunningMean,
-    /// 1 for a tick in the range, 0 for one out of it.
+    /// Share of ticks in the range: 1 for a tick in it, 0 for one out of it.
     pub in_range: RunningMean,
-    /// Of the same ticks, 1 for one in the range at a speed that the driver chose; after a collision it is another's.
+    /// Share of the same ticks in the range at a speed that the driver chose: not up to
+    /// [`AFTER_CONTACT_S`](super::trial::AFTER_CONTACT_S) after a collision.
     pub in_range_by_driver: RunningMean,
     /// Speed less target, m/s.
     pub error_mps: RunningMean,
-    /// The same without its sign.
+    /// Absolute difference of speed and target, m/s.
     pub absolute_error_mps: RunningMean,
     /// Gap to the leader, metres.
     pub gap_m: RunningMinimum,
@@ -95,11 +96,11 @@ pub struct DriveTotals {
     pub most_drac_mps2: Option<f64>,
     /// Gap over speed, seconds, while the ego moves at [`MOVING_MPS`] or more.
     pub time_gap_s: RunningMean,
-    /// The smallest.
+    /// Smallest gap over speed, seconds.
     pub min_time_gap_s: RunningMinimum,
     /// Headway over speed, seconds, while the ego moves at [`MOVING_MPS`] or more.
     pub time_headway_s: RunningMean,
-    /// The smallest.
+    /// Smallest headway over speed, seconds.
     pub min_time_headway_s: RunningMinimum,
     /// Reversals of the steering wheel.
     pub reversals: SteeringReversals,
@@ -107,28 +108,28 @@ pub struct DriveTotals {
     pub pedal_reversals: SteeringReversals,
     /// Square of the jerk between steps, (m/s3)^2.
     pub square_jerk: RunningMean,
-    /// Stops and hard brakings of all cars.
+    /// Stops and hard brakings of all vehicles.
     pub all_motion: MotionTotals,
-    /// The same of the ego.
+    /// Stops and hard brakings of the ego.
     pub ego_motion: MotionTotals,
-    /// Cars past the start of the route, those that go back less.
+    /// Vehicles past the start of the route, less those that go back over it.
     pub passages: i64,
-    /// Speeds of all cars.
+    /// Speeds of all vehicles.
     pub all_cars: FlowTotals,
     /// Speeds of the ego at the same steps.
     pub ego_alone: FlowTotals,
-    /// Fuel of all cars and of the ego by SUMO's model.
+    /// Fuel of all vehicles and of the ego by SUMO's model.
     pub sumo_fuel: [SumoFuelTotals; 2],
     /// Mean speed of all vehicles over each whole second, m/s.
     pub per_second_mps: Vec<f64>,
     /// Length of the drive, seconds.
     pub duration_s: f64,
-    /// What there is on a network alone; `None` on a closed route.
+    /// Sums of a drive on a network; `None` on a closed route.
     pub network: Option<NetworkTotals>,
     step_s: f64,
     route_m: f64,
     after_contacts: std::iter::Peekable<std::vec::IntoIter<[u64; 2]>>,
-    /// Where each vehicle was at the last step along the route, metres, by its number.
+    /// Position of each vehicle along the route at the last step, metres, by vehicle number.
     places_m: BTreeMap<u32, f64>,
     lane_offset_m: RunningMean,
     /// Squares of the offsets about their mean, m2.
@@ -139,7 +140,7 @@ pub struct DriveTotals {
 }
 
 impl DriveTotals {
-    /// Nothing yet of a drive with steps of `step_s`.
+    /// Starts the sums of a drive with steps of `step_s`.
     pub fn new(step_s: f64) -> Self {
         Self {
             mean_speed_mps: RunningMean::default(),
@@ -180,18 +181,18 @@ impl DriveTotals {
         }
     }
 
-    /// The same of a drive on this one's route, with its collisions.
+    /// Sets the length of the route and the collisions from `trial`.
     pub fn on(mut self, trial: &RecordedTrial) -> Self {
         self.route_m = trial.setup.route_m;
         self.after_contacts = trial.after_contacts.clone().into_iter().peekable();
         self
     }
 
-    /// Reads a whole drive. Gives its responses, too; `practice` is how the same person's pedals move when nothing is asked, `lines` are where
-    /// throughput is counted on a network.
+    /// Reads a whole drive; returns its responses, too. `practice` has the idle pedal movements of the same person; `lines` are
+    /// the lines for throughput on a network.
     ///
     /// # Errors
-    /// A table cannot be read, or is not as this program writes it; a line is no place of its network.
+    /// A table cannot be read, or does not have this program's format; a line is not on the network.
     pub fn of(
         trial: &RecordedTrial,
         practice: Option<&PedalNoise>,
@@ -211,14 +212,14 @@ impl DriveTotals {
         }
         let step_ticks = trial.setup.scenario.step_ticks();
         totals.network.iter_mut().for_each(|network| network.finish(step_ticks));
-        // A second time: squares about the mean want the mean first, and squares about anything else lose digits.
+        // A second pass: squares about the mean need the mean first, and squares about any other value lose digits.
         for offset_m in trial.lane_offsets_m()? {
             totals.add_lane_offset(offset_m?);
         }
         Ok((totals, responses.finish()))
     }
 
-    /// The ego at the next tick.
+    /// Adds the ego's row of the next tick.
     pub fn add(&mut self, ego: &EgoSample) {
         self.mean_speed_mps.add(ego.mean_speed_mps);
         self.ego_speed_mps.add(ego.speed_mps);
@@ -260,16 +261,16 @@ impl DriveTotals {
         self.add_to_second(ego.mean_speed_mps);
     }
 
-    /// Closing speed squared over twice the gap.
+    /// Adds the deceleration rate to avoid a crash: closing speed squared over twice the gap.
     fn add_drac(&mut self, ego: &EgoSample) {
         let Some(gap_m) = ego.gap_m else { return };
-        // The recording has the gap over the closing speed, while it closes.
+        // The recording has the time to collision, gap over closing speed, while the gap closes.
         let closing_mps = ego.ttc_s.filter(|ttc_s| *ttc_s > 0.0).map_or(0.0, |ttc_s| gap_m / ttc_s);
         let drac_mps2 = Approach { gap_m, closing_mps }.drac_mps2();
         self.most_drac_mps2 = Some(self.most_drac_mps2.map_or(drac_mps2, |most| most.max(drac_mps2)));
     }
 
-    /// The acceleration is averaged over a step before it is compared with that of the step before.
+    /// Averages the acceleration over a step, and adds the jerk from the step before.
     fn add_accel(&mut self, accel_mps2: f64) {
         let ticks = (self.step_s / TICK_S).round().max(1.0) as u64;
         self.step_accel_mps2.add(accel_mps2);
@@ -289,7 +290,7 @@ impl DriveTotals {
         }
     }
 
-    /// The vehicles that have a row at the end of the next step.
+    /// Adds the vehicles with a row at the end of the next step.
     pub fn add_step(&mut self, step: &TrafficStep) {
         let speeds = || step.speeds_mps().map(|v| v.max(0.0) as f32);
         self.ego_alone.add(speeds().take(1));
@@ -305,7 +306,7 @@ impl DriveTotals {
         self.all_cars.add(speeds());
         self.sumo_fuel[0].add(speeds(), self.step_s);
         self.all_motion.add(step.ids().zip(speeds()), self.step_s);
-        // A step back by more than half the route is one past its start.
+        // A move back by more than half the route crosses its start.
         for (id, now_m) in step.vehicles.iter().filter_map(|vehicle| Some((vehicle.id, vehicle.s_m?))) {
             let Some(before_m) = self.places_m.insert(id, now_m) else { continue };
             let way_m = now_m - before_m;
@@ -313,7 +314,7 @@ impl DriveTotals {
         }
     }
 
-    /// The offset from the lane's middle at each tick once more, when all ticks have been added.
+    /// Adds the offset from the lane's middle of a tick, in a second pass after all ticks.
     pub fn add_lane_offset(&mut self, offset_m: f64) {
         if !self.counts_lane_offset(offset_m) {
             return;
@@ -322,47 +323,48 @@ impl DriveTotals {
         self.lane_squares_m2 += (offset_m - middle_m).powi(2);
     }
 
-    /// On a closed route everybody follows somebody; on a network who is so many seconds behind another may drive freely.
+    /// Checks whether the ego follows: always on a closed route, and on a network up to [`FOLLOWING_S`].
     fn follows(&self, behind_s: f64) -> bool {
         self.network.is_none() || behind_s <= FOLLOWING_S
     }
 
-    /// On a network the offset is one from the path, which is no position in a lane where the ego is in another.
+    /// Checks whether an offset counts for the lane position. On a network it is relative to the path, and counts only in the
+    /// path's lane.
     fn counts_lane_offset(&self, offset_m: f64) -> bool {
         self.network.is_none() || is_in_lane(offset_m)
     }
 
-    /// Length of a step, seconds.
+    /// Returns the length of a step, seconds.
     pub fn step_s(&self) -> f64 {
         self.step_s
     }
 
-    /// Standard deviation of the offset from the lane's middle (N-1), metres.
+    /// Returns the standard deviation of the offset from the lane's middle (N-1), metres.
     pub fn sdlp_m(&self) -> Option<f64> {
         let n = self.lane_offset_m.n;
         (n > 1).then(|| (self.lane_squares_m2 / (n - 1) as f64).sqrt())
     }
 }
 
-/// Counts how often an angle turns back by at least a gap from where it was furthest.
+/// Counts the reversals of an angle, or of the pedals: turns back by at least a gap from an extreme.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SteeringReversals {
     gap: f64,
-    /// How many.
+    /// Reversals so far, of both directions.
     pub count: usize,
-    /// Furthest to either side since the last reversal, and the way that it was turned last: 0 before the first.
+    /// Extremes since the last reversal, and the direction of the last turn: 0 before the first.
     low: f64,
     high: f64,
     way: i8,
 }
 
 impl SteeringReversals {
-    /// None yet.
+    /// Starts with this gap size, in the unit of the angle.
     pub fn new(gap: f64) -> Self {
         Self { gap, count: 0, low: f64::INFINITY, high: f64::NEG_INFINITY, way: 0 }
     }
 
-    /// The next angle, in the unit of the gap.
+    /// Adds the next angle, in the unit of the gap.
     pub fn add(&mut self, angle: f64) {
         self.low = self.low.min(angle);
         self.high = self.high.max(angle);

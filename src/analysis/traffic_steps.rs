@@ -1,5 +1,5 @@
-//! All vehicles of a recording, step by step. In: the table of the cars. Out: [`TrafficStep`]s, in which each vehicle has its number: on
-//! a closed route they are the same at every step, on a network they come and go. SI units.
+//! All vehicles of a recording, step by step. In: the table of the vehicles. Out: [`TrafficStep`]s with the vehicles by number:
+//! on a closed route they are the same at every step, on a network they enter and leave. SI units.
 
 use crate::{
     map::network::{LaneId, Network},
@@ -12,50 +12,49 @@ use std::{
     vec::IntoIter,
 };
 
-/// Columns that are read of every drive, and of one on a network besides.
+/// Columns read from every drive (the first four), and from drives on networks (all).
 const CARS: [&str; 6] = ["tick", "car", "s_m", "speed_mps", "lane", "lane_s_m"];
 const OF_EVERY_DRIVE: usize = 4;
 
 /// A vehicle at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepVehicle {
-    /// Its number in this drive; 0 is the ego.
+    /// Number in this drive; 0 is the ego.
     pub id: u32,
-    /// Front bumper along the ego's route, metres; `None` beside it.
+    /// Front bumper along the ego's route, metres; `None` beside the route.
     pub s_m: Option<f64>,
-    /// Speed, m/s.
+    /// Speed of the vehicle, m/s.
     pub speed_mps: f64,
-    /// Its lane and the front bumper along it, metres; `None` on a closed route and beside all lanes.
+    /// Lane and position of the front bumper along it, metres; `None` on a closed route and beside all lanes.
     pub lane: Option<(LaneId, f64)>,
 }
 
 /// All vehicles that have a row at the end of a step, the ego first, then by ascending number.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrafficStep {
-    /// When.
+    /// Tick at the end of the step.
     pub tick: u64,
-    /// The vehicles.
     pub vehicles: Vec<StepVehicle>,
 }
 
 impl TrafficStep {
-    /// Their speeds, m/s.
+    /// Iterates over the speeds, m/s.
     pub fn speeds_mps(&self) -> impl Iterator<Item = f64> {
         self.vehicles.iter().map(|vehicle| vehicle.speed_mps)
     }
 
-    /// True of a full second: all vehicles have a row, those far from the ego among them.
+    /// Checks for a full second, at which all vehicles have a row, even those far from the ego.
     pub fn has_all(&self) -> bool {
         self.tick.is_multiple_of(u64::from(TICKS_PER_S))
     }
 
-    /// Their numbers.
+    /// Iterates over the numbers of the vehicles.
     pub fn ids(&self) -> impl Iterator<Item = u32> {
         self.vehicles.iter().map(|vehicle| vehicle.id)
     }
 }
 
-/// The steps of a drive, one after the other: rows of one tick stand together in the table.
+/// Iterator over the steps of a drive; rows of one tick are adjacent in the table.
 pub struct TrafficSteps {
     path: PathBuf,
     parts: TableParts,
@@ -65,17 +64,17 @@ pub struct TrafficSteps {
 }
 
 impl TrafficSteps {
-    /// Opens the table of the cars; lanes are told where there is a network to look them up in.
+    /// Opens the table of the vehicles; lanes are looked up if there is a network.
     ///
     /// # Errors
-    /// The table cannot be read; so in its turn for each step.
+    /// The table cannot be read; each step can fail in the same way.
     pub(super) fn open(path: &Path, network: Option<Arc<Network>>) -> Result<Self, RecordError> {
         let columns = if network.is_some() { &CARS[..] } else { &CARS[..OF_EVERY_DRIVE] };
         let parts = TableReader::parts(path, columns)?;
         Ok(Self { path: path.into(), parts, network, rows: Vec::new().into_iter(), begun: None })
     }
 
-    /// The rows of a part that have a speed, or the name of a column that is missing.
+    /// Returns the rows of a part that have a speed, or the name of a missing column.
     fn rows(&self, part: &TableReader) -> Result<Vec<(u64, StepVehicle)>, &'static str> {
         let (ticks, ids) = (part.wholes(CARS[0]), part.ids(CARS[1]));
         if ticks.len() != part.rows() {

@@ -1,9 +1,8 @@
-//! What a figure of one drive can show. In: a [`RecordedTrial`]. Out: [`DriveTrajectories`], which take no more memory for a drive of days
-//! than for one of hours. Seconds since the start of the drive, metres, m/s.
+//! Data for the figures of one drive. In: a [`RecordedTrial`]. Out: [`DriveTrajectories`], which take no more memory for a
+//! drive of days than for one of hours. Seconds since the start of the drive, metres, m/s.
 //!
-//! A picture is some hundred units wide. Speeds over time are those of evenly spaced steps, where there are more than
-//! [`MOST_VALUES`] of them. A car's way round a ring of a minute is a line only while a minute is some units wide: ways are those
-//! of the first hour.
+//! A picture is some hundred units wide. Above [`MOST_VALUES`], speeds are kept at evenly spaced steps only. A round of a
+//! minute on a ring is a visible line only while a minute is some units wide: positions are shown for the first hour.
 
 use super::{
     AnalysisError, RecordedTrial,
@@ -13,29 +12,29 @@ use super::{
 };
 use crate::{metrics::Trajectories, time::Tick};
 
-/// Speeds of all cars that are kept at the most: those of 22 cars over 2.5 h at steps of 0.1 s, 8 MB.
+/// Largest number of speeds of all vehicles that are kept: 22 vehicles over 2.5 h at steps of 0.1 s, 8 MB.
 pub const MOST_VALUES: usize = 2_000_000;
-/// Ways are shown for so long, seconds.
+/// Longest time for which positions are shown, seconds.
 const WAYS_S: f64 = 3600.0;
-/// Fewer steps make no figure.
+/// Smallest number of steps for a figure.
 const LEAST_STEPS: usize = 20;
 
-/// What the figures of a drive show.
+/// Data for the figures of a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrajectories {
-    /// Ways of all cars from the start on.
+    /// Positions of all vehicles from the start on.
     pub ways: Trajectories,
-    /// When they end, seconds; `None` if they are those of the whole drive.
+    /// End of the positions, seconds; `None` if they cover the whole drive.
     pub ways_end_s: Option<f64>,
-    /// Speeds over the whole drive, without ways.
+    /// Speeds over the whole drive, without positions.
     pub speeds: Trajectories,
-    /// Middle of the speeds of all cars at every tenth step, as long as their ways are shown.
+    /// Median of the speeds of all vehicles at every tenth step, as long as positions are shown.
     pub median_speed_mps: Option<f64>,
-    /// From the first target to the upper edge of its range, m/s.
+    /// Distance of the first target from the upper edge of its range, m/s.
     pub range_mps: f64,
 }
 
-/// A step among the speeds that are kept.
+/// A step with the speeds that are kept.
 struct TraceStep {
     time_s: f64,
     speed_mps: Vec<f32>,
@@ -43,10 +42,10 @@ struct TraceStep {
 }
 
 impl DriveTrajectories {
-    /// Reads a drive; `None` where its map is not here any more, or it has next to no steps.
+    /// Reads a drive; `None` if its map is missing, or if it has fewer than 20 steps.
     ///
     /// # Errors
-    /// A table cannot be read, or is not as this program writes it.
+    /// A table cannot be read, or does not have this program's format.
     pub fn of(trial: &RecordedTrial) -> Result<Option<Self>, AnalysisError> {
         if trial.setup.route_m <= 0.0 {
             return Ok(None);
@@ -55,7 +54,7 @@ impl DriveTrajectories {
         let (mut ego, mut last) = (trial.ego()?, None::<EgoSample>);
         for step in trial.steps()? {
             let step = step?;
-            // The ego's row of the same tick, where there is one.
+            // The ego's row of the same tick, if there is one.
             while last.is_none_or(|row| row.tick < step.tick) {
                 let Some(row) = ego.next().transpose()? else { break };
                 last = Some(row);
@@ -67,17 +66,17 @@ impl DriveTrajectories {
     }
 }
 
-/// Takes in the steps of a drive.
+/// Collects the data from the steps of a drive.
 struct TraceCollector {
     seen: usize,
     ways: Trajectories,
     ways_end_s: Option<f64>,
-    /// Numbers of the cars, those of the first step.
+    /// Numbers of the vehicles at the first step.
     cars: Vec<u32>,
-    /// Where each car is, metres from the start of the route in its first round; and the step before.
+    /// Distance of each vehicle, metres from the start of the route in its first round; and the step before.
     way_m: Vec<f64>,
     before: TrafficStep,
-    /// What that step showed.
+    /// Advised speed at that step, m/s.
     before_shown_mps: Option<f64>,
     tenths_mps: Vec<f64>,
     speeds: ThinnedValues<TraceStep>,
@@ -115,7 +114,7 @@ impl TraceCollector {
             self.tenths_mps.extend(step.speeds_mps());
         }
         self.seen += 1;
-        // A closed route has the same cars from the first step to the last: the last of a drive that was cut may lack some.
+        // A closed route has the same vehicles from first to last step; the last step of a drive that was cut may lack some.
         if !step.ids().eq(self.cars.iter().copied()) {
             return;
         }
@@ -124,7 +123,7 @@ impl TraceCollector {
             let length_m = self.ways.circumference_m;
             for (way, (now, was)) in self.way_m.iter_mut().zip(step.vehicles.iter().zip(&self.before.vehicles)) {
                 let (Some(now_m), Some(was_m)) = (now.s_m, was.s_m) else { continue };
-                // The short way round, whichever it is.
+                // The shorter way round, in either direction.
                 let moved = (now_m - was_m).rem_euclid(length_m);
                 *way += if moved > length_m / 2.0 { moved - length_m } else { moved };
             }
@@ -143,7 +142,7 @@ impl TraceCollector {
         if self.seen < LEAST_STEPS {
             return None;
         }
-        // Whatever was let go, the last step is kept: a drive is shown to its end.
+        // The last step is always kept, so that the drive is shown to its end.
         let (end_s, kept) = (Tick(self.before.tick).seconds(), &mut self.speeds.values);
         if kept.last().is_some_and(|moment| moment.time_s < end_s) {
             let speed_mps = self.before.speeds_mps().map(|speed| speed as f32).collect();
@@ -165,7 +164,7 @@ mod tests {
     use super::*;
     use crate::analysis::traffic_steps::StepVehicle;
 
-    /// So many steps of 0.1 s of cars that drive 3 m/s, 4 m/s, ... on a ring of 100 m.
+    /// Collects so many steps of 0.1 s of vehicles that drive 3 m/s, 4 m/s, ... on a ring of 100 m.
     fn collected(steps: u64, cars: u32) -> TraceCollector {
         let mut collector = TraceCollector::new(100.0);
         for k in 1..=steps {
@@ -185,14 +184,14 @@ mod tests {
         assert_eq!((found.ways_end_s, found.median_speed_mps, found.range_mps), (None, Some(3.5), 0.5));
         assert_eq!((found.ways.time_s.len(), &found.ways.time_s), (600, &found.speeds.time_s));
         assert_eq!(found.ways.shown_mps, found.speeds.shown_mps);
-        // Two rounds: the way goes on over the end of the road.
+        // Two rounds: the distance goes on over the end of the route.
         let [first, last] = [0, 599].map(|i| found.ways.way_m[i][1]);
         assert!((last - first - 59.9 * 4.0).abs() < 1e-3, "{first} {last}");
         assert_eq!(collected(19, 2).finish(0.5), None);
     }
 
     #[test]
-    fn of_a_drive_of_days_ways_end_after_an_hour_speeds_go_to_its_end_and_neither_grows() {
+    fn a_drive_of_days_keeps_one_hour_of_ways_and_speeds_to_its_end() {
         let day = collected(864_000, 4);
         let (ways, kept) = (day.ways.time_s.len(), day.speeds.values.len());
         assert_eq!((ways, day.tenths_mps.len()), (36_000, 4 * 3_600));

@@ -1,5 +1,5 @@
-//! One recorded drive, read from front to back. In: a recording's folder. Out: a [`RecordedTrial`], and its rows one after the other:
-//! a drive of days takes no more memory than one of minutes. SI units; seconds since the start of the drive.
+//! One recorded drive, read from front to back. In: a recording's folder. Out: a [`RecordedTrial`], and its rows one by one: a
+//! drive of days takes no more memory than one of minutes. SI units; seconds since the start of the drive.
 
 use super::{
     AnalysisError, DriveSetup,
@@ -20,13 +20,13 @@ use std::{
     vec::IntoIter,
 };
 
-/// Latencies that are kept at the most: nine hours at 60 Hz. Of a longer drive every second, fourth, ... is.
+/// Largest number of latencies that are kept: nine hours at 60 Hz. Of a longer drive every second, fourth, ... is kept.
 const MOST_LATENCIES: usize = 2_000_000;
-/// How long a contact, or being put back, is what made the speed, seconds: what a collision of two cars leaves is driven again by then.
+/// Time after a contact, or after the car was put back, in which the speed is not the driver's choice, seconds.
 pub const AFTER_CONTACT_S: f64 = 2.0;
-/// Contacts, and marks, that are shown one by one at the most.
+/// Largest number of contacts, red lights and marks that are listed one by one.
 const MOST_MOMENTS: usize = 100;
-/// Columns of the ego that are read.
+/// Columns that are read from the ego's table.
 const EGO: [&str; 14] = [
     "tick",
     "throttle",
@@ -41,52 +41,51 @@ const EGO: [&str; 14] = [
     "target_mps",
     "in_range",
     "mean_speed_mps",
-    // Of a drive on a network alone, where vehicles differ in length.
+    // Read on networks only, where vehicles differ in length.
     "leader",
 ];
 const LANE_OFFSET: &str = "lane_offset_m";
-/// Columns of the ego that tell how it follows advice and leader.
+/// Columns of the ego's table for the fit of the driver.
 const FOLLOWING: [&str; 6] = ["tick", "speed_mps", "s_m", "target_mps", "gap_m", "leader_speed_mps"];
 
-/// A drive: what is short of it, and where its rows are.
+/// A recorded drive: short facts in memory, rows on disk.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedTrial {
-    /// Its folder.
+    /// Folder of the recording.
     pub recording: PathBuf,
-    /// How it was made.
+    /// Setup: manifest, scenario and length of the route.
     pub setup: DriveSetup,
-    /// Its road; `None` if its map is not here any more.
+    /// Map of the drive; `None` if it is missing.
     pub map: Option<Arc<RoadMap>>,
-    /// The first advice.
+    /// First advice of the drive; `None` without advice.
     pub first_advice: Option<IssuedAdvice>,
     /// Changes of the advice.
     pub changes: Vec<AdviceChange>,
-    /// Contacts with other cars.
+    /// Number of contacts with other vehicles.
     pub contacts: usize,
-    /// When, seconds, and at which closing speed, m/s, for the first of them.
+    /// Time, seconds, and closing speed, m/s, of the first contacts.
     pub contacts_at: Vec<[f64; 2]>,
-    /// What it did against the rules of the road, on a network.
+    /// Violations of traffic rules by the ego on a network.
     pub road_events: RoadEvents,
-    /// When it drove over red lights, seconds, for the first of them.
+    /// Times of the first red lights that the ego drove over, seconds.
     pub red_lights_at: Vec<f64>,
-    /// When moments were marked, seconds, for the first of them.
+    /// Times of the first marks of the experimenter, seconds.
     pub marks_at: Vec<f64>,
-    /// From a contact, or from a car put back on its lane, to [`AFTER_CONTACT_S`] later, in order and apart, ticks.
+    /// Spans from a contact, or from a car put back on its lane, to [`AFTER_CONTACT_S`] later, ticks; sorted and disjoint.
     pub after_contacts: Vec<[u64; 2]>,
-    /// How often the middle of the car left its lane.
+    /// Number of times that the middle of the car left its lane.
     pub left_road: usize,
-    /// From an input to the frame that showed it, seconds, where the device told times; from the smallest on.
+    /// Latencies from an input to the frame that showed it, seconds, if the device has time stamps; sorted.
     pub latencies_s: Vec<f64>,
-    /// Time of the simulation that was given up as frames came too late, seconds; `None` where no frame was shown.
+    /// Simulated time given up because frames came too late, seconds; `None` if no frame was shown.
     pub dropped_s: Option<f64>,
-    /// How the drive ended, a word.
+    /// Reason of the end, one word.
     pub ended: String,
 }
 
-/// The ego at a tick.
+/// Row of the ego at a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EgoSample {
-    /// When.
     pub tick: u64,
     /// Accelerator, 0 to 1.
     pub throttle: f64,
@@ -94,9 +93,9 @@ pub struct EgoSample {
     pub brake: f64,
     /// Angle of the steering wheel, radians.
     pub wheel_rad: f64,
-    /// Speed, m/s.
+    /// Speed of the ego, m/s.
     pub speed_mps: f64,
-    /// Acceleration, m/s2.
+    /// Acceleration of the ego, m/s2.
     pub accel_mps2: f64,
     /// Offset of the middle of the car from the lane's middle, metres.
     pub lane_offset_m: f64,
@@ -108,20 +107,20 @@ pub struct EgoSample {
     pub ttc_s: Option<f64>,
     /// Advised speed, m/s.
     pub target_mps: Option<f64>,
-    /// Speed in the acceptable range.
+    /// True for a speed in the acceptable range; `None` without advice.
     pub in_range: Option<bool>,
     /// Mean speed of all vehicles, m/s.
     pub mean_speed_mps: f64,
 }
 
-/// An advice.
+/// An advice as the driver could see it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IssuedAdvice {
-    /// When it could be seen: the tick of the first frame that showed it, or that of its issue where there was no screen.
+    /// Tick of the first frame that showed the advice, or of its issue without a screen.
     pub seen_tick: u64,
     /// Advised speed, m/s.
     pub target_mps: f64,
-    /// Edges of the acceptable range, m/s.
+    /// Lower and upper edge of the acceptable range, m/s.
     pub range_mps: [f64; 2],
 }
 
@@ -129,8 +128,8 @@ impl RecordedTrial {
     /// Opens a recording.
     ///
     /// # Errors
-    /// There is none, it was cut, it is not as this program writes it, or its advice changes more often than
-    /// [`MOST_CHANGES`](super::events::MOST_CHANGES).
+    /// There is none, it was cut, it does not have this program's format, it has no participant, or its advice changes more
+    /// often than [`MOST_CHANGES`](super::events::MOST_CHANGES).
     pub fn open(recording: &Path) -> Result<Self, AnalysisError> {
         let manifest = record::open(recording)?;
         let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.message))?;
@@ -187,12 +186,12 @@ impl RecordedTrial {
         Ok(trial)
     }
 
-    /// True of a drive on a network, where vehicles come and go.
+    /// Checks for a drive on a network, where vehicles enter and leave.
     pub fn is_on_network(&self) -> bool {
         self.setup.scenario.is_on_network()
     }
 
-    /// A collision, not the driver, has set the speed from this tick on.
+    /// Marks a collision: from this tick on, the driver does not choose the speed for [`AFTER_CONTACT_S`].
     pub(super) fn collided(&mut self, tick: u64) {
         let until = tick + (AFTER_CONTACT_S * f64::from(TICKS_PER_S)) as u64;
         match self.after_contacts.last_mut().filter(|last| last[1] >= tick) {
@@ -205,7 +204,7 @@ impl RecordedTrial {
         TableReader::parts(&table.parquet(&self.recording), columns)
     }
 
-    /// Latencies from the smallest to the largest, and the time that was given up.
+    /// Returns the sorted latencies, and the time given up, seconds.
     fn frame_times(&self) -> Result<(Vec<f64>, Option<f64>), RecordError> {
         let (mut kept, mut dropped_s) = (ThinnedValues::new(MOST_LATENCIES), None);
         for part in self.parts(Table::Frames, &["latency_s", "dropped_s"])? {
@@ -218,10 +217,10 @@ impl RecordedTrial {
         Ok((kept.values, dropped_s))
     }
 
-    /// The ego at every tick, in order.
+    /// Reads the ego's rows at every tick, in order.
     ///
     /// # Errors
-    /// The table cannot be read, or is not as this program writes it; so in its turn for each row.
+    /// The table cannot be read, or does not have this program's format; each row can fail in the same way.
     pub fn ego(&self) -> Result<EgoSamples, RecordError> {
         let path = Table::Ego.parquet(&self.recording);
         let columns = if self.is_on_network() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
@@ -235,10 +234,10 @@ impl RecordedTrial {
         Ok(EgoSamples { parts, path, samples: Vec::new().into_iter(), headways })
     }
 
-    /// When the advice asked something new, and the pedals while it did not.
+    /// Returns the onsets of events and changes, and the pedal movements while no event is pending.
     ///
     /// # Errors
-    /// As [`RecordedTrial::ego`].
+    /// The same as for [`RecordedTrial::ego`].
     pub fn onsets(&self) -> Result<DriveOnsets, RecordError> {
         let mut finder = OnsetFinder::new(self.changes.clone());
         for ego in self.ego()? {
@@ -247,10 +246,10 @@ impl RecordedTrial {
         Ok(finder.finish())
     }
 
-    /// The offset from the lane's middle at every tick, metres.
+    /// Reads the offset from the lane's middle at every tick, metres.
     ///
     /// # Errors
-    /// As [`RecordedTrial::ego`].
+    /// The same as for [`RecordedTrial::ego`].
     pub fn lane_offsets_m(&self) -> Result<impl Iterator<Item = Result<f64, RecordError>>, RecordError> {
         let values = |part: Result<TableReader, RecordError>| {
             let (values, error) =
@@ -260,10 +259,10 @@ impl RecordedTrial {
         Ok(self.parts(Table::Ego, &[LANE_OFFSET])?.flat_map(values))
     }
 
-    /// How the ego follows advice and leader, at every tick.
+    /// Reads the ego's rows for the fit of the driver, at every tick.
     ///
     /// # Errors
-    /// As [`RecordedTrial::ego`].
+    /// The same as for [`RecordedTrial::ego`].
     pub fn following(&self) -> Result<impl Iterator<Item = Result<FollowingSample, RecordError>>, RecordError> {
         let values = |part: Result<TableReader, RecordError>| {
             let (samples, error) =
@@ -273,39 +272,39 @@ impl RecordedTrial {
         Ok(self.parts(Table::Ego, &FOLLOWING)?.flat_map(values))
     }
 
-    /// All vehicles that have a row, at every step in order.
+    /// Reads all vehicles with a row, at every step in order.
     ///
     /// # Errors
-    /// The table cannot be read; so in its turn for each step.
+    /// The table cannot be read; each step can fail in the same way.
     pub fn steps(&self) -> Result<TrafficSteps, RecordError> {
         let map = self.map.as_ref().filter(|_| self.is_on_network());
         TrafficSteps::open(&Table::Cars.parquet(&self.recording), map.map(|map| Arc::clone(&map.network)))
     }
 }
 
-/// Evenly spaced values out of many: half of them are let go whenever there are too many.
+/// Evenly spaced values out of many: half of them are dropped whenever there are too many.
 #[derive(Debug)]
 pub(super) struct ThinnedValues<T> {
-    /// What is kept, in order: the first, and every so many after it.
+    /// Values that are kept, in order: the first, and every `stride`-th after it.
     pub values: Vec<T>,
     most: usize,
     seen: usize,
-    /// One of so many is kept.
+    /// One in so many values is kept.
     stride: usize,
 }
 
 impl<T> ThinnedValues<T> {
-    /// Keeps `most` at the most.
+    /// Starts a list of at most `most` values.
     pub fn new(most: usize) -> Self {
         Self { values: Vec::new(), most: most.max(1), seen: 0, stride: 1 }
     }
 
-    /// True if the next one is kept, at first.
+    /// Checks whether the next value is kept for now.
     pub fn takes_next(&self) -> bool {
         self.seen.is_multiple_of(self.stride)
     }
 
-    /// The next one.
+    /// Adds the next value.
     pub fn push(&mut self, value: T) {
         if self.takes_next() {
             self.values.push(value);
@@ -319,11 +318,11 @@ impl<T> ThinnedValues<T> {
     }
 }
 
-/// Reads the frames along with the advices that they showed first; both are in the order of time.
+/// Reader of the frames alongside the advices that they showed first; both are in order of time.
 struct ShownFrames {
     parts: TableParts,
     frames: IntoIter<(u64, u64)>,
-    /// The frame that was read last: its number and its tick.
+    /// Number and tick of the frame that was read last.
     last: Option<(u64, u64)>,
     seen_tick: u64,
 }
@@ -334,7 +333,7 @@ impl ShownFrames {
         Ok(Self { parts, frames: Vec::new().into_iter(), last: None, seen_tick: 0 })
     }
 
-    /// The tick of a frame, if there is a row of it.
+    /// Returns the tick of a frame; `None` if it has no row.
     fn tick_of(&mut self, frame: u64) -> Result<Option<u64>, RecordError> {
         while self.last.is_none_or(|last| last.0 < frame) {
             if let Some(next) = self.frames.next() {
@@ -347,7 +346,7 @@ impl ShownFrames {
         Ok(self.last.filter(|last| last.0 == frame).map(|last| last.1))
     }
 
-    /// The advices of a part of their table.
+    /// Returns the advices of a part of their table.
     fn advice(&mut self, part: &TableReader) -> Result<Vec<IssuedAdvice>, RecordError> {
         let (ticks, shown) = (part.wholes("tick"), part.ids("shown_frame"));
         let [targets, lows, highs] = ["target_mps", "range_low_mps", "range_high_mps"].map(|name| part.numbers(name));
@@ -367,7 +366,7 @@ impl ShownFrames {
     }
 }
 
-/// The ego, tick by tick.
+/// Iterator over the ego's rows, tick by tick.
 pub struct EgoSamples {
     path: PathBuf,
     parts: TableParts,
@@ -375,16 +374,16 @@ pub struct EgoSamples {
     headways: Headways,
 }
 
-/// From where the headway to the leader is known.
+/// Source of the headway to the leader.
 enum Headways {
-    /// From the table, which adds the length of a car to the gap: on closed routes all are cars.
+    /// From the table, which adds the length of a car to the gap: on closed routes all vehicles are cars.
     Recorded,
-    /// The gap and the length of the leader, metres, by its number: on a network.
+    /// From the gap and the leader's length, metres by vehicle number: on a network.
     ByLength(BTreeMap<u32, f64>),
 }
 
 impl Headways {
-    /// The headway to each row's leader, metres.
+    /// Returns the headway to each row's leader, metres.
     fn of(&self, part: &TableReader, gap_m: &[Option<f64>]) -> Vec<Option<f64>> {
         let Self::ByLength(lengths_m) = self else { return part.numbers("headway_m") };
         let leaders = part.ids("leader");
@@ -419,7 +418,7 @@ impl Iterator for EgoSamples {
     }
 }
 
-/// The rows of a part of the ego's table, or the name of a column that is missing or has holes.
+/// Returns the rows of a part of the ego's table, or the name of a column that is missing or has gaps.
 fn samples(part: &TableReader, headways: &Headways) -> Result<Vec<EgoSample>, &'static str> {
     let whole = |name: &'static str| part.numbers(name).into_iter().collect::<Option<Vec<f64>>>().ok_or(name);
     let (tick, in_range) = (part.wholes("tick"), part.flags("in_range"));
@@ -434,7 +433,7 @@ fn samples(part: &TableReader, headways: &Headways) -> Result<Vec<EgoSample>, &'
     let mean_speed_mps = whole("mean_speed_mps")?;
     let [gap_m, ttc_s, target_mps] = ["gap_m", "ttc_s", "target_mps"].map(|name| part.numbers(name));
     let headway_m = headways.of(part, &gap_m);
-    // Where lanes of a network join, the next vehicle on the path may be one beside the ego, which is followed by nobody.
+    // Where lanes of a network join, the next vehicle on the path may be beside the ego (a gap below 0): it is not a leader.
     let is_beside = |i: usize| matches!(headways, Headways::ByLength(_)) && gap_m[i].is_some_and(|gap_m| gap_m < 0.0);
     let of_leader = |values: &[Option<f64>], i: usize| values[i].filter(|_| !is_beside(i));
     let sample = |i: usize| EgoSample {
@@ -455,7 +454,7 @@ fn samples(part: &TableReader, headways: &Headways) -> Result<Vec<EgoSample>, &'
     Ok((0..part.rows()).map(sample).collect())
 }
 
-/// The rows of a part of the ego's table that have a speed and a place.
+/// Returns the rows of a part of the ego's table that have a speed and a position.
 fn following_samples(part: &TableReader) -> Vec<FollowingSample> {
     let ticks = part.wholes("tick");
     let [speeds, places, targets, gaps, leaders] = [1, 2, 3, 4, 5].map(|k| part.numbers(FOLLOWING[k]));
@@ -476,7 +475,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_kept_of_many_is_even_and_never_more_than_there_is_room_for() {
+    fn thinned_values_are_evenly_spaced_and_never_exceed_the_limit() {
         let mut kept = ThinnedValues::new(100);
         for value in 0..100 {
             kept.push(value);

@@ -1,34 +1,35 @@
-//! The own engine: a four-stroke engine of four cylinders. In: its speed and load. Out: samples. Each cylinder fires every other
-//! turn, so that the sound holds all multiples of half the engine's speed; those of its firing, twice the engine's speed,
-//! are by far the strongest. Load makes the upper ones louder: that is how a pedal is heard.
+//! The ego's engine: a four-stroke engine of four cylinders. In: its speed and load. Out: samples. Each cylinder fires
+//! every other turn, so that the sound contains all multiples of half the engine's speed; the multiples of the firing
+//! frequency, twice the engine's speed, are by far the strongest. Load makes the upper partials louder, so that the
+//! pedal is heard.
 
 use super::smoothing::SmoothedValue;
 
-/// Partials: multiples of half the engine's speed.
+/// Number of partials: multiples of half the engine's speed.
 const PARTIALS: usize = 24;
-/// Every fourth of them belongs to the firing.
+/// Every fourth partial belongs to the firing.
 const FIRING: usize = 4;
-/// Time constants of speed and load, seconds: a change of gear takes longer than the first.
+/// Time constants of speed and load, s: a change of gear takes longer than the first.
 const SPEED_S: f32 = 0.020;
 const LOAD_S: f32 = 0.080;
-/// Engine speed below which it does not run, 1/min: from here it fades in to idle.
+/// Engine speed below which the engine is silent, 1/min; it fades in from here to idle.
 const STANDS_RPM: f32 = 200.0;
 const IDLE_RPM: f32 = 600.0;
 
-/// The engine's voice.
+/// State and spectrum of the engine's sound.
 pub struct EngineVoice {
     rate_hz: f32,
-    /// Turns of the half-speed, 0..1.
+    /// Phase of half the engine's speed, 0 to 1.
     phase: f32,
     rpm: SmoothedValue,
     load: SmoothedValue,
-    /// Strength of each partial without load and under full load.
+    /// Amplitude of each partial without load, and at full load.
     light: [f32; PARTIALS],
     heavy: [f32; PARTIALS],
 }
 
 impl EngineVoice {
-    /// An engine that stands.
+    /// Creates an engine at standstill.
     pub fn new(rate_hz: f32) -> Self {
         Self {
             rate_hz,
@@ -40,13 +41,13 @@ impl EngineVoice {
         }
     }
 
-    /// Starts at this speed and load, without a glide.
+    /// Jumps to this speed, 1/min, and load, without a glide.
     pub fn jump(&mut self, rpm: f32, load: f32) {
         self.rpm.jump(rpm);
         self.load.jump(load);
     }
 
-    /// The next sample on the way to this engine speed, 1/min, and load, 0..1.
+    /// Returns the next sample on the way to this engine speed, 1/min, and load, 0 to 1.
     pub fn next(&mut self, rpm: f32, load: f32) -> f32 {
         let (rpm, load) = (self.rpm.to(rpm), self.load.to(load));
         self.phase = (self.phase + rpm / 120.0 / self.rate_hz).fract();
@@ -66,7 +67,8 @@ impl EngineVoice {
     }
 }
 
-/// Strengths of the partials, of unit power: those of the firing fall with `steepness`, the others are a `share` of them.
+/// Returns the amplitudes of the partials, of unit power. The firing's partials fall with `steepness`; the others are a
+/// `share` of that.
 fn partials(steepness: f32, share: f32) -> [f32; PARTIALS] {
     let mut list: [f32; PARTIALS] = std::array::from_fn(|i| {
         let order = (i + 1) as f32 / FIRING as f32;

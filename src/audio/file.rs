@@ -1,5 +1,5 @@
-//! Sound as a file, off-line. In: a [`SoundScene`] a tick. Out: a WAV file of 48 kHz, 16 bits, stereo, as long as the drive to the
-//! sample; the same drive gives the same bytes.
+//! Sound as a file, offline. In: a [`SoundScene`] per tick. Out: a WAV file of 48 kHz, 16 bits, stereo, as long as the
+//! drive to the sample; the same drive gives the same bytes.
 
 use super::{Mixer, SoundScene};
 use crate::{scenario::SoundLevels, time::TICKS_PER_S};
@@ -10,11 +10,11 @@ use std::{
     path::Path,
 };
 
-/// Samples a second, a whole number a tick.
+/// Sample rate, Hz; a whole number of samples per tick.
 pub const RATE_HZ: u32 = 48_000;
 const SAMPLES: usize = (RATE_HZ / TICKS_PER_S) as usize;
 
-/// A file being written.
+/// A sound file that is being written.
 pub struct SoundFile {
     mixer: Mixer,
     writer: WavWriter<BufWriter<File>>,
@@ -22,16 +22,16 @@ pub struct SoundFile {
 }
 
 impl SoundFile {
-    /// Begins a new file, private to the user.
+    /// Creates a new file, readable by the user only.
     ///
     /// # Errors
-    /// There is one already, or the system refuses.
+    /// The file exists, or the system refuses.
     pub fn begin(path: &Path, levels: &SoundLevels) -> io::Result<Self> {
         let writer = new_wav(path, 2, RATE_HZ)?;
         Ok(Self { mixer: Mixer::new(levels, RATE_HZ as f32), writer, samples: vec![[0.0; 2]; SAMPLES] })
     }
 
-    /// A tick later, this is heard.
+    /// Appends the sound of one tick.
     ///
     /// # Errors
     /// The disk refuses.
@@ -43,7 +43,7 @@ impl SoundFile {
         Ok(())
     }
 
-    /// The end.
+    /// Completes the file.
     ///
     /// # Errors
     /// The disk refuses.
@@ -52,7 +52,7 @@ impl SoundFile {
     }
 }
 
-/// Begins a new file of 16 bits, private to the user.
+/// Creates a new WAV file of 16 bits, readable by the user only.
 pub(super) fn new_wav(path: &Path, channels: u16, rate_hz: u32) -> io::Result<WavWriter<BufWriter<File>>> {
     let mut options = OpenOptions::new();
     options.write(true).create_new(true);

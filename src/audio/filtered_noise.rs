@@ -1,9 +1,9 @@
-//! Noise through a filter, by fundsp. In: a cutoff or middle frequency, Hz. Out: samples of about the same loudness whatever
-//! the frequency. The same seed gives the same samples.
+//! Noise through a filter, by fundsp. In: a cutoff or centre frequency, Hz. Out: samples of about the same loudness at
+//! any frequency. The same seed gives the same samples.
 
 use fundsp::prelude32::*;
 
-/// How often a filter follows its frequency, samples: tuning it takes a tangent.
+/// Interval at which a filter follows its frequency, samples: tuning it takes a tangent.
 const RETUNE: u32 = 32;
 
 /// A source of filtered noise.
@@ -18,15 +18,15 @@ pub struct FilteredNoise {
 }
 
 impl FilteredNoise {
-    /// Noise below a frequency.
+    /// Creates noise below a frequency.
     pub fn below(seed: u64, rate_hz: f32) -> Self {
-        // The power of white noise below f is 2 f / rate of all.
+        // White noise below f has the share 2 f / rate of its power.
         Self::of(Box::new((noise().seed(seed) | pass()) >> lowpass_q(0.6)), rate_hz, |f, rate| {
             (rate / (2.0 * f)).sqrt()
         })
     }
 
-    /// Noise around a frequency, half of it wide.
+    /// Creates noise around a frequency, with a bandwidth of about half of it.
     pub fn around(seed: u64, rate_hz: f32) -> Self {
         Self::of(Box::new((noise().seed(seed) | pass()) >> bandpass_q(1.2)), rate_hz, |f, rate| (rate / f).sqrt())
     }
@@ -37,7 +37,7 @@ impl FilteredNoise {
         Self { unit, frequency_hz: 0.0, samples: 0, most_hz: 0.4 * rate_hz, loudness, rate_hz, gain: 0.0 }
     }
 
-    /// The next sample, with an effective value of about 0.5.
+    /// Returns the next sample; the RMS level is about 0.5.
     pub fn next(&mut self, frequency_hz: f32) -> f32 {
         if self.samples.is_multiple_of(RETUNE) {
             self.frequency_hz = frequency_hz.clamp(20.0, self.most_hz);

@@ -1,5 +1,6 @@
-//! Sound of the room to a file. In: the system's microphone. Out: a WAV file of one channel and 16 bits that can be read after a cut, too,
-//! and how many samples it has, by which it is joined to the ticks of a recording. It records only where a study asks for it.
+//! Sound of the room to a file. In: the system's microphone. Out: a WAV file of one channel and 16 bits, and the number
+//! of its samples, by which it is aligned with the ticks of a recording. The file stays readable if the program is cut
+//! off. It records only if a study asks for it.
 
 use super::file::new_wav;
 use cpal::{
@@ -17,26 +18,26 @@ use std::{
     time::Duration,
 };
 
-/// How often the thread looks whether it is to end.
+/// Interval at which the thread checks whether to end.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How a recording of the room stands.
+/// State of a recording of the room.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RoomStatus {
     /// The microphone is being opened.
     Opening,
-    /// It records.
+    /// The microphone records to the file.
     Recording {
-        /// Samples in the file so far.
+        /// Number of samples in the file so far.
         samples: u64,
-        /// Samples a second.
+        /// Sample rate of the file, Hz.
         rate_hz: u32,
     },
-    /// Nothing is recorded any more, and why.
+    /// The recording has failed, with the reason.
     Failed(String),
 }
 
-/// Why the room is not recorded.
+/// Reason that the room is not recorded.
 #[derive(Debug, thiserror::Error)]
 enum MicrophoneFault {
     #[error("the system has no microphone")]
@@ -57,7 +58,7 @@ pub struct RoomRecording {
 }
 
 impl RoomRecording {
-    /// Begins a new file in a while.
+    /// Starts a new file on a thread of its own; the microphone opens a little later.
     pub fn begin(path: &Path) -> Self {
         let status = Arc::new(Mutex::new(RoomStatus::Opening));
         let (close, closed) = mpsc::channel::<()>();
@@ -82,7 +83,7 @@ impl RoomRecording {
         Self { status, close: Some(close), thread }
     }
 
-    /// How it stands.
+    /// Returns the current state.
     pub fn status(&self) -> RoomStatus {
         self.status.lock().map_or(RoomStatus::Opening, |status| status.clone())
     }
@@ -103,7 +104,7 @@ fn put(status: &Mutex<RoomStatus>, now: RoomStatus) {
     }
 }
 
-/// Opens the system's own microphone. Returns it and its rate.
+/// Opens the system's default microphone. Returns its stream and its rate, Hz.
 fn open(to: Sender<Vec<f32>>) -> Result<(cpal::Stream, u32), MicrophoneFault> {
     if cfg!(target_os = "linux") && !super::speaker::there_may_be_sound() {
         return Err(MicrophoneFault::None);
@@ -138,7 +139,7 @@ where
     Ok(device.build_input_stream(config, take, |error| log::warn!("microphone: {error}"), None)?)
 }
 
-/// The mean of the channels.
+/// Returns the mean of the channels.
 fn mono<T: Sample>(data: &[T], channels: usize) -> Vec<f32>
 where
     f32: FromSample<T>,
@@ -147,7 +148,8 @@ where
     data.chunks_exact(channels).map(mean).collect()
 }
 
-/// Writes what comes until it is to end. The file's header is true about once a second.
+/// Writes incoming samples until `until` is true or the sender is gone. The file's header is updated about once a
+/// second.
 fn write(
     path: &Path,
     rate_hz: u32,
@@ -187,11 +189,11 @@ mod tests {
     use std::cell::RefCell;
 
     #[test]
-    fn what_the_microphone_gives_is_in_the_file_to_the_sample_and_counted() {
+    fn all_samples_of_the_microphone_are_in_the_file_and_counted() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("room.wav");
         let (to, samples) = mpsc::channel();
-        // Two channels of 16 bits: their means are 0, a half, full scale below.
+        // Two channels of 16 bits: the means are 0, a half, negative full scale.
         to.send(mono(&[0_i16, 0, 16_384, 16_384, -32_768, -32_768], 2)).unwrap();
         to.send(vec![0.25; 5]).unwrap();
         drop(to);
@@ -202,13 +204,13 @@ mod tests {
         assert_eq!((read.spec().channels, read.spec().sample_rate, read.spec().bits_per_sample), (1, 16_000, 16));
         let found: Vec<i16> = read.samples::<i16>().map(Result::unwrap).collect();
         assert_eq!(found, [&[0, 16_384, -32_767][..], &[8192; 5]].concat());
-        // Nothing is overwritten.
+        // An existing file is not overwritten.
         let (_to, samples) = mpsc::channel();
         assert!(write(&path, 16_000, &samples, || true, |_| ()).is_err());
     }
 
     #[test]
-    fn it_ends_when_it_is_told_to_and_the_file_is_whole() {
+    fn a_recording_ends_on_request_with_a_complete_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("room.wav");
         let (to, samples) = mpsc::channel();

@@ -1,5 +1,5 @@
-//! All sounds together. In: a [`SoundScene`] and how many samples are wanted. Out: these samples, left and right, each below full
-//! scale. The recipe is [`Mixer::sample`].
+//! Mixer of all sounds. In: a [`SoundScene`] and the number of samples. Out: these samples, left and right, each below
+//! full scale. [`Mixer::sample`] has the formulas.
 
 use super::{
     NEAR, SoundScene,
@@ -11,22 +11,22 @@ use super::{
 };
 use crate::scenario::{SoundLevels, sound::gain};
 
-/// Amplitude up to which nothing is changed; above it the limiter bends towards full scale.
+/// Amplitude up to which the limiter changes nothing; above it the curve bends towards full scale.
 const KNEE: f32 = 0.6;
-/// Full scale, less what a sample of 16 bits rounds up.
+/// Full scale, less the rounding of a 16-bit sample.
 const FULL: f32 = 0.999;
-/// Fading in at the start and after a pause, and out, seconds.
+/// Time constant of fading in and out at the start and at a pause, s.
 const FADE_S: f32 = 0.03;
-/// Time constant of speed and ground, seconds.
+/// Time constant of speed and ground, s.
 const SPEED_S: f32 = 0.05;
-/// Speed that the levels of tyres and wind are stated for, m/s.
+/// Speed that the levels of tyres and wind refer to, m/s.
 const BRISK_MPS: f32 = 14.0;
 
-/// Everything that sounds.
+/// All sources of sound, with their levels.
 pub struct Mixer {
     levels: LevelFactors,
     engine: EngineVoice,
-    /// Left and right.
+    /// Noise of the tyres, left and right.
     rumble: [FilteredNoise; 2],
     swish: [FilteredNoise; 2],
     wind: [FilteredNoise; 2],
@@ -38,11 +38,11 @@ pub struct Mixer {
     master: SmoothedValue,
     speed_mps: SmoothedValue,
     grass: SmoothedValue,
-    /// Contacts, changed advices and questions that have been heard; `None` before the first sample.
+    /// Contacts, changes of advice and questions that have been heard; `None` before the first sample.
     heard: Option<(u32, u32, u32)>,
 }
 
-/// Factors of the settings.
+/// Amplitude factors of the settings.
 #[derive(Clone, Copy, Debug)]
 struct LevelFactors {
     master: f32,
@@ -55,7 +55,7 @@ struct LevelFactors {
 }
 
 impl Mixer {
-    /// Silence, at so many samples a second.
+    /// Creates a silent mixer at this sample rate, Hz.
     pub fn new(levels: &SoundLevels, rate_hz: f32) -> Self {
         let pair = |make: fn(u64, f32) -> FilteredNoise, seed| [make(seed, rate_hz), make(seed + 1, rate_hz)];
         Self {
@@ -84,13 +84,13 @@ impl Mixer {
         }
     }
 
-    /// Fills `out` with what follows, while this is to be heard.
+    /// Fills `out` with the next samples of this scene.
     pub fn render(&mut self, hear: &SoundScene, out: &mut [[f32; 2]]) {
         let counts = (hear.contacts, hear.advices, hear.questions);
         let heard = self.heard.replace(counts);
         match heard {
             None => {
-                // What is there at the start is there at once; only the master fades in.
+                // The state at the start applies at once; only the master fades in.
                 self.engine.jump(hear.engine_rpm, hear.throttle);
                 self.speed_mps.jump(hear.speed_mps);
                 self.grass.jump(hear.grass);
@@ -126,7 +126,7 @@ impl Mixer {
         }
         if speed_mps > 0.0 {
             let brisk = speed_mps / BRISK_MPS;
-            // Tyre noise grows with about the speed's power 1.5 in pressure (30 dB a decade), wind's with 2.5 to 3.
+            // The pressure of tyre noise grows with about the speed to the 1.5 (30 dB a decade), of wind with 2.5 to 3.
             let (asphalt, meadow) = (0.035 * brisk * brisk.sqrt(), 0.075 * brisk.min(1.5));
             let rumble = asphalt + (meadow - asphalt) * grass;
             let rumble_hz = (330.0 + 12.0 * speed_mps) * (1.0 - 0.55 * grass);
@@ -144,7 +144,8 @@ impl Mixer {
     }
 }
 
-/// The soft limiter: as it is up to the knee, then bent without a corner towards full scale, which is never reached.
+/// Limits a sample softly: unchanged up to the knee, then bent without a corner towards full scale, which is never
+/// reached. NaN becomes 0.
 fn limited(sample: f32) -> f32 {
     let over = sample.abs() - KNEE;
     if over.is_nan() {

@@ -1,11 +1,12 @@
-//! Sound. In: the world after a tick, as [`SoundScene`], what there is to be heard. Out: stereo samples, to a device ([`Speaker`]) or
-//! to a file ([`SoundFile`]), by one [`Mixer`]. Spoken instructions go to the device by themselves ([`Voice`]); the room is recorded where a
-//! study asks for it ([`RoomRecording`]).
+//! Sound. In: the audible state of the world after a tick, as a [`SoundScene`]. Out: stereo samples, to a device
+//! ([`Speaker`]) or to a file ([`SoundFile`]), by one [`Mixer`]. Spoken instructions go to the device separately
+//! ([`Voice`]); the room is recorded if a study asks for it ([`RoomRecording`]).
 //!
-//! [`Listener`] makes a [`SoundScene`] of snapshot and events. Engine: pitch by engine speed (speed times the gear's ratio), timbre by
-//! load. Tyres: by speed, on asphalt or grass. Wind: by speed. Other cars: by distance, side and speed. Horn, contact, and a
-//! tone at another advice. Every number glides to where it is told to be, so that nothing clicks; a soft limiter keeps all
-//! samples below full scale. Samples are shares of full scale, time is in seconds, levels are in decibels.
+//! [`Listener`] makes a [`SoundScene`] of snapshot and events. Engine: pitch by engine speed (speed times the gear's
+//! ratio), timbre by load. Tyres: by speed, on asphalt or grass. Wind: by speed. Other vehicles: by distance, side and
+//! speed. Horn, contact, and a tone at a change of advice. Every number glides to its new value, so that nothing
+//! clicks; a soft limiter keeps all samples below full scale. Samples are shares of full scale, time is in seconds,
+//! levels are in decibels.
 
 mod engine;
 mod file;

@@ -1,5 +1,5 @@
-//! Sounds that begin and end: horn, contact, tone. In: whether the horn is held, how hard a contact was, that a tone is due.
-//! Out: samples. Each has an envelope of its own without corners.
+//! Sounds that begin and end: horn, contact, tone. In: the state of the horn, the strength of a contact, the start of a
+//! tone. Out: samples. Each sound has an envelope of its own without corners.
 
 use super::smoothing::SmoothedValue;
 use std::f32::consts::{PI, TAU};
@@ -16,12 +16,12 @@ impl Horn {
     const PARTIALS: usize = 7;
     const LEVEL: f32 = 0.14;
 
-    /// A silent one.
+    /// Creates a silent horn.
     pub fn new(rate_hz: f32) -> Self {
         Self { rate_hz, phases: [0.0; 2], level: SmoothedValue::new(0.0, 0.012, rate_hz) }
     }
 
-    /// The next sample; `held` is whether a hand is on it.
+    /// Returns the next sample; `held` is true while the horn is pressed.
     pub fn next(&mut self, held: bool) -> f32 {
         let level = self.level.to(if held { Self::LEVEL } else { 0.0 });
         if level == 0.0 {
@@ -45,7 +45,7 @@ impl Horn {
 pub struct ContactSound {
     rate_hz: f32,
     phase: f32,
-    /// What is left of the blow, 1 for a hard one, and how it comes to the ear.
+    /// Remaining strength of the blow, 1 for a hard one, and its smoothed value.
     blow: f32,
     heard: SmoothedValue,
     fall: f32,
@@ -56,18 +56,18 @@ impl ContactSound {
     const HARD_MPS: f32 = 5.0;
     const LEVEL: f32 = 0.6;
 
-    /// Nothing yet.
+    /// Creates a silent source.
     pub fn new(rate_hz: f32) -> Self {
         let (phase, blow, heard) = (0.0, 0.0, SmoothedValue::new(0.0, 0.002, rate_hz));
         Self { rate_hz, phase, blow, heard, fall: (-1.0 / (0.07 * rate_hz)).exp() }
     }
 
-    /// Two cars have touched at this closing speed.
+    /// Adds a contact at this closing speed, m/s.
     pub fn hit(&mut self, closing_mps: f32) {
         self.blow = (self.blow + (closing_mps.abs() / Self::HARD_MPS).clamp(0.15, 1.0)).min(1.0);
     }
 
-    /// The next sample.
+    /// Returns the next sample of the thump.
     pub fn next(&mut self) -> f32 {
         self.blow = if self.blow < 1e-5 { 0.0 } else { self.blow * self.fall };
         let heard = self.heard.to(self.blow);
@@ -76,12 +76,13 @@ impl ContactSound {
         }
         self.phase = (self.phase + (48.0 + 70.0 * heard) / self.rate_hz).fract();
         let turn = TAU * self.phase;
-        // A second, rattling voice that dies sooner.
+        // A second, rattling voice that decays sooner.
         Self::LEVEL * heard * (turn.sin() + heard * 0.35 * (4.3 * turn).sin() * (PI * self.phase).sin())
     }
 }
 
-/// A gentle tone, the same every time: it says that the advice is another, not which, or that something is asked.
+/// A gentle tone that is always the same: it says that the advice has changed, but not to which, or that there is a
+/// question.
 pub struct Tone {
     rate_hz: f32,
     note_hz: f32,
@@ -90,32 +91,32 @@ pub struct Tone {
 
 impl Tone {
     const ADVICE_HZ: f32 = 740.0;
-    /// A sixth below the other, so that nobody takes a question for advice.
+    /// A major sixth below the tone of advice, so that the two are not confused.
     const QUESTION_HZ: f32 = 440.0;
     const LENGTH_S: f32 = 0.35;
     const LEVEL: f32 = 0.075;
 
-    /// That of another advice; silent.
+    /// Creates the tone of a change of advice, silent.
     pub fn of_advice(rate_hz: f32) -> Self {
         Self { rate_hz, note_hz: Self::ADVICE_HZ, at: None }
     }
 
-    /// That of a question; silent.
+    /// Creates the tone of a question, silent.
     pub fn of_question(rate_hz: f32) -> Self {
         Self { note_hz: Self::QUESTION_HZ, ..Self::of_advice(rate_hz) }
     }
 
-    /// Begins one; one that sounds goes on.
+    /// Starts the tone; a tone that already sounds continues.
     pub fn begin(&mut self) {
         self.at = self.at.or(Some(0));
     }
 
-    /// The next sample.
+    /// Returns the next sample of the tone.
     pub fn next(&mut self) -> f32 {
         let Some(at) = self.at else { return 0.0 };
         let t_s = at as f32 / self.rate_hz;
         self.at = (t_s < Self::LENGTH_S).then_some(at + 1);
-        // Up soon and slowly down, with level ends: a sine over the square root of time.
+        // Fast rise and slow decay, flat at both ends: a sine over the square root of time.
         let swell = (PI * (t_s / Self::LENGTH_S).min(1.0).sqrt()).sin().powi(2);
         let turn = TAU * (self.note_hz * t_s).fract();
         Self::LEVEL * swell * (turn.sin() + 0.18 * (2.0 * turn).sin())

@@ -1,6 +1,6 @@
-//! A number that moves smoothly to where it is told to be. In: goals at any time. Out: a value a sample.
+//! A number that glides to its target. In: targets at any time. Out: a value per sample.
 
-/// A first-order glide.
+/// A first-order low-pass filter.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothedValue {
     value: f32,
@@ -8,24 +8,24 @@ pub struct SmoothedValue {
 }
 
 impl SmoothedValue {
-    /// Starts at `value` and comes within 37 % of a new goal in `time_s`.
+    /// Starts at `value`; after `time_s` 37 % of the distance to a new target is left.
     pub fn new(value: f32, time_s: f32, rate_hz: f32) -> Self {
         Self { value, share: 1.0 - (-1.0 / (time_s * rate_hz)).exp() }
     }
 
-    /// The next value on the way to `goal`; exactly there once it is closer than can be heard.
+    /// Returns the next value on the way to `goal`; exactly `goal` once the difference is inaudible.
     pub fn to(&mut self, goal: f32) -> f32 {
         let rest = goal - self.value;
         self.value = if rest.abs() < 1e-7 { goal } else { self.value + self.share * rest };
         self.value
     }
 
-    /// Jumps there: for the first sample of all.
+    /// Jumps to a value: for the first sample.
     pub fn jump(&mut self, value: f32) {
         self.value = value;
     }
 
-    /// Where it is.
+    /// Returns the current value.
     pub fn now(&self) -> f32 {
         self.value
     }

@@ -1,4 +1,4 @@
-//! What there is to be heard at a tick, as plain numbers. In: the world after a tick. Out: a [`SoundScene`].
+//! Audible state of the world at a tick, as plain numbers. In: the world after a tick. Out: a [`SoundScene`].
 
 use crate::{
     controls::Controls,
@@ -7,62 +7,62 @@ use crate::{
     traffic::VehicleId,
 };
 
-/// Places for other cars that are heard.
+/// Number of other vehicles that can be heard at once.
 pub const NEAR: usize = 8;
-/// So many of the nearest cars get a place; one that has one keeps it while it is among the nearest [`NEAR`].
+/// Number of nearest vehicles that get a place; a vehicle with a place keeps it while it is among the nearest [`NEAR`].
 const NEAREST: usize = 6;
-/// A place stays empty for so many ticks before another car gets it: it fades out first.
+/// Ticks for which a place stays empty before another vehicle gets it: the old sound fades out first.
 const EMPTY_TICKS: u32 = 30;
-/// A car further away than this is not heard, metres.
+/// Distance from which a vehicle is not heard, m.
 const FAR_M: f64 = 70.0;
-/// Advised speeds that differ by less are the same advice to the ear, m/s: a quarter of a mile an hour.
+/// Difference of advised speeds below which no tone sounds, m/s: a quarter of a mile per hour.
 const SAME_ADVICE_MPS: f64 = 0.11;
 
-/// Another car, in the own car's axes.
+/// Another vehicle, in the ego's axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NearbyVehicle {
-    /// How far ahead, metres; behind is negative.
+    /// Distance ahead, m; negative behind.
     pub ahead_m: f32,
-    /// How far to the left, metres.
+    /// Distance to the left, m; negative to the right.
     pub left_m: f32,
-    /// Its speed, m/s.
+    /// Speed of the vehicle, m/s.
     pub speed_mps: f32,
 }
 
-/// All that is heard.
+/// All audible state at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SoundScene {
-    /// True while time runs.
+    /// True while the clock runs.
     pub running: bool,
-    /// Own speed, m/s, negative in reverse.
+    /// Ego speed, m/s, negative in reverse.
     pub speed_mps: f32,
     /// Engine speed, 1/min.
     pub engine_rpm: f32,
-    /// Accelerator, 0..1: the engine's load.
+    /// Accelerator, 0 to 1: the engine's load.
     pub throttle: f32,
-    /// Share of the wheels on grass.
+    /// Share of the wheels on grass, 0 to 1.
     pub grass: f32,
-    /// A hand is on the horn.
+    /// True while the horn is pressed.
     pub horn: bool,
-    /// Cars near by; each keeps its place for as long as it is heard.
+    /// Vehicles nearby; each keeps its place as long as it is heard.
     pub near: [Option<NearbyVehicle>; NEAR],
-    /// How many contacts there have been, and closing speed of the last, m/s.
+    /// Number of contacts so far.
     pub contacts: u32,
-    /// See `contacts`.
+    /// Closing speed of the last contact, m/s.
     pub contact_mps: f32,
-    /// How often another speed has been advised, where that is to be heard.
+    /// Number of changes of the advised speed, if they have a tone.
     pub advices: u32,
-    /// How often something was asked.
+    /// Number of questions asked so far.
     pub questions: u32,
 }
 
-/// Numbers in a [`SoundScene`] written as words for the hand-over to another thread.
+/// Length of a [`SoundScene`] as a row of numbers, for the transfer to another thread.
 pub(super) const WORDS: usize = SINGLE + 3 * NEAR;
-/// Those that are not about another car.
+/// Number of values that are not about another vehicle.
 const SINGLE: usize = 10;
 
 impl SoundScene {
-    /// As numbers in a row; a place without a car has no number.
+    /// Converts the scene to a row of numbers; a place without a vehicle is NaN.
     pub(super) fn to_words(self) -> [f32; WORDS] {
         let flag = |on: bool| f32::from(u8::from(on));
         let mut words = [f32::NAN; WORDS];
@@ -86,7 +86,7 @@ impl SoundScene {
         words
     }
 
-    /// Back from numbers in a row.
+    /// Converts a row of numbers back to a scene.
     pub(super) fn from_words(words: &[f32; WORDS]) -> Self {
         let near = |at: usize| {
             let car = &words[SINGLE + 3 * at..][..3];
@@ -109,24 +109,24 @@ impl SoundScene {
     }
 }
 
-/// Collects what is audible of a drive, tick by tick.
+/// Collects the audible state of a drive, tick by tick.
 #[derive(Clone, Debug)]
 pub struct Listener {
     hear: SoundScene,
-    /// Whose places these are, and of an empty one for how many ticks it must stay so.
+    /// Vehicle in each place, or the number of ticks for which an empty place must stay empty.
     places: [Result<VehicleId, u32>; NEAR],
     advised_mps: Option<f64>,
-    /// True if a changed advice has a tone.
+    /// True if a change of advice has a tone.
     tone: bool,
 }
 
 impl Listener {
-    /// At the start of a drive; `tone` as the scenario has it.
+    /// Starts a drive; `tone` is the scenario's setting.
     pub fn new(tone: bool) -> Self {
         Self { hear: SoundScene::default(), places: [Err(0); NEAR], advised_mps: None, tone }
     }
 
-    /// After a tick that was driven with these controls.
+    /// Updates the scene after a tick with these controls.
     pub fn tick(&mut self, snapshot: &Snapshot, events: &[Event], controls: &Controls) {
         let ego = &snapshot.ego;
         let on_grass = ego.wheels.iter().filter(|wheel| wheel.surface == GroundSurface::Grass).count();
@@ -144,7 +144,7 @@ impl Listener {
         self.hear_cars(snapshot);
     }
 
-    /// Something is asked.
+    /// Counts a question, which has a tone.
     pub fn chime(&mut self) {
         self.hear.questions += 1;
     }
@@ -161,7 +161,7 @@ impl Listener {
         }
     }
 
-    /// The nearest cars. One that was heard before keeps its place, so that no car jumps from ear to ear.
+    /// Updates the nearest vehicles. A vehicle heard before keeps its place, so that none jumps from ear to ear.
     fn hear_cars(&mut self, snapshot: &Snapshot) {
         let pose = snapshot.ego.pose();
         let mut near: Vec<(f64, VehicleId, NearbyVehicle)> = snapshot
@@ -199,7 +199,7 @@ impl Listener {
         });
     }
 
-    /// What is to be heard now; `running` while time goes on, `horn` while a hand is on it.
+    /// Returns the current scene; `running` while the clock runs, `horn` while the horn is pressed.
     pub fn scene(&self, running: bool, horn: bool) -> SoundScene {
         SoundScene { running, horn, ..self.hear }
     }

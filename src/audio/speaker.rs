@@ -1,6 +1,6 @@
-//! Sound to a device, by cpal. In: a [`SoundScene`] a frame. Out: what the device plays. The numbers are handed over without a
-//! lock, each by itself: the device's thread never waits, and a mixture of two frames glides like any other change.
-//! Without a device there is silence, which is said once.
+//! Sound to a device, by cpal. In: a [`SoundScene`] per frame. Out: samples played by the device. The numbers are
+//! transferred without a lock, each by itself: the device's thread never waits, and a mixture of two frames glides like
+//! any other change. Without a device there is silence, which is logged once.
 
 use super::{Mixer, SoundScene, sound_scene::WORDS};
 use crate::scenario::SoundLevels;
@@ -17,12 +17,12 @@ use std::{
     thread::JoinHandle,
 };
 
-/// Samples that a device is asked to take at a time: 11 ms at 48 kHz.
+/// Requested buffer size of a device, samples: 11 ms at 48 kHz.
 const BUFFER: u32 = 512;
-/// Samples that are mixed at a time.
+/// Number of samples mixed at a time.
 const CHUNK: usize = 64;
 
-/// What is to be heard, between two threads.
+/// Sound scene shared between two threads.
 struct SharedScene([AtomicU32; WORDS]);
 
 impl SharedScene {
@@ -43,7 +43,8 @@ impl SharedScene {
     }
 }
 
-/// The device, or the place for one. Opening and closing happen on a thread of their own: a sound server may take its time.
+/// An audio output, or a stand-in if there is none. It opens and closes on a thread of its own, because a sound server
+/// may take a while.
 pub struct Speaker {
     board: Arc<SharedScene>,
     plays: Arc<AtomicBool>,
@@ -52,7 +53,7 @@ pub struct Speaker {
 }
 
 impl Speaker {
-    /// Opens the system's own output in a while. Where there is none it stays silent and says so once.
+    /// Starts to open the system's default output. If there is none, the speaker stays silent and logs this once.
     pub fn open(levels: SoundLevels) -> Self {
         let board = Arc::new(SharedScene::new());
         let plays = Arc::new(AtomicBool::new(false));
@@ -73,12 +74,12 @@ impl Speaker {
         Self { board, plays, close: Some(close), thread }
     }
 
-    /// From now on, this is heard.
+    /// Plays this scene from now on.
     pub fn play(&self, hear: &SoundScene) {
         self.board.put(hear);
     }
 
-    /// True once a device plays.
+    /// Returns true once a device plays.
     pub fn plays(&self) -> bool {
         self.plays.load(Ordering::Relaxed)
     }
@@ -93,27 +94,27 @@ impl Drop for Speaker {
     }
 }
 
-/// Why nothing is heard.
+/// Reason that there is no sound.
 #[derive(Debug, thiserror::Error)]
 pub enum SpeakerFault {
-    /// Linux knows of no card and no server.
+    /// Linux has no sound card and no sound server.
     #[error("the system has no sound card and no sound server")]
     NoSound,
-    /// The system names no output.
+    /// The system has no default output.
     #[error("the system has no audio output")]
     NoOutput,
-    /// The output takes samples of another kind.
+    /// The output needs an unsupported sample format.
     #[error("the output takes samples as {0}, which this program does not write")]
     Samples(SampleFormat),
-    /// The output cannot be asked, opened or begun.
+    /// The output cannot be queried, opened or started.
     #[error("{0}")]
     Device(#[from] cpal::Error),
 }
 
-/// The output that would be used, opened for a moment: its name and how it plays.
+/// Opens the output for a moment and returns its name, rate and channels.
 ///
 /// # Errors
-/// There is none that can be opened; why.
+/// There is no output, or it cannot be opened.
 pub fn output() -> Result<String, SpeakerFault> {
     let (device, config, format) = device()?;
     drop(build(&device, config, format, |out: &mut [[f32; 2]]| out.fill([0.0; 2]))?);
@@ -122,7 +123,7 @@ pub fn output() -> Result<String, SpeakerFault> {
 }
 
 fn device() -> Result<(cpal::Device, StreamConfig, SampleFormat), SpeakerFault> {
-    // ALSA's library prints what it misses by itself; without any card it is not asked.
+    // ALSA's library prints its own messages; without any card it is not called.
     if cfg!(target_os = "linux") && !there_may_be_sound() {
         return Err(SpeakerFault::NoSound);
     }
@@ -137,7 +138,7 @@ fn device() -> Result<(cpal::Device, StreamConfig, SampleFormat), SpeakerFault> 
     Ok((device, config, supported.sample_format()))
 }
 
-/// A card of the kernel's, or a socket of a sound server.
+/// Checks for a sound card of the kernel, or the socket of a sound server.
 pub(super) fn there_may_be_sound() -> bool {
     let card = std::fs::read_to_string("/proc/asound/cards").is_ok_and(|text| text.contains("]: "));
     let server = std::env::var_os("PULSE_SERVER").is_some()
@@ -154,14 +155,14 @@ fn start(levels: &SoundLevels, board: Arc<SharedScene>) -> Result<cpal::Stream, 
     })
 }
 
-/// The output, playing what `source` makes for its rate.
+/// Opens the output and plays the samples that `source` makes for its rate.
 pub(super) fn stream<R>(source: impl Fn(u32) -> R) -> Result<cpal::Stream, SpeakerFault>
 where
     R: FnMut(&mut [[f32; 2]]) + Send + 'static,
 {
     let (device, config, format) = device()?;
     let stream = build(&device, config, format, source(config.sample_rate)).or_else(|error| {
-        // Some devices name a range of buffers and take none of it.
+        // Some devices report a range of buffer sizes but accept none of it.
         let usual = StreamConfig { buffer_size: cpal::BufferSize::Default, ..config };
         build(&device, usual, format, source(config.sample_rate)).map_err(|_| error)
     })?;
@@ -210,7 +211,7 @@ fn build_as<T: SizedSample + FromSample<f32> + Send + 'static>(
     Ok(device.build_output_stream(config, fill, fault, None)?)
 }
 
-/// One sample in all channels of a device: left and right in the first two, both in a single one.
+/// Writes one sample to all channels of a device: left and right to the first two, their mean to a single one.
 fn put<T: SizedSample + FromSample<f32>>(frame: &mut [T], [left, right]: [f32; 2]) {
     match frame {
         [one] => *one = T::from_sample((left + right) / 2.0),
@@ -227,7 +228,7 @@ mod tests {
     use super::{super::NearbyVehicle, *};
 
     #[test]
-    fn what_is_handed_over_arrives() {
+    fn a_scene_reaches_the_other_thread_unchanged() {
         let board = SharedScene::new();
         assert_eq!(board.get(), SoundScene::default());
         let mut hear =
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn every_device_gets_both_ears() {
+    fn every_number_of_channels_gets_left_and_right() {
         let mut stereo = [0.0f32; 2];
         put(&mut stereo, [0.5, -0.25]);
         assert_eq!(stereo, [0.5, -0.25]);

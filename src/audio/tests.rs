@@ -1,4 +1,4 @@
-//! The sound off-line: pitch, levels, continuity, full scale, sides.
+//! Tests of the sound offline: pitch, levels, continuity, full scale, sides.
 
 use super::*;
 use crate::{
@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 const RATE: f32 = 48_000.0;
 
-/// Nothing but what is switched on.
+/// Returns levels with everything silent except what `set` changes.
 fn only(set: impl Fn(&mut SoundLevels)) -> SoundLevels {
     let s = SILENT_DB;
     let mut levels =
@@ -25,7 +25,7 @@ fn driving(speed_mps: f32, engine_rpm: f32) -> SoundScene {
     SoundScene { running: true, speed_mps, engine_rpm, throttle: 0.3, ..SoundScene::default() }
 }
 
-/// Samples of so many seconds of the same, after a tenth of a second of it.
+/// Returns the samples of this many seconds of a constant scene, after its first 0.3 s.
 fn steady(levels: &SoundLevels, hear: &SoundScene, seconds: f32) -> Vec<[f32; 2]> {
     let mut mixer = Mixer::new(levels, RATE);
     let mut out = vec![[0.0; 2]; ((0.3 + seconds) * RATE) as usize];
@@ -37,12 +37,12 @@ fn left(samples: &[[f32; 2]]) -> Vec<f64> {
     samples.iter().map(|sample| sample[0].into()).collect()
 }
 
-/// Effective value.
+/// Returns the RMS value.
 fn level(samples: &[f64]) -> f64 {
     (samples.iter().map(|s| s * s).sum::<f64>() / samples.len() as f64).sqrt()
 }
 
-/// Amplitude at a frequency, by Goertzel with a Hann window.
+/// Returns the amplitude at a frequency, by Goertzel with a Hann window.
 fn amplitude(samples: &[f64], frequency_hz: f64) -> f64 {
     let (step, n) = (TAU * frequency_hz / f64::from(RATE), samples.len() as f64);
     let (mut a, mut b) = (0.0, 0.0);
@@ -53,18 +53,18 @@ fn amplitude(samples: &[f64], frequency_hz: f64) -> f64 {
     2.0 / n * (a * a + b * b - 2.0 * step.cos() * a * b).max(0.0).sqrt()
 }
 
-/// Power in a band, in steps of 20 Hz.
+/// Returns the root of the summed power in a band, in steps of 20 Hz.
 fn band(samples: &[f64], from_hz: u32, to_hz: u32) -> f64 {
     (from_hz..to_hz).step_by(20).map(|hz| amplitude(samples, hz.into()).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The strongest frequency below 250 Hz, to half a hertz.
+/// Returns the strongest frequency below 250 Hz, to half a hertz.
 fn pitch_hz(samples: &[f64]) -> f64 {
     let all = (40..500).map(|half| f64::from(half) / 2.0);
     all.max_by(|a, b| amplitude(samples, *a).total_cmp(&amplitude(samples, *b))).unwrap()
 }
 
-/// Largest change from one sample to the next.
+/// Returns the largest change from one sample to the next.
 fn largest_step(samples: &[[f32; 2]]) -> f32 {
     samples.windows(2).flat_map(|w| [0, 1].map(|side| (w[1][side] - w[0][side]).abs())).fold(0.0, f32::max)
 }
@@ -97,7 +97,7 @@ fn a_loaded_engine_is_louder_and_brighter() {
 }
 
 #[test]
-fn a_standing_engine_an_idle_level_and_a_pause_are_silent_and_idle_is_quiet() {
+fn engine_off_lowest_levels_and_pauses_are_silent_and_idle_is_quiet() {
     let all = SoundLevels::default();
     let loudest = |levels: &SoundLevels, hear: &SoundScene| {
         steady(levels, hear, 0.1).iter().flatten().fold(0f32, |most, s| most.max(s.abs()))
@@ -127,7 +127,7 @@ fn six_decibels_double_and_every_level_is_its_own() {
 }
 
 #[test]
-fn wind_and_tyres_grow_with_the_speed_and_grass_is_another_ground() {
+fn wind_and_tyres_grow_with_speed_and_grass_sounds_different() {
     let of = |levels: &SoundLevels, hear: &SoundScene| left(&steady(levels, hear, 1.0));
     let (road, wind) = (only(|l| l.road_db = 0.0), only(|l| l.wind_db = 0.0));
     let at = |levels, speed| level(&of(levels, &driving(speed, 0.0)));
@@ -145,7 +145,7 @@ fn wind_and_tyres_grow_with_the_speed_and_grass_is_another_ground() {
 }
 
 #[test]
-fn spectra_of_two_speeds_differ_where_they_should() {
+fn spectra_of_two_speeds_differ_as_expected() {
     let all = SoundLevels::default();
     // In the same gear: 12 m/s at 1500 1/min, 24 m/s at 3000.
     let slow = left(&steady(&all, &driving(12.0, 1500.0), 1.0));
@@ -156,7 +156,7 @@ fn spectra_of_two_speeds_differ_where_they_should() {
 }
 
 #[test]
-fn another_car_is_heard_on_its_side_louder_near_by_and_when_it_is_fast() {
+fn a_vehicle_is_heard_on_its_side_and_louder_if_near_or_fast() {
     let others = only(|l| l.others_db = 0.0);
     let ears = |ahead_m, left_m, speed_mps| {
         let mut hear = driving(0.0, 0.0);
@@ -175,7 +175,7 @@ fn another_car_is_heard_on_its_side_louder_near_by_and_when_it_is_fast() {
     assert!(ears(6.0, 0.0, 12.0)[0] > 1.5 * ears(6.0, 0.0, 4.0)[0]);
 }
 
-/// A minute of everything at once, as loud as can be set: gears, grass, horn, contacts, tones, cars that come and go.
+/// Renders this many seconds of everything at once: gears, grass, horn, contacts, tones, vehicles that come and go.
 fn wild(levels: &SoundLevels, seconds: u32) -> Vec<[f32; 2]> {
     let mut mixer = Mixer::new(levels, RATE);
     let mut all = Vec::new();
@@ -205,7 +205,7 @@ fn wild(levels: &SoundLevels, seconds: u32) -> Vec<[f32; 2]> {
 }
 
 #[test]
-fn no_sample_reaches_full_scale_however_loud_it_is_set() {
+fn no_sample_reaches_full_scale_even_at_the_highest_levels() {
     let loud = 12.0;
     let levels = SoundLevels {
         master_db: loud,
@@ -226,7 +226,7 @@ fn no_sample_reaches_full_scale_however_loud_it_is_set() {
 }
 
 #[test]
-fn nothing_clicks_when_gears_horn_contacts_tones_and_cars_change_at_once() {
+fn no_click_when_gears_horn_contacts_tones_and_vehicles_change() {
     // Without noise, whose samples jump by nature: steps then come from partials alone. Horn: 14 partials of 0.14/k at
     // 392 k and 494 k Hz give at most 14 x 0.14 x 2 pi 443 / 48000 = 0.114; engine, thump and tone 0.035 more.
     let levels = only(|l| (l.engine_db, l.horn_db, l.tone_db) = (0.0, 0.0, 0.0));
@@ -242,7 +242,7 @@ fn nothing_clicks_when_gears_horn_contacts_tones_and_cars_change_at_once() {
 }
 
 #[test]
-fn a_contact_thumps_and_another_advice_rings_once() {
+fn a_contact_thumps_and_a_change_of_advice_rings_once() {
     let mut mixer = Mixer::new(&only(|l| (l.horn_db, l.tone_db) = (0.0, 0.0)), RATE);
     let mut half = vec![[0.0; 2]; 24_000];
     let mut after = |hear: &SoundScene| {
@@ -266,7 +266,7 @@ fn a_contact_thumps_and_another_advice_rings_once() {
     assert!(amplitude(&asked, 440.0) > 0.01 && amplitude(&asked, 740.0) < 1e-3, "another tone than that of advice");
 }
 
-/// A driven world: engine floored, then braked, with a listener.
+/// Returns the scenes of a drive with full throttle, then none.
 fn listened(scenario: &Scenario, ticks: usize) -> Vec<SoundScene> {
     let mut world = World::new(scenario).unwrap();
     let mut listener = Listener::new(scenario.advice_tone);
@@ -282,7 +282,7 @@ fn listened(scenario: &Scenario, ticks: usize) -> Vec<SoundScene> {
 }
 
 #[test]
-fn a_drive_is_heard_speed_engine_cars_contact_and_only_changed_advice() {
+fn speed_engine_vehicles_contacts_and_changed_advice_are_heard() {
     let scenario =
         Scenario { traffic: EngineChoice::Native, policy: "constant".into(), hold_s: 0.1, ..Scenario::default() };
     let with_tone = listened(&Scenario { advice_tone: true, ..scenario.clone() }, 700);
@@ -298,10 +298,10 @@ fn a_drive_is_heard_speed_engine_cars_contact_and_only_changed_advice() {
 }
 
 #[test]
-fn a_car_keeps_its_place_among_those_that_are_heard() {
+fn a_vehicle_keeps_its_place_while_it_is_heard() {
     let scenario = Scenario { traffic: EngineChoice::Native, ..Scenario::default() };
     let heard = listened(&scenario, 600);
-    // A car moves by less than a metre in a tick; another one in its place would be a jump.
+    // A vehicle moves by less than a metre in a tick; another one in its place would be a jump.
     for pair in heard.windows(2) {
         for (a, b) in pair[0].near.iter().zip(&pair[1].near) {
             if let (Some(a), Some(b)) = (a, b) {

@@ -1,19 +1,19 @@
-//! Other cars near by. In: where each is in the own car's axes, and how fast. Out: samples, left and right: level by distance
-//! and speed, side by bearing, duller from behind.
+//! Other vehicles nearby. In: their positions in the ego's axes, and their speeds. Out: samples, left and right: level
+//! by distance and speed, side by bearing, duller from behind.
 
 use super::{NearbyVehicle, filtered_noise::FilteredNoise, smoothing::SmoothedValue};
 
-/// Distance at which a car has its full level, metres; beyond it the level falls with the distance.
+/// Distance up to which a vehicle has its full level, m; beyond it the level is inversely proportional to the distance.
 const NEAR_M: f32 = 3.0;
-/// Most of a car's sound that one ear alone gets: the head stands between, no wall.
+/// Largest share of the panning, below 1: the head muffles the sound at the far ear but does not block it.
 const WIDTH: f32 = 0.85;
 
-/// One other car.
+/// Sound of one other vehicle.
 pub struct OtherVoice {
     rate_hz: f32,
     tyres: FilteredNoise,
     phase: f32,
-    /// Firing of its engine at a standstill, Hz: no two cars hum alike.
+    /// Firing frequency of its engine at a standstill, Hz; different for each voice.
     idle_hz: f32,
     hum_hz: SmoothedValue,
     hum: SmoothedValue,
@@ -23,7 +23,7 @@ pub struct OtherVoice {
 }
 
 impl OtherVoice {
-    /// Voice number `index`, silent.
+    /// Creates voice number `index`, silent.
     pub fn new(index: usize, rate_hz: f32) -> Self {
         let glide = |value| SmoothedValue::new(value, 0.06, rate_hz);
         let idle_hz = 26.0 + 1.7 * index as f32;
@@ -40,7 +40,7 @@ impl OtherVoice {
         }
     }
 
-    /// The next sample, left and right; `None` fades out where it is.
+    /// Returns the next sample, left and right; `None` fades out in place.
     pub fn next(&mut self, car: Option<&NearbyVehicle>) -> [f32; 2] {
         let (mut hum, mut hiss) = (0.0, 0.0);
         if let Some(car) = car {

@@ -1,5 +1,6 @@
-//! A spoken text to a device. In: a WAV file in memory. Out: what the device plays, once, and how far that is. Opening and closing happen
-//! on a thread of their own, as a speaker's; without a device nothing is heard, and the reason is told.
+//! Playback of a spoken text. In: a WAV file in memory. Out: its sound on the device, once, and the progress. The
+//! device is opened and closed on a thread of its own, as in [`Speaker`](super::Speaker); without a device the status
+//! has the reason.
 
 use super::speaker::{self, SpeakerFault};
 use hound::WavReader;
@@ -14,24 +15,25 @@ use std::{
     time::Duration,
 };
 
-/// How often the thread looks whether the text is over; and how long a device may still play what it has taken.
+/// Interval at which the thread checks for the end of the text, and the time that a device may still need to play its
+/// buffer.
 const LOOK: Duration = Duration::from_millis(20);
 const TAIL: Duration = Duration::from_millis(150);
 
-/// How far a spoken text is.
+/// Progress of a spoken text.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VoiceStatus {
     /// The device is being opened.
     Opening,
-    /// It is heard.
+    /// The text is playing.
     Playing,
-    /// It was heard to its end.
+    /// The text was played to its end.
     Ended,
-    /// It is not heard, and why.
+    /// The text cannot be played, with the reason.
     Failed(String),
 }
 
-/// Why a text is not heard.
+/// Reason that a text cannot be played.
 #[derive(Debug, thiserror::Error)]
 enum VoiceFault {
     #[error("{0}")]
@@ -40,7 +42,7 @@ enum VoiceFault {
     File(#[from] hound::Error),
 }
 
-/// A text that is spoken; dropping it ends it.
+/// A text that is being played; dropping it stops the playback.
 pub struct Voice {
     status: Arc<Mutex<VoiceStatus>>,
     close: Option<Sender<()>>,
@@ -48,7 +50,7 @@ pub struct Voice {
 }
 
 impl Voice {
-    /// Begins to speak in a while.
+    /// Starts the playback on a thread of its own; the device opens a little later.
     pub fn play(wav: Arc<[u8]>) -> Self {
         let status = Arc::new(Mutex::new(VoiceStatus::Opening));
         let (close, closed) = mpsc::channel::<()>();
@@ -74,7 +76,7 @@ impl Voice {
         Self { status, close: Some(close), thread }
     }
 
-    /// How far it is.
+    /// Returns the current progress.
     pub fn status(&self) -> VoiceStatus {
         self.status.lock().map_or(VoiceStatus::Ended, |status| status.clone())
     }
@@ -107,7 +109,7 @@ fn start(wav: &[u8], over: Arc<AtomicBool>) -> Result<cpal::Stream, VoiceFault> 
     })?)
 }
 
-/// The samples of a file, left and right, as shares of full scale.
+/// Samples of a file, left and right, as shares of full scale.
 #[derive(Clone, Debug)]
 struct WavSamples {
     rate_hz: u32,
@@ -126,10 +128,10 @@ impl WavSamples {
     }
 }
 
-/// A text at the rate of a device: samples between two of the file's are on the line between them.
+/// Playback of a text at the rate of a device, by linear interpolation between the file's samples.
 struct Playback {
     text: WavSamples,
-    /// The next sample, counted in the file's.
+    /// Position of the next sample, in samples of the file.
     at: f64,
     step: f64,
 }
@@ -140,7 +142,7 @@ impl Playback {
         Self { text, at: 0.0, step }
     }
 
-    /// What follows; silence after the end. False once the end has been reached.
+    /// Fills `out` with the next samples, and silence after the end. Returns false once the end has been reached.
     fn fill(&mut self, out: &mut [[f32; 2]]) -> bool {
         let samples = &self.text.samples;
         for sample in out {
@@ -169,9 +171,9 @@ mod tests {
     }
 
     #[test]
-    fn a_text_is_played_at_the_rate_of_the_device_to_its_end_and_then_there_is_silence() {
+    fn a_text_plays_at_the_devices_rate_to_its_end_then_silence_follows() {
         let text = WavSamples::read(&wav(2, 24_000, &[0, 16_384, 16_384, 0, -16_384, -32_768])).unwrap();
-        // Twice as many samples: each second one is half way between its neighbours.
+        // Twice as many samples: every second one is half way between its neighbours.
         let mut playback = Playback::new(text, 48_000);
         let mut out = [[9.0; 2]; 5];
         assert!(playback.fill(&mut out));

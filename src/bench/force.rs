@@ -1,5 +1,5 @@
-//! Pace of the force thread while pictures are drawn as fast as they can be. In: a drive that is ready to be drawn. Out: how
-//! far the times from turn to turn are from their period.
+//! Pace of the force thread while pictures are drawn at full speed. In: a drive ready to be drawn. Out: deviation of the
+//! thread's turns from their period.
 
 use super::{DrawnDrive, TimeStatistics, now};
 use crate::{
@@ -20,18 +20,18 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How the force thread kept its pace.
+/// Pace of the force thread.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ForceTimes {
-    /// Its period, milliseconds.
+    /// Period of the thread, ms.
     pub period_ms: f64,
-    /// How far the time from turn to turn was from the period.
+    /// Deviation of the time between turns from the period.
     pub jitter: TimeStatistics,
-    /// Median of the pictures that were drawn meanwhile, milliseconds.
+    /// Median time of the pictures drawn meanwhile, ms.
     pub frame_ms: f64,
 }
 
-/// Takes forces and keeps the times of the thread's turns.
+/// Force device that ignores forces and keeps the times of the thread's turns.
 #[derive(Clone, Default)]
 struct TurnTimes(Arc<Mutex<Vec<Instant>>>);
 
@@ -47,10 +47,10 @@ impl ForceDevice for TurnTimes {
     fn end(&mut self) {}
 }
 
-/// Measures over `seconds` of simulation, 60 pictures in each. `None` where there is no thread to be had.
+/// Measures over `seconds` of simulation, with 60 pictures in each. Returns `None` if the thread cannot start.
 ///
 /// # Errors
-/// The drive cannot go on or the device is lost.
+/// The drive cannot continue, or the graphics device is lost.
 pub fn force(picture: &mut DrawnDrive, seconds: f64, size: [u32; 2]) -> Result<Option<ForceTimes>, RunError> {
     let Ok(profile) = profiles::named("g29") else { return Ok(None) };
     let watch = TurnTimes::default();

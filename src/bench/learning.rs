@@ -1,6 +1,6 @@
-//! Measurements of training on this machine. In: nothing. Out: [`LearningTimes`]: the fast ring on one core, bare, under a policy
-//! and under one that asks who drives, and an update of TRPO and an iteration of training at the sizes that peers are measured
-//! with (`benches/peers`).
+//! Measurements of training on this machine. In: nothing. Out: [`LearningTimes`]. The fast ring is measured on one core: bare,
+//! under a policy, and under a policy that estimates the driver. A TRPO update and a training iteration are measured at the
+//! sizes of the comparisons with other programs (`benches/peers`).
 
 use super::{TimeStatistics, now};
 use crate::{
@@ -20,34 +20,35 @@ use crate::{
 };
 use serde::Serialize;
 
-/// What was measured of training.
+/// Results of the measurement of training.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LearningTimes {
-    /// Steps of rings of 22 cars a second on one core, noise included.
+    /// Steps of rings of 22 vehicles per second on one core, noise included.
     pub ring_steps_per_s: f64,
-    /// The same times 22.
+    /// Updates of single vehicles per second: ring steps times 22.
     pub vehicle_updates_per_s: f64,
-    /// Vehicle updates a second on one core in rollouts of a policy of 64-64 that decides each second.
+    /// Vehicle updates per second on one core, in rollouts of a 64-64 policy that decides each second.
     pub rollout_updates_per_s: f64,
-    /// The same of a policy that asks who drives: a gated recurrent unit watches each driver.
+    /// Vehicle updates per second in such rollouts of a policy that estimates the driver, with a gated recurrent unit for each
+    /// driver.
     pub asking_rollout_updates_per_s: f64,
-    /// An update at batch 16,000, nets 64-64, policy and value, on one core.
+    /// Update at batch 16,000, nets 64-64, policy and value, on one core.
     pub update_one_core: TimeStatistics,
-    /// The same on all cores.
+    /// The update on all cores.
     pub update: TimeStatistics,
-    /// An iteration at batch 16,000 and hold 1 s with its 16,000 seconds of driving, on all cores.
+    /// Iteration at batch 16,000 and hold 1 s with its 16,000 seconds of driving, on all cores.
     pub iteration: TimeStatistics,
-    /// Number of cores.
+    /// Number of cores used.
     pub cores: usize,
 }
 
-/// Cars of a ring, rings side by side.
+/// Number of vehicles of a ring.
 const CARS: usize = 22;
 const BLOCKS: usize = 16;
-/// Decisions of an update.
+/// Number of decisions of an update.
 const BATCH: usize = 16_000;
 
-/// Measures training; about ten seconds.
+/// Measures training; takes about ten seconds.
 pub fn learning() -> LearningTimes {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let ring_steps_per_s = rings();
@@ -66,7 +67,7 @@ pub fn learning() -> LearningTimes {
     }
 }
 
-/// 256 rings, block by block as training runs them; the median of nine runs.
+/// Returns the ring steps per second of 256 rings, run block by block as in training; median of nine runs.
 fn rings() -> f64 {
     const STEPS: usize = 500;
     let start = RingStart::bunched(CARS, 250.0, IdmParams::default(), 1);
@@ -85,7 +86,7 @@ fn rings() -> f64 {
     (BLOCKS * LANES * STEPS) as f64 / (TimeStatistics::of(times).median_us * 1e-6)
 }
 
-/// Rollouts of blocks of sixteen rings as training runs them, vehicle updates a second; the median of nine runs.
+/// Returns the vehicle updates per second in rollouts of blocks of sixteen rings, run as in training; median of nine runs.
 fn rollouts(asks: bool) -> f64 {
     const DECISIONS: usize = 50;
     let mut config = TrainConfig::default();
@@ -112,7 +113,7 @@ fn rollouts(asks: bool) -> f64 {
     steps * CARS as f64 / (TimeStatistics::of(times).median_us * 1e-6)
 }
 
-/// Policy and value, five passes over the batch as training makes them.
+/// Measures updates of policy and value, with the passes over the batch that training makes.
 fn update(n: usize) -> TimeStatistics {
     let config = TrainConfig::default();
     let shape = PolicyShape { net: Shape::new(&[4, 64, 64, 1]), family: Family::Normal };
@@ -150,7 +151,7 @@ fn update(n: usize) -> TimeStatistics {
     TimeStatistics::of(times)
 }
 
-/// Iterations of a training, without the judging.
+/// Measures iterations of a training, without evaluations.
 fn iteration(n: usize) -> TimeStatistics {
     let config = TrainConfig { judge_every: 1_000_000, ..TrainConfig::default() };
     let mut learner = Learner::new(&config);

@@ -1,5 +1,5 @@
-//! Measurements of this program on this machine. In: a scenario. Out: medians and percentiles. Nothing here is ever
-//! asserted in a test: timings belong to whoever asks for them.
+//! Measurements of this program on this machine. In: a scenario. Out: medians and percentiles. No test asserts them: timings
+//! depend on the machine and its load.
 
 mod force;
 mod learning;
@@ -18,23 +18,20 @@ pub use simulation::{SimulationReport, SumoTimes, simulation};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Times of one thing, microseconds.
+/// Statistics of repeated times, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TimeStatistics {
-    /// Smallest.
     pub min_us: f64,
-    /// Median.
     pub median_us: f64,
-    /// 99th percentile.
+    /// 99th percentile of the times.
     pub p99_us: f64,
-    /// Largest.
     pub max_us: f64,
-    /// How many were taken.
+    /// Number of times measured.
     pub samples: usize,
 }
 
 impl TimeStatistics {
-    /// Of a non-empty list of durations.
+    /// Returns the statistics of a list of durations, which must not be empty.
     pub fn of(mut samples: Vec<Duration>) -> Self {
         samples.sort();
         let at = |share: f64| samples[((samples.len() - 1) as f64 * share).round() as usize].as_secs_f64() * 1e6;
@@ -42,12 +39,12 @@ impl TimeStatistics {
     }
 }
 
-/// Largest memory that this process has had, megabytes; `None` where the system does not tell.
+/// Returns the peak memory of this process, MiB; `None` if the system does not report it.
 pub fn peak_memory_mb() -> Option<f64> {
     memory_mb("VmHWM:")
 }
 
-/// Memory that this process has now, megabytes; `None` where the system does not tell.
+/// Returns the present memory of this process, MiB; `None` if the system does not report it.
 fn present_memory_mb() -> Option<f64> {
     memory_mb("VmRSS:")
 }
@@ -58,7 +55,7 @@ fn memory_mb(name: &str) -> Option<f64> {
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
-/// The program's own file with all that is built in, megabytes; `None` where the system does not tell.
+/// Returns the size of the program's own file, with all that is built in, MB; `None` if it cannot be read.
 pub fn program_mb() -> Option<f64> {
     let file = std::fs::metadata(std::env::current_exe().ok()?).ok()?;
     Some(file.len() as f64 / 1e6)

@@ -1,6 +1,6 @@
-//! A step of SUMO on a road network with a thousand vehicles, and the reading of a network of ten thousand edges. In: SUMO's netgenerate,
-//! which makes junctions in rows with signals. Out: [`SumoTimes`]: the step alone, and with all vehicles and signals read;
-//! [`NetworkLoading`].
+//! SUMO on a road network: a step with a thousand vehicles, and the reading of a network of ten thousand edges. In: SUMO's
+//! netgenerate, which makes grids of junctions with signals. Out: [`SumoTimes`], the step alone and with all vehicles and
+//! signals read; and [`NetworkLoading`].
 
 use super::{TimeStatistics, now, simulation::SumoTimes};
 use crate::{
@@ -23,29 +23,29 @@ use std::{
     time::Duration,
 };
 
-/// Vehicles that come, ten a second, and steps in which they do: by then about a thousand are there.
+/// Number of vehicles that enter, ten a second, and number of steps before the measurement; about a thousand are then present.
 const TRIPS: usize = 1500;
 const FILL_STEPS: usize = 1600;
-/// Steps that are measured, bare ones and whole ones in turn, so that a change of the machine's speed and of traffic meets both.
+/// Number of measured pairs of a bare and a full step, taken in turn so that changes of machine speed and traffic affect both.
 const PAIRS: usize = 400;
-/// Pairs of which a ratio is made.
+/// Number of pairs in each ratio.
 const BLOCK: usize = 20;
 
-/// How long a network takes to be read.
+/// Time to read a network.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NetworkLoading {
-    /// Edges, insides of junctions not counted.
+    /// Number of edges outside junctions.
     pub edges: usize,
-    /// Its file, megabytes.
+    /// Size of the file, MB.
     pub file_mb: f64,
-    /// From the file to the network, all derived tables included.
+    /// Time from the file to the network, including all derived tables, s.
     pub seconds: f64,
 }
 
-/// Reads 51 by 51 junctions with signals and two lanes each way.
+/// Reads a network of 51 by 51 junctions with signals and two lanes each way.
 ///
 /// # Errors
-/// SUMO's netgenerate is not here.
+/// SUMO's netgenerate is missing.
 pub fn network_loading() -> Result<NetworkLoading, TrafficError> {
     in_folder(|folder| {
         let file = netgenerate(folder, &["--grid.number", "51", "--grid.length", "100", "-j", "traffic_light"])?;
@@ -58,21 +58,21 @@ pub fn network_loading() -> Result<NetworkLoading, TrafficError> {
     })
 }
 
-/// Measures it; how many vehicles there were on average.
+/// Measures a step of SUMO on a network. Returns the times and the mean number of vehicles.
 ///
 /// # Errors
-/// SUMO or its programs are not here.
+/// SUMO or its programs are missing.
 pub fn network_step() -> Result<(SumoTimes, f64), TrafficError> {
     in_folder(|folder| measure(&grid(folder)?))
 }
 
-/// What is done in a folder that is gone afterwards.
+/// Does some work in a temporary folder.
 fn in_folder<T>(work: impl FnOnce(&Path) -> Result<T, TrafficError>) -> Result<T, TrafficError> {
     let folder = TemporaryFolder::new().map_err(|error| TrafficError::Setup(error.to_string()))?;
     work(folder.path())
 }
 
-/// A grid by SUMO's netgenerate with these options, two lanes each way.
+/// Makes a grid by SUMO's netgenerate with these options, two lanes each way. Returns the network file.
 fn netgenerate(folder: &Path, options: &[&str]) -> Result<PathBuf, TrafficError> {
     let home = sumo::home()?;
     let net_file = folder.join("grid.net.xml");
@@ -96,7 +96,7 @@ fn measure(setup: &NetworkSetup) -> Result<(SumoTimes, f64), TrafficError> {
     let (mut bare, mut full, mut vehicles) = (Vec::new(), Vec::new(), 0);
     for _ in 0..PAIRS {
         bare.push(timed(|| traffic.bare_step())?);
-        // Whoever came or went in the bare step.
+        // Reads the vehicles that entered or left in the bare step.
         traffic.read()?;
         full.push(timed(|| traffic.step(&[]))?);
         vehicles += traffic.vehicles().len();
@@ -121,7 +121,7 @@ fn timed(call: impl FnOnce() -> Result<(), TrafficError>) -> Result<Duration, Tr
     Ok(start.elapsed())
 }
 
-/// Ten by ten junctions with signals, 200 m apart, two lanes each way, and trips from side to side.
+/// Makes a grid of ten by ten junctions with signals, 200 m apart, two lanes each way, and trips from side to side.
 fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
     let net_file = netgenerate(
         folder,
@@ -138,7 +138,7 @@ fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
     )?;
     let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", folder.display()));
     let network = Network::load(&net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
-    // Edges are named by the junctions at their ends: those that come in from a side, and those that lead out to one.
+    // Edges are named by the junctions at their ends; those of interest start or end at a side.
     let sides = ["left", "right", "top", "bottom"];
     let starts = |id: &&String| sides.iter().any(|side| id.starts_with(side));
     let edges = || network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal).map(|edge| &edge.id);

@@ -1,5 +1,5 @@
-//! Pictures: from the start to the first one, every view at every size, and a drive of minutes with its hitches. In: a
-//! scenario. Out: times, and what the device's memory holds.
+//! Pictures: start-up to the first picture, every view at every size, and a drive of minutes with its hitches. In: a scenario.
+//! Out: times, and the memory in use on the device.
 
 use super::{TimeStatistics, now, present_memory_mb};
 use crate::{
@@ -13,23 +13,23 @@ use crate::{
 use serde::Serialize;
 use std::time::Duration;
 
-/// Sizes of the pictures that are measured, smallest first.
+/// Sizes of the measured pictures, pixels, smallest first.
 pub const SIZES: [[u32; 2]; 4] = [[640, 360], [1280, 720], [1920, 1080], [3840, 2160]];
 
-/// From nothing to the first picture, milliseconds.
+/// Times of the start-up to the first picture, ms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StartupTimes {
-    /// Map, traffic, ego.
+    /// World: map, traffic and ego.
     pub world_ms: f64,
-    /// Graphics device.
+    /// Opening of the graphics device.
     pub device_ms: f64,
-    /// Road, land, trees, models.
+    /// Static scene: road, land, trees and models.
     pub stage_ms: f64,
-    /// Pipelines, textures, upload.
+    /// Renderer: pipelines, textures and upload.
     pub renderer_ms: f64,
-    /// The first picture, read back.
+    /// First picture, until the device is done.
     pub frame_ms: f64,
-    /// All of it.
+    /// Sum of all parts.
     pub total_ms: f64,
 }
 
@@ -40,61 +40,62 @@ pub struct FrameTimes {
     pub view: &'static str,
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Level of quality.
+    /// Quality level of the scenario.
     pub quality: QualityLevel,
-    /// Draw and wait until the device is done.
+    /// Times to draw a picture and wait until the device is done.
     pub times: TimeStatistics,
-    /// Last frame's shadow, main, mirror and develop pass on the device, milliseconds, where it has timestamps.
+    /// Last frame's shadow, main, mirror and tone-mapping pass on the device, ms; `None` without device timestamps.
     pub passes: Option<[f32; 4]>,
-    /// What textures and buffers take on the device, megabytes, where the driver tells.
+    /// Memory of textures and buffers on the device, MB; `None` if the driver does not report it.
     pub device_mb: Option<f64>,
 }
 
-/// A drive of minutes in real time, or faster where a picture takes less than a sixtieth of a second.
+/// Times of a drive of minutes in real time, or faster if a picture takes less than a sixtieth of a second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DriveTimes {
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Seconds of simulation.
+    /// Simulated time of the drive, s.
     pub seconds: f64,
-    /// Simulation and picture of each frame, until the device is done.
+    /// Times of simulation and picture of each frame, until the device is done.
     pub times: TimeStatistics,
-    /// Frames that took more than twice the median.
+    /// Number of frames that took more than twice the median.
     pub hitches: usize,
-    /// Memory that the process took between the first picture and the last one, megabytes, where the system tells.
+    /// Growth of the process's memory from the first picture to the last, MiB; `None` if the system does not report it.
     pub grown_mb: Option<f64>,
 }
 
-/// A drive ready to be drawn.
+/// Drive ready to be drawn.
 pub struct DrawnDrive {
     gpu: Gpu,
     run: OfflineDrive,
     stage: StaticScene,
     renderer: Renderer,
     instruments: Speedometer,
-    /// What is drawn onto, and its size.
+    /// Texture to draw on, and its size in pixels.
     target: Option<(wgpu::TextureView, [u32; 2])>,
 }
 
-/// How cost grows with what exists: 40 cars and 5,000 trees on ring-641 over 22 cars and 1,000 trees on ring-250.
+/// Growth of the cost with the contents: 40 vehicles and 5,000 trees on ring-641 against 22 vehicles and 1,000 trees on
+/// ring-250.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CostGrowth {
     /// Name of the view.
     pub view: &'static str,
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Median of a picture of the small place, milliseconds.
+    /// Median time of a picture of the small scene, ms.
     pub small_ms: f64,
-    /// Of the large one.
+    /// Median time of a picture of the large scene, ms.
     pub large_ms: f64,
-    /// Median of large over small, of pictures taken in turn.
+    /// Median ratio of large to small, of pictures drawn in turn.
     pub ratio: f64,
 }
 
-/// Draws the small and the large place in turn, `n` times each.
+/// Draws the small and the large scene in turn, `n` times each, in two views.
 ///
 /// # Errors
-/// As [`startup`] and [`DrawnDrive::frames`].
+/// As in [`startup`] and [`DrawnDrive::frames`].
 pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<CostGrowth>, RunError> {
     let place = |map: &str, vehicles, trees| {
         let (map, traffic) = (map.into(), EngineChoice::Native);
@@ -131,10 +132,10 @@ pub fn growth(scenario: &Scenario, size: [u32; 2], n: u32) -> Result<Vec<CostGro
     Ok(rows)
 }
 
-/// Starts as `codrive drive` does, up to the first picture. The drive has no end: what is measured says how long it lasts.
+/// Starts as `codrive drive` does, up to the first picture. The drive has no end; the measurements limit it.
 ///
 /// # Errors
-/// The world cannot start or there is no graphics adapter.
+/// The world cannot start, or there is no graphics adapter.
 pub fn startup(scenario: &Scenario) -> Result<(StartupTimes, DrawnDrive), RunError> {
     let scenario = &Scenario { duration_s: 0.0, ..scenario.clone() };
     let mut laps = vec![now()];
@@ -163,11 +164,11 @@ pub fn startup(scenario: &Scenario) -> Result<(StartupTimes, DrawnDrive), RunErr
 }
 
 impl DrawnDrive {
-    /// Draws each of `views` at every size `n` times, a step of the drive before each; one more before, not counted, for
-    /// everything that is made at a first use.
+    /// Draws each of `views` at every size `n` times, one step of the drive before each. One picture more, before these and not
+    /// counted, sets up resources of the first use.
     ///
     /// # Errors
-    /// The drive cannot go on or the device is lost.
+    /// The drive cannot continue, or the graphics device is lost.
     pub fn frames(
         &mut self,
         views: &[(&'static str, ViewKind)],
@@ -192,12 +193,12 @@ impl DrawnDrive {
         Ok(rows)
     }
 
-    /// Drives on for `seconds` of simulation and draws the driver's view as a window
-    /// would: 60 times in each, or as often as this machine can, each picture as much later as the one before took.
-    /// `progress` hears the share that is done.
+    /// Drives on for `seconds` of simulation and draws the driver's view as a window would: 60 pictures a second, or as many as
+    /// this machine can. Each picture advances the drive by the time that the one before took. Calls `progress` with the
+    /// completed share.
     ///
     /// # Errors
-    /// As [`DrawnDrive::frames`].
+    /// As in [`DrawnDrive::frames`].
     pub fn drive(
         &mut self,
         seconds: f64,
@@ -224,12 +225,12 @@ impl DrawnDrive {
         Ok(DriveTimes { size, seconds: driven_s, times: all, hitches, grown_mb })
     }
 
-    /// The adapter, in words.
+    /// Returns the description of the graphics adapter.
     pub fn adapter(&self) -> String {
         self.gpu.description()
     }
 
-    /// Draws one picture and waits until the device is done, as a window would that shows every frame.
+    /// Draws one picture and waits until the device is done, as a window that shows every frame would.
     fn draw(&mut self, kind: ViewKind, size: [u32; 2]) -> Result<Duration, RunError> {
         let world = self.run.world();
         if self.target.as_ref().is_none_or(|(_, old)| *old != size) {
@@ -250,7 +251,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_drive_of_minutes_lasts_longer_than_a_scenario() {
+    fn a_measured_drive_may_last_longer_than_its_scenario() {
         let scenario = Scenario {
             traffic: EngineChoice::Native,
             duration_s: 0.2,

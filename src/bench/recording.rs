@@ -1,5 +1,5 @@
-//! What recording costs the loop. In: a scenario. Out: time of the recorder's side of a tick: its rows, its frame's row, and
-//! twice or so a second the batch that is handed to the writing thread. The disk is that thread's affair.
+//! Cost of recording in the drive loop. In: a scenario. Out: time of the recorder's part of a tick: its rows, its frame's row,
+//! and a few times a second the hand-over of a batch to the writing thread. The time of the disk is not included.
 
 use super::{TimeStatistics, now};
 use crate::{
@@ -13,17 +13,17 @@ use crate::{
 };
 use std::time::Duration;
 
-/// The 99th percentile that the project asks for, microseconds.
+/// Limit for the 99th percentile, microseconds.
 pub const RECORDER_LIMIT_US: f64 = 50.0;
 
-/// Ticks that are measured, and ticks from one batch to the next: as a window has it, every 0.4 s.
+/// Number of measured ticks, and of ticks between two flushes (0.4 s).
 const TICKS: u64 = 4000;
 const BATCH: u64 = 40;
 
-/// Records a drive in a folder of its own, which goes again.
+/// Measures the recorder in a temporary folder.
 ///
 /// # Errors
-/// The scenario cannot be simulated, or the folder for temporary files refuses.
+/// The scenario cannot be simulated, or the temporary folder cannot be made.
 pub fn recording(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
     let native = Scenario { traffic: EngineChoice::Native, ..scenario.clone() };
     let mut world = World::new(&native)?;
@@ -47,7 +47,8 @@ fn record(world: &mut World, folder: &std::path::Path) -> Result<TimeStatistics,
             recorder.flush()?;
         }
         times.push(begin.elapsed());
-        // A drive hands over far slower than this loop: the queue is never full, and the thread works beside the ticks.
+        // This loop is far faster than a drive: waiting here keeps the queue from filling, while the thread works beside the
+        // ticks.
         while recorder.writer_status().waiting()[0] > 4 {
             std::thread::sleep(Duration::from_millis(1));
         }

@@ -1,4 +1,4 @@
-//! What needs no graphics: steps of the traffic engines, ticks of the ego and of the whole world. In: a scenario. Out: a
+//! Simulation without graphics: steps of the traffic engines, ticks of the ego and of the whole world. In: a scenario. Out: a
 //! [`SimulationReport`].
 
 use super::{
@@ -19,35 +19,36 @@ use crate::{
 use serde::Serialize;
 use std::{sync::Arc, time::Duration};
 
-/// SUMO's step alone, and with the ego told and all states read.
+/// Times of SUMO's step: alone, and with the ego's pose sent and all states read.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SumoTimes {
-    /// The engine.
+    /// Traffic engine and its version.
     pub engine: String,
-    /// `simulationStep` alone.
+    /// Times of `simulationStep` alone.
     pub bare: TimeStatistics,
-    /// The step as a drive makes it: pose and speed of the ego in, states of all cars out.
+    /// Times of a step as in a drive: pose and speed of the ego in, states of all vehicles out.
     pub full: TimeStatistics,
-    /// Median of full over bare, of blocks taken in turn.
+    /// Median ratio of full to bare, of blocks taken in turn.
     pub ratio: f64,
 }
 
-/// What was measured without graphics.
+/// Results of the measurements without graphics.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SimulationReport {
-    /// SUMO; `None` where it is not here.
+    /// Times of SUMO on a ring; `None` if SUMO is not on this machine.
     pub sumo_step: Option<SumoTimes>,
-    /// SUMO on a network of ten by ten junctions, and how many vehicles there were; `None` where it is not here.
+    /// Times of SUMO on a network of ten by ten junctions, and the mean number of vehicles; `None` if SUMO is not on this
+    /// machine.
     pub network_step: Option<(SumoTimes, f64)>,
-    /// Reading a network of ten thousand edges; `None` where SUMO is not here to make one.
+    /// Time to read a network of ten thousand edges; `None` if SUMO is not on this machine to make one.
     pub network_loading: Option<NetworkLoading>,
-    /// A step of the native engine.
+    /// Time of a step of the native engine.
     pub native_step: TimeStatistics,
-    /// A tick of the ego's physics among all cars.
+    /// Time of a tick of the ego's physics among all vehicles.
     pub ego_tick: TimeStatistics,
-    /// A tick of the whole world, traffic, policy and simulated driver included.
+    /// Time of a tick of the whole world, including traffic, policy and simulated driver.
     pub world_tick: TimeStatistics,
-    /// Seconds of simulation in a second of wall time, at full speed.
+    /// Simulated seconds per second of wall time, at full speed.
     pub times_real_time: f64,
 }
 
@@ -72,7 +73,7 @@ pub fn simulation(scenario: &Scenario) -> Result<SimulationReport, RunError> {
     })
 }
 
-/// A measurement of SUMO; `None`, with a warning, where that is not on this machine.
+/// Passes on a measurement of SUMO; `None`, with a warning, if SUMO is not on this machine.
 fn if_here<T>(times: Result<T, WorldError>) -> Result<Option<T>, WorldError> {
     match times {
         Ok(times) => Ok(Some(times)),
@@ -100,12 +101,12 @@ fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
     })
 }
 
-/// Blocks of bare and full steps in turn, so that a change of the machine's speed meets both: short ones, of which most are over
-/// before another program has its turn.
+/// Measures bare and full steps in alternating blocks, so that changes of machine speed affect both. The blocks are short, so
+/// that most end before another program gets the processor.
 fn sumo(scenario: &Scenario) -> Result<SumoTimes, WorldError> {
     const BLOCKS: usize = 2000;
     const STEPS: u32 = 10;
-    // Without noise, whose setPreviousSpeed a bare step lacks by its nature.
+    // Without noise: a bare step lacks the noise's setPreviousSpeed.
     let quiet = Scenario { idm: crate::idm::IdmParams { noise: 0.0, ..scenario.idm }, ..scenario.clone() };
     let mut traffic = SumoTraffic::start(setup(&quiet)?)?;
     for _ in 0..20 * STEPS {
@@ -114,7 +115,8 @@ fn sumo(scenario: &Scenario) -> Result<SumoTimes, WorldError> {
     let (mut bare, mut full) = (Vec::new(), Vec::new());
     for _ in 0..BLOCKS {
         bare.push(timed(STEPS, || traffic.bare_step())?);
-        // After bare steps, all that was read is out of date and is read anew, which a drive, whose steps are all full, never meets.
+        // A bare step leaves all subscriptions out of date; the next step reads them anew. In a drive all steps are full, so
+        // this one is not measured.
         traffic.step(&[])?;
         full.push(timed(STEPS, || traffic.step(&[]))?);
     }
@@ -133,7 +135,7 @@ fn native_steps(scenario: &Scenario) -> Result<TimeStatistics, WorldError> {
     Ok(TimeStatistics::of(blocks))
 }
 
-/// Mean time of one call in a block of `n`.
+/// Returns the mean time of one call in a block of `n`.
 fn timed<E>(n: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<Duration, E> {
     let start = now();
     for _ in 0..n {

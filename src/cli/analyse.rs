@@ -161,13 +161,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     )))
 }
 
-/// Parts of a folder that are not as they were written or not where they belong.
+/// Returns the parts of a folder that were changed since they were written or lie in the wrong place.
 pub(super) fn disagreements(folder: &Path) -> Result<Vec<String>, CliError> {
     changes(&find(folder)?)
 }
 
-/// Parts that are not as they were written or not where they belong: files of the data set by its list, recordings by their place in it, and by their
-/// own seals.
+/// Returns the parts that were changed or lie in the wrong place. Files of the data set are checked against its list,
+/// recordings against their place in it and their own seals.
 fn changes(holdings: &FolderContents) -> Result<Vec<String>, CliError> {
     let mut found: Vec<String> = Vec::new();
     if let Some(root) = &holdings.root {
@@ -178,20 +178,20 @@ fn changes(holdings: &FolderContents) -> Result<Vec<String>, CliError> {
     let recordings = holdings.found.iter().flat_map(|found| [Some(&found.recording), found.baseline.as_ref()]);
     let recordings: Vec<&PathBuf> = recordings.flatten().collect();
     let of_one = |folder: &&PathBuf| -> Result<Vec<String>, CliError> {
-        // What is still running, or was cut, is refused with its own words.
+        // Running and cut recordings are refused with their own messages.
         record::open(folder)?;
         let changes = record::changes(folder)?;
         let shown = holdings.root.as_deref().and_then(|root| folder.strip_prefix(root).ok()).unwrap_or(folder);
         Ok(changes.iter().map(|change| format!("{}: {}", shown.join(&change.file).display(), change.what)).collect())
     };
     let all: Vec<Vec<String>> = recordings.par_iter().map(of_one).collect::<Result<_, _>>()?;
-    // A file that differs from the list of the data set and from the seals of its recording is named with both.
+    // A file that differs from both the data set's list and its recording's seals is listed with both.
     found.extend(all.into_iter().flatten());
     found.dedup();
     Ok(found)
 }
 
-/// Why nothing is analysed, and what can be done.
+/// Returns the refusal to analyse, with the remedy.
 fn refusal(folder: &Path, changed: &[String]) -> String {
     const MOST: usize = 20;
     let mut lines =

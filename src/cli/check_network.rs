@@ -1,5 +1,5 @@
-//! `codrive check-network`, which no help lists: whether SUMO survives a network and a demand. The program calls itself so before it
-//! takes foreign ones into its own process.
+//! `codrive check-network`, hidden in the help: tries whether SUMO survives a network and a demand. The program runs itself
+//! this way before it loads foreign ones into its own process.
 
 use super::CliError;
 use crate::traffic::{TrafficError, sumo};

@@ -1,5 +1,5 @@
-//! Flags made from a struct's own list of settings: help, unit, limits and defaults are written once. In: the command
-//! line. Out: a checked [`Scenario`], or the changes to another struct of settings.
+//! Flags made from a struct's list of settings: help, unit, limits and defaults are written once. In: the command line. Out: a
+//! checked [`Scenario`], or the changes to another struct of settings.
 
 use super::CliError;
 use crate::{
@@ -18,7 +18,7 @@ use std::{ffi::OsStr, path::PathBuf};
 
 const HEADING: &str = "Scenario";
 
-/// The settings that people change from drive to drive, each with an example; `--help` lists these, `--help-all` all.
+/// Settings that people change from drive to drive, each with an example. `--help` lists these, `--help-all` lists all.
 const COMMON: [(&str, &str); 12] = [
     ("map", "practice"),
     ("vehicles", "18"),
@@ -34,12 +34,12 @@ const COMMON: [(&str, &str); 12] = [
     ("units", "kmh"),
 ];
 
-/// How much `--help` lists.
+/// Settings listed by `--help`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HelpListing {
-    /// The settings that people change from drive to drive.
+    /// Settings that people change from drive to drive.
     Common,
-    /// All.
+    /// All settings of the scenario.
     All,
 }
 
@@ -61,7 +61,7 @@ pub fn add(command: Command, listing: HelpListing) -> Command {
     let short = all.mut_args(|arg| {
         let id = arg.get_id().as_str().to_owned();
         let example = COMMON.iter().find(|(path, _)| *path == id);
-        // Who drives is asked where nobody sits in the car.
+        // `--driver` matters only in commands without a person at the wheel.
         let is_shown = example.is_some() || id == "scenario" || (id == "driver" && name != "drive");
         if arg.get_help_heading() != Some(HEADING) || is_shown {
             let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
@@ -79,7 +79,7 @@ pub fn add(command: Command, listing: HelpListing) -> Command {
     ))
 }
 
-/// Adds a flag for each of these settings, and one for each table of them.
+/// Adds a flag for each setting outside tables, and one flag for each table.
 pub fn add_fields(command: Command, fields: &[Field], heading: &'static str) -> Command {
     fields.iter().fold(command, |command, field| match field.table() {
         None => command.arg(argument(field).help_heading(heading)),
@@ -126,7 +126,7 @@ fn argument(field: &Field) -> Arg {
     }
 }
 
-/// One of a few words; another is answered with the nearest, which clap's own parser does for longer words alone.
+/// Parser of a choice of words. It suggests the nearest word also for short words, unlike clap's own parser.
 #[derive(Clone)]
 struct WordParser(Vec<String>);
 
@@ -160,7 +160,7 @@ fn value_name(unit: &str) -> &'static str {
     }
 }
 
-/// `--idm v0=30,T=1`: all settings of a table in one flag.
+/// Returns the one flag of all settings of a table, such as `--idm v0=30,T=1`.
 fn table_argument(table: &str, fields: &[Field]) -> Arg {
     let name = table.to_owned();
     let keys: Vec<Field> = fields.iter().filter(|field| field.table() == Some(table)).cloned().collect();
@@ -206,10 +206,10 @@ fn parse_table(text: &str, known: &[Field]) -> Result<Vec<(Field, Value)>, Strin
         .collect()
 }
 
-/// The scenario that the command line asks for.
+/// Returns the scenario that the command line asks for.
 ///
 /// # Errors
-/// The file or a combination of settings is wrong; the message is complete.
+/// A wrong file, or a wrong combination of settings; the message is complete.
 pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
     let base = match matches.get_one::<PathBuf>("scenario") {
         Some(path) => Scenario::from_file(path)?,
@@ -218,7 +218,7 @@ pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
     Ok(base.with(&changes(matches, &Scenario::fields()))?)
 }
 
-/// The settings that the command line names, of those that [`add_fields`] made flags for.
+/// Returns the settings named on the command line, among those that [`add_fields`] made flags for.
 pub fn changes(matches: &ArgMatches, fields: &[Field]) -> Vec<(Field, Value)> {
     let mut changes: Vec<(Field, Value)> = Vec::new();
     let mut tables: Vec<&str> = Vec::new();

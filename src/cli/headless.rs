@@ -1,10 +1,10 @@
-//! What stands in the place of the commands that need a window, a graphics card or devices in a program that is built without
-//! the feature `desktop`. In: arguments. Out: a refusal that names the remedy.
+//! Substitutes for the commands that need a window, a graphics card or devices, in a build without the feature `desktop`. In:
+//! arguments. Out: a refusal with the remedy.
 
 use super::{CliError, HelpListing};
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
-/// What is refused, in words.
+/// Returns the refusal of `what`.
 fn refusal(what: &str) -> CliError {
     CliError::Input(format!(
         "{what} needs what this program was built without: windows, pictures and devices (the cargo feature `desktop`)\n  \
@@ -12,17 +12,17 @@ fn refusal(what: &str) -> CliError {
     ))
 }
 
-/// Kinds of files that a figure becomes.
+/// Image formats of figures.
 pub(super) const FIGURES: &str = "SVG";
 
-/// The commands by name, so that whoever names one is told why it is not here.
+/// Returns hidden commands of these names, so that the refusal can explain what is missing.
 pub(super) fn commands(_: HelpListing) -> Vec<Command> {
     let anything = || Arg::new("anything").num_args(0..).trailing_var_arg(true).allow_hyphen_values(true);
     let command = |name| Command::new(name).hide(true).disable_help_flag(true).arg(anything());
     ["drive", "render", "calibrate", "doctor", "bench"].map(command).into()
 }
 
-/// Refuses a command, if it is one of these.
+/// Refuses a command of [`commands`]; `None` for every other.
 pub(super) fn run(name: &str, _: &ArgMatches) -> Option<Result<(), CliError>> {
     commands(HelpListing::All)
         .iter()
@@ -30,12 +30,12 @@ pub(super) fn run(name: &str, _: &ArgMatches) -> Option<Result<(), CliError>> {
         .then(|| Err(refusal(&format!("codrive {name}"))))
 }
 
-/// No figure is drawn as PNG: the SVG says the same.
+/// Draws no PNG: figures are SVG only.
 pub(super) fn png(_: &str) -> Option<Result<Vec<u8>, std::convert::Infallible>> {
     None
 }
 
-/// Flags that are taken to be refused.
+/// Returns hidden flags that are accepted in order to be refused.
 fn flags(names: &[&'static str]) -> Vec<Arg> {
     let flag = |name: &&'static str| {
         Arg::new(*name).long(*name).hide(true).num_args(0..=1).allow_hyphen_values(true).action(ArgAction::Append)
@@ -48,7 +48,7 @@ fn refuse(names: &[&'static str], matches: &ArgMatches) -> Result<(), CliError> 
     names.iter().find(given).map_or(Ok(()), |name| Err(refusal(&format!("--{name}"))))
 }
 
-/// What `codrive replay` would show and write beside the proof.
+/// Desktop part of `codrive replay`: window, pictures, video and sound.
 pub(super) mod replay {
     use super::{ArgMatches, CliError};
     use crate::replay::{Replay, ReplayReport};
@@ -70,7 +70,7 @@ pub(super) mod replay {
         super::refuse(&FLAGS, matches).err().map(Err)
     }
 
-    /// Nothing is written beside the proof.
+    /// Empty stand-in for the desktop's outputs of a replay.
     pub(in crate::cli) struct Outputs;
 
     impl Outputs {
@@ -90,7 +90,7 @@ pub(super) mod replay {
     }
 }
 
-/// A participant's session.
+/// Desktop part of `codrive study`: a participant's session.
 pub(super) mod session {
     use super::{ArgMatches, CliError};
     use crate::study::{ParticipantCode, Study};

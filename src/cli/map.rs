@@ -1,4 +1,4 @@
-//! `codrive map`: make, import, list and count road networks.
+//! `codrive map`: makes, imports, lists and describes road networks.
 
 use super::{CliError, out};
 use crate::{
@@ -13,11 +13,11 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-/// How long a new map is driven, seconds, and by how many cars.
+/// Duration of the trial drive of a new map, s.
 const TRIAL_S: f64 = 10.0;
-/// See [`TRIAL_S`].
+/// Number of vehicles in the trial drive.
 const TRIAL_VEHICLES: u32 = 4;
-/// A grade that no street has: the steepest ones rise by 35 %.
+/// Grade that no street has, as a ratio; the steepest streets have 0.35.
 const STEEP: f64 = 0.4;
 
 pub(super) fn command() -> Command {
@@ -83,7 +83,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
 }
 
-/// The folder named by `--out`, or the one of this name among the person's own maps.
+/// Returns the folder of `--out`, or a folder of this name among the user's own maps.
 fn folder(matches: &ArgMatches, name: &str) -> Result<PathBuf, CliError> {
     let named = matches.get_one::<PathBuf>("out").cloned();
     named.or_else(|| Some(map::own_folder()?.join(name))).ok_or_else(|| {
@@ -112,7 +112,7 @@ fn circuit(matches: &ArgMatches) -> Result<(), CliError> {
     written(&folder)
 }
 
-/// Loads what was just written and tells about it.
+/// Loads the map just written and describes it.
 fn written(folder: &Path) -> Result<(), CliError> {
     let path = folder.to_string_lossy();
     let made = map::RoadMap::load(&path)?;
@@ -149,8 +149,8 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
     }
 }
 
-/// Drives a new map for some seconds with simulated drivers, and says in words how it went. A map that cannot be driven is kept: a
-/// person can choose another path for it.
+/// Drives a new map for some seconds with simulated drivers and returns the result as text. A map that cannot be driven is
+/// kept: a person can choose another path for it.
 fn trial_drive(map: &str, stop: &AtomicBool) -> String {
     let scenario = Scenario {
         map: map.to_owned(),
@@ -164,7 +164,7 @@ fn trial_drive(map: &str, stop: &AtomicBool) -> String {
             (0, 0) if is_closed => {
                 format!("{:.0} s by {TRIAL_VEHICLES} simulated drivers went well", summary.duration_s)
             }
-            // Who else comes to an open path is said by a demand, and an import has none.
+            // An open path gets other vehicles from a demand only, and an import has none.
             (0, 0) => format!("{:.0} s by a simulated driver alone went well", summary.duration_s),
             (0, _) if grade > STEEP => {
                 format!("a simulated driver left the road: a grade of {:.0} % is too steep for a car", 100.0 * grade)
@@ -176,7 +176,7 @@ fn trial_drive(map: &str, stop: &AtomicBool) -> String {
     }
 }
 
-/// The trial, whether its road closes, and the steepest grade of the road.
+/// Runs the trial drive. Returns its summary, whether the route is closed, and its steepest grade.
 fn trial(scenario: &Scenario, stop: &AtomicBool) -> Result<(Summary, bool, f64), RunError> {
     let mut run = OfflineDrive::new(scenario, [0.0, scenario.duration_s])?;
     while !stop.load(Ordering::Relaxed) && run.world().ended().is_none() {
@@ -190,7 +190,7 @@ fn trial(scenario: &Scenario, stop: &AtomicBool) -> Result<(Summary, bool, f64),
     Ok((run.summary(), route.is_closed(), places.fold(0.0, f64::max)))
 }
 
-/// Says what was made, from the files themselves; `drive` is what `--map` takes.
+/// Prints length and lanes of a new map; `drive` is its name for `--map`.
 fn tell(made: &map::RoadMap, drive: &str) -> Result<(), CliError> {
     out::line(format_args!(
         "{}: {:.3} m in {} lanes",
@@ -245,7 +245,7 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
 
 fn list() -> Result<(), CliError> {
     for info in map::list() {
-        // One that cannot be driven hides no other.
+        // A map that cannot be driven does not hide the others.
         match map::RoadMap::load(&info.name) {
             Ok(map) => out::line(format_args!("{:<12} {:>8.1} m  {}", info.name, map.route.length_m(), info.title))?,
             Err(error) => out::line(format_args!("{:<12} {:>10}  {}", info.name, "-", first_line(&error)))?,
@@ -254,7 +254,7 @@ fn list() -> Result<(), CliError> {
     Ok(())
 }
 
-/// What is wrong, without the remedy.
+/// Returns the message without the remedy.
 fn first_line(error: &map::MapError) -> String {
     error.to_string().lines().next().unwrap_or_default().to_owned()
 }

@@ -1,5 +1,10 @@
-//! The command line. In: arguments. Out: an exit code: 0 done; 1 failed, with one clear message; 2 bad input, naming
-//! what is wrong and what is allowed; 130 ended by a person before a drive began; 141 (as of a program that SIGPIPE ended) nobody reads on.
+//! The command line. In: arguments. Out: an exit code.
+//!
+//! - 0: done.
+//! - 1: failed, with one message.
+//! - 2: bad input; the message names the fault and the allowed values.
+//! - 130: ended by a person before a drive began.
+//! - 141: the reader of the standard output has gone (128 + SIGPIPE).
 
 mod analyse;
 mod check_network;
@@ -51,24 +56,24 @@ use indicatif::{ProgressBar, ProgressStyle};
 pub use out::visible;
 use std::{ffi::OsString, io::Write, path::PathBuf};
 
-/// Why a command did not do what was asked; the message is complete.
+/// Failure of a command; the message is complete.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
-    /// The person can mend it: exit 2.
+    /// Bad input, which the user can correct: exit 2.
     #[error("{0}")]
     Input(String),
-    /// The machine or the program failed: exit 1.
+    /// Failure of the machine or the program: exit 1.
     #[error("{0}")]
     Failed(String),
-    /// A person ended what had only begun: exit 130, as shells state it of Ctrl-C.
+    /// Interruption by a person before a drive began: exit 130, as shells report Ctrl-C.
     #[error("{0}")]
     Interrupted(String),
-    /// Whoever read the standard output has gone, as `head` does: no more is said, exit 141.
+    /// Closed standard output, as behind `head`: nothing more is printed, exit 141.
     #[error("nobody reads the standard output")]
     Unread,
 }
 
-/// A bar of `length` steps; where no one watches it stays silent.
+/// Returns a progress bar of `length` steps; it stays silent without a terminal.
 fn progress(length: u64, message: String) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left");
     let bar = ProgressBar::new(length).with_message(out::visible(&message).into_owned());
@@ -82,10 +87,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(matches) => matches,
         Err(mut error) => {
             suggest_command(&mut error);
-            // clap knows: help and version go to stdout and are no failure; all else is bad input.
+            // Help and version go to stdout and are no failure; every other error of clap is bad input.
             let plain = error.render().to_string();
             if error.use_stderr() && out::visible(&plain) != plain {
-                // What was typed, or found by a pattern of the shell, is told without styles and without its own.
+                // The echo of the user's own argument is printed without clap's styles and with control characters escaped.
                 out::status_line(plain.trim_end());
                 return 2;
             }
@@ -97,17 +102,17 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             };
         }
     };
-    // clap hands what is named before or after the command on to the command.
+    // clap passes `--data` on to the command, whether it stands before or after it.
     let given = matches.subcommand().and_then(|(_, m)| m.get_one::<PathBuf>("data"));
     let checked = given.map_or_else(data_folders::check_environment, |folder| data_folders::give(folder));
-    // Recordings are read without; the doctor says it in a line of its own.
+    // These commands work without the data folder; the doctor reports a missing one in a line of its own.
     let without = ["analyse", "recover", "sign", "calibrate", "doctor", check_network::NAME];
     let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
         return tell(&CliError::Input(why.to_string()));
     }
-    // The process that tries a network says nothing but what is wrong.
+    // `check-network` runs as a child process and prints faults only.
     if let Some((variable, folder)) = data_folders::named_by_environment().filter(|_| needs) {
         out::status_line(format_args!("codrive: maps and policies are those of {} ({variable})", folder.display()));
     }
@@ -136,7 +141,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     code
 }
 
-/// Names the nearest command where clap's measure finds none: of two letters that changed places in a short word.
+/// Suggests the nearest command where clap finds none: its measure misses two swapped letters in a short word.
 fn suggest_command(error: &mut clap::Error) {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return };
     if error.get(ContextKind::SuggestedSubcommand).is_some() {
@@ -148,13 +153,13 @@ fn suggest_command(error: &mut clap::Error) {
     }
 }
 
-/// Says what went wrong. Returns the exit code.
+/// Prints an error. Returns the exit code.
 fn tell(error: &CliError) -> u8 {
     let code = match error {
         CliError::Input(_) => 2,
         CliError::Failed(_) => 1,
-        // 128 and the number of SIGPIPE: what a shell sees of other tools. The signal itself stays off, since SUMO, ffmpeg
-        // and the display are at other ends of pipes, and a drive must outlive them.
+        // 128 + SIGPIPE, as a shell reports other tools. The signal itself stays ignored: SUMO, ffmpeg and the display are at
+        // the other ends of pipes, and a drive must outlive them.
         CliError::Unread => return 141,
         CliError::Interrupted(_) => stop::INTERRUPTED,
     };
@@ -162,7 +167,7 @@ fn tell(error: &CliError) -> u8 {
     code
 }
 
-/// `--help-all` is `--help` that leaves nothing out.
+/// Replaces `--help-all` by `--help` and returns the listing that was asked for.
 fn listing(mut arguments: Vec<OsString>) -> (HelpListing, Vec<OsString>) {
     let mut listing = HelpListing::Common;
     for argument in &mut arguments {
@@ -174,7 +179,7 @@ fn listing(mut arguments: Vec<OsString>) -> (HelpListing, Vec<OsString>) {
     (listing, arguments)
 }
 
-/// The commands by what a person wants.
+/// Commands by purpose, as in `--help`.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Drive", &["drive", "run", "render", "replay"]),
     ("Study", &["study", "calibrate", "doctor"]),
@@ -185,7 +190,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
 
 const TUNE_ABOUT: &str = "Tune a controller's parameters on the fast ring by CMA-ES";
 
-/// The version, and what this program was built with: scripts/drive keeps what is there.
+/// Returns the version and the features of this build; `scripts/drive` reads the features to keep them.
 fn long_version() -> String {
     let features =
         [("desktop", cfg!(feature = "desktop")), ("onnx", cfg!(feature = "onnx")), ("tune", cfg!(feature = "tune"))];
@@ -194,7 +199,7 @@ fn long_version() -> String {
     format!("{}\nfeatures: {built}", env!("CARGO_PKG_VERSION"))
 }
 
-/// The whole command line, for `--help` and tests.
+/// Returns the whole command line, for `--help` and tests.
 pub fn command(listing: HelpListing) -> Command {
     let add = |command: Command| flags::add(command, listing);
     let command = Command::new("codrive")
@@ -225,7 +230,7 @@ pub fn command(listing: HelpListing) -> Command {
     ))
 }
 
-/// The list of commands under their headings.
+/// Returns the list of commands under the headings of [`GROUPS`].
 fn groups(command: &Command) -> String {
     let line = |name: &&str| {
         let shown = command.find_subcommand(name).filter(|command| !command.is_hide_set())?;
@@ -239,9 +244,9 @@ fn groups(command: &Command) -> String {
     GROUPS.iter().map(group).collect()
 }
 
-/// `codrive` and `codrive --map x` mean `codrive drive`.
+/// Inserts `drive` where no command is named: `codrive` and `codrive --map x` mean `codrive drive`.
 fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
-    // What stands before a command is the folder of the data alone.
+    // Only `--data` may stand before a command.
     let word = |i: usize| arguments.get(i).map(|a| a.to_string_lossy().into_owned());
     let skipped = match word(1) {
         Some(a) if a == "--data" => 2,
@@ -322,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn the_words_of_a_progress_bar_cannot_command_the_terminal() {
+    fn control_characters_in_a_progress_message_are_escaped() {
         assert_eq!(progress(1, "what if \u{1b}[2J".into()).message(), "what if \\u001b[2J");
     }
 
@@ -348,7 +353,7 @@ mod tests {
             Scenario::fields().iter().filter(|s| s.table().is_none()).all(|s| all.contains(&format!("--{}", s.flag())))
         );
         assert!(all.contains("--idm") && all.contains("Limits: ") && all.lines().count() > 2 * common.lines().count());
-        // What is not listed is taken as before.
+        // Settings that the help does not list are still accepted.
         let words = ["codrive", "drive", "--mirror-yaw", "5"];
         assert!(command(HelpListing::Common).try_get_matches_from(words).is_ok());
         let (listing, arguments) = listing(["codrive", "drive", "--help-all"].map(Into::into).to_vec());

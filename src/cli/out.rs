@@ -1,5 +1,6 @@
-//! Output of the commands. In: text, also of others: names of files, titles of maps, words of servers. Out: the standard output, or
-//! why it takes nothing; asides on the standard error, which nobody needs to take. No character of a text commands the terminal.
+//! Output of the commands. In: text, which may come from outside: file names, map titles, messages of servers. Out: lines on
+//! the standard output, or the error why it cannot be written; status lines on the standard error, where errors are ignored.
+//! Characters that would control the terminal are escaped.
 
 use super::CliError;
 use std::{
@@ -8,17 +9,17 @@ use std::{
     io::{self, ErrorKind, Write},
 };
 
-/// Says a line on the standard output.
+/// Prints a line on the standard output.
 pub(super) fn line(text: Arguments<'_>) -> Result<(), CliError> {
     all(format_args!("{text}\n"))
 }
 
-/// Says a text that ends its own lines.
+/// Prints a text that has its own line ends.
 pub(super) fn text(text: impl Display) -> Result<(), CliError> {
     all(format_args!("{text}"))
 }
 
-/// Redraws the line on which the cursor of a terminal is.
+/// Overwrites the current line of the terminal.
 #[cfg(feature = "desktop")]
 pub(super) fn redrawn(text: impl Display) -> Result<(), CliError> {
     write(&format!("\r\x1b[K{}", visible(&text.to_string())))
@@ -33,8 +34,8 @@ fn write(text: &str) -> Result<(), CliError> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| fault(&error))
 }
 
-/// Returns a text for a terminal: each character that would command it (control characters but line feed and tab, marks of writing
-/// direction, and the line ends of Unicode) as an escape of JSON, such as `\u001b`. JSON stays what it was.
+/// Escapes each character that would control a terminal: control characters except line feed and tab, marks of writing
+/// direction, and Unicode line ends. The escapes are those of JSON, such as `\u001b`, so JSON keeps its meaning.
 pub fn visible(text: &str) -> Cow<'_, str> {
     if !text.contains(commands_terminal) {
         return text.into();
@@ -57,7 +58,7 @@ fn commands_terminal(c: char) -> bool {
     }
 }
 
-/// What it means that the standard output takes no more.
+/// Returns the error for a failed write to the standard output.
 pub(super) fn fault(error: &io::Error) -> CliError {
     match error.kind() {
         ErrorKind::BrokenPipe => CliError::Unread,
@@ -68,7 +69,7 @@ pub(super) fn fault(error: &io::Error) -> CliError {
     }
 }
 
-/// Says a line on the standard error: a word beside the work, which goes on if nobody can read it.
+/// Prints a line on the standard error; a failed write is ignored.
 pub(super) fn status_line(text: impl Display) {
     let _ = writeln!(io::stderr(), "{}", visible(&text.to_string()));
 }
@@ -78,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_character_that_commands_a_terminal_is_left() {
+    fn characters_that_control_a_terminal_are_escaped() {
         assert_eq!(visible("Zürich\t→ 5 m/s²\nשלום"), "Zürich\t→ 5 m/s²\nשלום");
         assert_eq!(visible("a\u{1b}[31mb\r\u{7}\u{7f}\u{9b}2J"), "a\\u001b[31mb\\u000d\\u0007\\u007f\\u009b2J");
         assert_eq!(visible("\u{202e}gpj.\u{2066}x\u{2028}"), "\\u202egpj.\\u2066x\\u2028");

@@ -1,4 +1,4 @@
-//! `codrive recover`: tables of a recording that was cut.
+//! `codrive recover`: makes the tables of recordings that were cut.
 
 use super::{CliError, out};
 use crate::{
@@ -26,7 +26,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
-/// What was found, in words: which rows, from when to when, and what is missing.
+/// Returns the findings as text: rows of each table, their time span, and missing rows.
 fn words(name: &str, found: &RecoveryReport) -> String {
     let state = if found.was_whole { "is whole" } else { "recovered" };
     let rows = found.rows.iter().map(|(table, rows)| {

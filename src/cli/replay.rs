@@ -1,5 +1,5 @@
-//! `codrive replay`: a recorded drive once more, with the proof that it is the same; or with something changed. What is seen
-//! and heard of it is the desktop's.
+//! `codrive replay`: drives a recording again and proves that it is the same, or drives it with changes. Pictures and sound are
+//! the desktop's part.
 
 use super::{CliError, desktop::replay as desktop, out, stop_on_ctrl_c};
 use crate::{
@@ -71,7 +71,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     say(recording, replay.verdict(), replay.len(), matches)
 }
 
-/// What the proof has found.
+/// Prints the result of the proof.
 fn say(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgMatches) -> Result<(), CliError> {
     let (name, ticks) = (recording.display(), found.ticks);
     if !found.is_proven() {
@@ -86,7 +86,7 @@ fn say(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgMatches) -
     out::line(format_args!("{}", super::sign::signature(recording, matches)?))
 }
 
-/// Lists the parts that are not as they were recorded, one a line.
+/// Lists the differences from the recording, one a line.
 fn fault(recording: &Path, found: &ReplayReport) -> String {
     let name = recording.display();
     let mut lines = vec![format!("{name}: not as it was recorded")];
@@ -115,7 +115,7 @@ fn fault(recording: &Path, found: &ReplayReport) -> String {
     lines.join("\n  ")
 }
 
-/// The same drive with something changed.
+/// Drives the recorded scenario with changes and prints the differences.
 fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<(), CliError> {
     let changes = replay::changes(asked).map_err(|e| CliError::Input(e.to_string()))?;
     let words = replay::words(&changes);

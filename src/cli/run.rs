@@ -1,4 +1,4 @@
-//! `codrive run`: a whole drive by a simulated driver, without a window, as fast as the machine can.
+//! `codrive run`: a whole drive by a simulated driver, without a window, at full speed.
 
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::drive_loop::offline;

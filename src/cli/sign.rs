@@ -1,7 +1,7 @@
-//! `codrive sign`: a recording or a data set signed by a key of the lab, and the check of such a signature. In: a folder, a key or a list of
-//! signers. Out: a signature beside what is signed; who has signed.
+//! `codrive sign`: signs a recording or a data set with a key of the lab; also checks such signatures. In: a folder, and a key
+//! or a list of signers. Out: a signature file beside the signed file, or the signer's name.
 //!
-//! One file is signed, which has the SHA-256 of all others: of a recording `manifest.json`, of a data set `SHA256SUMS`.
+//! The signed file holds the SHA-256 of all others: `manifest.json` in a recording, `SHA256SUMS` in a data set.
 
 use super::{CliError, analyse, out};
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
 use clap::{Arg, ArgMatches, Command, value_parser};
 use std::path::{Path, PathBuf};
 
-/// The most that a signed file may hold, bytes.
+/// Maximum size of a signed file, bytes.
 const MOST_BYTES: u64 = 64 << 20;
 
 fn path(name: &'static str, value: &'static str) -> Arg {
@@ -39,7 +39,7 @@ pub(super) fn command() -> Command {
         .arg(path("key", "FILE").long("key").required(true).help("The private key: Ed25519, made by ssh-keygen, without a passphrase"))
 }
 
-/// The flag of commands that check a signature.
+/// Returns the flag `--signer` of commands that check a signature.
 pub(super) fn signer_argument() -> Arg {
     path("signer", "FILE").long("signer").help(
         "Who must have signed it (codrive sign): a public key (lab-key.pub), or a list of signers as ssh-keygen -Y reads it. Exit code 1 \
@@ -76,12 +76,12 @@ fn is_recording(folder: &Path) -> Result<bool, RecordError> {
     is_there(&folder.join(manifest::FILE))
 }
 
-/// The file of a folder that is signed.
+/// Returns the path of the file to sign in a folder.
 fn signed_file(folder: &Path) -> Result<PathBuf, RecordError> {
     Ok(folder.join(if is_recording(folder)? { manifest::FILE } else { checksums::FILE }))
 }
 
-/// True if a signature lies beside the file that is signed.
+/// Checks whether a signature lies beside the file to sign.
 fn is_signed(folder: &Path) -> Result<bool, RecordError> {
     is_there(&beside(&signed_file(folder)?))
 }
@@ -96,7 +96,8 @@ fn read(path: &Path) -> Result<Vec<u8>, CliError> {
     read_bounded(path, MOST_BYTES).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))
 }
 
-/// Returns who has signed a folder whose files agree with their checksums, or that nobody is known to have, in words.
+/// Returns a line on the signature of a folder whose files agree with their checksums: the signer, or that no signature was
+/// checked.
 pub(super) fn signature(folder: &Path, matches: &ArgMatches) -> Result<String, CliError> {
     let Some(list) = matches.get_one::<PathBuf>("signer") else {
         let signed = is_signed(folder)?;
@@ -108,7 +109,7 @@ pub(super) fn signature(folder: &Path, matches: &ArgMatches) -> Result<String, C
     Ok(format!("authentic: signed by {}", signer(folder, &SignerList::load(list)?)?))
 }
 
-/// Finds the signer, of a list, of a folder, or the data set that a recording lies in.
+/// Finds the listed signer of a folder, or of the data set around a recording.
 fn signer(folder: &Path, list: &SignerList) -> Result<Signer, CliError> {
     let file = signed_file(folder)?;
     let signature = beside(&file);

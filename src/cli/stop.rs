@@ -1,5 +1,5 @@
-//! The end of the program by Ctrl-C, SIGTERM or SIGHUP. Out: a flag for loops that end in an orderly way; and where SUMO reads a
-//! file, which nothing interrupts, the end of the process itself.
+//! Ctrl-C, SIGTERM and SIGHUP. Out: a flag at which loops end in order. While SUMO reads a file, which cannot be interrupted,
+//! the process itself ends.
 
 use super::out;
 use crate::{temporary, traffic};
@@ -12,17 +12,17 @@ use std::{
     time::Duration,
 };
 
-/// Exit code of a program that Ctrl-C ended, as shells state it.
+/// Exit code of a program ended by Ctrl-C, as shells report it.
 pub(super) const INTERRUPTED: u8 = 130;
-/// Interval at which a start of traffic is looked at, and the longest that it may go on: half a second, of the second within which a person expects the end.
+/// Interval between checks of a traffic start in progress.
 const LOOK: Duration = Duration::from_millis(20);
 const LOOKS: usize = 25;
 
-/// A flag that says how the program ends when someone presses Ctrl-C: at the next frame, with everything written.
+/// Returns a flag that Ctrl-C sets. The program then ends at the next frame, with everything written.
 pub(crate) fn stop_on_ctrl_c() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
-    // It runs on a thread of its own.
+    // The handler runs on its own thread.
     let set = ctrlc::set_handler(move || {
         flag.store(true, Ordering::Relaxed);
         traffic::interrupt();
@@ -34,7 +34,7 @@ pub(crate) fn stop_on_ctrl_c() -> Arc<AtomicBool> {
     stop
 }
 
-/// Ends the process where traffic is still being started after half a second.
+/// Ends the process if traffic is still starting after half a second.
 fn end_stuck_start() {
     for _ in 0..LOOKS {
         if traffic::starts_under_way() == 0 {
@@ -46,8 +46,8 @@ fn end_stuck_start() {
     end_at_once(INTERRUPTED);
 }
 
-/// Ends the process with a code where traffic is still being started on a thread that nobody waits for: the end in order would run
-/// the destructors of SUMO's libraries while they read.
+/// Ends the process with a code if traffic is still starting on a thread that is not joined. A normal exit would run the
+/// destructors of SUMO's libraries while they read.
 pub(super) fn end_if_starting(code: u8) {
     if traffic::starts_under_way() > 0 {
         end_at_once(code);

@@ -1,4 +1,4 @@
-//! `codrive study`: a whole study from one file: its plan, a participant's session, or a rehearsal of it.
+//! `codrive study`: a whole study from one file: its plan, a participant's session, a rehearsal, or one participant's data.
 
 use super::{CliError, desktop::session as desktop, out, stop_on_ctrl_c};
 use crate::{
@@ -205,7 +205,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
 }
 
-/// A code and the data set that it should be in.
+/// Opens the data set. Returns it with the checked participant code.
 fn there(study: &Study, code: &str, root: &Path) -> Result<(DataSet, ParticipantCode), CliError> {
     let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
     if !root.exists() {
@@ -273,7 +273,7 @@ fn rehearse(
     Ok(())
 }
 
-/// Writes the preregistration.
+/// Writes the preregistration to `--out` or the standard output.
 fn plan(study: &Study, participants: usize, matches: &ArgMatches) -> Result<(), CliError> {
     let spread = match matches.get_one::<PathBuf>("rehearsed") {
         Some(folder) => {

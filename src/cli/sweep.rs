@@ -1,5 +1,5 @@
-//! `codrive sweep`: all runs of a plan, on this machine's cores, as one part of an array of jobs, or on a Ray cluster by way of the Python
-//! package. What is done stays done: a second start makes what is missing.
+//! `codrive sweep`: runs a plan on this machine's cores, as one part of a job array, or on a Ray cluster through the Python
+//! package. Finished runs are kept: a second start makes the missing ones.
 
 use super::{CliError, out, stop_on_ctrl_c};
 use crate::sweep::{SweepError, SweepPlan, SweepRun, results::SweepFolder};
@@ -17,11 +17,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How often a stop is looked for while a run is waited for.
+/// Interval between checks of the stop flag while waiting for a run.
 const LOOK: Duration = Duration::from_millis(100);
-/// The module of the Python package that knows Ray.
+/// Module of the Python package that uses Ray.
 const RAY_MODULE: &str = "codrive.sweep";
-/// So many failures are told; the others are counted.
+/// Maximum number of failures printed; the others are counted.
 const TOLD_FAILURES: usize = 10;
 
 pub(super) fn command() -> Command {
@@ -93,7 +93,7 @@ pub(super) fn command() -> Command {
         .arg(Arg::new("worker").long("worker").action(ArgAction::SetTrue).hide(true))
 }
 
-/// `3/64`: which part, from 1, of how many.
+/// Parses `3/64` as the part, from 1, and the number of parts.
 fn part(text: &str) -> Result<[usize; 2], String> {
     let fault = || format!("{text:?} is no part; allowed: K/N with K from 1 to N, such as 3/64");
     let (part, parts) = text.split_once('/').ok_or_else(fault)?;
@@ -134,7 +134,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     failures(&plan, &failed)
 }
 
-/// The plan as it is, for people.
+/// Prints every run of the plan and whether it is done.
 fn list(plan: &SweepPlan, root: Option<&Path>) -> Result<(), CliError> {
     let folder = root.filter(|root| root.is_dir()).map(SweepFolder::open).transpose()?;
     for run in &plan.runs {
@@ -150,13 +150,13 @@ fn list(plan: &SweepPlan, root: Option<&Path>) -> Result<(), CliError> {
     Ok(())
 }
 
-/// What sets a run apart.
+/// Returns the table and the varied settings of a run.
 fn words(run: &SweepRun) -> String {
     let varied: Vec<String> = run.varied.iter().map(|(name, value)| format!("{name} {value}")).collect();
     format!("{}: {}", run.table, varied.join(", "))
 }
 
-/// The runs that are there, in tables.
+/// Collects the finished runs into tables. Fails if runs are missing.
 fn collect(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
     let missing = folder.missing(&plan.runs)?.len();
     for table in folder.collect(plan)? {
@@ -171,7 +171,7 @@ fn collect(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
     )))
 }
 
-/// What failed, and why.
+/// Fails with the runs that failed and their reasons.
 fn failures(plan: &SweepPlan, failed: &[(usize, String)]) -> Result<(), CliError> {
     if failed.is_empty() {
         return Ok(());
@@ -186,7 +186,7 @@ fn failures(plan: &SweepPlan, failed: &[(usize, String)]) -> Result<(), CliError
     Err(CliError::Failed(text))
 }
 
-/// Workers, which are this program again: SUMO runs once a process, and a run that takes its process along takes no other.
+/// Pool of worker processes of this program: SUMO runs once per process, and a crash ends one run only.
 struct Crew<'a> {
     plan: &'a SweepPlan,
     folder: &'a SweepFolder,
@@ -195,7 +195,7 @@ struct Crew<'a> {
 }
 
 impl Crew<'_> {
-    /// Does what is due. Returns what failed in the end.
+    /// Carries out the runs due. Returns those that failed in every attempt.
     fn carry_out(&self, due: &[usize], there: usize, stop: &AtomicBool) -> Result<Vec<(usize, String)>, CliError> {
         let style = ProgressStyle::with_template("{bar:32} {pos}/{len} runs  {elapsed}  {eta} left  {msg}");
         let bar = ProgressBar::new((due.len() + there) as u64);
@@ -215,7 +215,7 @@ impl Crew<'_> {
         Ok(failed)
     }
 
-    /// Each run of a list once.
+    /// Carries out each run of a list once. Returns those that failed.
     fn attempt(&self, due: &[usize], bar: &ProgressBar, stop: &AtomicBool) -> Result<Vec<(usize, String)>, CliError> {
         let queue = Mutex::new(due.iter().copied());
         let failed = Mutex::new(Vec::new());
@@ -247,7 +247,7 @@ impl Crew<'_> {
         Ok(failed)
     }
 
-    /// One run by a worker, which is started if there is none; why it failed, if it did.
+    /// Carries out one run by a worker, which is started if there is none. Returns the reason if it failed.
     fn one(
         &self,
         worker: &mut Option<Worker>,
@@ -267,7 +267,7 @@ impl Crew<'_> {
                 Err(format!("its process ended ({end})"))
             }
             WorkerAnswer::TooLong => {
-                // Which ends it.
+                // Dropping the worker ends it.
                 *worker = None;
                 Err(format!("it was not done after limit_s, {} s", limit_s.unwrap_or_default()))
             }
@@ -275,8 +275,8 @@ impl Crew<'_> {
     }
 }
 
-/// A process that carries out one run after the other: an empty line out when it has read the plan; then a number in, an empty line or a
-/// fault out, in JSON.
+/// Process that carries out one run after the other. It writes an empty line when it has read the plan. It then reads a number
+/// and writes an empty line or a fault, as JSON strings.
 struct Worker {
     child: Child,
     stdin: ChildStdin,
@@ -284,13 +284,13 @@ struct Worker {
     is_ready: bool,
 }
 
-/// What came of a run.
+/// Outcome of a run.
 enum WorkerAnswer {
-    /// What the worker said: nothing if it is done, else why it failed.
+    /// Message of the worker: empty if the run is done, else the reason why it failed.
     Said(String),
-    /// Its process is no more.
+    /// End of the worker's process.
     Ended,
-    /// It is still at it after the limit.
+    /// Time limit exceeded; the worker is still running.
     TooLong,
 }
 
@@ -313,10 +313,10 @@ impl Worker {
         Ok(Self { child, stdin, answers, is_ready: false })
     }
 
-    /// Has it make a run. The limit begins when the plan is read.
+    /// Sends a run to the worker and waits for it. The limit starts when the plan has been read.
     ///
     /// # Errors
-    /// Somebody stops the sweep.
+    /// The sweep was stopped.
     fn run(&mut self, number: usize, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, CliError> {
         if !self.is_ready {
             match self.answer(None, stop)? {
@@ -324,12 +324,12 @@ impl Worker {
                 ended => return Ok(ended),
             }
         }
-        // A worker that is no more is told by its silence.
+        // A worker that has ended is noticed by the closed channel, not by this write.
         let _ = writeln!(self.stdin, "{number}").and_then(|()| self.stdin.flush());
         self.answer(limit, stop)
     }
 
-    /// What it says next.
+    /// Waits for the worker's next message.
     #[allow(clippy::disallowed_methods, reason = "a limit is of the clock on the wall")]
     fn answer(&mut self, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, CliError> {
         let start = Instant::now();
@@ -350,7 +350,7 @@ impl Worker {
         }
     }
 
-    /// How it ended.
+    /// Waits for the end of the process. Returns its exit status as text.
     fn end(mut self) -> String {
         self.child.wait().map_or_else(|why| why.to_string(), |status| status.to_string())
     }
@@ -358,13 +358,13 @@ impl Worker {
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        // It has nothing unwritten: a part is there whole or not at all.
+        // Nothing is left unwritten: a part is written whole or not at all.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Hands on what a worker says, line by line.
+/// Forwards the worker's messages, one a line.
 fn read_answers(stdout: ChildStdout, tell: &mpsc::Sender<String>) {
     for line in BufReader::new(stdout).lines().map_while(Result::ok) {
         let Ok(answer) = serde_json::from_str::<String>(&line) else { return };
@@ -374,7 +374,7 @@ fn read_answers(stdout: ChildStdout, tell: &mpsc::Sender<String>) {
     }
 }
 
-/// Carries out the runs whose numbers come on the standard input. Ctrl-C is for whoever started it.
+/// Carries out the runs whose numbers come on the standard input. Ctrl-C is left to the parent process.
 fn worker(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
     let _ = stop_on_ctrl_c();
     let answer = |text: String| out::line(format_args!("{}", serde_json::Value::String(text)));
@@ -389,13 +389,13 @@ fn worker(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Python's `-m MODULE ARGUMENTS`, without the working folder among the places of modules: a file ray.py that lies among somebody's
-/// data is none of the program's.
+/// Python's `-m MODULE ARGUMENTS` without the working folder in the module path: a file ray.py among the user's data must not
+/// be imported.
 const WITHOUT_WORKING_FOLDER: &str = "import sys; sys.path[:] = [p for p in sys.path if p]; del sys.argv[0]; \
     import importlib.util, runpy; importlib.util.find_spec('codrive') or sys.exit('python3: there is no package codrive'); \
     runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)";
 
-/// The same on a Ray cluster, by the Python package.
+/// Carries out the plan on a Ray cluster, through the Python package.
 fn on_ray(plan: &Path, matches: &ArgMatches) -> Result<(), CliError> {
     let Some(root) = matches.get_one::<PathBuf>("out") else { return Ok(()) };
     let mut command = std::process::Command::new("python3");
@@ -436,7 +436,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_part_is_one_of_as_many_as_there_are() {
+    fn a_part_lies_between_one_and_the_number_of_parts() {
         assert_eq!(part("3/64"), Ok([3, 64]));
         assert_eq!(part(" 1 / 1 "), Ok([1, 1]));
         for wrong in ["0/4", "5/4", "4", "a/b", "1/0", "-1/4"] {

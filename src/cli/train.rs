@@ -1,5 +1,5 @@
-//! `codrive train`: a policy from a configuration, with its learning curve. Ctrl-C ends it with the best policy so far
-//! written; `--resume` goes on from the last checkpoint with the same bits.
+//! `codrive train`: trains a policy from a configuration and writes its learning curve. Ctrl-C ends it and writes the best
+//! policy so far; `--resume` continues from the last checkpoint with bit-identical results.
 
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
@@ -16,15 +16,15 @@ use std::{
     time::Duration,
 };
 
-/// A checkpoint is written this often.
+/// Wall time between checkpoints.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
-/// The most that a checkpoint may hold, bytes: a hundred times one of the shipped configuration.
+/// Maximum size of a checkpoint, bytes: a hundred times that of the shipped configuration.
 const CHECKPOINT_BYTES: u64 = 64 << 20;
-/// Files of a training.
+/// Best policy so far.
 const POLICY: &str = "policy.toml";
-/// Written where the program reads such files, too.
+/// The policy as ONNX, in builds that read ONNX.
 const ONNX: &str = "policy.onnx";
-/// What tells it who drives, where it asks.
+/// Estimator of the driver's traits, if the policy uses one.
 #[cfg(feature = "onnx")]
 const ESTIMATOR_ONNX: &str = "estimator.onnx";
 const CONFIG: &str = "train.toml";
@@ -76,7 +76,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
-/// What was learned of silence, in words, if that was still to be learned.
+/// Learns when to advise nothing, if the training includes that. Returns the result as text.
 fn learn_silence(learner: &mut Learner) -> Option<String> {
     let rings = learner.config().silence.silence_rings;
     let spinner =
@@ -93,7 +93,7 @@ fn learn_silence(learner: &mut Learner) -> Option<String> {
     ))
 }
 
-/// The configuration that the command line asks for.
+/// Returns the configuration that the command line asks for.
 fn config(matches: &ArgMatches, base: TrainConfig) -> Result<TrainConfig, CliError> {
     let base = match matches.get_one::<PathBuf>("config") {
         Some(path) => settings::from_file(path)?,
@@ -102,7 +102,7 @@ fn config(matches: &ArgMatches, base: TrainConfig) -> Result<TrainConfig, CliErr
     Ok(settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?)
 }
 
-/// A new training in a folder that holds none.
+/// Starts a training in a folder that holds none.
 fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let config = config(matches, TrainConfig::default())?;
     let corrected = config.corrected_advice().map_err(CliError::Input)?;
@@ -118,7 +118,7 @@ fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     Ok(Learner::beside(&config, corrected))
 }
 
-/// The training of the checkpoint in `dir`, with the iterations that the command line may ask for.
+/// Loads the training of the checkpoint in `dir`; the command line may change the number of iterations only.
 fn resumed(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let path = dir.join(CHECKPOINT);
     let text = read_text(&path, CHECKPOINT_BYTES)
@@ -157,7 +157,7 @@ fn words(row: &LearningCurveRow, best_mps: Option<f64>) -> String {
     )
 }
 
-/// Policy, curve and checkpoint of the training as it stands.
+/// Writes policy, curve and checkpoint of the training's present state.
 fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
     let (network, iteration, _) = learner.best();
     let rows = learner.curve();
@@ -185,7 +185,7 @@ fn action(learner: &Learner) -> String {
         .unwrap_or_default()
 }
 
-/// Writes beside and then renames: a full disk or a cut leaves the old file whole.
+/// Writes a file by renaming a new one: a full disk or a power cut leaves the old file whole.
 fn write(dir: &Path, name: &str, bytes: &[u8]) -> Result<(), CliError> {
     let path = dir.join(name);
     private::replace(&path, bytes)

@@ -1,5 +1,5 @@
-//! `codrive tune`: the parameters of a controller searched on the fast ring, as hard as a network's are trained. In: which
-//! controller, for whom, on which rings. Out: its file, which `--policy` takes. Ctrl-C ends it with the best so far written.
+//! `codrive tune`: searches the parameters of a controller on the fast ring, with as much effort as a network's training. In:
+//! controller, driver, rings. Out: a file for `--policy`. Ctrl-C ends the search and writes the best parameters so far.
 
 use super::{
     CliError,
@@ -102,7 +102,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     ))
 }
 
-/// What the command line asks for.
+/// Returns the tuning task that the command line asks for.
 fn task(matches: &ArgMatches) -> Result<TuningTask, CliError> {
     let base = match matches.get_one::<PathBuf>("config") {
         Some(path) => settings::from_file(path)?,
@@ -136,7 +136,7 @@ fn task(matches: &ArgMatches) -> Result<TuningTask, CliError> {
     })
 }
 
-/// Sees to it that the file can be written at the end, which may be hours away.
+/// Checks that the file can be written at the end, which may be hours away. Makes its folder.
 fn claim(path: &Path) -> Result<(), CliError> {
     let refused = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
     if path.extension().is_none_or(|ending| ending != "toml") {

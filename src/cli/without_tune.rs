@@ -1,16 +1,15 @@
-//! What stands in the place of `codrive tune` in a program that is built without the feature `tune`. In: arguments. Out: a
-//! refusal that names the remedy.
+//! Substitute for `codrive tune` in a build without the feature `tune`. In: arguments. Out: a refusal with the remedy.
 
 use super::CliError;
 use clap::{Arg, ArgMatches, Command};
 
-/// The command by name, so that whoever names it is told why it is not here.
+/// Returns the hidden command, so that the refusal can explain what is missing.
 pub(super) fn command() -> Command {
     let anything = Arg::new("anything").num_args(0..).trailing_var_arg(true).allow_hyphen_values(true);
     Command::new("tune").about(super::TUNE_ABOUT).hide(true).disable_help_flag(true).arg(anything)
 }
 
-/// Refuses it.
+/// Refuses the command with the remedy.
 pub(super) fn main(_: &ArgMatches) -> Result<(), CliError> {
     let text = "codrive tune needs what this program was built without: the search (the cargo feature `tune`)\n  \
                 remedy: build it with cargo build --release";

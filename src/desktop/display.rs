@@ -1,5 +1,5 @@
-//! Monitors, and the check screen in a window of its own (`codrive doctor --display`). In: the scenario's screen width and
-//! eye distance, the monitor that was asked for. Out: a ruler on the screen; what monitors there are, for the doctor.
+//! Monitors, and the check screen in a window of its own (`codrive doctor --display`). In: the scenario's screen width
+//! and eye distance, the requested monitor. Out: a ruler on the screen; a list of the monitors for the doctor.
 
 use super::{
     event_loop::{self, LoopControl, Windows, no_display, now},
@@ -30,17 +30,17 @@ use winit::{
     window::{Fullscreen, Window, WindowAttributes, WindowId},
 };
 
-/// A refresh rate within this many Hz is the one that was asked for: 59.94 is 60.
+/// Largest deviation from the requested refresh rate, Hz: 59.94 counts as 60.
 const SAME_HZ: f64 = 0.5;
 
-/// Where a window is to open.
+/// Placement of a window when it opens.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WindowPlacement {
     /// Number of the monitor, from 1; `None` leaves it to the system.
     pub monitor: Option<usize>,
-    /// Fill the monitor.
+    /// True to fill the monitor.
     pub fullscreen: bool,
-    /// Refresh rate to switch the monitor to, Hz, for a window that fills it.
+    /// Refresh rate to switch the monitor to, Hz; for full screen only.
     pub refresh_hz: Option<f64>,
 }
 
@@ -61,13 +61,14 @@ fn monitor(number: usize, handle: &MonitorHandle, primary: Option<&MonitorHandle
     }
 }
 
-/// A monitor where `window` is not, if there are several.
+/// Returns a monitor that does not show `window`, if there are several.
 pub fn another(event_loop: &ActiveEventLoop, window: &Window) -> Option<MonitorHandle> {
     let taken = window.current_monitor()?;
     event_loop.available_monitors().find(|monitor| *monitor != taken)
 }
 
-/// The same place where the experimenter's window stays in sight: on the only monitor the participant's does not fill it.
+/// Returns the placement of a participant's window beside an experimenter's: on the only monitor it does not fill the
+/// screen, so that the experimenter's stays in sight.
 pub fn beside_experimenter(place: WindowPlacement, event_loop: &ActiveEventLoop) -> WindowPlacement {
     let shares = place.fullscreen && event_loop.available_monitors().count() == 1;
     if shares {
@@ -87,17 +88,17 @@ fn rate(handle: &MonitorHandle) -> Option<f64> {
     handle.refresh_rate_millihertz().map(|milli| f64::from(milli) / 1e3).filter(|hz| *hz > 0.0)
 }
 
-/// All monitors, by their numbers.
+/// Returns all monitors with their numbers.
 fn listed(event_loop: &ActiveEventLoop) -> Vec<(MonitorInfo, MonitorHandle)> {
     let primary = event_loop.primary_monitor();
     let handles = event_loop.available_monitors();
     handles.enumerate().map(|(i, handle)| (monitor(i + 1, &handle, primary.as_ref()), handle)).collect()
 }
 
-/// The same window at its place.
+/// Adds the placement to a window's attributes.
 ///
 /// # Errors
-/// There is no such monitor, or it has no such rate.
+/// There is no such monitor, or it does not have the requested rate.
 pub fn placed(
     attributes: WindowAttributes,
     event_loop: &ActiveEventLoop,
@@ -112,7 +113,7 @@ pub fn placed(
         })?),
     };
     if !place.fullscreen {
-        // Some window managers put a window where they like; full screen they do not.
+        // Some window managers ignore a position; full screen is obeyed.
         return Ok(match chosen {
             Some((_, handle)) => attributes.with_position(handle.position()),
             None => attributes,
@@ -134,7 +135,7 @@ pub fn placed(
     Ok(attributes.with_fullscreen(Some(full)))
 }
 
-/// The screen that a window's pictures come to.
+/// Describes the screen that shows a window.
 pub fn screen(window: &Window, surface: &WindowSurface) -> ScreenInfo {
     let monitor = window.current_monitor();
     ScreenInfo {
@@ -146,7 +147,7 @@ pub fn screen(window: &Window, surface: &WindowSurface) -> ScreenInfo {
     }
 }
 
-/// What monitors there are.
+/// Lists the monitors.
 ///
 /// # Errors
 /// There is no display.

@@ -1,8 +1,8 @@
-//! The driver's window. In: a [`StaticScene`] once, a [`View`] a frame, what egui draws over it. Out: frames on the screen, and
-//! a small copy of them for the experimenter.
+//! The driver's window. In: a [`StaticScene`] once, a [`View`] per frame, the egui overlay. Out: frames on the screen,
+//! and a small copy of them for the experimenter.
 //!
-//! The overlay is the window's own: its context stays the same when another stage goes to the GPU, and it can be drawn
-//! without any stage, before the first drive of a session.
+//! The window owns the overlay. Its context stays the same when another static scene goes to the GPU. It can be drawn
+//! without any scene, before the first drive of a session.
 
 use super::{
     EguiWindow,
@@ -34,20 +34,21 @@ use winit::{
     window::{Window, WindowId},
 };
 
-/// Size of the window, and of one that the processor draws: 0.1 s a frame on two cores (codrive bench).
+/// Size of the window, and its size on software rendering: 0.1 s a frame on two cores (codrive bench).
 const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 720);
 const SOFTWARE_SIZE: LogicalSize<u32> = LogicalSize::new(640, 360);
 
-/// Where and how a window opens.
+/// Title and placement of a window.
 #[derive(Clone, Debug, Default)]
 pub struct WindowSetup {
-    /// What the window manager writes on it.
+    /// Title of the window.
     pub title: String,
     /// Monitor, full screen, refresh rate.
     pub place: WindowPlacement,
 }
 
-/// Room below the picture for what is drawn over the window, and where the picture is drawn meanwhile.
+/// Free area below the picture for a part of the overlay, and the canvas that the picture is drawn on before it is
+/// placed above.
 struct FooterArea {
     pass: PreviewPass,
     height: u32,
@@ -67,11 +68,11 @@ pub struct DriverWindow {
 }
 
 impl DriverWindow {
-    /// Opens the window and the graphics device. There is no stage yet: until [`Self::stage`] only what egui draws is
-    /// seen, on black.
+    /// Opens the window and the graphics device. Until [`Self::stage`] sets a static scene, only the overlay is shown,
+    /// on black.
     ///
     /// # Errors
-    /// No display, no such monitor, no graphics adapter that can draw into the window.
+    /// No display, no such monitor, no graphics adapter that can draw to the window.
     pub fn open(event_loop: &ActiveEventLoop, placing: &WindowSetup) -> Result<Self, RunError> {
         let attributes = Window::default_attributes().with_title(&placing.title).with_inner_size(SIZE);
         let attributes = display::placed(attributes, event_loop, placing.place)?;
@@ -88,7 +89,7 @@ impl DriverWindow {
             let _ = window.request_inner_size(SOFTWARE_SIZE);
         }
         let size = window.inner_size();
-        // A frame waits for the screen, without tearing where it is late; every adapter has this mode.
+        // A frame waits for the screen, without tearing if it is late; every adapter has this mode.
         let surface = WindowSurface::new(&gpu, surface, [size.width, size.height], wgpu::PresentMode::Fifo)
             .ok_or_else(|| RunError::NoSurface(gpu.description()))?;
         let egui = EguiWindow::new(&gpu, &window);
@@ -96,9 +97,9 @@ impl DriverWindow {
         Ok(Self { window, gpu, surface, renderer: None, egui, overlay, preview: None, foot: None })
     }
 
-    /// From here on views of `stage` are drawn, in a quality that keeps up. To be called before the first view, and again
-    /// when map, seed, trees or quality have changed; it takes a while and is no part of a drive. `view` is one to try
-    /// with.
+    /// Sets the static scene of the following views, and chooses a quality that keeps up. It must be called before the
+    /// first view, and again when map, seed, trees or quality have changed. It takes a while and must not run during a
+    /// drive. `view` is used for a trial.
     ///
     /// # Errors
     /// The device is lost.
@@ -108,48 +109,48 @@ impl DriverWindow {
         Ok(())
     }
 
-    /// Which window this is.
+    /// Returns the id of this window.
     pub fn id(&self) -> WindowId {
         self.window.id()
     }
 
-    /// The window itself, for its title, its focus, its cursor.
+    /// Returns the window itself, for its title, focus and cursor.
     pub fn window(&self) -> &Window {
         &self.window
     }
 
-    /// The graphics device, for a second window and for the manifest of a recording.
+    /// Returns the graphics device, for a second window and for the manifest of a recording.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
     }
 
-    /// The screen that the pictures come to.
+    /// Describes the screen that shows the window.
     pub fn screen(&self) -> ScreenInfo {
         display::screen(&self.window, &self.surface)
     }
 
-    /// Width and height, pixels.
+    /// Returns width and height, pixels.
     pub fn size(&self) -> [u32; 2] {
         self.surface.size()
     }
 
-    /// The overlay's context: to be dressed (`panel::theme::apply`) before the first overlay.
+    /// Returns the overlay's context; its theme must be set (`panel::theme::apply`) before the first overlay.
     pub fn ctx(&self) -> &Context {
         &self.egui.ctx
     }
 
-    /// True while a text is being typed into the overlay: its keys are not for driving.
+    /// Returns true while a text is being typed into the overlay: its keys are not for driving.
     pub fn is_typing(&self) -> bool {
         self.egui.ctx.text_edit_focused()
     }
 
-    /// True while a list hangs open in the overlay: Esc closes it, and nothing else.
+    /// Returns true while a popup list is open in the overlay: Esc only closes it.
     pub fn has_open_list(&self) -> bool {
         egui::Popup::is_any_open(&self.egui.ctx)
     }
 
-    /// An event of this window: new sizes are obeyed, the overlay hears of everything. True if the overlay has a use for
-    /// it.
+    /// Handles an event of this window: resizes the surface, and passes the event to the overlay. Returns true if the
+    /// overlay uses it.
     pub fn on_event(&mut self, event: &WindowEvent) -> bool {
         if let WindowEvent::Resized(size) = event {
             self.surface.resize(&self.gpu, [size.width, size.height]);
@@ -157,13 +158,13 @@ impl DriverWindow {
         self.egui.hear(&self.window, event)
     }
 
-    /// One pass of the overlay, for [`Self::draw`]. Each pass has to be drawn: egui sends its fonts once.
+    /// Runs one pass of the overlay, for [`Self::draw`]. Each pass has to be drawn: egui sends its fonts once.
     pub fn overlay(&mut self, live: impl FnMut(&mut Ui)) -> FullOutput {
         self.egui.run(&self.window, live)
     }
 
-    /// Draws a frame and hands it to the screen: `view` if there is a stage for it, `overlay` over it. False if the window
-    /// takes none now (hidden, being resized): the overlay's news are kept, try at the next frame.
+    /// Draws a frame and presents it: `view` if there is a static scene, `overlay` over it. Returns false if the window
+    /// has no surface now (hidden, being resized): the overlay's textures are kept, try again at the next frame.
     pub fn draw(&mut self, view: Option<&View>, overlay: Option<FullOutput>) -> bool {
         let Some(texture) = self.surface.next(&self.gpu) else {
             if let Some(output) = overlay {
@@ -200,7 +201,7 @@ impl DriverWindow {
         true
     }
 
-    /// From the next frame on the picture leaves so many pixels free at the foot of the window.
+    /// Leaves this many pixels free below the picture from the next frame on.
     pub fn leave_foot(&mut self, height: u32) {
         if height > 0 || self.foot.is_some() {
             let (device, format) = (&self.gpu.device, self.surface.format());
@@ -209,40 +210,40 @@ impl DriverWindow {
         }
     }
 
-    /// From here on there is a small copy of what the driver sees.
+    /// Enables the small copy of the driver's picture.
     pub fn keep_preview(&mut self) {
         if self.preview.is_none() {
             self.preview = Some(Preview::new(&self.gpu, self.surface.format()));
         }
     }
 
-    /// What the driver saw last, an eighth of a second old at most (half where the processor draws), 320 by 180 pixels or of another shape. `None` if
-    /// nobody asked for it to be kept.
+    /// Returns the driver's last picture, at most 320 by 180 pixels in its own shape. It is at most an eighth of a
+    /// second old, half a second on software rendering. `None` unless [`Self::keep_preview`] was called.
     pub fn preview(&self) -> Option<&wgpu::TextureView> {
         self.preview.as_ref().map(Preview::view)
     }
 
-    /// Fills the screen, or not.
+    /// Toggles full screen on the window's current monitor.
     pub fn toggle_fullscreen(&self) {
         super::toggle_fullscreen(&self.window);
     }
 
-    /// Time of each pass on the device, a few frames ago, where the adapter tells.
+    /// Returns the time of each pass on the device, a few frames ago; `None` if the adapter has no timestamps.
     pub fn pass_times(&self) -> Option<PassTimes> {
         self.renderer.as_ref().and_then(Renderer::pass_times)
     }
 
-    /// Reads the shaders anew from the directory `shaders`; if one is broken, all stay as they were.
+    /// Reloads the shaders from the directory `shaders`; if one is faulty, all stay as they were.
     ///
     /// # Errors
-    /// `shaders/FILE.wgsl:LINE: what is wrong`.
+    /// `shaders/FILE.wgsl:LINE: message`.
     pub fn reload_shaders(&mut self) -> Result<(), ShaderFault> {
         self.renderer.as_mut().map_or(Ok(()), Renderer::reload_shaders)
     }
 }
 
 impl FooterArea {
-    /// Lets `draw` make a picture of `size`, and puts it above the foot.
+    /// Draws a picture of `size` with `draw`, and places it above the free area.
     fn draw(
         &mut self,
         gpu: &Gpu,
@@ -262,7 +263,7 @@ impl FooterArea {
     }
 }
 
-/// Draws an egui pass onto a picture, which is painted over first if there is a colour to `clear` with.
+/// Draws an egui pass onto a picture, after filling it with `clear` if that is a colour.
 #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once by each window")]
 pub fn put_on(
     device: &wgpu::Device,

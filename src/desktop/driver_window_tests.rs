@@ -1,5 +1,5 @@
-//! What the driver's window puts together, on a texture in the screen's place: the overlay over the picture or over black, the
-//! picture above a foot.
+//! Tests of the driver's window on a texture instead of the screen: the overlay over the picture or over black, the
+//! picture above a free area.
 
 use super::*;
 use crate::render::{OFFSCREEN, offscreen::read_back};
@@ -12,7 +12,7 @@ fn gpu() -> &'static Gpu {
     Gpu::shared().expect("a graphics adapter is needed")
 }
 
-/// A canvas that shows one colour.
+/// Returns a canvas of one colour.
 fn painted(pass: &PreviewPass, size: [u32; 2], colour: wgpu::Color) -> wgpu::TextureView {
     let canvas = pass.canvas(&gpu().device, size);
     paint(&canvas, colour);
@@ -33,7 +33,7 @@ fn paint(canvas: &wgpu::TextureView, colour: wgpu::Color) {
     gpu().queue.submit([encoder.finish()]);
 }
 
-/// Red, green, blue of the pixel at (x, y) by row and column.
+/// Returns a function that reads red, green, blue of the pixel at column x, row y.
 fn pixels(canvas: &wgpu::TextureView) -> impl Fn(u32, u32) -> [u8; 3] {
     let (width, bytes) = (canvas.texture().width(), read_back(gpu(), canvas.texture(), 4).unwrap());
     move |x, y| {
@@ -42,7 +42,7 @@ fn pixels(canvas: &wgpu::TextureView) -> impl Fn(u32, u32) -> [u8; 3] {
     }
 }
 
-/// A green rectangle of egui's from (10, 5) to (30, 15).
+/// Draws a green egui rectangle from (10, 5) to (30, 15).
 fn overlay(ctx: &Context) -> FullOutput {
     let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(SIZE[0] as f32, SIZE[1] as f32)));
     ctx.run_ui(RawInput { screen_rect, ..Default::default() }, |ui| {
@@ -52,7 +52,7 @@ fn overlay(ctx: &Context) -> FullOutput {
 }
 
 #[test]
-fn an_overlay_lies_over_the_picture_and_over_black_where_there_is_none() {
+fn an_overlay_lies_over_the_picture_or_over_black_without_one() {
     let pass = PreviewPass::new(&gpu().device, OFFSCREEN);
     for (clear, behind) in [(None, [255, 0, 0]), (Some(wgpu::Color::BLACK), [0, 0, 0])] {
         let screen = painted(&pass, SIZE, RED);
@@ -66,10 +66,10 @@ fn an_overlay_lies_over_the_picture_and_over_black_where_there_is_none() {
 }
 
 #[test]
-fn above_a_foot_the_picture_is_whole_and_the_foot_is_left_free() {
+fn the_picture_is_whole_above_a_free_foot() {
     let pass = PreviewPass::new(&gpu().device, OFFSCREEN);
     let mut foot = FooterArea { pass: PreviewPass::new(&gpu().device, OFFSCREEN), height: 8, canvas: None };
-    // A picture of the size that it is asked for: its lower right pixel stands just above the foot.
+    // A picture of the size that it is asked for: its lower right pixel is just above the free area.
     for (size, width) in [([40, 20], 40), ([64, 20], 64)] {
         let screen = painted(&pass, size, RED);
         let mut asked = Vec::new();

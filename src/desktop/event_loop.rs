@@ -1,5 +1,6 @@
-//! What every program with windows does with winit's loop: it opens them once, hands on their events, draws each turn, and
-//! ends when it is closed, stopped or failed. In: a [`Windows`], what it is made of, Ctrl-C. Out: the same when it is over.
+//! Event loop of every program with windows: it opens them once, passes on their events, draws each turn, and ends when
+//! it is closed, stopped or failed. In: a [`Windows`] type, its parts, a flag for Ctrl-C. Out: the windows when the
+//! loop is over.
 
 use crate::drive_loop::RunError;
 use std::{
@@ -13,37 +14,37 @@ use winit::{
     window::{Window, WindowId},
 };
 
-/// What is to come after an event.
+/// Action of the loop after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoopControl {
-    /// The next event.
+    /// Wait for the next event.
     GoOn,
-    /// The end of the program's windows.
+    /// End the loop and close the windows.
     End,
 }
 
-/// One or more windows and what they show.
+/// One or more windows and their content.
 pub trait Windows: Sized {
-    /// What they are made of, until there is a loop to open them on.
+    /// Parts of the windows, kept until there is a loop to open them on.
     type Parts;
 
-    /// Opens them.
+    /// Opens the windows.
     ///
     /// # Errors
-    /// No display or graphics, or what they are to show cannot begin.
+    /// No display or graphics, or the content cannot start.
     fn open(event_loop: &ActiveEventLoop, parts: Self::Parts) -> Result<Self, RunError>;
 
-    /// An event of one of them; [`WindowEvent::RedrawRequested`] comes each turn.
+    /// Handles an event of a window; [`WindowEvent::RedrawRequested`] comes each turn.
     ///
     /// # Errors
-    /// What they show cannot go on.
+    /// The content cannot continue.
     fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError>;
 
-    /// The one that is drawn each turn.
+    /// Returns the window that is drawn each turn.
     fn first(&self) -> &Window;
 }
 
-/// A loop that does not wait.
+/// Creates a loop that polls instead of waiting.
 ///
 /// # Errors
 /// There is no display.
@@ -53,11 +54,11 @@ pub fn event_loop() -> Result<EventLoop<()>, RunError> {
     Ok(event_loop)
 }
 
-/// Runs an application until it ends the loop. By reference to whatever it is: winit's loop, half a megabyte, is compiled once for all
-/// of them.
+/// Runs an application until it ends the loop. It is passed as a trait object, so that winit's loop, half a megabyte,
+/// is compiled once for all applications.
 ///
 /// # Errors
-/// The display is gone.
+/// The display is lost.
 pub fn run_application(
     event_loop: EventLoop<()>,
     mut application: &mut dyn ApplicationHandler,
@@ -65,7 +66,8 @@ pub fn run_application(
     event_loop.run_app(&mut application).map_err(|error| no_display(&error))
 }
 
-/// Runs `W` until it ends, fails, or `stop` becomes true. Returns it too, if it was opened: it may have things to finish.
+/// Runs `W` until it ends, fails, or `stop` becomes true. Also returns `W`, if it was opened, so that it can finish its
+/// work.
 pub fn run<W: Windows>(
     event_loop: EventLoop<()>,
     parts: W::Parts,
@@ -118,7 +120,7 @@ impl<W: Windows> ApplicationHandler for WindowedLoop<'_, W> {
     }
 }
 
-/// That there is no display, without the place in winit's sources where that was found out.
+/// Returns the error for a missing display, without the source position that winit puts in front.
 pub fn no_display(error: &impl std::fmt::Display) -> RunError {
     let text = error.to_string();
     let told =
@@ -126,7 +128,7 @@ pub fn no_display(error: &impl std::fmt::Display) -> RunError {
     RunError::NoDisplay(told.trim_end_matches('.').to_owned())
 }
 
-/// Wall time, for the loop.
+/// Returns the wall time, for the loop.
 #[allow(clippy::disallowed_methods, reason = "the loop is where wall time enters")]
 pub fn now() -> Instant {
     Instant::now()

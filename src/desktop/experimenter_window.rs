@@ -1,7 +1,8 @@
-//! The experimenter's window. In: what is to be seen, as egui code. Out: a window beside the driver's, drawn a few times a
-//! second between the driver's frames, of whose time it takes a twelfth at most; it does not wait for its own screen.
+//! The experimenter's window. In: its content as egui code. Out: a window beside the driver's, drawn a few times a
+//! second between the driver's frames. It takes at most a twelfth of their time, more only after input, and does not
+//! wait for its own screen.
 //!
-//! Ctrl + and Ctrl - change the size of everything from 1.0 to 2.0, Ctrl 0 goes back; F11 fills the screen.
+//! Ctrl + and Ctrl - change the scale of everything from 1.0 to 2.0, Ctrl 0 resets it; F11 toggles full screen.
 
 use super::{
     EguiWindow, display,
@@ -28,40 +29,40 @@ use winit::{
     window::{Window, WindowId},
 };
 
-/// Time between two pictures of it: 12.5 a second, at most; where the processor draws, which it could do for the driver
-/// meanwhile, 2 (1280 x 800 pixels of it take as long as a frame of the driver's, 70 ms on two cores).
+/// Minimum time between two pictures: 12.5 a second at most. On software rendering 2 a second, because the driver's
+/// picture needs the same processor: 1280 x 800 pixels take as long as a frame of the driver's, 70 ms on two cores.
 const EVERY: Duration = Duration::from_millis(80);
 const EVERY_BY_SOFTWARE: Duration = Duration::from_millis(500);
-/// And so many times longer than a picture of it took: it never has more than a twelfth of the loop; after a key or a click,
-/// which want an answer, for one picture a quarter.
+/// Minimum time between two pictures as a multiple of the time of one picture, which limits the window to a twelfth of
+/// the loop. After a key or a click, which need a quick response, one picture may take a quarter.
 const RESTS: u32 = 12;
 const RESTS_AFTER_INPUT: u32 = 4;
 const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 800);
 const LEAST: LogicalSize<u32> = LogicalSize::new(800, 500);
-/// Scale of everything, on top of the monitor's own.
+/// Limits of the scale of everything, on top of the monitor's own.
 const ZOOM: [f32; 2] = [1.0, 2.0];
 
-/// A window for whoever runs the experiment.
+/// Window for the experimenter.
 pub struct ExperimenterWindow {
     window: Arc<Window>,
     surface: WindowSurface,
     egui: EguiWindow,
     pass: UiPass,
     last: Option<Instant>,
-    /// What the last picture took of the loop.
+    /// Time that the last picture took in the loop.
     took: Duration,
-    /// True if a key or a button was pressed since, or the picture has to change once more.
+    /// True if there was input since the last picture, or the picture has to change once more.
     asked: bool,
     by_software: bool,
     picture: Option<(wgpu::TextureView, TextureId)>,
 }
 
 impl ExperimenterWindow {
-    /// Opens the window, on another monitor than that of `driver` if there is one. `gpu` is the driver's window's; all
-    /// calls want the same.
+    /// Opens the window, on another monitor than the window `driver` if there is one. `gpu` is the driver's window's;
+    /// all calls need the same one.
     ///
     /// # Errors
-    /// No display, or the adapter cannot draw into this window.
+    /// No display, or the adapter cannot draw to this window.
     pub fn open(event_loop: &ActiveEventLoop, gpu: &Gpu, driver: &Window, title: &str) -> Result<Self, RunError> {
         let mut attributes =
             Window::default_attributes().with_title(title).with_inner_size(SIZE).with_min_inner_size(LEAST);
@@ -92,22 +93,22 @@ impl ExperimenterWindow {
         })
     }
 
-    /// Which window this is.
+    /// Returns the id of this window.
     pub fn id(&self) -> WindowId {
         self.window.id()
     }
 
-    /// The window itself.
+    /// Returns the window itself, for its title and focus.
     pub fn window(&self) -> &Window {
         &self.window
     }
 
-    /// Its context.
+    /// Returns the egui context of the window.
     pub fn ctx(&self) -> &Context {
         &self.egui.ctx
     }
 
-    /// An event of this window. Whether it closes is the loop's to say.
+    /// Handles an event of this window. Closing it is left to the loop.
     pub fn on_event(&mut self, gpu: &Gpu, event: &WindowEvent) {
         if let WindowEvent::Resized(size) = event {
             self.surface.resize(gpu, [size.width, size.height]);
@@ -124,7 +125,7 @@ impl ExperimenterWindow {
         self.egui.hear(&self.window, event);
     }
 
-    /// True when it is time for another picture.
+    /// Returns true when it is time for the next picture.
     pub fn due(&self) -> bool {
         let rest = match (self.asked, self.by_software) {
             (true, _) => EVERY.max(RESTS_AFTER_INPUT * self.took),
@@ -134,8 +135,8 @@ impl ExperimenterWindow {
         self.last.is_none_or(|last| now().saturating_duration_since(last) >= rest)
     }
 
-    /// A texture of ours (a preview of the driver's picture) as egui names it, to be shown in this window. One at a
-    /// time: another takes its place.
+    /// Registers a texture (a preview of the driver's picture) with egui, to be shown in this window. There is one at a
+    /// time: another replaces it.
     pub fn picture(&mut self, gpu: &Gpu, view: &wgpu::TextureView) -> TextureId {
         let renderer = self.pass.renderer();
         match &self.picture {
@@ -154,12 +155,12 @@ impl ExperimenterWindow {
         }
     }
 
-    /// One picture: `show` is run in the root [`Ui`].
+    /// Draws one picture; `live` runs in the root [`Ui`].
     pub fn draw(&mut self, gpu: &Gpu, live: impl FnMut(&mut Ui)) {
         let begin = now();
         self.last = Some(begin);
         let output = self.egui.run(&self.window, live);
-        // What has just got the keyboard is drawn so in the next pass, and egui asks for it.
+        // A widget that has just got the focus is drawn so in the next pass, which egui requests.
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
         self.asked = root.is_some_and(|root| root.repaint_delay.is_zero());
         let laid_out = now();

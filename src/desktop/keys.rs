@@ -1,50 +1,51 @@
-//! Keys of the window, once: what they do and how F1 lists them. In: winit's physical keys, so that the layout of the
-//! keyboard does not matter. Out: a [`KeyCommand`] or a driving key.
+//! Keys of the window, defined once: their actions and the list for F1. In: winit's physical keys, so that the layout
+//! of the keyboard does not matter. Out: a [`KeyCommand`] or a driving key.
 
 use crate::{input::DriveKey, panel::SCREEN_KEYS};
 use winit::keyboard::KeyCode;
 
-/// What a key asks of the window.
+/// Command of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyCommand {
-    /// List the keys.
+    /// Show or hide the list of keys.
     Help,
     /// Show or hide the experimenter's panel.
     Panel,
     /// Show or hide frame times.
     FrameTimes,
-    /// Go on or pause.
+    /// Pause or continue the drive.
     Pause,
-    /// One tick while paused.
+    /// Advance by one tick while paused.
     Tick,
-    /// One step while paused.
+    /// Advance by one step while paused.
     Step,
-    /// Begin the drive again.
+    /// Restart the drive from its beginning.
     Restart,
-    /// Driver's view, chase, bird's-eye, mirror.
+    /// Next view: driver, chase, bird's-eye, mirror.
     NextView,
-    /// Drive or reverse.
+    /// Switch between drive and reverse.
     Reverse,
-    /// Indicate to the left, or no longer.
+    /// Toggle the left indicator.
     IndicateLeft,
-    /// Indicate to the right, or no longer.
+    /// Toggle the right indicator.
     IndicateRight,
-    /// Put the car back on its lane.
+    /// Put the ego back on its lane.
     PutBack,
-    /// Lane help on or off.
+    /// Toggle the lane help.
     LaneHelp,
-    /// Fill the screen or not.
+    /// Toggle full screen of the window.
     FullScreen,
-    /// Read the shaders again from disk.
+    /// Reload the shaders from disk.
     ReloadShaders,
-    /// Mark this moment.
+    /// Mark this moment in the recording.
     Mark,
-    /// End the program.
+    /// End the program (Esc, Ctrl+Q).
     Quit,
 }
 
 impl KeyCommand {
-    /// True if it is the driver's own affair: all that the driver's window obeys while the experimenter has one.
+    /// Returns true for the driver's own commands: the only ones in the driver's window while the experimenter has a
+    /// window.
     pub fn is_drivers(self) -> bool {
         matches!(
             self,
@@ -53,7 +54,7 @@ impl KeyCommand {
     }
 }
 
-/// All keys: the keys, their name, what they do.
+/// All commands: keys, name of the keys, action.
 const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 17] = [
     (&[KeyCode::F1], KeyCommand::Help, "F1", "this list"),
     (&[KeyCode::F2, KeyCode::Tab], KeyCommand::Panel, "F2, Tab", "experimenter's panel"),
@@ -74,7 +75,7 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 17] = [
     (&[KeyCode::Escape], KeyCommand::Quit, "Esc, Ctrl+Q", "end"),
 ];
 
-/// What a key asks for together with Ctrl: the same in every window of the program.
+/// Commands with Ctrl, the same in every window of the program.
 const WITH_CONTROL: [(KeyCode, KeyCommand); 3] =
     [(KeyCode::KeyP, KeyCommand::Pause), (KeyCode::KeyM, KeyCommand::Mark), (KeyCode::KeyQ, KeyCommand::Quit)];
 
@@ -86,32 +87,32 @@ const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 5] = [
     (&[KeyCode::KeyH], DriveKey::Horn, "H", "horn"),
 ];
 
-/// What a key asks of the window, if anything.
+/// Returns the command of a key, if it has one.
 pub fn command(key: KeyCode) -> Option<KeyCommand> {
     COMMANDS.iter().find(|row| row.0.contains(&key)).map(|row| row.1)
 }
 
-/// What a key asks of any window together with Ctrl, if anything.
+/// Returns the command of a key with Ctrl, if it has one.
 pub fn with_control(key: KeyCode) -> Option<KeyCommand> {
     WITH_CONTROL.iter().find(|row| row.0 == key).map(|row| row.1)
 }
 
-/// The driving key that this is, if it is one.
+/// Returns the driving key, if it is one.
 pub fn driving(key: KeyCode) -> Option<DriveKey> {
     DRIVING.iter().find(|row| row.0.contains(&key)).map(|row| row.1)
 }
 
-/// The list for F1: key and meaning.
+/// Returns the list for F1: key and action.
 pub fn list() -> Vec<(&'static str, &'static str)> {
     list_of(|_| true)
 }
 
-/// The list for F1 in a driver's window beside an experimenter's.
+/// Returns the list for F1 in a driver's window beside an experimenter's.
 pub fn list_of_driver() -> Vec<(&'static str, &'static str)> {
     list_of(KeyCommand::is_drivers)
 }
 
-/// The list for F1 in a participant's window: screens and drive.
+/// Returns the list for F1 in a participant's window: screens and drive.
 pub fn list_of_participant() -> Vec<(&'static str, &'static str)> {
     SCREEN_KEYS.into_iter().chain(list_of_driver()).collect()
 }
@@ -126,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn beside_an_experimenter_a_driver_has_the_list_the_selector_the_way_back_and_the_full_screen_alone() {
+    fn beside_an_experimenter_the_driver_has_only_their_own_commands() {
         let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
         assert_eq!(drivers, ["F1", "R", "Q", "E", "B", "F11"]);
         let listed: Vec<&str> = list_of_driver().into_iter().map(|(key, _)| key).collect();
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_do_what_the_list_says() {
+    fn keys_act_as_listed() {
         use KeyCode as K;
         let commands = [K::Tab, K::F2, K::Escape, K::Space].map(command);
         assert_eq!(commands, [KeyCommand::Panel, KeyCommand::Panel, KeyCommand::Quit, KeyCommand::Pause].map(Some));
@@ -152,8 +153,8 @@ mod tests {
     }
 
     #[test]
-    fn the_list_of_keys_is_within_every_window() {
-        // The window that the processor draws, a laptop's, a television's.
+    fn the_list_of_keys_fits_every_window() {
+        // Window sizes of software rendering, a laptop, a television.
         for size in [[640.0, 360.0], [1280.0, 720.0], [1920.0, 1080.0]] {
             let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size.into());
             let ctx = egui::Context::default();
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn no_key_means_two_things() {
+    fn no_key_has_two_meanings() {
         let all: Vec<KeyCode> =
             COMMANDS.iter().flat_map(|r| r.0).chain(DRIVING.iter().flat_map(|r| r.0)).copied().collect();
         for (i, key) in all.iter().enumerate() {

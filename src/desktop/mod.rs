@@ -1,12 +1,12 @@
-//! Windows to be had by the piece: what `codrive drive`, a session of a study and a replay have in common. In: winit's
-//! event loop, contents. Out: pictures on screens. Nothing here knows of drives or sessions.
+//! Windows as building blocks: common parts of `codrive drive`, a session of a study and a replay. In: winit's event
+//! loop, contents. Out: pictures on screens. Nothing here depends on drives or sessions.
 //!
-//! * [`DriverWindow`]: the driver's picture, alone or with something that egui draws over it; it brings the graphics
-//!   device along and is opened first.
-//! * [`ExperimenterWindow`]: a second window on the same device, all egui, drawn a few times a second behind the driver's
-//!   frames.
+//! * [`DriverWindow`]: the driver's picture, alone or with an egui overlay; it owns the graphics device and is opened
+//!   first.
+//! * [`ExperimenterWindow`]: a second window on the same device, all egui, drawn a few times a second after the
+//!   driver's frames.
 //!
-//! The loop itself is in [`event_loop`]: its [`Windows`](event_loop::Windows) hand every window its own events (by
+//! The loop itself is in [`event_loop`]: its [`Windows`](event_loop::Windows) pass every window its own events (by
 //! [`WindowId`](winit::window::WindowId)), draw the picture each turn and the experimenter's window when it is
 //! [due](ExperimenterWindow::due).
 
@@ -29,13 +29,13 @@ use winit::{
 
 use crate::render::Gpu;
 
-/// Fills the screen that the window is on, or goes back to its size.
+/// Toggles full screen on the monitor that shows the window.
 fn toggle_fullscreen(window: &Window) {
     let full = window.fullscreen().is_some();
     window.set_fullscreen((!full).then(|| Fullscreen::Borderless(None)));
 }
 
-/// An egui context in a window: it hears the window's events and puts out shapes.
+/// An egui context in a window: receives the window's events and produces shapes.
 struct EguiWindow {
     ctx: Context,
     input: egui_winit::State,
@@ -50,12 +50,12 @@ impl EguiWindow {
         Self { ctx, input }
     }
 
-    /// True if egui has a use for the event.
+    /// Passes an event to egui. Returns true if egui uses it.
     fn hear(&mut self, window: &Window, event: &WindowEvent) -> bool {
         self.input.on_window_event(window, event).consumed
     }
 
-    /// One pass of what is to be seen.
+    /// Runs one pass of the content.
     fn run(&mut self, window: &Window, live: impl FnMut(&mut Ui)) -> FullOutput {
         let mut output = self.ctx.run_ui(self.input.take_egui_input(window), live);
         self.input.handle_platform_output(window, std::mem::take(&mut output.platform_output));

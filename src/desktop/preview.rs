@@ -1,16 +1,16 @@
-//! The driver's picture once more, small, for the experimenter: every tenth of a second or so a frame is drawn onto a
-//! canvas instead of the screen, copied from there to the screen, and made small beside it. In: frames. Out: a texture.
-//! The copy stays on the device; the driver sees the same frame at the same time.
+//! A small copy of the driver's picture for the experimenter. At fixed intervals a frame is drawn onto a canvas instead
+//! of the screen, then copied from there to the screen and, reduced, to the preview. In: frames. Out: a texture. The
+//! copy stays on the device; the driver sees the same frame at the same time.
 
 use crate::render::{Gpu, post::preview::PreviewPass};
 use std::time::{Duration, Instant};
 
-/// Time between two previews, on a graphics card and where the processor draws.
+/// Time between two previews: with a graphics card, and on software rendering.
 const EVERY: [Duration; 2] = [Duration::from_millis(125), Duration::from_millis(500)];
-/// Most pixels across and down.
+/// Largest width and height of the preview, pixels.
 const MOST: [u32; 2] = [320, 180];
 
-/// Canvas and preview.
+/// Canvas and preview, and their timing.
 pub struct Preview {
     pass: PreviewPass,
     canvas: Option<wgpu::TextureView>,
@@ -25,7 +25,7 @@ impl Preview {
         Self { pass, canvas: None, small, last: None }
     }
 
-    /// Where the frame of `now` is to be drawn, if it is one that becomes a preview.
+    /// Returns the canvas for the frame of `now` if that frame becomes a preview, `None` otherwise.
     pub fn canvas(&mut self, gpu: &Gpu, now: Instant, size: [u32; 2]) -> Option<wgpu::TextureView> {
         if self.last.is_some_and(|last| now.saturating_duration_since(last) < EVERY[usize::from(gpu.is_software())]) {
             return None;
@@ -41,7 +41,7 @@ impl Preview {
         self.canvas.clone()
     }
 
-    /// The frame has been drawn onto the canvas: it goes to `screen`, and small beside it.
+    /// Copies the frame on the canvas to `screen`, and reduced to the preview.
     pub fn hand_on(&self, gpu: &Gpu, canvas: &wgpu::TextureView, screen: &wgpu::TextureView) {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("preview") });
         self.pass.draw(&gpu.device, &mut encoder, canvas, screen, None);
@@ -49,13 +49,13 @@ impl Preview {
         gpu.queue.submit([encoder.finish()]);
     }
 
-    /// The latest preview.
+    /// Returns the latest preview.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.small
     }
 }
 
-/// The largest size of the picture's shape within the limits, never larger than the picture.
+/// Returns the largest size of the picture's shape within the limits, never larger than the picture.
 fn fitting([width, height]: [u32; 2]) -> [u32; 2] {
     let (w, h) = (f64::from(width.max(1)), f64::from(height.max(1)));
     let scale = (f64::from(MOST[0]) / w).min(f64::from(MOST[1]) / h).min(1.0);
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_becomes_a_preview_eight_times_a_second_twice_where_the_processor_draws() {
+    fn previews_come_eight_times_a_second_or_twice_on_software_rendering() {
         let gpu = Gpu::shared().expect("a graphics adapter is needed");
         let mut preview = Preview::new(gpu, OFFSCREEN);
         let every_ms = if gpu.is_software() { 500 } else { 125 };
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(taken(0, [64, 36]), Some([64, 36]), "the first at once");
         assert_eq!((taken(1, [64, 36]), taken(every_ms - 1, [64, 36])), (None, None));
         assert_eq!(taken(every_ms, [64, 36]), Some([64, 36]));
-        // Another size of the window is that of the next preview.
+        // A new size of the window applies to the next preview.
         assert_eq!((taken(every_ms + 1, [640, 480]), taken(2 * every_ms, [640, 480])), (None, Some([640, 480])));
         assert_eq!([preview.view().texture().width(), preview.view().texture().height()], [240, 180]);
     }

@@ -1,16 +1,16 @@
-//! Checks of other devices: is liblsl here, and which streams does it see? In: the network. Out: [`Finding`]s.
+//! Checks of LSL: whether liblsl is installed, and the streams that it sees. In: the network. Out: [`Finding`]s.
 
 use super::{Finding, FindingGrade};
 use crate::lsl::{self, library};
 use std::path::Path;
 
-/// So long streams are waited for, seconds: those of a local network answer within half of it.
+/// Time to wait for streams, s; streams of a local network reply within half of it.
 const WAIT_S: f64 = 1.0;
 
-/// Receivers that can hear the streams of a drive.
+/// Note on which receivers can see the streams of a drive.
 const HEARD: &str = "a drive's own streams are heard on this machine alone, or where interface in [lsl] says";
 
-/// Words on a configuration in the working folder that is not read.
+/// Returns a note if the working folder has an LSL configuration that is not read.
 fn ignored_config() -> String {
     let whole = |path: &Path| path.canonicalize().ok();
     let named = std::env::var_os(lsl::CONFIG_VARIABLE).and_then(|named| whole(Path::new(&named)));
@@ -22,7 +22,7 @@ fn ignored_config() -> String {
     }
 }
 
-/// Without the library nothing is wrong: only a study with `[lsl]` needs it.
+/// Checks LSL. A missing library is not a fault, as only a study with `[lsl]` needs it.
 pub(super) fn examine() -> Finding {
     let library = match library::open() {
         Ok(library) => library,

@@ -1,5 +1,5 @@
-//! Checks of data, sound, disk, clock and power. In: files of the system. Out: [`Finding`]s. What another system keeps
-//! elsewhere is unknown.
+//! Checks of data, sound, disk, clock and power. In: system files. Out: [`Finding`]s. Facts that another system keeps elsewhere are
+//! reported as unknown.
 
 use super::Finding;
 use crate::{audio, data_folders, input::TimeStamp, record};
@@ -9,16 +9,16 @@ use std::{
     path::Path,
 };
 
-/// Bytes written to measure the disk.
+/// Number of bytes written to measure the disk.
 const TRIAL_BYTES: usize = 16 << 20;
-/// A recording takes less than 0.2 MB/s; a disk below this many MB/s has other troubles.
+/// Write speed below which a warning is given, MB/s. A recording needs less than 0.2 MB/s, so a slower disk has another problem.
 const SLOW_MBPS: f64 = 10.0;
 
 pub(super) fn examine(recordings: &Path) -> Vec<Finding> {
     vec![data(), disk_space(free_gb(recordings)), clock(), power()]
 }
 
-/// Where maps and assets are read from.
+/// Checks the folder of maps and assets.
 fn data() -> Finding {
     let root = data_folders::root();
     if root.join("maps").is_dir() {
@@ -27,7 +27,7 @@ fn data() -> Finding {
     Finding::fault("data", format!("nothing at {}", root.display()), "name the folder with maps and assets: --data DIR")
 }
 
-/// The output is opened, as a drive would.
+/// Checks sound by opening the output, as a drive does.
 pub(super) fn sound() -> Finding {
     match audio::output() {
         Ok(output) => Finding::ok("sound", output),
@@ -39,7 +39,7 @@ pub(super) fn sound() -> Finding {
     }
 }
 
-/// The disk takes a file, written through.
+/// Measures the speed of a synced write to the disk.
 pub(super) fn disk_speed(folder: &Path) -> Finding {
     let path = folder.join(".codrive-doctor");
     let trial = || -> std::io::Result<f64> {
@@ -83,7 +83,7 @@ fn disk_space(free_gb: Option<f64>) -> Finding {
 
 fn clock() -> Finding {
     let source = fs::read_to_string("/sys/devices/system/clocksource/clocksource0/current_clocksource").ok();
-    // The smallest step of the clock that stamps inputs and frames.
+    // Smallest step of the clock that stamps inputs and frames.
     let step = (0..1000)
         .filter_map(|_| {
             let begin = TimeStamp::now();
@@ -94,7 +94,7 @@ fn clock() -> Finding {
     judge_clock(source.as_deref().map(str::trim), step.map(|step| step.as_secs_f64()))
 }
 
-/// By the kernel's source and the smallest step seen, seconds.
+/// Grades the clock by the kernel's clock source and the smallest step seen, s.
 fn judge_clock(source: Option<&str>, step_s: Option<f64>) -> Finding {
     let name = source.unwrap_or("unknown source");
     let Some(step_s) = step_s else {

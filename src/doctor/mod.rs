@@ -1,5 +1,5 @@
-//! Checks whether this rig is fit for a study. In: the machine. Out: [`Finding`]s, each ok, a warning or a fault with its
-//! remedy. What cannot be found out is said, never assumed.
+//! Checks whether a rig is fit for a study. In: the machine. Out: [`Finding`]s, each ok, a warning or a fault with its remedy. Facts that
+//! cannot be determined are reported as unknown, never assumed.
 
 mod lab;
 mod machine;
@@ -16,40 +16,40 @@ use std::{
     time::Duration,
 };
 
-/// What is checked.
+/// Inputs of the checks.
 pub struct DoctorOptions {
-    /// The drive that is to be driven.
+    /// Scenario to be driven.
     pub scenario: Scenario,
-    /// Size of its picture, pixels.
+    /// Size of the picture, px.
     pub size: [u32; 2],
     /// Folder of the recordings.
     pub recordings: PathBuf,
-    /// The monitors, or why there are none: only a program with a window can ask.
+    /// Monitors, or the reason why they are unknown; only a program with a window can list them.
     pub monitors: Result<Vec<MonitorInfo>, MonitorsUnknown>,
 }
 
-/// Why nobody knows the monitors; whoever asks the system has errors of its own.
+/// Reason why the monitors are unknown; the type of the error depends on the caller.
 pub type MonitorsUnknown = Box<dyn std::error::Error + Send + Sync>;
 
-/// A monitor as the system tells of it.
+/// Monitor as reported by the system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MonitorInfo {
-    /// Its number for `--monitor`, from 1.
+    /// Number for `--monitor`, from 1.
     pub number: usize,
-    /// Its name.
+    /// Name reported by the system.
     pub name: String,
-    /// Width and height, pixels.
+    /// Width and height, px.
     pub size: [u32; 2],
-    /// Refresh rate, Hz, where the system tells.
+    /// Refresh rate, Hz, if known.
     pub refresh_hz: Option<f64>,
-    /// Rates that it has at this size, Hz, where the system tells.
+    /// Refresh rates available at this size, Hz, if known.
     pub rates_hz: Vec<f64>,
-    /// True for the one that windows open on by themselves.
+    /// True for the monitor on which windows open by default.
     pub primary: bool,
 }
 
 impl MonitorInfo {
-    /// In words.
+    /// Describes the monitor in one line.
     pub fn words(&self) -> String {
         let rate = self.refresh_hz.map_or("rate unknown".into(), |hz| format!("{hz:.2} Hz"));
         let primary = if self.primary { ", primary" } else { "" };
@@ -59,28 +59,28 @@ impl MonitorInfo {
     }
 }
 
-/// How good something is.
+/// Grade of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FindingGrade {
-    /// Fit.
+    /// Good enough for a study.
     Ok,
-    /// A study can be driven, with care.
+    /// A study can be run, with care.
     Warning,
-    /// A study must not be driven.
+    /// A study must not be run.
     Fault,
 }
 
-/// One finding.
+/// One finding of the checks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// What was looked at.
+    /// Subject of the check.
     pub what: &'static str,
-    /// How good it is.
+    /// Grade of the finding.
     pub grade: FindingGrade,
-    /// What was found.
+    /// Description of the finding.
     pub found: String,
-    /// What to do about it; nothing where all is well.
+    /// Advice to the user; `None` if all is well.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
 }
@@ -98,7 +98,7 @@ impl Finding {
         Self { what, grade: FindingGrade::Fault, found: found.into(), remedy: Some(remedy.into()) }
     }
 
-    /// A message of the form `found\n  remedy: ...` as a line.
+    /// Creates a finding from a message of the form `found\n  remedy: ...`.
     fn told(what: &'static str, grade: FindingGrade, message: &str) -> Self {
         let (found, remedy) = message.split_once("\n  remedy: ").unwrap_or((message, ""));
         let remedy = (!remedy.is_empty()).then(|| remedy.to_owned());
@@ -106,7 +106,7 @@ impl Finding {
     }
 }
 
-/// Looks at everything; some seconds, and never longer than [`ANSWER`] for each check that asks a device or a library.
+/// Runs all checks. Takes some seconds; each check that uses a device or a library takes at most [`ANSWER`].
 pub fn examine(options: &DoctorOptions) -> Vec<Finding> {
     let (scenario, size, recordings) = (options.scenario.clone(), options.size, options.recordings.clone());
     let picture = move || picture::examine(&scenario, size);
@@ -123,14 +123,14 @@ pub fn examine(options: &DoctorOptions) -> Vec<Finding> {
     lines
 }
 
-/// The longest time that a check may take.
+/// Maximum duration of a check that uses a device or a library.
 pub const ANSWER: Duration = Duration::from_secs(20);
 
-/// Findings of a check, on a thread of its own; a fault where it does not answer in time. Such a thread is left behind: neither a driver
-/// nor a library can be broken off.
+/// Runs a check on its own thread and returns its findings; a fault if it takes longer than `limit`. Such a thread is left running, as
+/// neither a driver nor a library can be interrupted.
 fn within(limit: Duration, what: &'static str, check: impl FnOnce() -> Vec<Finding> + Send + 'static) -> Vec<Finding> {
     let (say, found) = mpsc::channel();
-    // Whoever waited may have given up.
+    // The receiver may already have given up.
     let begun = thread::Builder::new().name(format!("doctor: {what}")).spawn(move || drop(say.send(check())));
     let unknown = |found: String, remedy: &str| vec![Finding::fault(what, found, remedy)];
     if let Err(why) = begun {
@@ -146,7 +146,7 @@ fn within(limit: Duration, what: &'static str, check: impl FnOnce() -> Vec<Findi
     }
 }
 
-/// The page.
+/// Formats the findings as text for the terminal.
 pub fn words(lines: &[Finding]) -> String {
     let mut page = String::new();
     for line in lines {
@@ -163,7 +163,7 @@ pub fn words(lines: &[Finding]) -> String {
     page
 }
 
-/// The same for a manifest.
+/// Converts the findings to JSON, for a manifest.
 pub fn json(lines: &[Finding]) -> Value {
     let worst = lines.iter().map(|line| line.grade).max().unwrap_or(FindingGrade::Ok);
     json!({ "program": concat!("codrive ", env!("CARGO_PKG_VERSION")), "grade": worst, "checks": lines })
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_check_that_does_not_answer_is_a_fault_with_the_time_it_had() {
+    fn a_check_that_times_out_is_a_fault_with_its_time_limit() {
         let (held, hold) = mpsc::channel::<()>();
         let limit = Duration::from_millis(50);
         let lines = within(limit, "sound", move || {
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_has_a_line_and_a_remedy_for_each_finding_and_json_says_the_worst() {
+    fn the_text_has_each_finding_with_remedy_and_json_the_worst_grade() {
         let lines = [
             Finding::ok("disk", "fast"),
             Finding::told("wheel", FindingGrade::Fault, "at PS4\n  remedy: move it\n    to PS3"),

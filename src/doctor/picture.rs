@@ -1,4 +1,4 @@
-//! Checks of graphics, frame times and SUMO. In: the scenario to be driven and the size of its picture. Out: [`Finding`]s.
+//! Checks of graphics, frame times, SUMO and monitors. In: the scenario to be driven and the size of its picture. Out: [`Finding`]s.
 
 use super::{Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
 use crate::{
@@ -11,17 +11,16 @@ use crate::{
 };
 use std::time::Duration;
 
-/// Pictures that are measured, after one that makes what is made at a first use.
+/// Number of measured pictures, after a first one that creates all resources.
 const PICTURES: usize = 30;
-/// Fewest pictures, the first included, and the time after which no more than these are begun.
+/// Minimum number of pictures, including the first one; then no more are begun after the time `MEASURED`.
 const FEWEST_PICTURES: usize = 3;
 const MEASURED: Duration = Duration::from_secs(3);
-/// A frame of a 60 Hz screen, and the longest that keeps the median latency below 50 ms (docs/references.md: latency),
-/// milliseconds.
+/// Duration of a frame at 60 Hz, ms.
 const FRAME_MS: f64 = 1000.0 / 60.0;
 const LONGEST_MS: f64 = 1000.0 / 30.0;
 
-/// The engine of the scenario's traffic.
+/// Checks that SUMO can run the scenario.
 pub(super) fn sumo(scenario: &Scenario) -> Finding {
     match World::new(&Scenario { traffic: EngineChoice::Sumo, ..scenario.clone() }) {
         Ok(world) => Finding::ok("SUMO", world.traffic_engine()),
@@ -29,7 +28,7 @@ pub(super) fn sumo(scenario: &Scenario) -> Finding {
     }
 }
 
-/// The graphics adapter, and how long a picture of this size takes.
+/// Checks the graphics adapter, and the time to draw a picture of this size.
 pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     let gpu = match Gpu::headless() {
         Ok(gpu) => gpu,
@@ -41,7 +40,7 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     } else {
         Finding::ok("graphics", gpu.description())
     };
-    // A network has no other engine than its own.
+    // The native engine cannot run a network; then the scenario's own engine is used.
     let native = World::new(&Scenario { traffic: EngineChoice::Native, ..scenario.clone() });
     let times = match native.or_else(|_| World::new(scenario)).map(|world| frames(&gpu, &world, size)) {
         Ok(Ok(times_ms)) => judge(size, &times_ms),
@@ -51,7 +50,7 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     vec![adapter, times]
 }
 
-/// What is set of the picture's size, which only a tape can judge.
+/// Reports the configured screen size and eye distance, which only a tape measure can verify.
 pub(super) fn display(scenario: &Scenario) -> Finding {
     let (width_m, eye_m) = (scenario.display.screen_width_m, scenario.display.eye_distance_m);
     let angle_deg = 2.0 * (width_m / 2.0 / eye_m).atan().to_degrees();
@@ -63,7 +62,7 @@ pub(super) fn display(scenario: &Scenario) -> Finding {
     )
 }
 
-/// The monitors, each with a line.
+/// Checks the monitors, one finding each.
 pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, MonitorsUnknown>) -> Vec<Finding> {
     match found {
         Err(error) => vec![Finding::told("monitor", FindingGrade::Warning, &error.to_string())],
@@ -80,7 +79,7 @@ pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, MonitorsUnknown>) -> Vec
 
 fn monitor(monitor: &MonitorInfo) -> Finding {
     match monitor.refresh_hz {
-        // Tolerance for 59.94.
+        // Tolerance for 59.94 Hz.
         Some(hz) if hz < 59.0 => {
             let remedy = "a mode of 60 Hz or more: each frame stands longer, and latency with it (--refresh HZ)";
             Finding::warning("monitor", monitor.words(), remedy)
@@ -90,7 +89,7 @@ fn monitor(monitor: &MonitorInfo) -> Finding {
     }
 }
 
-/// Times of pictures of the driver's view, milliseconds, shortest first: as many as can be drawn in a few seconds.
+/// Returns the times to draw the driver's view, ms, sorted; draws as many pictures as fit into a few seconds.
 fn frames(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<Vec<f64>, GpuError> {
     let scenario = world.scenario();
     let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize);
@@ -125,7 +124,7 @@ fn frames(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<Vec<f64>, GpuError
     Ok(times_ms)
 }
 
-/// `times_ms` are sorted.
+/// Grades frame times, given sorted in ms.
 fn judge(size: [u32; 2], times_ms: &[f64]) -> Finding {
     let at = |share: f64| times_ms[((times_ms.len() - 1) as f64 * share).round() as usize];
     let (median, late) = (at(0.5), at(0.99));

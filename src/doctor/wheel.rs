@@ -86,7 +86,7 @@ fn usable(node: &crate::input::linux::DeviceNode) -> Vec<Finding> {
     lines
 }
 
-/// The turn that the driver has set, where it tells.
+/// Checks the range of rotation set in the driver against the profile; `None` if the driver does not report it.
 #[cfg(target_os = "linux")]
 fn range(node: &crate::input::linux::DeviceNode, expected_deg: f64) -> Option<Finding> {
     let event = node.path.file_name()?;

@@ -1,6 +1,6 @@
-//! The paired baselines of a participant's trials: the same seed without advice. In: the session's log. Out: a recording
-//! beside each trial that came to its end and has none yet. They are made after the session, on a thread of their own, while
-//! the participant reads the last page: during it they would take the processor from a drive, and SUMO runs once a process.
+//! Paired baselines of a participant's trials: the same seed without advice. In: the session's log. Out: a recording
+//! beside each completed trial that has none yet. They are made after the session, on a thread of their own, while the
+//! participant reads the last page. During the session they would slow down the drives, and SUMO runs once per process.
 
 use super::{RunError, rehearsal};
 use crate::{
@@ -20,7 +20,7 @@ use std::{
     thread::JoinHandle,
 };
 
-/// Recordings of trials that want a baseline.
+/// Returns the recordings of trials that lack a baseline.
 pub fn missing(folder: &Path, plan: &SessionPlan, log: &SessionLog) -> Vec<PathBuf> {
     let trials = plan.items.iter().filter(|planned| planned.run.is_some());
     let recordings = trials.filter_map(|planned| log.done(&planned.name)?.recording.clone());
@@ -28,11 +28,11 @@ pub fn missing(folder: &Path, plan: &SessionPlan, log: &SessionLog) -> Vec<PathB
     without.map(|name| folder.join(name)).collect()
 }
 
-/// Drives the baseline of each of these trials, as it was driven, with what it was extended by. `driven` hears of every
-/// tick. False if `stop` was set before the last.
+/// Drives the baseline of each of these trials, with the trial's scenario and its extensions. `driven` is called with
+/// the number of ticks after each step. Returns false if `stop` was set before the end.
 ///
 /// # Errors
-/// A drive cannot start or go on, or the disk refuses.
+/// A drive cannot start or go on, or a recording cannot be written.
 pub fn make(
     code: &ParticipantCode,
     trials: &[PathBuf],
@@ -48,7 +48,7 @@ pub fn make(
     Ok(true)
 }
 
-/// How many ticks these trials have.
+/// Returns the number of ticks of these trials.
 ///
 /// # Errors
 /// A scenario cannot be read.
@@ -57,10 +57,10 @@ pub fn ticks(trials: &[PathBuf]) -> Result<u64, RunError> {
     trials.iter().map(of).sum()
 }
 
-/// Makes what a session that is over still lacks: baselines that a closed window left out.
+/// Makes the baselines that a finished session still lacks, because the window was closed. Returns their number.
 ///
 /// # Errors
-/// A drive cannot start or go on, or the disk refuses.
+/// A drive cannot start or go on, or a recording cannot be written.
 pub fn make_up(
     data: &DataSet,
     study: &crate::study::Study,
@@ -81,7 +81,7 @@ pub fn make_up(
     Ok(trials.len())
 }
 
-/// Baselines on their way.
+/// Baselines that are being driven on a thread.
 pub struct BaselineJob {
     thread: Option<JoinHandle<Result<bool, RunError>>>,
     stop: Arc<AtomicBool>,
@@ -91,10 +91,10 @@ pub struct BaselineJob {
 }
 
 impl BaselineJob {
-    /// Begins with these.
+    /// Starts driving the baselines of these trials.
     ///
     /// # Errors
-    /// A scenario cannot be read, or the system gives no thread.
+    /// A scenario cannot be read, or the system cannot start a thread.
     pub fn begin(code: &ParticipantCode, trials: Vec<PathBuf>) -> Result<Self, RunError> {
         let (stop, driven) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
         let (ticks, count) = (ticks(&trials)?, trials.len());
@@ -109,12 +109,12 @@ impl BaselineJob {
         Ok(Self { thread: Some(thread), stop, driven, ticks, trials: count })
     }
 
-    /// True while it works.
+    /// Checks whether baselines are still being driven.
     pub fn is_busy(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
 
-    /// In words.
+    /// Returns the progress as text.
     pub fn words(&self) -> String {
         let driven = self.driven.load(Ordering::Relaxed);
         let percent = (100 * driven).checked_div(self.ticks).unwrap_or(100);
@@ -124,15 +124,15 @@ impl BaselineJob {
         )
     }
 
-    /// Waits for the end, or ends it now. True if all were made.
+    /// Waits for the end, or stops at once if `now` is set. Returns true if all baselines were made.
     ///
     /// # Errors
-    /// A drive could not start or go on, or the disk refused.
+    /// A drive could not start or go on, or a recording could not be written.
     pub fn finish(&mut self, now: bool) -> Result<bool, RunError> {
         self.stop.fetch_or(now, Ordering::Relaxed);
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(made)) => made,
-            // A panic was printed already.
+            // The panic was reported already.
             Some(Err(_)) | None => Ok(false),
         }
     }

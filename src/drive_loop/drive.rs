@@ -1,4 +1,5 @@
-//! The body of the drive loop (docs/decisions.md: 1). In: elapsed time, and who drives. Out: a world that many ticks later.
+//! Body of the drive loop (docs/decisions.md: 1). In: elapsed time, and a driver. Out: the world after the ticks that
+//! were due.
 
 use crate::{
     controls::Controls,
@@ -9,25 +10,26 @@ use crate::{
 };
 use std::time::Duration;
 
-/// A frame of a window waits so long for a traffic engine that runs elsewhere: one that hears its keys 20 times a second
-/// does not feel hung.
+/// Longest wait of a window's frame for a traffic engine that runs elsewhere: a window that handles its keys 20 times a
+/// second does not seem frozen.
 pub const PATIENCE: Duration = Duration::from_millis(50);
 
-/// A failure of the world ends the drive, and its recording says why; that somebody ended the program is none.
+/// Notes a failure of the world in the summary, so that the recording says why the drive ended. An interruption by the
+/// user is no failure.
 pub fn note_failure(tally: &mut SummaryAccumulator, error: &WorldError) {
     if !matches!(error, WorldError::Traffic(TrafficError::Interrupted)) {
         tally.fail(error.to_string());
     }
 }
 
-/// A running drive: the world and its clock.
+/// Running drive: a world and its clock.
 pub struct Drive {
-    /// The simulation.
+    /// World of the simulation.
     pub world: World,
-    /// How it follows the frames.
+    /// Clock that converts the time of frames to ticks.
     pub clock: Clock,
-    /// How long a tick may wait for a traffic engine that runs elsewhere. A window sets it to a moment, so that it hears
-    /// its keys meanwhile; ticks that are due then are dropped.
+    /// Longest wait of a tick for a traffic engine that runs elsewhere. A window sets a short one, so that it can
+    /// handle its keys; ticks that are due during the wait are dropped.
     pub patience: Duration,
 }
 
@@ -35,21 +37,21 @@ impl Drive {
     /// Starts a drive.
     ///
     /// # Errors
-    /// If its world cannot start.
+    /// Its world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace) -> Result<Self, WorldError> {
         Ok(Self { world: World::new(scenario)?, clock: Clock::new(pace), patience: Duration::MAX })
     }
 
-    /// Starts a drive for somebody at the wheel.
+    /// Starts a drive with a person as the driver.
     ///
     /// # Errors
-    /// If its world cannot start, or has no participant.
+    /// Its world cannot start, or has no participant.
     pub fn by_participant(scenario: &Scenario, pace: Pace) -> Result<Self, WorldError> {
         if scenario.participant { Self::new(scenario, pace) } else { Err(WorldError::NoParticipant) }
     }
 
-    /// One frame: all ticks that are due. `steer` is asked for the controls of each tick, `watch` sees the world
-    /// after it, and those controls.
+    /// Runs the ticks that are due in one frame. `steer` returns the controls of each tick; `watch` is called with the
+    /// world after it and with those controls.
     ///
     /// # Errors
     /// The traffic engine failed.
@@ -83,7 +85,7 @@ mod tests {
     use crate::traffic::EngineChoice;
     use crate::traffic::{CarState, Traffic, VehicleReport};
 
-    /// Cars that stand, of an engine that does not answer in time for so many questions.
+    /// Traffic of standing vehicles, from an engine that responds late: at query number `questions`.
     struct UnresponsiveTraffic {
         cars: Vec<CarState>,
         questions: u32,
@@ -109,7 +111,7 @@ mod tests {
         }
     }
 
-    /// A drive of `duration_s` in real time that waits for such an engine from its first tick on.
+    /// Returns a drive of `duration_s` in real time that waits for such an engine from its first tick on.
     fn drive(duration_s: f64, questions: u32) -> Drive {
         let scenario = Scenario { traffic: EngineChoice::Native, vehicles: 2, duration_s, ..Scenario::default() };
         let mut drive = Drive::new(&scenario, Pace::RealTime).unwrap();
@@ -121,7 +123,8 @@ mod tests {
         drive
     }
 
-    /// A frame of so many milliseconds: ticks that were made and steered, and milliseconds that were dropped.
+    /// Runs a frame of this many milliseconds. Returns the numbers of ticks and of calls of `steer`, and the dropped
+    /// time in ms.
     fn frame(drive: &mut Drive, elapsed_ms: u64) -> (u64, u64, u128) {
         let (mut steered, mut seen) = (0, 0);
         let steer = |_: &World| {
@@ -134,23 +137,23 @@ mod tests {
     }
 
     #[test]
-    fn ticks_whose_traffic_is_late_are_dropped_with_their_time_and_counted_as_a_stall() {
+    fn ticks_with_late_traffic_are_dropped_and_counted_as_a_stall() {
         let mut drive = drive(60.0, 3);
-        // The second frame drops a quarter of a second at its end and what is beyond at once.
+        // The second frame drops 0.25 s at its end, and the time beyond that at once.
         assert_eq!(frame(&mut drive, 50), (0, 0, 50));
         assert_eq!(frame(&mut drive, 300), (0, 0, 300));
         assert_eq!((drive.clock.stalls(), drive.clock.dropped()), (3, Duration::from_millis(350)));
-        // Now it answers: nothing is made up for.
+        // The engine responds now; dropped time is not made up for.
         assert_eq!(frame(&mut drive, 50), (5, 5, 0));
         assert_eq!(drive.world.snapshot().tick.0, 5);
-        // Within a step nobody waits; at the next one the engine is asked again.
+        // There is no wait within a step; at the next step the engine is queried again.
         drive.world.set_traffic(Box::new(UnresponsiveTraffic { cars: Vec::new(), questions: 2 }));
         assert_eq!(frame(&mut drive, 80), (5, 5, 30), "of eight ticks five are of the step that is known");
         assert_eq!(drive.world.snapshot().tick.0, 10);
     }
 
     #[test]
-    fn a_drive_that_is_over_makes_no_tick() {
+    fn an_ended_drive_makes_no_tick() {
         let mut drive = drive(0.03, 0);
         assert_eq!(frame(&mut drive, 50).1, 3);
         assert!(drive.world.ended().is_some());
@@ -158,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_of_the_world_is_why_a_drive_ended_and_an_end_by_hand_is_none() {
+    fn a_failure_of_the_world_is_noted_and_an_interruption_is_not() {
         let failure = |error: TrafficError| {
             let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
             note_failure(&mut tally, &WorldError::Traffic(error));

@@ -1,10 +1,11 @@
-//! An episode: a whole drive that is advised from outside, hold by hold, as a learner needs it. In: an [`EpisodeConfig`], a seed, then at each
-//! hold an action for each advised vehicle. Out: who can be advised next and what each of them sees, the rewards of the hold as in training
-//! on rings, who has come to an end.
+//! Episode: a whole drive that a learner advises from outside, hold by hold. In: an [`EpisodeConfig`], a seed, then at
+//! each hold an action for each advised vehicle. Out: the vehicles that can be advised next with their observations,
+//! the rewards of the hold as in training on rings, and the vehicles that have left.
 //!
-//! Vehicles that come within a hold are advised from the next one on; until then they drive as without advice. Whoever leaves the road is
-//! done. The first contact of an advised vehicle ends the episode, as in evaluations: in the rest of that hold all count as standing. While
-//! nobody is there to be advised the drive goes on by itself.
+//! Vehicles that enter within a hold are advised from the next hold on; until then they drive as without advice. A
+//! vehicle that leaves the road is done. The first contact of an advised vehicle ends the episode, as in evaluations:
+//! for the rest of that hold all vehicles count as standing. While there is no vehicle to advise, the drive continues
+//! without actions.
 
 use super::{RunError, episode_config::EpisodeConfig};
 use crate::{
@@ -18,60 +19,60 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// Why a hold cannot be driven.
+/// Error of a hold.
 #[derive(Debug, thiserror::Error)]
 pub enum EpisodeError {
-    /// The drive cannot begin or go on.
+    /// The drive cannot start or go on.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// There must be an action for each agent.
+    /// The number of actions differs from the number of agents.
     #[error("{given} actions; allowed: {agents}, one for each advised vehicle that is there")]
     Count {
-        /// How many were given.
+        /// Number of given actions.
         given: usize,
-        /// How many vehicles there are to be advised.
+        /// Number of vehicles that can be advised.
         agents: usize,
     },
-    /// An action that is none.
+    /// Action that is not allowed.
     #[error("the action of {} is {value}; allowed: {allowed}", name(*agent))]
     Action {
-        /// Whose.
+        /// Vehicle of the action.
         agent: VehicleId,
-        /// Its value.
+        /// Value of the action.
         value: f32,
-        /// What is allowed.
+        /// Description of the allowed values.
         allowed: String,
     },
-    /// It has ended.
+    /// The episode is over.
     #[error("the episode is over: begin another")]
     Over,
 }
 
-/// What one hold brought to an agent that was there at its beginning.
+/// Outcome of one hold for an agent that was present at its beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgentOutcome {
-    /// Which.
+    /// Identifier of the vehicle.
     pub id: VehicleId,
-    /// Mean over the steps, m/s, penalties taken.
+    /// Mean speed over the steps less penalties, m/s.
     pub reward: f64,
-    /// It has left the road, or an advised vehicle has touched another.
+    /// True if the vehicle has left the road, or an advised vehicle has touched another.
     pub is_terminated: bool,
-    /// What it sees next; of one that has left, what it saw last.
+    /// Next observation of the vehicle; the last one if it has left.
     pub last_seen: Observation,
 }
 
-/// What one hold brought.
+/// Outcome of one hold.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HoldOutcome {
-    /// Agents that were there at its beginning.
+    /// Agents that were present at the beginning of the hold.
     pub agents: Vec<AgentOutcome>,
     /// Mean speed of all vehicles over the steps, m/s.
     pub mean_speed_mps: f64,
-    /// The horizon is reached, or the participant's way is over: nobody is advised any more.
+    /// True if the horizon is reached or the participant's path has ended; no vehicle is advised any more.
     pub is_truncated: bool,
 }
 
-/// An agent during a hold.
+/// State of an agent during a hold.
 struct Advised {
     id: VehicleId,
     contacts: u32,
@@ -80,12 +81,12 @@ struct Advised {
     last_seen: Observation,
 }
 
-/// An episode that has begun.
+/// Running episode of a learner.
 pub struct Episode {
     config: EpisodeConfig,
     inputs: Vec<NetworkInput>,
     world: World,
-    /// The participant's; `None` where there is none.
+    /// Simulated driver of the ego; `None` without a participant.
     driver: Option<SimulatedDriver>,
     holds: u32,
     horizon: u32,
@@ -94,7 +95,7 @@ pub struct Episode {
 }
 
 impl Episode {
-    /// Begins the episode of a seed: the world is made, its warm-up driven, and the first advice is due.
+    /// Starts the episode of a seed: creates the world, drives its warm-up, and stops where the first advice is due.
     ///
     /// # Errors
     /// The world cannot start or go on, or a driver cannot be simulated.
@@ -126,28 +127,30 @@ impl Episode {
         Ok(episode)
     }
 
-    /// Who can be advised now: the participant's vehicle ([`EGO`]) first, then the others by ascending id; nobody once the episode is over.
+    /// Returns the vehicles that can be advised now: the ego ([`EGO`]) first, then the others by ascending id; none
+    /// after the end.
     pub fn agents(&self) -> impl ExactSizeIterator<Item = VehicleId> {
         let agents = self.world.agents();
         agents[..if self.is_over { 0 } else { agents.len() }].iter().map(|agent| agent.id())
     }
 
-    /// What each of them sees.
+    /// Returns the observation of each vehicle that can be advised.
     pub fn observations(&self) -> Vec<Observation> {
         let agents = if self.is_over { &[] } else { self.world.agents() };
         agents.iter().map(|agent| self.world.told(agent)).collect()
     }
 
-    /// Scales what is seen as for training, a row for each.
+    /// Scales observations as for training, one row per observation.
     pub fn scaled(&self, seen: impl IntoIterator<Item = Observation>) -> Vec<f32> {
         let row = |seen: Observation| self.inputs.iter().map(move |input| input.scaled(&seen));
         seen.into_iter().flat_map(row).collect()
     }
 
-    /// One hold under these actions, one for each of [`Episode::agents`]: -1 to 1 spans the limits, or numbers of levels.
+    /// Runs one hold with these actions, one for each of [`Episode::agents`]: -1 to 1 spans the limits; with levels it
+    /// is the number of a level.
     ///
     /// # Errors
-    /// The episode is over, the actions are none, or the traffic engine failed; after that the drive cannot go on.
+    /// The episode is over, an action is invalid, or the traffic engine failed, after which the drive cannot go on.
     pub fn hold(&mut self, actions: &[f32]) -> Result<HoldOutcome, EpisodeError> {
         self.check(actions)?;
         let hold = self.config.hold();
@@ -168,7 +171,7 @@ impl Episode {
             let is_there = self.world.agents().iter().any(|agent| agent.id() == id);
             !is_there || (id == EGO && self.world.ended().is_some())
         };
-        // What is left of a hold after a contact counts as standing.
+        // After a contact, the rest of the hold counts as a standstill.
         let counted = |driven: u32| f64::from(if has_crashed { hold.steps() } else { driven.max(1) });
         let mean_speed_mps = mean_mps / counted(steps);
         let reward = &self.config.learning.reward;
@@ -198,8 +201,8 @@ impl Episode {
         Ok(HoldOutcome { agents: outcomes, mean_speed_mps, is_truncated })
     }
 
-    /// Drives a hold, or less where the drive ends or somebody is touched. The sum of the mean speeds of its steps, m/s, how many there
-    /// were, and true after a contact.
+    /// Runs a hold, or less if the drive ends or there is a contact. Returns the sum of the mean speeds of its steps,
+    /// m/s, their number, and true after a contact.
     fn drive(&mut self, agents: &mut [Advised]) -> Result<(f64, u32, bool), RunError> {
         let (mut sum_mps, mut steps, mut has_crashed) = (0.0, 0, false);
         while steps < self.config.hold().steps() && !has_crashed && self.world.ended().is_none() {
@@ -210,13 +213,13 @@ impl Episode {
             has_crashed = self.world.contacts_of_others() + self.contacts_of(EGO).unwrap_or(0) > 0;
         }
         if !has_crashed {
-            // Whoever has come to the end of the way leaves, and others come, before the next advice is due.
+            // Vehicles at the end of their path leave and new ones enter before the next advice is due.
             self.world.meet_agents()?;
         }
         Ok((sum_mps, steps, has_crashed))
     }
 
-    /// Notes how those of a hold drive that are still there, and what they see.
+    /// Adds speeds and observations of the hold's agents that are still present.
     fn note(&self, agents: &mut [Advised]) {
         for now in self.world.agents() {
             let Some(agent) = agents.iter_mut().find(|agent| agent.id == now.id()) else { continue };
@@ -226,7 +229,7 @@ impl Episode {
         }
     }
 
-    /// One step of the world.
+    /// Runs one step of the world.
     fn step(&mut self) -> Result<(), RunError> {
         for _ in 0..self.world.scenario().step_ticks() {
             let controls = match &mut self.driver {
@@ -240,7 +243,7 @@ impl Episode {
         Ok(())
     }
 
-    /// While nobody is there to be advised the drive goes on, hold by hold, to the horizon.
+    /// Continues the drive, hold by hold, while there is no vehicle to advise, to the horizon at most.
     fn wait_for_agents(&mut self) -> Result<(), RunError> {
         while self.world.agents().is_empty() && !self.is_over {
             let (_, _, has_crashed) = self.drive(&mut [])?;
@@ -250,12 +253,12 @@ impl Episode {
         Ok(())
     }
 
-    /// How often an agent has begun to touch another, if it is there.
+    /// Returns the number of contacts that an agent has had, if it is present.
     fn contacts_of(&self, id: VehicleId) -> Option<u32> {
         self.world.agents().iter().find(|agent| agent.id() == id).map(|agent| agent.contact_count())
     }
 
-    /// Taken from the reward for an action, m/s.
+    /// Returns the penalty for an action, m/s.
     fn action_penalty(&self, action: Action) -> f64 {
         match action {
             Action::Acceleration(a) => {
@@ -288,28 +291,28 @@ impl Episode {
         Err(EpisodeError::Action { agent, value, allowed })
     }
 
-    /// True once nobody can be advised any more.
+    /// Checks whether the episode is over, so that no vehicle can be advised any more.
     pub fn is_over(&self) -> bool {
         self.is_over
     }
 
-    /// The world as it is now.
+    /// Returns the present world.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// Of all states of all steps so far: equal if and only if (but for chance) every bit of them is.
+    /// Returns a hash of all states of all steps so far: equal hashes mean equal bits, except by chance.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
     }
 }
 
-/// What an agent is called: `ego` is the participant's vehicle.
+/// Returns the name of an agent; `ego` is the participant's vehicle.
 pub fn name(agent: VehicleId) -> String {
     if agent == EGO { "ego".into() } else { format!("vehicle_{}", agent.0) }
 }
 
-/// Who drives the advised vehicles of an episode.
+/// Returns the drivers of the advised vehicles of an episode.
 fn drivers(config: &EpisodeConfig, seed: u64) -> AgentDrivers {
     let config = config.clone();
     if !config.draws_drivers {

@@ -1,6 +1,6 @@
-//! Settings of an episode: those of a drive ([`Scenario`]), and what a learner needs beside them, which training on rings has, too
-//! ([`TrainConfig`]). In: a map, settings by their keys. Out: an [`EpisodeConfig`], checked against its road, or the key at fault and what is
-//! allowed.
+//! Settings of an episode: those of a drive ([`Scenario`]), and those of a learner, shared with training on rings
+//! ([`TrainConfig`]). In: a map, settings by their keys. Out: an [`EpisodeConfig`], checked against its road, or the
+//! invalid key and the allowed values.
 
 use crate::{
     driver::{self, Population},
@@ -14,7 +14,7 @@ use crate::{
 };
 use serde_json::Value;
 
-/// Keys of training that episodes have, too: what a policy puts out, sees and is rewarded for.
+/// Keys of training that episodes share: actions, observations and rewards of a policy.
 const OF_TRAINING: [&str; 10] = [
     "action",
     "levels",
@@ -27,10 +27,10 @@ const OF_TRAINING: [&str; 10] = [
     "action_penalty",
     "collision_penalty",
 ];
-/// The table of training that they have whole.
+/// Table of training that episodes share as a whole.
 const SCALING: &str = "scaling";
 
-/// Keys of a drive that an episode has not, and what there is instead.
+/// Keys of a drive that an episode lacks, with the alternative.
 const NOT_OF_EPISODES: [(&str, &str); 7] = [
     ("policy", "an episode is advised from outside: by whoever drives it hold by hold"),
     ("policy_speed_mps", "it is the aim of built-in policies; an episode is advised from outside"),
@@ -40,45 +40,47 @@ const NOT_OF_EPISODES: [(&str, &str); 7] = [
     ("residual_over", CORRECTS_NOTHING),
     ("residual_mps", CORRECTS_NOTHING),
 ];
-/// Why an episode of a drive corrects no controller.
+/// Reason why an episode of a drive corrects no controller.
 const CORRECTS_NOTHING: &str = "a whole drive asks no controller beside the action, which is the advice as it is; the rings of training alone \
                                 add it to a controller's";
 
-/// Late drivers: each with a reaction, an error and a habit of his own, as in training by default.
+/// Name for late drivers: each with their own reaction time, error and habit, as in training by default.
 pub const LATE: &str = "late";
 
-/// Everything that makes an episode but its seed.
+/// Settings of an episode, except for its seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EpisodeConfig {
-    /// The drive. Its policy, its duration and its seed mean nothing here.
+    /// Settings of the drive. Its policy, duration and seed have no effect here.
     pub scenario: Scenario,
-    /// What the learner does, sees and is rewarded for, and which drivers are drawn; the rest of it follows the drive.
+    /// Settings of actions, observations, rewards and drawn drivers; the others follow the drive.
     pub learning: TrainConfig,
-    /// Each advised vehicle of each episode has a driver drawn by `learning`; otherwise all have the scenario's.
+    /// True if each advised vehicle of each episode has a driver drawn by `learning`; false if all have the scenario's
+    /// driver.
     pub draws_drivers: bool,
 }
 
 /// Maps on which episodes have the traffic of training.
 const RINGS: [&str; 2] = ["ring-250", "ring-641"];
-/// What a learner sees where nothing is named on a network, or on a closed route far longer or shorter than the rings of training.
+/// Default observation on a network, and on a closed route far longer or shorter than the rings of training.
 const SEEN_ELSEWHERE: &str = "speed,leader_speed,gap,speed_limit";
-/// The largest scaled length of a road, or its share of one vehicle, either way. From -1 to 1 are the rings that the scale is for; twice as
-/// far is let pass for the rings about them, but a constant of 29, as of 1.7 km in the scale of 200 to 300 m, drowns all else that a network
-/// sees.
+/// Largest absolute value of a scaled road length, or of the length per vehicle. The range -1 to 1 covers the rings
+/// that the scale is for; twice that is accepted for similar rings. A constant of 29, as for 1.7 km in the scale of 200
+/// to 300 m, would dominate all other inputs of a network.
 const LARGEST_LENGTH: f32 = 2.0;
 
-/// Key and fault of settings.
+/// Key and error of a setting.
 type Fault = (&'static str, String);
 
 impl EpisodeConfig {
-    /// The settings of a map with some replaced, checked as a whole. Where nothing is named, the shipped rings have the traffic of
-    /// training, other roads that of a drive. On a network, and on a closed route whose length is beyond the scale of circumferences, a
-    /// learner sees the speed limit where a ring has its circumference; on all roads but the shipped rings speeds are advised and scaled up to the
-    /// highest limit of the route. `demand` says who comes to a network; `driver` is one that [`driver::named`] knows, a population, or [`LATE`].
+    /// Returns the settings of a map with some replaced, checked as a whole. By default the shipped rings have the
+    /// traffic of training, other roads that of a drive. On a network, and on a closed route whose length is beyond the
+    /// scale of circumferences, a learner observes the speed limit where a ring has its circumference. On all roads
+    /// except the shipped rings, speeds are advised and scaled up to the highest limit of the route. `demand` gives the
+    /// vehicles that enter a network. `driver` is one that [`driver::named`] knows, a population, or [`LATE`].
     ///
     /// # Errors
-    /// There is no such map or driver, a value has the wrong type or is out of range, or the settings do not go together or do not fit the
-    /// road.
+    /// There is no such map or driver, a value has the wrong type or is out of range, or the settings do not fit each
+    /// other or the road.
     pub fn new(
         map: &str,
         driver: Option<&str>,
@@ -105,7 +107,8 @@ impl EpisodeConfig {
             let limit_mps = limits_mps.fold(0.0, f64::max).clamp(1.0, 60.0);
             (learning.advice.top_speed_mps, learning.network.scaling.speed_to_mps) = (limit_mps, limit_mps);
         }
-        // What rings alone must be is not asked of the learner's settings: each is checked by itself here, all of them below.
+        // Constraints of rings do not apply to the learner's settings: each value is checked alone here, and all
+        // together below.
         let mut json = serde_json::to_value(&learning).unwrap_or_default();
         for (field, value) in changes.iter().filter(|change| !is_of_drive(change)) {
             if let Some(message) = field.fault(value) {
@@ -148,7 +151,7 @@ impl EpisodeConfig {
         Self { scenario, learning, draws_drivers: false }
     }
 
-    /// Its settings, those of the drive first.
+    /// Returns the settings, those of the drive first.
     pub fn fields() -> Vec<Field> {
         let of_drive = Scenario::fields().into_iter().filter(|field| not_of_episodes(&field.path).is_none());
         let is_of_training = |field: &Field| {
@@ -157,7 +160,8 @@ impl EpisodeConfig {
         of_drive.chain(fields_of::<TrainConfig>().into_iter().filter(is_of_training)).collect()
     }
 
-    /// Why a key that drives or trainings have is no setting of an episode, in words that follow it; `None` of others.
+    /// Returns why a key of drives or of training is no setting of an episode, as text that follows the key; `None` for
+    /// other keys.
     pub fn why_not(key: &str) -> Option<&'static str> {
         let of_rings = "a setting of rings alone; whole drives have those of codrive run";
         not_of_episodes(key).or_else(|| {
@@ -166,7 +170,7 @@ impl EpisodeConfig {
         })
     }
 
-    /// The same with this driver.
+    /// Sets the driver by its name.
     fn driven_by(self, name: &str) -> Result<Self, SettingsError> {
         if name == LATE {
             let driver = DriverConfig { follow: FollowKind::Driver, ..self.learning.driver };
@@ -181,7 +185,7 @@ impl EpisodeConfig {
         Ok(Self { scenario, ..self })
     }
 
-    /// What the settings of the learner have in common with those of the drive is that of the drive.
+    /// Copies the settings that learner and drive share from the drive to the learner.
     fn aligned(self) -> Self {
         let Self { scenario, mut learning, draws_drivers } = self;
         learning.advice.hold_s = scenario.hold_s;
@@ -194,22 +198,22 @@ impl EpisodeConfig {
         Self { scenario, learning, draws_drivers }
     }
 
-    /// How long one action stands.
+    /// Returns the time for which one action holds.
     pub fn hold(&self) -> Hold {
         self.scenario.hold()
     }
 
-    /// What the learner sees, scaled.
+    /// Returns the scaled inputs of the learner's network.
     pub fn inputs(&self) -> Vec<NetworkInput> {
         self.learning.inputs()
     }
 
-    /// The scenario of the episode of this seed: without an end of its own.
+    /// Returns the scenario of the episode of this seed, without an end of its own.
     pub fn scenario(&self, seed: u64) -> Scenario {
         Scenario { policy: "none".into(), duration_s: 0.0, seed, ..self.scenario.clone() }
     }
 
-    /// True where vehicles come and go.
+    /// Checks whether vehicles come and go.
     ///
     /// # Errors
     /// There is no such road.
@@ -217,7 +221,7 @@ impl EpisodeConfig {
         Ok(self.scenario.on(&self.scenario.load_map()?).is_on_network())
     }
 
-    /// What must hold between settings, and between them and the road; each alone is within its limits already.
+    /// Checks the settings against each other and against the road; each alone is within its limits already.
     fn check(&self, map: &RoadMap) -> Result<(), Fault> {
         let horizon_s = self.learning.ring.horizon_s;
         if self.scenario.hold_s > horizon_s {
@@ -260,8 +264,8 @@ impl EpisodeConfig {
         }
     }
 
-    /// Why the length of this closed route, or what each vehicle has of it, cannot be seen in the scale of the settings; `None` of the shipped
-    /// rings, whose own it is.
+    /// Returns why the length of this closed route, or its share per vehicle, cannot be observed in the scale of the
+    /// settings. `None` for the shipped rings, which the scale is made for.
     fn length_fault(&self, map: &RoadMap) -> Option<String> {
         if self.scenario.on(map).is_on_network() || RINGS.contains(&self.scenario.map.as_str()) {
             return None;
@@ -281,7 +285,7 @@ impl EpisodeConfig {
         })
     }
 
-    /// True if what it sees is in the lanes beside.
+    /// Checks whether the learner observes adjacent lanes.
     pub(super) fn sees_lanes_beside(&self) -> bool {
         let alone = RoadKind::Network(LanesBeside::default());
         let of_rings = |feature: Feature| feature.is_seen_on(RoadKind::BareRing);
@@ -289,7 +293,7 @@ impl EpisodeConfig {
     }
 }
 
-/// True of what is seen on the rings of training, and in no whole drive.
+/// Checks for a feature that can be observed on the rings of training, and in no whole drive.
 fn is_of_rings_alone(feature: Feature) -> bool {
     feature.is_of_driver() || feature == Feature::ControllerSpeed
 }

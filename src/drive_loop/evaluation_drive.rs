@@ -1,6 +1,7 @@
-//! Evaluates a policy by one whole drive. In: a scenario with a simulated driver. Out: a [`EvaluationResult`] of the whole program: physics,
-//! pedals, advice, and either engine of traffic; on a closed route by the same code as on the fast ring. Where nobody is advised, every car
-//! is the engine's own. On a network there is no participant: those are advised who come, for the whole duration.
+//! Evaluation of a policy by one whole drive. In: a scenario with a simulated driver. Out: an [`EvaluationResult`] of
+//! the whole program: physics, pedals, advice, and either traffic engine. On a closed route the code is the same as on
+//! the fast ring. Without advised vehicles, every vehicle is the engine's own. On a network there is no participant:
+//! vehicles are advised as they enter, for the whole duration.
 
 use super::{RunError, offline::OfflineDrive};
 use crate::{
@@ -13,8 +14,8 @@ use crate::{
 };
 use std::collections::BTreeMap;
 
-/// Drives the scenario to its end; its warm-up does not count. From the first contact of an advised vehicle on all cars count as
-/// standing, as on the fast ring.
+/// Drives the scenario to its end; its warm-up does not count. From the first contact of an advised vehicle on, all
+/// vehicles count as standing, as on the fast ring.
 ///
 /// # Errors
 /// The world cannot start or go on, or the driver is unknown.
@@ -46,12 +47,13 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     Ok(tally.verdict())
 }
 
-/// True once any of the vehicles that are simulated whole has touched another.
+/// Checks whether any of the fully simulated vehicles has touched another.
 fn has_crashed(run: &OfflineDrive) -> bool {
     !run.summary().contacts.is_empty() || run.world().contacts_of_others() > 0
 }
 
-/// The same of vehicles that come and go. The mean speed is Flow's: at each step of those that are there, then over the steps.
+/// Evaluates a drive with vehicles that come and go. The mean speed is Flow's: the mean over the present vehicles at
+/// each step, then over the steps.
 fn on_network(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     let scenario = Scenario { participant: false, ..scenario.clone() };
     let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
@@ -71,12 +73,12 @@ fn on_network(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     Ok(totals.result(flow(run.world(), totals.newest())))
 }
 
-/// Numbers and speeds of the vehicles that are there, m/s.
+/// Returns numbers and speeds of the present vehicles, m/s.
 fn speeds(snapshot: &Snapshot) -> impl Iterator<Item = (u32, f64)> {
     snapshot.cars.iter().map(|car| (car.id.0, car.speed_mps.max(0.0)))
 }
 
-/// The advised vehicles beside the participant's, together.
+/// Returns the combined state of the advised vehicles other than the ego.
 fn advised_others(world: &World) -> AdvisedStep {
     let mut step = AdvisedStep::default();
     for view in world.advised_others().iter().map(|agent| agent.snapshot()) {
@@ -89,7 +91,7 @@ fn advised_others(world: &World) -> AdvisedStep {
     step
 }
 
-/// Of two vehicles one behind the other in a lane.
+/// Returns the smallest gap between two vehicles of a lane, m.
 fn least_gap_m(snapshot: &Snapshot) -> Option<f64> {
     let mut lanes: BTreeMap<_, Vec<(f64, f64)>> = BTreeMap::new();
     for car in &snapshot.cars {
@@ -104,8 +106,8 @@ fn least_gap_m(snapshot: &Snapshot) -> Option<f64> {
     gaps.min_by(f64::total_cmp)
 }
 
-/// What a drive that is over has of comings and goings beside those that were seen. Vehicles are numbered from 1 as they come, those of the
-/// warm-up too: as many have come as the newest has for its number.
+/// Returns the numbers of vehicles that entered or were refused, at the end of a drive. Vehicles are numbered from 1 as
+/// they enter, including the warm-up, so the newest number is the number of vehicles that have entered.
 fn flow(world: &World, newest: u32) -> NetworkFlow {
     let scenario = world.scenario();
     let passed_s = scenario.warm_up_s + world.hand_over().waited_s + world.time_s();
@@ -116,7 +118,7 @@ fn flow(world: &World, newest: u32) -> NetworkFlow {
     }
 }
 
-/// The same without anybody who is advised.
+/// Evaluates a drive without advised vehicles.
 fn traffic_alone(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     let (map, mut engine) = World::traffic_alone(scenario)?;
     let mut tally = EpisodeMetrics::new(scenario.step_s, map.route.length_m());
@@ -129,7 +131,7 @@ fn traffic_alone(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     Ok(tally.verdict())
 }
 
-/// The first car, which is the ego elsewhere, behind its leader.
+/// Returns the state of the first vehicle, which takes the place of the ego, behind its leader.
 fn ahead(cars: &[CarState], map: &RoadMap) -> Approach {
     let (ego, leader) = (&cars[0], &cars[1]);
     Approach {
@@ -146,7 +148,7 @@ mod tests {
     use crate::traffic::EngineChoice;
 
     #[test]
-    fn a_short_drive_behind_others_is_judged_by_what_was_driven() {
+    fn a_short_drive_behind_others_is_evaluated() {
         let scenario = Scenario {
             traffic: EngineChoice::Native,
             policy: "none".into(),
@@ -159,12 +161,12 @@ mod tests {
         };
         let verdict = evaluate(&scenario).unwrap();
         assert!(!verdict.crashed && verdict.in_range.is_none(), "{verdict:?}");
-        // Four cars on a ring of 250 m, from a stand.
+        // Four vehicles on a ring of 250 m, from a standstill.
         assert!(verdict.mean_mps > 0.5 && verdict.settled_mps > verdict.mean_mps, "{verdict:?}");
         assert!(verdict.least_gap_m > 10.0 && verdict.least_gap_m < 250.0 / 4.0, "{verdict:?}");
     }
 
-    /// The paper's wave.
+    /// Returns the paper's wave with these advised vehicles.
     fn wave(advised: AdvisedVehicles) -> Scenario {
         Scenario {
             traffic: EngineChoice::Native,
@@ -178,20 +180,20 @@ mod tests {
     }
 
     #[test]
-    fn with_nobody_advised_every_car_is_the_engines_own_and_drives_in_the_saturated_wave() {
+    fn without_advised_vehicles_all_drive_in_the_saturated_wave() {
         let result = evaluate(&wave(AdvisedVehicles::Share(0.0))).unwrap();
-        // docs/references.md: ring: 2.99 m/s on average and 3.37 m/s over the cars.
+        // docs/references.md: ring: 2.99 m/s on average, and a standard deviation of 3.37 m/s over the vehicles.
         assert!((result.mean_mps - 2.99).abs() < 0.08, "{result:?}");
         assert!((result.sd_over_cars_mps - 3.37).abs() < 0.1, "{result:?}");
         assert!(!result.crashed && result.in_range.is_none() && result.least_gap_m > 1.0, "{result:?}");
-        // Nothing of the policy is in it.
+        // The policy has no influence.
         let other = Scenario { policy: "constant".into(), driver: "sloppy".into(), ..wave(AdvisedVehicles::Count(0)) };
         assert_eq!(evaluate(&other).unwrap(), result);
     }
 
     #[test]
-    fn a_crash_of_another_advised_vehicle_counts() {
-        // To the letter, at 15 m/s, whatever is ahead; the ego brakes for others.
+    fn a_crash_of_another_advised_vehicle_counts_as_a_crash() {
+        // Advised vehicles follow 15 m/s exactly and ignore their leaders; the ego brakes for others.
         let crowd = Scenario {
             policy: "constant".into(),
             policy_speed_mps: 15.0,
@@ -208,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_car_that_drives_into_another_has_crashed_and_stands_from_then_on() {
+    fn after_a_crash_of_the_ego_all_vehicles_count_as_standing() {
         let scenario = Scenario {
             traffic: EngineChoice::Native,
             policy: "constant".into(),
@@ -220,7 +222,8 @@ mod tests {
             ..Scenario::default()
         };
         let verdict = evaluate(&scenario).unwrap();
-        // The leader begins at a standstill 20 m ahead and reaches 15 m/s at the model's 1 m/s2, the ego at 1.5 m/s2.
+        // The leader starts at a standstill 20 m ahead and accelerates to 15 m/s at the model's 1 m/s², the ego at 1.5
+        // m/s².
         let crash_s = verdict.crash_s.unwrap();
         assert!(
             verdict.crashed && verdict.last_disturbance_s.is_none() && (5.0..20.0).contains(&crash_s),

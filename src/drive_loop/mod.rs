@@ -1,11 +1,11 @@
-//! The drive loop without a window: simulated drivers at full speed, rehearsals, evaluation drives. In: a scenario, who
-//! drives. Out: ticks, recordings, summaries.
+//! The drive loop without a window: simulated drivers at full speed, rehearsals, evaluation drives. In: a scenario, a
+//! driver. Out: ticks, recordings, summaries.
 //!
 //! * [`drive`]: the loop's body, the same with and without a window. [`offline`]: a drive by a simulated driver.
-//! * [`rehearsal`]: a study with simulated participants; [`baselines`]: trials once more without advice.
+//! * [`rehearsal`]: a study with simulated participants; [`baselines`]: trials repeated without advice.
 //! * [`evaluation_drive`]: one whole drive, evaluated as on the fast ring.
-//! * [`episode`]: a drive that is advised from outside, as a learner needs it; [`episode_config`]: its settings.
-//! * [`recording_manifest`]: what a recording says of its circumstances. [`summary_text`]: a drive in words.
+//! * [`episode`]: a drive that a learner advises from outside; [`episode_config`]: its settings.
+//! * [`recording_manifest`]: the manifest of a recording. [`summary_text`]: a drive's summary as text.
 
 pub mod baselines;
 pub mod drive;
@@ -22,16 +22,16 @@ use crate::{sim::WorldError, traffic::TrafficError};
 pub use drive::Drive;
 
 impl RunError {
-    /// True if nothing failed: somebody ended the program while it waited for an engine that runs elsewhere.
+    /// Checks for an interruption: the user ended the program while it waited for an engine that runs elsewhere.
     pub fn is_interruption(&self) -> bool {
         matches!(self, Self::World(WorldError::Traffic(TrafficError::Interrupted)))
     }
 }
 
-/// Why a drive could not be shown or run.
+/// Error of a drive or of its window.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The world could not start or go on.
+    /// The world cannot start or go on.
     #[error(transparent)]
     World(#[from] crate::sim::WorldError),
     /// A recorded scenario cannot be read.
@@ -43,16 +43,16 @@ pub enum RunError {
     /// A session of a study cannot begin or go on.
     #[error(transparent)]
     Session(#[from] crate::study::SessionError),
-    /// A stream of another device, or one for others, cannot be had.
+    /// An LSL stream of another device or of this program is not available.
     #[error(transparent)]
     Lsl(#[from] crate::lsl::LslError),
-    /// There are no triggers.
+    /// The trigger device is not available.
     #[error(transparent)]
     Trigger(#[from] crate::triggers::TriggerError),
-    /// The simulated driver is unknown.
+    /// The simulated driver is unknown or invalid.
     #[error(transparent)]
     Driver(#[from] crate::driver::DriverError),
-    /// There is no display to open a window on.
+    /// There is no display for a window.
     #[error(
         "no window can be opened: {0}\n  remedy: start it on a computer with a display (DISPLAY or WAYLAND_DISPLAY); without one, codrive render draws pictures and codrive run drives"
     )]
@@ -60,9 +60,9 @@ pub enum RunError {
     /// There is no such monitor.
     #[error("there is no monitor {number}; there are {there}\n  remedy: name one of them: codrive doctor lists them")]
     NoMonitor {
-        /// The one that was asked for.
+        /// Number of the requested monitor.
         number: usize,
-        /// All that there are.
+        /// Description of the existing monitors.
         there: String,
     },
     /// The monitor has no such refresh rate.
@@ -70,18 +70,18 @@ pub enum RunError {
         "no mode of the monitor has {hz} Hz at its size; there is {there}\n  remedy: name one of its rates, or set it in the system"
     )]
     NoRefresh {
-        /// The rate that was asked for.
+        /// Requested refresh rate, Hz.
         hz: f64,
-        /// What there is.
+        /// Description of the monitor's refresh rates.
         there: String,
     },
-    /// The adapter cannot show pictures in the window.
+    /// The adapter cannot draw into the window.
     #[error("the graphics adapter cannot draw into the window: {0}. WGPU_BACKEND=vulkan|gl chooses another")]
     NoSurface(String),
-    /// A thread of ours ended before its time: a bug.
+    /// A thread of this program ended early, which is a bug.
     #[error("{0} ended before its time")]
     Ended(String),
-    /// No graphics device, or it was lost.
+    /// There is no graphics device, or it was lost.
     #[cfg(feature = "desktop")]
     #[error(transparent)]
     Gpu(#[from] crate::render::GpuError),

@@ -1,5 +1,5 @@
-//! A drive without a window: a simulated driver at full speed. In: a scenario. Out: a recording, a summary, or a world
-//! at a given second to take a picture of.
+//! Drive without a window: a simulated driver at full speed. In: a scenario. Out: a recording, a summary, or a world at
+//! a given second for a picture.
 
 use super::{Drive, RunError, drive::note_failure, recording_manifest, summary_text};
 use crate::{
@@ -18,18 +18,18 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Who is advised in a drive.
+/// Advised vehicles of a drive.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct AdvisedSummary {
-    /// Their numbers, the ego's (0) first if it is there.
+    /// Numbers of the vehicles, the ego's (0) first if it is advised.
     pub vehicles: Vec<u32>,
-    /// How many vehicles there are in all; `None` on a network, where they come and go.
+    /// Number of all vehicles; `None` on a network, where they come and go.
     pub of: Option<usize>,
-    /// How often another of them than the ego has begun to touch a vehicle; the ego's contacts are in the drive's summary.
+    /// Number of contacts of advised vehicles other than the ego, whose contacts are in the drive's summary.
     pub contacts_of_others: u32,
 }
 
-/// One drive by a simulated driver.
+/// Drive by a simulated driver.
 pub struct OfflineDrive {
     drive: Drive,
     driver: SimulatedDriver,
@@ -40,18 +40,18 @@ pub struct OfflineDrive {
 }
 
 impl OfflineDrive {
-    /// Puts everything in place; means will be over `window_s`.
+    /// Prepares a drive; means will be taken over `window_s`.
     ///
     /// # Errors
-    /// The world cannot start or the driver is unknown.
+    /// The world cannot start, or the driver is unknown.
     pub fn new(scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, RunError> {
         Self::by(&driver::named(&scenario.driver)?.params, scenario, window_s)
     }
 
-    /// The same by a driver with these numbers.
+    /// Prepares a drive by a driver with these parameters.
     ///
     /// # Errors
-    /// The world cannot start or the driver cannot be simulated.
+    /// The world cannot start, or the driver cannot be simulated.
     pub fn by(params: &DriverParams, scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, RunError> {
         let drive = Drive::new(scenario, Pace::Paused)?;
         Ok(Self {
@@ -64,19 +64,19 @@ impl OfflineDrive {
         })
     }
 
-    /// Records the drive in `folder` from here on.
+    /// Starts recording the drive in `folder`.
     ///
     /// # Errors
-    /// The folder holds a recording, or the system refuses.
+    /// The folder holds a recording, or cannot be written.
     pub fn record(&mut self, folder: &Path) -> Result<(), RunError> {
         let driver = format!("simulated: {}", self.drive.world.scenario().driver);
         self.record_of(folder, driver, None)
     }
 
-    /// The same for a participant of a study; `driver` says who drives.
+    /// Starts recording the drive in `folder` for a participant of a study; `driver` describes the driver.
     ///
     /// # Errors
-    /// The folder holds a recording, or the system refuses.
+    /// The folder holds a recording, or cannot be written.
     pub fn record_of(
         &mut self,
         folder: &Path,
@@ -89,7 +89,7 @@ impl OfflineDrive {
         Ok(())
     }
 
-    /// Notes something in the recording that the world does not know of.
+    /// Records an event from outside the world.
     pub fn note(&mut self, kind: &str, detail: &str) {
         let tick = self.drive.world.snapshot().tick;
         if let Some(recorder) = &mut self.recorder {
@@ -97,7 +97,7 @@ impl OfflineDrive {
         }
     }
 
-    /// The same with a number.
+    /// Records an event from outside the world with a number.
     pub fn note_value(&mut self, kind: &str, detail: &str, value: f64) {
         let tick = self.drive.world.snapshot().tick;
         if let Some(recorder) = &mut self.recorder {
@@ -108,7 +108,7 @@ impl OfflineDrive {
     /// Ends the recording, if there is one: tables, summary, manifest.
     ///
     /// # Errors
-    /// The disk refuses; what was recorded can be recovered.
+    /// The recording cannot be written; its data can be recovered.
     pub fn finish_recording(&mut self) -> Result<(), RunError> {
         if let Some(recorder) = self.recorder.take() {
             recorder.finish(&self.tally.summary())?;
@@ -116,10 +116,10 @@ impl OfflineDrive {
         Ok(())
     }
 
-    /// Drives one step (0.1 s unless the scenario says otherwise), or what is left of it before the drive ends.
+    /// Drives one step (0.1 s unless the scenario has another one), or less if the drive ends.
     ///
     /// # Errors
-    /// The traffic engine failed; the recording is ended and says so.
+    /// The traffic engine failed, and the recording is finished with that reason; or the recording cannot be written.
     pub fn step(&mut self) -> Result<(), RunError> {
         self.ticks(self.drive.world.scenario().step_ticks())
     }
@@ -127,7 +127,7 @@ impl OfflineDrive {
     /// Drives until `time_s` or the end of the drive.
     ///
     /// # Errors
-    /// The traffic engine failed.
+    /// The traffic engine failed, or the recording cannot be written.
     pub fn until(&mut self, time_s: f64) -> Result<(), RunError> {
         let now = self.drive.world.snapshot().tick;
         self.ticks(Tick::at_seconds(time_s).0.saturating_sub(now.0))
@@ -152,7 +152,8 @@ impl OfflineDrive {
         );
         if let Err(error) = driven {
             note_failure(tally, &error);
-            // The drive is over, and what there is of it is whole; a disk that refuses meanwhile is not why it ended.
+            // The drive is over and its recording complete. An error of the disk at this point is not the reason for
+            // the end.
             if let Err(also) = self.finish_recording() {
                 log::error!("{also}");
             }
@@ -166,23 +167,23 @@ impl OfflineDrive {
         Ok(())
     }
 
-    /// Waits until the wall clock has come as far as the drive, which began when this was made.
+    /// Waits until the wall clock reaches the time of the drive, counted from the creation of this value.
     pub fn keep_time(&self) {
         let due = self.began + Duration::from_secs_f64(self.world().time_s());
         std::thread::sleep(due.saturating_duration_since(now()));
     }
 
-    /// The world as it is now.
+    /// Returns the present world.
     pub fn world(&self) -> &World {
         &self.drive.world
     }
 
-    /// The drive so far in numbers.
+    /// Returns the summary of the drive so far.
     pub fn summary(&self) -> Summary {
         self.tally.summary()
     }
 
-    /// The drive so far in words.
+    /// Returns the summary of the drive so far as text.
     pub fn words(&self) -> String {
         let world = &self.drive.world;
         let scenario = world.scenario();
@@ -191,7 +192,7 @@ impl OfflineDrive {
         text + &summary_text::advised(&self.advised())
     }
 
-    /// The vehicles that are advised, the participant's among them.
+    /// Returns the advised vehicles, the participant's included.
     pub fn advised(&self) -> AdvisedSummary {
         let world = &self.drive.world;
         let ego = (world.policy().name != "none" && world.scenario().participant).then_some(EGO.0);
@@ -203,7 +204,7 @@ impl OfflineDrive {
     }
 }
 
-/// A simulated driver with these numbers in the ego of a world before its first tick.
+/// Creates a simulated driver with these parameters for the ego of a world before its first tick.
 ///
 /// # Errors
 /// The driver cannot be simulated.

@@ -1,4 +1,4 @@
-//! Fills a recording's manifest. In: the world, who drives, the graphics device. Out: a [`Manifest`].
+//! Manifest of a recording. In: the world, the driver, the graphics device. Out: a [`Manifest`].
 
 use crate::{
     hud::Speedometer,
@@ -11,7 +11,7 @@ use crate::{
 };
 use std::{path::Path, time::SystemTime};
 
-/// The facts of a drive that begins now.
+/// Returns the manifest of a drive that starts now.
 pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Manifest {
     let scenario = world.scenario();
     let policy = &world.policy().name;
@@ -44,10 +44,10 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
     }
 }
 
-/// Begins the recording of this world's drive, with what it was made from.
+/// Starts the recording of this world's drive, with copies of its input files.
 ///
 /// # Errors
-/// The folder holds a recording already, or the system refuses.
+/// The folder holds a recording already, or cannot be written.
 pub fn begin(folder: &Path, world: &World, manifest: Manifest) -> Result<Recorder, RecordError> {
     let mut recorder = Recorder::begin(folder, &inputs::portable(world), manifest)?;
     recorder.start(world);
@@ -55,13 +55,13 @@ pub fn begin(folder: &Path, world: &World, manifest: Manifest) -> Result<Recorde
     Ok(recorder)
 }
 
-/// The time, UTC.
+/// Returns the present time, UTC.
 #[allow(clippy::disallowed_methods, reason = "when a drive was made is a fact of the wall clock")]
 pub fn now() -> String {
     utc(SystemTime::now())
 }
 
-/// A time as ISO 8601 writes it. A clock that is set beyond the year 9999, where that has no words, stands at its end.
+/// Formats a time by ISO 8601. A clock beyond the year 9999, the limit of the format, gives the last possible time.
 fn utc(time: SystemTime) -> String {
     let stamp = jiff::Timestamp::try_from(time).unwrap_or_else(|error| {
         log::warn!(
@@ -72,7 +72,7 @@ fn utc(time: SystemTime) -> String {
     stamp.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
-/// Operating system and processor.
+/// Returns operating system and processor.
 fn machine() -> String {
     let cores = std::thread::available_parallelism().map_or(0, usize::from);
     let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
@@ -90,18 +90,18 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn a_clock_beyond_the_year_9999_is_no_reason_to_stop() {
+    fn a_clock_beyond_the_year_9999_gives_the_last_time() {
         let at = |s| utc(SystemTime::UNIX_EPOCH + Duration::from_secs(s));
         assert_eq!(at(0), "1970-01-01T00:00:00Z");
         assert_eq!(at(1_795_000_000), "2026-11-18T11:06:40Z");
-        // The year 11540, and one that no calendar has.
+        // Times in the year 11540, and far beyond any calendar.
         for s in [302_000_000_000, i64::MAX as u64] {
             assert!(at(s).starts_with("9999-12-30T"), "{}", at(s));
         }
     }
 
     #[test]
-    fn a_manifest_tells_what_was_driven_by_whom_and_on_what() {
+    fn a_manifest_names_map_policy_driver_and_computer() {
         let scenario = Scenario {
             traffic: EngineChoice::Native,
             policy: "constant".into(),
@@ -114,7 +114,7 @@ mod tests {
         assert_eq!(told.program, format!("codrive {}", env!("CARGO_PKG_VERSION")));
         assert_eq!((told.traffic.as_str(), told.seed, told.driver.as_str()), ("native IDM", 42, "keyboard"));
         assert_eq!((told.map.name.as_str(), told.policy.name.as_str()), ("ring-250", "constant"));
-        // Another program's sum of the same file; a rule of the program has no file.
+        // An independent checksum of the same file; a built-in policy has no file.
         let sum = std::process::Command::new("sha256sum").arg(&world.map().net_file).output().unwrap();
         assert_eq!(told.map.sha256.as_deref(), String::from_utf8_lossy(&sum.stdout).split_whitespace().next());
         assert!(!told.is_complete() && told.ended.is_none() && told.participant.is_none());
@@ -123,7 +123,7 @@ mod tests {
         let [system, processor] = [std::env::consts::OS, std::env::consts::ARCH];
         assert!(told.machine.starts_with(&format!("{system} {processor}, ")), "{}", told.machine);
         assert!(told.machine.ends_with(&format!(", {cores} cores")), "{}", told.machine);
-        // As ISO 8601 has it: the text sorts as time does, and ends in Z.
+        // By ISO 8601: the text sorts like time, and ends in Z.
         let before = utc(SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000));
         assert!(told.began > before && told.began.len() == before.len() && told.began.ends_with('Z'), "{}", told.began);
     }

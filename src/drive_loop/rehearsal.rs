@@ -1,6 +1,6 @@
-//! Rehearsal of a study: simulated participants go through the whole plan at full speed, questions included. In: a study, a
-//! data set. Out: the same files as from people. Native traffic goes in parallel over participants; SUMO runs once a
-//! process, so there participants come one after the other.
+//! Rehearsal of a study: simulated participants go through the whole plan at full speed, questions included. In: a
+//! study, a data set. Out: the same files as from people. With native traffic the participants run in parallel. SUMO
+//! runs once per process, so with SUMO they run one after the other.
 
 use super::{RunError, offline::OfflineDrive, recording_manifest};
 use crate::{
@@ -25,38 +25,40 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-/// What stands in the log where a drive was broken off.
+/// Reason in the log for a drive that was stopped.
 const STOPPED: &str = "stopped by Ctrl-C";
 
-/// Numbers of a driver by which a participant is known again, and how far they may be apart as shares: a file keeps all digits but
-/// the last.
+/// Numbers of a driver by which a participant is recognised, and the largest relative difference: a file keeps all
+/// digits except the last.
 const DRIVER_NUMBERS: [&str; 4] = ["reaction_s", "error_mps", "overspeed_mps", "time_gap_factor"];
 const SAME_NUMBER: f64 = 1e-12;
 
-/// Simulated participants of a study.
+/// Rehearsal with simulated participants of a study.
 pub struct Rehearsal<'a> {
     study: &'a Study,
     data: DataSet,
     participants: usize,
-    /// What the participants drive like, in turn; of none it is drawn.
+    /// Drivers of the participants, in turn; if empty, each driver is drawn.
     drivers: Vec<FittedDriver>,
-    /// Whom the participants are drawn from.
+    /// Population from which the participants are drawn.
     population: Population,
 }
 
-/// How far it came.
+/// Progress of a rehearsal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RehearsalProgress {
-    /// Participants that are through, those of earlier calls included: to the end of the plan, or to an end by a rule of the study.
+    /// Participants who are through, earlier calls included: to the end of the plan, or to an end by a rule of the
+    /// study.
     pub complete: usize,
-    /// All of them.
+    /// Number of all participants.
     pub participants: usize,
-    /// Participants whose session a rule of the study has ended.
+    /// Participants whose session was ended by a rule of the study.
     pub stopped: usize,
 }
 
 impl<'a> Rehearsal<'a> {
-    /// For so many participants in the folder `root`, a new one or one in which a rehearsal was stopped.
+    /// Opens a rehearsal for this number of participants in the folder `root`, which is new or holds a stopped
+    /// rehearsal.
     ///
     /// # Errors
     /// The folder holds something else, or sessions of people.
@@ -73,17 +75,17 @@ impl<'a> Rehearsal<'a> {
         Ok(Self { study, data, participants, drivers: Vec::new(), population: Population::None })
     }
 
-    /// The same with these drivers: participant `i` drives as driver `i` modulo their number.
+    /// Sets the drivers: participant `i` drives as driver `i` modulo their number.
     pub fn with_drivers(self, drivers: Vec<FittedDriver>) -> Self {
         Self { drivers, ..self }
     }
 
-    /// The same with participants out of a population, each drawn anew.
+    /// Sets the population from which each participant is drawn.
     pub fn out_of(self, population: Population) -> Self {
         Self { population, ..self }
     }
 
-    /// Participant number `index`.
+    /// Returns participant number `index`.
     fn simulated(&self, index: usize) -> SimulatedParticipant {
         let drawn = SimulatedParticipant::draw(self.study.file.seed, index).out_of(self.population);
         match self.drivers.get(index % self.drivers.len().max(1)) {
@@ -92,7 +94,7 @@ impl<'a> Rehearsal<'a> {
         }
     }
 
-    /// Whoever has begun must go on as the same driver: half a data set of other drivers would be of nobody.
+    /// Checks that participants who have begun continue as the same drivers, so that no session mixes two drivers.
     fn check_same_drivers(&self) -> Result<(), RunError> {
         for log in self.data.logs()?.iter().filter(|log| !log.traits.is_empty()) {
             let now = self.simulated(log.index).parameters();
@@ -115,22 +117,23 @@ impl<'a> Rehearsal<'a> {
         Ok(())
     }
 
-    /// The code of participant number `index`.
+    /// Returns the code of participant number `index`.
     pub fn code(index: usize) -> ParticipantCode {
         ParticipantCode::new(&format!("R{:02}", index + 1)).expect("letters and digits")
     }
 
-    /// How many ticks all participants drive, baselines included: the length of a progress bar.
+    /// Returns the number of ticks of all participants, baselines included: the length of a progress bar.
     pub fn ticks(&self) -> u64 {
         let plans = (0..self.participants).map(|index| self.study.plan(index));
         plans.flat_map(|plan| plan.items).map(|planned| planned_ticks(&planned)).sum()
     }
 
-    /// Takes everybody through the plan; `driven` hears of every tick driven or found done. Ends early, with all written,
-    /// when `stop` is set; a later call goes on there.
+    /// Takes all participants through the plan. `driven` is called with the ticks that were driven or found done. If
+    /// `stop` is set it ends early, with everything written; a later call continues there.
     ///
     /// # Errors
-    /// Those who have begun drove otherwise; a drive cannot start or go on, or the disk refuses. What was done is kept.
+    /// A participant began as another driver, a drive cannot start or go on, or a file cannot be written. Completed
+    /// parts are kept.
     pub fn run(&self, stop: &AtomicBool, driven: &(impl Fn(u64) + Sync)) -> Result<RehearsalProgress, RunError> {
         self.check_same_drivers()?;
         let one = |index: usize| self.participant(index, stop, driven);
@@ -149,7 +152,7 @@ impl<'a> Rehearsal<'a> {
         Ok(RehearsalProgress { complete, participants: self.participants, stopped })
     }
 
-    /// One participant to the end of the plan. False if stopped before.
+    /// Takes one participant to the end of the plan. Returns false if stopped before.
     fn participant(&self, index: usize, stop: &AtomicBool, driven: &impl Fn(u64)) -> Result<bool, RunError> {
         if stop.load(Ordering::Relaxed) {
             return Ok(false);
@@ -159,7 +162,7 @@ impl<'a> Rehearsal<'a> {
         let over = |log: &SessionLog| log.participant == code && log.end.is_some();
         if self.data.logs()?.iter().any(over) {
             plan.items.iter().for_each(|planned| driven(planned_ticks(planned)));
-            // A cut between the last item and its tables leaves them to be made here.
+            // A session that was cut off after its last item lacks its tables, which are made here.
             self.data.publish(self.study, &code)?;
             return Ok(true);
         }
@@ -209,7 +212,7 @@ impl<'a> Rehearsal<'a> {
                         planned: &planned,
                     });
                     let (mut whole, ending) = drive(&mut run, *until_in_range_s, rater.as_mut(), stop, driven)?;
-                    // Two worlds at a time are one too many for SUMO.
+                    // SUMO allows one world at a time.
                     drop(run);
                     let mut ratings = rater.map_or(Vec::new(), |rater| rater.ratings);
                     let above = ending.as_ref().and_then(|_| ratings.pop());
@@ -244,10 +247,10 @@ impl<'a> Rehearsal<'a> {
     }
 }
 
-/// Who rates their sickness in a rehearsed drive, as a person does by wheel or keys.
+/// Sickness ratings by a simulated participant in a rehearsed drive, as a person gives them by wheel or keys.
 struct SimulatedRater<'a> {
     scale: FmsScale,
-    /// The answer to the question that stands.
+    /// Response to the question on the screen, not yet given.
     pending: Option<FmsRating>,
     ratings: Vec<FmsRating>,
     participant: &'a SimulatedParticipant,
@@ -257,7 +260,7 @@ struct SimulatedRater<'a> {
 }
 
 impl SimulatedRater<'_> {
-    /// After a step of the drive. The ending that the rating means, if it means one.
+    /// Updates the rating after a step of the drive. Returns the ending that the rating causes, if any.
     fn step(&mut self, run: &mut OfflineDrive) -> Option<SessionEnding> {
         let (now_s, end_s) = (run.world().time_s(), run.world().scenario().duration_s);
         match self.scale.time(now_s, end_s) {
@@ -282,12 +285,12 @@ impl SimulatedRater<'_> {
     }
 }
 
-/// How many ticks a drive of this scenario has.
+/// Returns the number of ticks of a drive of this scenario.
 pub fn ticks(scenario: &Scenario) -> u64 {
     Tick::at_seconds(scenario.duration_s).0
 }
 
-/// Ticks of an item, those of a trial's baseline included.
+/// Returns the number of ticks of an item, including a trial's baseline.
 fn planned_ticks(planned: &PlannedItem) -> u64 {
     match &planned.item {
         PlanItem::Drive { scenario, .. } => ticks(scenario) * if planned.run.is_some() { 2 } else { 1 },
@@ -295,11 +298,12 @@ fn planned_ticks(planned: &PlannedItem) -> u64 {
     }
 }
 
-/// The what-if of a trial: same seed and scenario, nobody advises, the car-following model drives. Lies beside it once it is
-/// whole; one that was broken off holds nobody's data and is made anew.
+/// Drives the baseline of a trial: same seed and scenario, without advice, with the car-following model as the driver.
+/// A complete baseline is stored beside the trial. An incomplete one has no participant's data and is made anew.
+/// Returns false if stopped before the end.
 ///
 /// # Errors
-/// The drive cannot start or go on, or the disk refuses.
+/// The drive cannot start or go on, or the recording cannot be written.
 pub fn baseline(
     code: &ParticipantCode,
     trial: &Path,
@@ -314,7 +318,8 @@ pub fn baseline(
     };
     let (whole, folder) = (named(BASELINE), named(BASELINE_PART));
     record::remove(&folder)?;
-    // Made after the session, when a SUMO elsewhere may be gone; in this program cars move alike.
+    // The baseline is made after the session, when an external SUMO may be gone; SUMO in this program moves vehicles in
+    // the same way.
     let traffic = scenario.traffic.stand_in().unwrap_or_else(|| scenario.traffic.clone());
     let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };
     let mut run = OfflineDrive::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
@@ -326,7 +331,8 @@ pub fn baseline(
     Ok(driven)
 }
 
-/// Drives to the end, to the criterion, to an ending by a rule, or until stopped (false); the recording is whole in any case.
+/// Drives to the end, to the criterion, to an ending by a rule, or until stopped (false). The recording is finished in
+/// any case.
 fn drive(
     run: &mut OfflineDrive,
     until_in_range_s: Option<f64>,

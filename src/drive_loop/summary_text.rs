@@ -1,4 +1,4 @@
-//! A drive's summary as text, for a terminal. In: a [`Summary`]. Out: lines.
+//! Summary of a drive as text, for a terminal. In: a [`Summary`]. Out: lines.
 
 use super::offline::AdvisedSummary;
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     units::SpeedUnit,
 };
 
-/// The summary of a drive, a line a figure; `who` drove, advised by `policy`.
+/// Returns the summary of a drive, one line per figure; `who` describes the driver, `policy` the advising policy.
 pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summary: &Summary) -> String {
     let unit = scenario.display.units;
     let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
@@ -48,7 +48,7 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summa
     lines.join("\n") + "\n"
 }
 
-/// Who is advised, a line; nothing where it is at most the ego.
+/// Returns two lines on the advised vehicles; empty with fewer than two of them.
 pub fn advised(advised: &AdvisedSummary) -> String {
     let AdvisedSummary { vehicles, of, contacts_of_others } = advised;
     if vehicles.len() < 2 {
@@ -75,7 +75,7 @@ mod tests {
     use crate::sim::{ContactRecord, SummaryAccumulator};
 
     #[test]
-    fn several_advised_vehicles_are_counted_and_named_and_one_is_not() {
+    fn several_advised_vehicles_are_listed_and_a_single_one_is_not() {
         let of = |vehicles: Vec<u32>| advised(&AdvisedSummary { vehicles, of: Some(22), contacts_of_others: 1 });
         // Three of 22 are 13.6 %.
         let expected = "\
@@ -86,7 +86,7 @@ contacts of the others   1
     }
 
     #[test]
-    fn a_drive_is_told_line_by_line_in_the_units_of_its_scenario() {
+    fn a_summary_has_one_line_per_figure_in_the_scenarios_units() {
         let scenario = Scenario {
             policy: "pi".into(),
             vehicles: 5,
@@ -95,7 +95,7 @@ contacts of the others   1
         };
         let whole = Summary {
             window_s: [10.0, 60.0],
-            // 10 m/s are 36000 m an hour, or 22.37 miles of 1609.344 m.
+            // 10 m/s are 36,000 m per hour, or 22.37 miles of 1609.344 m.
             mean_speed_mps: Some(10.0),
             speed_sd_mps: Some(0.5),
             ego_mean_speed_mps: None,
@@ -119,7 +119,7 @@ contacts, off the road   0, 2
 ";
         assert_eq!(summary(&scenario, "native", "idm", "pi", &whole), expected);
 
-        // Without advice and without a car ahead; stopped after a contact.
+        // Without advice and without a leader; stopped after a contact.
         let contact = ContactRecord { time_s: 5.25, car: 3, ego_speed_mps: 4.0, car_speed_mps: 1.0, closing_mps: 3.0 };
         let kmh = Scenario { display: DisplaySettings { units: SpeedUnit::Kmh, ..scenario.display }, ..scenario };
         let stopped = Summary {

@@ -1,5 +1,5 @@
-//! The card that a driver sees after a free drive. In: a drive that is over. Out: lines: time in range, mean speed of all,
-//! and the same traffic without advice, which is driven beside the window meanwhile.
+//! The card that a driver sees after a free drive. In: a finished drive. Out: lines: time in range, mean speed of all
+//! vehicles, and the same for the same traffic without advice, which is simulated meanwhile in the background.
 
 use crate::{
     drive_loop::offline::OfflineDrive,
@@ -9,10 +9,10 @@ use crate::{
 };
 use std::thread::JoinHandle;
 
-/// A shorter drive says nothing about traffic, seconds.
+/// Shortest duration of a drive that says something about traffic, s.
 const LEAST_S: f64 = 30.0;
 
-/// The lines and what is still being driven for them.
+/// Lines of the card, and the simulation that still runs for them.
 pub struct EndCard {
     in_range: Option<f64>,
     mean_mps: Option<f64>,
@@ -21,12 +21,13 @@ pub struct EndCard {
     without_mps: Option<f64>,
 }
 
-/// Which engine drives the same traffic without advice.
+/// Traffic engine of the comparison without advice.
 const ENGINE: EngineChoice = EngineChoice::Native;
 
 impl EndCard {
-    /// Of a drive that is over. The same seed without advice begins on a thread of its own, on the native engine: SUMO runs
-    /// once a process. Where that cannot drive the road, and after a drive without advice, its line is left out.
+    /// Creates the card of a finished drive. The comparison, the same seed without advice, starts on a thread of its
+    /// own, on the native engine, because SUMO can run only once in a process. Its line is left out if the native
+    /// engine cannot drive the road, and after a drive without advice or shorter than [`LEAST_S`].
     pub fn begin(scenario: &Scenario, summary: &Summary) -> Self {
         let same = Scenario {
             traffic: ENGINE,
@@ -52,7 +53,7 @@ impl EndCard {
         }
     }
 
-    /// The lines so far.
+    /// Returns the lines so far.
     pub fn words(&mut self) -> String {
         if let Some(done) = self.without.take_if(|thread| thread.is_finished()) {
             // A panic was printed already.
@@ -82,7 +83,7 @@ mod tests {
 
     #[test]
     #[expect(clippy::disallowed_methods, reason = "waits for another thread")]
-    fn the_card_has_the_drives_own_numbers_and_those_of_the_same_seed_without_advice() {
+    fn the_card_has_the_numbers_of_the_drive_and_of_the_comparison() {
         let scenario = Scenario {
             traffic: EngineChoice::Native,
             driver: "perfect".into(),
@@ -112,10 +113,10 @@ mod tests {
             assert!(words.contains(&part), "{part}\n{words}");
         }
         assert!(words.lines().last().is_some_and(|line| line.starts_with("Without advice") && line.ends_with(&other)));
-        // Two SUMOs do not run in one process: another engine is named.
+        // Two SUMOs cannot run in one process: the other engine is named.
         card.scenario.traffic = EngineChoice::Sumo;
         assert!(card.words().ends_with(&format!("{other}, native traffic")));
-        // Nobody advised: there is nothing to compare with.
+        // A drive without advice has nothing to compare with.
         assert!(!EndCard::begin(&scenario, &without).words().contains("Without advice"));
     }
 }

@@ -1,5 +1,5 @@
 //! The driver's window, and the experimenter's beside it. In: events of winit, Ctrl-C. Out: frames on the screen.
-//! `DriveWindows::draw` is one turn of the loop (docs/decisions.md: 1); everything that needs no window lives in
+//! `DriveWindows::draw` is one turn of the loop (docs/decisions.md: 1); everything that needs no window is in
 //! [`LiveDrive`] and [`DriveOverlay`].
 
 mod end_card;
@@ -37,45 +37,46 @@ use winit::{
     window::{Window, WindowId},
 };
 
-/// How `codrive drive` was asked to start.
+/// Options of `codrive drive`.
 pub struct WindowOptions {
-    /// The drive.
+    /// Scenario of the first drive.
     pub scenario: Scenario,
-    /// Where it opens, and whether it fills the screen at once.
+    /// Placement of the driver's window, with full screen.
     pub place: WindowPlacement,
-    /// Show the experimenter's panel at once.
+    /// Show the experimenter's panel at the start.
     pub panel: bool,
     /// Open the experimenter's window beside the driver's.
     pub experimenter: bool,
-    /// Wait for the space bar.
+    /// Start paused, until the space bar is pressed.
     pub paused: bool,
-    /// Record the drive there.
+    /// Folder of the recording; `None` does not record.
     pub out: Option<PathBuf>,
-    /// Profile of the wheel; `None` takes the one for the wheel that is found.
+    /// Profile of the wheel; `None` takes the profile for the wheel that is found.
     pub wheel: Option<WheelProfile>,
-    /// What it has to do with other devices.
+    /// Settings for laboratory devices.
     pub lab: LabSettings,
-    /// Becomes true when the program is to end (Ctrl-C).
+    /// Flag that becomes true when the program should end (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
 
 impl WindowOptions {
-    /// True for a drive that somebody makes for themselves: nobody watches, nothing is recorded.
+    /// Returns true for a drive without experimenter and recording.
     fn is_free(&self) -> bool {
         self.out.is_none() && !self.experimenter && !self.panel
     }
 }
 
-/// Opens the window and drives until it is closed. Returns the drive in words, also that of one which ended by a failure.
+/// Opens the window and drives until it is closed. Returns a summary of the drive as text, also if the drive ended with
+/// a failure.
 ///
 /// # Errors
 /// No display, no graphics adapter, or a world that cannot start.
 pub fn run(options: WindowOptions) -> Result<(String, Result<(), RunError>), RunError> {
-    // A laboratory that is not ready is told of on a machine without a display too.
+    // An error of the laboratory devices is reported on a machine without a display, too.
     let mut lab = LabDevices::open(&options.lab)?;
     lab.open_outlets()?;
     let event_loop = event_loop::event_loop()?;
-    // The world first: what is wrong with a scenario is said before a window opens. A free drive waits for its driver.
+    // The world first: an error in the scenario is reported before a window opens. A free drive waits for its driver.
     let pace = if options.paused || options.is_free() { Pace::Paused } else { Pace::RealTime };
     let mut live = LiveDrive::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
     live.set_lab(lab);
@@ -93,26 +94,26 @@ pub fn run(options: WindowOptions) -> Result<(String, Result<(), RunError>), Run
 /// A drive in its window.
 struct DriveWindows {
     picture: DriverWindow,
-    /// Beside it, if it was asked for; then the driver's window knows driving keys only.
+    /// Experimenter's window, if it was asked for; then the driver's window accepts the driver's own keys only.
     experimenter: Option<ExperimenterWindow>,
     live: LiveDrive,
     overlay: DriveOverlay,
-    /// When the last frame began; `None` before the first, and after another stage went to the GPU: time runs from the
-    /// first picture on, shaders and models are not a stall.
+    /// Start of the last frame; `None` before the first, and after another static scene went to the GPU: time counts
+    /// from the first picture, so that loading shaders and models is not a stall.
     last: Option<Instant>,
-    /// When the first frame began, and when rows last went to the disk.
+    /// Start of the first frame, and time of the last write of rows to the disk.
     first: Instant,
     flushed: Instant,
-    /// Where drives are recorded.
+    /// Folders of the recordings.
     recordings: RecordingFolders,
-    /// True if the recording came to its end before the drive.
+    /// True if the recording ended before the drive.
     is_cut: bool,
-    /// Why the first one did that.
+    /// Error of the first recording that did so.
     failed: Option<RecordError>,
     modifiers: ModifiersState,
-    /// The experimenter has ended the program.
+    /// True after the experimenter has ended the program.
     is_over: bool,
-    /// Held at its start until the driver presses the accelerator's key, or Space.
+    /// True while the drive waits at its start for the driver's accelerator key, or Space.
     awaits_driver: bool,
 }
 
@@ -169,7 +170,7 @@ impl Windows for DriveWindows {
         match event {
             WindowEvent::CloseRequested => return Ok(LoopControl::End),
             WindowEvent::Focused(false) => self.live.devices.keyboard.release_all(),
-            // Tab and the arrows drive and switch; only a text that is being typed keeps its keys.
+            // Tab and the arrow keys drive and switch; only a text that is being typed keeps its keys.
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !(heard && self.picture.is_typing()) => {
                 let asked = self.key(&event);
                 return Ok(if asked == Some(KeyCommand::Quit) { LoopControl::End } else { LoopControl::GoOn });
@@ -190,15 +191,15 @@ impl Windows for DriveWindows {
 }
 
 impl DriveWindows {
-    /// One frame: simulate what is due, look, draw, present.
+    /// Runs one frame: simulates the ticks that are due, draws, presents.
     fn draw(&mut self) -> Result<(), RunError> {
         let first = self.last.is_none();
         let elapsed = self.lap();
         if self.is_cut && self.live.writer_status().is_some() {
-            // What is not recorded is not driven, whoever presses Space.
+            // Without a recording there is no driving, even if someone presses Space.
             self.live.drive.clock.set_pace(Pace::Paused);
         }
-        // A pedal may stand anywhere when a wheel is found; a key that goes down was pressed now.
+        // A pedal may be in any position when a wheel is found; a key that is down was pressed now.
         if self.awaits_driver && self.live.devices.keyboard.is_down(DriveKey::Throttle) {
             self.live.drive.clock.set_pace(Pace::RealTime);
         }
@@ -239,20 +240,21 @@ impl DriveWindows {
             self.is_over |= command == ExperimenterCommand::End;
             self.overlay.handle_experimenter_command(command, &mut self.live);
         }
-        // Most drives are there within a frame.
+        // Most drives are ready within a frame.
         if let Some(new_stage) = self.overlay.restarted(PATIENCE, &mut self.live) {
             self.began(new_stage)?;
         }
         Ok(())
     }
 
-    /// Another drive is there, or the same from its start: it is recorded as the first was, beside it.
+    /// Handles the start of another drive, or of the same drive again: it is recorded like the first, in a folder
+    /// beside it.
     fn began(&mut self, new_stage: bool) -> Result<(), RunError> {
         if new_stage {
             self.new_stage()?;
         }
         self.is_cut = false;
-        // A drive that could not start takes no folder: the closing words list what was recorded.
+        // A drive that could not start takes no folder: the summary lists only what was recorded.
         if !self.live.is_stopped()
             && let Some(folder) = self.recordings.next()
         {
@@ -267,8 +269,8 @@ impl DriveWindows {
         self.or_cut(begun)
     }
 
-    /// What came of a piece of the drive. Where the recording takes no more, the drive stands and the window says why, until
-    /// someone leaves: a window that is gone explains nothing.
+    /// Handles the result of a part of the drive. If the recording has failed, the drive is paused and the window shows
+    /// the reason until it is closed: a closed window explains nothing.
     fn or_cut<T: Default>(&mut self, done: Result<T, RunError>) -> Result<T, RunError> {
         let Err(RunError::Record(error)) = done else { return done };
         if !std::mem::replace(&mut self.is_cut, true) {
@@ -282,7 +284,7 @@ impl DriveWindows {
         Ok(T::default())
     }
 
-    /// The experimenter's window, when it is due.
+    /// Draws the experimenter's window if it is due, and returns its commands.
     fn draw_experimenter(&mut self) -> Vec<ExperimenterCommand> {
         let Self { experimenter: Some(window), picture, live, overlay, .. } = self else { return Vec::new() };
         if !window.due() {
@@ -297,7 +299,7 @@ impl DriveWindows {
         asked
     }
 
-    /// The map has changed: its models go to the GPU.
+    /// Uploads the models of a new map to the GPU.
     fn new_stage(&mut self) -> Result<(), RunError> {
         let view = self.live.view();
         let scenario = self.live.drive.world.scenario();
@@ -307,13 +309,13 @@ impl DriveWindows {
         Ok(())
     }
 
-    /// Time since the last frame.
+    /// Returns the time since the last frame.
     fn lap(&mut self) -> Duration {
         let begin = now();
         self.last.replace(begin).map_or(Duration::ZERO, |before| begin - before)
     }
 
-    /// A key went down or up. Returns the command that it stands for.
+    /// Handles a key that went down or up. Returns its command.
     fn key(&mut self, event: &KeyEvent) -> Option<KeyCommand> {
         let PhysicalKey::Code(code) = event.physical_key else { return None };
         let down = event.state == ElementState::Pressed;
@@ -350,7 +352,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_drive_is_free_where_nobody_watches_and_nothing_is_recorded() {
+    fn a_drive_is_free_without_experimenter_and_recording() {
         let is_free = |out: Option<&str>, experimenter: bool, panel: bool| {
             let options = WindowOptions {
                 scenario: Scenario::default(),

@@ -1,5 +1,5 @@
-//! The experimenter's overlay: panel, messages, frame times on top of the picture, or all of it in a window of its own. In:
-//! the running [`LiveDrive`]. Out: what is to be seen, and what is asked for.
+//! The experimenter's overlay: panel, messages, frame times on top of the picture, or all of it in a window of its own.
+//! In: the running [`LiveDrive`]. Out: widgets and commands.
 
 use super::end_card::EndCard;
 use crate::{
@@ -25,14 +25,14 @@ use crate::{
 use egui::{Align2, Color32, FontId, TextureId, Ui};
 use std::time::Duration;
 
-/// What a driver has to know before a free drive.
+/// Text before a free drive.
 const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists all keys.";
 
 /// Panel and overlays of a drive.
 pub struct DriveOverlay {
     panel: SettingsPanel,
     experimenter: ExperimenterPanel,
-    /// True if the experimenter has a window: the driver's then says nothing of keys.
+    /// True if the experimenter has a window: the driver's then does not mention the experimenter's keys.
     attended: bool,
     log: DriveLog,
     loop_health: LoopHealth,
@@ -40,22 +40,23 @@ pub struct DriveOverlay {
     show_times: bool,
     message: Option<String>,
     error: Option<String>,
-    /// The recording came to its end before the drive, which stands since.
+    /// True if the recording ended before the drive, which is paused since.
     is_cut: bool,
-    /// What the driver of a free drive reads at its end.
+    /// Card at the end of a free drive.
     card: Option<EndCard>,
-    /// The page of wheel and pedals, and what came of its last command.
+    /// Wheel and pedal page, and the outcome of its last command.
     wheel: CalibrationPage,
     wheel_said: Option<String>,
 }
 
 impl DriveOverlay {
-    /// An overlay for this drive, its panel on the picture open or not; `attended` if the experimenter has a window.
+    /// Creates an overlay for this drive. `open` opens the panel on the picture; `attended` is true if the experimenter
+    /// has a window.
     pub fn new(live: &LiveDrive, open: bool, attended: bool) -> Self {
         let world = &live.drive.world;
         let mut panel = SettingsPanel::new(world.scenario(), choices());
         panel.open = open;
-        // Beside the person's profiles of wheels.
+        // Beside the user's wheel profiles.
         if let Some(own) = profiles::own_folder() {
             panel.keep_presets(PresetList::in_folder(own.with_file_name("scenarios")));
         }
@@ -76,17 +77,17 @@ impl DriveOverlay {
         }
     }
 
-    /// Sees the world after a tick.
+    /// Updates the log with the world after a tick.
     pub fn watch(&mut self, world: &World) {
         self.log.watch(world);
     }
 
-    /// A frame was shown, `elapsed` after the one before.
+    /// Records that a frame was shown, `elapsed` after the one before.
     pub fn frame(&mut self, elapsed: Duration, due: &DueTicks) {
         self.loop_health.frame(elapsed, due.dropped);
     }
 
-    /// What is over the picture now; what the panel asks for. `times` are those of the GPU's passes.
+    /// Shows the overlay on the picture, and returns the panel's commands. `times` are the GPU times of the passes.
     pub fn show(&mut self, ui: &mut Ui, live: &LiveDrive, times: Option<PassTimes>) -> Vec<PanelCommand> {
         let mut notes = self.notes(live, times);
         if phase(live) == DrivePhase::Ended && !live.is_stopped() && !self.attended {
@@ -109,7 +110,8 @@ impl DriveOverlay {
         asked
     }
 
-    /// The experimenter's window. `picture` is what the driver sees, and its size.
+    /// Shows the experimenter's window, and returns its commands. `picture` is the driver's picture, and its size in
+    /// pixels.
     pub fn experimenter(
         &mut self,
         ui: &mut Ui,
@@ -125,14 +127,14 @@ impl DriveOverlay {
         asked
     }
 
-    /// The page of wheel and pedals, if it is open.
+    /// Shows the wheel and pedal page, if it is open.
     fn wheel_page(&mut self, ui: &mut Ui, live: &LiveDrive) -> Vec<PanelCommand> {
         let wheel = if self.wheel.open { wheel_calibration::wheel(live.devices.rig()) } else { None };
         let asked = self.wheel.show(ui, wheel.as_ref(), self.wheel_said.as_deref());
         asked.into_iter().map(PanelCommand::Calibration).collect()
     }
 
-    /// What stands on the picture in words: state of the drive in the middle, times and messages at the lower left.
+    /// Returns the texts on the picture: state of the drive in the middle, times and messages at the lower left.
     fn notes(&self, live: &LiveDrive, times: Option<PassTimes>) -> OverlayNotes {
         let middle = match phase(live) {
             DrivePhase::Starting if !self.attended => "The drive is being started. Esc ends.",
@@ -172,12 +174,12 @@ impl DriveOverlay {
         OverlayNotes { middle, corner, card: String::new() }
     }
 
-    /// Closes the list of keys, if it is open; true if it was.
+    /// Closes the list of keys; returns true if it was open.
     pub fn close_help(&mut self) -> bool {
         std::mem::take(&mut self.panel.help_open)
     }
 
-    /// A command from a key.
+    /// Executes a command from a key.
     pub fn key(&mut self, command: KeyCommand, live: &mut LiveDrive) {
         self.message = None;
         match command {
@@ -204,7 +206,7 @@ impl DriveOverlay {
         }
     }
 
-    /// A command from the panel.
+    /// Executes a command from the panel.
     pub fn handle_panel_command(&mut self, command: PanelCommand, live: &mut LiveDrive) {
         match command {
             PanelCommand::Start => live.drive.clock.set_pace(Pace::RealTime),
@@ -217,7 +219,7 @@ impl DriveOverlay {
         }
     }
 
-    /// Begins another drive; it comes from [`DriveOverlay::restarted`].
+    /// Starts another drive; [`DriveOverlay::restarted`] completes it.
     pub fn restart(&mut self, scenario: &Scenario, live: &mut LiveDrive) {
         self.message = None;
         self.error = None;
@@ -227,8 +229,9 @@ impl DriveOverlay {
         }
     }
 
-    /// The other drive is there, or the one before again from its start and the panel says why. `None` while it goes on,
-    /// true if there is a new stage to draw.
+    /// Waits at most `patience` for a restart to complete. `None` while it is in progress; true if there is a new
+    /// static scene to draw. If the new drive was refused, the drive before starts again and the panel shows the
+    /// reason.
     pub fn restarted(&mut self, patience: Duration, live: &mut LiveDrive) -> Option<bool> {
         let RestartOutcome { new_stage, refused } = live.restarted(patience)?;
         let world = &live.drive.world;
@@ -238,18 +241,18 @@ impl DriveOverlay {
         Some(new_stage)
     }
 
-    /// What the experimenter asked for.
+    /// Executes a command of the experimenter.
     pub fn handle_experimenter_command(&mut self, command: ExperimenterCommand, live: &mut LiveDrive) {
         match command {
             ExperimenterCommand::Drive(command) => self.handle_panel_command(command, live),
             ExperimenterCommand::Mark(number) => live.note("mark", &format!("by the experimenter, {number}")),
             ExperimenterCommand::Note(text) => live.note("note", &text),
-            // The window's to do.
+            // The window ends the program.
             ExperimenterCommand::End => {}
         }
     }
 
-    /// The recording can take nothing more: says so until another drive begins.
+    /// Shows that the recording has failed, until another drive begins.
     pub fn recording_ended(&mut self, why: String) {
         self.error = Some(why);
         self.is_cut = true;
@@ -265,11 +268,11 @@ impl DriveOverlay {
     }
 }
 
-/// Words on the picture.
+/// Texts on the picture.
 struct OverlayNotes {
     middle: &'static str,
     corner: Vec<String>,
-    /// Below the middle.
+    /// Card below the middle; empty without one.
     card: String,
 }
 
@@ -277,7 +280,7 @@ fn write_notes(ui: &Ui, notes: &OverlayNotes) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let screen = ui.ctx().content_rect();
     let boxed = |align: Align2, at: egui::Pos2, text: String, size: f32| {
-        // In a small window long words break rather than lose their end.
+        // In a small window a long text wraps rather than lose its end.
         let galley = painter.layout(text, FontId::proportional(size), Color32::WHITE, screen.width() - 48.0);
         let rect = align.anchor_size(at, galley.size());
         painter.rect_filled(rect.expand2(egui::vec2(10.0, 6.0)), 6.0, Color32::from_black_alpha(150));
@@ -296,7 +299,8 @@ fn write_notes(ui: &Ui, notes: &OverlayNotes) {
     }
 }
 
-/// At the upper left, in the participant's window too: that a drive is not recorded is seen before it is over.
+/// Shows the recording state at the upper left, in the participant's window too: a missing recording should be noticed
+/// before the drive is over.
 fn write_recording(ui: &Ui, live: &LiveDrive) {
     let (text, colour) = recording_sign::words(live.recorded_in());
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
@@ -311,7 +315,7 @@ fn write_recording(ui: &Ui, live: &LiveDrive) {
     painter.galley(rect.min + egui::vec2(lamp, 0.0), galley, colour);
 }
 
-/// What the panel shows of a drive.
+/// Collects the content of the panel.
 fn state<'a>(
     live: &'a LiveDrive,
     log: &'a DriveLog,
@@ -342,13 +346,13 @@ fn single_step(live: &mut LiveDrive, ticks: u64) {
     }
 }
 
-/// Policies by name.
+/// Returns the names of all policies: built in and shipped.
 fn policies() -> Vec<String> {
     let own = std::iter::once(policy::AUTO).chain(policy::NAMES).map(str::to_owned);
     own.chain(policy::shipped()).collect()
 }
 
-/// Words for the settings that are texts.
+/// Returns the words to choose from for the settings that are texts.
 fn choices() -> SettingChoices {
     let maps: Vec<String> = map::list().into_iter().map(|info| info.name).collect();
     SettingChoices::default()

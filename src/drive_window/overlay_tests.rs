@@ -1,4 +1,4 @@
-//! The overlay over a drive without a window: keys, words on the picture, what the experimenter asks for.
+//! Tests of the overlay on a drive without a window: keys, texts on the picture, commands of the experimenter.
 
 use super::*;
 use crate::{
@@ -21,19 +21,19 @@ fn sit(attended: bool) -> (LiveDrive, DriveOverlay) {
     (live, overlay)
 }
 
-/// Ticks that a frame of 30 ms brings.
+/// Advances by a frame of 30 ms and returns the number of ticks.
 fn frame(live: &mut LiveDrive, overlay: &mut DriveOverlay) -> u64 {
     let before = live.drive.world.snapshot().tick.0;
     live.advance(Duration::from_millis(30), |world| overlay.watch(world)).unwrap();
     live.drive.world.snapshot().tick.0 - before
 }
 
-/// All words that egui draws of this.
+/// Returns all text that egui draws.
 fn words(draw: impl FnMut(&mut Ui)) -> String {
     words_of(&egui::Context::default(), 1, draw)
 }
 
-/// All words of the last of so many passes.
+/// Returns all text of the last of `passes` passes.
 fn words_of(ctx: &egui::Context, passes: usize, mut draw: impl FnMut(&mut Ui)) -> String {
     fn of(shape: &egui::Shape, out: &mut String) {
         match shape {
@@ -49,7 +49,7 @@ fn words_of(ctx: &egui::Context, passes: usize, mut draw: impl FnMut(&mut Ui)) -
     let mut out = String::new();
     for _ in 0..passes {
         let mut output = ctx.run_ui(egui::RawInput { screen_rect, ..Default::default() }, &mut draw);
-        // There is no device that would take them.
+        // There is no device to take the textures.
         output.textures_delta.clear();
         out.clear();
         output.shapes.iter().for_each(|clipped| of(&clipped.shape, &mut out));
@@ -58,7 +58,7 @@ fn words_of(ctx: &egui::Context, passes: usize, mut draw: impl FnMut(&mut Ui)) -
 }
 
 #[test]
-fn keys_pause_go_on_by_a_tick_or_a_step_and_change_the_view() {
+fn keys_pause_advance_by_a_tick_or_a_step_and_change_the_view() {
     let (mut live, mut overlay) = sit(false);
     assert_eq!(frame(&mut live, &mut overlay), 0);
     overlay.key(KeyCommand::Tick, &mut live);
@@ -66,7 +66,7 @@ fn keys_pause_go_on_by_a_tick_or_a_step_and_change_the_view() {
     overlay.key(KeyCommand::Step, &mut live);
     assert_eq!(frame(&mut live, &mut overlay), 10);
     overlay.key(KeyCommand::Pause, &mut live);
-    // While time runs a single step changes nothing.
+    // While the clock runs, a single step changes nothing.
     overlay.key(KeyCommand::Step, &mut live);
     assert_eq!((frame(&mut live, &mut overlay), live.drive.clock.pace()), (3, Pace::RealTime));
     overlay.key(KeyCommand::Pause, &mut live);
@@ -88,7 +88,7 @@ fn keys_pause_go_on_by_a_tick_or_a_step_and_change_the_view() {
 }
 
 #[test]
-fn words_on_the_picture_say_what_the_drive_is_at_and_to_whom() {
+fn the_text_on_the_picture_fits_the_state_and_the_reader() {
     for attended in [false, true] {
         let (mut live, mut overlay) = sit(attended);
         let says = |overlay: &DriveOverlay, live: &LiveDrive| overlay.notes(live, None).middle;
@@ -117,7 +117,7 @@ fn words_on_the_picture_say_what_the_drive_is_at_and_to_whom() {
 }
 
 #[test]
-fn a_message_is_the_drivers_only_where_nobody_attends_and_times_are_shown_on_demand() {
+fn messages_go_to_the_experimenter_if_present_and_times_show_on_demand() {
     let (mut live, mut overlay) = sit(false);
     overlay.say("the wheel is back".into(), &live);
     assert_eq!(overlay.notes(&live, None).corner, ["the wheel is back"]);
@@ -127,7 +127,7 @@ fn a_message_is_the_drivers_only_where_nobody_attends_and_times_are_shown_on_dem
     for part in ["shadow 1.00, main 2.50, mirror 0.25, tone map 0.12 ms", "dropped 0.00 s in 0 stalls", "keyboard"] {
         assert!(corner.contains(part), "{corner}");
     }
-    // A second that came late: 0.25 s of it are driven at most, the rest is said.
+    // A second that came late: at most 0.25 s of it are simulated, the rest is reported as dropped.
     live.drive.clock.set_pace(Pace::RealTime);
     let due = live.advance(Duration::from_secs(1), |_| ()).unwrap();
     let dropped = format!("dropped {:.2} s in 1 stall", due.dropped.as_secs_f64());
@@ -140,7 +140,7 @@ fn a_message_is_the_drivers_only_where_nobody_attends_and_times_are_shown_on_dem
     assert!(words(|ui| drop(overlay.experimenter(ui, &live, None))).contains("the wheel is back"));
 }
 
-/// The end of a restart, which frames wait for. True if there is a new stage.
+/// Waits for the end of a restart. Returns true if there is a new static scene.
 fn begun(live: &mut LiveDrive, overlay: &mut DriveOverlay) -> bool {
     overlay
         .restarted(Duration::from_secs(60), live)
@@ -148,7 +148,7 @@ fn begun(live: &mut LiveDrive, overlay: &mut DriveOverlay) -> bool {
         .unwrap()
 }
 
-/// A SUMO that takes connections and says nothing, and the scenario of a drive on it.
+/// Returns a SUMO that accepts connections but never responds, and the scenario of a drive on it.
 fn silent() -> (std::net::TcpListener, Scenario) {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let traffic = listener.local_addr().unwrap().to_string().parse().unwrap();
@@ -156,7 +156,7 @@ fn silent() -> (std::net::TcpListener, Scenario) {
 }
 
 #[test]
-fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
+fn while_a_drive_is_starting_time_stands_and_the_window_says_so() {
     let (_listener, waits) = silent();
     for attended in [false, true] {
         let (mut live, mut overlay) = sit(attended);
@@ -169,7 +169,7 @@ fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
         assert_eq!(phase(&live), DrivePhase::Starting);
         let says = overlay.notes(&live, None).middle;
         assert_eq!(says, if attended { "Please wait." } else { "The drive is being started. Esc ends." });
-        // Nothing that is pressed meanwhile moves the drive that is over.
+        // Keys and commands during the start do not move the old drive.
         overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         for _ in 0..2 {
             overlay.key(KeyCommand::Pause, &mut live);
@@ -177,7 +177,7 @@ fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
             assert_eq!(frame(&mut live, &mut overlay), 0);
         }
         assert_eq!(live.drive.world.snapshot().tick, tick);
-        // Another wish takes the place of the first, which lets go at once; the pace is that of before.
+        // Another restart replaces the first, which is cancelled at once; the pace stays.
         overlay.handle_panel_command(PanelCommand::Restart(Box::new(scenario())), &mut live);
         assert!(!begun(&mut live, &mut overlay));
         assert_eq!((phase(&live), &live.drive.world.scenario().traffic), (DrivePhase::Running, &EngineChoice::Native));
@@ -186,7 +186,7 @@ fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
 }
 
 #[test]
-fn a_drive_that_cannot_even_begin_again_stands_and_another_try_helps() {
+fn a_drive_that_cannot_start_again_stands_until_another_try_works() {
     let folder = tempfile::tempdir().unwrap();
     let (there, away) = (folder.path().join("ring"), folder.path().join("away"));
     std::fs::create_dir(&there).unwrap();
@@ -215,7 +215,7 @@ fn a_drive_that_cannot_even_begin_again_stands_and_another_try_helps() {
 }
 
 #[test]
-fn a_drive_that_cannot_start_leaves_the_one_before_and_says_why() {
+fn a_drive_that_cannot_start_keeps_the_old_one_and_gives_the_reason() {
     let (mut live, mut overlay) = sit(false);
     overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
     frame(&mut live, &mut overlay);
@@ -226,7 +226,7 @@ fn a_drive_that_cannot_start_leaves_the_one_before_and_says_why() {
     assert_eq!((world.snapshot().tick.0, world.scenario().vehicles, phase(&live)), (0, 6, DrivePhase::Ready));
     let corner = overlay.notes(&live, None).corner.join("\n");
     assert!(corner.contains("400") && corner.contains("do not fit"), "{corner}");
-    // A good one takes the message away. Another seed is another stage, as many cars more are not.
+    // A good scenario removes the message. Another seed needs another static scene, a few more vehicles do not.
     let more = Scenario { vehicles: 8, ..scenario() };
     overlay.handle_panel_command(PanelCommand::Restart(Box::new(more.clone())), &mut live);
     assert!(!begun(&mut live, &mut overlay));
@@ -236,7 +236,7 @@ fn a_drive_that_cannot_start_leaves_the_one_before_and_says_why() {
 }
 
 #[test]
-fn marks_and_notes_of_the_experimenter_stand_in_the_recording_at_their_tick() {
+fn marks_and_notes_are_recorded_at_their_tick() {
     let gpu = Gpu::shared().expect("a graphics adapter is needed");
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("drive");
@@ -269,7 +269,7 @@ fn marks_and_notes_of_the_experimenter_stand_in_the_recording_at_their_tick() {
     }
 }
 
-/// The panel on the picture, open, whose commands are obeyed.
+/// Returns a harness of the picture with the panel open, which executes the panel's commands.
 fn at_the_panel() -> egui_kittest::Harness<'static, (LiveDrive, DriveOverlay)> {
     let (live, mut overlay) = sit(false);
     overlay.panel.open = true;
@@ -290,7 +290,7 @@ fn at_the_panel() -> egui_kittest::Harness<'static, (LiveDrive, DriveOverlay)> {
 }
 
 #[test]
-fn the_panels_buttons_let_time_run_hold_it_and_take_the_drive_back_to_its_start() {
+fn the_panels_buttons_run_pause_step_and_restart_the_drive() {
     use egui_kittest::kittest::Queryable;
     let mut harness = at_the_panel();
     let mut click = |button: &str| {
@@ -310,13 +310,13 @@ fn the_panels_buttons_let_time_run_hold_it_and_take_the_drive_back_to_its_start(
 }
 
 #[test]
-fn the_page_of_the_wheel_is_shown_where_it_is_asked_for_and_never_on_the_picture_of_an_attended_driver() {
+fn the_wheel_page_is_shown_on_request_but_not_to_an_attended_driver() {
     for attended in [false, true] {
         let (mut live, mut overlay) = sit(attended);
         let none = "No steering wheel is plugged in";
         assert!(!words(|ui| drop(overlay.show(ui, &live, None))).contains(none), "it is closed");
         overlay.handle_panel_command(PanelCommand::Wheel, &mut live);
-        // A window of egui's is laid out in its first pass and drawn in the second.
+        // An egui window is laid out in its first pass and drawn in the second.
         let ctx = egui::Context::default();
         assert_eq!(words_of(&ctx, 2, |ui| drop(overlay.show(ui, &live, None))).contains(none), !attended);
         let ctx = egui::Context::default();
@@ -325,7 +325,7 @@ fn the_page_of_the_wheel_is_shown_where_it_is_asked_for_and_never_on_the_picture
 }
 
 #[test]
-fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_begins() {
+fn a_failed_recording_is_shown_with_its_reason_until_the_next_drive() {
     for attended in [false, true] {
         let (mut live, mut overlay) = sit(attended);
         overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
@@ -345,7 +345,7 @@ fn a_recording_that_came_to_its_end_is_said_with_its_reason_until_another_drive_
         overlay.restart(&scenario(), &mut live);
         assert!(!begun(&mut live, &mut overlay));
         assert!(overlay.notes(&live, None).corner.is_empty());
-        // Held in the middle of it, as the one before.
+        // Paused in the middle of it, like the drive before.
         overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         frame(&mut live, &mut overlay);
         assert_eq!(phase(&live), DrivePhase::Paused);
@@ -373,7 +373,7 @@ fn settings_offer_every_map_policy_and_driver_that_comes_with_the_program() {
 }
 
 #[test]
-fn words_on_the_picture_stand_in_the_upper_middle_and_the_lower_left_and_lose_no_letter_in_a_small_window() {
+fn texts_on_the_picture_stay_in_place_and_whole_in_a_small_window() {
     let long = "a message that is much longer than a window of 320 points is wide, so that it has to break into lines";
     for size in [egui::vec2(320.0, 180.0), egui::vec2(1280.0, 720.0)] {
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);

@@ -1,9 +1,9 @@
-//! Where the drives of one window are recorded. In: the folder that was asked for. Out: one for each drive, and words on which
-//! is which.
+//! Folders for the recordings of one window. In: the requested folder. Out: one folder for each drive, and a text that
+//! lists them.
 
 use std::path::{Path, PathBuf};
 
-/// Folders of the drives of one window: `d1`, and beside it `d1-2`, `d1-3` for those that began later.
+/// Folders of the drives of one window: `d1`, and beside it `d1-2`, `d1-3` for later drives.
 pub struct RecordingFolders {
     out: Option<PathBuf>,
     folders: Vec<PathBuf>,
@@ -14,8 +14,8 @@ impl RecordingFolders {
         Self { out, folders: Vec::new() }
     }
 
-    /// The next drive's; `None` if drives are not recorded. The first is the one that was asked for, and none of the others
-    /// is there yet.
+    /// Returns the folder for the next drive; `None` if drives are not recorded. The first is the requested one; each
+    /// later one does not exist yet.
     pub fn next(&mut self) -> Option<PathBuf> {
         let out = self.out.as_ref()?;
         let number = |number: usize| {
@@ -35,7 +35,7 @@ impl RecordingFolders {
         self.folders.last().map(PathBuf::as_path)
     }
 
-    /// Which drive is described below, and where each lies.
+    /// Returns the list of the folders; the last drive is the one described below it.
     pub fn words(&self) -> String {
         let lines = self.folders.iter().enumerate().map(|(k, folder)| match self.folders.len() {
             1 => format!("recorded in              {}\n", folder.display()),
@@ -51,13 +51,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn drives_of_one_window_lie_side_by_side_and_none_takes_anothers_place() {
+    fn drives_of_one_window_get_folders_side_by_side() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let mut recordings = RecordingFolders::new(Some(at("p 1.a")));
         assert_eq!(recordings.next(), Some(at("p 1.a")));
         assert_eq!(recordings.words(), format!("recorded in              {}\n", at("p 1.a").display()));
-        // One of yesterday is in the way.
+        // An older folder already has the name.
         std::fs::create_dir(at("p 1.a-2")).unwrap();
         assert_eq!(recordings.next(), Some(at("p 1.a-3")));
         assert_eq!((recordings.next(), recordings.last()), (Some(at("p 1.a-4")), Some(at("p 1.a-4").as_path())));

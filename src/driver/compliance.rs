@@ -1,15 +1,15 @@
-//! Whether a driver looks at the advice and follows it. In: who he is, how long he has been advised, how far the advice has
-//! held him back. Out: yes or no. Nothing is kept: what is drawn by chance comes from a seed and the number of a stretch of
-//! time, so that a whole drive and sixteen rings at once agree.
+//! Attention to the advice and compliance with it. In: the driver's parameters, the time since the first advice, and
+//! how much slower than the leader the advice was. Out: true or false. There is no state: random numbers come from a
+//! seed and the number of a time interval, so that a whole drive and sixteen rings at once agree.
 
 use super::DriverParams;
 use crate::time::{TICK_S, TICKS_PER_S};
 use serde::{Deserialize, Serialize};
 
-/// For how long a decision to follow, or not to, stands, s.
+/// Length of the interval for which a decision to follow the advice holds, s.
 pub const STRETCH_S: f64 = 20.0;
 
-/// Time constant of the mean of what advice holds a driver back by, s.
+/// Time constant of the mean by which the advice is slower than the leader, s.
 pub const HELD_BACK_S: f64 = 30.0;
 
 /// Willingness and attention of one driver.
@@ -23,7 +23,7 @@ pub struct Compliance {
     seed: u64,
 }
 
-/// What a chance is drawn for.
+/// Decision that a random number is drawn for.
 #[derive(Clone, Copy)]
 enum Purpose {
     Follow = 1,
@@ -31,7 +31,7 @@ enum Purpose {
 }
 
 impl Compliance {
-    /// Of this driver. The same seed decides the same.
+    /// Creates the compliance of this driver. The same seed gives the same decisions.
     pub fn of(params: &DriverParams, seed: u64) -> Self {
         Self {
             share: params.compliance,
@@ -43,12 +43,12 @@ impl Compliance {
         }
     }
 
-    /// Always looks, always follows.
+    /// Returns the compliance of a driver that always looks and always follows.
     pub fn full() -> Self {
         Self::of(&DriverParams::default(), 0)
     }
 
-    /// True if he looks and follows at all times.
+    /// Checks whether the driver looks and follows at all times.
     pub fn is_full(&self) -> bool {
         self.share >= 1.0
             && self.fade_s == 0.0
@@ -56,14 +56,14 @@ impl Compliance {
             && self.inattention_per_min * self.inattention_s == 0.0
     }
 
-    /// Whether he follows `time_s` after the first advice, held back by `held_back_mps` on average of the last
-    /// [`HELD_BACK_S`]; otherwise he drives as without advice.
+    /// Checks whether the driver follows the advice `time_s` after the first one; otherwise they drive as without
+    /// advice. `held_back_mps` is the mean of the leader's speed less the advice over the last [`HELD_BACK_S`].
     pub fn follows(&self, time_s: f64, held_back_mps: f64) -> bool {
         let stretch = (time_s / STRETCH_S) as u64;
         self.chance(Purpose::Follow, stretch) < self.willingness(time_s, held_back_mps)
     }
 
-    /// The share of the time in which he follows, as it is then.
+    /// Returns the probability of following the advice at that time.
     pub fn willingness(&self, time_s: f64, held_back_mps: f64) -> f64 {
         let stretch = (time_s / STRETCH_S) as u64;
         let mut share = self.share;
@@ -76,7 +76,8 @@ impl Compliance {
         share
     }
 
-    /// Whether he takes in what the dial shows `time_s` after the first advice; otherwise he goes by what he saw last.
+    /// Checks whether the driver reads the dial `time_s` after the first advice; otherwise they use the last advice
+    /// that they read.
     pub fn looks(&self, time_s: f64) -> bool {
         if self.inattention_per_min == 0.0 || self.inattention_s == 0.0 {
             return true;
@@ -85,7 +86,7 @@ impl Compliance {
         self.chance(Purpose::Look, spell) >= self.inattention_per_min * self.inattention_s / 60.0
     }
 
-    /// A number in `[0, 1)` for one stretch (SplitMix64).
+    /// Returns a random number in `[0, 1)` for one interval (SplitMix64).
     fn chance(&self, purpose: Purpose, stretch: u64) -> f64 {
         let mut z = self.seed ^ (stretch << 2 | purpose as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -94,7 +95,7 @@ impl Compliance {
     }
 }
 
-/// What one driver makes of the advice in a whole drive, tick by tick.
+/// Advice as one driver takes it over a drive, tick by tick.
 #[derive(Clone, Debug)]
 pub(super) struct AdviceTaken {
     compliance: Compliance,
@@ -110,7 +111,8 @@ impl AdviceTaken {
         Self { compliance, ticks: 0, held_back_mps: 0.0, follows: true, looks: true, seen_mps: None }
     }
 
-    /// A tick under this advice behind a leader of this speed, m/s. Returns the advice that he goes by: none before the first.
+    /// Advances by a tick under this advice behind a leader of this speed, m/s. Returns the advice that the driver acts
+    /// upon; `None` without advice.
     pub fn see(&mut self, advised_mps: Option<f64>, leader_mps: Option<f64>) -> Option<f64> {
         let advised_mps = advised_mps?;
         if self.compliance.is_full() {
@@ -131,7 +133,7 @@ impl AdviceTaken {
         self.seen_mps
     }
 
-    /// False while he drives as without advice.
+    /// Checks whether the driver follows the advice at present.
     pub fn follows(&self) -> bool {
         self.follows
     }
@@ -146,17 +148,17 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_willing_looks_and_follows_always() {
+    fn a_fully_compliant_driver_always_looks_and_follows() {
         let full = Compliance::full();
         assert!(full.is_full());
         assert!((0..1000).all(|s| full.follows(f64::from(s), 5.0) && full.looks(f64::from(s))));
     }
 
     #[test]
-    fn the_share_fades_with_time_and_with_what_holds_back() {
+    fn compliance_fades_with_time_and_with_advice_below_the_leaders_speed() {
         let params =
             DriverParams { compliance: 0.8, compliance_fade_s: 200.0, patience_mps: 2.0, ..DriverParams::default() };
-        // 20,000 drivers: 0.7 % of statistical error at 95 %.
+        // 20,000 drivers: 0.7 % statistical error at 95 %.
         let at = |time_s: f64, held_back_mps: f64| {
             share(20_000, |seed| Compliance::of(&params, seed).follows(time_s, held_back_mps))
         };
@@ -175,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn spells_have_their_length_and_their_share() {
+    fn spells_of_inattention_have_their_length_and_share() {
         let params = DriverParams { inattention_per_min: 3.0, inattention_s: 4.0, ..DriverParams::default() };
         let found = share(20_000, |seed| !Compliance::of(&params, seed).looks(12.0));
         assert!((found - 0.2).abs() < 0.01, "{found}: 3 spells of 4 s a minute are a fifth of the time");

@@ -1,5 +1,6 @@
-//! A file of drivers as people were found to be (`drivers.toml`). In: TOML that `codrive analyse` wrote or a person did. Out:
-//! [`DriversFile`], or a message that names file, line, value and what is allowed. What could not be told of a driver is not in it.
+//! File of drivers fitted to participants (`drivers.toml`). In: TOML from `codrive analyse` or from a person. Out:
+//! [`DriversFile`], or a message that names file, line, value and the allowed values. A number that could not be
+//! estimated is absent.
 
 use super::DriverParams;
 use crate::{
@@ -10,31 +11,32 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::{fmt::Write, path::Path};
 
-/// The first line says what the file is.
+/// Format name in the first line of the file.
 pub const FORMAT: &str = "codrive drivers 1";
 
-/// Reaction to the leader over reaction to advice, as in the presets: brake lamps are answered sooner than a number on a dial.
+/// Reaction time to the leader over that to advice, as in the presets: people respond to brake lamps sooner than to a
+/// dial.
 const LEADER_SHARE: f64 = 0.7;
 
-/// A mistake in a file of drivers; the message is complete.
+/// Error in a file of drivers; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct DriversFileError(pub String);
 
-/// What is known of one driver.
+/// Estimated numbers of one driver.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FittedDriver {
-    /// Whose drives they rest on, a participant's code.
+    /// Code of the participant whose drives the numbers rest on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub participant: Option<String>,
     /// Time from a change of the advice to the foot's first movement, s.
     pub reaction_s: Option<f64>,
     /// Standard deviation of the speed around the advised one, m/s.
     pub error_mps: Option<f64>,
-    /// Always this much faster (positive) or slower (negative) than advised, m/s.
+    /// Constant deviation from the advised speed, m/s, positive for faster.
     pub speed_bias_mps: Option<f64>,
-    /// Desired time gap to the leader as a multiple of the other cars'.
+    /// Desired time gap to the leader as a multiple of the other vehicles'.
     pub time_gap_factor: Option<f64>,
 }
 
@@ -42,18 +44,19 @@ pub struct FittedDriver {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriversFile {
-    /// [`FORMAT`].
+    /// Format of the file, always [`FORMAT`].
     pub format: String,
-    /// Title of the study in which they drove.
+    /// Title of the study of the drivers.
     #[serde(default)]
     pub study: String,
-    /// One after the other.
+    /// Drivers in the order of the file.
     #[serde(default)]
     pub driver: Vec<FittedDriver>,
 }
 
 impl FittedDriver {
-    /// Names, values and limits of the numbers: those of the simulated driver, with a time gap that every IDM can take.
+    /// Returns names, values, limits and units of the numbers. The limits are as for the simulated driver; the time gap
+    /// has a range that every IDM supports.
     fn numbers(&self) -> [(&'static str, Option<f64>, [f64; 2], &'static str); 4] {
         [
             ("reaction_s", self.reaction_s, [0.0, 5.0], " s"),
@@ -63,7 +66,8 @@ impl FittedDriver {
         ]
     }
 
-    /// A driver with these numbers where they are known, `base` elsewhere; the other cars keep a time gap of `usual_time_gap_s`.
+    /// Returns a driver with the known numbers, and the numbers of `base` elsewhere; `usual_time_gap_s` is the other
+    /// vehicles' time gap.
     pub fn applied_to(&self, base: &DriverParams, usual_time_gap_s: f64) -> DriverParams {
         let time_gap_s = self.time_gap_factor.map_or(base.idm.t, |factor| factor * usual_time_gap_s);
         DriverParams {
@@ -81,7 +85,7 @@ impl DriversFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// What is wrong, where, and what is allowed.
+    /// The file cannot be read or is invalid; the message gives the place and the allowed values.
     pub fn load(path: &Path) -> Result<Self, DriversFileError> {
         let text = read_text(path, SETTINGS_BYTES).map_err(|why| {
             DriversFileError(format!(
@@ -93,10 +97,10 @@ impl DriversFile {
         Self::parse(&text, &path.display().to_string())
     }
 
-    /// The same for text that messages call `name`.
+    /// Reads the text of a file; `name` is its name for messages.
     ///
     /// # Errors
-    /// As [`DriversFile::load`].
+    /// The text is invalid; the message gives the place and the allowed values.
     pub fn parse(text: &str, name: &str) -> Result<Self, DriversFileError> {
         let file: Self = toml_text::parse(text, name).map_err(|e| DriversFileError(e.to_string()))?;
         let fault =
@@ -118,7 +122,7 @@ impl DriversFile {
         Ok(file)
     }
 
-    /// As it is written: numbers to a thousandth, which is finer than anything that can be told of a driver.
+    /// Returns the text of the file. Numbers are rounded to 0.001, which is finer than any estimate.
     pub fn text(&self) -> String {
         let quoted = |word: &str| toml::Value::String(word.into()).to_string();
         let mut text = format!("format = {}\nstudy = {}\n", quoted(&self.format), quoted(&self.study));
@@ -129,7 +133,7 @@ impl DriversFile {
             }
             for (key, value, ..) in driver.numbers() {
                 if let Some(value) = value {
-                    // Less nothing is not written as -0.
+                    // Adding 0 avoids "-0".
                     let _ = writeln!(text, "{key} = {:?}", (value * 1e3).round() / 1e3 + 0.0);
                 }
             }
@@ -147,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_and_what_is_left_out_stays_unknown() {
+    fn a_written_file_reads_back_and_missing_numbers_stay_unknown() {
         let driver = FittedDriver {
             participant: Some("sub-P03".into()),
             reaction_s: Some(1.234),
@@ -172,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mistake_is_told_with_line_value_and_what_is_allowed() {
+    fn an_error_names_line_value_and_allowed_values() {
         let head = "format = \"codrive drivers 1\"\n";
         let far = told(&format!("{head}[[driver]]\nreaction_s = 0.9\n[[driver]]\nreaction_s = 7\n"));
         assert!(far.starts_with("drivers.toml:5:14: reaction_s is 7; allowed: a number from 0 to 5 s"), "{far}");

@@ -1,9 +1,10 @@
-//! Simulated drivers. In: what a person in the seat could perceive ([`Perception`]). Out: [`Controls`], through the same
-//! pedals and wheel as people, so that a whole study can be rehearsed without anyone. Seeded; SI units.
+//! Simulated drivers. In: what a person in the seat could perceive ([`Perception`]). Out: [`Controls`], through the
+//! same pedals and wheel as people, so that a whole study can be rehearsed without participants. Seeded; SI units.
 //!
-//! Each tick: the senses deliver late what was advised and anticipate the leader (`senses`); the wanted acceleration is
-//! the smallest of "reach the advised speed", "keep behind the leader" (IDM) and "slow for the bend or the lower limit"; one foot turns it
-//! into pedals (`feet`), two hands the lane into an angle of the wheel (`hands`).
+//! Each tick, `perception` delivers the advice with the driver's delay and anticipates the leader. The wanted
+//! acceleration is the smallest of three: reach the advised speed, keep the distance to the leader (IDM), slow down for
+//! a bend, a lower limit or a stop line. `pedals` turns it into accelerator and brake, `steering` the lane into an
+//! angle of the wheel.
 
 mod compliance;
 mod fitted;
@@ -35,59 +36,58 @@ use perception::{DelayedPerception, OrnsteinUhlenbeck};
 use steering::SteeringModel;
 pub use steering::TURN_IN_S;
 
-/// Time constant of the wander in the lane, s.
+/// Time constant of the driver's deviation from the centre line, s.
 const LANE_TIME_S: f64 = 8.0;
 
-/// What a person in the seat perceives in one tick.
+/// Perception of the driver in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Perception {
-    /// Own speed, m/s.
+    /// Speed of the ego, m/s.
     pub speed_mps: f64,
-    /// The lane, from [`SimulatedDriver::look`].
+    /// Lane ahead, from [`SimulatedDriver::look`].
     pub lane: LaneView,
-    /// The car ahead, if there is one.
+    /// Leader, if there is one.
     pub leader: Option<SeenLeader>,
-    /// Way from the front bumper to a line that must not be crossed now, metres: of a signal that is not green, or where others
-    /// go first.
+    /// Distance from the front bumper to a line that must not be crossed now, m: at a signal that is not green, or
+    /// where others have right of way.
     pub stop_ahead_m: Option<f64>,
-    /// The advice on the speedometer, if there is one.
+    /// Advice on the speedometer, if there is any.
     pub advice: Option<Advice>,
-    /// Speed limit, m/s.
     pub speed_limit_mps: f64,
-    /// The side to which the path turns soon, or changes lanes.
+    /// Side to which the path turns or changes lanes next.
     pub indicator: Indicator,
 }
 
-/// The car ahead.
+/// Leader as the driver perceives it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SeenLeader {
-    /// Own front bumper to its rear bumper, metres.
+    /// Gap from the own front bumper to the leader's rear bumper, m.
     pub gap_m: f64,
-    /// Its speed, m/s.
+    /// Speed of the leader, m/s.
     pub speed_mps: f64,
 }
 
-/// The lane as seen from the seat.
+/// Lane as seen from the seat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneView {
-    /// Offset of the rear axle from the centre line, metres, positive to the left.
+    /// Offset of the rear axle from the centre line, m, positive to the left.
     pub offset_m: f64,
-    /// Own heading less the lane's, radians.
+    /// Heading of the ego relative to the lane, rad.
     pub heading_error_rad: f64,
-    /// A point of the centre line ahead, from the rear axle: x along the car, y to its left, metres.
+    /// Target point on the centre line, relative to the rear axle: x along the ego, y to its left, m.
     pub aim: DVec2,
-    /// Curvatures of the corners where it will be [`TURN_IN_S`] later, 1/m; 0 where there are none.
+    /// Curvatures of the corners at the positions [`TURN_IN_S`] ahead, 1/m; 0 for no corner.
     pub next_corners_per_m: [f64; TURN_IN_S.len()],
-    /// Highest speed from which every bend ahead is still comfortable, m/s.
+    /// Highest present speed with which every bend ahead remains comfortable, m/s.
     pub bend_speed_mps: f64,
-    /// Highest speed from which every limit ahead that is lower than that here is comfortably reached where it begins, m/s.
+    /// Highest present speed from which every lower speed limit ahead can be reached comfortably where it begins, m/s.
     pub next_limit_speed_mps: f64,
-    /// Grade of the road under the car, the tangent of the slope's angle, positive uphill.
+    /// Grade of the road at the ego, the tangent of the slope angle, positive uphill.
     pub grade: f64,
 }
 
 impl Default for LaneView {
-    /// A straight lane, followed exactly.
+    /// Returns a straight lane, followed exactly.
     fn default() -> Self {
         let (bend_speed_mps, next_limit_speed_mps) = (f64::INFINITY, f64::INFINITY);
         let aim = dvec2(10.0, 0.0);
@@ -103,7 +103,7 @@ impl Default for LaneView {
     }
 }
 
-/// A simulated driver in the ego.
+/// Simulated driver of the ego.
 #[derive(Clone, Debug)]
 pub struct SimulatedDriver {
     params: DriverParams,
@@ -117,10 +117,10 @@ pub struct SimulatedDriver {
 }
 
 impl SimulatedDriver {
-    /// A driver who knows the car. The same seed drives the same way.
+    /// Creates a driver that knows the ego's parameters. The same seed drives the same way.
     ///
     /// # Errors
-    /// If a number of the driver is outside of what can be simulated.
+    /// A number of the driver is outside the range that can be simulated.
     pub fn new(params: &DriverParams, car: &CarParams, seed: u64) -> Result<Self, DriverError> {
         params.check()?;
         Ok(Self {
@@ -139,23 +139,22 @@ impl SimulatedDriver {
         })
     }
 
-    /// The same with a foot on the brake, as where a drive begins at a standstill.
+    /// Puts the driver's foot on the brake, for a drive that begins at a standstill.
     pub fn with_foot_on_brake(mut self) -> Self {
         self.feet.hold();
         self
     }
 
-    /// The driver's numbers.
     pub fn params(&self) -> &DriverParams {
         &self.params
     }
 
-    /// The lane of `route` as seen from the car; `near_s_m` is where the car is thought to be on it.
+    /// Returns the lane of `route` as seen from the ego; `near_s_m` is the expected position of the ego on it.
     pub fn look(&self, route: &Route, ego: &EgoState, near_s_m: Option<f64>) -> LaneView {
         self.look_beside(route, ego, near_s_m, |_| 0.0)
     }
 
-    /// The same of a line that runs `beside_m` to the left of the route's at a place of it, metres.
+    /// Returns the view of a line that runs `beside_m` to the left of the route at each position, m.
     pub fn look_beside(
         &self,
         route: &Route,
@@ -184,7 +183,7 @@ impl SimulatedDriver {
         }
     }
 
-    /// The controls of this tick.
+    /// Returns the controls of this tick.
     pub fn controls(&mut self, now: &Perception) -> Controls {
         let wanted_mps2 = self.wanted_mps2(now);
         let (throttle, brake) = self.feet.press(&self.params, now.speed_mps, wanted_mps2, now.lane.grade);
@@ -193,7 +192,7 @@ impl SimulatedDriver {
         Controls { throttle, brake, steering_wheel_rad, selector: Selector::Drive, indicator: now.indicator }
     }
 
-    /// The acceleration that the driver wants, m/s2.
+    /// Returns the wanted acceleration, m/s².
     fn wanted_mps2(&mut self, now: &Perception) -> f64 {
         let advised_mps = now.advice.map(|advice| advice.target_mps);
         let seen_mps = self.advice.see(advised_mps, now.leader.map(|leader| leader.speed_mps));
@@ -218,23 +217,23 @@ impl SimulatedDriver {
         };
         let road = reach(now.lane.bend_speed_mps.min(now.lane.next_limit_speed_mps));
         let advised = target_mps.map_or(f64::INFINITY, |target_mps| {
-            // Bias and error fade below 1 m/s: nobody errs about a standstill.
+            // Bias and error fade below 1 m/s: there is no error about a standstill.
             let own = (p.speed_bias_mps + wander_mps) * target_mps.clamp(0.0, 1.0);
             let wanted_mps = (target_mps + own).min(now.speed_limit_mps).max(0.0);
             let off_mps = wanted_mps - now.speed_mps;
             reach(wanted_mps - off_mps.clamp(-p.deadband_mps, p.deadband_mps))
         });
-        // As behind a leader that stands on the line, whatever rule holds behind cars.
+        // The line is treated as a standing leader, whatever the rule for leaders is.
         let stop = stop_ahead_m.map_or(f64::INFINITY, |gap_m| follow(gap_m, 0.0));
         behind.min(advised).min(road).min(stop)
     }
 }
 
-/// Bends are looked at in such steps, metres.
+/// Step of the look-ahead for bends, m.
 const LOOK_EVERY_M: f64 = 5.0;
 
-/// The highest speed at `s_m` of a route from which every bend ahead is still comfortable for this driver, m/s. Looks as far as the
-/// car needs to slow down at half the comfortable deceleration.
+/// Returns the highest speed at `s_m` of a route with which every bend ahead remains comfortable for this driver, m/s.
+/// The look-ahead is the way needed to stop at half the comfortable deceleration, plus 10 m.
 pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
     let decel = params.decel_mps2 / 2.0;
     let far_m = 10.0 + speed_mps * speed_mps / (2.0 * decel);
@@ -245,7 +244,8 @@ pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps:
             let ahead_m = i as f64 * LOOK_EVERY_M;
             let Bend { felt_per_m: bend, wheel_per_m } = bend_at(route, s_m + ahead_m / scale, scale);
             let comfortable = (params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt();
-            // A corner begins half a window before its curvature is seen whole, and the foot comes down a little later.
+            // The curvature of a corner is fully visible half a window after the corner begins, and the foot moves a
+            // little later.
             let begins_m = (ahead_m - LOOK_EVERY_M - speed_mps.max(0.0) * params.speed_relaxation_s).max(0.0);
             let corner_mps = corner_speed_mps(params, wheel_per_m);
             comfortable.min((corner_mps * corner_mps + 2.0 * decel * begins_m).sqrt())
@@ -253,8 +253,8 @@ pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps:
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The highest speed at `s_m` of a route from which this driver comes to each limit ahead that is lower than that here with no more than its
-/// speed, m/s: comfortably, as for bends.
+/// Returns the highest speed at `s_m` of a route from which this driver reaches each lower limit ahead in time, m/s. As
+/// for bends, the driver brakes with half the comfortable deceleration.
 fn next_limit_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
     let decel = params.decel_mps2 / 2.0;
     let speed_mps = speed_mps.max(0.0);
@@ -278,25 +278,26 @@ fn next_limit_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mp
     found_mps
 }
 
-/// A bend as a driver has to take it.
+/// Bend for a driver.
 struct Bend {
-    /// Curvature that is felt, 1/m.
+    /// Curvature that determines the lateral acceleration, 1/m.
     felt_per_m: f64,
-    /// Curvature by which the wheel has to go round, 1/m.
+    /// Curvature that determines the wheel's angle, 1/m.
     wheel_per_m: f64,
 }
 
-/// The bend around a place of a route of which a declared metre is drawn `scale` metres long. Of an S within a window the turns to
-/// either side are added up, not set off, and the wheel goes round twice as far, on a way that is half as long again.
+/// Returns the bend around a position of a route; `scale` is drawn metres per declared metre. In an S-bend within the
+/// window the turns to both sides are added, not cancelled: the wheel turns twice as far, over a way 1.5 times as long.
 fn bend_at(route: &Route, s_m: f64, scale: f64) -> Bend {
-    /// Less to one of the sides is no S, radians: within 10 m it moves the line by a quarter of a metre, which a lane has room for.
+    /// Smallest turn to either side in an S-bend, rad: within 10 m a smaller one moves the line by 0.25 m, for which a
+    /// lane has room.
     const SIDE_RAD: f64 = 0.1;
-    /// A turn by more than this is that of a street corner, radians.
+    /// Turn above which a bend is a street corner, rad.
     const CORNER_RAD: f64 = 1.0;
     let window_m = 2.0 * LOOK_EVERY_M / scale;
     let yaws = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|quarter| route.yaw_at(s_m + window_m * quarter / 4.0));
     let turn_per_m = (wrap_angle(yaws[4] - yaws[0]) / window_m).abs().max(1e-6 * scale);
-    // The corners of streets are shorter than the window; a bend by less is cut.
+    // Street corners are shorter than the window, so half of it is checked too; gentler bends are cut.
     let half_per_m = || wrap_angle(yaws[3] - yaws[1]).abs() / (window_m / 2.0);
     let wheel_per_m = if turn_per_m * window_m > CORNER_RAD { turn_per_m.max(half_per_m()) } else { turn_per_m };
     let turns = yaws.windows(2).map(|pair| wrap_angle(pair[1] - pair[0]));
@@ -308,22 +309,23 @@ fn bend_at(route: &Route, s_m: f64, scale: f64) -> Bend {
     Bend { felt_per_m, wheel_per_m: felt_per_m * 2.0 / 1.5 }
 }
 
-/// The curvature of a street corner around a place of a route of which a declared metre is drawn `scale` metres long, positive to the left, 1/m;
-/// 0 where there is none. It is that between two ways of 5 m, so that a spike in the line is no corner.
+/// Returns the curvature of a street corner around a position of a route, 1/m, positive to the left; 0 for no corner.
+/// `scale` is drawn metres per declared metre. The curvature is taken between two chords of 5 m, so that a spike in the
+/// line is no corner.
 fn corner_per_m(route: &Route, s_m: f64, scale: f64) -> f64 {
-    /// A bend by less is cut, radians.
+    /// Turn up to which a bend is cut and is no corner, rad.
     const CORNER_RAD: f64 = 0.8;
     let [before, here, after] = [-1.0, 0.0, 1.0].map(|share| route.point_at(s_m + share * LOOK_EVERY_M / scale));
     let turn_rad = (here - before).angle_to(after - here);
     if turn_rad.abs() > CORNER_RAD { turn_rad / LOOK_EVERY_M } else { 0.0 }
 }
 
-/// The speed at which arms can still turn the wheel in time for a corner of this curvature, m/s; no bound on bends that are no
-/// corners.
+/// Returns the highest speed at which the arms can turn the wheel in time for a corner of this curvature, m/s; infinite
+/// for bends that are no corners.
 fn corner_speed_mps(params: &DriverParams, bend_per_m: f64) -> f64 {
-    /// A bend of a smaller radius is a corner, metres: the wheel has to go round by more than half a turn.
+    /// Radius below which a bend is a corner, m: the wheel must go round by about half a turn.
     const CORNER_RADIUS_M: f64 = 15.0;
-    /// The way on which the wheel is turned, metres: on more, the car would leave a lane of 3.2 m on the inside or the outside.
+    /// Way on which the wheel is turned, m: on a longer one the ego would leave a lane of 3.2 m.
     const WAY_M: f64 = 3.5;
     if bend_per_m * CORNER_RADIUS_M <= 1.0 {
         return f64::INFINITY;
@@ -333,12 +335,12 @@ fn corner_speed_mps(params: &DriverParams, bend_per_m: f64) -> f64 {
     params.wheel_rad_s * WAY_M / wheel_rad
 }
 
-/// The most that may be accelerated without a collision in sight, m/s2: the safe speed of Krauss (1998), from which the car
-/// still stops behind the leader if that brakes as hard as this driver does.
+/// Returns the largest acceleration without an imminent collision, m/s². It follows from the safe speed of Krauss
+/// (1998), at which the ego can still stop behind a leader that brakes as hard as this driver does.
 fn guarded_mps2(p: &DriverParams, speed_mps: f64, leader: &SeenLeader) -> f64 {
-    /// From the wish to brake to the brake's effect: the foot, the pedal, the car, s.
+    /// Delay from the decision to brake to the effect of the brake (foot, pedal, vehicle), s.
     const DELAY_S: f64 = 0.6;
-    /// Gap that is kept at a stop, metres.
+    /// Gap that is kept at a stop, m.
     const GAP_M: f64 = 1.0;
     let delay_mps = p.decel_mps2 * DELAY_S;
     let room_m = (leader.gap_m - GAP_M).max(0.0);

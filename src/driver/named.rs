@@ -1,23 +1,23 @@
-//! Drivers by name or by numbers: on the command line, in a scenario, in tables. In: text. Out: a [`NamedDriver`], which
-//! whole drives and the fast ring take alike, so that a name means the same everywhere.
+//! Drivers by name or by numbers, on the command line, in a scenario and in tables. In: text. Out: a [`NamedDriver`],
+//! which whole drives and the fast ring use alike, so that a name has the same meaning everywhere.
 
 use super::{DriverError, DriverParams, params::NUMBERS, preset};
 use std::fmt::Write;
 
-/// A driver and what he is called.
+/// Driver with the text that names it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedDriver {
-    /// As [`named`] reads it: the name of a preset, or numbers.
+    /// Text that [`named`] reads: the name of a preset, or numbers.
     pub text: String,
-    /// All of him.
     pub params: DriverParams,
 }
 
-/// The driver that a text names: a preset ([`preset`]), or one in numbers such as `reaction=1,error=0.5`: reaction time to
-/// advice (s; to the leader 0.7 of it, as in the presets), tracking error, constant deviation and deadband (m/s).
+/// Returns the driver of a text: a preset ([`preset`]), or numbers such as `reaction=1,error=0.5`. The numbers are the
+/// reaction time to advice (s; the one to the leader is 0.7 of it, as in the presets), tracking error, constant
+/// deviation and deadband (m/s).
 ///
 /// # Errors
-/// The text is no preset and no numbers, or a number is not allowed.
+/// The text is neither a preset nor numbers, or a number is not allowed.
 pub fn named(text: &str) -> Result<NamedDriver, DriverError> {
     let text = text.trim();
     if !text.contains('=') {
@@ -33,7 +33,7 @@ pub fn named(text: &str) -> Result<NamedDriver, DriverError> {
         match key {
             "reaction" => (params.reaction_s, params.leader_reaction_s) = (number, 0.7 * number),
             "error" => params.error_mps = number,
-            // The second words are those of recordings and scripts up to 2026.
+            // The second names are those of recordings and scripts up to 2026.
             "speed_bias" | "trait" => params.speed_bias_mps = number,
             "deadband" | "slack" => params.deadband_mps = number,
             _ => return Err(DriverError::UnknownNumber { key: key.into() }),
@@ -44,7 +44,8 @@ pub fn named(text: &str) -> Result<NamedDriver, DriverError> {
 }
 
 impl NamedDriver {
-    /// A driver in numbers, as [`named`] reads them: reaction (s), error, constant deviation and deadband (m/s).
+    /// Creates a driver from the numbers that [`named`] reads: reaction (s), error, constant deviation and deadband
+    /// (m/s).
     ///
     /// # Errors
     /// A number is not allowed.
@@ -53,7 +54,7 @@ impl NamedDriver {
         named(&pairs.join(","))
     }
 
-    /// What tables and figures call him.
+    /// Returns the driver's name for tables and figures.
     pub fn label(&self) -> String {
         if !self.text.contains('=') {
             return self.text.clone();
@@ -95,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_driver_is_told_with_what_there_is() {
+    fn an_unknown_driver_is_refused_with_the_known_names() {
         let told = |text: &str| named(text).unwrap_err().to_string();
         assert!(
             told("folow").contains("no driver is called \"folow\"") && told("folow").contains("did you mean follow")

@@ -3,144 +3,140 @@
 use crate::{idm::IdmParams, policy::DriverTraits, toml_text::did_you_mean};
 use serde::{Deserialize, Serialize};
 
-/// Why there is no such driver.
+/// Error in the name or the numbers of a driver.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum DriverError {
-    /// No preset has this name.
+    /// Unknown name of a preset.
     #[error(
         "no driver is called {name:?}{}\n  remedy: use one of {}, or numbers: reaction=1,error=0.5,speed_bias=0,deadband=0",
         did_you_mean(name, &all_presets()),
         all_presets().join(", ")
     )]
     Unknown {
-        /// What was asked for.
+        /// Name of the requested preset.
         name: String,
     },
-    /// No number of a driver has this name.
+    /// Unknown name of a number.
     #[error("a driver has no number {key:?}{}\n  remedy: give some of {}", did_you_mean(key, &NUMBERS), NUMBERS.join(", "))]
     UnknownNumber {
-        /// What was given for its name.
+        /// Given name of the number.
         key: String,
     },
-    /// No population has this name.
+    /// Unknown name of a population.
     #[error("no population of drivers is called {name:?}{near}\n  remedy: use one of {known}")]
     UnknownPopulation {
-        /// What was asked for.
+        /// Name of the requested population.
         name: String,
-        /// What was meant.
+        /// Suggestion of a similar name, or nothing.
         near: String,
-        /// What there is.
+        /// Known names, separated by commas.
         known: String,
     },
-    /// A number of the driver is none.
+    /// Text in the place of a number.
     #[error("driver: {key} is {value:?}\n  remedy: give a number, such as {key}=0.5")]
     NoNumber {
-        /// Which number.
+        /// Name of the number.
         key: String,
-        /// What was given.
         value: String,
     },
-    /// A number of the driver lies outside of what can be simulated.
+    /// Number outside the range that can be simulated.
     #[error("driver: {name} = {value} is not allowed\n  remedy: give a number from {min} to {max}")]
     OutOfRange {
-        /// Which number, as it is written in a scenario file.
+        /// Name of the number, as in a scenario file.
         name: &'static str,
-        /// What was given.
         value: f64,
-        /// Smallest allowed.
         min: f64,
-        /// Largest allowed.
         max: f64,
     },
 }
 
-/// Numbers that a driver may be given in, as `key=value`; what is not given is 0.
+/// Names of the numbers in a driver's `key=value` text; a missing number is 0.
 pub(super) const NUMBERS: [&str; 4] = ["reaction", "error", "speed_bias", "deadband"];
 /// Names of the presets that drive as people do.
 pub const PRESETS: [&str; 4] = ["follow", "perfect", "idm", "sloppy"];
-/// Names of the presets that follow advice to the letter, as a machine would.
+/// Names of the presets that follow advice exactly, as a machine would.
 pub const MACHINES: [&str; 2] = ["exact", "guarded"];
 
 fn all_presets() -> Vec<&'static str> {
     [PRESETS.as_slice(), &MACHINES].concat()
 }
 
-/// What a driver does about the leader while there is advice; without advice the car-following model drives in any case.
+/// Behaviour towards the leader under advice; without advice the car-following model always drives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LeaderRule {
-    /// Keeps the distance of the car-following model
+    /// Keep the distance of the car-following model
     #[default]
     Model,
-    /// Brakes only where a collision is near
+    /// Brake only to avoid a collision
     Guard,
-    /// Nothing
+    /// Ignore the leader while there is advice
     Ignore,
 }
 
-/// A simulated driver.
+/// Parameters of a simulated driver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DriverParams {
-    /// Follows the advice on the speedometer; false: drives by the car-following model alone
+    /// Follow the advice on the speedometer; if false, drive by the car-following model alone
     pub follows_advice: bool,
     /// Time from a change of the advice to the foot's first movement, s
     pub reaction_s: f64,
-    /// Time from a change of the leader's speed to the foot's first movement, s; shorter than the other, because he is
-    /// what a driver looks at (Green 2000, "How long does it take to stop?": 0.7 to 0.75 s for an expected brake)
+    /// Time from a change of the leader's speed to the foot's first movement, s; shorter than that for advice, because
+    /// drivers look at the leader (Green 2000, "How long does it take to stop?": 0.7 to 0.75 s for an expected brake)
     pub leader_reaction_s: f64,
     /// Standard deviation of the speed around the advised one, m/s (an Ornstein-Uhlenbeck process)
     pub error_mps: f64,
-    /// Time constant of this error, s
+    /// Time constant of the speed error, s
     pub error_time_s: f64,
-    /// Always this much faster (positive) or slower (negative) than advised, m/s
+    /// Constant deviation from the advised speed, m/s, positive for faster
     #[serde(alias = "trait_mps")]
     pub speed_bias_mps: f64,
-    /// Time in which a difference of speed is to be closed, s
+    /// Time constant with which a speed difference is closed, s
     #[serde(alias = "eagerness_s")]
     pub speed_relaxation_s: f64,
-    /// Largest acceleration to reach an advised speed, m/s2
+    /// Largest acceleration to reach an advised speed, m/s²
     pub accel_mps2: f64,
-    /// Largest deceleration to reach an advised speed, m/s2; a leader may demand more
+    /// Largest deceleration to reach an advised speed, m/s²; a leader may demand more
     pub decel_mps2: f64,
-    /// Largest lateral acceleration in a bend, m/s2
+    /// Largest lateral acceleration in a bend, m/s²
     #[serde(alias = "bend_mps2")]
     pub lateral_accel_mps2: f64,
-    /// Half width of the band around the target in which the speed is not corrected, m/s
+    /// Half width of the band around the target within which the speed is not corrected, m/s
     #[serde(alias = "slack_mps")]
     pub deadband_mps: f64,
-    /// Share of the time in which he follows the advice, decided anew every 20 s; else he drives as without it
+    /// Share of the time in which the driver follows the advice, decided every 20 s; otherwise they drive as without it
     pub compliance: f64,
-    /// Time in which this share fades to 1/e of itself, s; 0: it does not
+    /// Time in which the compliance fades to 1/e, s; 0: no fading
     pub compliance_fade_s: f64,
-    /// Advice that is slower than the leader by this much, on average of half a minute, lowers this share to 1/e, m/s; 0: none does
+    /// Mean speed by which advice below the leader's speed lowers the compliance to 1/e, m/s; 0: no effect
     pub patience_mps: f64,
-    /// Spells in which he does not look at the dial, 1/min
+    /// Spells without a look at the dial, 1/min
     pub inattention_per_min: f64,
-    /// Length of such a spell, s
+    /// Length of a spell without a look at the dial, s
     pub inattention_s: f64,
-    /// What he does about the leader while there is advice
+    /// Behaviour towards the leader under advice
     pub leader_rule: LeaderRule,
-    /// Behaviour towards the leader
+    /// Car-following model (IDM)
     pub idm: IdmParams,
     /// Time of the foot from one pedal to the other, s
     pub foot_s: f64,
-    /// Fastest movement of the accelerator, full pedals a second
+    /// Fastest movement of the accelerator, full pedals per second
     pub throttle_per_s: f64,
-    /// Fastest movement of the brake pedal, full pedals a second
+    /// Fastest movement of the brake pedal, full pedals per second
     pub brake_per_s: f64,
-    /// How far ahead the eyes aim, s of driving
+    /// Distance of the target point of the steering, s of driving
     pub preview_s: f64,
-    /// Lag of the arms, s
+    /// Time constant of the arms, s
     pub arm_s: f64,
-    /// Fastest turning of the steering wheel, rad/s
+    /// Largest rate of the steering wheel, rad/s
     pub wheel_rad_s: f64,
-    /// Standard deviation of the place in the lane, m
+    /// Standard deviation of the lateral position in the lane, m
     pub lane_error_m: f64,
 }
 
 impl Default for DriverParams {
-    /// `follow`: an attentive participant (reaction 1 s; tracking error 0.3 m/s).
+    /// Returns `follow`: an attentive participant (reaction time 1 s, tracking error 0.3 m/s).
     fn default() -> Self {
         Self {
             follows_advice: true,
@@ -172,17 +168,17 @@ impl Default for DriverParams {
     }
 }
 
-/// The driver called `name`.
+/// Returns the driver preset `name`.
 ///
 /// * `follow`: follows the advice, with a reaction time of 1 s and a tracking error of 0.3 m/s;
 /// * `perfect`: follows it without delay or error;
 /// * `idm`: ignores it and drives by the car-following model, the human baseline;
-/// * `sloppy`: follows it late (1.5 s), loosely (0.8 m/s) and a little too fast (0.3 m/s);
-/// * `exact`: follows it to the letter, whatever is ahead;
-/// * `guarded`: the same, but brakes where it must to avoid a collision.
+/// * `sloppy`: follows it late (1.5 s), imprecisely (0.8 m/s) and a little too fast (0.3 m/s);
+/// * `exact`: follows it exactly and ignores the leader;
+/// * `guarded`: follows it exactly, but brakes to avoid a collision.
 ///
 /// # Errors
-/// If there is no such driver; the message lists all.
+/// The name is unknown; the message lists all presets.
 pub fn preset(name: &str) -> Result<DriverParams, DriverError> {
     let follow = DriverParams::default();
     let exact = DriverParams {
@@ -216,7 +212,8 @@ pub fn preset(name: &str) -> Result<DriverParams, DriverError> {
 }
 
 impl DriverParams {
-    /// What matters of him to advice; the other cars keep a time gap of `usual_time_gap_s`. He is as willing as on the first day.
+    /// Returns the traits that matter for advice; `usual_time_gap_s` is the other vehicles' time gap. The willingness
+    /// is the one at the start, before it fades.
     pub fn traits(&self, usual_time_gap_s: f64) -> DriverTraits {
         DriverTraits {
             reaction_s: self.reaction_s,
@@ -230,7 +227,7 @@ impl DriverParams {
     /// Checks every number.
     ///
     /// # Errors
-    /// Names the first number that is not finite or lies outside of what the model can simulate.
+    /// The first number that is not finite or lies outside the range that can be simulated.
     pub fn check(&self) -> Result<(), DriverError> {
         let ranges = [
             ("reaction_s", self.reaction_s, 0.0, 5.0),
@@ -276,7 +273,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_preset_is_allowed_and_a_typo_lists_them() {
+    fn every_preset_is_valid_and_an_unknown_name_lists_them() {
         for name in all_presets() {
             assert_eq!(preset(name).unwrap().check(), Ok(()), "{name}");
         }
@@ -285,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_driver_in_the_words_of_2026_is_read() {
+    fn names_of_numbers_from_2026_are_still_read() {
         let text = "trait_mps = 0.3\neagerness_s = 0.5\nbend_mps2 = 2.0\nslack_mps = 0.1\n";
         let driver: DriverParams = toml::from_str(text).unwrap();
         let numbers =
@@ -294,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_nonsense_driver_is_refused_by_name() {
+    fn an_invalid_number_is_refused_by_its_name() {
         let driver = DriverParams { reaction_s: f64::NAN, ..DriverParams::default() };
         assert!(driver.check().unwrap_err().to_string().contains("reaction_s = NaN"));
     }

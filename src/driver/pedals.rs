@@ -1,33 +1,35 @@
-//! The foot of a simulated driver on two pedals. In: the acceleration wanted. Out: throttle and brake, never both. The foot
-//! rests on a pedal until the other one is clearly needed, takes its time to get there, and presses no faster than feet do.
+//! Pedals of a simulated driver. In: the wanted acceleration. Out: accelerator and brake, never both. The foot rests on
+//! a pedal until the other one is clearly needed, takes time to move there, and presses with a limited rate.
 
 use super::DriverParams;
 use crate::{ego::CarParams, time::TICK_S};
 
-/// Acceleration beyond what rolling gives at which the foot changes pedals, m/s2. Between the two it rests unpressed.
+/// Difference between the wanted acceleration and free rolling at which the foot changes pedals, m/s². Within it the
+/// pedal is released.
 const CHANGE_MPS2: f64 = 0.12;
-/// Below this speed the car counts as standing, m/s.
+/// Speed below which the ego counts as standing, m/s.
 const STANDING_MPS: f64 = 0.08;
-/// A standing driver goes when at least this is wanted, m/s2 (with the ring's model a gap of 2.17 m).
+/// Smallest wanted acceleration at which a standing driver starts, m/s² (with the ring's model at a gap of 2.17 m).
 const GO_MPS2: f64 = 0.15;
-/// Pedal on which a standing driver rests, against the creep (0.06 would do); on a hill more, where that needs more.
+/// Brake pedal held at a standstill against the creep (0.06 would suffice); on a hill more, if the hill needs it.
 const HOLD_PEDAL: f64 = 0.15;
-/// How many times the pull of the hill the brake of one who stands there holds, beside the creep.
+/// Brake force held on a hill, as a multiple of the downhill force, in addition to creep.
 const HOLD_SHARE: f64 = 1.5;
-/// What a car does by itself on the level as it stands, m/s2.
+/// Creep acceleration at a standstill on a level road, m/s².
 const CREEP_MPS2: f64 = 0.6;
-/// Speed error to acceleration, 1/s, and its integral, 1/s2: corner frequency 1 rad/s, well below the car's own lags.
+/// Gain from speed error to acceleration, 1/s, and from its integral, 1/s²: the corner frequency of 1 rad/s is well
+/// below the ego's own lags.
 const GAIN: f64 = 1.0;
 const INTEGRAL: f64 = 0.25;
-/// The speed that the foot follows stays this close to the true one, m/s: what is lost beyond is given up.
+/// Largest difference between the ideal and the true speed, m/s; a larger error is dropped.
 const LEASH_MPS: f64 = 0.5;
 
-/// Where the foot is.
+/// Position of the foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum FootPlace {
     Throttle,
     Brake,
-    /// On its way, with the time left in seconds.
+    /// Foot on its way to the accelerator, with the time left, s; likewise to the brake below.
     ToThrottle(f64),
     ToBrake(f64),
 }
@@ -38,7 +40,7 @@ pub(super) struct PedalModel {
     throttle: f64,
     brake: f64,
     holding: bool,
-    /// The speed that would be driven if every acceleration had come as wanted, m/s.
+    /// Speed that would result if every wanted acceleration were achieved, m/s.
     ideal_mps: f64,
     integral: f64,
     mass_kg: f64,
@@ -71,12 +73,12 @@ impl PedalModel {
         }
     }
 
-    /// The foot is on the brake, as it is where a car is held before it goes.
+    /// Puts the foot on the brake, for an ego that is held before it starts.
     pub fn hold(&mut self) {
         (self.foot, self.brake, self.holding) = (FootPlace::Brake, HOLD_PEDAL, true);
     }
 
-    /// Throttle and brake of this tick for a wanted acceleration in m/s2, on a road of this grade.
+    /// Returns accelerator and brake of this tick for a wanted acceleration, m/s², on a road of this grade.
     pub fn press(&mut self, params: &DriverParams, speed_mps: f64, wanted_mps2: f64, grade: f64) -> (f32, f32) {
         let downhill_mps2 = 9.81 * -grade / grade.hypot(1.0);
         let command = self.command(speed_mps, wanted_mps2) - downhill_mps2;
@@ -97,7 +99,7 @@ impl PedalModel {
             FootPlace::ToThrottle(_) | FootPlace::ToBrake(_) => {}
         }
         let step = |from: f64, to: f64, per_s: f64| from + (to - from).clamp(-per_s * TICK_S, per_s * TICK_S);
-        // A foot that leaves a pedal lets it go at once, a spring of 0.1 s.
+        // A foot that leaves a pedal releases it within 0.1 s, the time of the pedal's spring.
         let off = |on: bool, per_s: f64| if on { per_s } else { 10.0 };
         self.throttle = step(self.throttle, throttle, off(self.foot == FootPlace::Throttle, params.throttle_per_s));
         self.brake = step(self.brake, brake, off(self.foot == FootPlace::Brake, params.brake_per_s));
@@ -108,7 +110,8 @@ impl PedalModel {
         }
     }
 
-    /// Acceleration that the pedals have to add to rolling: what is wanted, what was missed, what the car does by itself.
+    /// Returns the acceleration that the pedals must add to free rolling, m/s²: the wanted one plus the correction of
+    /// past errors.
     fn command(&mut self, speed_mps: f64, wanted_mps2: f64) -> f64 {
         if self.holding || self.ideal_mps.is_nan() {
             self.ideal_mps = speed_mps;
@@ -120,7 +123,7 @@ impl PedalModel {
         wanted_mps2 + GAIN * missed + self.integral - self.rolling_mps2(speed_mps)
     }
 
-    /// What the car does without a pedal, m/s2, as its driver knows it: it creeps up to 1.7 m/s and rolls out above.
+    /// Returns the acceleration without a pedal, m/s², as the driver knows it: creep up to 1.7 m/s, coasting above.
     fn rolling_mps2(&self, speed_mps: f64) -> f64 {
         const CREEP_MPS: f64 = 1.7;
         let out = -0.12 - 0.0004 * speed_mps * speed_mps;
@@ -131,21 +134,21 @@ impl PedalModel {
         creep.max(out)
     }
 
-    /// The accelerator for an acceleration, as the car's driver knows it: pulling away the pedal gives a share of the
-    /// torque, later its square gives a share of the power.
+    /// Returns the accelerator for an acceleration, as the driver knows the ego. When pulling away the pedal sets a
+    /// share of the torque; at higher speed its square sets a share of the power.
     fn throttle_for(&self, command_mps2: f64, speed_mps: f64) -> f64 {
-        /// Where first gear ends for a light pedal, m/s.
+        /// Speed at which first gear ends for a light pedal, m/s.
         const FIRST_MPS: f64 = 5.0;
         let force_n = command_mps2.max(0.0) * self.mass_kg;
         let by_power = (force_n * speed_mps.max(0.0) / self.power_w).sqrt();
         let share = force_n / self.first_gear_n * (speed_mps / FIRST_MPS).max(1.0);
-        // The pedal map solved for the pedal: share = l p + (1 - l) p^2.
+        // Solves the pedal map for the pedal: share = l p + (1 - l) p².
         let (l, q) = (self.pedal_linear, 1.0 - self.pedal_linear);
         let by_torque = if q > 1e-3 { ((l * l + 4.0 * q * share).sqrt() - l) / (2.0 * q) } else { share / l };
         by_power.max(by_torque).min(1.0)
     }
 
-    /// The brake pedal for a deceleration.
+    /// Returns the brake pedal for a deceleration.
     fn brake_for(&self, decel_mps2: f64) -> f64 {
         (decel_mps2 / self.brake_mps2).powf(1.0 / self.brake_exponent).min(1.0)
     }

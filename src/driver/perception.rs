@@ -1,6 +1,6 @@
-//! Delayed perception and tracking error of a simulated driver. In: what there is to see now. Out: what the driver acts
-//! upon: the advice as it was a reaction time ago, and the leader as he must be by now, going by how he moved a reaction
-//! time ago (the anticipation of Treiber, Kesting, Helbing 2006, "Delays, inaccuracies and anticipation in microscopic
+//! Delayed perception and tracking error of a simulated driver. In: the present scene. Out: the scene that the driver
+//! acts upon. The advice is delayed by the reaction time. The leader is extrapolated from its motion a reaction time
+//! ago (the anticipation of Treiber, Kesting, Helbing 2006, "Delays, inaccuracies and anticipation in microscopic
 //! traffic models").
 
 use super::{Perception, SeenLeader};
@@ -10,15 +10,15 @@ use crate::{
 };
 use std::collections::VecDeque;
 
-/// Span over which the leader's acceleration is judged, ticks.
+/// Span over which the leader's deceleration is estimated, ticks.
 const JUDGE_TICKS: usize = 20;
 
-/// A memory as long as the reaction time: what is taken out was put in so many ticks ago. At the start of a drive the
-/// first moment counts as known.
+/// Memory as long as the reaction time: it returns the value from that many ticks ago, or the oldest one at the start
+/// of a drive.
 #[derive(Clone, Debug)]
 struct DelayLine<T> {
     ticks: usize,
-    /// Oldest first; some more than needed, to judge changes by.
+    /// Values, oldest first; more than the delay needs, to estimate changes.
     moments: VecDeque<T>,
 }
 
@@ -28,7 +28,7 @@ impl<T: Copy> DelayLine<T> {
         Self { ticks, moments: VecDeque::with_capacity(ticks + JUDGE_TICKS + 2) }
     }
 
-    /// Puts in this tick; returns the index of the moment to act upon.
+    /// Adds the value of this tick; returns the index of the value to act upon.
     fn push(&mut self, now: T) -> usize {
         self.moments.push_back(now);
         while self.moments.len() > self.ticks + JUDGE_TICKS + 1 {
@@ -38,13 +38,13 @@ impl<T: Copy> DelayLine<T> {
     }
 }
 
-/// What the eyes deliver, late.
+/// Perception delayed by the reaction times.
 #[derive(Clone, Debug)]
 pub(super) struct DelayedPerception {
     advice: DelayLine<Option<f64>>,
-    /// The leader, and the own way driven until then in metres.
+    /// Leader, and the ego's way until then, m.
     leader: DelayLine<(Option<SeenLeader>, f64)>,
-    /// The line to stop at, and the own way driven until then in metres.
+    /// Distance to the stop line, and the ego's way until then, m.
     stop: DelayLine<(Option<f64>, f64)>,
     way_m: f64,
 }
@@ -59,7 +59,8 @@ impl DelayedPerception {
         }
     }
 
-    /// Takes in this tick and the advised speed that the driver has in mind. Returns the one that he acts upon, and the leader.
+    /// Adds this tick and the advised speed that the driver has in mind. Returns the advised speed and the leader to
+    /// act upon.
     pub fn see(&mut self, now: &Perception, advised_mps: Option<f64>) -> (Option<f64>, Option<SeenLeader>) {
         self.way_m += now.speed_mps * TICK_S;
         let advised = self.advice.push(advised_mps);
@@ -68,15 +69,16 @@ impl DelayedPerception {
         (self.advice.moments[advised], leader)
     }
 
-    /// Takes in the line to stop at, after [`DelayedPerception::see`]. Returns how far it is now, if it was there a reaction time ago.
+    /// Adds the stop line of this tick, after [`DelayedPerception::see`]. Returns its present distance if it was there
+    /// a reaction time ago, and `None` if the ego has passed it.
     pub fn see_stop(&mut self, now: &Perception) -> Option<f64> {
         let index = self.stop.push((now.stop_ahead_m, self.way_m));
         let (seen_m, way_m) = self.stop.moments[index];
         seen_m.map(|seen_m| seen_m - (self.way_m - way_m)).filter(|ahead_m| *ahead_m >= 0.0)
     }
 
-    /// Where the leader of moment `index` is now, if he goes on as he did then; only his braking is extrapolated, not
-    /// his accelerating.
+    /// Returns the present state of the leader of index `index`, extrapolated with its deceleration; an acceleration is
+    /// not extrapolated.
     fn anticipate(&self, index: usize, leader: SeenLeader) -> SeenLeader {
         let moments = &self.leader.moments;
         let back = index.saturating_sub(JUDGE_TICKS);
@@ -87,7 +89,7 @@ impl DelayedPerception {
             _ => 0.0,
         };
         let late_s = (moments.len() - 1 - index) as f64 * TICK_S;
-        // He brakes until now, or until he stands.
+        // The leader brakes until now, or until it stops.
         let braked_s = if brake_mps2 > 0.0 { late_s.min(leader.speed_mps / brake_mps2) } else { late_s };
         let speed_mps = (leader.speed_mps - brake_mps2 * braked_s).max(0.0);
         let his_way_m = (leader.speed_mps + speed_mps) / 2.0 * braked_s;
@@ -96,8 +98,9 @@ impl DelayedPerception {
     }
 }
 
-/// An Ornstein-Uhlenbeck process, smoothed over a fifth of its time: an error with a standard deviation and a time
-/// constant. Unsmoothed it would ask for jumps of acceleration, and the foot would dance from pedal to pedal.
+/// Ornstein-Uhlenbeck process, smoothed over a fifth of its time constant: an error with a standard deviation and a
+/// time constant. Without the smoothing the wanted acceleration would jump, and the foot would move from pedal to
+/// pedal.
 #[derive(Clone, Debug)]
 pub(super) struct OrnsteinUhlenbeck {
     raw: f64,
@@ -107,7 +110,7 @@ pub(super) struct OrnsteinUhlenbeck {
     stream: Stream,
 }
 
-/// Smoothing as a share of the time constant; the deviation is raised to make up for it.
+/// Smoothing time as a share of the time constant; the deviation is scaled up to compensate.
 const SMOOTH: f64 = 0.2;
 
 impl OrnsteinUhlenbeck {
@@ -116,7 +119,7 @@ impl OrnsteinUhlenbeck {
         Self { raw, smooth: raw / (1.0 + SMOOTH), deviation, time_s, stream }
     }
 
-    /// The value after one more tick.
+    /// Advances by one tick and returns the value.
     pub fn next(&mut self) -> f64 {
         let keep = (-TICK_S / self.time_s).exp();
         self.raw = self.raw * keep + (1.0 - keep * keep).sqrt() * self.stream.normal();
@@ -131,14 +134,14 @@ mod tests {
     use crate::rng;
 
     #[test]
-    fn a_tracking_error_has_its_deviation_and_its_time() {
+    fn a_tracking_error_has_its_deviation_and_time_constant() {
         let mut wander = OrnsteinUhlenbeck::new(0.3, 5.0, rng::stream(1, "wander"));
         let values: Vec<f64> = (0..2_000_000).map(|_| wander.next()).collect();
         let moment = |lag: usize| {
             let pairs = values.iter().zip(&values[lag..]);
             pairs.map(|(a, b)| a * b).sum::<f64>() / (values.len() - lag) as f64
         };
-        // 20,000 s are 4000 time constants: 2 % of statistical error in the variance.
+        // 20,000 s are 4000 time constants: 2 % statistical error in the variance.
         assert!((moment(0).sqrt() / 0.3 - 1.0).abs() < 0.04, "{}", moment(0).sqrt());
         // Correlation after one time constant of a process smoothed over a fifth of it.
         let expected = ((-1.0f64).exp() - SMOOTH * (-1.0 / SMOOTH).exp()) / (1.0 - SMOOTH);
@@ -151,7 +154,7 @@ mod tests {
         let mut seen = None;
         for i in 0..300 {
             let t = f64::from(i) * TICK_S;
-            // Own speed 10 m/s; the leader brakes with 2 m/s2 from 10 m/s, 20 m ahead at the start.
+            // The ego drives at 10 m/s; the leader brakes at 2 m/s² from 10 m/s, 20 m ahead at the start.
             let leader = SeenLeader { gap_m: 20.0 - t * t, speed_mps: 10.0 - 2.0 * t };
             let now = Perception { speed_mps: 10.0, leader: Some(leader), ..Perception::default() };
             seen = senses.see(&now, None).1.map(|s| (s, leader));

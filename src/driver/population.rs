@@ -1,37 +1,38 @@
-//! Populations of drivers. In: a name and a stream of chance. Out: [`DriverParams`] of one person. What each spread rests on:
-//! docs/references.md: drivers. Where nothing was measured, the spread is a choice and says so.
+//! Populations of drivers. In: a name and a random stream. Out: [`DriverParams`] of one driver. The sources of the
+//! distributions are in docs/references.md: drivers. A distribution without a measurement is a choice, and its comment
+//! says so.
 
 use super::{DriverError, DriverParams};
 use crate::{rng::Stream, toml_text::did_you_mean};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A population that drivers are drawn from.
+/// Population from which drivers are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Population {
-    /// Nobody is drawn: the settings say who drives
+    /// No population: the settings describe the driver
     #[default]
     None,
-    /// People: each with a reaction time, an error, a bias, a gap, a willingness of his own
+    /// People, each with their own reaction time, error, bias, time gap and willingness
     People,
     /// PeRP's instructed drivers: a constant deviation of -5, -2.5, 0, 2.5 or 5 m/s, no reaction time
     Perp,
-    /// Half of them people, the rest spread evenly over all that can be met: what a policy is trained on that must know everybody
+    /// Half people, the rest spread evenly over all drivers that may occur: for training policies for every driver
     Anyone,
 }
 
-/// Longest reaction time of any of them, s.
+/// Longest reaction time of a person, s.
 pub const LONGEST_REACTION_S: f64 = 2.5;
 
-/// PeRP's traits, m/s (docs/references.md: perp).
+/// Constant deviations of PeRP's drivers, m/s (docs/references.md: perp).
 pub const PERP_BIASES_MPS: [f64; 5] = [-5.0, -2.5, 0.0, 2.5, 5.0];
 
 impl Population {
-    /// All that drivers can be drawn from, by name.
+    /// Names of the populations that drivers can be drawn from.
     pub const NAMES: [&'static str; 3] = ["people", "perp", "anyone"];
 
-    /// Its name.
+    /// Returns the name, as in settings.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -41,10 +42,10 @@ impl Population {
         }
     }
 
-    /// The population of this name.
+    /// Returns the population of this name.
     ///
     /// # Errors
-    /// There is none.
+    /// The name is unknown.
     pub fn named(name: &str) -> Result<Self, DriverError> {
         match name {
             "people" => Ok(Self::People),
@@ -58,7 +59,8 @@ impl Population {
         }
     }
 
-    /// One person. What is not of the person (feet, hands, the model's other numbers) is that of `base`.
+    /// Draws one driver. Parameters that do not differ between drivers (pedals, steering, the rest of the model) come
+    /// from `base`.
     pub fn draw(self, base: &DriverParams, stream: &mut Stream) -> DriverParams {
         match self {
             Self::None => base.clone(),
@@ -76,7 +78,7 @@ impl Population {
     }
 }
 
-/// Somebody of whom nothing is known: a person, one of PeRP's drivers, or anything between a machine and a slow, erring driver.
+/// Draws any driver: a person, one of PeRP's drivers, or one between a machine and a slow, imprecise driver.
 fn anyone(base: &DriverParams, stream: &mut Stream) -> DriverParams {
     match stream.index(6) {
         0..=2 => person(base, stream),
@@ -86,7 +88,7 @@ fn anyone(base: &DriverParams, stream: &mut Stream) -> DriverParams {
     }
 }
 
-/// A driver who always follows, anything between a machine and a slow, erring driver.
+/// Draws a driver that always follows, between a machine and a slow, imprecise driver.
 fn steady(base: &DriverParams, stream: &mut Stream) -> DriverParams {
     let reaction_s = stream.uniform(-0.5, 2.0).max(0.0);
     DriverParams {
@@ -99,15 +101,16 @@ fn steady(base: &DriverParams, stream: &mut Stream) -> DriverParams {
     }
 }
 
-/// A person.
+/// Draws a person from the distributions below.
 fn person(base: &DriverParams, stream: &mut Stream) -> DriverParams {
     let mut lognormal =
         |median: f64, spread: f64, low: f64, high: f64| (median * (spread * stream.normal()).exp()).clamp(low, high);
-    // Green 2000: means of 0.7 s (expected) to 1.5 s (surprise); individual times are skewed like a lognormal.
+    // Green 2000: means of 0.7 s (expected) to 1.5 s (surprise); individual times have a skewed, lognormal
+    // distribution.
     let reaction_s = lognormal(1.0, 0.45, 0.3, LONGEST_REACTION_S);
-    // A choice around the presets' 0.3 (attentive) and 0.8 m/s (sloppy).
+    // A choice, around the presets' 0.3 (attentive) and 0.8 m/s (sloppy).
     let error_mps = lognormal(0.35, 0.5, 0.1, 1.0);
-    // A choice, as all that follows.
+    // A choice, like all that follow.
     let time_gap_factor = lognormal(1.0, 0.2, 0.7, 1.6);
     let speed_bias_mps = (0.35 * stream.normal()).clamp(-1.0, 1.0);
     let refuses = stream.uniform(0.0, 1.0) < 0.05;
@@ -136,7 +139,7 @@ mod tests {
     use crate::rng;
 
     #[test]
-    fn people_have_the_reaction_times_that_were_measured_and_can_be_simulated() {
+    fn people_have_the_measured_reaction_times_and_can_be_simulated() {
         let mut stream = rng::stream(1, "people");
         let base = DriverParams::default();
         let people: Vec<DriverParams> = (0..20_000).map(|_| Population::People.draw(&base, &mut stream)).collect();
@@ -144,7 +147,7 @@ mod tests {
         let mut reactions: Vec<f64> = people.iter().map(|person| person.reaction_s).collect();
         reactions.sort_by(f64::total_cmp);
         assert!((reactions[10_000] - 1.0).abs() < 0.02, "{}", reactions[10_000]);
-        // A lognormal's quartiles: 1.0 exp(+-0.6745 x 0.45).
+        // Quartiles of a lognormal: 1.0 exp(±0.6745 x 0.45).
         assert!((reactions[5_000] - 0.738).abs() < 0.02 && (reactions[15_000] - 1.354).abs() < 0.03);
         let share = |of: fn(&DriverParams) -> bool| people.iter().filter(|p| of(p)).count() as f64 / 20_000.0;
         assert!((share(|p| p.compliance == 0.0) - 0.05).abs() < 0.01);
@@ -163,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_name_is_told_with_what_there_is() {
+    fn an_unknown_population_is_refused_with_the_known_names() {
         let told = Population::named("peple").unwrap_err().to_string();
         assert!(told.contains("peple") && told.contains("did you mean people") && told.contains("perp"), "{told}");
     }

@@ -1,9 +1,9 @@
-//! The ego's rigid body and the bodies of other cars, in rapier. In: obstacles' poses, forces of tyres and air. Out: pose
-//! and velocity of the body, wheel rays, contacts. `f32` in a frame whose origin follows the car in whole metres, so that a
-//! millimetre keeps its meaning anywhere in the world.
+//! The ego's rigid body and the bodies of the other vehicles, in rapier. In: poses of obstacles, forces of tyres and
+//! air. Out: pose and velocity of the body, wheel rays, contacts. Values are `f32` in a frame whose origin follows the
+//! ego in whole metres, so that they are precise to a millimetre anywhere in the world.
 //!
-//! rapier's ray-cast vehicle carries the body on its springs; its wheel friction stays off because it creeps sideways at
-//! a standstill (it removes a fifth of the slip in a step and knows no grip at rest): `tyre` takes its place.
+//! rapier's ray-cast vehicle carries the body on its springs. Its wheel friction is off because it creeps sideways at a
+//! standstill (it removes a fifth of the slip in a step and has no static grip); `tyre` takes its place.
 
 use super::{Contact, EgoState, Obstacle, params::CarParams};
 use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, wrap_angle};
@@ -13,30 +13,30 @@ use rapier3d::{
     prelude::*,
 };
 
-/// Standard gravity, m/s2.
+/// Standard gravity, m/s².
 pub(super) const GRAVITY: f32 = 9.81;
-/// Height of the other cars, and of the ego's roof, metres.
+/// Height of the other vehicles, and of the ego's roof, m.
 const ROOF_M: f32 = 1.4;
-/// Ground clearance of the boxes, metres: the springs' travel never brings the ego's to the road.
+/// Ground clearance of the boxes, m: the springs' travel never brings the ego's box to the road.
 const CLEARANCE_M: f32 = 0.25;
-/// Half height of the other cars' boxes, metres: as walls they push an overlapping ego sideways, never into the road.
+/// Half height of the other vehicles' boxes, m: tall boxes push an overlapping ego sideways, never into the road.
 const WALL_M: f32 = 4.0;
-/// Cars farther away take no part in the physics, metres from centre to centre beyond half of the other's length more than a car's:
-/// two lengths and what two cars at 60 m/s close within a tick leave room to spare.
+/// Distance within which a vehicle takes part in the physics, m from centre to centre; half of its length beyond the
+/// ego's length is added. The distance covers two lengths and the approach of two vehicles at 60 m/s within a tick.
 const NEAR_M: f64 = 15.0;
-/// A car that moves farther within a tick was set there, metres: it gets no velocity of 100 times that a second.
+/// Movement within a tick from which a vehicle counts as repositioned, m: it gets no velocity from such a movement.
 const JUMP_M: f64 = 1.5;
-/// The frame's origin moves when the car is farther from it than this, metres: below 32 m an f32 resolves 2 micrometres.
+/// Distance of the ego from the frame's origin at which the origin moves, m: below 32 m an f32 resolves 2 micrometres.
 const REBASE_M: f64 = 32.0;
 
-/// What holds of one wheel in this sub-step, world axes relative to the frame's origin.
+/// State of one wheel in this sub-step, in world axes relative to the frame's origin.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WheelContact {
-    /// Where it stands, metres.
+    /// Contact point with the ground, m.
     pub point: Vec3,
     /// Load, N, at least 0.
     pub load_n: f32,
-    /// Spring's length, metres.
+    /// Length of the spring, m.
     pub length_m: f32,
 }
 
@@ -45,11 +45,11 @@ pub(super) struct CarBody {
     vehicle: DynamicRayCastVehicleController,
     chassis: RigidBodyHandle,
     shell: ColliderHandle,
-    /// Bodies of other cars, those too that stand for none now.
+    /// Bodies of the other vehicles, including bodies without a vehicle at present.
     cars: Vec<ObstacleBody>,
-    /// The body of each obstacle of this tick, by its place in the list.
+    /// Index in `cars` of each obstacle of this tick, in the order of the obstacles.
     slots: Vec<usize>,
-    /// Weight of a kilogram, N, in axes whose plane is the road's.
+    /// Gravity, m/s², in axes whose x-y plane is the road's plane.
     gravity: Vec3,
     /// World position of the frame's origin.
     origin: DVec2,
@@ -58,15 +58,15 @@ pub(super) struct CarBody {
     dt: f32,
 }
 
-/// Another car.
+/// Body of another vehicle.
 struct ObstacleBody {
     body: RigidBodyHandle,
     collider: ColliderHandle,
-    /// Which car it stands for now, if for any.
+    /// Identifier of the vehicle that uses this body; `None` for an unused body.
     id: Option<u32>,
-    /// Length and width, metres.
+    /// Length and width, m.
     size_m: [f64; 2],
-    /// Where it was at the end of the last tick; `None` before the first.
+    /// Pose at the end of the last tick; `None` before the first.
     pose: Option<Pose>,
     speed_mps: f64,
     touched: Option<f64>,
@@ -76,7 +76,8 @@ impl CarBody {
     pub fn new(p: &CarParams, start: Pose, start_speed_mps: f64, cars: usize, dt: f32) -> Self {
         let mut world = PhysicsWorld::new();
         world.integration_parameters.dt = dt;
-        // Weight is given as an impulse beside the springs' (see `springs`), so that a standing car stands exactly.
+        // Weight is applied as an impulse together with the springs (see `springs`), so that a standing ego is exactly
+        // at rest.
         world.gravity = Vector::ZERO;
         world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).friction(0.6));
         let half_z = (ROOF_M - CLEARANCE_M) / 2.0;
@@ -115,13 +116,13 @@ impl CarBody {
         &self.world.bodies[self.chassis]
     }
 
-    /// World position of a point of the frame.
+    /// Returns the world position of a point of the frame.
     pub fn world_from_frame(&self, point: Vec3) -> DVec2 {
         self.origin + dvec2(f64::from(point.x), f64::from(point.y))
     }
 
-    /// The road under the car rises by so much a metre to the east and to the north: rapier's plane is that of the road, and the weight
-    /// leans in it.
+    /// Sets the rise of the road per metre to the east and to the north. rapier's plane is the road's plane, and
+    /// gravity is inclined in it.
     pub fn set_gradient(&mut self, gradient: DVec2) {
         let cos = 1.0 / (1.0 + gradient.length_squared()).sqrt();
         self.gravity = if gradient == DVec2::ZERO {
@@ -131,7 +132,7 @@ impl CarBody {
         };
     }
 
-    /// Before the sub-steps of a tick: keeps the frame near the car, and wakes the cars that are near.
+    /// Prepares a tick: keeps the frame near the ego, and enables the bodies of near vehicles.
     pub fn begin_tick(&mut self, obstacles: &[Obstacle]) {
         self.assign(obstacles);
         self.rebase();
@@ -146,7 +147,7 @@ impl CarBody {
             let from = *car.pose.insert(from.unwrap_or(obstacle.pose));
             let near = obstacle.pose.is_finite()
                 && obstacle.pose.position.distance(here) < NEAR_M + (obstacle.length_m - CAR_LENGTH_M) / 2.0;
-            // rapier lists every body that is asked for as one to change: only those that are.
+            // rapier lists every mutably accessed body as changed, so only bodies that change are accessed.
             let enabled = self.world.bodies[car.body].is_enabled();
             if near || enabled {
                 let body = &mut self.world.bodies[car.body];
@@ -160,7 +161,7 @@ impl CarBody {
         }
     }
 
-    /// A body for each obstacle: that which stood for it before, or one that stands for none.
+    /// Assigns a body to each obstacle: the one it had before, or an unused one.
     fn assign(&mut self, obstacles: &[Obstacle]) {
         let stays = |(slot, obstacle): (&usize, &Obstacle)| self.cars[*slot].id == Some(obstacle.id);
         if self.slots.len() == obstacles.len() && self.slots.iter().zip(obstacles).all(stays) {
@@ -193,12 +194,12 @@ impl CarBody {
         }
     }
 
-    /// What of the weight pulls along a road that is not flat, N.
+    /// Returns the downhill component of the weight, N; zero on a flat road.
     pub fn downhill_n(&self) -> Vec3 {
         vec3(self.gravity.x, self.gravity.y, 0.0) * self.mass_kg
     }
 
-    /// Weight on the road and springs of one sub-step. Returns what each wheel stands on.
+    /// Applies weight and springs for one sub-step. Returns the contact of each wheel.
     pub fn springs(&mut self) -> [WheelContact; 4] {
         let world = &mut self.world;
         let queries = world.broad_phase.as_query_pipeline_mut(
@@ -208,7 +209,7 @@ impl CarBody {
             QueryFilter::only_fixed(),
         );
         self.vehicle.update_vehicle(self.dt, queries);
-        // After the springs: before them, their dampers would take the weight's impulse for a movement.
+        // Applied after the springs: before them, their dampers would take the impulse for a movement.
         let weight = vec3(0.0, 0.0, self.gravity.z) * self.mass_kg * self.dt;
         self.world.bodies[self.chassis].apply_impulse(weight, true);
         let wheels = self.vehicle.wheels();
@@ -233,12 +234,12 @@ impl CarBody {
         rays
     }
 
-    /// A force for this sub-step, N, at a point of the frame.
+    /// Applies a force for this sub-step, N, at a point of the frame.
     pub fn push(&mut self, force: Vec3, point: Vec3) {
         self.world.bodies[self.chassis].apply_impulse_at_point(force * self.dt, point, true);
     }
 
-    /// Moves everything by one sub-step; the other cars to `fraction` of their way in this tick.
+    /// Moves all bodies by one sub-step; the other vehicles move to `fraction` of their way in this tick.
     pub fn step(&mut self, obstacles: &[Obstacle], fraction: f64) {
         for (slot, obstacle) in self.slots.iter().zip(obstacles) {
             let car = &self.cars[*slot];
@@ -246,7 +247,8 @@ impl CarBody {
             if let Some(from) = car.pose.filter(|_| enabled) {
                 let body = &mut self.world.bodies[car.body];
                 let mut next = frame_pose(from.lerp(&obstacle.pose, fraction), self.origin);
-                // Past west the quaternion changes sign; rapier would take that for a whole turn within a sub-step.
+                // Beyond a heading of west the quaternion changes sign, which rapier would take for a full turn within
+                // a sub-step.
                 if next.rotation.dot(*body.rotation()) < 0.0 {
                     next.rotation = -next.rotation;
                 }
@@ -258,7 +260,7 @@ impl CarBody {
         self.note_contacts(&before, obstacles);
     }
 
-    /// After the sub-steps: the cars touched in this tick, and what they did before it.
+    /// Completes a tick: lists the vehicles touched in it, with the speeds from before it.
     pub fn end_tick(&mut self, before: &EgoState, obstacles: &[Obstacle], contacts: &mut Vec<Contact>) {
         contacts.clear();
         let (ego_speed_mps, yaw_rad) = (before.speed_mps, before.pose().yaw_rad);
@@ -281,7 +283,7 @@ impl CarBody {
             let Some(index) = (self.world.colliders[other].user_data as usize).checked_sub(1) else { continue };
             let Some(at) = self.slots.iter().position(|slot| *slot == index) else { continue };
             let Some((manifold, deepest)) = pair.find_deepest_contact() else { continue };
-            // rapier keeps pairs that will touch within the next step; touching is a force or an overlap.
+            // rapier keeps pairs that will touch within the next step; a contact needs a force or an overlap.
             if self.cars[index].touched.is_some() || (pair.total_impulse_magnitude() <= 0.0 && deepest.dist > 0.0) {
                 continue;
             }
@@ -292,7 +294,7 @@ impl CarBody {
         }
     }
 
-    /// Moves the frame's origin under the car by whole metres, which an f32 does without rounding.
+    /// Moves the frame's origin below the ego by whole metres, which an f32 represents without rounding.
     fn rebase(&mut self) {
         let here = self.chassis().translation();
         let shift = dvec2(f64::from(here.x), f64::from(here.y)).round();
@@ -305,7 +307,7 @@ impl CarBody {
 }
 
 impl ObstacleBody {
-    /// A body that stands for none yet, as long and wide as the ego.
+    /// Creates an unused body of the ego's length and width.
     fn new(world: &mut PhysicsWorld, slot: usize) -> Self {
         let body = RigidBodyBuilder::kinematic_position_based().enabled(false).can_sleep(false);
         let (body, collider) = world.insert(body, shell(WALL_M).user_data(slot as u128 + 1));
@@ -321,7 +323,7 @@ impl ObstacleBody {
     }
 }
 
-/// The box of a car, of this half height in metres.
+/// Returns the box of a vehicle with this half height, m.
 fn shell(half_height_m: f32) -> ColliderBuilder {
     let [half_x, half_y] = [CAR_LENGTH_M as f32 / 2.0, CAR_WIDTH_M as f32 / 2.0];
     ColliderBuilder::cuboid(half_x, half_y, half_height_m)
@@ -331,12 +333,12 @@ fn shell(half_height_m: f32) -> ColliderBuilder {
         .restitution(0.05)
 }
 
-/// Centre of gravity ahead of the middle of the body, metres.
+/// Returns the distance of the centre of gravity ahead of the body's middle, m.
 fn cg_x(p: &CarParams) -> f32 {
     (p.body.front_axle_m - p.body.wheelbase_m * (1.0 - p.body.front_share)) as f32
 }
 
-/// Springs so long that the body stands level at height 0 in its own weight.
+/// Creates rapier's vehicle with springs so long that the body stands level at height 0 under its own weight.
 fn vehicle(chassis: RigidBodyHandle, p: &CarParams) -> DynamicRayCastVehicleController {
     let (b, s) = (&p.body, &p.suspension);
     let mut vehicle = DynamicRayCastVehicleController::new(chassis);
@@ -345,8 +347,8 @@ fn vehicle(chassis: RigidBodyHandle, p: &CarParams) -> DynamicRayCastVehicleCont
     let axles = [(b.front_axle_m, b.front_share), (b.front_axle_m - b.wheelbase_m, 1.0 - b.front_share)];
     for ((x, share), ride_hz) in axles.into_iter().zip(s.ride_hz) {
         let omega = std::f64::consts::TAU * ride_hz;
-        // rapier multiplies stiffness and damping by the whole mass; a wheel carries share / 2 of it. No spring gives
-        // more than the whole weight: a car that was turned over must not be catapulted.
+        // rapier multiplies stiffness and damping by the whole mass; a wheel carries share / 2 of it. A spring force is
+        // limited to the whole weight, so that an overturned ego is not catapulted.
         let tuning = WheelTuning {
             suspension_stiffness: (share / 2.0 * omega * omega) as f32,
             suspension_compression: (share / 2.0 * 2.0 * s.bump_ratio * omega) as f32,

@@ -1,4 +1,4 @@
-//! The ego: the order of computation of one tick. In: controls, ground, obstacles. Out: [`EgoState`], contacts, and a
+//! The ego: the order of computation in one tick. In: controls, ground, obstacles. Out: [`EgoState`], contacts, and a
 //! prediction for the traffic.
 
 use super::{
@@ -15,13 +15,13 @@ use crate::{
 };
 use glam::{DVec2, DVec3, Quat, Vec3, vec3};
 
-/// Steps of the physics in a tick. Four of 2.5 ms: a standing tyre swings with 25 rad/s, a converter settles within 20 ms.
+/// Physics steps in a tick. Four of 2.5 ms: a standing tyre oscillates at 25 rad/s, a converter settles within 20 ms.
 const SUBSTEPS: u32 = 4;
 const SUBSTEP_S: f32 = (TICK_S / SUBSTEPS as f64) as f32;
-/// Speed below which the aligning torque fades, m/s: a standing tyre has none (its scrubbing is the rig's to add).
+/// Speed below which the aligning torque fades, m/s: a standing tyre has none (the rig adds its friction).
 const ALIGN_MPS: f32 = 1.0;
 
-/// The participant's car.
+/// Simulation of the participant's vehicle.
 pub struct EgoCar {
     params: CarParams,
     body: CarBody,
@@ -29,27 +29,27 @@ pub struct EgoCar {
     tread: TreadParams,
     tyres: [BristleState; 4],
     wheels: [WheelPose; 4],
-    /// Brake force after the hydraulics' lag, share of a floored pedal.
+    /// Brake force after the hydraulics' lag, as a share of the force at a floored pedal.
     brake: f32,
     steering_torque_nm: f32,
-    /// The ground under it.
+    /// Height and slope of the ground under the ego.
     ground: GroundShape,
     state: EgoState,
     contacts: Vec<Contact>,
 }
 
-/// Directions of the body on the ground.
+/// Horizontal directions of the body in the frame's axes.
 struct BodyAxes {
     forward: Vec3,
     left: Vec3,
 }
 
 impl EgoCar {
-    /// A car at rest on its springs at `start`, or moving there with `start_speed_mps` forwards; `obstacles` is the
-    /// number of other cars for which bodies are made ready; more are made when they come.
+    /// Creates an ego at rest on its springs at `start`, or moving forwards there with `start_speed_mps`. `obstacles`
+    /// is the number of bodies that are prepared for other vehicles; more are created when needed.
     ///
     /// # Errors
-    /// If a number of the car is outside of what can be simulated.
+    /// A parameter is outside the range that can be simulated.
     pub fn new(params: &CarParams, start: Pose, start_speed_mps: f64, obstacles: usize) -> Result<Self, EgoError> {
         params.check()?;
         let t = &params.tyres;
@@ -81,23 +81,23 @@ impl EgoCar {
         Ok(ego)
     }
 
-    /// The car as it was built.
     pub fn params(&self) -> &CarParams {
         &self.params
     }
 
-    /// The car after the last tick.
+    /// Returns the state after the last tick.
     pub fn state(&self) -> &EgoState {
         &self.state
     }
 
-    /// Stands on the ground of a place that is not flat or not at height 0, before its first tick.
+    /// Places the ego on ground that is not flat or not at height 0, before its first tick.
     pub fn stand_on(&mut self, ground: GroundShape) {
         self.ground = ground;
         self.state = self.observe();
     }
 
-    /// Advances by one tick. `obstacles` are the other cars at the end of it; they may come and go. Returns the cars touched, each once.
+    /// Advances by one tick. `obstacles` are the other vehicles at the end of it; they may change from tick to tick.
+    /// Returns the contacts, one per vehicle.
     pub fn tick(&mut self, controls: &Controls, ground: &dyn GroundModel, obstacles: &[Obstacle]) -> &[Contact] {
         let controls = controls.sane();
         let before = self.state;
@@ -123,11 +123,12 @@ impl EgoCar {
         &self.contacts
     }
 
-    /// Pose and speed `dt_s` ahead with constant acceleration and yaw rate: an arc. A car that brakes stops and stays.
+    /// Predicts pose and speed `dt_s` ahead, with constant acceleration and yaw rate: an arc. A braking ego stops and
+    /// stays.
     pub fn predict(&self, dt_s: f64) -> (Pose, f64) {
         let (v, a) = (self.state.speed_mps, self.state.accel_mps2);
         let stopping = v * a < 0.0 && -v / a < dt_s;
-        // In a forward gear a standing car does not set off backwards, though it rocks a centimetre after a stop.
+        // In a forward gear a standing ego does not set off backwards, although it rocks by a centimetre after a stop.
         let rocking = v <= 0.0 && a < 0.0 && self.state.gear >= 0;
         let (way_m, speed_mps) = match (stopping, rocking) {
             (true, _) => (-v * v / (2.0 * a), 0.0),
@@ -135,7 +136,7 @@ impl EgoCar {
             _ => (v * dt_s + a * dt_s * dt_s / 2.0, v + a * dt_s),
         };
         let pose = self.state.pose();
-        // Yaw grows with the way, not with time: a car that stops stops turning.
+        // Yaw is proportional to the way, not to time: an ego that stops also stops turning.
         let turn = if v.abs() > 0.1 { self.state.yaw_rate / v * way_m } else { self.state.yaw_rate * dt_s };
         let velocity = self.state.velocity.truncate().as_dvec2();
         // Direction of motion, which differs from the heading by the slip angle.
@@ -145,7 +146,7 @@ impl EgoCar {
         (Pose::new(pose.position + along, wrap_angle(pose.yaw_rad + turn)), speed_mps)
     }
 
-    /// Ackermann: both front wheels roll about one point on the rear axle's line.
+    /// Sets the front wheels' angles by Ackermann: both wheels roll about one point on the rear axle's line.
     fn steer(&mut self, middle_rad: f32) {
         let b = &self.params.body;
         let (length, half_track) = (b.wheelbase_m as f32, b.track_m as f32 / 2.0);
@@ -155,7 +156,7 @@ impl EgoCar {
         }
     }
 
-    /// Forces of one sub-step: springs, air, engine, brakes, tyres.
+    /// Applies the forces of one sub-step: springs, air, engine, brakes, tyres.
     fn substep(&mut self, controls: &Controls) {
         let p = &self.params;
         let lag = if p.brakes.lag_s > 0.0 { (SUBSTEP_S / p.brakes.lag_s as f32).min(1.0) } else { 1.0 };
@@ -168,10 +169,12 @@ impl EgoCar {
         let drag = 0.5 * (p.body.air_density_kgm3 * p.body.drag_area_m2) as f32;
         let air = velocity * (-drag * velocity.length());
         let drive_n = self.powertrain.step(p, controls, f64::from(ground_speed), f64::from(SUBSTEP_S)) as f32;
-        // All tyres see the same moment: a push of one would pass for a slip of the next, and the standing car would walk.
+        // All tyres are computed for the same state. Otherwise the force of one would act as slip of the next, and a
+        // standing ego would creep.
         let patches: [_; 4] = std::array::from_fn(|i| self.patch(i, &rays[i], &axes, drive_n));
         let mut grips = [TyreForce::default(); 4];
-        // The pull of a hill, too: tyres that saw it would hold a standing car against it twice, and let it walk uphill.
+        // Applied after that too: tyres that see the downhill force would hold a standing ego against it twice, and it
+        // would creep uphill.
         self.body.push(air + self.body.downhill_n(), centre);
         for (i, (patch, forward, left)) in patches.iter().enumerate() {
             grips[i] = self.tyres[i].step(&self.tread, patch, SUBSTEP_S);
@@ -189,7 +192,7 @@ impl EgoCar {
         self.steering_torque_nm = self.aligning_torque_nm(&grips, ground_speed);
     }
 
-    /// What acts on wheel `i`, and its directions.
+    /// Returns the inputs of the tyre model for wheel `i`, and the wheel's forward and left directions.
     fn patch(&self, i: usize, ray: &WheelContact, axes: &BodyAxes, drive_n: f32) -> (ContactPatch, Vec3, Vec3) {
         let p = &self.params;
         let front = i < 2;
@@ -225,14 +228,15 @@ impl EgoCar {
         (patch, forward, left)
     }
 
-    /// Side force of the front tyres times its trail, through the steering gear to the wheel.
+    /// Returns the self-aligning torque at the steering wheel: side force of the front tyres times trail, over the
+    /// steering ratio.
     fn aligning_torque_nm(&self, grips: &[TyreForce; 4], speed_mps: f32) -> f32 {
         let s = &self.params.steering;
         let rolling = (speed_mps / ALIGN_MPS).clamp(-1.0, 1.0);
         let torque_nm: f32 = grips[..2]
             .iter()
             .map(|grip| {
-                // The pneumatic trail goes to the rear of the rolling direction and vanishes when the tyre slides.
+                // The pneumatic trail lies behind the rolling direction and vanishes when the tyre slides.
                 let pneumatic_m = s.pneumatic_trail_m as f32 * (1.0 - grip.saturation).powi(3) * rolling;
                 -grip.y_n * (pneumatic_m + s.caster_trail_m as f32 * rolling.abs())
             })
@@ -254,7 +258,7 @@ impl EgoCar {
         self.rest_compressions_m().map(|compression_m| compression_m + self.params.suspension.travel_m as f32)
     }
 
-    /// Hubs in the body's frame at springs of these lengths.
+    /// Returns the hubs in the body's frame for springs of these lengths.
     fn hubs(&self, lengths_m: [f32; 4]) -> [Vec3; 4] {
         let b = &self.params.body;
         let top_m = (b.wheel_radius_m + self.params.suspension.travel_m) as f32;
@@ -265,7 +269,7 @@ impl EgoCar {
         })
     }
 
-    /// The state but for its accelerations, which need the state before.
+    /// Returns the state without accelerations, which need the previous state.
     fn observe(&self) -> EgoState {
         let chassis = self.body.chassis();
         let place = chassis.translation();

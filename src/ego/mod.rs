@@ -1,5 +1,5 @@
-//! The participant's car. In: [`Controls`](crate::controls::Controls) once a tick, the ground under the wheels, the other cars as kinematic
-//! bodies. Out: [`EgoState`] and [`Contact`]s. Only this room knows rapier.
+//! The participant's vehicle. In: [`Controls`](crate::controls::Controls) once a tick, the ground under the wheels, the
+//! other vehicles as kinematic bodies. Out: [`EgoState`] and [`Contact`]s. Only this module uses rapier.
 //!
 //! One [`EgoCar::tick`] is four sub-steps of 2.5 ms: springs (rapier's ray-cast vehicle), engine and gearbox
 //! (`powertrain`), brakes and tyres (`tyre`), then rapier moves and collides the body (`body`).
@@ -19,103 +19,102 @@ pub use params::{
 use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose};
 use glam::{DVec2, DVec3, EulerRot, Quat, Vec3};
 
-/// What lies under a wheel.
+/// Ground surface under a wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum GroundSurface {
-    /// Dry asphalt.
+    /// Dry asphalt, as on all roads.
     #[default]
     Asphalt,
-    /// Meadow: slow and slippery.
+    /// Meadow, with less grip and more rolling resistance.
     Grass,
 }
 
-/// One wheel, in the order front left, front right, rear left, rear right.
+/// State of a wheel. Arrays of wheels have the order front left, front right, rear left, rear right.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WheelPose {
-    /// Hub in the body's frame (x forward, y left, z up from the body's origin), metres, suspension included.
+    /// Hub in the body's frame (x forward, y left, z up from the body's origin), m, suspension included.
     pub hub: Vec3,
-    /// Road wheel angle, radians, positive to the left.
+    /// Road wheel angle, rad, positive to the left.
     pub steer_rad: f32,
-    /// Rolled angle, radians, growing forwards.
+    /// Rolled angle, rad, increasing forwards.
     pub spin_rad: f32,
-    /// Suspension compression from its rest length, metres.
+    /// Suspension compression from the rest length, m.
     pub compression_m: f32,
-    /// Ground under it.
+    /// Ground surface under the wheel.
     pub surface: GroundSurface,
 }
 
-/// The ego after a tick.
+/// State of the ego after a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EgoState {
-    /// Centre of the car on the ground (z is the ground's height at rest), world axes, metres.
+    /// Centre of the ego on the ground (z is the ground's height at rest), world axes, m.
     pub position: DVec3,
-    /// Rotation of the body: body x forward, y left, z up to world.
+    /// Rotation from body axes (x forward, y left, z up) to world axes.
     pub rotation: Quat,
-    /// Velocity, world axes, m/s.
+    /// Velocity in world axes, m/s.
     pub velocity: Vec3,
-    /// Speed along the car, m/s, negative in reverse.
+    /// Longitudinal speed, m/s, negative in reverse.
     pub speed_mps: f64,
-    /// Acceleration along the car, m/s2.
+    /// Longitudinal acceleration, m/s².
     pub accel_mps2: f64,
-    /// Acceleration to the left, m/s2.
+    /// Lateral acceleration, m/s², positive to the left.
     pub lateral_accel_mps2: f64,
     /// Yaw rate, rad/s, positive to the left.
     pub yaw_rate: f64,
-    /// Gear: -1 reverse, 0 neutral, 1.. forwards.
+    /// Gear: -1 reverse, 0 neutral, 1 and up forwards.
     pub gear: i8,
-    /// Engine speed, revolutions a minute.
+    /// Engine speed, 1/min.
     pub engine_rpm: f32,
-    /// Self-aligning torque at the steering wheel, N m, positive turns it to the left.
+    /// Self-aligning torque at the steering wheel, N m; positive turns it to the left.
     pub steering_torque_nm: f32,
     /// True while the brake lamps are lit.
     pub braking: bool,
-    /// Front left, front right, rear left, rear right.
+    /// Wheels in the order front left, front right, rear left, rear right.
     pub wheels: [WheelPose; 4],
 }
 
 impl EgoState {
-    /// Place and heading of the car's centre on the ground plane.
+    /// Returns position and heading of the ego's centre on the ground plane.
     pub fn pose(&self) -> Pose {
         let (yaw, _, _) = self.rotation.to_euler(EulerRot::ZYX);
         Pose::new(self.position.truncate(), f64::from(yaw))
     }
 }
 
-/// Another car as the ego can touch it.
+/// Other vehicle that the ego can touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Which car; each has another number.
+    /// Identifier of the vehicle, unique among the obstacles.
     pub id: u32,
-    /// Pose of its centre at the end of this tick.
+    /// Pose of the vehicle's centre at the end of this tick.
     pub pose: Pose,
-    /// Its speed, m/s.
+    /// Speed of the vehicle, m/s.
     pub speed_mps: f64,
-    /// Bumper to bumper, metres.
+    /// Length from bumper to bumper, m.
     pub length_m: f64,
-    /// Width, metres.
     pub width_m: f64,
-    /// Height of the road that it stands on, metres.
+    /// Height of the road under the vehicle, m.
     pub height_m: f64,
 }
 
-/// Vehicles whose roads lie further above each other do not touch, metres: 4.5 m are left free below bridges, and on the way on which two touch
-/// no road climbs half of that.
+/// Height difference from which vehicles cannot touch, m. Bridges leave 4.5 m clear, and no road climbs half of that
+/// over the length of a contact.
 const ONE_ROAD_M: f64 = 2.5;
 
 impl Obstacle {
-    /// True if it stands on the road of something at this height: on a bridge, it is nobody's obstacle below.
+    /// Checks whether the vehicle's road is at this height, rather than on a bridge above or below.
     pub fn is_at_height(&self, height_m: f64) -> bool {
         is_one_road(self.height_m, height_m)
     }
 }
 
-/// True if two places are so near in height that who meets there can touch: none of them is on a bridge above the other.
+/// Checks whether two heights are so close that vehicles there can touch, rather than on a bridge and below it.
 pub fn is_one_road(a_m: f64, b_m: f64) -> bool {
     (a_m - b_m).abs() < ONE_ROAD_M
 }
 
 impl Default for Obstacle {
-    /// A car like the ego that stands in the origin.
+    /// Returns a vehicle of the ego's size that stands at the origin.
     fn default() -> Self {
         Self {
             id: 0,
@@ -128,43 +127,45 @@ impl Default for Obstacle {
     }
 }
 
-/// The ego touched another car in this tick.
+/// Contact of the ego with another vehicle in this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Number of the other car.
+    /// Identifier of the other vehicle.
     pub car: u32,
-    /// Ego's speed just before, m/s.
+    /// Speed of the ego just before, m/s.
     pub ego_speed_mps: f64,
-    /// Other car's speed just before, m/s.
+    /// Speed of the other vehicle just before, m/s.
     pub car_speed_mps: f64,
-    /// Normal speed of approach just before, m/s.
+    /// Closing speed along the contact normal just before, m/s, at least 0.
     pub closing_mps: f64,
-    /// The other's heading against the ego's, radians within +-pi: 0 alike, positive to the left.
+    /// Heading of the other vehicle relative to the ego's, rad, within ±pi: 0 for the same direction, positive to the
+    /// left.
     pub angle_rad: f64,
 }
 
-/// How high the ground is, and how it rises.
+/// Height and slope of the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GroundShape {
-    /// Height, metres.
+    /// Height in world axes, m.
     pub height_m: f64,
-    /// Rise a metre to the east and to the north.
+    /// Rise per metre to the east and to the north.
     pub gradient: DVec2,
 }
 
-/// The ground as the car feels it: its surface under each wheel, and one plane under the whole car. A bend of the road's grade is
-/// none of the springs': it takes no time.
+/// Ground for the ego: a surface under each wheel, and one plane under the whole ego. A change of grade acts at once,
+/// without an effect on the springs.
 pub trait GroundModel {
-    /// Surface at a point of the world plane.
+    /// Returns the surface at a point of the world plane.
     fn surface(&self, point: DVec2) -> GroundSurface;
 
-    /// The plane under a car whose middle is at a point of the world plane; flat ground at height 0 unless it says otherwise.
+    /// Returns the plane under an ego whose centre is at a point of the world plane; by default flat ground at height
+    /// 0.
     fn shape(&self, _middle: DVec2) -> GroundShape {
         GroundShape::default()
     }
 }
 
-/// The same surface everywhere: test tracks, and maps that have no meadow.
+/// Ground with one surface everywhere: for test tracks, and for maps without meadows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UniformGround(pub GroundSurface);
 

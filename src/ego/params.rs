@@ -1,49 +1,46 @@
-//! The ego's parameters: a mid-size saloon with a petrol engine and a six-speed automatic gearbox. In: a scenario file, or
-//! nothing. Out: [`CarParams`], checked. SI units, ratios and shares without unit; engine speeds in 1/min because every data
-//! sheet has them so.
+//! Parameters of the ego: a mid-size saloon with a petrol engine and a six-speed automatic gearbox. In: a scenario
+//! file, or nothing. Out: [`CarParams`], checked. SI units, ratios and shares without unit; engine speeds are in 1/min,
+//! as in data sheets.
 
 use serde::{Deserialize, Serialize};
 
-/// Why an ego cannot be built.
+/// Error in the parameters of the ego.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum EgoError {
-    /// A number of the car lies outside of what can be simulated.
+    /// Number outside the range that can be simulated.
     #[error("car: {name} = {value} is not allowed\n  remedy: give a number from {min} to {max}")]
     OutOfRange {
-        /// Which number, as it is written in a scenario file.
+        /// Name of the number, as in a scenario file.
         name: &'static str,
-        /// What was given.
         value: f64,
-        /// Smallest allowed.
         min: f64,
-        /// Largest allowed.
         max: f64,
     },
-    /// A table is too short or not in ascending order.
+    /// Table that is too short, out of order, or has a value that is not allowed.
     #[error("car: {name} must have at least {least} entries, {order}")]
     Table {
-        /// Which table.
+        /// Name of the table, as in a scenario file.
         name: &'static str,
-        /// Fewest entries.
+        /// Smallest number of entries.
         least: usize,
-        /// Its order in words.
+        /// Description of the entries and their order.
         order: &'static str,
     },
 }
 
-/// The whole car. Every part has defaults, so a scenario file names only what differs.
+/// Parameters of the whole ego. Every part has defaults, so a scenario file lists only the differences.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CarParams {
     /// Masses, axles and air
     pub body: BodyParams,
-    /// Springs and dampers
+    /// Springs, dampers and anti-roll bars
     pub suspension: SuspensionParams,
-    /// Grip
+    /// Grip and rolling resistance of the tyres
     pub tyres: TyreParams,
-    /// Brakes
+    /// Brake force, its distribution and its lag
     pub brakes: BrakeParams,
-    /// Steering feel
+    /// Steering feel: trails and power assistance
     pub steering: SteeringParams,
     /// Engine and pedal map
     pub engine: EngineParams,
@@ -61,19 +58,19 @@ pub struct BodyParams {
     pub cg_height_m: f64,
     /// Share of the weight on the front axle (front engine, front drive: 0.54)
     pub front_share: f64,
-    /// Front axle to rear axle, m
+    /// Distance from front axle to rear axle, m
     pub wheelbase_m: f64,
-    /// Middle of the body to the front axle, m: 1.45 leaves a front overhang of 1.05 of the 5 m
+    /// Distance from the middle of the body to the front axle, m: 1.45 leaves a front overhang of 1.05 of the 5 m
     pub front_axle_m: f64,
-    /// Left wheel to right wheel, m
+    /// Distance from left wheel to right wheel, m
     pub track_m: f64,
     /// Rolling radius of a tyre, m (205/55 R16: 0.32)
     pub wheel_radius_m: f64,
-    /// Moments of inertia about the roll, pitch and yaw axes, kg m2
+    /// Moments of inertia about the roll, pitch and yaw axes, kg m²
     pub inertia_kgm2: [f64; 3],
-    /// Drag coefficient times frontal area, m2 (0.28 times 2.2 m2)
+    /// Drag coefficient times frontal area, m² (0.28 times 2.2 m²)
     pub drag_area_m2: f64,
-    /// Density of air, kg/m3 (15 degrees Celsius at sea level)
+    /// Density of air, kg/m³ (15 degrees Celsius at sea level)
     pub air_density_kgm3: f64,
 }
 
@@ -94,24 +91,24 @@ impl Default for BodyParams {
     }
 }
 
-/// Springs and dampers.
+/// Springs, dampers and anti-roll bars.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SuspensionParams {
-    /// Natural frequency of the body on the front and on the rear springs, Hz; the rear a little higher keeps the car
-    /// from pitching after a bump
+    /// Natural frequency of the body on the front and on the rear springs, Hz; a slightly higher one at the rear keeps
+    /// the ego from pitching after a bump
     pub ride_hz: [f64; 2],
-    /// Damping ratio while a wheel is pushed in
+    /// Damping ratio in compression
     pub bump_ratio: f64,
-    /// Damping ratio while a wheel comes out; higher than the bump's, so that the body settles in one swing
+    /// Damping ratio in rebound; higher than in compression, so that the body settles in one swing
     pub rebound_ratio: f64,
-    /// Largest way of a wheel to either side of its unloaded place, m
+    /// Largest travel of a wheel to either side of its unloaded position, m
     pub travel_m: f64,
     /// Anti-roll bars, front and rear, N per metre of difference between left and right: with the springs 4 degrees of
     /// roll at 1 g
     pub anti_roll_npm: [f64; 2],
-    /// Height above the road at which the links hand tyre forces to the body, m: 0 is all dive and roll, the height of
-    /// the centre of gravity none
+    /// Height above the road at which the links transmit tyre forces to the body, m: 0 gives full dive and roll, the
+    /// height of the centre of gravity gives none
     pub link_height_m: f64,
 }
 
@@ -128,7 +125,7 @@ impl Default for SuspensionParams {
     }
 }
 
-/// Grip.
+/// Grip and rolling resistance of the tyres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TyreParams {
@@ -138,26 +135,27 @@ pub struct TyreParams {
     pub grass_friction: f64,
     /// Cornering stiffness of the front tyres as a share of their load, 1/rad
     pub front_cornering: f64,
-    /// The same of the rear tyres; stiffer than the front, so that the car understeers a little: 1/14.5 - 1/18 =
-    /// 0.013 rad at 1 g
+    /// Cornering stiffness of the rear tyres as a share of their load, 1/rad; higher than at the front for slight
+    /// understeer: 1/14.5 - 1/18 = 0.013 rad at 1 g
     pub rear_cornering: f64,
-    /// Way a tyre rolls until its side force has followed the slip, m
+    /// Relaxation length of the side force, m
     pub relaxation_m: f64,
-    /// Stiffness of a standing tyre along the road as a share of its load, 1/m: a car that stops at 1 m/s2 is stretched
-    /// by 0.9 mm and comes back by as much; one that holds against its creep stands 0.6 mm ahead
+    /// Longitudinal stiffness of a standing tyre as a share of its load, 1/m: an ego that stops at 1 m/s² stretches it
+    /// by 0.9 mm and springs back by as much; one held against its creep stands 0.6 mm ahead
     pub tread_per_m: f64,
     /// Damping ratio of the standing tyre
     pub tread_damping: f64,
-    /// Share of the friction limit that brake and drive may take; the anti-lock brake and the traction control keep
-    /// the rest for steering
+    /// Share of the friction limit that brake and drive may use; anti-lock brake and traction control keep the rest for
+    /// steering
     pub slip_control: f64,
     /// Rolling resistance on asphalt, share of the load
     pub asphalt_rolling: f64,
     /// Rolling resistance on grass at walking pace, share of the load
     pub grass_rolling: f64,
-    /// Its growth with speed, per m/s: with the grip of the front wheels this ends at about 28 km/h
+    /// Growth of the rolling resistance on grass with speed, per m/s: with the grip of the front wheels the speed ends
+    /// at about 28 km/h
     pub grass_rolling_per_mps: f64,
-    /// Its upper end
+    /// Largest rolling resistance on grass, share of the load
     pub grass_rolling_max: f64,
 }
 
@@ -180,19 +178,19 @@ impl Default for TyreParams {
     }
 }
 
-/// Brakes.
+/// Brake force, its distribution and its lag.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BrakeParams {
-    /// Braking force at a floored pedal as a share of the weight; above the grip, so that the tyres decide
+    /// Braking force at a floored pedal as a share of the weight; above the grip, so that the tyres set the limit
     pub full_share: f64,
-    /// Share of it at the front axle
+    /// Share of the braking force at the front axle
     pub front_share: f64,
-    /// Exponent of the pedal: above 1 the first half of the pedal is the gentle half
+    /// Exponent from pedal to braking force; above 1 the first half of the pedal is gentle
     pub pedal_exponent: f64,
     /// Time constant of the hydraulics, s
     pub lag_s: f64,
-    /// Pedal from which the lamps are lit
+    /// Brake pedal from which the brake lamps are lit
     pub lamp_pedal: f64,
 }
 
@@ -202,7 +200,8 @@ impl Default for BrakeParams {
     }
 }
 
-/// Steering feel. Ratio and lock are [`STEERING_RATIO`](crate::controls::STEERING_RATIO) and [`STEERING_LOCK_RAD`](crate::controls::STEERING_LOCK_RAD).
+/// Steering feel. Ratio and lock are [`STEERING_RATIO`](crate::controls::STEERING_RATIO) and
+/// [`STEERING_LOCK_RAD`](crate::controls::STEERING_LOCK_RAD).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SteeringParams {
@@ -230,18 +229,18 @@ pub struct EngineParams {
     pub idle_rpm: f64,
     /// Speed at which fuel is cut, 1/min
     pub limit_rpm: f64,
-    /// Moment of inertia with the converter's pump, kg m2
+    /// Moment of inertia, including the converter's pump, kg m²
     pub inertia_kgm2: f64,
     /// Friction at standstill, N m
     pub drag_nm: f64,
     /// Growth of the friction, N m per rad/s
     pub drag_nms: f64,
-    /// Share of the full torque per pedal at the top of the pedal; the rest grows with its square, so that the first
-    /// third of the pedal is for walking pace
+    /// Share of the full torque per pedal at a light pedal; the rest grows with the pedal's square, so that the first
+    /// third of the pedal suits walking pace
     pub pedal_linear: f64,
-    /// Pedal at which the engine just carries its own friction
+    /// Pedal at which the engine just overcomes its own friction
     pub pedal_neutral: f64,
-    /// Power at a floored pedal, W; a pedal p may take p squared of it, so that a steady pedal means a steady speed
+    /// Power at a floored pedal, W; a pedal p may use p² of it, so that a steady pedal means a steady speed
     pub pedal_power_w: f64,
 }
 
@@ -281,20 +280,20 @@ pub struct GearboxParams {
     pub final_drive: f64,
     /// Share of the power that reaches the wheels
     pub efficiency: f64,
-    /// True: in gear and without a pedal the car creeps at walking pace
+    /// Creep at walking pace in gear without a pedal
     pub creep: bool,
-    /// Torque that the pump of the converter takes at a standing turbine, N m per (rad/s)2
+    /// Torque of the converter's pump at a standing turbine, N m per (rad/s)²
     pub pump_nms2: f64,
     /// Torque ratio of the converter at a standing turbine
     pub stall_ratio: f64,
-    /// Engine speed for the next gear up at a light and at a floored pedal, 1/min
+    /// Engine speed for an upshift at a light and at a floored pedal, 1/min
     pub up_rpm: [f64; 2],
-    /// Engine speed for the next gear down at a light and at a floored pedal, 1/min; far enough below the other that
-    /// the gear after a change is not changed back
+    /// Engine speed for a downshift at a light and at a floored pedal, 1/min; far enough below that for an upshift that
+    /// a change is not reversed
     pub down_rpm: [f64; 2],
-    /// Duration of a change of gear, s
+    /// Duration of a gear change, s
     pub shift_s: f64,
-    /// Shortest time between two changes, s
+    /// Shortest time between two gear changes, s
     pub dwell_s: f64,
     /// Speed below which the selector may change between forwards and backwards, m/s
     pub selector_speed_mps: f64,
@@ -323,7 +322,7 @@ impl CarParams {
     /// Checks every number.
     ///
     /// # Errors
-    /// Names the first number that is not finite or lies outside of what the model can simulate.
+    /// The first number that is not finite or lies outside the range that can be simulated, or an invalid table.
     pub fn check(&self) -> Result<(), EgoError> {
         let (body, susp, tyre, gears) = (&self.body, &self.suspension, &self.tyres, &self.gearbox);
         let (brake, engine) = (&self.brakes, &self.engine);
@@ -414,7 +413,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_default_car_is_allowed_and_a_broken_one_is_named() {
+    fn the_default_ego_is_valid_and_an_invalid_number_is_named() {
         let mut car = CarParams::default();
         assert_eq!(car.check(), Ok(()));
         car.tyres.asphalt_friction = f64::NAN;
@@ -426,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_names_only_what_differs() {
+    fn a_file_lists_only_the_differences_from_the_defaults() {
         let car: CarParams = toml::from_str("[gearbox]\ncreep = false\n").unwrap();
         assert!(!car.gearbox.creep);
         assert_eq!(car.body, BodyParams::default());

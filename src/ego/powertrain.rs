@@ -1,48 +1,51 @@
 //! Engine, torque converter and automatic gearbox. In: pedals, selector, speed. Out: force at the driven axle, gear and
-//! engine speed. One step is one sub-step of the physics. rad/s and N m inside.
+//! engine speed. One step is one sub-step of the physics. Internal units are rad/s and N m.
 //!
-//! * **Engine**: a torque curve, friction, an idle governor, inertia. The pedal asks for torque and is held to a share of
+//! * **Engine**: a torque curve, friction, an idle governor, inertia. The pedal sets the torque, limited to a share of
 //!   the power, so that a steady pedal means a steady speed.
 //! * **Converter**: pump torque `k w^2 (1 - nu^6)` with nu = turbine/engine speed; at a standstill it multiplies the
-//!   torque. It makes pulling away smooth and the car creep. From second gear up a lock-up clutch carries the rest.
-//! * **Gears**: two lines of engine speed over the pedal, up and down, so far apart that a change is never taken back; a
-//!   change blends the ratios. First gear has a freewheel: no engine braking at walking pace, hence no jerk there.
+//!   torque. It makes pulling away smooth and lets the ego creep. From second gear up a lock-up clutch transmits the
+//!   rest.
+//! * **Gears**: two lines of engine speed over the pedal, for changes up and down, so far apart that a change is never
+//!   reversed. A change blends the ratios. First gear has a freewheel: no engine braking at walking pace, hence no jerk
+//!   there.
 
 use super::params::{CarParams, EngineParams, GearboxParams};
 use crate::controls::{Controls, Selector};
 use std::f64::consts::PI;
 
 const RAD_S_PER_RPM: f64 = PI / 30.0;
-/// Governor of the idle speed, N m per rad/s: 10 rad/s below idle it adds 30 N m.
+/// Gain of the idle governor, N m per rad/s: at 10 rad/s below idle it adds 30 N m.
 const IDLE_GAIN_NMS: f64 = 3.0;
-/// The governor's strongest torque, N m.
+/// Largest torque of the idle governor, N m.
 const IDLE_MAX_NM: f64 = 90.0;
-/// Lock-up clutch, N m per rad/s of slip. Times the sub-step over the inertia this is 0.075: far from unstable.
+/// Gain of the lock-up clutch, N m per rad/s of slip. Times the sub-step over the inertia it is 0.075, far from
+/// unstable.
 const LOCK_NMS: f64 = 6.0;
 /// Turbine speeds between which the lock-up clutch closes, rad/s (950 to 1250 1/min).
 const LOCK_FROM_TO: (f64, f64) = (100.0, 130.0);
-/// Share of the converter's capacity that it has when the car drives the engine.
+/// Capacity of the converter when the wheels drive the engine, as a share of that when the engine drives.
 const OVERRUN: f64 = 0.5;
-/// The strongest torque that the engine adds or withholds during a change of gear, N m.
+/// Largest torque that the engine adds or withholds during a gear change, N m.
 const SHIFT_MAX_NM: f64 = 100.0;
-/// Time constant of shafts and mounts, s: takes the edge off every change of torque.
+/// Time constant of shafts and mounts, s; smooths every change of torque.
 const SHAFT_S: f64 = 0.07;
-/// Time in which a clutch engages after the selector was moved, and closes or opens without creep, s.
+/// Time in which a clutch engages after a movement of the selector, and in which it closes or opens without creep, s.
 const ENGAGE_S: f64 = 0.4;
-/// Without creep the converter is open below this speed until the pedal is touched, m/s.
+/// Speed below which the converter is open until the pedal is touched, without creep, m/s.
 const OPEN_BELOW_MPS: f64 = 2.5;
 
 /// State of engine and gearbox.
 #[derive(Clone, Debug)]
 pub(super) struct Powertrain {
-    /// What is engaged; follows the selector where speed allows.
+    /// Engaged position; follows the selector if the speed permits.
     engaged: Selector,
-    /// Forward gear, 1-based.
+    /// Forward gear, from 1.
     gear: usize,
     engine_rad_s: f64,
-    /// Total ratio in force, positive.
+    /// Present total ratio, positive.
     ratio: f64,
-    /// Ratio at the start of the change and time since.
+    /// Ratio at the start of the gear change, and time since then, s.
     shift_from: f64,
     since_shift_s: f64,
     lock: f64,
@@ -52,7 +55,7 @@ pub(super) struct Powertrain {
 }
 
 impl Powertrain {
-    /// As after a long drive at `speed_mps` on a light pedal.
+    /// Creates the state after a long drive at `speed_mps` with a light pedal.
     pub fn new(p: &CarParams, speed_mps: f64) -> Self {
         let mut train = Self {
             engaged: Selector::Drive,
@@ -78,7 +81,7 @@ impl Powertrain {
         train
     }
 
-    /// Gear as shown: -1, 0, 1...
+    /// Returns the gear for display: -1 reverse, 0 neutral, 1 and up forwards.
     pub fn gear(&self) -> i8 {
         match self.engaged {
             Selector::Drive => self.gear as i8,
@@ -87,12 +90,12 @@ impl Powertrain {
         }
     }
 
-    /// Engine speed, 1/min.
+    /// Returns the engine speed, 1/min.
     pub fn rpm(&self) -> f64 {
         self.engine_rad_s / RAD_S_PER_RPM
     }
 
-    /// Advances by `dt` and returns the force at the driven axle, N, positive forwards.
+    /// Advances by `dt` seconds and returns the force at the driven axle, N, positive forwards.
     pub fn step(&mut self, p: &CarParams, controls: &Controls, speed_mps: f64, dt: f64) -> f64 {
         let gears = &p.gearbox;
         let pedal = f64::from(controls.throttle);
@@ -103,7 +106,7 @@ impl Powertrain {
             Selector::Neutral => 0.0,
             Selector::Reverse => -1.0,
         };
-        // Turning speed of the turbine's side, positive when the car rolls the way of the gear.
+        // Wheel speed on the turbine's side, positive when the ego rolls in the direction of the gear.
         let wheel_rad_s = direction * speed_mps / p.body.wheel_radius_m;
         let ratio_before = self.ratio;
         self.change_gear(gears, f64::from(controls.brake), wheel_rad_s, dt);
@@ -132,7 +135,7 @@ impl Powertrain {
         ratio * gears.final_drive
     }
 
-    /// Follows the selector unless the car rolls too fast the other way.
+    /// Follows the selector unless the ego rolls too fast in the other direction.
     fn select(&mut self, gears: &GearboxParams, wanted: Selector, speed_mps: f64) {
         let allowed = match wanted {
             Selector::Drive => speed_mps > -gears.selector_speed_mps,
@@ -156,7 +159,7 @@ impl Powertrain {
     fn change_gear(&mut self, gears: &GearboxParams, brake: f64, wheel_rad_s: f64, dt: f64) {
         self.since_shift_s += dt;
         let rpm = |gear: usize| wheel_rad_s * gears.ratios[gear - 1] * gears.final_drive / RAD_S_PER_RPM;
-        // A light pedal changes early: the lines rise with the pedal's power 1.5.
+        // A light pedal changes early: the lines rise with the pedal to the power of 1.5.
         let light = self.pedal.powf(1.5);
         let line = |[low, high]: [f64; 2]| low + (high - low) * light;
         if self.engaged == Selector::Drive && self.since_shift_s > gears.dwell_s.max(gears.shift_s) {
@@ -164,7 +167,7 @@ impl Powertrain {
             if self.gear < gears.ratios.len() && rpm(self.gear) > line(gears.up_rpm) && brake < 0.02 {
                 self.gear += 1;
             } else {
-                // More than one gear at once when the car was braked hard.
+                // Possibly several gears at once, after hard braking.
                 while self.gear > 1 && rpm(self.gear) < line(gears.down_rpm) {
                     self.gear -= 1;
                 }
@@ -180,7 +183,7 @@ impl Powertrain {
         self.ratio = if t < 1.0 { self.shift_from * (target / self.shift_from).powf(blend) } else { target };
     }
 
-    /// How far the converter and its lock-up clutch are engaged.
+    /// Updates the engagement of the converter and of its lock-up clutch.
     fn couple(&mut self, gears: &GearboxParams, direction: f64, speed_mps: f64, turbine: f64, dt: f64) {
         let open = if direction == 0.0 {
             0.0
@@ -200,7 +203,7 @@ impl Powertrain {
         self.lock = approach(self.lock, lock, dt / ENGAGE_S);
     }
 
-    /// Torque on the pump and on the turbine at their speeds in rad/s, N m.
+    /// Returns the torques on the pump and on the turbine, N m, for their speeds in rad/s.
     fn converter(&self, gears: &GearboxParams, engine: f64, turbine: f64) -> (f64, f64) {
         if turbine <= engine {
             let nu = if engine > 0.0 { (turbine / engine).max(0.0) } else { 1.0 };
@@ -216,15 +219,16 @@ impl Powertrain {
         (pump_nm, pump_nm)
     }
 
-    /// What the engine gives or withholds while gears change so that its own inertia does not push the car: the turbine's
-    /// speed changed by `shifted` in this step. An engine far from the turbine's speed has nothing to follow.
+    /// Returns the torque that the engine adds or withholds during a gear change, N m, so that its inertia does not
+    /// push the ego. `shifted` is the change of the turbine's speed in this step. An engine far from the turbine's
+    /// speed adds little.
     fn shift_nm(&self, engine: &EngineParams, turbine: f64, shifted: f64, dt: f64) -> f64 {
         let (low, high) = (turbine.min(self.engine_rad_s), turbine.max(self.engine_rad_s).max(1.0));
         let follows = (low.max(0.0) / high).powi(2);
         (engine.inertia_kgm2 * shifted / dt * follows).clamp(-SHIFT_MAX_NM, SHIFT_MAX_NM)
     }
 
-    /// Net torque of the engine; the converter takes `idle_load_nm` from it at idle.
+    /// Returns the net torque of the engine, N m; `idle_load_nm` is the converter's load at idle.
     fn engine_nm(&self, engine: &EngineParams, idle_load_nm: f64) -> f64 {
         let speed = self.engine_rad_s;
         let rpm = speed / RAD_S_PER_RPM;
@@ -236,8 +240,8 @@ impl Powertrain {
         let asked_nm = (share * full_nm).min(power_nm) * cut;
         let drag_nm = engine.drag_nm + engine.drag_nms * speed;
         let carried = (pedal / engine.pedal_neutral).min(1.0) * cut;
-        // At idle the engine carries itself and what the converter takes at idle; the pedal adds to that, so it has no
-        // dead travel. As the engine comes off the speed that goes with the pedal, this help ends.
+        // At idle the engine overcomes its own friction and the converter's load. The pedal adds to that, so it has no
+        // dead travel. The help ends as the engine exceeds the speed that belongs to the pedal.
         let idle_rad_s = engine.idle_rpm * RAD_S_PER_RPM;
         let near_idle = (1.0 - (speed - idle_rad_s * (1.0 + 3.0 * pedal)) / (0.3 * idle_rad_s)).clamp(0.0, 1.0);
         let idle_nm = near_idle * (idle_load_nm + drag_nm * (1.0 - carried));
@@ -246,12 +250,12 @@ impl Powertrain {
     }
 }
 
-/// `value` moved towards `target` by at most `step`.
+/// Returns `value` moved towards `target` by at most `step`.
 fn approach(value: f64, target: f64, step: f64) -> f64 {
     value + (target - value).clamp(-step, step)
 }
 
-/// Linear interpolation in a torque curve, N m; its ends hold outside.
+/// Interpolates linearly in a torque curve, N m; its end values hold outside.
 fn torque_at(curve: &[(f64, f64)], rpm: f64) -> f64 {
     let next = curve.partition_point(|point| point.0 <= rpm);
     if next == 0 {

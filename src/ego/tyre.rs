@@ -1,36 +1,35 @@
-//! The tyre model. In: load, sliding speed of the contact patch, drive and brake force. Out: the force of the road in the
+//! Tyre model. In: load, sliding speed of the contact patch, drive and brake force. Out: the force of the road in the
 //! wheel's frame (x along the wheel, y to its left). N, m, m/s.
 //!
-//! A tyre is a bristle between rim and road. Sideways it is Pacejka's single-contact-point model (*Tire and Vehicle
-//! Dynamics*, ch. 7): the bristle is deflected by sliding and let go by rolling,
-//! `du/dt = -v_y - |v_x| u / relaxation`, and its force follows the brush model. Along the wheel it is the friction of
-//! the brake: force as needed to hold, up to the brake's force. At a standstill both are springs, so a parked car stays
-//! where it is; at speed the first is a slip angle and the second a constant.
+//! A tyre is a bristle between rim and road. Its lateral behaviour is Pacejka's single-contact-point model (*Tire and
+//! Vehicle Dynamics*, ch. 7): the bristle is deflected by sliding and released by rolling, `du/dt = -v_y - |v_x| u /
+//! relaxation`, and its force follows the brush model. The longitudinal behaviour is friction of the brake: the force
+//! needed to hold, up to the brake's force. At a standstill both are springs, so a parked vehicle stays where it is. At
+//! speed the lateral deflection corresponds to a slip angle, and the longitudinal force is constant.
 
-/// What acts on a tyre in one sub-step.
+/// Inputs of the tyre model in one sub-step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ContactPatch {
-    /// Load, N.
     pub load_n: f32,
-    /// Load at rest, N: sets the stiffness of the standing tyre.
+    /// Load at rest, N; determines the stiffness of the standing tyre.
     pub rest_load_n: f32,
-    /// Velocity of the contact patch over the road, wheel frame, m/s.
+    /// Longitudinal velocity of the contact patch over the road, wheel frame, m/s.
     pub vx_mps: f32,
-    /// The same to the left.
+    /// Lateral velocity of the contact patch, positive to the left, m/s.
     pub vy_mps: f32,
     /// Force of the engine at the rim, N.
     pub drive_n: f32,
     /// Largest force of the brake, N.
     pub brake_n: f32,
-    /// Rolling resistance, N.
+    /// Rolling resistance against the motion, N.
     pub rolling_n: f32,
-    /// Friction coefficient.
+    /// Friction coefficient of tyre and ground.
     pub friction: f32,
     /// Cornering stiffness per load, 1/rad.
     pub cornering: f32,
 }
 
-/// Parameters of a tyre that do not depend on wheel or ground; meanings as in [`super::TyreParams`].
+/// Parameters of a tyre that do not depend on wheel or ground, see [`super::TyreParams`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TreadParams {
     pub relaxation_m: f32,
@@ -39,37 +38,37 @@ pub(super) struct TreadParams {
     pub slip_control: f32,
 }
 
-/// The force of the road on a tyre.
+/// Force of the road on a tyre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TyreForce {
-    /// Along the wheel, N.
+    /// Longitudinal force, N, positive forwards.
     pub x_n: f32,
-    /// To its left, N.
+    /// Lateral force, N, positive to the left.
     pub y_n: f32,
-    /// 0 for a tyre that adheres, 1 for one that slides sideways.
+    /// Lateral saturation: 0 for full adhesion, 1 for sliding sideways.
     pub saturation: f32,
 }
 
-/// The deflected bristle.
+/// Deflection of the bristle between rim and road.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BristleState {
     ux_m: f32,
     uy_m: f32,
 }
 
-/// Speed above which rolling alone damps the tyre, m/s; below it the tread's own damping is mixed in.
+/// Speed above which rolling alone damps the tyre, m/s; below it the tread's own damping is added.
 const LOW_SPEED_MPS: f32 = 2.5;
 const GRAVITY: f32 = 9.81;
 
 impl BristleState {
-    /// Advances the bristle by `dt` and returns the force.
+    /// Advances the bristle by `dt` seconds and returns the force.
     pub fn step(&mut self, tread: &TreadParams, patch: &ContactPatch, dt: f32) -> TyreForce {
         let limit_n = patch.friction * patch.load_n;
         if limit_n <= 0.0 {
             *self = Self::default();
             return TyreForce::default();
         }
-        // A wheel carries rest_load / g; the damping ratio is that of this mass on the bristle.
+        // A wheel carries rest_load / g; the damping ratio refers to this mass on the bristle.
         let mass_kg = patch.rest_load_n / GRAVITY;
         let held_n = limit_n * tread.slip_control;
 
@@ -93,7 +92,7 @@ impl BristleState {
         let brush_n = limit_n * 3.0 * s * (1.0 - s + s * s / 3.0);
         let y_n = (brush_n.copysign(self.uy_m) - damping * patch.vy_mps).clamp(-limit_n, limit_n);
 
-        // Friction circle; rolling resistance is the ground's own deformation and takes nothing of the grip.
+        // Friction circle. Rolling resistance is a deformation of the ground and does not reduce the grip.
         let scale = (limit_n / x_n.abs().min(held_n).hypot(y_n).max(1.0)).min(1.0);
         TyreForce { x_n: x_n * scale, y_n: y_n * scale, saturation: s }
     }
@@ -124,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn no_force_leaves_the_friction_circle() {
+    fn the_force_stays_within_the_friction_circle() {
         for i in 0..200 {
             let f = i as f32;
             let patch = ContactPatch {
@@ -140,10 +139,10 @@ mod tests {
     }
 
     #[test]
-    fn a_braked_wheel_holds_as_much_as_it_must_and_slides_beyond() {
+    fn a_braked_wheel_holds_up_to_the_brake_force_and_slides_beyond() {
         let mut tyre = BristleState::default();
         let hold = ContactPatch { brake_n: 1000.0, ..patch() };
-        // Pulled back by 1 mm: the spring answers with 200 N.
+        // Pulled back by 1 mm: the spring force is 200 N.
         let grip = tyre.step(&TREAD, &ContactPatch { vx_mps: -0.001 / 0.0025, ..hold }, 0.0025);
         assert!(grip.x_n > 200.0);
         assert!((tyre.step(&TREAD, &hold, 0.0025).x_n - 200.0).abs() < 1.0);

@@ -1,16 +1,16 @@
-//! Lettering of the instrument and of number plates: digits, the letters of units and some capitals as strokes of one width, drawn for legibility at a
-//! distance (open forms, tabular digits), so that no font and no glyph atlas stands between the speed and the picture.
-//! In: text, height. Out: polylines, to be drawn with a round pen of [`PEN`] times the height.
+//! Lettering of the instrument and of number plates: digits, the letters of units and some capitals as strokes of one
+//! width, so that no font and no glyph atlas is needed. The forms are legible at a distance (open forms, tabular
+//! digits). In: text, height. Out: polylines, to be drawn with a round pen of [`PEN`] times the height.
 
 /// Width of the pen as a share of the height of a digit.
 pub const PEN: f32 = 0.16;
-/// Space between the boxes of two signs (from the middle of one pen to the next), as a share of the height.
+/// Space between the boxes of two characters (from the middle of one pen to the next), as a share of the height.
 const GAP: f32 = 0.30;
-/// Largest turn from one piece of an arc to the next, degrees.
+/// Largest angle of one segment of an arc, degrees.
 const ARC_STEP_DEG: f32 = 9.0;
 
-/// A line of text, `1.0` high from the baseline to the top of a digit: x to the right from the middle of the line, y
-/// down from half the height. The pen's half width lies outside.
+/// Line of text, 1.0 high from the baseline to the top of a digit, with its middle at the origin: x to the right, y
+/// down. Half the pen's width lies outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LetteredLine {
     /// Strokes, each at least two points.
@@ -19,7 +19,7 @@ pub struct LetteredLine {
     pub width: f32,
 }
 
-/// Sets `text`; signs that the instrument does not need are left out.
+/// Lays out `text`; characters that the instrument does not need are left out.
 pub fn set(text: &str) -> LetteredLine {
     let mut line = LetteredLine::default();
     let mut x = 0.0;
@@ -41,7 +41,7 @@ pub fn set(text: &str) -> LetteredLine {
 /// One stroke, y up from the baseline.
 type Stroke = Vec<[f32; 2]>;
 
-/// An arc of an ellipse from `from` to `to` degrees, counter-clockwise from +x if `to` is larger.
+/// Returns an arc of an ellipse from `from` to `to` degrees, counter-clockwise from +x if `to` is larger.
 fn arc(centre: [f32; 2], radius: [f32; 2], from: f32, to: f32) -> Stroke {
     let pieces = ((to - from).abs() / ARC_STEP_DEG).ceil().max(1.0);
     (0..=pieces as u32)
@@ -52,12 +52,12 @@ fn arc(centre: [f32; 2], radius: [f32; 2], from: f32, to: f32) -> Stroke {
         .collect()
 }
 
-/// Strokes joined end to end.
+/// Joins strokes end to end.
 fn join(parts: &[&[[f32; 2]]]) -> Stroke {
     parts.concat()
 }
 
-/// Width of a digit: all have the same, so that a number keeps its place.
+/// Width of every digit, so that a number keeps its place.
 const DIGIT: f32 = 0.52;
 
 fn sign_strokes(sign: char) -> Option<(f32, Vec<Stroke>)> {
@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_that_the_instrument_writes_can_be_set() {
+    fn all_texts_of_the_instrument_can_be_set() {
         for text in ["0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "R"] {
             assert!(!set(text).strokes.is_empty(), "{text}");
         }

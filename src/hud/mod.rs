@@ -1,6 +1,6 @@
-//! The speedometer as data. In: speed, advice, unit, scenario. Out: a [`DialView`]: angles, ticks, colours; no GPU, no egui.
-//! HC22: round gauge with ticks and needle, the number in the centre, the target a red line, the acceptable range a
-//! green band, the number green inside the range and white outside.
+//! The speedometer as data. In: speed, advice, unit, scenario. Out: a [`DialView`]: angles, ticks, colours; no GPU, no
+//! egui. As in HC22: round gauge with ticks and needle, the number in the centre, the target a red line, the acceptable
+//! range a green band, the number green inside the range and white outside.
 
 pub mod lettering;
 mod number;
@@ -15,7 +15,7 @@ pub use speedometer::Speedometer;
 
 use crate::{controls::Indicator, units::SpeedUnit};
 
-/// Everything on the speedometer in one frame. Speeds in the dial's own unit.
+/// Content of the speedometer in one frame. Speeds are in the dial's unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DialView {
     /// Unit of all numbers.
@@ -24,26 +24,26 @@ pub struct DialView {
     pub full_scale: f64,
     /// Distance between numbered ticks.
     pub major_step: f64,
-    /// Unnumbered ticks between two numbered ones, plus one.
+    /// Intervals between two numbered ticks: the unnumbered ticks between them plus one.
     pub minor_per_major: u32,
-    /// Present speed, not negative.
+    /// Current speed, not negative.
     pub speed: f64,
-    /// The number in the centre. [`DialView::new`] rounds; a [`NumberFilter`] keeps it from flickering.
+    /// Number in the centre. [`DialView::new`] rounds; a [`NumberFilter`] keeps it from flickering.
     pub number: u32,
     /// Advice: target, lower and upper edge of the range.
     pub advice: Option<DialAdvice>,
     /// True if the true speed lies in the range, its edges included: the number is green.
     pub inside: bool,
-    /// True if the gear is reverse.
+    /// True in reverse gear.
     pub reverse: bool,
-    /// The telltale of the indicators that is lit now.
+    /// Telltale of the indicators that is lit now.
     pub indicator: Indicator,
 }
 
 /// Advice as the dial shows it, in the dial's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DialAdvice {
-    /// The red line.
+    /// Target speed, at the red line.
     pub target: f64,
     /// Lower edge of the green band.
     pub low: f64,
@@ -51,12 +51,12 @@ pub struct DialAdvice {
     pub high: f64,
 }
 
-/// A tick on the scale.
+/// Tick on the scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScaleMark {
     /// Speed, in the dial's unit.
     pub value: f64,
-    /// Where, see [`DialView::angle_rad`].
+    /// Angle on the dial, see [`DialView::angle_rad`].
     pub angle_rad: f32,
     /// True for the long ticks that carry their value.
     pub numbered: bool,
@@ -70,9 +70,9 @@ impl DialView {
     /// Angle from zero to full scale, degrees, clockwise.
     pub const SWEEP_DEG: f64 = 270.0;
 
-    /// The dial for a car that moves at `speed_mps` (negative when it rolls backwards) under the advice (target, lowest
-    /// and highest acceptable speed), all in m/s. Whether the speed is acceptable is decided here, in m/s and before any
-    /// rounding, by the rule of [`Advice::accepts`](crate::policy::Advice::accepts).
+    /// Creates the dial for an ego speed of `speed_mps` (negative when rolling backwards) under the advice (target,
+    /// lowest and highest acceptable speed), all in m/s. Acceptance is decided here, in m/s and before any rounding, by
+    /// the rule of [`Advice::accepts`](crate::policy::Advice::accepts).
     pub fn new(
         speed_mps: f64,
         advice: Option<(f64, f64, f64)>,
@@ -100,20 +100,20 @@ impl DialView {
         .agreeing()
     }
 
-    /// The same dial with this telltale lit.
+    /// Returns this dial with a telltale lit.
     pub fn indicating(self, indicator: Indicator) -> Self {
         Self { indicator, ..self }
     }
 
-    /// The same dial with its number steadied by `filter`, which is to see every frame.
+    /// Returns this dial with its number steadied by `filter`, which must see every frame.
     pub fn steadied(self, filter: &mut NumberFilter) -> Self {
         let number = filter.show(self.speed);
         Self { number, ..self }.agreeing()
     }
 
-    /// The same with a number that agrees with its colour: within one advice a number is green or white, never both, though the
-    /// colour follows the true speed. Near an edge of the range the number is the next whole one on the speed's side of it; a
-    /// range without a whole number, and a car that rolls backwards, leave it as it was rounded.
+    /// Makes the number agree with its colour, which follows the true speed: within one advice a number is green or
+    /// white, never both. Near an edge of the range the number is the next whole one on the speed's side of the edge.
+    /// In a range without a whole number, and in reverse, the number stays as it was rounded.
     fn agreeing(mut self) -> Self {
         let Some(advice) = self.advice else { return self };
         let [first, last] = [advice.low.ceil(), advice.high.floor()];
@@ -130,35 +130,35 @@ impl DialView {
         self
     }
 
-    /// The scale for a scenario in which speeds up to `max_expected_mps` are to be expected, chosen once for all of it
-    /// (see [`SpeedometerScale::fitting`], [`expected_top_mps`]).
+    /// Returns the scale for a scenario with expected speeds up to `max_expected_mps`, chosen once for all of it (see
+    /// [`SpeedometerScale::fitting`], [`expected_top_mps`]).
     pub fn scale_for(max_expected_mps: f64, unit: SpeedUnit) -> SpeedometerScale {
         SpeedometerScale::fitting(max_expected_mps, unit)
     }
 
-    /// Where a speed stands on the dial: radians clockwise from 12 o'clock, linear in speed, held at both ends of the
-    /// scale.
+    /// Returns the angle of a speed on the dial: radians clockwise from 12 o'clock, linear in speed, clamped at both
+    /// ends of the scale.
     pub fn angle_rad(&self, speed: f64) -> f32 {
         let share = (speed / self.full_scale).clamp(0.0, 1.0);
         (Self::START_DEG + share * Self::SWEEP_DEG).to_radians() as f32
     }
 
-    /// Angle of the needle.
+    /// Returns the angle of the needle.
     pub fn needle_rad(&self) -> f32 {
         self.angle_rad(self.speed)
     }
 
-    /// Angle of the red line.
+    /// Returns the angle of the red line.
     pub fn target_rad(&self) -> Option<f32> {
         self.advice.map(|advice| self.angle_rad(advice.target))
     }
 
-    /// Angles of the green band's two ends, the lower first.
+    /// Returns the angles of the green band's two ends, the lower first.
     pub fn band_rad(&self) -> Option<(f32, f32)> {
         self.advice.map(|advice| (self.angle_rad(advice.low), self.angle_rad(advice.high)))
     }
 
-    /// All ticks, from zero to full scale.
+    /// Returns all ticks, from zero to full scale.
     pub fn marks(&self) -> impl Iterator<Item = ScaleMark> + '_ {
         let majors = (self.full_scale / self.major_step).round() as u32;
         let parts = self.minor_per_major;
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_linear_and_held_at_the_ends() {
+    fn angles_are_linear_and_clamped_at_the_ends() {
         let dial = dial(0.0, None);
         assert_eq!(dial.full_scale, 25.0);
         assert!((dial.angle_rad(0.0).to_degrees() + 135.0).abs() < 1e-4);

@@ -1,34 +1,35 @@
-//! The number in the centre of the speedometer, without flicker. In: the speed each frame, in the dial's unit. Out: a whole
-//! number, and the narrowest range that such a number can be held in.
+//! The number in the centre of the speedometer, without flicker. In: the speed each frame, in the dial's unit. Out: a
+//! whole number, and the narrowest range in which a driver can hold it.
 
 use crate::{
     scenario::Scenario,
     units::{MPS_PER_MPH, SpeedUnit},
 };
 
-/// How far beyond the point of rounding the speed must go before the number changes, in the dial's unit: a foot that
-/// holds 9.5 mph to a tenth shows one number.
+/// Distance beyond the rounding point at which the number changes, in the dial's unit: a driver who holds 9.5 mph
+/// within 0.1 mph sees one number.
 const HYSTERESIS: f64 = 0.15;
 
-/// How far the shown number is from the speed at most, in the dial's unit.
+/// Largest distance of the shown number from the speed, in the dial's unit.
 const MOST_OFF: f64 = 0.5 + HYSTERESIS;
 
-/// A range in which a driver cannot hold the number: it is in it and its colour says that the speed is not.
+/// Error of a range too narrow for the number: it could show the advised speed while its colour says that the speed is
+/// outside.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "range_mph is {range_mph}; allowed: {least_mph:.3} or more on a speedometer in {}, whose number may be {MOST_OFF} off the \
      speed: in a narrower range it could stand on the advised speed and not be green", unit.label()
 )]
 pub struct RangeTooNarrow {
-    /// Half width that was asked for, mph.
+    /// Requested half width, mph.
     pub range_mph: f64,
-    /// Least half width, mph.
+    /// Smallest allowed half width, mph.
     pub least_mph: f64,
-    /// What the speedometer shows.
+    /// Unit of the speedometer.
     pub unit: SpeedUnit,
 }
 
-/// Fails where the range of the advice is narrower than what the speedometer's number tells apart.
+/// Checks that the range of the advice is not narrower than the speedometer's number can resolve.
 ///
 /// # Errors
 /// [`RangeTooNarrow`].
@@ -46,7 +47,7 @@ pub struct NumberFilter {
 }
 
 impl NumberFilter {
-    /// The number for `speed` (not negative).
+    /// Returns the number for `speed` (not negative).
     pub fn show(&mut self, speed: f64) -> u32 {
         let number = match self.shown {
             Some(shown) if (speed - f64::from(shown)).abs() <= MOST_OFF => shown,
@@ -62,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_speed_that_trembles_about_a_half_shows_one_number() {
+    fn a_speed_that_wavers_about_a_half_shows_one_number() {
         let mut filter = NumberFilter::default();
         let shown: Vec<u32> = (0..100).map(|i| filter.show(9.5 + 0.1 * f64::from(i).sin())).collect();
         assert!(shown.iter().all(|&number| number == shown[0]), "{shown:?}");
@@ -80,8 +81,8 @@ mod tests {
     }
 
     #[test]
-    fn in_the_narrowest_range_the_advised_number_is_never_out_of_it() {
-        // The advised speed is a whole number; wherever the number stands on it, the speed is within 0.65 of it.
+    fn in_the_narrowest_range_the_advised_number_is_never_outside() {
+        // The advised speed is a whole number; whenever that number is shown, the speed is within 0.65 of it.
         let mut filter = NumberFilter::default();
         for i in 0..4000 {
             let speed = 10.0 + 1.5 * (f64::from(i) * 0.01).sin();
@@ -92,7 +93,7 @@ mod tests {
             check_range(&Scenario { range_mph, display, ..Scenario::default() })
         };
         assert_eq!(range(0.65, SpeedUnit::Mph), Ok(()));
-        // 0.65 km/h are 0.404 mph.
+        // 0.65 km/h is 0.404 mph.
         assert_eq!(range(0.404, SpeedUnit::Kmh), Ok(()));
         assert!(range(0.403, SpeedUnit::Kmh).is_err());
         let told = range(0.5, SpeedUnit::Mph).unwrap_err().to_string();

@@ -1,37 +1,37 @@
-//! The colours of the speedometer. sRGB, 0 to 255, as they stand in the final picture.
+//! Colours of the speedometer: sRGB, 0 to 255, as in the final picture.
 
 /// Red, green, blue; sRGB.
 pub type Rgb = [u8; 3];
 
-/// Colours with a meaning, and those of the instrument itself.
+/// Colours of the instrument and of its signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Palette {
-    /// The line at the target.
+    /// Line at the target.
     pub target: Rgb,
-    /// The band of the acceptable range.
+    /// Band of the acceptable range.
     pub band: Rgb,
-    /// The number while the speed is acceptable.
+    /// Number while the speed is acceptable.
     pub number_inside: Rgb,
-    /// The number while it is not, or while there is no advice.
+    /// Number while the speed is not acceptable, or without advice.
     pub number_outside: Rgb,
-    /// The needle.
+    /// Needle of the dial.
     pub needle: Rgb,
     /// Ticks and their numerals.
     pub scale: Rgb,
-    /// Unit.
+    /// Text of the unit.
     pub label: Rgb,
     /// The R of the reverse gear.
     pub reverse: Rgb,
-    /// The telltales of the indicators: green, as UN R121 asks.
+    /// Telltales of the indicators: green, as required by UN R121.
     pub indicator: Rgb,
-    /// The face, drawn with `plate_alpha`.
+    /// Face of the dial, drawn with `plate_alpha`.
     pub plate: Rgb,
-    /// How opaque the face is, 0 to 255.
+    /// Opacity of the face, 0 to 255.
     pub plate_alpha: u8,
 }
 
 impl Palette {
-    /// HC22's: red line, green band, number green inside the range and white outside.
+    /// Colours of HC22: red line, green band, number green inside the range and white outside.
     pub const HC22: Self = Self {
         target: [255, 48, 48],
         band: [36, 196, 94],
@@ -46,8 +46,8 @@ impl Palette {
         plate_alpha: 222,
     };
 
-    /// For people who confuse red and green: an orange line on a blue band, the number blue inside (hues of Okabe and
-    /// Ito's set, which stay apart under protanopia, deuteranopia and tritanopia).
+    /// For red-green colour blindness: an orange line on a blue band, the number blue inside (hues of Okabe and Ito's
+    /// set, which stay distinct under protanopia, deuteranopia and tritanopia).
     pub const COLOUR_BLIND_SAFE: Self = Self {
         target: [255, 159, 10],
         band: [0, 114, 208],

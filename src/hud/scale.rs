@@ -1,4 +1,4 @@
-//! The scale of the speedometer. In: the highest speed to be expected in a scenario. Out: full scale and ticks, in nice
+//! The scale of the speedometer. In: the highest expected speed of a scenario. Out: full scale and ticks, in round
 //! numbers and fixed for the whole scenario: a dial to 120 mph is useless at 10 mph.
 
 use crate::units::SpeedUnit;
@@ -10,14 +10,14 @@ pub struct SpeedometerScale {
     pub full: f64,
     /// Distance between numbered ticks.
     pub major_step: f64,
-    /// Unnumbered ticks between two numbered ones, plus one.
+    /// Intervals between two numbered ticks: the unnumbered ticks between them plus one.
     pub minor_per_major: u32,
 }
 
-/// Share of the expected speed that the scale adds, so that the needle keeps off the stop.
+/// Factor on the expected speed that keeps the needle off the end of the scale.
 const HEADROOM: f64 = 1.15;
 
-/// Scales to choose from: full, numbered step, parts of a step. Each has 4 to 13 numerals.
+/// Scales to choose from: full scale, numbered step, intervals of a step. Each has 4 to 13 numerals.
 const SCALES: [(f64, f64, u32); 15] = [
     (10.0, 2.0, 4),
     (15.0, 5.0, 5),
@@ -37,13 +37,13 @@ const SCALES: [(f64, f64, u32); 15] = [
 ];
 
 impl SpeedometerScale {
-    /// The smallest scale with 15 % of room above `max_expected_mps`; 240 if none has. A driver who goes beyond full
-    /// scale finds the needle at its stop, the number goes on.
+    /// Returns the smallest scale with 15 % of room above `max_expected_mps`, at most 240. Beyond full scale the needle
+    /// stays at its end; the number goes on.
     pub fn fitting(max_expected_mps: f64, unit: SpeedUnit) -> Self {
         Self::up_to(unit.from_mps(max_expected_mps) * HEADROOM)
     }
 
-    /// The smallest scale that holds `speed`, in the dial's unit; 240 if none does.
+    /// Returns the smallest scale that holds `speed`, in the dial's unit, at most 240.
     pub fn up_to(speed: f64) -> Self {
         let (full, major_step, minor_per_major) =
             SCALES.into_iter().find(|scale| scale.0 >= speed).unwrap_or(SCALES[SCALES.len() - 1]);
@@ -51,9 +51,9 @@ impl SpeedometerScale {
     }
 }
 
-/// The highest speed to be expected on a ring, m/s: 2.2 times the equilibrium speed, which is the top of a saturated
-/// wave (250 m ring: 9.6 against 4.362 m/s, docs/references.md: ring), or the highest speed advised, neither beyond the
-/// speed limit.
+/// Returns the highest expected speed on a ring, m/s, at most the speed limit. It is 2.2 times the equilibrium speed,
+/// the top of a saturated wave (250 m ring: 9.6 against 4.362 m/s, docs/references.md: ring), or the highest advised
+/// speed, whichever is higher.
 pub fn expected_top_mps(equilibrium_mps: f64, highest_advised_mps: f64, limit_mps: f64) -> f64 {
     (2.2 * equilibrium_mps).max(highest_advised_mps).min(limit_mps)
 }
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn every_scale_is_whole_steps_and_holds_what_it_was_made_for() {
+    fn every_scale_is_whole_steps_and_holds_its_expected_speed() {
         for tenth in 1..700 {
             let top_mps = f64::from(tenth) * 0.1;
             for unit in [SpeedUnit::Mph, SpeedUnit::Kmh] {

@@ -1,4 +1,4 @@
-//! From the world to the speedometer: the scale of the scenario, the steadied number. In: a snapshot a frame. Out: a
+//! From the world to the speedometer: the scale of the scenario, the steadied number. In: a snapshot per frame. Out: a
 //! [`DialView`].
 
 use super::{DialView, NumberFilter, SpeedometerScale};
@@ -8,7 +8,7 @@ use crate::{
     units::SpeedUnit,
 };
 
-/// What the speedometer keeps from frame to frame.
+/// State of the speedometer between frames.
 #[derive(Clone, Debug)]
 pub struct Speedometer {
     unit: SpeedUnit,
@@ -17,12 +17,12 @@ pub struct Speedometer {
 }
 
 impl Speedometer {
-    /// The speedometer of this drive; its scale stays as it is to the end.
+    /// Creates the speedometer of this drive; its scale does not change during the drive.
     pub fn new(world: &World) -> Self {
         Self { unit: world.scenario().display.units, scale: Self::scale(world), filter: NumberFilter::default() }
     }
 
-    /// The scale that the scenario names, or one that suits the drive.
+    /// Returns the scale given by the scenario, or one that suits the drive.
     pub fn scale(world: &World) -> SpeedometerScale {
         let (scenario, expected) = (world.scenario(), world.expected_speeds());
         if scenario.display.dial_full > 0.0 {
@@ -32,7 +32,7 @@ impl Speedometer {
         DialView::scale_for(top_mps, scenario.display.units)
     }
 
-    /// The dial at this frame.
+    /// Returns the dial for this frame.
     pub fn read(&mut self, snapshot: &Snapshot) -> DialView {
         let advice = snapshot.advice.map(|advice| {
             let (low, high) = advice.band_mps();

@@ -1,36 +1,36 @@
-//! Buttons of a wheel or pad by what they do. In: evdev codes, ways of a hat. Out: a [`ButtonAction`].
+//! Actions of the buttons of a wheel or gamepad. In: evdev codes, hat values. Out: a [`ButtonAction`].
 
 use serde::{Deserialize, Serialize};
 
-/// Buttons by what they do, as evdev codes.
+/// Buttons of each action, as evdev codes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Buttons {
-    /// Drive to reverse and back.
+    /// Switches between drive and reverse.
     pub reverse: Vec<u16>,
-    /// Begin, or go on after a pause.
+    /// Starts the drive, or resumes it after a pause.
     pub start: Vec<u16>,
-    /// Mark this moment in the recording.
+    /// Marks the present moment in the recording.
     pub mark: Vec<u16>,
-    /// Answer what is asked.
+    /// Answers the question on the screen.
     pub answer: Vec<u16>,
-    /// Back to the driver's view.
+    /// Returns to the driver's view.
     pub recentre: Vec<u16>,
-    /// Ask for the end of the drive.
+    /// Requests the end of the drive.
     pub abort: Vec<u16>,
-    /// Sound the horn for as long as it is held.
+    /// Sounds the horn while held.
     pub horn: Vec<u16>,
-    /// Indicate to the left, or no longer.
+    /// Switches the left indicator on or off.
     pub indicate_left: Vec<u16>,
-    /// Indicate to the right, or no longer.
+    /// Switches the right indicator on or off.
     pub indicate_right: Vec<u16>,
-    /// The four ways of a d-pad that is made of buttons (evdev's BTN_DPAD where nothing is said); one that is a hat needs none.
+    /// Up button of a d-pad; evdev's BTN_DPAD_UP by default. A d-pad that is a hat needs no entry.
     pub dpad_up: Vec<u16>,
-    /// See `dpad_up`.
+    /// Down button of a d-pad, see `dpad_up`.
     pub dpad_down: Vec<u16>,
-    /// See `dpad_up`.
+    /// Left button of a d-pad, see `dpad_up`.
     pub dpad_left: Vec<u16>,
-    /// See `dpad_up`.
+    /// Right button of a d-pad, see `dpad_up`.
     pub dpad_right: Vec<u16>,
 }
 
@@ -56,39 +56,39 @@ impl Default for Buttons {
     }
 }
 
-/// What the participant asks for with a button.
+/// Action that the participant requests with a button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ButtonAction {
-    /// Drive to reverse and back.
+    /// Switch between drive and reverse.
     Reverse,
-    /// Begin, or go on after a pause.
+    /// Start the drive, or resume it after a pause.
     Start,
-    /// Mark this moment.
+    /// Mark the present moment in the recording.
     Mark,
-    /// Answer what is asked.
+    /// Answer the question on the screen.
     Answer,
-    /// Back to the driver's view.
+    /// Return to the driver's view.
     Recentre,
-    /// Ask for the end of the drive.
+    /// Request the end of the drive.
     Abort,
-    /// Sound the horn for as long as it is held.
+    /// Sound the horn while held.
     Horn,
-    /// Indicate to the left, or no longer.
+    /// Switch the left indicator on or off.
     IndicateLeft,
-    /// Indicate to the right, or no longer.
+    /// Switch the right indicator on or off.
     IndicateRight,
-    /// The d-pad upwards: more, or the choice above.
+    /// D-pad up: more, or the choice above.
     Up,
-    /// The d-pad downwards: less, or the choice below.
+    /// D-pad down: less, or the choice below.
     Down,
-    /// The d-pad to the left: less, or the choice before.
+    /// D-pad left: less, or the previous choice.
     Left,
-    /// The d-pad to the right: more, or the choice after.
+    /// D-pad right: more, or the next choice.
     Right,
 }
 
 impl ButtonAction {
-    /// Those that a person gives to buttons.
+    /// Actions that a person can assign to buttons.
     pub const ALL: [Self; 9] = [
         Self::Start,
         Self::Reverse,
@@ -100,11 +100,11 @@ impl ButtonAction {
         Self::Recentre,
         Self::Abort,
     ];
-    /// Those of the d-pad, which a wheel tells by itself.
+    /// Actions of the d-pad, which need no assignment if it is a hat.
     pub const DPAD: [Self; 4] = [Self::Up, Self::Down, Self::Left, Self::Right];
 
-    /// What a movement of a hat means: evdev's ABS_HAT0X (16) and ABS_HAT0Y (17), -1 left and up. `None` for its way back, and for
-    /// any other axis.
+    /// Returns the action of a hat movement: evdev's ABS_HAT0X (16) and ABS_HAT0Y (17), -1 is left and up. Returns
+    /// `None` for the middle position and for other axes.
     pub fn of_hat(axis: u16, raw: i32) -> Option<Self> {
         match (axis, raw.signum()) {
             (16, -1) => Some(Self::Left),
@@ -115,7 +115,7 @@ impl ButtonAction {
         }
     }
 
-    /// What it does, in a few words.
+    /// Returns a short description for display.
     pub fn words(self) -> &'static str {
         match self {
             Self::Reverse => "drive, reverse",
@@ -136,7 +136,7 @@ impl ButtonAction {
 }
 
 impl Buttons {
-    /// The buttons of an action.
+    /// Returns the buttons of an action.
     pub fn of(&mut self, action: ButtonAction) -> &mut Vec<u16> {
         match action {
             ButtonAction::Reverse => &mut self.reverse,
@@ -155,7 +155,7 @@ impl Buttons {
         }
     }
 
-    /// Gives a button to an action, and takes it from any other.
+    /// Assigns a button to an action, in place of the action's other buttons and of the button's other actions.
     pub fn give(&mut self, code: u16, action: ButtonAction) {
         for other in ButtonAction::ALL.into_iter().chain(ButtonAction::DPAD) {
             self.of(other).retain(|taken| *taken != code);
@@ -163,7 +163,7 @@ impl Buttons {
         *self.of(action) = vec![code];
     }
 
-    /// What a button does.
+    /// Returns the action of a button.
     pub fn action(&self, code: u16) -> Option<ButtonAction> {
         let all = [
             (&self.reverse, ButtonAction::Reverse),

@@ -1,6 +1,6 @@
-//! Calibration of a steering wheel by questions. In: raw values of its axes with their times, seconds. Out: what to ask
-//! next, bars of all axes, and in the end a [`WheelProfile`]. Every answer is given with wheel and pedals alone: turn or
-//! press, hold for a moment.
+//! Calibration of a steering wheel by prompts. In: raw values of its axes with their times, seconds. Out: the next
+//! prompt, bars of all axes, and finally a [`WheelProfile`]. The person responds with wheel and pedals only: turn or
+//! press, and hold for a moment.
 
 use super::{
     profile::{Pedal, ProfileError, Steering, WheelProfile},
@@ -8,48 +8,47 @@ use super::{
 };
 use std::collections::BTreeMap;
 
-/// How long an answer is held, seconds.
+/// Time for which a response is held, s.
 pub const HOLD_S: f64 = 0.8;
-/// Hands and feet off at the start, seconds.
+/// Time without touch at the start, s.
 pub const REST_S: f64 = 2.0;
-/// Share of an axis's range within which it stands still.
+/// Share of an axis's range within which the axis counts as still.
 const STILL: f64 = 0.01;
-/// Share of the range that an axis has to move for an answer.
+/// Share of the range by which an axis must move for a response.
 const ANSWER: f64 = 0.25;
-/// Share of the way from rest to floor below which a pedal is up again.
+/// Share of the travel from rest to floor below which a pedal counts as released.
 const UP: f64 = 0.15;
-/// Share of the range around the middle of both ends in which straight ahead may lie.
+/// Share of the range, around the mean of both ends, in which straight ahead may lie.
 const STRAIGHT: f64 = 0.15;
-/// Codes from here on are hats.
+/// First evdev code of the hats.
 const FIRST_HAT: u16 = 16;
 
-/// What is asked.
+/// Step of the calibration, with its prompt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CalibrationStep {
-    /// Something moves: its driver has not read the wheel yet.
+    /// Any movement, because the driver has not read the wheel yet.
     Wake,
-    /// Nobody touches anything.
+    /// Hands and feet off the wheel and the pedals.
     Rest,
-    /// Full left.
+    /// Wheel held fully to the left.
     Left,
-    /// Full right.
+    /// Wheel held fully to the right.
     Right,
-    /// Straight ahead.
+    /// Wheel held straight ahead.
     Straight,
-    /// Accelerator to the floor.
+    /// Accelerator held at the floor.
     Accelerator,
-    /// And up again.
+    /// Accelerator released after the press.
     AcceleratorUp,
-    /// Brake to the floor.
+    /// Brake held at the floor.
     Brake,
-    /// And up again.
+    /// Brake released after the press.
     BrakeUp,
-    /// All is known.
     Done,
 }
 
 impl CalibrationStep {
-    /// The question, as a sentence.
+    /// Returns the prompt as a sentence.
     pub fn question(self) -> &'static str {
         match self {
             Self::Wake => "Turn the wheel a little: it has not told yet where it stands.",
@@ -66,15 +65,15 @@ impl CalibrationStep {
     }
 }
 
-/// One axis under observation.
+/// State of one axis.
 #[derive(Clone, Copy, Debug)]
 struct ObservedAxis {
     range: [i32; 2],
     raw: i32,
     rest: i32,
-    /// Smallest and largest value at rest.
+    /// Smallest and largest raw value at rest.
     noise: [i32; 2],
-    /// Value around which it stands still, and since when.
+    /// Raw value at the start of the present standstill, and the time of that start.
     anchor: i32,
     since_s: f64,
 }
@@ -84,7 +83,7 @@ impl ObservedAxis {
         (f64::from(self.range[1]) - f64::from(self.range[0])).max(1.0)
     }
 
-    /// Way from rest, as a share of the range, with its sign.
+    /// Returns the deviation from rest, as a signed share of the range.
     fn way(&self) -> f64 {
         (f64::from(self.raw) - f64::from(self.rest)) / self.span()
     }
@@ -94,7 +93,7 @@ impl ObservedAxis {
     }
 }
 
-/// The questions and what was learnt.
+/// Calibration in progress, with the results so far.
 #[derive(Clone, Debug)]
 pub struct Calibration {
     device: UnprofiledDevice,
@@ -109,10 +108,10 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Begins with a device and its values of this moment.
+    /// Starts the calibration of a device with its present values.
     ///
     /// # Errors
-    /// It has less than two axes.
+    /// The device has fewer than two axes.
     pub fn new(device: UnprofiledDevice, now_s: f64) -> Result<Self, ProfileError> {
         let axes: BTreeMap<u16, ObservedAxis> = device
             .axes
@@ -127,20 +126,20 @@ impl Calibration {
             let text = format!("{} has less than two axes\n  remedy: a wheel with pedals of its own", device.name);
             return Err(ProfileError(text));
         }
-        // A USB wheel is read when it reports, which it does when something moves. Until then its driver says 0 of every axis,
-        // and pedals that rest at 255 would seem to be pressed by the first turn of the wheel.
+        // The driver reads a USB wheel when it first reports, which takes a movement. Until then the driver gives 0 for
+        // every axis, and the first turn of the wheel would seem to press pedals that rest at 255.
         let unread = device.values.values().all(|raw| *raw == 0);
         let step = if unread { CalibrationStep::Wake } else { CalibrationStep::Rest };
         let (steering, ends, centre, pedals) = (None, [0; 2], 0, Vec::new());
         Ok(Self { device, axes, step, began_s: now_s, now_s, steering, ends, centre, pedals })
     }
 
-    /// What is asked now.
+    /// Returns the present step.
     pub fn step(&self) -> CalibrationStep {
         self.step
     }
 
-    /// An axis moved.
+    /// Applies a movement of an axis.
     pub fn moved(&mut self, code: u16, raw: i32, at_s: f64) {
         self.time(at_s);
         let Some(axis) = self.axes.get_mut(&code) else { return };
@@ -157,7 +156,7 @@ impl Calibration {
         self.answer();
     }
 
-    /// Time has passed.
+    /// Advances the time, s; needed while nothing moves.
     pub fn time(&mut self, now_s: f64) {
         self.now_s = self.now_s.max(now_s);
         self.answer();
@@ -200,7 +199,7 @@ impl Calibration {
         }
     }
 
-    /// Nothing has moved since the start; what moves begins the rest again.
+    /// Checks whether nothing has moved for [`REST_S`]; a movement restarts the time.
     fn rested(&mut self) -> bool {
         for axis in self.axes.values_mut() {
             if axis.since_s > self.began_s {
@@ -215,7 +214,7 @@ impl Calibration {
         rested
     }
 
-    /// The axis that moved most and stands still now.
+    /// Returns the unassigned axis that moved most, if it moved enough and is still.
     fn turned(&self) -> Option<(u16, i32)> {
         let free = |code: &u16| Some(*code) != self.steering && self.pedals.iter().all(|(taken, _)| taken != code);
         let most =
@@ -248,7 +247,8 @@ impl Calibration {
         axis.way().abs() < UP * (f64::from(*pressed) - f64::from(axis.rest)).abs() / axis.span()
     }
 
-    /// All axes as bars: code, name, and how far it is from its rest, of the steering from its lower end: shares of its range.
+    /// Returns all axes as bars: code, name, and share of the range from rest, or from the lower end for the steering
+    /// axis.
     pub fn bars(&self) -> Vec<(u16, String, f64)> {
         let name = |code: u16| match self.pedals.iter().position(|(taken, _)| *taken == code) {
             _ if self.steering == Some(code) => "steering".into(),
@@ -263,10 +263,11 @@ impl Calibration {
         self.axes.iter().map(|(code, axis)| (*code, name(*code), share(*code, axis))).collect()
     }
 
-    /// What was learnt, under this name; buttons and force as for the shipped profile of the same product, if there is one.
+    /// Returns the calibrated profile under this name. Buttons, force, range and pedal curves come from the shipped
+    /// profile of the same product, if there is one.
     ///
     /// # Errors
-    /// Not everything was answered.
+    /// The calibration is incomplete.
     pub fn profile(&self, name: &str) -> Result<WheelProfile, ProfileError> {
         let steering = self.steering.filter(|_| self.step == CalibrationStep::Done).ok_or_else(|| {
             ProfileError(format!("not everything was answered: {}\n  remedy: begin again", self.step.question()))
@@ -280,7 +281,7 @@ impl Calibration {
             let axis = &self.axes[code];
             let way = (f64::from(*pressed) - f64::from(axis.rest)).abs();
             let noise = (f64::from(axis.noise[1]) - f64::from(axis.noise[0])) / way;
-            // Twice the noise at rest, and the floor a little before where it was held.
+            // The dead zone is twice the noise at rest; full effect begins a little before the held position.
             let dead = (2.0 * noise).clamp(0.02, 0.2);
             Pedal { axis: *code, released: axis.rest, pressed: *pressed, dead: round(dead), end: 0.03, curve }
         });
@@ -306,7 +307,7 @@ impl Calibration {
             buttons: like.as_ref().map(|p| p.buttons.clone()).unwrap_or_default(),
             force: like.map(|p| p.force).unwrap_or_default(),
         };
-        // The way through its own file: what is saved can be read.
+        // Passed through its TOML text, so that the saved profile is known to be readable.
         WheelProfile::from_toml(&profile.to_toml(), name)
     }
 }

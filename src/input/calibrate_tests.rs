@@ -1,4 +1,4 @@
-//! Calibrations: whole ones, movements at the wrong moment, noise, and the bars.
+//! Calibrations: complete ones, movements at the wrong moment, noise, and the bars.
 
 use super::*;
 
@@ -8,7 +8,7 @@ fn g29() -> UnprofiledDevice {
     UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
 }
 
-/// Moves an axis there within half a second and holds it for a second.
+/// Moves an axis from one value to another within 0.5 s and holds it for 1 s.
 fn hold(calibration: &mut Calibration, now_s: &mut f64, code: u16, from: i32, to: i32) {
     for i in 1..=20 {
         *now_s += 0.025;
@@ -21,7 +21,7 @@ fn hold(calibration: &mut Calibration, now_s: &mut f64, code: u16, from: i32, to
 }
 
 #[test]
-fn a_g29_is_learnt_by_turning_and_pressing_alone() {
+fn a_g29_is_calibrated_by_turning_and_pressing_alone() {
     let mut calibration = Calibration::new(g29(), 0.0).unwrap();
     let mut now_s = 0.0;
     calibration.moved(5, 254, 0.5);
@@ -58,7 +58,7 @@ fn a_g29_is_learnt_by_turning_and_pressing_alone() {
 }
 
 #[test]
-fn a_wheel_whose_axes_run_the_other_way_and_whose_pedals_rest_low_is_learnt_too() {
+fn reversed_axes_and_pedals_that_rest_low_are_calibrated_too() {
     let device = UnprofiledDevice {
         name: "Other".into(),
         id: (1, 2),
@@ -80,8 +80,8 @@ fn a_wheel_whose_axes_run_the_other_way_and_whose_pedals_rest_low_is_learnt_too(
 }
 
 #[test]
-fn a_wheel_that_has_not_been_read_is_woken_before_its_rest_is_learnt() {
-    // The fault: the first report brings all axes from 0 to where they are, and the pedals seemed to be the wheel.
+fn an_unread_wheel_must_move_before_its_rest_is_measured() {
+    // A former fault: the first report changed all axes from 0, and a pedal was taken for the wheel.
     let device = UnprofiledDevice { values: [(0, 0), (1, 0), (2, 0), (5, 0), (16, 0)].into(), ..g29() };
     let mut calibration = Calibration::new(device, 0.0).unwrap();
     calibration.time(10.0);
@@ -104,7 +104,7 @@ fn a_wheel_that_has_not_been_read_is_woken_before_its_rest_is_learnt() {
 }
 
 #[test]
-fn a_foot_that_moves_at_rest_begins_the_rest_again_and_nothing_half_done_is_saved() {
+fn a_movement_at_rest_restarts_the_rest_and_no_partial_profile_is_given() {
     let mut calibration = Calibration::new(g29(), 0.0).unwrap();
     calibration.moved(2, 100, 1.5);
     calibration.moved(2, 255, 1.6);
@@ -117,7 +117,7 @@ fn a_foot_that_moves_at_rest_begins_the_rest_again_and_nothing_half_done_is_save
     assert!(Calibration::new(pad, 0.0).unwrap_err().0.contains("less than two axes"));
 }
 
-/// A wheel of few counts: steering to 100, two pedals that rest at 0.
+/// Makes a device with 100 counts per axis: steering, and two pedals that rest at 0.
 fn coarse() -> UnprofiledDevice {
     UnprofiledDevice {
         name: "Coarse".into(),
@@ -128,12 +128,12 @@ fn coarse() -> UnprofiledDevice {
 }
 
 #[test]
-fn an_axis_that_flickers_by_a_hundredth_stands_still_and_one_that_goes_on_does_not() {
+fn an_axis_is_still_within_one_percent_of_its_range() {
     let mut calibration = Calibration::new(coarse(), 0.0).unwrap();
     calibration.time(REST_S);
     assert_eq!(calibration.step(), CalibrationStep::Left);
     calibration.moved(0, 10, 3.0);
-    // A hundredth of the range to either side of where it came to rest.
+    // Within 1 % of the range of the value at which it came to rest.
     for (raw, at_s) in [(11, 3.2), (10, 3.4), (9, 3.6), (10, 3.79)] {
         calibration.moved(0, raw, at_s);
         assert_eq!(calibration.step(), CalibrationStep::Left, "not held yet");
@@ -148,7 +148,7 @@ fn an_axis_that_flickers_by_a_hundredth_stands_still_and_one_that_goes_on_does_n
     assert_eq!(calibration.step(), CalibrationStep::Straight);
 }
 
-/// Coarse, asked for the accelerator.
+/// Returns a coarse wheel that is calibrated up to the accelerator.
 fn turned() -> (Calibration, f64) {
     let (mut calibration, mut now_s) = (Calibration::new(coarse(), 0.0).unwrap(), REST_S);
     calibration.time(now_s);
@@ -160,14 +160,14 @@ fn turned() -> (Calibration, f64) {
 }
 
 #[test]
-fn neither_the_wheel_is_a_pedal_nor_a_pedal_two() {
+fn the_wheel_is_no_pedal_and_a_pedal_is_assigned_only_once() {
     let (mut calibration, mut now_s) = turned();
     hold(&mut calibration, &mut now_s, 0, 50, 95);
     assert_eq!(calibration.step(), CalibrationStep::Accelerator, "the wheel has its task");
     hold(&mut calibration, &mut now_s, 0, 95, 50);
     hold(&mut calibration, &mut now_s, 1, 0, 80);
     assert_eq!(calibration.step(), CalibrationStep::AcceleratorUp);
-    // Up is below 0.15 of the way to the floor.
+    // A pedal is released below 0.15 of the travel to the floor.
     hold(&mut calibration, &mut now_s, 1, 80, 12);
     assert_eq!(calibration.step(), CalibrationStep::AcceleratorUp);
     hold(&mut calibration, &mut now_s, 1, 12, 11);
@@ -178,14 +178,14 @@ fn neither_the_wheel_is_a_pedal_nor_a_pedal_two() {
 }
 
 #[test]
-fn a_pedal_that_rests_high_and_was_pressed_a_little_is_up_near_its_rest() {
+fn a_lightly_pressed_pedal_that_rests_high_is_released_near_its_rest() {
     let device = UnprofiledDevice { values: [(0, 50), (1, 100), (2, 100)].into(), ..coarse() };
     let (mut calibration, mut now_s) = (Calibration::new(device, 0.0).unwrap(), REST_S);
     calibration.time(now_s);
     for (code, from, to) in [(0, 50, 0), (0, 0, 100), (0, 100, 50), (1, 100, 60)] {
         hold(&mut calibration, &mut now_s, code, from, to);
     }
-    // 0.15 of the 40 counts that it was pressed by are 6.
+    // 0.15 of the 40 counts of the press are 6.
     hold(&mut calibration, &mut now_s, 1, 60, 93);
     assert_eq!(calibration.step(), CalibrationStep::AcceleratorUp);
     hold(&mut calibration, &mut now_s, 1, 93, 95);
@@ -193,7 +193,7 @@ fn a_pedal_that_rests_high_and_was_pressed_a_little_is_up_near_its_rest() {
 }
 
 #[test]
-fn a_quarter_of_the_range_is_an_answer_and_less_is_none() {
+fn a_quarter_of_the_range_is_a_response_and_less_is_none() {
     let (mut calibration, mut now_s) = turned();
     hold(&mut calibration, &mut now_s, 1, 0, 24);
     assert_eq!(calibration.step(), CalibrationStep::Accelerator);
@@ -202,8 +202,8 @@ fn a_quarter_of_the_range_is_an_answer_and_less_is_none() {
 }
 
 #[test]
-fn the_right_is_on_the_other_side_of_the_left_and_straight_near_their_middle() {
-    // The middle of 90 and 25 is 57.5; straight is within 0.15 of the range of it, from 43 to 72.
+fn the_right_end_is_opposite_the_left_and_straight_is_near_their_mean() {
+    // The mean of 90 and 25 is 57.5; straight must be within 0.15 of the range of it, 43 to 72.
     for (outside, inside) in [(42, 43), (73, 72)] {
         let (mut calibration, mut now_s) = (Calibration::new(coarse(), 0.0).unwrap(), REST_S);
         calibration.time(now_s);
@@ -211,7 +211,7 @@ fn the_right_is_on_the_other_side_of_the_left_and_straight_near_their_middle() {
             (50, 90, CalibrationStep::Right),
             (90, 100, CalibrationStep::Right),
             (100, 26, CalibrationStep::Right),
-            // It stood at 26, and a count is no move: taken at 25, the first that is far enough.
+            // It was still at 26, and one count is no movement: taken at 25, the first value that is far enough.
             (26, 20, CalibrationStep::Straight),
             (20, outside, CalibrationStep::Straight),
             (outside, inside, CalibrationStep::Accelerator),
@@ -238,7 +238,7 @@ fn a_device_with_one_pedal_is_done_without_a_brake() {
 }
 
 #[test]
-fn bars_show_the_way_from_rest_and_of_the_wheel_the_way_from_its_lower_end() {
+fn bars_show_the_share_from_rest_or_from_the_wheels_lower_end() {
     let names = |calibration: &Calibration| calibration.bars().into_iter().map(|bar| bar.1).collect::<Vec<_>>();
     let (mut calibration, mut now_s) = turned();
     calibration.moved(0, 30, now_s);
@@ -275,7 +275,7 @@ fn noise_at_rest_is_the_dead_zone_of_wheel_and_pedals() {
         hold(&mut calibration, &mut now_s, code, from, to);
     }
     let profile = calibration.profile("noisy").unwrap();
-    // 4980 to 5030 of half of 10,000 counts; twice 990 to 1000 of the 800 from rest to floor; 0.02 at least.
+    // 4980 to 5030 out of half of 10,000 counts; twice 990 to 1000 out of the 800 from rest to floor; at least 0.02.
     assert_eq!(profile.steering.dead, 0.01);
     assert_eq!((profile.accelerator.dead, profile.accelerator.end), (0.025, 0.03));
     assert_eq!(profile.brake.map(|brake| (brake.dead, brake.curve)), Some((0.02, 1.6)));

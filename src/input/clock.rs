@@ -1,4 +1,4 @@
-//! Time stamps of input. In: the kernel's times of events. Out: times on the monotonic clock, which all threads and the
+//! Time stamps of input. In: the kernel's event times. Out: times on the monotonic clock, which all threads and the
 //! kernel share, so that their differences are latencies.
 
 use std::time::Duration;
@@ -7,22 +7,21 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TimeStamp(pub Duration);
 
-/// An input older than this was not meant for this moment: it is no latency, but a device that replays or a broken
-/// clock.
+/// Largest age of an input event. An older one means a device that replays events or a wrong clock, and is no latency.
 const PLAUSIBLE: Duration = Duration::from_secs(1);
 
 impl TimeStamp {
-    /// Now.
+    /// Returns the present time.
     pub fn now() -> Self {
         Self(monotonic())
     }
 
-    /// Time from `self` to `later`, zero if it is the other way round.
+    /// Returns the time from `self` to `later`, zero if `later` is earlier.
     pub fn until(self, later: Self) -> Duration {
         later.0.saturating_sub(self.0)
     }
 
-    /// The stamp of an event, `None` if it cannot be one of the last second before `now`.
+    /// Returns the time stamp of an event, `None` if it is not within the last second before `now`.
     pub fn plausible(event: Duration, now: Self) -> Option<Self> {
         let age = now.0.checked_sub(event)?;
         (age <= PLAUSIBLE).then_some(Self(event))
@@ -31,7 +30,7 @@ impl TimeStamp {
 
 #[cfg(target_os = "linux")]
 fn monotonic() -> Duration {
-    // The clock that EVIOCSCLOCKID makes the kernel stamp its events with.
+    // The clock with which the kernel stamps events after EVIOCSCLOCKID.
     nix::time::clock_gettime(nix::time::ClockId::CLOCK_MONOTONIC).map(Duration::from).unwrap_or_default()
 }
 
@@ -49,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_goes_on_and_never_back() {
+    fn time_advances_and_differences_are_never_negative() {
         let before = TimeStamp::now();
         std::thread::sleep(Duration::from_millis(20));
         let after = TimeStamp::now();

@@ -1,42 +1,43 @@
-//! The force-feedback model. In: the wheel's angle, what the car feels ([`ForceInput`]), settings of the profile. Out: a
-//! torque, N m, positive to the left, and the level that the kernel takes for it.
+//! Force-feedback model. In: the wheel's angle, the state of the ego ([`ForceInput`]), settings of the profile. Out: a
+//! torque, N m, positive to the left, and the kernel's level for it.
 //!
-//! The model: the car's self-aligning torque, dry friction (more while the tyres stand), damping, centring by setting,
-//! shaking on grass, soft ends; capped, and faded in and out. Its filters delay by [`SMOOTH_S`] at most.
+//! The torque is the ego's self-aligning torque, dry friction (more at a standstill), damping, optional centring,
+//! vibration on grass and soft end stops. It is capped, and faded in and out. The filters have a time constant of
+//! [`SMOOTH_S`].
 
 use super::profile::ForceSettings;
 use std::f64::consts::TAU;
 
-/// Time constant of what comes from the loop in steps of a tick, and of the wheel's speed, seconds.
+/// Time constant of the filters for the drive loop's inputs, which change once a tick, and for the wheel's speed, s.
 pub const SMOOTH_S: f64 = 0.010;
-/// The force begins to fade when the loop has not spoken for so long, seconds.
+/// Age of the drive loop's last input at which the force begins to fade out, s.
 pub const STALE_S: f64 = 0.060;
-/// And is gone so much later, seconds: four periods of the thread. With the one in which that is seen at most 84 ms after the
-/// last word, and with the timers of the wheel's own driver (up to 8 ms, see `tests/wheel/usb.rs`) less than 100.
+/// Fade-out time, s: four periods of the thread. The first of them detects the stall, so the force is zero at most 84
+/// ms after the last input. With the timers of the wheel's own driver (up to 8 ms, see `tests/wheel/usb.rs`) that is
+/// less than 100 ms.
 const FADE_OUT_S: f64 = 0.024;
-/// Fades in, seconds: no hand is surprised.
+/// Fade-in time, s, so that the force does not surprise the driver.
 const FADE_IN_S: f64 = 0.4;
 /// Wheel speed at which dry friction is nearly full, rad/s: a steeper rise would buzz with the delay of the device.
 const FRICTION_RADPS: f64 = 1.0;
-/// Speed from which the tyres roll freely under the steering, m/s.
+/// Speed from which the tyres add no standstill friction, m/s.
 const ROLLING_MPS: f64 = 2.0;
-/// Turn over which a soft end grows to the cap, radians.
+/// Angle over which the torque of a soft end stop rises to the cap, rad.
 const END_RAD: f64 = 0.2;
 
-/// What the car tells the hands.
+/// State of the ego from which the force is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceInput {
-    /// Self-aligning torque at the steering wheel, N m, positive turns it to the left.
+    /// Self-aligning torque at the steering wheel, N m; positive turns it to the left.
     pub aligning_nm: f64,
-    /// Speed, m/s.
     pub speed_mps: f64,
-    /// Share of the front wheels on grass.
+    /// Share of the front wheels on grass, 0 to 1.
     pub grass: f64,
-    /// True while time runs.
+    /// True while simulation time runs.
     pub running: bool,
 }
 
-/// The force of one wheel.
+/// Force model of one wheel, with the state of its filters.
 #[derive(Clone, Debug)]
 pub struct ForceModel {
     settings: ForceSettings,
@@ -50,7 +51,7 @@ pub struct ForceModel {
 }
 
 impl ForceModel {
-    /// A wheel that turns by `end_rad` to either side.
+    /// Creates the model of a wheel that turns by `end_rad` to either side.
     pub fn new(settings: &ForceSettings, end_rad: f64) -> Self {
         Self {
             settings: settings.clone(),
@@ -64,7 +65,7 @@ impl ForceModel {
         }
     }
 
-    /// The torque `dt_s` after the last, N m, positive to the left. `age_s` is how long ago the loop spoke.
+    /// Returns the torque `dt_s` after the previous step, N m, positive to the left. `age_s` is the age of `feel`.
     pub fn step(&mut self, dt_s: f64, wheel_rad: f64, feel: &ForceInput, age_s: f64) -> f64 {
         let s = &self.settings;
         let live = feel.running && age_s < STALE_S && s.strength > 0.0;
@@ -91,9 +92,9 @@ impl ForceModel {
         self.gain * finite(sum_nm).clamp(-s.cap_nm, s.cap_nm)
     }
 
-    /// The kernel's level for a torque. With the direction 0xC000 a positive level turns towards greater axis values, which
-    /// is the right on every wheel whose left end is the smaller one. In 256 steps to a side: finer ones no device tells
-    /// apart, and each is a blocking write.
+    /// Returns the kernel's level for a torque. With direction 0xC000 a positive level turns towards greater axis
+    /// values, which is to the right if the left end has the smaller value. A side has 255 steps: devices cannot
+    /// resolve finer ones, and each change is a blocking write.
     pub fn level(&self, torque_nm: f64, left_is_low: bool) -> i16 {
         let to_left = (torque_nm / self.settings.full_nm).clamp(-1.0, 1.0);
         let steps = (to_left * 255.0).round() * 128.0;
@@ -101,7 +102,7 @@ impl ForceModel {
     }
 }
 
-/// 0 below 0, 1 above 1, without a kink.
+/// Smoothstep: 0 below 0, 1 above 1, with a continuous slope.
 fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)

@@ -1,4 +1,4 @@
-//! The force-feedback model: signs, cap, continuity, watchdog, and a simulated wheel turned by it.
+//! Force-feedback model: signs, cap, continuity, watchdog, and a simulated wheel that the model turns.
 
 use super::*;
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
     space::Pose,
 };
 
-/// Period of the force thread.
+/// Period of the force thread, s.
 const DT_S: f64 = 0.006;
 
 fn model() -> ForceModel {
@@ -19,14 +19,14 @@ fn rolling(aligning_nm: f64) -> ForceInput {
     ForceInput { aligning_nm, speed_mps: 10.0, grass: 0.0, running: true }
 }
 
-/// The torque after a second of the same.
+/// Returns the torque after 1 s of constant input.
 fn settled(wheel_rad: f64, feel: &ForceInput) -> f64 {
     let mut model = model();
     (0..170).map(|_| model.step(DT_S, wheel_rad, feel, 0.0)).last().unwrap()
 }
 
 #[test]
-fn every_part_pushes_to_its_side() {
+fn every_part_of_the_torque_has_the_right_sign() {
     assert!(settled(0.0, &rolling(2.0)) > 0.5, "an aligning torque to the left turns left");
     assert!(settled(0.0, &rolling(-2.0)) < -0.5);
     let lock = f64::from(STEERING_LOCK_RAD);
@@ -39,7 +39,7 @@ fn every_part_pushes_to_its_side() {
 }
 
 #[test]
-fn a_standing_car_is_heavier_to_steer() {
+fn steering_is_heavier_at_a_standstill() {
     let effort = |speed_mps| {
         let mut model = model();
         let feel = ForceInput { speed_mps, ..rolling(0.0) };
@@ -58,7 +58,7 @@ fn a_positive_level_turns_towards_greater_values() {
 }
 
 #[test]
-fn whatever_comes_in_the_cap_holds_and_the_level_is_a_number() {
+fn the_torque_is_finite_and_within_the_cap_for_any_input() {
     let mut random = rng::stream(3, "force");
     let mut model = model();
     for i in 0..20_000 {
@@ -77,7 +77,7 @@ fn whatever_comes_in_the_cap_holds_and_the_level_is_a_number() {
 
 #[test]
 fn the_torque_has_no_steps_where_the_inputs_have_none() {
-    // 2 Hz of steering over the whole range at changing speed, with grass on and off in ramps.
+    // Steering of 0.25 Hz over the whole range at changing speed, with grass on and off in ramps.
     let mut model = model();
     let torque = |i: i32, model: &mut ForceModel| {
         let t = f64::from(i) * DT_S;
@@ -91,12 +91,12 @@ fn the_torque_has_no_steps_where_the_inputs_have_none() {
     };
     let torques: Vec<f64> = (0..6000).map(|i| torque(i, &mut model)).collect();
     let largest = torques.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
-    // Ends: cap 1.8 N m over 0.2 rad at 12 rad/s is 0.65 N m a period; all else is below 0.15.
+    // End stops: the cap of 1.8 N m over 0.2 rad at 12 rad/s is 0.65 N m a period; all other parts are below 0.15.
     assert!(largest < 0.8, "{largest} N m from one period to the next");
 }
 
 #[test]
-fn a_stalled_loop_has_no_force_after_100_ms_and_a_pause_is_a_stall() {
+fn the_force_is_zero_100_ms_after_a_stall_and_in_a_pause() {
     let strong = rolling(9.0);
     let run = |feel_after: &ForceInput, age: &dyn Fn(f64) -> f64| {
         let mut model = model();
@@ -127,7 +127,7 @@ fn the_force_comes_back_slowly() {
     assert!(first < 0.05, "{first}");
 }
 
-/// A model with room below its cap, at full force and after a second of this feel at rest in the middle.
+/// Returns a model with room below its cap, at full force after 1 s of this input at rest in the middle.
 fn part(settings: ForceSettings, feel: &ForceInput) -> ForceModel {
     let mut model = ForceModel::new(&ForceSettings { cap_nm: 20.0, full_nm: 20.0, ..settings }, 7.0);
     (0..170).for_each(|_| {
@@ -136,7 +136,7 @@ fn part(settings: ForceSettings, feel: &ForceInput) -> ForceModel {
     model
 }
 
-/// All parts off.
+/// Returns settings with all parts off except the aligning torque.
 fn off() -> ForceSettings {
     ForceSettings {
         strength: 1.0,
@@ -149,7 +149,7 @@ fn off() -> ForceSettings {
     }
 }
 
-/// The torque after half a second at this speed of the wheel, from the middle on.
+/// Returns the torque after 0.5 s at this speed of the wheel, from the middle on.
 fn turned_at(model: &mut ForceModel, radps: f64, feel: &ForceInput) -> f64 {
     (1..=83).map(|i| model.step(DT_S, radps * DT_S * f64::from(i), feel, 0.0)).last().unwrap()
 }
@@ -165,13 +165,13 @@ fn each_part_alone_is_as_strong_as_its_setting_says() {
     near(part(ForceSettings { centring_nm: 0.4, ..off() }, &still).step(DT_S, 1.5, &still, 0.0), -0.6);
     let mut damped = part(ForceSettings { damping_nms: 0.06, ..off() }, &still);
     near(turned_at(&mut damped, -2.0, &still), 0.12);
-    // Dry friction is nearly full at 1 rad/s, full at 10, and a standing tyre adds to it.
+    // Dry friction is nearly full at 1 rad/s and full at 10; at a standstill the tyres add to it.
     let rubbed = ForceSettings { friction_nm: 0.1, standstill_nm: 0.4, ..off() };
     near(turned_at(&mut part(rubbed.clone(), &still), 10.0, &still), -0.1);
     near(turned_at(&mut part(rubbed.clone(), &still), 1.0, &still), -0.1 * 1.0_f64.tanh());
     let advice_state = ForceInput { speed_mps: 0.0, ..still };
     near(turned_at(&mut part(rubbed.clone(), &advice_state), 10.0, &advice_state), -0.5);
-    // Halfway to free rolling, at 1 of 2 m/s, half of it, backwards as well.
+    // At 1 of 2 m/s, halfway to free rolling, half of the standstill friction; backwards as well.
     for speed_mps in [1.0, -1.0] {
         let slow = ForceInput { speed_mps, ..still };
         near(turned_at(&mut part(rubbed.clone(), &slow), 10.0, &slow), -0.3);
@@ -195,7 +195,7 @@ fn a_soft_end_grows_to_the_cap_over_its_last_fifth_of_a_radian() {
 
 #[test]
 fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
-    // 33.3 m are 37 waves of the one and 90 of the other: at 5 m/s 1110 periods of the thread.
+    // 33.3 m are 37 waves of one kind and 90 of the other: at 5 m/s 1110 periods of the thread.
     const PERIODS: i32 = 1110;
     let feel = ForceInput { speed_mps: 5.0, grass: 1.0, ..rolling(0.0) };
     let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &feel);
@@ -207,15 +207,16 @@ fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
     };
     near(wave(37.0), 0.6 * 0.5);
     near(wave(90.0), 0.4 * 0.5);
-    // Nothing else is in it: the mean square of sines is half the squares of their heights.
+    // There is nothing else: the mean square of sines is half the sum of their squared amplitudes.
     let mean_square = torques.iter().map(|nm| nm * nm).sum::<f64>() / f64::from(PERIODS);
     near(mean_square, (0.3_f64.powi(2) + 0.2_f64.powi(2)) / 2.0);
-    // One wheel on it: half; none: nothing; and nothing shakes while the car stands.
+    // With half the share of grass, half the torque; without grass, or at a standstill, none.
     let half = ForceInput { grass: 0.5, ..feel };
     let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &half);
     let one: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &half, 0.0)).collect();
     assert!(one.iter().zip(&torques).all(|(one, two)| (one - two / 2.0).abs() < 1e-9));
-    // At half of the 3 m/s from which it shakes fully, half of it: 33.3 m in 3700 periods, forwards and backwards.
+    // At half of the 3 m/s from which the amplitude is full, half the amplitude: 33.3 m in 3700 periods, forwards and
+    // backwards.
     for speed_mps in [1.5, -1.5] {
         let slow = ForceInput { speed_mps, ..feel };
         let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &slow);
@@ -229,7 +230,7 @@ fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
 }
 
 #[test]
-fn a_step_of_the_car_comes_through_within_the_promised_delay() {
+fn a_step_of_the_aligning_torque_has_the_stated_time_constant() {
     let mut model = part(off(), &rolling(0.0));
     let mut torque_nm = 0.0;
     // Five steps of 2 ms are one time constant.
@@ -238,10 +239,10 @@ fn a_step_of_the_car_comes_through_within_the_promised_delay() {
 }
 
 #[test]
-fn the_force_fades_in_over_four_tenths_of_a_second_and_out_in_24_ms() {
+fn the_force_fades_in_over_0_4_s_and_out_over_24_ms() {
     let feel = rolling(1.0);
     let mut model = ForceModel::new(&off(), 7.0);
-    // In steps of a hundredth; the aligning torque has come through long before.
+    // In steps of 0.01 s; the filter of the aligning torque settles long before.
     let torques: Vec<f64> = (0..60).map(|_| model.step(0.01, 0.0, &feel, 0.0)).collect();
     assert!((torques[19] - 0.5).abs() < 1e-6 && (torques[29] - 0.75).abs() < 1e-6, "{torques:?}");
     near(torques[59], 1.0);
@@ -256,18 +257,18 @@ fn the_force_fades_in_over_four_tenths_of_a_second_and_out_in_24_ms() {
 #[test]
 fn a_level_is_one_of_255_steps_to_a_side() {
     let model = model();
-    // 2.1 N m is full: 1.05 is step 127.5, which goes to 128.
+    // 2.1 N m is full scale: 1.05 N m is step 127.5, which rounds to 128.
     assert_eq!((model.level(1.05, false), model.level(1.05, true)), (128 * 128, -128 * 128));
     assert_eq!((model.level(0.004, false), model.level(0.005, false)), (0, 128));
 }
 
-/// Inertia of a G29's rim with its geared motors, kg m2, its own dry friction, N m, and the counts of its sensor a radian.
+/// Inertia of a G29's rim with its geared motors, kg m², its own dry friction, N m, and the sensor's counts per radian.
 const RIM_KGM2: f64 = 0.05;
 const RIM_NM: f64 = 0.08;
 const COUNTS_PER_RAD: f64 = 65_536.0 / (5.0 * std::f64::consts::PI);
 
-/// A wheel of iron let go at `from_rad`, in a car at `speed_mps`: its angle every millisecond. The loop speaks 60 times a
-/// second, the force comes 6 ms late, the sensor has counts.
+/// Returns the angles, every millisecond, of a rigid wheel released at `from_rad` in an ego at `speed_mps`. The loop
+/// sends an input 60 times a second, the force comes 6 ms late, and the sensor has finite resolution.
 fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
     let mut car = EgoCar::new(&CarParams::default(), Pose::default(), speed_mps, 0).unwrap();
     let mut model = model();
@@ -278,7 +279,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
         // For the first second a hand holds the wheel, while the tyres build up their force.
         let held = ms < 1000;
         if ms % 10 == 0 {
-            // The pedal keeps the speed.
+            // The accelerator keeps the speed.
             let throttle = (0.15 + 0.3 * (speed_mps - car.state().speed_mps)).clamp(0.0, 1.0) as f32;
             let brake = if speed_mps == 0.0 { 1.0 } else { 0.0 };
             let throttle = if speed_mps == 0.0 { 0.0 } else { throttle };
@@ -316,12 +317,12 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
 }
 
 #[test]
-fn let_go_at_30_kmh_the_wheel_returns_and_does_not_oscillate() {
+fn a_released_wheel_returns_at_30_kmh_and_does_not_oscillate() {
     let angles = let_go(30.0 / 3.6, 1.0, 6.0);
     let released = &angles[1000..];
     let end = *released.last().unwrap();
     assert!(end.abs() < 0.35, "it returns: {end:.3} rad");
-    // Damping ratio 0.5 overshoots by 16 %: exp(-pi z / sqrt(1 - z^2)).
+    // A damping ratio of 0.5 overshoots by 16 %: exp(-pi z / sqrt(1 - z²)).
     let beyond = released.iter().fold(0.0_f64, |most, angle| most.max(-angle));
     assert!(beyond < 0.163, "overshoot {beyond:.3} of 1 rad");
     let last = &released[4000..];
@@ -330,7 +331,7 @@ fn let_go_at_30_kmh_the_wheel_returns_and_does_not_oscillate() {
 }
 
 #[test]
-fn at_a_standstill_nothing_buzzes() {
+fn a_released_wheel_does_not_buzz_at_a_standstill() {
     let angles = let_go(0.0, 0.8, 4.0);
     let last = &angles[2000..];
     let swing = last.iter().fold(f64::MIN, |a, b| a.max(*b)) - last.iter().fold(f64::MAX, |a, b| a.min(*b));

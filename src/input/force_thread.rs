@@ -1,7 +1,7 @@
-//! The thread that sends force feedback to the wheel. In: what the loop last said of the car, the wheel's angle from the
-//! reading thread. Out: levels for the device, only when they change. If the loop stalls, pauses or ends, the force is gone
-//! within 100 ms; if the program is killed, the kernel takes the effect from the device with the file that it belongs to
-//! (tested in a real kernel by `scripts/wheel-vm`).
+//! Thread that sends force feedback to the wheel. In: the drive loop's last [`ForceInput`], the wheel's angle from the
+//! reading thread. Out: levels for the device, only when they change. If the drive loop stalls, pauses or ends, the
+//! force is zero within 100 ms. If the program is killed, the kernel removes the effect when it closes the device's
+//! file (tested in a real kernel by `scripts/wheel-vm`).
 
 use super::{
     clock::TimeStamp,
@@ -19,41 +19,42 @@ use std::{
     time::Duration,
 };
 
-/// Time from one force to the next: 167 Hz. The wheel's driver waits for the USB frame in each write.
+/// Period of the thread: 167 Hz. The wheel's driver waits for the USB frame in each write.
 pub const PERIOD: Duration = Duration::from_millis(6);
 
-/// What takes levels: the wheel, or what records them.
+/// Receiver of force levels: a wheel, or a recorder in tests.
 pub trait ForceDevice: Send {
-    /// One constant level, held until the next.
+    /// Sets the constant level, held until the next call.
     ///
     /// # Errors
-    /// The device is gone or refuses.
+    /// The device is gone or refuses the level.
     fn set(&mut self, level: i16) -> io::Result<()>;
 
-    /// The thread has made a turn, whether the level changed or not: for those who watch its pace.
+    /// Notes that the thread has made a turn, with or without a new level; for measurements of its period.
     fn turned(&mut self) {}
 
-    /// The end: no force, and the device's own centring as the profile wants it.
+    /// Ends the force and sets the device's own centring to the profile's strength.
     fn end(&mut self);
 }
 
-/// An angle that one thread writes and another reads.
+/// Angle that one thread writes and another reads, radians.
 #[derive(Debug, Default)]
 pub struct SharedAngle(AtomicU64);
 
 impl SharedAngle {
-    /// Radians, positive to the left.
+    /// Sets the angle, positive to the left.
     pub fn set(&self, rad: f64) {
         self.0.store(rad.to_bits(), Ordering::Relaxed);
     }
 
-    /// The last one.
+    /// Returns the last angle, 0 before the first.
     pub fn get(&self) -> f64 {
         f64::from_bits(self.0.load(Ordering::Relaxed))
     }
 }
 
-/// What the loop last said, and when.
+/// Exchange between the drive loop and the force thread: the last input with its time, the last torque, and the request
+/// to stop.
 #[derive(Debug, Default)]
 struct LoggedMessage {
     feel: Mutex<(ForceInput, TimeStamp)>,
@@ -61,13 +62,13 @@ struct LoggedMessage {
     stop: AtomicBool,
 }
 
-/// The running thread; it ends with this.
+/// Handle of the running thread; dropping it ends the thread.
 pub struct ForceThread {
     said: Arc<LoggedMessage>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// One turn of the thread, without its clock.
+/// Body of the force thread, without its timing.
 pub struct ForceLoop {
     device: Box<dyn ForceDevice>,
     model: ForceModel,
@@ -77,7 +78,7 @@ pub struct ForceLoop {
 }
 
 impl ForceLoop {
-    /// For this wheel; nothing is sent yet.
+    /// Creates the loop for a wheel; sends nothing yet.
     pub fn new(device: Box<dyn ForceDevice>, profile: &WheelProfile) -> Self {
         let lock_rad = f64::from(STEERING_LOCK_RAD) * profile.steering.ratio / f64::from(STEERING_RATIO);
         let end_rad = (profile.steering.range_deg / 2.0).to_radians().min(lock_rad);
@@ -86,10 +87,10 @@ impl ForceLoop {
         Self { device, model, left_is_low, sent: None, last: None }
     }
 
-    /// Sends the force of the moment `now` if it is another than before. Returns the torque, N m.
+    /// Computes the force at time `now` and sends its level if it has changed. Returns the torque, N m.
     ///
     /// # Errors
-    /// The device is gone or refuses.
+    /// The device is gone or refuses the level.
     pub fn turn(&mut self, now: TimeStamp, wheel_rad: f64, feel: &ForceInput, said: TimeStamp) -> io::Result<f64> {
         self.device.turned();
         let dt_s = self.last.map_or(PERIOD, |last| last.until(now)).as_secs_f64().clamp(1e-4, 0.05);
@@ -111,10 +112,10 @@ impl Drop for ForceLoop {
 }
 
 impl ForceThread {
-    /// Begins; `angle` is the wheel's, kept by the reading thread.
+    /// Starts the thread; `angle` is the wheel's angle, written by the reading thread.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn start(mut force: ForceLoop, angle: Arc<SharedAngle>) -> io::Result<Self> {
         let said = Arc::new(LoggedMessage::default());
         let shared = Arc::clone(&said);
@@ -126,7 +127,7 @@ impl ForceThread {
                 match force.turn(TimeStamp::now(), angle.get(), &feel, at) {
                     Ok(torque_nm) => shared.torque.set(torque_nm),
                     Err(error) => {
-                        // ENODEV is the unplugged wheel, which the reading thread tells.
+                        // ENODEV means an unplugged wheel, which the reading thread reports.
                         log::warn!("the wheel takes no more force ({error}); the drive goes on without");
                         break;
                     }
@@ -140,19 +141,19 @@ impl ForceThread {
         Ok(Self { said, thread: Some(thread) })
     }
 
-    /// What the car feels now.
+    /// Sets the inputs of the force model.
     pub fn set_input(&self, feel: ForceInput) {
         *self.said.feel.lock().unwrap_or_else(PoisonError::into_inner) = (feel, TimeStamp::now());
     }
 
-    /// The torque that was last sent, N m, positive to the left.
+    /// Returns the torque that was last sent, N m, positive to the left.
     pub fn torque_nm(&self) -> f64 {
         self.said.torque.get()
     }
 }
 
-/// The first moment after `now` of those that lie whole periods after `planned`: a turn that came too late is not made up for
-/// by one right after it.
+/// Returns the first time after `now` that is a whole number of periods after `planned`. A turn that came too late is
+/// therefore not followed by an extra one.
 fn turn_after(planned: TimeStamp, now: TimeStamp) -> TimeStamp {
     let mut next = planned;
     while next <= now {
@@ -161,14 +162,13 @@ fn turn_after(planned: TimeStamp, now: TimeStamp) -> TimeStamp {
     next
 }
 
-/// Asks the system to let this thread run before others, so that pictures which a processor draws do not hold up the force:
-/// in real time (a turn takes microseconds), or at least with a better nice value. Where a person may ask for neither, it
-/// stays as it is; `rtprio` in /etc/security/limits.conf allows the first.
-/// Returns whether it is in real time.
+/// Raises the priority of this thread, so that software rendering does not delay the force. It asks for real-time
+/// scheduling (a turn takes microseconds), or else for a better nice value. Without permission for either, the priority
+/// stays as it is; `rtprio` in /etc/security/limits.conf permits real time. Returns true for real time.
 fn hurry() -> bool {
     #[cfg(target_os = "linux")]
     {
-        /// Above all ordinary threads, below sound servers and the kernel's own.
+        /// Real-time priority above all ordinary threads, below sound servers and the kernel's own threads.
         const PRIORITY: nix::libc::c_int = 5;
         const NICE: nix::libc::c_int = -12;
         let asked = nix::libc::sched_param { sched_priority: PRIORITY };
@@ -185,7 +185,7 @@ fn hurry() -> bool {
     false
 }
 
-/// Whether a thread of this person may run in real time, asked on one that ends at once.
+/// Checks whether a thread of this user may run in real time, by trying it in a short-lived thread.
 pub fn may_hurry() -> bool {
     std::thread::spawn(hurry).join().unwrap_or(false)
 }
@@ -222,24 +222,24 @@ mod tests {
     }
 
     #[test]
-    fn whether_a_thread_runs_in_real_time_is_what_the_kernel_says_of_it() {
+    fn a_thread_reports_real_time_only_if_the_kernel_scheduled_it_so() {
         let (told, policy, nice) = std::thread::spawn(|| {
             let told = hurry();
-            // SAFETY: numbers alone; 0 is the calling thread.
+            // SAFETY: numbers only; 0 is the calling thread.
             unsafe { (told, libc::sched_getscheduler(0), libc::getpriority(libc::PRIO_PROCESS, 0)) }
         })
         .join()
         .unwrap();
         assert_eq!(told, policy == libc::SCHED_RR);
         assert!(told || policy == libc::SCHED_OTHER, "{policy}");
-        // Who may have a better nice value has it then.
+        // A user who may lower the nice value has it lowered then.
         assert!(told || nice == -12 || !may_be_nicer(), "{nice}");
         assert_eq!(may_hurry(), told, "who asks for another thread hears the same");
     }
 
-    /// Whether this person's threads may have the nice value -12, tried on one that ends at once.
+    /// Checks whether this user's threads may have the nice value -12, by trying it in a short-lived thread.
     fn may_be_nicer() -> bool {
-        // SAFETY: numbers alone; 0 is the calling thread.
+        // SAFETY: numbers only; 0 is the calling thread.
         std::thread::spawn(|| unsafe { libc::setpriority(libc::PRIO_PROCESS, 0, -12) } == 0).join().unwrap()
     }
 }

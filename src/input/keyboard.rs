@@ -1,107 +1,105 @@
-//! Driving with the keyboard. In: which keys are down, the speed, the lane. Out: smooth [`Controls`] a tick. A key is a
-//! switch and a pedal is not, so pedals and wheel move at the speed of a foot and a hand, and the wheel turns less the
-//! faster the car goes.
+//! Driving with the keyboard. In: the keys that are down, speed, lane. Out: smooth [`Controls`] per tick. A key is only
+//! a switch, so the pedals and the wheel move at the speed of a foot and a hand, and the wheel turns less at higher
+//! speed.
 
 use crate::{
     controls::{Controls, LaneHint, STEERING_LOCK_RAD, STEERING_RATIO, Selector},
     time::TICK_S,
 };
 
-/// Keys that drive.
+/// Keys that drive the ego.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriveKey {
-    /// Accelerate.
     Throttle,
-    /// Brake.
     Brake,
-    /// Steer left.
     Left,
-    /// Steer right.
     Right,
-    /// Sound the horn.
     Horn,
 }
 
-/// A pedal under a key: soon where it is of use, then further the longer the key is held, and up at once.
+/// Pedal moved by a key: quickly to a useful share, then slowly on while the key is held, and quickly back after
+/// release.
 struct KeyPedal {
-    /// Share of the pedal that is reached soon.
+    /// Share of the travel that is reached quickly.
     soon: f64,
-    /// In how many seconds.
+    /// Time to that share, s.
     soon_s: f64,
-    /// From there on, shares a second.
+    /// Rate beyond that share, per second.
     press_per_s: f64,
-    /// The end.
+    /// Largest share of the travel that the key reaches.
     most: f64,
 }
 
-/// 0.4 of the accelerator is 1.0 m/s2 at walking pace: taps hold 4 m/s, and whoever keeps the key down drives off briskly.
+/// Accelerator: 0.4 gives 1.0 m/s² at walking pace. Taps hold 4 m/s, and a held key accelerates briskly.
 const THROTTLE: KeyPedal = KeyPedal { soon: 0.4, soon_s: 0.3, press_per_s: 0.2, most: 1.0 };
-/// 0.15 of the brake is 1.5 m/s2; 0.6 is a firm stop of about 6 m/s2.
+/// Brake: 0.15 gives 1.5 m/s²; 0.6 is a firm stop of about 6 m/s².
 const BRAKE: KeyPedal = KeyPedal { soon: 0.15, soon_s: 0.15, press_per_s: 0.7, most: 0.6 };
 const PEDAL_UP_S: f64 = 0.2;
-/// Lateral acceleration at which the keys' steering ends, m/s2: firm, not yet sliding.
+/// Lateral acceleration that limits the keys' steering, m/s²: firm, not yet sliding.
 const KEY_LATERAL_MPS2: f64 = 4.0;
-/// Time from straight to the end of the keys' steering, and back, seconds.
+/// Time from straight to the limit of the keys' steering, and back, s.
 const STEER_IN_S: f64 = 0.6;
 const STEER_OUT_S: f64 = 0.35;
-/// Largest road wheel angle, radians.
+/// Largest road wheel angle, rad.
 const LOCK_RAD: f64 = (STEERING_LOCK_RAD / STEERING_RATIO) as f64;
-/// Distance between axles that the limits assume, metres.
+/// Wheelbase that the limits assume, m.
 const WHEELBASE_M: f64 = 2.8;
 /// Lane help: road wheel angle per radian of heading error, and per metre of offset.
 const HELP_PER_HEADING: f64 = 0.9;
 const HELP_PER_METRE: f64 = 0.06;
 
-/// A second stroke of the brake's key this soon after the first, at a standstill, asks for reverse: one stroke alone, in a queue
-/// where a driver brakes again and again, does not.
+/// Longest time between two strokes of the brake key that ask for reverse at a standstill, s. A single stroke does not,
+/// because a driver in a queue brakes again and again.
 const TWICE_S: f64 = 0.4;
-/// Slower is a standstill, m/s.
+/// Speed below which the ego is at a standstill, m/s.
 const STANDS_MPS: f64 = 0.1;
 
-/// State of the keys and of the pedals and wheel that they move.
+/// State of the keys, and of the pedals and the wheel that they move.
 #[derive(Clone, Debug, Default)]
 pub struct Keyboard {
     down: [bool; 5],
     throttle: f64,
     brake: f64,
-    /// Keys' share of the steering, -1 right to 1 left.
+    /// Steering by the keys as a share of its limit, -1 right to 1 left.
     steer: f64,
     selector: Selector,
-    /// The brake's key asked for reverse: it accelerates, and the accelerator's brakes.
+    /// True after reverse was requested with the brake key: the brake key then accelerates, and the accelerator key
+    /// brakes.
     swapped: bool,
-    /// The two pedals' keys as they were a tick ago, and for how long the brake's has not been struck, seconds.
+    /// Keys of accelerator and brake in the previous tick, and the time since the last stroke of the brake key, s.
     before: [bool; 2],
     since_brake_s: f64,
 }
 
 impl Keyboard {
-    /// A key went down or came up.
+    /// Sets a key to pressed or released.
     pub fn set(&mut self, key: DriveKey, down: bool) {
         self.down[key as usize] = down;
     }
 
-    /// All keys count as released: the window lost the focus or the drive is paused.
+    /// Releases all keys, for a window without focus or a paused drive.
     pub fn release_all(&mut self) {
         self.down = [false; 5];
     }
 
-    /// Pedals up, wheel straight, selector in Drive, for the start of a drive; keys that are down stay down.
+    /// Resets pedals, wheel and selector for the start of a drive; keys that are down stay down.
     pub fn rest(&mut self) {
         *self = Self { down: self.down, ..Self::default() };
     }
 
-    /// In Drive, whatever was struck: before a drive begins the brake's key brakes, however often.
+    /// Keeps the selector in Drive: before a drive begins, repeated strokes of the brake key only brake.
     pub fn stay_in_drive(&mut self) {
         (self.selector, self.swapped, self.since_brake_s) = (Selector::Drive, false, TWICE_S);
     }
 
-    /// Drive to reverse and back; the gearbox refuses it while the car rolls.
+    /// Switches between drive and reverse; the gearbox refuses the change while the ego rolls.
     pub fn toggle_reverse(&mut self) {
         self.selector = if self.selector == Selector::Reverse { Selector::Drive } else { Selector::Reverse };
         self.swapped = false;
     }
 
-    /// At a standstill two strokes of the brake's key are reverse, and one of the accelerator's is drive again.
+    /// Changes the selector at a standstill: two strokes of the brake key give reverse, one of the accelerator key
+    /// gives drive again.
     fn shift(&mut self, speed_mps: f64) {
         let now = [self.down[DriveKey::Throttle as usize], self.down[DriveKey::Brake as usize]];
         let struck = [0, 1].map(|i| now[i] && !self.before[i]);
@@ -115,17 +113,17 @@ impl Keyboard {
         self.since_brake_s = if struck[1] { 0.0 } else { self.since_brake_s + TICK_S };
     }
 
-    /// True if a key is down that moves a pedal or the wheel.
+    /// Checks whether a key is down that moves a pedal or the wheel.
     pub fn any_down(&self) -> bool {
         self.down[..DriveKey::Horn as usize].contains(&true)
     }
 
-    /// True while this key is down.
+    /// Checks whether this key is down.
     pub fn is_down(&self, key: DriveKey) -> bool {
         self.down[key as usize]
     }
 
-    /// True while the horn's key is down.
+    /// Checks whether the horn key is down.
     pub fn horn(&self) -> bool {
         self.down[DriveKey::Horn as usize]
     }
@@ -155,20 +153,21 @@ impl Keyboard {
     }
 }
 
-/// Road wheel angle at which the keys' steering ends, radians: the lock at a walk, what 4 m/s2 needs when faster.
+/// Returns the limit of the keys' steering, rad at the road wheels: the lock at walking pace, the angle for 4 m/s² at
+/// higher speed.
 fn key_limit_rad(speed_mps: f64) -> f64 {
     (KEY_LATERAL_MPS2 * WHEELBASE_M / speed_mps.powi(2).max(1.0)).atan().min(LOCK_RAD)
 }
 
-/// What keeps the car in its lane, radians at the road wheels. The driver's own steering (-1..1) switches the pull to
-/// the centre line off, so that help never works against a hand.
+/// Returns the steering of lane help, rad at the road wheels. The driver's own steering (-1 to 1) reduces the pull to
+/// the centre line, to zero at full steering, so that lane help does not work against the driver.
 fn lane_help_rad(hint: &LaneHint, steer: f64) -> f64 {
     let along = (WHEELBASE_M * hint.curvature).atan() - HELP_PER_HEADING * hint.heading_error_rad;
     along - (1.0 - steer.abs()) * HELP_PER_METRE * hint.offset_m
 }
 
 impl KeyPedal {
-    /// The pedal a tick later.
+    /// Returns the pedal position one tick later.
     fn moved(&self, pedal: f64, pressed: bool) -> f64 {
         if !pressed {
             return approach(pedal, 0.0, PEDAL_UP_S);
@@ -178,7 +177,7 @@ impl KeyPedal {
     }
 }
 
-/// `value` moved one tick towards `goal`, at a full stroke in `stroke_s`.
+/// Moves `value` by one tick towards `goal`, with `stroke_s` seconds for a change of 1.
 fn approach(value: f64, goal: f64, stroke_s: f64) -> f64 {
     let step = TICK_S / stroke_s;
     value + (goal - value).clamp(-step, step)
@@ -198,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tap_reaches_the_useful_part_of_the_pedal_and_holding_the_key_floors_it() {
+    fn a_tap_reaches_the_useful_part_of_a_pedal_and_a_held_key_floors_it() {
         let mut keyboard = Keyboard::default();
         keyboard.set(DriveKey::Throttle, true);
         let pressed = run(&mut keyboard, 4.0, 5.0);
@@ -213,14 +212,14 @@ mod tests {
     }
 
     #[test]
-    fn before_a_drive_begins_the_brakes_key_brakes_however_often_it_is_struck() {
+    fn before_a_drive_repeated_strokes_of_the_brake_key_only_brake() {
         let mut keyboard = Keyboard::default();
         for stroke in 0..12 {
             keyboard.set(DriveKey::Brake, stroke % 2 == 1);
             keyboard.stay_in_drive();
             keyboard.tick(0.0, None);
         }
-        // Nor does the key that asks for reverse.
+        // The reverse key has no effect either.
         for toggles in [false, true] {
             if toggles {
                 keyboard.toggle_reverse();
@@ -235,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_brakes_key_twice_at_a_standstill_is_reverse_and_the_accelerators_is_drive_again() {
+    fn two_brake_strokes_are_reverse_and_the_accelerator_is_drive_again() {
         let strokes = |keyboard: &mut Keyboard, key: DriveKey, times: usize, apart_s: f64, speed_mps: f64| {
             for _ in 0..times {
                 keyboard.set(key, true);
@@ -294,12 +293,12 @@ mod tests {
     }
 
     #[test]
-    fn the_wheel_goes_to_a_side_in_0_6_s_and_back_through_the_middle_in_0_35_s() {
+    fn the_wheel_turns_to_a_side_in_0_6_s_and_back_in_0_35_s() {
         let steered = |keyboard: &mut Keyboard, ticks: i32| {
             let controls = (0..ticks).map(|_| keyboard.tick(0.0, None)).last().unwrap();
             controls.steering_wheel_rad / STEERING_LOCK_RAD
         };
-        // A tick is a sixtieth of the way out and a 35th of the way back.
+        // A tick is 1/60 of the way out and 1/35 of the way back.
         let near = |value: f32, expected: f32| assert!((value - expected).abs() < 0.02, "{value}, not {expected}");
         let mut keyboard = Keyboard::default();
         keyboard.set(DriveKey::Left, true);
@@ -315,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn only_keys_that_move_something_drive_and_the_horn_sounds_while_its_key_is_down() {
+    fn only_pedal_and_steering_keys_drive_and_the_horn_key_sounds_the_horn() {
         use DriveKey as K;
         for key in [K::Throttle, K::Brake, K::Left, K::Right] {
             let mut keyboard = Keyboard::default();
@@ -333,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn reverse_is_toggled_and_a_drive_begins_in_drive_with_the_keys_that_are_down() {
+    fn reverse_toggles_and_a_drive_begins_in_drive_with_keys_still_down() {
         let mut keyboard = Keyboard::default();
         let selector = |keyboard: &mut Keyboard| keyboard.tick(0.0, None).selector;
         assert_eq!(selector(&mut keyboard), Selector::Drive);
@@ -347,12 +346,12 @@ mod tests {
         keyboard.rest();
         assert!(keyboard.any_down());
         let first = keyboard.tick(0.0, None);
-        // A tick of the key after a pedal that is up: 0.4 in 0.3 s.
+        // The first tick of the key from a released pedal: 0.4 in 0.3 s.
         assert!((first.throttle - 0.4 / 30.0).abs() < 1e-6 && first.selector == Selector::Drive, "{first:?}");
     }
 
     #[test]
-    fn lane_help_turns_back_to_the_lanes_heading_and_leaves_the_middle_to_a_hand_that_steers() {
+    fn lane_help_corrects_heading_and_leaves_the_offset_to_a_steering_driver() {
         let helped = |hint: LaneHint, steer: f64| lane_help_rad(&hint, steer);
         let heading = LaneHint { heading_error_rad: 0.1, ..LaneHint::default() };
         assert!((helped(heading, 0.0) + 0.09).abs() < 1e-12 && (helped(heading, 1.0) + 0.09).abs() < 1e-12);

@@ -1,29 +1,30 @@
-//! Rev lamps on a wheel's rim, which the mainline driver (hid-lg4ff) shows as LED devices `...::RPM1` to `...::RPM5`. In:
-//! how the speed stands to the advice. Out: bytes to `brightness` files, only when they change, and dark at the end.
+//! Rev lamps on a wheel's rim, which the mainline driver (hid-lg4ff) exposes as LED devices `...::RPM1` to `...::RPM5`.
+//! In: the speed relative to the advice. Out: bytes to `brightness` files, only when they change. The lamps are dark at
+//! the end.
 
 use std::{
     fs, io,
     path::{Path, PathBuf},
 };
 
-/// The rule that lets everybody at the rig light them.
+/// udev rule that lets every user of the computer set the lamps.
 pub const UDEV_RULE: &str = r#"SUBSYSTEM=="leds", KERNEL=="*::RPM*", RUN+="/bin/chmod 0666 /sys%p/brightness""#;
 
-/// How the speed stands to the advised range.
+/// Speed relative to the advised range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AdviceState {
-    /// There is no advice.
     None,
-    /// Too slow.
+    /// Slower than the range.
     Below,
-    /// In the range.
+    /// Within the range, ends included.
     Within,
-    /// Too fast.
+    /// Faster than the range.
     Above,
 }
 
 impl AdviceState {
-    /// How many of so many lamps are lit: none, the first, the lower half with the middle, all.
+    /// Returns the number of lit lamps out of `lamps`: none without advice, one below, the lower half and the middle
+    /// within, all above.
     pub fn lit(self, lamps: usize) -> usize {
         match self {
             Self::None => 0,
@@ -34,7 +35,7 @@ impl AdviceState {
     }
 }
 
-/// The lamps of one wheel, which may have none.
+/// Rev lamps of one wheel; a wheel may have none.
 #[derive(Debug, Default)]
 pub struct Lamps {
     files: Vec<PathBuf>,
@@ -42,7 +43,7 @@ pub struct Lamps {
 }
 
 impl Lamps {
-    /// Those of the event device `event` ("event7"), below the folder `sys`, which is `/sys`.
+    /// Finds the lamps of the event device `event` ("event7") in the folder `sys`, which is `/sys` except in tests.
     pub fn find(sys: &Path, event: &str) -> Self {
         // eventN/device is the input device, and its device the HID device that the lamps belong to.
         let folder = sys.join("class/input").join(event).join("device/device/leds");
@@ -60,15 +61,15 @@ impl Lamps {
         Self { files: lamps.into_iter().map(|(_, file)| file).collect(), shown: None }
     }
 
-    /// How many there are.
+    /// Returns the number of lamps.
     pub fn count(&self) -> usize {
         self.files.len()
     }
 
-    /// Shows it. Nothing is written that stands there already.
+    /// Lights the lamps for this state; writes only when the number of lit lamps changes.
     ///
     /// # Errors
-    /// The system refuses; which file.
+    /// A file cannot be written; the message names it.
     pub fn show(&mut self, advice_state: AdviceState) -> io::Result<()> {
         let lit = advice_state.lit(self.files.len());
         if self.shown == Some(lit) {
@@ -77,7 +78,7 @@ impl Lamps {
         self.shown = Some(lit);
         for (i, file) in self.files.iter().enumerate() {
             let was_told = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", file.display()));
-            // Written into what is there: a lamp that went with its wheel must not become a file.
+            // Opened without `create`: a lamp that was unplugged with its wheel must not become a file.
             let mut open = fs::OpenOptions::new().write(true).truncate(true).open(file).map_err(was_told)?;
             io::Write::write_all(&mut open, if i < lit { b"1" } else { b"0" }).map_err(was_told)?;
         }
@@ -97,7 +98,7 @@ impl Drop for Lamps {
 mod tests {
     use super::*;
 
-    /// A folder that stands for /sys, with a wheel that has lamps at event7 and one without at event8.
+    /// Makes a folder in place of /sys: a wheel with lamps at event7 and one without lamps at event8.
     fn sys() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         for lamp in ["RPM3", "RPM1", "RPM5", "RPM2", "RPM4"] {
@@ -115,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lamps_tell_below_within_and_above_and_are_dark_without_advice_and_at_the_end() {
+    fn lamps_show_the_advice_state_and_are_dark_without_advice_and_at_the_end() {
         let folder = sys();
         let mut lamps = Lamps::find(folder.path(), "event7");
         assert_eq!(lamps.count(), 5);
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_there_is_not_written_again_and_a_lamp_that_is_gone_is_told() {
+    fn an_unchanged_state_is_not_rewritten_and_a_missing_lamp_is_an_error() {
         let folder = sys();
         let mut lamps = Lamps::find(folder.path(), "event7");
         lamps.show(AdviceState::Within).unwrap();

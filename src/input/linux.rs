@@ -1,6 +1,6 @@
-//! Steering wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: the reader's [`WheelPort`], and a
-//! [`ForceDevice`]. Devices are recognised by sysfs, so that keyboards and mice are never opened; events carry the kernel's
-//! monotonic time.
+//! Steering wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: a [`WheelPort`] for the reader,
+//! and a [`ForceDevice`]. Devices are recognised through sysfs, so that keyboards and mice are never opened. Events
+//! carry the kernel's monotonic time.
 
 use super::{
     clock::TimeStamp,
@@ -29,31 +29,29 @@ use std::{
 
 nix::ioctl_write_ptr!(set_clock, b'E', 0xa0, nix::libc::c_int);
 
-/// The rule that lets the person at the screen open wheels and set their range.
+/// udev rule that lets the user at the screen open wheels and set their range.
 pub const UDEV_RULE: &str =
     r#"SUBSYSTEM=="input", KERNEL=="event*", ENV{ID_INPUT_JOYSTICK}=="1", TAG+="uaccess", MODE="0660", GROUP="input""#;
-/// Where it belongs: before 73-seat-late.rules, which acts on the tag.
+/// File for the rule: it must sort before 73-seat-late.rules, which acts on the tag.
 pub const UDEV_FILE: &str = "/etc/udev/rules.d/70-codrive-wheel.rules";
-/// SYN_DROPPED: the kernel's queue ran over. What follows up to the next SYN_REPORT is a part of a packet.
+/// SYN_DROPPED: the kernel's queue overflowed. Events up to the next SYN_REPORT are an incomplete packet.
 const SYN_DROPPED: u16 = 3;
 const SYN_REPORT: u16 = 0;
-/// Towards greater values of the first axis, see `ForceModel::level`.
+/// Direction towards greater values of the first axis, see `ForceModel::level`.
 const TO_GREATER: u16 = 0xC000;
 
-/// An input device as sysfs tells it.
+/// Input device as listed in sysfs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceNode {
-    /// Its file.
+    /// Path of the event device.
     pub path: PathBuf,
-    /// Its name.
     pub name: String,
-    /// Vendor and product.
+    /// Vendor and product on USB; 0 where sysfs has none.
     pub id: (u16, u16),
-    /// Whether it is a wheel.
     pub kind: DeviceKind,
 }
 
-/// All event devices that are wheels, usable or not, in the order of their numbers.
+/// Returns all event devices that are wheels, usable or not, in the order of their numbers.
 pub fn wheels() -> Vec<DeviceNode> {
     wheels_in(Path::new("/sys"))
 }
@@ -80,31 +78,31 @@ fn wheels_in(sys: &Path) -> Vec<DeviceNode> {
     found.into_iter().map(|(_, node)| node).collect()
 }
 
-/// A wheel of this machine, opened for reading.
+/// A wheel of this computer, opened for reading.
 pub struct OpenWheel {
     device: RawDevice,
-    /// Whether the kernel stamps events with the monotonic clock.
+    /// True if the kernel stamps events with the monotonic clock.
     monotonic: bool,
     heard: WheelEvents,
 }
 
-/// What a wheel's events come to, whatever file they are read from.
+/// Translation of kernel events to [`WheelMessage`], independent of the file they are read from.
 #[derive(Default)]
 struct WheelEvents {
-    /// Buttons that are down, as far as was told.
+    /// Buttons that are down, according to the events so far.
     down: BTreeSet<u16>,
     /// True from an overflow of the kernel's queue to the end of its packet.
     dropped: bool,
-    /// Axis, and from raw to angle.
+    /// Profile that gives the steering axis and its angle; `None` before the wheel is chosen.
     profile: Option<WheelProfile>,
     angle: Arc<SharedAngle>,
 }
 
 impl OpenWheel {
-    /// Opens an event device. Returns it and what is known of it.
+    /// Opens an event device. Returns it with its name, ids, axes and values.
     ///
     /// # Errors
-    /// It cannot be opened or asked.
+    /// The device cannot be opened or queried.
     pub fn open(node: &DeviceNode) -> io::Result<(Self, UnprofiledDevice)> {
         let device = RawDevice::open(&node.path)?;
         let clock = nix::time::ClockId::CLOCK_MONOTONIC.as_raw();
@@ -151,27 +149,28 @@ impl OpenWheel {
     }
 }
 
-/// Whether a polled device is gone: what it still has to tell is read first.
+/// Checks whether a polled device is gone; remaining events are read first.
 fn gone(state: PollFlags) -> bool {
     !state.contains(PollFlags::POLLIN) && state.intersects(PollFlags::POLLERR | PollFlags::POLLHUP)
 }
 
 impl WheelEvents {
-    /// Adds what an event comes to. True if events before it were lost, and the device's state is to be asked for.
+    /// Adds the message of an event. Returns true if earlier events were lost and the device's state must be queried.
     fn hear(&mut self, event: &InputEvent, at: Option<TimeStamp>, told: &mut Vec<WheelMessage>) -> bool {
         match (event.event_type(), event.code()) {
             (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
             (EventType::SYNCHRONIZATION, SYN_REPORT) => return std::mem::take(&mut self.dropped),
             _ if self.dropped => {}
             (EventType::ABSOLUTE, code) => self.moved(code, event.value(), at, told),
-            // 2 is the kernel's own repetition.
+            // Value 2 is the kernel's key repetition.
             (EventType::KEY, code) if event.value() < 2 => self.pressed(code, event.value() == 1, at, told),
             _ => {}
         }
         false
     }
 
-    /// The device's state as it is now, after events were lost: a button that came up unheard would sound the horn for ever.
+    /// Adds messages for the device's present state after events were lost: a missed release would sound the horn for
+    /// ever.
     fn catch_up(
         &mut self,
         axes: Vec<(u16, i32)>,
@@ -201,13 +200,13 @@ impl WheelEvents {
     }
 }
 
-/// Buttons that are down now.
+/// Returns the buttons that are down now.
 fn buttons(device: &RawDevice) -> io::Result<BTreeSet<u16>> {
     Ok(device.get_key_state()?.iter().map(|key| key.0).collect())
 }
 
-/// The kernel's time of an event on the monotonic clock. Where the kernel keeps to the clock of the day (`real` is its
-/// time now), the age is the same on both.
+/// Returns the kernel's time stamp of an event on the monotonic clock. For a device that still stamps with the clock of
+/// the day, `real` is that clock's present time: the age of the event is the same on both clocks.
 fn stamp(event: SystemTime, now: TimeStamp, real: Option<Duration>) -> Option<TimeStamp> {
     let event = event.duration_since(UNIX_EPOCH).ok()?;
     match real {
@@ -220,15 +219,16 @@ fn now_real() -> Duration {
     nix::time::clock_gettime(nix::time::ClockId::CLOCK_REALTIME).map(Duration::from).unwrap_or_default()
 }
 
-/// The wheels of this machine.
+/// The wheels of this computer, read through evdev.
 pub struct EvdevPort {
     asked: Option<WheelProfile>,
-    /// Devices at the last look that came to nothing: looked at again only when they change, or could not be opened.
+    /// Devices of the last search without a result. They are searched again only when they change, or if one could not
+    /// be opened.
     seen: Option<Vec<DeviceNode>>,
 }
 
 impl EvdevPort {
-    /// All wheels; `asked` is the profile that a person named.
+    /// Creates a port for all wheels; `asked` is the profile that a person named.
     pub fn new(asked: Option<WheelProfile>) -> Self {
         Self { asked, seen: None }
     }
@@ -298,7 +298,7 @@ impl WheelPort for EvdevPort {
     }
 }
 
-/// What takes this wheel's force, `None` if the profile wants none.
+/// Opens the force feedback of this wheel; `None` if the profile's strength is 0.
 fn force(node: &DeviceNode, profile: &WheelProfile) -> Result<Option<Box<dyn ForceDevice>>, WheelWithoutForce> {
     let settings = &profile.force;
     if settings.strength == 0.0 {
@@ -310,7 +310,7 @@ fn force(node: &DeviceNode, profile: &WheelProfile) -> Result<Option<Box<dyn For
     }))
 }
 
-/// Why a wheel cannot be opened, with the remedy.
+/// Returns the message for a wheel that cannot be opened, with the remedy.
 pub fn trouble(node: &DeviceNode, error: &io::Error) -> String {
     let (path, name) = (node.path.display(), &node.name);
     if error.kind() == io::ErrorKind::PermissionDenied {
@@ -322,23 +322,22 @@ pub fn trouble(node: &DeviceNode, error: &io::Error) -> String {
     format!("{name} cannot be opened ({path}: {error})\n  remedy: unplug it and plug it in again")
 }
 
-/// What a wheel can do with force.
+/// Force-feedback capabilities of a wheel.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Capabilities {
-    /// Constant force.
     pub constant: bool,
-    /// Strength of all forces.
+    /// Common gain of all effects.
     pub gain: bool,
-    /// A centring spring of its own.
+    /// Centring spring of the device itself.
     pub autocentre: bool,
-    /// Effects at the same time.
+    /// Number of effects at the same time.
     pub effects: usize,
 }
 
-/// Asks a wheel.
+/// Queries the force-feedback capabilities of a wheel.
 ///
 /// # Errors
-/// It cannot be opened.
+/// The device cannot be opened.
 pub fn capabilities(node: &DeviceNode) -> io::Result<Capabilities> {
     Ok(capabilities_of(&RawDevice::open(&node.path)?))
 }
@@ -353,11 +352,12 @@ fn capabilities_of(device: &RawDevice) -> Capabilities {
     }
 }
 
-/// Force of a wheel: one constant effect, updated in place. A file of its own, since a write waits for the USB frame.
+/// Force feedback of a wheel: one constant effect, updated in place. It has its own open file, because a write waits
+/// for the USB frame.
 ///
-/// A second effect of no force plays all the time. The kernel's drivers without effects of their own (`ff-memless`, so hid-lg4ff)
-/// take an update over by a timer, and if the effect is stopped before that, by a close or SIGKILL too, they forget to tell the
-/// wheel, which keeps pulling. With another effect at work they add up what is left, which is nothing, and send that
+/// A second effect of zero force plays all the time. Kernel drivers based on `ff-memless` (such as hid-lg4ff) apply an
+/// update by a timer. If the effect is stopped before that, also by a close or SIGKILL, they do not update the wheel,
+/// which keeps pulling. With a second effect playing they recompute the sum, which is zero, and send it
 /// (`tests/wheel/usb.rs` shows it).
 struct EvdevForce {
     device: RawDevice,
@@ -368,7 +368,7 @@ struct EvdevForce {
 }
 
 impl EvdevForce {
-    /// Opens it, switches its own centring off and uploads the effect at level 0.
+    /// Opens the device, switches its own centring off and uploads the effects at level 0.
     fn open(node: &DeviceNode, autocentre_after: f64) -> Result<Self, WheelWithoutForce> {
         let refuse =
             |why| WheelWithoutForce { wheel: node.name.clone(), why, remedy: "codrive doctor tells more".into() };
@@ -378,7 +378,7 @@ impl EvdevForce {
             return Err(refuse(NoForce::NoConstantForce));
         }
         let upload = device.upload_ff_effect(constant(0)).map_err(|e| refuse(NoForce::Upload(e)))?;
-        // A device with room for one alone goes without.
+        // Optional: a device may have room for only one effect.
         let rest = device.upload_ff_effect(constant(0)).ok();
         let mut force = Self { device, can, effect: upload, rest, autocentre_after };
         force.prepare().map_err(|e| refuse(e.into()))?;
@@ -408,13 +408,13 @@ impl ForceDevice for EvdevForce {
         let _ = self.effect.update(constant(0));
         let _ = self.effect.stop();
         if self.can.autocentre {
-            // The kernel does not tell what it was; the profile says what it is to be.
+            // The kernel does not report the previous strength; the profile gives the strength to restore.
             let _ = self.device.set_ff_autocenter(strength(self.autocentre_after));
         }
     }
 }
 
-/// A constant force without end.
+/// Makes an endless constant force.
 fn constant(level: i16) -> FFEffectData {
     let envelope = FFEnvelope { attack_length: 0, attack_level: 0, fade_length: 0, fade_level: 0 };
     FFEffectData {
@@ -425,7 +425,7 @@ fn constant(level: i16) -> FFEffectData {
     }
 }
 
-/// A share as the kernel counts strengths.
+/// Converts a share, 0 to 1, to the kernel's unit of strength.
 fn strength(share: f64) -> u16 {
     (share * f64::from(u16::MAX)) as u16
 }

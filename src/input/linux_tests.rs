@@ -1,9 +1,9 @@
-//! Reading of wheels without a wheel: the kernel's events as values of evdev's own type, sysfs as a folder.
+//! Reading of wheels without a wheel: kernel events as values of evdev's own type, sysfs as a folder.
 
 use super::*;
 
 const G29: (u16, u16) = (0x046d, 0xc24f);
-// linux/input-event-codes.h: EV_SYN, EV_KEY, EV_ABS.
+// Event types of linux/input-event-codes.h: EV_SYN, EV_KEY, EV_ABS.
 const SYN: u16 = 0;
 const KEY: u16 = 1;
 const ABS: u16 = 3;
@@ -17,7 +17,7 @@ fn g29() -> WheelProfile {
     profiles::named("g29").unwrap()
 }
 
-/// A move of an axis, or a button and whether it is down.
+/// A movement of an axis, or a button and whether it is down.
 #[derive(Clone, Debug, PartialEq)]
 enum Heads {
     Axis(u16, i32),
@@ -33,7 +33,7 @@ fn plain(told: Vec<WheelMessage>) -> Vec<Heads> {
     told.into_iter().filter_map(plain).collect()
 }
 
-/// What these events come to, and how often the device's state was to be asked for.
+/// Returns the messages of these events, and the number of requests for the device's state.
 fn hear(heard: &mut WheelEvents, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usize) {
     let mut told = Vec::new();
     let hear =
@@ -43,7 +43,7 @@ fn hear(heard: &mut WheelEvents, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usi
 }
 
 #[test]
-fn axes_and_buttons_are_told_and_a_button_that_the_kernel_repeats_is_not() {
+fn axes_and_buttons_are_reported_and_key_repetitions_are_not() {
     let mut heard = WheelEvents::default();
     let events =
         [(ABS, 2, 100), (KEY, HORN, 1), (SYN, 0, 0), (KEY, HORN, 2), (SYN, 0, 1), (KEY, HORN, 0), (4, 4, 589_825)];
@@ -53,7 +53,7 @@ fn axes_and_buttons_are_told_and_a_button_that_the_kernel_repeats_is_not() {
 }
 
 #[test]
-fn what_stands_between_an_overflow_and_its_report_is_thrown_away_and_the_state_asked_for_once() {
+fn after_an_overflow_the_packet_is_dropped_and_the_state_queried_once() {
     let mut heard = WheelEvents::default();
     let events = [(ABS, 2, 100), (SYN, 3, 0), (ABS, 2, 7), (KEY, HORN, 1), (SYN, 0, 0), (ABS, 2, 90), (SYN, 0, 0)];
     let (told, asked) = hear(&mut heard, &events);
@@ -61,7 +61,7 @@ fn what_stands_between_an_overflow_and_its_report_is_thrown_away_and_the_state_a
 }
 
 #[test]
-fn after_lost_events_the_state_is_told_with_the_buttons_that_went_down_or_came_up_unheard() {
+fn after_lost_events_the_state_and_missed_button_changes_are_reported() {
     let mut heard = WheelEvents::default();
     hear(&mut heard, &[(KEY, HORN, 1), (KEY, 292, 1), (KEY, 296, 1), (KEY, 296, 0)]);
     let mut told = Vec::new();
@@ -86,30 +86,30 @@ fn the_angle_follows_the_steering_axis_alone() {
 }
 
 #[test]
-fn a_device_is_gone_when_it_hangs_up_or_fails_with_nothing_left_to_read() {
+fn a_device_is_gone_when_it_fails_with_no_events_left_to_read() {
     use PollFlags as F;
     assert!(gone(F::POLLHUP) && gone(F::POLLERR) && gone(F::POLLHUP | F::POLLERR));
     assert!(!gone(F::POLLIN) && !gone(F::POLLIN | F::POLLHUP | F::POLLERR) && !gone(F::empty()));
 }
 
 #[test]
-fn an_event_of_either_clock_has_its_age() {
+fn events_of_either_clock_keep_their_age() {
     let now = TimeStamp(Duration::from_millis(50_000));
     let at = |ms| UNIX_EPOCH + Duration::from_millis(ms);
     assert_eq!(stamp(at(49_990), now, None), Some(TimeStamp(Duration::from_millis(49_990))));
     assert_eq!(stamp(at(1_700_000_000_000), now, None), None, "a time of the day on the monotonic clock");
-    // By the clock of the day it came 30 ms ago, so 30 ms ago on the other, too.
+    // By the clock of the day the event is 30 ms old, so it is 30 ms old on the monotonic clock too.
     let day = Some(Duration::from_millis(1_700_000_000_030));
     assert_eq!(stamp(at(1_700_000_000_000), now, day), Some(TimeStamp(Duration::from_millis(49_970))));
     assert_eq!(stamp(at(1_700_000_000_031), now, day), None, "later than now");
-    // What the kernel writes beside a new file is the clock of the day.
+    // The modification time of a new file is the clock of the day.
     let written = tempfile::tempfile().unwrap().metadata().unwrap().modified().unwrap();
     let real = written.duration_since(UNIX_EPOCH).unwrap();
     assert!(now_real().abs_diff(real) < Duration::from_secs(60));
 }
 
 #[test]
-fn wheels_of_sysfs_come_in_the_order_of_their_numbers_without_what_is_none() {
+fn only_wheels_of_sysfs_are_listed_in_the_order_of_their_numbers() {
     let sys = tempfile::tempdir().unwrap();
     let plug = |event: &str, name: &str, id: Option<(&str, &str)>| {
         let device = sys.path().join("class/input").join(event).join("device");
@@ -136,7 +136,7 @@ fn wheels_of_sysfs_come_in_the_order_of_their_numbers_without_what_is_none() {
 }
 
 #[test]
-fn a_wheel_that_may_not_be_opened_is_told_with_the_rule_that_allows_it_and_any_other_fault_with_itself() {
+fn a_refused_wheel_is_reported_with_the_udev_rule_other_errors_without_it() {
     let wheel = node("/dev/input/event7");
     let told = trouble(&wheel, &io::ErrorKind::PermissionDenied.into());
     assert!(told.starts_with("Logitech G29 may not be opened (/dev/input/event7: permission denied)\n  remedy: "));
@@ -147,7 +147,7 @@ fn a_wheel_that_may_not_be_opened_is_told_with_the_rule_that_allows_it_and_any_o
 }
 
 #[test]
-fn a_profile_without_strength_takes_no_force_and_one_with_it_says_why_there_is_none() {
+fn without_strength_no_force_is_opened_and_with_it_a_failure_is_reported() {
     let nowhere = node("/nowhere/event0");
     let mut profile = g29();
     profile.force.strength = 0.0;
@@ -163,8 +163,8 @@ fn a_profile_without_strength_takes_no_force_and_one_with_it_says_why_there_is_n
 }
 
 #[test]
-fn an_effect_lies_along_the_wheel_and_has_no_end() {
-    // linux/input.h: direction 0xC000 is right, a length of 0 is for ever; strengths are 0 to 0xFFFF.
+fn an_effect_pushes_along_the_wheel_and_has_no_end() {
+    // linux/input.h: direction 0xC000 is right, a length of 0 is endless; strengths are 0 to 0xFFFF.
     let effect = constant(-21_760);
     assert_eq!((effect.direction, effect.replay.length, effect.replay.delay), (0xC000, 0, 0));
     let FFEffectKind::Constant { level, envelope } = effect.kind else { panic!("no constant force") };
@@ -173,7 +173,7 @@ fn an_effect_lies_along_the_wheel_and_has_no_end() {
 }
 
 #[test]
-fn a_profile_that_was_learnt_is_taken_at_the_next_look() {
+fn a_new_profile_is_used_at_the_next_search() {
     let mut port = EvdevPort { asked: None, seen: Some(Vec::new()) };
     let learnt = WheelProfile { name: "Rig 1".into(), ..g29() };
     port.prefer(learnt.clone());

@@ -1,7 +1,7 @@
-//! The participant's input devices. In: keys (told by the windows), wheels (read by evdev on Linux), pads (read by gilrs,
-//! which also reads the wheels of other systems, whose force goes through SDL2). Out: [`Controls`], actions of buttons, time
-//! of the newest input; and the force of the wheel. Nothing acts before it is known: a pedal that has not been read counts
-//! as released. The device touched last drives.
+//! The participant's input devices. In: key events from the windows, wheels (read by evdev on Linux), gamepads (read by
+//! gilrs). On other systems gilrs also reads the wheels, whose force goes through SDL2. Out: [`Controls`], button
+//! actions, the time of the newest input, and the force of the wheel. An unknown input has no effect: a pedal that has
+//! not been read counts as released. The device touched last drives.
 
 mod buttons;
 pub mod calibrate;
@@ -36,9 +36,9 @@ pub use rig::{Rig, RigEvent};
 use crate::controls::{Controls, Indicator, LaneHint};
 use stalk::Stalk;
 
-/// All devices of the participant.
+/// All input devices of the participant.
 pub struct Devices {
-    /// The keyboard, fed by the window.
+    /// Keyboard state, fed with key events by the window.
     pub keyboard: Keyboard,
     pads: Pads,
     rig: Rig,
@@ -46,30 +46,29 @@ pub struct Devices {
     stalk: Stalk,
 }
 
-/// Who drives.
+/// Device that drives the ego: the one touched last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlSource {
-    /// The keyboard.
     Keyboard,
-    /// A pad, or a wheel on a system without evdev.
+    /// A gamepad, or a wheel on a system without evdev.
     Pad,
-    /// A wheel.
+    /// A steering wheel read through evdev.
     Wheel,
 }
 
 impl Devices {
-    /// Opens what is plugged in; a machine without any device is fine.
+    /// Opens all devices that are plugged in; having none is no error.
     pub fn open() -> Self {
         Self::open_with(None)
     }
 
-    /// The same with the profile that a person named for the wheel.
+    /// Opens all devices; `profile` is the wheel profile that a person named.
     pub fn open_with(profile: Option<WheelProfile>) -> Self {
         let pads = Pads::open(profile.as_ref());
         Self::with(pads, Rig::open(profile))
     }
 
-    /// The same with this wheel.
+    /// Opens all devices with `rig` as the wheel.
     pub fn with_rig(rig: Rig) -> Self {
         Self::with(Pads::open(None), rig)
     }
@@ -79,7 +78,7 @@ impl Devices {
         Self { keyboard: Keyboard::default(), pads, rig, source, stalk: Stalk::default() }
     }
 
-    /// Reads what happened since the last call; once a frame.
+    /// Reads the events since the last call; to be called once a frame.
     pub fn poll(&mut self) -> Vec<RigEvent> {
         if self.pads.poll() {
             self.source = ControlSource::Pad;
@@ -103,7 +102,7 @@ impl Devices {
         news
     }
 
-    /// The controls of one tick. `hint` is what lane help needs, `None` where it is off.
+    /// Returns the controls of one tick. `hint` is the input of lane help, `None` where lane help is off.
     pub fn controls(&mut self, speed_mps: f64, hint: Option<LaneHint>) -> Controls {
         let typed = self.keyboard.tick(speed_mps, hint);
         let driven = match self.source {
@@ -114,60 +113,59 @@ impl Devices {
         Controls { indicator: self.stalk.steered(driven.steering_wheel_rad), ..driven }
     }
 
-    /// A hand pushes the stalk of the indicators to a side; to the side where it is, it goes back.
+    /// Pushes the indicator stalk to a side; a push to the side where it is puts it back to the middle.
     pub fn indicate(&mut self, side: Indicator) {
         self.stalk.push(side);
     }
 
-    /// Inputs of the force feedback from now on; at least ten times a second, or the force goes.
+    /// Sets the inputs of the force feedback. The force fades out when no input comes for [`force::STALE_S`].
     pub fn set_force_input(&self, feel: ForceInput) {
         self.rig.set_force_input(feel);
         self.pads.set_force_input(feel);
     }
 
-    /// The torque that was last sent to the wheel, N m, positive to the left; `None` where none is.
+    /// Returns the torque that was last sent to the wheel, N m, positive to the left; `None` without force feedback.
     pub fn torque_nm(&self) -> Option<f64> {
         self.rig.torque_nm().or_else(|| self.pads.torque_nm())
     }
 
-    /// True while someone sounds the horn.
+    /// Checks whether the horn is held, on the keyboard or on the wheel.
     pub fn horn(&self) -> bool {
         self.keyboard.horn() || self.rig.horn()
     }
 
-    /// The wheel.
     pub fn rig(&self) -> &Rig {
         &self.rig
     }
 
-    /// The wheel, to be calibrated and to show the advice.
+    /// Returns the wheel, for calibration and for the rev lamps.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig
     }
 
-    /// When the newest input came that has not been asked for yet, where the device tells times.
+    /// Returns the time stamp of the wheel's newest input since the last call; `None` without input or time stamp.
     pub fn newest_input(&mut self) -> Option<TimeStamp> {
         self.rig.newest_input()
     }
 
-    /// The profile of the wheel that is plugged in.
+    /// Returns the profile of the connected wheel.
     pub fn wheel_profile(&self) -> Option<&WheelProfile> {
         self.rig.profile()
     }
 
-    /// Which device was touched last.
+    /// Returns the device that was touched last.
     pub fn source(&self) -> ControlSource {
         self.source
     }
 
-    /// Before a drive: keys are up, the indicators are off, and the selector is in drive whatever was pressed since the last one.
+    /// Resets keyboard and wheel before a drive: pedals up, indicators off, selector in Drive.
     pub fn rest(&mut self) {
         self.keyboard.rest();
         self.stalk = Stalk::default();
         self.rig.select_drive();
     }
 
-    /// Who drives, as words.
+    /// Returns a short description of the driving device, for display.
     pub fn describe(&self) -> String {
         match self.source {
             ControlSource::Pad => self.pads.name().unwrap_or("pad unplugged").to_owned(),

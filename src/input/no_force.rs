@@ -1,50 +1,50 @@
-//! Why a wheel gives no force. In: what a library or the kernel said. Out: one message with the remedy; the drive goes on.
+//! Reasons for a wheel without force feedback. In: the error of a library or of the kernel. Out: one message with the
+//! remedy; the drive goes on.
 
 use std::{io, path::PathBuf};
 
-/// A wheel that gives no force.
+/// Message about a wheel without force feedback.
 #[derive(Debug, thiserror::Error)]
 #[error("{wheel} gives no force ({why}); the drive goes on without\n  remedy: {remedy}")]
 pub struct WheelWithoutForce {
-    /// What it is called.
+    /// Name of the wheel.
     pub wheel: String,
-    /// Why.
+    /// Reason for the missing force.
     pub why: NoForce,
-    /// What helps.
+    /// Advice on how to get force feedback.
     pub remedy: String,
 }
 
-/// Why there is no force.
+/// Reason for missing force feedback.
 #[derive(Debug, thiserror::Error)]
 pub enum NoForce {
-    /// There is no SDL2.
     #[error(transparent)]
     NoSdl(#[from] NoSdl),
-    /// SDL2 would not do what it was asked.
+    /// SDL2 reported an error.
     #[error("SDL2 {refused}: {complaint}")]
     Sdl {
-        /// What it did not do.
+        /// Name of the failed operation, as a predicate ("does not start").
         refused: &'static str,
-        /// What it said of it.
+        /// SDL2's own error message.
         complaint: String,
     },
-    /// SDL2 does not see the wheel.
+    /// SDL2 does not list the wheel.
     #[error("SDL2 sees {joysticks} joysticks, none of them {vendor:04x}:{product:04x}")]
     Unseen {
-        /// How many it sees.
+        /// Number of joysticks that SDL2 lists.
         joysticks: i32,
-        /// The wheel's maker on USB.
+        /// USB vendor of the wheel.
         vendor: u16,
-        /// The wheel's model on USB.
+        /// USB product of the wheel.
         product: u16,
     },
-    /// The wheel, or its driver, has no such effect.
+    /// The wheel or its driver has no constant force effect.
     #[error("its driver has no constant force")]
     NoConstantForce,
-    /// The effect cannot be made.
+    /// The effect cannot be uploaded.
     #[error("upload: {0}")]
     Upload(io::Error),
-    /// The kernel refuses.
+    /// A system call failed.
     #[error(transparent)]
     System(#[from] io::Error),
 }
@@ -53,19 +53,19 @@ pub enum NoForce {
 #[derive(Debug, thiserror::Error)]
 #[error("SDL2 cannot be used: {}", faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
 pub struct NoSdl {
-    /// What is wrong with each file that was tried.
+    /// Error of each file that was tried.
     pub faults: Vec<LibraryFault>,
-    /// What helps.
+    /// Advice on how to install SDL2.
     pub remedy: String,
 }
 
-/// Why one file is not SDL2.
+/// Reason that a file cannot be used as SDL2.
 #[derive(Debug, thiserror::Error)]
 pub enum LibraryFault {
-    /// The system does not open it.
+    /// The system does not open the file.
     #[error("{}: {_1}", _0.display())]
     Unopened(PathBuf, libloading::Error),
-    /// It lacks a function.
+    /// The library lacks a function.
     #[error("{} has no {_1}", _0.display())]
     Lacks(PathBuf, &'static str),
 }

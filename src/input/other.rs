@@ -1,10 +1,10 @@
 //! Steering wheels through gilrs, on systems without evdev (docs/references.md: g29). In: raw axis codes and values of
-//! gilrs (-1..1). Out: wheel angle and pedals. Raw codes, because a wheel has no gamepad mapping and its names in gilrs
-//! are arbitrary.
+//! gilrs (-1 to 1). Out: wheel angle and pedals. Raw codes are used because a wheel has no gamepad mapping and its axis
+//! names in gilrs are arbitrary.
 
 use crate::controls::{Controls, STEERING_LOCK_RAD, Selector};
 
-/// What an axis of a wheel is.
+/// Function of an axis of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WheelAxis {
     /// Steering: -1 full left to 1 full right.
@@ -13,13 +13,13 @@ pub enum WheelAxis {
     Accelerator,
     /// Brake: 1 released to -1 pressed.
     Brake,
-    /// Clutch; not used by an automatic car.
+    /// Clutch; unused, because the ego is automatic.
     Clutch,
 }
 
-/// Axes of a wheel by evdev code (type 3 in the upper half, as gilrs writes it), if the device is known to be one.
-/// Logitech's native modes (docs/references.md: g29): G27 c29b, G29 c24f, G923 c266; the G920 c262 and the Xbox G923 c26e
-/// order their pedals otherwise (kernel driver hid-logitech-hidpp).
+/// Returns the axes of a wheel by evdev code (type 3 in the upper half, as gilrs writes it), or `None` if the device is
+/// no known wheel. Logitech's native modes (docs/references.md: g29): G27 c29b, G29 c24f, G923 c266. The G920 c262 and
+/// the Xbox G923 c26e order their pedals differently (kernel driver hid-logitech-hidpp).
 pub fn known_wheel(vendor: Option<u16>, product: Option<u16>, name: &str) -> Option<&'static [(u32, WheelAxis)]> {
     const EV_ABS: u32 = 3 << 16;
     const G29: &[(u32, WheelAxis)] = &[
@@ -42,7 +42,7 @@ pub fn known_wheel(vendor: Option<u16>, product: Option<u16>, name: &str) -> Opt
     }
 }
 
-/// What is known of a wheel so far; an axis without an event is `None` and does nothing.
+/// State of a wheel read by gilrs; an axis without an event is `None` and has no effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GilrsWheelState {
     steering: Option<f32>,
@@ -52,7 +52,7 @@ pub struct GilrsWheelState {
 }
 
 impl GilrsWheelState {
-    /// An axis moved to `value`, -1..1.
+    /// Applies a movement of an axis to `value`, -1 to 1.
     pub fn moved(&mut self, axis: WheelAxis, value: f32) {
         match axis {
             WheelAxis::Steering => self.steering = Some(value),
@@ -62,12 +62,12 @@ impl GilrsWheelState {
         }
     }
 
-    /// Drive to reverse and back.
+    /// Switches between drive and reverse.
     pub fn toggle_reverse(&mut self) {
         self.reverse = !self.reverse;
     }
 
-    /// What the wheel asks of the car.
+    /// Returns the controls that the wheel asks for.
     pub fn controls(&self) -> Controls {
         Controls {
             throttle: self.accelerator.map_or(0.0, pedal),
@@ -79,7 +79,8 @@ impl GilrsWheelState {
     }
 }
 
-/// A pedal whose raw range 255..0 gilrs maps to 1..-0.992 (it centres 127), as 0 released to 1 floored.
+/// Converts a pedal value to 0 released to 1 floored. gilrs maps the raw range 255 to 0 to 1 to -0.992, because it
+/// centres 127.
 fn pedal(value: f32) -> f32 {
     ((1.0 - value) / 1.99).clamp(0.0, 1.0)
 }
@@ -115,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_g920_has_its_pedals_on_other_axes_and_a_wheel_that_nobody_knows_is_taken_for_a_g29() {
+    fn a_g920_has_other_pedal_axes_and_an_unknown_wheel_counts_as_a_g29() {
         // hid-logitech-hidpp reports them as Y, Z and RZ: accelerator, brake, clutch.
         for product in [0xc262, 0xc26e] {
             let axes = known_wheel(Some(0x046d), Some(product), "Logitech G920").unwrap();

@@ -1,6 +1,6 @@
-//! Pads through gilrs, and wheels on systems without evdev; its filters are off: they round a wheel's steering to 4.5
-//! degrees and couple it with the clutch (docs/references.md: g29). In: gilrs' events. Out: [`Controls`] of the device
-//! that was touched last; the force of a wheel, through SDL2.
+//! Gamepads through gilrs, and wheels on systems without evdev. gilrs' filters are off: they round a wheel's steering
+//! to 4.5 degrees and couple it with the clutch (docs/references.md: g29). In: gilrs' events. Out: [`Controls`] of the
+//! device that was touched last; the force of a wheel, through SDL2.
 
 use super::{
     buttons::ButtonAction,
@@ -15,29 +15,29 @@ use crate::controls::{Controls, STEERING_LOCK_RAD, Selector};
 use gilrs::{Axis, Button, EventType, GamepadId, Gilrs, GilrsBuilder};
 use std::{collections::BTreeMap, sync::Arc};
 
-/// Stick travel around the middle that counts as none: worn sticks rest at up to 0.1.
+/// Dead zone of the stick around the middle: worn sticks rest at up to 0.1.
 const STICK_DEAD: f32 = 0.12;
-/// Share of the steering lock that a stick reaches: a thumb cannot dose 450 degrees.
+/// Share of the steering lock at full stick: a thumb cannot control 450 degrees finely.
 const STICK_LOCK: f32 = 0.5;
 
-/// All pads and wheels.
+/// All gamepads and wheels that gilrs reads.
 pub struct Pads {
     gilrs: Option<Gilrs>,
     devices: BTreeMap<usize, PadDevice>,
     active: Option<usize>,
-    /// The profile that a person named; only its force matters here.
+    /// Profile that a person named; only its force settings are used here.
     asked: Option<WheelProfile>,
     force: Option<WheelForce>,
-    /// Buttons that were pressed since they were last asked for.
+    /// Actions of buttons pressed since the last [`Pads::take_pressed`].
     pressed: Vec<ButtonAction>,
-    /// What a person has to know, each said once.
+    /// Messages for people since the last [`Pads::take_troubles`], each sent once.
     troubles: Vec<String>,
     said: Vec<String>,
 }
 
-/// The force of one wheel.
+/// Force feedback of one wheel.
 struct WheelForce {
-    /// Whose.
+    /// Key of the wheel's device.
     key: usize,
     thread: ForceThread,
     angle: Arc<SharedAngle>,
@@ -62,12 +62,12 @@ struct PadState {
 }
 
 impl Pads {
-    /// Opens gilrs; where it cannot be opened there are no pads, which is said once.
-    /// `asked` is the profile that a person named for the wheel.
+    /// Opens gilrs. If that fails there are no gamepads, and the log says so. `asked` is the profile that a person
+    /// named for the wheel.
     pub fn open(asked: Option<&WheelProfile>) -> Self {
         let asked = asked.cloned();
         if wheel_is_here() {
-            // gilrs opens every joystick there is, and a wheel has one reader.
+            // gilrs opens every joystick, and a wheel must have only one reader.
             return Self { asked, ..Self::none() };
         }
         let gilrs = GilrsBuilder::new().with_default_filters(false).build();
@@ -83,7 +83,7 @@ impl Pads {
         Self { gilrs: None, devices, active: None, asked: None, force: None, pressed: Vec::new(), troubles, said }
     }
 
-    /// Reads all events since the last call; true if a device was touched.
+    /// Reads all events since the last call. Returns true if a device was touched.
     pub fn poll(&mut self) -> bool {
         let mut touched = false;
         while let Some(event) = self.gilrs.as_mut().and_then(Gilrs::next_event) {
@@ -100,7 +100,7 @@ impl Pads {
         touched
     }
 
-    /// A hand or foot moved something of this device. True if it is known.
+    /// Applies a movement by a hand or foot to a device. Returns false if the device is unknown.
     fn touch(&mut self, key: usize, moved: PadEvent) -> bool {
         let Some(device) = self.devices.get_mut(&key) else { return false };
         self.pressed.extend(moved.action());
@@ -119,29 +119,29 @@ impl Pads {
         self.force.take_if(|force| force.key == key);
     }
 
-    /// Inputs of the force feedback.
+    /// Sets the inputs of the force feedback.
     pub fn set_force_input(&self, feel: ForceInput) {
         if let Some(force) = &self.force {
             force.thread.set_input(feel);
         }
     }
 
-    /// The torque that was last sent, N m, positive to the left; `None` where none is.
+    /// Returns the torque that was last sent, N m, positive to the left; `None` without force feedback.
     pub fn torque_nm(&self) -> Option<f64> {
         Some(self.force.as_ref()?.thread.torque_nm())
     }
 
-    /// Buttons that were pressed since the last call: the d-pad and the lower one of four.
+    /// Returns the actions of buttons pressed since the last call: d-pad, south button and shoulder buttons.
     pub fn take_pressed(&mut self) -> Vec<ButtonAction> {
         std::mem::take(&mut self.pressed)
     }
 
-    /// What a person has to know since the last call.
+    /// Returns the messages for people since the last call.
     pub fn take_troubles(&mut self) -> Vec<String> {
         std::mem::take(&mut self.troubles)
     }
 
-    /// Gives a wheel its force, if there is a way to it.
+    /// Starts the force feedback of a wheel, if its profile wants force, SDL2 offers it, and no other wheel has it.
     fn strengthen(&mut self, key: usize, id: (u16, u16), name: &str) {
         let shipped = || profiles::shipped().find(|profile| profile.is_for(id.0, id.1));
         let profile = self.asked.clone().or_else(shipped).or_else(|| profiles::named("g29").ok());
@@ -167,12 +167,12 @@ impl Pads {
         self.force = thread.map(|thread| WheelForce { key, thread, angle });
     }
 
-    /// What the device touched last asks for; `None` if there is none.
+    /// Returns the controls of the device touched last; `None` if there is none.
     pub fn controls(&self) -> Option<Controls> {
         Some(self.devices.get(&self.active?)?.controls())
     }
 
-    /// Name of the device touched last.
+    /// Returns the name of the device touched last.
     pub fn name(&self) -> Option<&str> {
         Some(&self.devices.get(&self.active?)?.name)
     }
@@ -182,7 +182,7 @@ impl Pads {
         let name = pad.name().to_owned();
         let ids = (pad.vendor_id().unwrap_or(0), pad.product_id().unwrap_or(0));
         if cfg!(target_os = "linux") && profiles::kind(ids.0, ids.1, pad.os_name()) != DeviceKind::Other {
-            // Evdev has it: never two readers for one wheel.
+            // Evdev reads this wheel, and a wheel must have only one reader.
             return;
         }
         let kind = match known_wheel(pad.vendor_id(), pad.product_id(), pad.os_name()) {
@@ -208,7 +208,7 @@ fn wheel_is_here() -> bool {
     false
 }
 
-/// What a hand or foot moved: gilrs' events, whose codes nobody else can make, with the codes as numbers.
+/// A movement by a hand or foot: gilrs' events with their codes as numbers, because only gilrs can create the codes.
 #[derive(Clone, Copy, Debug)]
 enum PadEvent {
     Axis(Axis, f32, u32),
@@ -228,7 +228,7 @@ impl PadEvent {
 }
 
 impl PadEvent {
-    /// What it asks for besides driving.
+    /// Returns the action that the event asks for besides driving.
     fn action(self) -> Option<ButtonAction> {
         match self {
             Self::Press(Button::DPadUp, _) => Some(ButtonAction::Up),
@@ -238,7 +238,7 @@ impl PadEvent {
             Self::Press(Button::South, _) => Some(ButtonAction::Answer),
             Self::Press(Button::LeftTrigger, _) => Some(ButtonAction::IndicateLeft),
             Self::Press(Button::RightTrigger, _) => Some(ButtonAction::IndicateRight),
-            // A hat that gilrs calls an axis: right and up are positive.
+            // A d-pad that gilrs reports as axes: right and up are positive.
             Self::Axis(Axis::DPadX, value, _) if value > 0.5 => Some(ButtonAction::Right),
             Self::Axis(Axis::DPadX, value, _) if value < -0.5 => Some(ButtonAction::Left),
             Self::Axis(Axis::DPadY, value, _) if value > 0.5 => Some(ButtonAction::Up),
@@ -248,7 +248,7 @@ impl PadEvent {
     }
 }
 
-/// The G29's left paddle (docs/references.md: g29): 293, type 1 in the upper half.
+/// Left paddle of the G29 (docs/references.md: g29): key 293 of evdev type 1, the type in the upper half.
 const LEFT_PADDLE: u32 = (1 << 16) + 293;
 
 impl PadDevice {
@@ -279,7 +279,7 @@ impl PadDevice {
 impl PadState {
     fn controls(&self) -> Controls {
         let travel = ((self.stick.abs() - STICK_DEAD) / (1.0 - STICK_DEAD)).max(0.0);
-        // Squared, so that small corrections are fine.
+        // Squared, for fine small corrections.
         let steer = travel * travel * self.stick.signum();
         Controls {
             throttle: self.throttle,
@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(PadState { stick: 0.1, ..PadState::default() }.controls().steering_wheel_rad, 0.0);
     }
 
-    /// evdev's types in the upper half, as gilrs writes its codes.
+    /// evdev's event types in the upper half, as gilrs writes its codes.
     const KEY: u32 = 0x0001_0000;
     const ABS: u32 = 0x0003_0000;
 
@@ -327,7 +327,7 @@ mod tests {
         ] {
             assert!(pads.touch(3, moved));
         }
-        // Fully to the right: half of the lock.
+        // Stick fully to the right: half of the lock.
         let steering_wheel_rad = -0.5 * STEERING_LOCK_RAD;
         let pedals = Controls { throttle: 0.75, brake: 0.25, ..Controls::default() };
         let asked = Controls { steering_wheel_rad, selector: Selector::Reverse, ..pedals };
@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wheel_of_another_system_drives_by_the_codes_of_its_axes_whatever_gilrs_calls_them() {
+    fn a_wheel_read_by_gilrs_drives_by_the_codes_of_its_axes() {
         let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
         let mut pads = plugged(7, "G29", PadDeviceKind::Wheel { axes, state: GilrsWheelState::default() });
         for (code, value) in [(0, -1.0), (1, -1.0), (2, -1.0), (5, 1.0), (16, 1.0)] {
@@ -361,12 +361,12 @@ mod tests {
         let share = |stick: f32| {
             PadState { stick, ..PadState::default() }.controls().steering_wheel_rad / (STICK_LOCK * STEERING_LOCK_RAD)
         };
-        // Half of the way past the dead 0.12 is a quarter of the turn.
+        // Half of the travel beyond the dead zone of 0.12 gives a quarter of the angle.
         assert!((share(0.56) + 0.25).abs() < 1e-6 && (share(-0.56) - 0.25).abs() < 1e-6, "{}", share(0.56));
         assert_eq!((share(0.12), share(-0.12)), (0.0, 0.0));
     }
 
-    /// What a wheel was told; `None` is the end.
+    /// Levels sent to a wheel; `None` is the end.
     #[derive(Clone, Default)]
     struct Log(Arc<std::sync::Mutex<Vec<Option<i16>>>>);
 
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wheel_of_another_system_has_force_until_it_is_unplugged() {
+    fn a_wheel_read_by_gilrs_has_force_until_it_is_unplugged() {
         let (log, mut pads) = (Log::default(), Pads::none());
         let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
         let kind = PadDeviceKind::Wheel { axes, state: GilrsWheelState::default() };
@@ -403,9 +403,9 @@ mod tests {
     }
 
     #[test]
-    fn why_a_wheel_has_no_force_is_said_once() {
+    fn the_reason_for_missing_force_is_reported_once() {
         let mut pads = Pads::none();
-        // Nobody has made a wheel of this number.
+        // No wheel has this product number.
         for _ in 0..3 {
             pads.strengthen(1, (0x046d, 0xcffe), "Some wheel");
         }
@@ -416,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn no_force_is_looked_for_where_the_profile_wants_none_or_another_wheel_has_it() {
+    fn no_force_is_opened_for_a_second_wheel_or_a_profile_without_strength() {
         let g29 = profiles::named("g29").unwrap();
         let mut weak = g29.clone();
         weak.force.strength = 0.0;
@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stick_half_the_way_out_of_its_rest_steers_a_quarter_to_its_own_side() {
+    fn half_stick_travel_steers_a_quarter_to_the_same_side() {
         let steered = |stick| PadState { stick, ..PadState::default() }.controls().steering_wheel_rad;
         let half = STICK_DEAD + (1.0 - STICK_DEAD) / 2.0;
         let quarter = STICK_LOCK * STEERING_LOCK_RAD / 4.0;

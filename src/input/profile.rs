@@ -1,6 +1,6 @@
-//! Profile of a steering wheel: axes, buttons, force. In: a TOML text. Out: a checked [`WheelProfile`]: which axis is which,
-//! raw ends, dead zones, curves, the wheel's turn, buttons, strength of the force. Axis and button numbers are evdev's; raw
-//! values are the device's own.
+//! Profile of a steering wheel: axes, buttons, force. In: a TOML text. Out: a checked [`WheelProfile`]: axis codes, raw
+//! end values, dead zones, pedal curves, steering range, buttons, strength of the force. Axis and button codes are
+//! evdev's; raw values are the device's own.
 
 use super::buttons::Buttons;
 use crate::{
@@ -10,35 +10,33 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A mistake in a profile; the message is complete.
+/// Error in a profile; the message is complete, with the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct ProfileError(pub String);
 
-/// Everything about one wheel.
+/// All settings of one wheel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelProfile {
-    /// What people call it.
+    /// Name shown to people.
     pub name: String,
-    /// Devices that it is for, as `vendor:product` in hexadecimal.
+    /// Devices that the profile is for, as `vendor:product` in hexadecimal.
     #[serde(default)]
     pub products: Vec<String>,
-    /// The wheel.
     pub steering: Steering,
-    /// The right pedal.
     pub accelerator: Pedal,
-    /// The middle pedal, or the left of two.
+    /// Middle pedal, or the left one of two.
     pub brake: Option<Pedal>,
-    /// What buttons do.
+    /// Actions of the buttons.
     #[serde(default)]
     pub buttons: Buttons,
-    /// How strongly the wheel answers.
+    /// Strength of the force feedback.
     #[serde(default)]
     pub force: ForceSettings,
 }
 
-/// The steering axis.
+/// Steering axis, from raw values to angles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Steering {
@@ -50,74 +48,74 @@ pub struct Steering {
     pub centre: i32,
     /// Raw value at the right end.
     pub right: i32,
-    /// The wheel's turn from end to end, degrees.
+    /// Rotation from end to end, degrees.
     #[serde(default = "full_turn")]
     pub range_deg: f64,
     /// Steering wheel angle per road wheel angle.
     #[serde(default = "ratio")]
     pub ratio: f64,
-    /// Raw values on either side of the centre that count as straight ahead, as a share of the half range.
+    /// Dead zone on either side of the centre, as a share of the half range.
     #[serde(default)]
     pub dead: f64,
 }
 
-/// A pedal's axis.
+/// Axis of a pedal, from raw values to the pedal's effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pedal {
     /// evdev code of the axis.
     pub axis: u16,
-    /// Raw value with no foot on it.
+    /// Raw value of the released pedal.
     pub released: i32,
-    /// Raw value at the floor.
+    /// Raw value of the pedal at the floor.
     pub pressed: i32,
-    /// Share of the way at the top that does nothing.
+    /// Share of the travel, from the released end, that has no effect.
     #[serde(default = "pedal_dead")]
     pub dead: f64,
-    /// Share of the way at the floor that is full already.
+    /// Share of the travel, up to the floor, that has full effect.
     #[serde(default = "pedal_dead")]
     pub end: f64,
-    /// Exponent from way to effect: 1 straight, more is gentler at first.
+    /// Exponent from travel to effect: 1 is linear, a larger one is gentler at first.
     #[serde(default = "straight")]
     pub curve: f64,
 }
 
-/// What carries the force to the wheel.
+/// Interface through which the force is sent to the wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ForceBackend {
-    /// The system's own: evdev on Linux, SDL2 elsewhere.
+    /// Interface of the system: evdev on Linux, SDL2 elsewhere.
     #[default]
     System,
     /// SDL2, opened at run time.
     Sdl,
 }
 
-/// The force of a wheel, N m at its rim's axle.
+/// Force feedback of a wheel. Torques are about the axis of the wheel's rim, N m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForceSettings {
-    /// Share of the car's self-aligning torque that the wheel gives back; 0 switches all force off.
+    /// Share of the ego's self-aligning torque that the wheel reproduces; 0 switches all force off.
     pub strength: f64,
-    /// The most that is ever sent, N m.
+    /// Largest torque that is sent, N m.
     pub cap_nm: f64,
     /// Torque of the device at its full level, N m.
     pub full_nm: f64,
     /// Dry friction of the steering, N m.
     pub friction_nm: f64,
-    /// The friction that a standing tyre adds, N m.
+    /// Friction added at a standstill by the tyres, N m.
     pub standstill_nm: f64,
     /// Damping, N m per rad/s.
     pub damping_nms: f64,
-    /// Centring of the program's own, N m per rad; a car has none.
+    /// Additional centring spring, N m per rad; a real car has none.
     pub centring_nm: f64,
-    /// Shaking on grass, N m.
+    /// Amplitude of the vibration on grass, N m.
     pub grass_nm: f64,
-    /// Share of the device's own centring spring that is left on at the end; the mainline driver begins with 0.
+    /// Strength of the device's own centring spring after the drive, 0 to 1; the mainline driver starts with 0.
     pub autocentre_after: f64,
-    /// What carries it.
+    /// Interface for the force.
     pub backend: ForceBackend,
-    /// True for a wheel whose driver turns to the other side: a wheel that pulls away from the middle.
+    /// Reverses the direction of the force, for a wheel that pulls away from the middle.
     pub invert: bool,
 }
 
@@ -156,7 +154,8 @@ fn straight() -> f64 {
 }
 
 impl Steering {
-    /// Angle of the wheel itself for a raw value, radians, positive to the left; beyond the ends it goes on.
+    /// Returns the angle of the wheel for a raw value, radians, positive to the left; values beyond the ends are
+    /// extrapolated.
     pub fn wheel_rad(&self, raw: i32) -> f64 {
         let end = if (raw >= self.centre) == (self.right >= self.centre) { self.right } else { self.left };
         let share = share(raw, self.centre, end);
@@ -165,8 +164,8 @@ impl Steering {
         side * live * (self.range_deg / 2.0).to_radians()
     }
 
-    /// What the car's steering wheel does for a raw value, radians: the wheel's own angle, through this profile's ratio
-    /// instead of the car's.
+    /// Returns the angle of the ego's steering wheel for a raw value, radians: the wheel's angle, scaled by the ego's
+    /// steering ratio over the profile's, and limited to the ego's lock.
     pub fn car_rad(&self, raw: i32) -> f32 {
         let angle = self.wheel_rad(raw) * f64::from(STEERING_RATIO) / self.ratio;
         (angle as f32).clamp(-STEERING_LOCK_RAD, STEERING_LOCK_RAD)
@@ -174,32 +173,33 @@ impl Steering {
 }
 
 impl Pedal {
-    /// Way of the pedal for a raw value, 0 released to 1 at the floor.
+    /// Returns the travel of the pedal for a raw value, 0 released to 1 at the floor.
     pub fn way(&self, raw: i32) -> f64 {
-        // Without the sign that a zero has where the axis falls: it would be shown.
+        // Adding 0 removes the sign of a negative zero, which an axis with falling values yields and which would be
+        // displayed.
         share(raw, self.released, self.pressed).clamp(0.0, 1.0) + 0.0
     }
 
-    /// Its effect, 0 to 1: exactly 0 at rest and exactly 1 at the floor.
+    /// Returns the effect of the pedal for a raw value, 0 to 1: exactly 0 when released and exactly 1 at the floor.
     pub fn effect(&self, raw: i32) -> f32 {
         let live = ((self.way(raw) - self.dead) / (1.0 - self.dead - self.end)).clamp(0.0, 1.0);
         live.powf(self.curve) as f32
     }
 }
 
-/// Where `raw` stands between two values, 0 at `from` and 1 at `to`.
+/// Returns the position of `raw` between two values, 0 at `from` and 1 at `to`; not clamped.
 fn share(raw: i32, from: i32, to: i32) -> f64 {
     (f64::from(raw) - f64::from(from)) / (f64::from(to) - f64::from(from))
 }
 
-/// Smallest and largest raw value of each axis of a device.
+/// Smallest and largest raw value of each axis of a device, by evdev code.
 pub type AxisRanges = BTreeMap<u16, [i32; 2]>;
 
 impl WheelProfile {
-    /// Reads a profile; `file` is what messages call it.
+    /// Reads and checks a profile; `file` is the name for messages.
     ///
     /// # Errors
-    /// The text is no profile, or a value is not allowed: file, line, value and remedy.
+    /// The text is no profile, or a value is not allowed. The message gives file, line, value and remedy.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, ProfileError> {
         let profile: Self = toml_text::parse(text, file).map_err(|e| ProfileError(e.to_string()))?;
         profile.check().map_err(|(key, message)| {
@@ -208,30 +208,30 @@ impl WheelProfile {
         Ok(profile)
     }
 
-    /// The profile as a file that [`WheelProfile::from_toml`] reads back.
+    /// Returns the profile as TOML that [`WheelProfile::from_toml`] reads back.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).unwrap_or_default()
     }
 
-    /// True if it is for this device.
+    /// Checks whether the profile lists this device.
     pub fn is_for(&self, vendor: u16, product: u16) -> bool {
         self.products.iter().any(|id| id.eq_ignore_ascii_case(&format!("{vendor:04x}:{product:04x}")))
     }
 
-    /// All pedals.
+    /// Returns the pedals with their names; a missing brake is left out.
     pub fn pedals(&self) -> impl Iterator<Item = (&'static str, &Pedal)> {
         [("accelerator", Some(&self.accelerator)), ("brake", self.brake.as_ref())]
             .into_iter()
             .filter_map(|(name, pedal)| Some((name, pedal?)))
     }
 
-    /// A guess for a wheel that nobody has described: the first axis steers, the next two that are no hat are
-    /// accelerator and brake; each pedal rests where it is nearer to an end now.
+    /// Guesses a profile for an unknown wheel. The first axis steers; the next two axes that are no hats are
+    /// accelerator and brake. Each pedal is released at the end of its range that is nearer to its present value.
     ///
     /// # Errors
-    /// The device has less than two axes.
+    /// The device has fewer than two axes.
     pub fn generic(name: &str, axes: &AxisRanges, now: &BTreeMap<u16, i32>) -> Result<Self, ProfileError> {
-        /// Codes from here on are hats.
+        /// First evdev code of the hats.
         const FIRST_HAT: u16 = 16;
         let mut usable = axes.iter().filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1]);
         let too_few = || {
@@ -263,10 +263,10 @@ impl WheelProfile {
         })
     }
 
-    /// That the device has every axis of the profile.
+    /// Checks that the device has every axis of the profile.
     ///
     /// # Errors
-    /// One is missing: which, and what there is.
+    /// An axis is missing; the message names it and lists the device's axes.
     pub fn fits(&self, axes: &AxisRanges) -> Result<(), ProfileError> {
         let mut wanted = vec![("steering", self.steering.axis)];
         wanted.extend(self.pedals().map(|(name, pedal)| (name, pedal.axis)));

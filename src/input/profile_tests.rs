@@ -1,4 +1,4 @@
-//! Properties of profiles: maps from raw values to wheel and pedals, and what is said of a wrong file.
+//! Properties of profiles: conversions from raw values to wheel and pedals, and messages about invalid files.
 
 use super::{super::buttons::ButtonAction, *};
 use proptest::{
@@ -8,13 +8,13 @@ use proptest::{
 
 const G29: &str = include_str!("../../assets/wheels/g29.toml");
 
-/// The same cases in every run.
+/// Returns a configuration with the same cases in every run.
 fn config() -> Config {
     Config { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(7), ..Config::default() }
 }
 
 prop_compose! {
-    /// A pedal that nobody has built.
+    /// Draws a pedal from the whole range of allowed values.
     fn pedals()(
         released in -70_000..70_000_i32,
         way in 2..70_000_i32,
@@ -28,7 +28,7 @@ prop_compose! {
 }
 
 prop_compose! {
-    /// A wheel that nobody has built; its halves differ.
+    /// Draws a wheel from a wide range of values, with unequal halves.
     fn wheels()(
         centre in -1000..40_000_i32,
         half_left in 500..40_000_i32,
@@ -47,7 +47,7 @@ proptest! {
     #![proptest_config(config())]
 
     #[test]
-    fn every_pedal_is_zero_at_rest_one_at_the_floor_and_rises_between_without_a_step(
+    fn a_pedal_rises_without_a_step_from_zero_at_rest_to_one_at_the_floor(
         pedal in pedals(),
         share in -0.1..1.1,
         foot in 0.0..1.0,
@@ -58,18 +58,18 @@ proptest! {
         let raw = |share: f64| pedal.released + (f64::from(pedal.pressed - pedal.released) * share).round() as i32;
         let (here, next) = (pedal.effect(raw(share)), pedal.effect(raw(share) + towards_floor));
         prop_assert!((0.0..=1.0).contains(&here));
-        // A count of the device is so much of the live way; a power below 1 rises most over the first count, one above 1
-        // at the end.
+        // The live travel per count of the device. A power below 1 rises most over the first count, a power above 1 at
+        // the end.
         let count = 1.0 / (f64::from((pedal.pressed - pedal.released).abs()) * (1.0 - pedal.dead - pedal.end));
         let most = count.powf(pedal.curve).max(count * pedal.curve) + 1e-6;
         let rise = f64::from(next) - f64::from(here);
         prop_assert!((0.0..=most).contains(&rise), "{} of at most {}", rise, most);
-        // No foot within the dead zone acts, noise of a worn sensor included.
+        // No raw value within the dead zone has an effect, noise of a worn sensor included.
         prop_assert_eq!(pedal.effect(raw(foot * (pedal.dead - 0.5 * count).max(0.0))), 0.0);
     }
 
     #[test]
-    fn every_wheel_is_straight_at_its_centre_and_turns_through_its_full_range_without_a_step(
+    fn a_wheel_turns_through_its_full_range_without_a_step(
         wheel in wheels(),
         share in -1.2..1.2,
     ) {
@@ -125,7 +125,7 @@ fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
 }
 
 #[test]
-fn what_a_file_leaves_out_is_a_wheel_of_900_degrees_in_a_car_with_pedals_of_little_play() {
+fn missing_keys_default_to_a_wheel_of_900_degrees_and_small_dead_zones() {
     let short = "name = \"x\"\n[steering]\naxis = 0\nleft = 0\ncentre = 50\nright = 100\n[accelerator]\naxis = 1\nreleased = 0\npressed = 100\n";
     let profile = WheelProfile::from_toml(short, "x").unwrap();
     let s = &profile.steering;
@@ -152,9 +152,9 @@ fn the_centre_lies_between_both_ends_and_on_neither() {
 }
 
 #[test]
-fn a_button_has_one_task_and_a_task_that_is_given_one_has_no_other() {
+fn assigning_a_button_removes_its_old_action_and_the_actions_old_button() {
     let mut buttons = WheelProfile::from_toml(G29, "g29").unwrap().buttons;
-    // As g29.toml lists them.
+    // As in g29.toml.
     let tasks = [
         (293, ButtonAction::Reverse),
         (297, ButtonAction::Start),
@@ -176,7 +176,7 @@ fn a_button_has_one_task_and_a_task_that_is_given_one_has_no_other() {
 }
 
 #[test]
-fn a_product_is_known_in_either_case_and_by_both_its_numbers() {
+fn a_product_matches_in_either_case_and_by_both_its_numbers() {
     let mut profile = WheelProfile::from_toml(G29, "g29").unwrap();
     profile.products = vec!["046D:C24F".into(), "0001:000a".into()];
     assert!(profile.is_for(0x046d, 0xc24f) && profile.is_for(1, 10));
@@ -184,17 +184,17 @@ fn a_product_is_known_in_either_case_and_by_both_its_numbers() {
 }
 
 #[test]
-fn a_guess_takes_axes_that_move_and_are_no_hats_and_believes_where_pedals_rest() {
+fn a_guess_uses_axes_with_a_range_that_are_no_hats() {
     let guess = |axes: &[(u16, [i32; 2])], now: &[(u16, i32)]| {
         WheelProfile::generic("x", &axes.iter().copied().collect(), &now.iter().copied().collect())
     };
-    // Axis 0 has no range, 16 is the first hat: 1 steers, 15 is the accelerator, and there is no brake.
+    // Axis 0 has no range, and 16 is the first hat: axis 1 steers, 15 is the accelerator, and there is no brake.
     let axes = [(0, [5, 5]), (1, [-100, 300]), (15, [10, 20]), (16, [-1, 1])];
     let profile = guess(&axes, &[(15, 20)]).unwrap();
     let s = &profile.steering;
     assert_eq!((s.axis, s.left, s.centre, s.right), (1, -100, 100, 300));
     assert_eq!((profile.accelerator.axis, profile.brake), (15, None));
-    // In the middle and where nothing was told a pedal rests high, as those of most wheels do.
+    // A pedal in the middle or without a value is taken to rest high, as the pedals of most wheels do.
     for (raw, released) in [(10, 10), (14, 10), (15, 20), (16, 20), (20, 20)] {
         let pedal = guess(&axes, &[(15, raw)]).unwrap().accelerator;
         assert_eq!((pedal.released, pedal.pressed), (released, 30 - released), "at {raw}");
@@ -208,7 +208,7 @@ fn a_guess_takes_axes_that_move_and_are_no_hats_and_believes_where_pedals_rest()
 }
 
 #[test]
-fn a_button_is_called_by_what_it_does() {
+fn each_action_has_a_description() {
     let words = ButtonAction::ALL.map(ButtonAction::words);
     let expected = [
         "start, go on",

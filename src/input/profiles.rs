@@ -1,5 +1,5 @@
-//! Finding profiles of steering wheels. In: a device's ids, names given by people. Out: the [`WheelProfile`] for it: the
-//! person's own before a shipped one, and that before a guess.
+//! Search for the profile of a steering wheel. In: a device's ids and axes, a name given by a person. Out: its
+//! [`WheelProfile`]. The user's own profiles come before shipped ones, and those before a guess.
 
 use super::profile::{AxisRanges, ProfileError, WheelProfile};
 use crate::{
@@ -13,7 +13,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Profiles of known wheels.
+/// Shipped profiles of known wheels, by name.
 const SHIPPED: [(&str, &str); 4] = [
     ("g29", include_str!("../../assets/wheels/g29.toml")),
     ("g27", include_str!("../../assets/wheels/g27.toml")),
@@ -21,18 +21,18 @@ const SHIPPED: [(&str, &str); 4] = [
     ("g923", include_str!("../../assets/wheels/g923.toml")),
 ];
 
-/// What is known of a device by its ids and name.
+/// Kind of a device, recognised by its ids and name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeviceKind {
-    /// A steering wheel.
+    /// A usable steering wheel.
     Wheel,
-    /// A wheel that cannot be used as it stands; what to do.
+    /// A wheel that is unusable in its present mode, with the remedy.
     Unfit(&'static str),
-    /// A pad or something else.
+    /// A gamepad or another device.
     Other,
 }
 
-/// Wheels that a switch has put into a mode without pedals or force of their own, by vendor and product.
+/// Wheels in a mode without force or full range, by vendor and product.
 const UNFIT: [(u16, u16, &str); 2] = [
     (
         0x046d,
@@ -48,7 +48,7 @@ const UNFIT: [(u16, u16, &str); 2] = [
     ),
 ];
 
-/// What a device is.
+/// Returns the kind of a device.
 pub fn kind(vendor: u16, product: u16, name: &str) -> DeviceKind {
     if let Some((.., remedy)) = UNFIT.iter().find(|(v, p, _)| (*v, *p) == (vendor, product)) {
         return DeviceKind::Unfit(remedy);
@@ -57,12 +57,12 @@ pub fn kind(vendor: u16, product: u16, name: &str) -> DeviceKind {
     if named || shipped().any(|p| p.is_for(vendor, product)) { DeviceKind::Wheel } else { DeviceKind::Other }
 }
 
-/// All shipped profiles.
+/// Returns all shipped profiles.
 pub fn shipped() -> impl Iterator<Item = WheelProfile> {
     SHIPPED.iter().filter_map(|(name, text)| WheelProfile::from_toml(text, name).ok())
 }
 
-/// The folder of the person's own profiles; `None` without a home.
+/// Returns the folder of the user's own profiles; `None` without a home folder.
 pub fn own_folder() -> Option<PathBuf> {
     own_folder_by(|name| std::env::var_os(name))
 }
@@ -73,7 +73,7 @@ fn own_folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf>
     Some(config.join("codrive").join("wheels"))
 }
 
-/// Reads a profile.
+/// Reads a profile file.
 ///
 /// # Errors
 /// The file cannot be read, or is no profile.
@@ -85,10 +85,10 @@ pub fn load(path: &Path) -> Result<WheelProfile, ProfileError> {
     WheelProfile::from_toml(&text, &shown)
 }
 
-/// The profile of this name: a file, one of the person's own, or a shipped one.
+/// Returns the profile of this name: a file, one of the user's own, or a shipped one.
 ///
 /// # Errors
-/// There is none, or it is wrong.
+/// There is no such profile, or it is invalid.
 pub fn named(name: &str) -> Result<WheelProfile, ProfileError> {
     if name.ends_with(".toml") {
         return load(Path::new(name));
@@ -110,7 +110,7 @@ pub fn named(name: &str) -> Result<WheelProfile, ProfileError> {
     }
 }
 
-/// Files of the person's own profiles, by name.
+/// Returns the files of the user's own profiles, sorted by name.
 fn own() -> Vec<PathBuf> {
     own_folder().map_or_else(Vec::new, |folder| profiles_in(&folder))
 }
@@ -123,10 +123,10 @@ fn profiles_in(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// Saves a profile as the person's own. Returns where.
+/// Saves a profile, by default among the user's own. Returns its path.
 ///
 /// # Errors
-/// There is no home, or the disk refuses.
+/// There is no home folder, or the file cannot be written.
 pub fn save(profile: &WheelProfile, path: Option<&Path>) -> Result<PathBuf, ProfileError> {
     let file = format!("{}.toml", file_name(&profile.name));
     let path = path.map(Path::to_owned).or_else(|| own_folder().map(|folder| folder.join(file)));
@@ -139,7 +139,7 @@ pub fn save(profile: &WheelProfile, path: Option<&Path>) -> Result<PathBuf, Prof
     Ok(path)
 }
 
-/// A name as that of a file: small letters, digits and dashes.
+/// Converts a profile's name to a file name: small letters, digits and dashes.
 fn file_name(name: &str) -> String {
     let words: Vec<String> = name
         .to_lowercase()
@@ -150,23 +150,23 @@ fn file_name(name: &str) -> String {
     if words.is_empty() { "wheel".into() } else { words.join("-") }
 }
 
-/// A device that asks for its profile.
+/// Device without a profile yet.
 #[derive(Clone, Debug, Default)]
 pub struct UnprofiledDevice {
-    /// Its name.
     pub name: String,
-    /// Vendor and product.
+    /// Vendor and product on USB.
     pub id: (u16, u16),
-    /// Its axes.
+    /// Range of each axis.
     pub axes: AxisRanges,
-    /// Their values now.
+    /// Present raw value of each axis.
     pub values: BTreeMap<u16, i32>,
 }
 
-/// The profile for a device, and what is wrong with profiles that were passed over. `asked` is one that a person named.
+/// Chooses the profile of a device, and lists the errors of profiles that were skipped. `asked` is the profile that a
+/// person named.
 ///
 /// # Errors
-/// The named profile does not fit, or the device is no wheel.
+/// The named profile does not fit the device, or no profile fits or can be guessed.
 pub fn choose(
     device: &UnprofiledDevice,
     asked: Option<&WheelProfile>,
@@ -174,7 +174,7 @@ pub fn choose(
     choose_from(&own(), device, asked)
 }
 
-/// The same with these files as the person's own.
+/// Chooses the profile of a device, with these files as the user's own profiles.
 fn choose_from(
     own: &[PathBuf],
     device: &UnprofiledDevice,
@@ -201,7 +201,7 @@ fn choose_from(
         return Ok((profile, faults));
     }
     if device.values.values().all(|raw| *raw == 0) {
-        // A guess would take pedals that rest high for floored ones, and the other way round.
+        // The guess would confuse released and floored pedals.
         return Err(ProfileError(format!(
             "{} is not known, and has not told yet where its pedals rest\n  remedy: codrive calibrate learns it",
             device.name
@@ -212,7 +212,7 @@ fn choose_from(
     Ok((profile, faults))
 }
 
-/// Puts a shipped profile onto the device's own range where a driver reports another resolution.
+/// Adapts a shipped profile to the device's own ranges, for drivers with another resolution.
 fn scale(profile: &mut WheelProfile, axes: &AxisRanges) {
     let s = &mut profile.steering;
     if let Some([low, high]) = axes.get(&s.axis).filter(|range| [s.left, s.right] != **range && range[0] < range[1]) {
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_g29_is_known_unasked_and_one_at_the_ps4_switch_is_told() {
+    fn a_g29_is_recognised_and_one_in_ps4_mode_is_reported_as_unfit() {
         let (profile, faults) = choose(&g29(), None).unwrap();
         assert_eq!((profile.name.as_str(), faults.len()), ("Logitech G29", 0));
         assert_eq!(profile.brake.unwrap().axis, 5);
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_wheel_gets_a_guess_whose_pedals_rest_where_they_are() {
+    fn a_guessed_profile_takes_present_pedal_values_as_released() {
         let values = [(0, 512), (1, 3), (2, 1020)].into();
         let axes = [(0, [0, 1023]), (1, [0, 1023]), (2, [0, 1023])].into();
         let device = UnprofiledDevice { name: "Some Racing Wheel".into(), id: (1, 2), axes, values };
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_of_an_axis_that_vanished_names_it_and_the_remedy() {
+    fn a_profile_with_a_missing_axis_names_the_axis_and_the_remedy() {
         let mut device = g29();
         device.axes.remove(&5);
         let message = choose(&device, None).unwrap_err().0;
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_range_that_a_driver_reports_leaves_the_profile_as_it_is() {
+    fn an_empty_axis_range_leaves_the_profile_unchanged() {
         let mut device = g29();
         device.axes.insert(0, [0, 0]);
         device.axes.insert(2, [7, 7]);
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_persons_own_profile_of_a_wheel_comes_before_the_shipped_one_and_what_is_wrong_with_others_is_told() {
+    fn an_own_profile_comes_before_a_shipped_one_and_faulty_ones_are_reported() {
         let folder = tempfile::tempdir().unwrap();
         let write = |file: &str, edit: &dyn Fn(&mut WheelProfile)| {
             let mut profile = WheelProfile { name: file.into(), ..named("g29").unwrap() };
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn own_profiles_lie_in_the_systems_folder_of_settings() {
+    fn own_profiles_are_in_the_systems_settings_folder() {
         let folder = |set: &[(&str, &str)]| {
             own_folder_by(|name| set.iter().find(|(known, _)| *known == name).map(|(_, value)| value.into()))
         };

@@ -1,5 +1,6 @@
-//! Reading of wheels, independent of the operating system. In: a [`WheelPort`]. Out: [`WheelMessage`] to whoever polls. One
-//! turn finds a wheel or waits a moment for its events; a wheel that fails to be read is lost, and looked for again.
+//! Reading of wheels, independent of the operating system. In: a [`WheelPort`]. Out: [`WheelMessage`] in a channel. One
+//! turn finds a wheel or waits briefly for its events. A wheel that cannot be read is lost, and the reader looks for it
+//! again.
 
 use super::{
     profile::WheelProfile,
@@ -16,50 +17,50 @@ use std::{
     time::Duration,
 };
 
-/// While there is no wheel, the system is asked so often.
+/// Interval between searches while there is no wheel.
 const LOOK_AGAIN: Duration = Duration::from_millis(500);
 
-/// A way to wheels.
+/// Access to the wheels of an operating system.
 pub trait WheelPort: Send + 'static {
-    /// An open wheel.
+    /// Handle of an open wheel.
     type Wheel;
 
-    /// Looks for a wheel and opens it. `say` takes what a person has to know, again and again.
+    /// Looks for a wheel and opens it. `say` takes messages for people; the same message may be repeated.
     fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)>;
 
-    /// From the next wheel on, this is its profile.
+    /// Sets the profile that is used from the next wheel on.
     fn prefer(&mut self, profile: WheelProfile);
 
-    /// Waits a moment for events, at most a tenth of a second, and adds them to `told`.
+    /// Waits up to 0.1 s for events and adds them to `told`.
     ///
     /// # Errors
     /// The wheel is gone.
     fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()>;
 }
 
-/// Finds, reads, loses.
+/// Finds, reads and loses wheels.
 pub struct WheelReader<P: WheelPort> {
     port: P,
     wheel: Option<P::Wheel>,
     to: Sender<WheelMessage>,
-    /// What was said already, so that each is said once until a wheel is found.
+    /// Messages that were sent already; each is sent once until a wheel is found.
     said: Vec<String>,
 }
 
 impl<P: WheelPort> WheelReader<P> {
-    /// A reader, and where it tells what it reads.
+    /// Returns a reader and the channel of its messages.
     pub fn new(port: P) -> (Self, Receiver<WheelMessage>) {
         let (to, told) = mpsc::channel();
         (Self { port, wheel: None, to, said: Vec::new() }, told)
     }
 
-    /// Takes this profile from now on: lets the wheel go, to find it again with it.
+    /// Sets the profile and releases the wheel, so that it is found again with this profile.
     pub fn prefer(&mut self, profile: WheelProfile) {
         self.port.prefer(profile);
         self.wheel = None;
     }
 
-    /// One turn. False if there is no wheel, so that there is time to wait.
+    /// Runs one turn. Returns false if there is no wheel, so that the caller can wait.
     pub fn turn(&mut self) -> bool {
         let Self { port, wheel, to, said } = self;
         let Some(open) = wheel else {
@@ -89,19 +90,19 @@ impl<P: WheelPort> WheelReader<P> {
     }
 }
 
-/// The reading thread; it ends with this.
+/// Thread that reads a wheel; dropping it ends the thread.
 pub struct ReadingThread {
     stop: Arc<AtomicBool>,
-    /// A profile that was learnt, for the thread to take.
+    /// New profile for the thread to apply.
     learnt: Arc<Mutex<Option<WheelProfile>>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl ReadingThread {
-    /// Reads on a thread of its own.
+    /// Starts the reading thread.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn start<P: WheelPort>(port: P) -> io::Result<(Self, Receiver<WheelMessage>)>
     where
         P::Wheel: Send,
@@ -117,7 +118,7 @@ impl ReadingThread {
                     reader.prefer(profile);
                 }
                 if !reader.turn() {
-                    // In small pieces, so that the end of the program need not wait.
+                    // In short waits, so that the program can end without delay.
                     for _ in 0..10 {
                         if !flag.load(Ordering::Relaxed) {
                             std::thread::sleep(LOOK_AGAIN / 10);
@@ -129,7 +130,7 @@ impl ReadingThread {
         Ok((Self { stop, learnt, thread: Some(thread) }, told))
     }
 
-    /// The wheel is to be taken anew with this profile; it is found again in a moment.
+    /// Reopens the wheel with this profile; the thread applies it at its next turn.
     pub fn prefer(&self, profile: WheelProfile) {
         *self.learnt.lock().unwrap_or_else(PoisonError::into_inner) = Some(profile);
     }

@@ -1,5 +1,5 @@
-//! The participant's wheel over a whole session: plugged in, unplugged, plugged in again. In: what the reading thread tells.
-//! Out: controls, news for people, and force while there is a wheel that takes it.
+//! The participant's wheel over a session, in which it may be unplugged and plugged in again. In: messages of the
+//! reading thread. Out: controls, events for people, and force while a wheel takes it.
 
 use super::{
     buttons::ButtonAction,
@@ -16,32 +16,32 @@ use super::{
 use crate::controls::{Controls, Selector};
 use std::sync::mpsc::Receiver;
 
-/// What happened to the wheel that someone has to know.
+/// Event of the wheel that concerns people.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RigEvent {
-    /// A wheel is there, or there again: its name.
+    /// A wheel was plugged in, by name.
     Connected(String),
-    /// It was unplugged: its name.
+    /// The wheel was unplugged, by name.
     Disconnected(String),
-    /// A button with a meaning was pressed.
+    /// A button with an action was pressed.
     Pressed(ButtonAction),
-    /// Something is wrong, and its remedy.
+    /// A problem, with its remedy.
     Trouble(String),
 }
 
-/// The wheel, or the place for one.
+/// Wheel of the rig, connected or not.
 pub struct Rig {
     told: Receiver<WheelMessage>,
     wheel: Option<ConnectedWheel>,
-    /// What holds while there is none: pedals up, the wheel where it was.
+    /// Controls while no wheel is connected: pedals released, steering as at the disconnection.
     left: Controls,
     newest: Option<TimeStamp>,
-    /// Questions that are being asked, and since when.
+    /// Calibration in progress, and the time of its start.
     calibration: Option<(Calibration, TimeStamp)>,
     last_button: Option<u16>,
-    /// True once it was said that there are no lamps.
+    /// True once the message about missing lamps was sent.
     lamps_told: bool,
-    /// The last: its end is waited for after all else is let go.
+    /// Reading thread. The last field, so that it is dropped, and waited for, after all others.
     thread: Option<ReadingThread>,
 }
 
@@ -53,7 +53,7 @@ struct ConnectedWheel {
 }
 
 impl Rig {
-    /// Looks for wheels from now on; `asked` is a profile that a person named.
+    /// Opens the rig and starts the search for wheels; `asked` is the profile that a person named.
     pub fn open(asked: Option<WheelProfile>) -> Self {
         let started = start(asked);
         let (thread, told) = match started {
@@ -63,7 +63,7 @@ impl Rig {
         Self { thread, ..Self::fed_by(told) }
     }
 
-    /// A wheel that is told of by whoever holds the other end.
+    /// Creates a rig whose messages come from the other end of this channel.
     pub fn fed_by(told: Receiver<WheelMessage>) -> Self {
         Self {
             told,
@@ -77,7 +77,8 @@ impl Rig {
         }
     }
 
-    /// Takes in what happened since the last call. True if a hand or foot moved something.
+    /// Applies the messages since the last call. Returns true if a hand or foot moved something, and the events for
+    /// people.
     pub fn poll(&mut self) -> (bool, Vec<RigEvent>) {
         let (mut touched, mut news) = (false, Vec::new());
         while let Ok(told) = self.told.try_recv() {
@@ -134,7 +135,7 @@ impl Rig {
     }
 
     fn plug(&mut self, found: FoundWheel) {
-        // The old one's force ends before the new one's begins.
+        // The old wheel's force ends before the new one's begins.
         self.calibration = None;
         if let Some(old) = self.wheel.take() {
             self.left = old.state.controls();
@@ -147,24 +148,24 @@ impl Rig {
         self.wheel = Some(ConnectedWheel { device: found.device, state, lamps: found.lamps, force });
     }
 
-    /// What the wheel asks of the car; without one the pedals are released and the wheel stands where it was.
+    /// Returns the controls that the wheel asks for; without a wheel the pedals are released and the steering stays.
     pub fn controls(&self) -> Controls {
         self.wheel.as_ref().map_or(self.left, |wheel| wheel.state.controls())
     }
 
-    /// Inputs of the force feedback.
+    /// Sets the inputs of the force feedback.
     pub fn set_force_input(&self, feel: ForceInput) {
         if let Some(force) = self.wheel.as_ref().and_then(|wheel| wheel.force.as_ref()) {
             force.set_input(feel);
         }
     }
 
-    /// The torque that was last sent, N m, positive to the left; `None` where none is.
+    /// Returns the torque that was last sent, N m, positive to the left; `None` without force feedback.
     pub fn torque_nm(&self) -> Option<f64> {
         Some(self.wheel.as_ref()?.force.as_ref()?.torque_nm())
     }
 
-    /// The selector is in drive.
+    /// Puts the selector into drive.
     pub fn select_drive(&mut self) {
         self.left.selector = Selector::Drive;
         if let Some(wheel) = &mut self.wheel {
@@ -172,12 +173,12 @@ impl Rig {
         }
     }
 
-    /// True while the horn is held on the wheel.
+    /// Checks whether the horn is held on the wheel.
     pub fn horn(&self) -> bool {
         self.wheel.as_ref().is_some_and(|wheel| wheel.state.horn())
     }
 
-    /// Shows on the wheel's rev lamps how the speed stands to the advice. The first time that this cannot be done: why.
+    /// Shows the advice state on the wheel's rev lamps. Returns the reason the first time that this is impossible.
     pub fn show_advice_state(&mut self, advice_state: AdviceState) -> Option<String> {
         let trouble = match &mut self.wheel {
             Some(wheel) if wheel.lamps.count() == 0 => format!("{} has no rev lamps", wheel.device.name),
@@ -193,10 +194,10 @@ impl Rig {
         (!std::mem::replace(&mut self.lamps_told, true)).then_some(trouble)
     }
 
-    /// Begins to ask about the wheel that is plugged in.
+    /// Starts the calibration of the connected wheel.
     ///
     /// # Errors
-    /// There is none, or it has too few axes.
+    /// No wheel is connected, or it has too few axes.
     pub fn calibrate(&mut self) -> Result<(), ProfileError> {
         let text = "no steering wheel is plugged in\n  remedy: plug it in, wait for its turn, and begin again";
         let wheel = self.wheel.as_ref().ok_or_else(|| ProfileError(text.into()))?;
@@ -206,21 +207,21 @@ impl Rig {
         Ok(())
     }
 
-    /// The questions, while they are asked.
+    /// Returns the calibration in progress.
     pub fn calibration(&self) -> Option<&Calibration> {
         self.calibration.as_ref().map(|(calibration, _)| calibration)
     }
 
-    /// Asks no more.
+    /// Ends the calibration without a result.
     pub fn end_calibration(&mut self) {
         self.calibration = None;
     }
 
-    /// Takes the wheel anew with this profile.
+    /// Reopens the wheel with this profile.
     pub fn take(&mut self, profile: WheelProfile) {
         self.calibration = None;
         if let Some(wheel) = &mut self.wheel {
-            // Its end sets the device's own centring, which must not come after the new one's beginning.
+            // Its end sets the device's own centring, and must not come after the start of the new force.
             wheel.force = None;
         }
         if let Some(thread) = &self.thread {
@@ -228,23 +229,23 @@ impl Rig {
         }
     }
 
-    /// The wheel's last raw values, and the button that was pressed last.
+    /// Returns the wheel's device, its last raw values, and the button that was pressed last.
     pub fn raw(&self) -> Option<(&UnprofiledDevice, &std::collections::BTreeMap<u16, i32>, Option<u16>)> {
         let wheel = self.wheel.as_ref()?;
         Some((&wheel.device, wheel.state.raw(), self.last_button))
     }
 
-    /// When the newest input came that has not been asked for yet.
+    /// Returns the time stamp of the newest input since the last call; `None` without input or time stamp.
     pub fn newest_input(&mut self) -> Option<TimeStamp> {
         self.newest.take()
     }
 
-    /// The profile of the wheel that is plugged in.
+    /// Returns the profile of the connected wheel.
     pub fn profile(&self) -> Option<&WheelProfile> {
         Some(self.wheel.as_ref()?.state.profile())
     }
 
-    /// The wheel in words.
+    /// Returns a description of the wheel for display.
     pub fn describe(&self) -> String {
         let Some(wheel) = &self.wheel else { return "wheel unplugged".into() };
         let force = if wheel.force.is_some() { "with force" } else { "without force" };

@@ -1,4 +1,4 @@
-//! The wheel over a session, with a port that stands for the system: start-up, 500 times unplugged, force to the device.
+//! The wheel over a session with a simulated port: start, 500 disconnections, force to the device.
 
 use super::*;
 use crate::input::{
@@ -17,7 +17,7 @@ fn rest() -> BTreeMap<u16, i32> {
     [(0, 32_767), (1, 255), (2, 255), (5, 255)].into()
 }
 
-/// A G29 at rest as the reading thread tells of it.
+/// A G29 at rest as the reading thread reports it.
 fn found(force: Option<Box<dyn ForceDevice>>) -> FoundWheel {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
     let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: rest() };
@@ -25,7 +25,7 @@ fn found(force: Option<Box<dyn ForceDevice>>) -> FoundWheel {
     FoundWheel { device, profile, lamps: Lamps::default(), force, angle: Arc::new(SharedAngle::default()) }
 }
 
-/// What a wheel was told, in order.
+/// Levels sent to a wheel, in order; `None` is the end.
 #[derive(Clone, Default)]
 struct Log(Arc<Mutex<Vec<Option<i16>>>>);
 
@@ -40,7 +40,7 @@ impl ForceDevice for Log {
     }
 }
 
-/// A system whose wheel is pulled out after each batch of events.
+/// A simulated port whose wheel is unplugged after each batch of events.
 struct Pulled {
     batches: Vec<Vec<(u16, i32)>>,
     force: Option<Log>,
@@ -69,7 +69,7 @@ impl WheelPort for Pulled {
 }
 
 #[test]
-fn five_hundred_times_unplugged_and_plugged_in_again() {
+fn a_wheel_works_after_each_of_500_disconnections() {
     let log = Log::default();
     let batches = vec![vec![(0, 40_000), (2, 100), (5, 30)]; 500];
     let (mut reader, told) = WheelReader::new(Pulled { batches, force: Some(log.clone()) });
@@ -112,7 +112,7 @@ fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
     to.send(plug()).unwrap();
     rig.poll();
     assert_eq!(rig.controls().selector, Selector::Reverse);
-    // Before the next drive it is put into drive, also on a wheel that comes later.
+    // Before the next drive the selector is put into drive, also for a wheel that comes later.
     rig.select_drive();
     assert_eq!(rig.controls().selector, Selector::Drive);
     to.send(WheelMessage::Lost).unwrap();
@@ -122,7 +122,7 @@ fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
 }
 
 #[test]
-fn the_newest_time_is_told_once() {
+fn the_newest_time_stamp_is_returned_once() {
     let (to, told) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(told);
     to.send(WheelMessage::Connected(Box::new(found(None)))).unwrap();
@@ -136,7 +136,7 @@ fn the_newest_time_is_told_once() {
 }
 
 #[test]
-fn the_running_thread_ends_with_no_force_and_the_devices_own_centring_back() {
+fn the_force_thread_ends_the_force_when_it_is_dropped() {
     let log = Log::default();
     let profile = profiles::named("g29").unwrap();
     let force = ForceLoop::new(Box::new(log.clone()), &profile);
@@ -147,7 +147,7 @@ fn the_running_thread_ends_with_no_force_and_the_devices_own_centring_back() {
     assert_eq!(log.0.lock().unwrap().last(), Some(&None));
 }
 
-/// A system whose wheel is always there and tells with which profile it was found, and what was done to it.
+/// A simulated port whose wheel is always present and has the preferred profile; its force is logged.
 struct Kept {
     profile: WheelProfile,
     log: Log,
@@ -171,12 +171,12 @@ impl WheelPort for Kept {
 }
 
 #[test]
-fn a_profile_that_was_learnt_takes_the_wheel_anew_after_the_old_force_has_ended() {
+fn a_new_profile_reopens_the_wheel_after_the_old_force_has_ended() {
     let log = Log::default();
     let (thread, told) =
         ReadingThread::start(Kept { profile: profiles::named("g29").unwrap(), log: log.clone() }).unwrap();
     let mut rig = Rig { thread: Some(thread), ..Rig::fed_by(told) };
-    // A slow machine has 10 s.
+    // Up to 10 s, for slow computers.
     let until = |rig: &mut Rig, name: &str| {
         let there = |rig: &Rig| rig.profile().is_some_and(|profile| profile.name == name);
         for _ in 0..1000 {
@@ -202,7 +202,7 @@ fn a_profile_that_was_learnt_takes_the_wheel_anew_after_the_old_force_has_ended(
 }
 
 #[test]
-fn a_thread_without_a_wheel_leaves_the_system_in_peace_for_half_a_second() {
+fn a_thread_without_a_wheel_searches_every_half_second() {
     #[derive(Clone, Default)]
     struct Looks(Arc<Mutex<usize>>);
     impl WheelPort for Looks {
@@ -228,13 +228,14 @@ fn a_thread_without_a_wheel_leaves_the_system_in_peace_for_half_a_second() {
 }
 
 #[test]
-fn the_d_pad_asks_once_a_push_and_drives_nothing() {
+fn each_push_of_the_d_pad_is_one_action_and_drives_nothing() {
     let (to, told) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(told);
     to.send(WheelMessage::Connected(Box::new(found(None)))).unwrap();
     rig.poll();
     let before = rig.controls();
-    // The G29's d-pad is a hat: ABS_HAT0X and ABS_HAT0Y, -1 left and up, 0 let go. The kernel may tell a place twice.
+    // The G29's d-pad is a hat: ABS_HAT0X and ABS_HAT0Y, -1 left and up, 0 released. The kernel may report a value
+    // twice.
     for (code, raw) in [(16, -1), (16, -1), (16, 0), (16, 1), (16, 0), (17, -1), (17, 0), (17, 1), (17, 0)] {
         to.send(WheelMessage::Axis { code, raw, at: None }).unwrap();
     }
@@ -243,7 +244,7 @@ fn the_d_pad_asks_once_a_push_and_drives_nothing() {
     assert_eq!(news, [B::Left, B::Right, B::Up, B::Down].map(RigEvent::Pressed));
     assert!(!touched, "whoever drives by keys goes on");
     assert_eq!(rig.controls(), before);
-    // One that is made of buttons says the same.
+    // A d-pad that consists of buttons has the same actions.
     for code in [546, 547, 544, 545] {
         to.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
         to.send(WheelMessage::Button { code, down: false, at: None }).unwrap();

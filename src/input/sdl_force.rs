@@ -1,11 +1,11 @@
-//! Force through SDL2's haptics, which exist on Windows and macOS too (DirectInput, ForceFeedback.framework). In: vendor and
-//! product of a wheel. Out: a [`ForceDevice`]. The library is opened at run time and never needed: where it is missing, or the
-//! wheel has no motor, one message says so and the drive goes on without force.
+//! Force through SDL2's haptics, which exist on Windows and macOS too (DirectInput, ForceFeedback.framework). In:
+//! vendor and product of a wheel. Out: a [`ForceDevice`]. The library is opened at run time and is optional: if it is
+//! missing, or the wheel has no motor, one message says so and the drive goes on without force.
 //!
-//! One constant effect, made once and updated in place, and one of no force that plays all the time, for the reason that
-//! `EvdevForce` tells. A positive level of SDL's steering axis turns to the left, as
-//! evdev's direction 0x4000 does into which SDL makes it on Linux (seen there, see `tests/wheel/uinput.rs`); on other systems
-//! it could not be tried with a wheel, and `invert` in a profile turns it round.
+//! It uses one constant effect, created once and updated in place, and a second effect of zero force that plays all the
+//! time, for the reason given at `EvdevForce`. A positive level on SDL's steering axis turns the wheel to the left,
+//! like evdev's direction 0x4000, to which SDL translates it on Linux (see `tests/wheel/uinput.rs`). On other systems
+//! the sign is untested with a wheel; `invert` in a profile reverses it.
 
 use super::{
     force_thread::ForceDevice,
@@ -18,7 +18,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What the library is called, the system's own first.
+/// File names of the library, in the order in which they are tried.
 const NAMES: &[&str] = if cfg!(windows) {
     &["SDL2.dll"]
 } else if cfg!(target_os = "macos") {
@@ -38,10 +38,10 @@ const REMEDY: &str = if cfg!(windows) {
 } else {
     "install SDL 2.0.14 or newer (Debian, Ubuntu: apt install libsdl2-2.0-0)"
 };
-/// Names another file as the library.
+/// Environment variable that names another file as the library.
 pub const LIBRARY: &str = "CODRIVE_SDL2";
 
-// SDL.h, SDL_haptic.h.
+// Constants of SDL.h and SDL_haptic.h.
 const INIT: u32 = 0x0000_0200 | 0x0000_1000;
 const CONSTANT: u16 = 1 << 0;
 const GAIN: c_uint = 1 << 12;
@@ -49,7 +49,7 @@ const AUTOCENTER: c_uint = 1 << 13;
 const STEERING_AXIS: u8 = 3;
 const INFINITY: u32 = u32::MAX;
 
-/// `SDL_HapticDirection`; gaps are named, so that the same effect is the same bytes.
+/// `SDL_HapticDirection`. Padding is an explicit field, so that equal effects are equal bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Default)]
 struct HapticDirection {
@@ -77,7 +77,7 @@ struct HapticEffect {
 type Joystick = *mut c_void;
 type Haptic = *mut c_void;
 
-/// The functions that are used, and the library that they live in.
+/// Functions of SDL2 that are used, and the library that holds them.
 struct Sdl {
     set_main_ready: unsafe extern "C" fn(),
     set_hint: unsafe extern "C" fn(*const c_char, *const c_char) -> c_int,
@@ -102,11 +102,11 @@ struct Sdl {
     _library: libloading::Library,
 }
 
-// SAFETY of all calls below: the types are those of SDL2's headers, pointers are valid for the call or come from SDL, and the
-// one owner of an `Sdl` is a `SdlForce`, which one thread uses at a time.
+// SAFETY of all calls below: the types are those of SDL2's headers, and pointers are valid for the call or come from
+// SDL. An `Sdl` has one owner, a `SdlForce`, which one thread at a time uses.
 impl Sdl {
     fn load(path: &Path) -> Result<Self, LibraryFault> {
-        // SAFETY: SDL2 runs no code at load time that asks anything of the caller.
+        // SAFETY: SDL2 runs no code at load time with requirements on the caller.
         let library = unsafe { native_code::open(path) }.map_err(|e| LibraryFault::Unopened(path.into(), e))?;
         macro_rules! symbol {
             ($name:literal) => {
@@ -140,7 +140,7 @@ impl Sdl {
         })
     }
 
-    /// What SDL last complained of.
+    /// Returns SDL's last error message.
     fn complaint(&self) -> String {
         unsafe { CStr::from_ptr((self.error)()) }.to_string_lossy().into_owned()
     }
@@ -151,7 +151,7 @@ impl Sdl {
 
     fn begin(&self) -> Result<(), NoForce> {
         unsafe {
-            // It is not to take Ctrl-C from the program, and has no main function of its own.
+            // SDL must not take Ctrl-C from the program, and SDL's main function is not used.
             (self.set_hint)(c"SDL_NO_SIGNAL_HANDLERS".as_ptr(), c"1".as_ptr());
             (self.set_hint)(c"SDL_JOYSTICK_THREAD".as_ptr(), c"1".as_ptr());
             (self.set_main_ready)();
@@ -160,13 +160,13 @@ impl Sdl {
     }
 }
 
-/// Where the library may be.
+/// Returns the candidate files of the library: the one named in the environment, otherwise all known names.
 fn files() -> Vec<PathBuf> {
     let named = std::env::var_os(LIBRARY).filter(|file| !file.is_empty()).map(PathBuf::from);
     named.map_or_else(|| NAMES.iter().map(PathBuf::from).collect(), |file| vec![file])
 }
 
-/// The first that can be used.
+/// Loads the first library that can be used.
 fn load(libraries: &[PathBuf]) -> Result<(PathBuf, Sdl), NoSdl> {
     let mut faults = Vec::new();
     let loaded = libraries.iter().find_map(|path| {
@@ -176,15 +176,15 @@ fn load(libraries: &[PathBuf]) -> Result<(PathBuf, Sdl), NoSdl> {
     loaded.ok_or_else(|| NoSdl { faults, remedy: format!("{REMEDY}, or name its file in {LIBRARY}") })
 }
 
-/// Which library is there for force, for those who only look.
+/// Returns the file of the SDL2 library that can be loaded; opens no device.
 ///
 /// # Errors
-/// None can be used.
+/// No candidate can be used.
 pub fn look() -> Result<PathBuf, NoSdl> {
     load(&files()).map(|(path, _)| path)
 }
 
-/// Force of a wheel through SDL.
+/// Force feedback of a wheel through SDL2.
 pub struct SdlForce {
     sdl: Sdl,
     joystick: Joystick,
@@ -199,19 +199,19 @@ pub struct SdlForce {
 unsafe impl Send for SdlForce {}
 
 impl SdlForce {
-    /// Force of the wheel with this vendor and product; `name` is what messages call it, `autocentre_after` the share of its own
-    /// centring at the end.
+    /// Opens the force of the wheel with this vendor and product. `name` is the wheel's name in messages;
+    /// `autocentre_after` is the strength of its own centring spring at the end, 0 to 1.
     ///
     /// # Errors
-    /// There is no SDL2, or no force.
+    /// SDL2 is missing, or the wheel has no force.
     pub fn open(id: (u16, u16), name: &str, autocentre_after: f64) -> Result<Self, WheelWithoutForce> {
         Self::open_from(&files(), id, name, autocentre_after)
     }
 
-    /// The same with the first of these libraries that can be opened.
+    /// Opens the force with the first of these libraries that can be loaded.
     ///
     /// # Errors
-    /// As above.
+    /// SDL2 is missing, or the wheel has no force.
     pub fn open_from(
         libraries: &[PathBuf],
         id: (u16, u16),
@@ -225,14 +225,14 @@ impl SdlForce {
         })?;
         sdl.begin().map_err(|why| without(why, REMEDY.into()))?;
         let null = std::ptr::null_mut();
-        // From here on its end is that of SDL.
+        // From here on, dropping `force` also shuts down SDL.
         let mut force = Self { sdl, joystick: null, haptic: null, effect: None, rest: None, can: 0, autocentre_after };
         let motor = "another wheel, or the wheel's own driver from its maker";
         force.take(id).map_err(|why| without(why, motor.into()))?;
         Ok(force)
     }
 
-    /// Finds the wheel, opens it and makes the effect at level 0.
+    /// Finds the wheel, opens it and creates the effects at level 0.
     fn take(&mut self, (vendor, product): (u16, u16)) -> Result<(), NoForce> {
         let sdl = &self.sdl;
         unsafe {
@@ -262,7 +262,7 @@ impl SdlForce {
                 return Err(sdl.refuses("makes no constant force"));
             }
             self.effect = Some(effect);
-            // A device with room for one alone goes without.
+            // Optional: a device may have room for only one effect.
             self.rest = Some((sdl.new_effect)(self.haptic, &mut constant(0))).filter(|rest| *rest >= 0);
             if let Some(rest) = self.rest {
                 (sdl.run_effect)(self.haptic, rest, INFINITY);
@@ -312,7 +312,8 @@ impl Drop for SdlForce {
     }
 }
 
-/// A constant force without end; a positive `level` is towards greater values of the steering axis, to the right.
+/// Makes an endless constant force; a positive `level` pushes towards greater values of the steering axis, to the
+/// right.
 fn constant(level: i16) -> HapticEffect {
     HapticEffect {
         kind: CONSTANT,
@@ -329,7 +330,7 @@ mod tests {
     use std::mem::{offset_of, size_of};
 
     #[test]
-    fn an_effect_lies_as_in_sdls_header() {
+    fn an_effect_has_the_memory_layout_of_sdls_header() {
         assert_eq!(
             size_of::<HapticEffect>(),
             72,

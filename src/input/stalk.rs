@@ -1,14 +1,14 @@
-//! The stalk of the indicators. In: a key or button for one side, and the angle of the steering wheel. Out: which indicators are on. As in
-//! a car the stalk stays where it was put, and comes back by itself when the wheel comes back from a turn. Radians.
+//! Indicator stalk. In: a key or button for one side, and the steering wheel's angle, radians. Out: the indicators that
+//! are on. As in a car, the stalk stays where it was put and returns by itself when the wheel comes back from a turn.
 
 use crate::controls::Indicator;
 
-/// The wheel has made a turn once it was turned this far to the stalk's side.
+/// Wheel angle towards the stalk's side from which the wheel counts as turned, rad.
 const TURNED_RAD: f32 = 60.0 * std::f32::consts::PI / 180.0;
-/// And is back from it this close to the middle.
+/// Wheel angle towards the stalk's side below which a turned wheel counts as back, rad.
 const BACK_RAD: f32 = 20.0 * std::f32::consts::PI / 180.0;
 
-/// Where the stalk is.
+/// Position of the stalk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stalk {
     at: Indicator,
@@ -16,12 +16,12 @@ pub struct Stalk {
 }
 
 impl Stalk {
-    /// A hand pushes it to a side; to the side where it is, it goes back to the middle.
+    /// Pushes the stalk to a side; a push to the side where it is puts it back to the middle.
     pub fn push(&mut self, side: Indicator) {
         *self = Self { at: if self.at == side { Indicator::Off } else { side }, has_turned: false };
     }
 
-    /// The steering wheel is at this angle, positive to the left: where the stalk is then.
+    /// Applies the angle of the steering wheel, positive to the left, and returns the position of the stalk.
     pub fn steered(&mut self, wheel_rad: f32) -> Indicator {
         let towards_rad = match self.at {
             Indicator::Off => return Indicator::Off,
@@ -50,7 +50,7 @@ mod tests {
         let mut stalk = Stalk::default();
         assert_eq!(wheel(&mut stalk, &[0.0, 100.0, 0.0]), [Off; 3]);
         stalk.push(Left);
-        // A change of lanes needs little of the wheel.
+        // A change of lanes needs only small wheel angles.
         assert_eq!(wheel(&mut stalk, &[0.0, 15.0, 0.0, -15.0, 0.0]), [Left; 5]);
         stalk.push(Right);
         assert_eq!(wheel(&mut stalk, &[0.0]), [Right]);
@@ -59,12 +59,12 @@ mod tests {
     }
 
     #[test]
-    fn the_wheels_way_back_from_a_turn_takes_the_stalk_along() {
+    fn the_stalk_returns_when_the_wheel_comes_back_from_a_turn() {
         use Indicator::{Left, Off, Right};
         for (side, sign) in [(Left, 1.0), (Right, -1.0)] {
             let mut stalk = Stalk::default();
             stalk.push(side);
-            // Swung out against the turn first, held in the turn, and back.
+            // The wheel swings out against the turn, is held in the turn, and comes back.
             let way = [0.0, -70.0, 0.0, 30.0, 120.0, 90.0, 30.0, 10.0, 90.0].map(|degrees: f32| sign * degrees);
             let expected = [side, side, side, side, side, side, side, Off, Off];
             assert_eq!(wheel(&mut stalk, &way), expected);

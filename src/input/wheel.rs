@@ -1,6 +1,6 @@
-//! A steering wheel as the car sees it. In: what the reading thread tells ([`WheelMessage`]). Out: [`Controls`], actions of
-//! buttons, time of the newest input. Nothing acts before it is known: a pedal counts as released until it has been seen
-//! at rest once, since a driver reports a pedal that it has not read as floored, and a foot may rest on one.
+//! State of a steering wheel. In: messages of the reading thread ([`WheelMessage`]). Out: [`Controls`], button actions,
+//! the time of the newest input. A pedal counts as released until it has been seen at rest once: a driver reports an
+//! unread pedal as floored, and a foot may rest on a pedal.
 
 use super::{
     buttons::ButtonAction,
@@ -13,72 +13,72 @@ use super::{
 use crate::controls::{Controls, Selector};
 use std::{collections::BTreeMap, sync::Arc};
 
-/// Way of a pedal below which it counts as seen at rest.
+/// Pedal travel, 0 to 1, below which the pedal counts as seen at rest.
 const AT_REST: f64 = 0.15;
-/// Share of a pedal's way, and turn of the wheel in radians, that count as a hand or foot: more than a worn sensor's noise.
+/// Smallest change of pedal travel (share) and of wheel angle (rad) that counts as a hand or foot; a worn sensor's
+/// noise is smaller.
 const TOUCH_WAY: f64 = 0.03;
 const TOUCH_RAD: f64 = 0.02;
 
-/// What the reading thread tells.
+/// Message of the reading thread.
 pub enum WheelMessage {
-    /// A wheel is there.
+    /// A wheel was opened.
     Connected(Box<FoundWheel>),
-    /// An axis moved.
     Axis {
-        /// evdev code.
+        /// Axis code of evdev.
         code: u16,
-        /// Raw value.
+        /// Raw value of the device.
         raw: i32,
-        /// When, by the kernel.
+        /// Kernel time stamp; `None` if it is implausible.
         at: Option<TimeStamp>,
     },
-    /// A button went down or came up.
+    /// A button was pressed or released.
     Button {
-        /// evdev code.
+        /// Button code of evdev.
         code: u16,
-        /// True if it went down.
+        /// True for a press, false for a release.
         down: bool,
-        /// When, by the kernel.
+        /// Kernel time stamp; `None` if it is implausible.
         at: Option<TimeStamp>,
     },
     /// The wheel was unplugged.
     Lost,
-    /// Something to tell a person, once.
+    /// A message for people, sent once.
     Trouble(String),
 }
 
-/// A wheel that was found.
+/// A wheel that was found and opened.
 pub struct FoundWheel {
-    /// The device: its name, axes and their values when it was opened.
+    /// Name and axes of the device, and the axes' values when it was opened.
     pub device: UnprofiledDevice,
-    /// Its profile.
     pub profile: WheelProfile,
-    /// Rev lamps, if it has any.
+    /// Rev lamps; empty if the wheel has none.
     pub lamps: Lamps,
-    /// What takes its force, if it has any.
+    /// Receiver of the force levels, if the wheel takes force.
     pub force: Option<Box<dyn ForceDevice>>,
-    /// Its turn, kept by the reading thread.
+    /// Angle of the wheel, written by the reading thread.
     pub angle: Arc<SharedAngle>,
 }
 
-/// What is known of a wheel so far.
+/// State of a wheel, from the messages so far.
 #[derive(Clone, Debug)]
 pub struct WheelState {
     profile: WheelProfile,
-    /// Last raw values; an axis that is not known has none.
+    /// Last raw values by axis; an axis that has not been read is absent.
     raw: BTreeMap<u16, i32>,
-    /// Pedals that were seen at rest, by axis.
+    /// Axes of the pedals that have been seen at rest.
     armed: Vec<u16>,
-    /// Where each hat stands.
+    /// Last value of each hat.
     hats: BTreeMap<u16, i32>,
-    /// Values at the last touch.
+    /// Raw values at the last touch.
     touched: BTreeMap<u16, i32>,
     reverse: bool,
     horn: bool,
 }
 
 impl WheelState {
-    /// A wheel with the values that were read when it was opened. If all of them are 0 the driver has not read any.
+    /// Makes the state from the values read when the wheel was opened. If all of them are 0, the driver has not read
+    /// the wheel yet.
     pub fn new(profile: WheelProfile, values: BTreeMap<u16, i32>) -> Self {
         let raw = if values.values().all(|raw| *raw == 0) { BTreeMap::new() } else { values };
         let (touched, hats) = (raw.clone(), BTreeMap::new());
@@ -87,12 +87,11 @@ impl WheelState {
         state
     }
 
-    /// Its profile.
     pub fn profile(&self) -> &WheelProfile {
         &self.profile
     }
 
-    /// An axis moved. True if a hand or foot moved it.
+    /// Applies a movement of an axis. Returns true if a hand or foot caused it.
     pub fn moved(&mut self, code: u16, raw: i32) -> bool {
         self.raw.insert(code, raw);
         self.arm();
@@ -109,13 +108,13 @@ impl WheelState {
         touched
     }
 
-    /// A hat moved: what its way out of the middle asks for. A hat that is told twice at the same place asks once.
+    /// Applies a movement of a hat and returns its action. A repeated value has no action.
     pub fn hat(&mut self, code: u16, raw: i32) -> Option<ButtonAction> {
         let before = self.hats.insert(code, raw);
         ButtonAction::of_hat(code, raw).filter(|_| before != Some(raw))
     }
 
-    /// A button went down: what it does. Drive and reverse are changed here, and the horn begins.
+    /// Applies a button press and returns its action. Switches between drive and reverse, and starts the horn.
     pub fn pressed(&mut self, code: u16) -> Option<ButtonAction> {
         let action = self.profile.buttons.action(code);
         self.horn |= action == Some(ButtonAction::Horn);
@@ -125,27 +124,27 @@ impl WheelState {
         action
     }
 
-    /// A button came up: the horn ends with its own.
+    /// Applies a button release: the release of the horn's button ends the horn.
     pub fn released(&mut self, code: u16) {
         self.horn &= self.profile.buttons.action(code) != Some(ButtonAction::Horn);
     }
 
-    /// True while the horn is held.
+    /// Checks whether the horn is held.
     pub fn horn(&self) -> bool {
         self.horn
     }
 
-    /// Last raw values of the axes that are known.
+    /// Returns the last raw values of the axes that have been read.
     pub fn raw(&self) -> &BTreeMap<u16, i32> {
         &self.raw
     }
 
-    /// The selector, as it is kept when a wheel comes back.
+    /// Sets the selector, to keep it when a wheel is plugged in again.
     pub fn set_reverse(&mut self, reverse: bool) {
         self.reverse = reverse;
     }
 
-    /// What the wheel asks of the car.
+    /// Returns the controls that the wheel asks for.
     pub fn controls(&self) -> Controls {
         let steering = self.raw.get(&self.profile.steering.axis);
         Controls {
@@ -193,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_wheel_that_the_driver_has_not_read_asks_for_nothing() {
-        // Raw 0 would be both pedals floored and full left.
+        // Raw 0 would mean both pedals floored and full left.
         assert_eq!(g29(&[(0, 0), (1, 0), (2, 0), (5, 0)]).controls(), Controls::default());
         assert_eq!(g29(&[]).controls(), Controls::default());
     }
@@ -212,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_raw_values_are_the_last_that_were_told_and_none_of_an_axis_that_was_not_read() {
+    fn raw_values_are_the_last_reported_and_unread_axes_have_none() {
         let mut wheel = g29(&REST);
         wheel.moved(5, 30);
         wheel.moved(16, -1);
@@ -228,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_no_touch_and_a_hand_is() {
+    fn sensor_noise_is_no_touch_and_a_hand_is_one() {
         let mut wheel = g29(&REST);
         assert!(!wheel.moved(0, 32_790) && !wheel.moved(2, 253) && !wheel.moved(17, 1));
         assert!(wheel.moved(0, 33_200));
@@ -236,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_is_more_than_three_hundredths_of_the_way_from_where_it_was_last_told() {
+    fn a_touch_is_more_than_0_03_of_the_travel_since_the_last_touch() {
         let mut profile = profiles::named("g29").unwrap();
         (profile.accelerator.released, profile.accelerator.pressed) = (0, 100);
         let mut wheel = WheelState::new(profile, [(0, 32_767), (2, 0), (5, 255)].into());

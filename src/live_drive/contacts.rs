@@ -1,5 +1,5 @@
-//! Contacts of a drive as its windows show them. In: the world after each tick, the time of each frame. Out: how many there
-//! were, how bright the driver's picture flashes, words for the experimenter.
+//! Contacts of a drive for its windows. In: the world after each tick, the time of each frame. Out: the number of
+//! contacts, the brightness of the flash over the driver's picture, messages for the experimenter.
 
 use crate::{
     panel::experimenter::ContactHealth,
@@ -7,28 +7,28 @@ use crate::{
 };
 use std::time::Duration;
 
-/// A flash fades in this time. Another contact meanwhile makes none, so that no picture flashes more often than three times a
-/// second, which is what can set off a seizure (WCAG 2.3.1).
+/// Fade time of a flash. A contact during a flash starts no other, so that no picture flashes more than three times a
+/// second, which could cause a seizure (WCAG 2.3.1).
 const FLASH: Duration = Duration::from_millis(600);
 
-/// A contact in words; `None` for any other event.
+/// Describes a contact; `None` for any other event.
 pub fn words(event: &Event) -> Option<String> {
     let EventKind::Contact { car, closing_mps, .. } = event.kind else { return None };
     Some(format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0))
 }
 
-/// Contacts so far.
+/// Contacts so far, with the flash and the messages.
 #[derive(Clone, Debug, Default)]
 pub struct ContactCount {
     count: u32,
-    /// Closing speed of the last one, m/s, and for how long it has been over.
+    /// Closing speed of the last contact, m/s, and the time since.
     last: Option<(f64, Duration)>,
     flash_left: Duration,
     words: Vec<String>,
 }
 
 impl ContactCount {
-    /// The world has made a tick.
+    /// Adds the contacts of the world's last tick.
     pub fn tick(&mut self, world: &World) {
         for event in world.events() {
             let EventKind::Contact { closing_mps, .. } = event.kind else { continue };
@@ -41,7 +41,7 @@ impl ContactCount {
         }
     }
 
-    /// A frame later.
+    /// Advances the time by one frame.
     pub fn pass(&mut self, elapsed: Duration) {
         self.flash_left = self.flash_left.saturating_sub(elapsed);
         if let Some((_, ago)) = &mut self.last {
@@ -49,17 +49,17 @@ impl ContactCount {
         }
     }
 
-    /// Brightness of the flash over the driver's picture, 0 to 1.
+    /// Returns the brightness of the flash over the driver's picture, 0 to 1.
     pub fn flash(&self) -> f32 {
         self.flash_left.as_secs_f32() / FLASH.as_secs_f32()
     }
 
-    /// For the experimenter's lamp.
+    /// Returns the state for the experimenter's lamp.
     pub fn health(&self) -> ContactHealth {
         ContactHealth { count: self.count, last: self.last.map(|(closing_mps, ago)| [closing_mps, ago.as_secs_f64()]) }
     }
 
-    /// A line for each since the last call.
+    /// Returns one message for each contact since the last call.
     pub fn take_words(&mut self) -> Vec<String> {
         std::mem::take(&mut self.words)
     }
@@ -74,7 +74,7 @@ mod tests {
         traffic::EngineChoice,
     };
 
-    /// A world whose driver has just run into the car ahead, and what was seen of it at every tick.
+    /// Returns a world in which the ego has just hit the vehicle ahead, and the contacts of its ticks.
     fn crashed() -> (World, ContactCount) {
         let scenario = Scenario {
             traffic: EngineChoice::Native,
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_flashes_once_is_counted_and_said() {
+    fn a_contact_flashes_once_is_counted_and_reported() {
         let (world, mut contacts) = crashed();
         let [words] = &contacts.take_words()[..] else { panic!("one line") };
         let Some(EventKind::Contact { car, closing_mps, .. }) =
@@ -108,7 +108,7 @@ mod tests {
         assert_eq!((contacts.flash(), contacts.health().count), (1.0, 1));
         contacts.pass(Duration::from_millis(300));
         assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().last == Some([closing_mps, 0.3]));
-        // The same tick again stands for another contact 0.3 s later: counted and said, without another flash.
+        // The same tick again stands for another contact 0.3 s later: counted and reported, without another flash.
         contacts.tick(&world);
         assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().count == 2);
         contacts.pass(Duration::from_secs(1));

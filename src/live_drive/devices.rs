@@ -1,5 +1,5 @@
-//! Input of the participant's devices to the drive, and feedback to them. In: the rig's events, the present moment. Out:
-//! pauses, marks, wishes of the participant; force, horn and rev lamps.
+//! Effect of the participant's devices on the drive, and feedback to them. In: the rig's events, the present moment.
+//! Out: pauses, marks and requests of the participant; force, horn and rev lamps.
 
 use super::{LiveDrive, sound};
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
 };
 
 impl LiveDrive {
-    /// Force, sound and lamps of the present moment.
+    /// Updates force, sound and lamps for the present moment.
     pub(super) fn update_rig(&mut self) {
         self.devices.set_force_input(self.force_input());
         let horn = self.devices.horn();
@@ -26,13 +26,13 @@ impl LiveDrive {
         }
     }
 
-    /// True while time runs.
+    /// Checks whether time runs.
     pub(super) fn running(&self) -> bool {
         let world = &self.drive.world;
         self.drive.clock.pace() != Pace::Paused && world.ended().is_none() && !world.is_stopped()
     }
 
-    /// How the speed stands to the advice.
+    /// Compares the speed with the advised range.
     pub(super) fn advice_state(&self) -> AdviceState {
         let snapshot = self.drive.world.snapshot();
         match snapshot.advice {
@@ -43,7 +43,7 @@ impl LiveDrive {
         }
     }
 
-    /// Inputs of the force feedback at this tick.
+    /// Returns the inputs of the force feedback for the present tick.
     pub(super) fn force_input(&self) -> ForceInput {
         let world = &self.drive.world;
         let ego = &world.snapshot().ego;
@@ -56,7 +56,8 @@ impl LiveDrive {
         }
     }
 
-    /// Reads the devices: a wheel that is unplugged holds time until it is back, buttons do what they stand for.
+    /// Reads the devices. An unplugged wheel pauses the drive until it is plugged in again; buttons perform their
+    /// actions.
     pub(super) fn poll_devices(&mut self) {
         if self.drive.clock.pace() != Pace::Paused {
             self.waiting = false;
@@ -89,13 +90,13 @@ impl LiveDrive {
         self.latency.read(self.devices.newest_input());
     }
 
-    /// Puts the car back on its lane, if it has left it and there is room.
+    /// Puts the ego back on its lane, if it has left it and there is room.
     pub fn put_back(&mut self) {
         let said = self.drive.world.put_back();
         self.news.push(said.map_or_else(|why| why.to_string(), |()| "the car is back on its lane".into()));
     }
 
-    /// The participant pressed a button.
+    /// Performs the action of a button, or collects it in a session.
     fn pressed(&mut self, action: ButtonAction) {
         if action == ButtonAction::Recentre && self.drive.world.is_astray() {
             return self.put_back();
@@ -105,7 +106,7 @@ impl LiveDrive {
             return;
         }
         match action {
-            // The devices have done these by themselves.
+            // The devices have applied these already.
             ButtonAction::Reverse | ButtonAction::Horn | ButtonAction::IndicateLeft | ButtonAction::IndicateRight => {}
             ButtonAction::Up | ButtonAction::Down | ButtonAction::Left | ButtonAction::Right => {}
             ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
@@ -123,24 +124,24 @@ impl LiveDrive {
         }
     }
 
-    /// The wheel's whole profile into the recording.
+    /// Records the wheel's whole profile.
     pub(super) fn note_profile(&mut self) {
         if let Some(profile) = self.devices.wheel_profile().map(crate::input::WheelProfile::to_toml) {
             self.note("wheel profile", &profile);
         }
     }
 
-    /// True while the drive stands because the wheel was unplugged.
+    /// Checks whether the drive is paused because the wheel was unplugged.
     pub fn waits_for_wheel(&self) -> bool {
         self.waiting && self.drive.clock.pace() == Pace::Paused
     }
 
-    /// What has happened to the devices since the last call, for the overlay to show.
+    /// Returns the messages for the overlay since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)
     }
 
-    /// Buttons that were pressed since the last call, in a session.
+    /// Returns the button actions since the last call, in a session.
     pub fn take_pressed(&mut self) -> Vec<ButtonAction> {
         std::mem::take(&mut self.pressed)
     }

@@ -1,4 +1,4 @@
-//! The view of a drive: what is drawn of it. In: snapshots, and how far the frame is between two of them. Out: a [`View`].
+//! View of a drive. In: snapshots, and the fraction of a tick between two of them. Out: a [`View`].
 
 use super::flash_patch::FlashTrigger;
 use crate::{
@@ -8,21 +8,21 @@ use crate::{
     sim::{Snapshot, World},
 };
 
-/// What is to be seen of a drive, as data.
+/// Picture of a drive, as data.
 pub struct DrivePicture {
-    /// What stands still: road, land, trees, models.
+    /// Static scene: road, land, trees, models.
     pub stage: StaticScene,
-    /// Which view is on the screen.
+    /// View on the screen.
     pub kind: ViewKind,
     options: ViewOptions,
     speedometer: Speedometer,
     flash: FlashTrigger,
-    /// The square in the corner as the next frame has it.
+    /// State of the flash patch in the next frame.
     patch: Option<bool>,
 }
 
 impl DrivePicture {
-    /// That of a drive, from the driver's seat.
+    /// Makes the picture of a drive, from the driver's seat.
     pub(super) fn new(world: &World, stage: StaticScene) -> Self {
         let scenario = world.scenario();
         Self {
@@ -35,7 +35,7 @@ impl DrivePicture {
         }
     }
 
-    /// Another drive is seen from the same view; without a stage of its own, on the same one.
+    /// Shows another drive in the same view; without a static scene of its own, on the present one.
     pub(super) fn restart(&mut self, world: &World, stage: Option<StaticScene>) {
         let scenario = world.scenario();
         self.options = view_options(scenario);
@@ -46,12 +46,12 @@ impl DrivePicture {
         }
     }
 
-    /// The world has made a tick with these controls.
+    /// Applies a tick of the world with these controls.
     pub(super) fn tick(&mut self, world: &World, controls: &Controls) {
         self.flash.tick(world, controls);
     }
 
-    /// The view of the moment, `fraction` of a tick after the snapshot; to be asked once a picture.
+    /// Returns the view `fraction` of a tick after the snapshot; to be called once per picture.
     pub(super) fn view(&mut self, snapshot: &Snapshot, fraction: f32) -> View {
         let mut view = scene::view(snapshot, fraction, self.kind, &self.options, &self.stage);
         if self.kind.has_dial() {
@@ -62,12 +62,12 @@ impl DrivePicture {
         view
     }
 
-    /// The picture has been handed to the screen. How its square was, if it has one.
+    /// Notes that the picture was handed to the screen. Returns the state of its flash patch, if it has one.
     pub(super) fn shown(&mut self) -> Option<bool> {
         self.patch.take().inspect(|_| self.flash.shown())
     }
 
-    /// The next view in the order driver, chase, bird's-eye, mirror.
+    /// Switches to the next view in the order driver, chase, bird's-eye, mirror.
     pub fn next_view(&mut self) {
         self.kind = match self.kind {
             ViewKind::Driver => ViewKind::Chase,

@@ -1,5 +1,5 @@
-//! The flash patch: when the square in the corner is white. In: the world after each tick and the controls that it used.
-//! Out: whether the next frame's square is white. One frame, so that a photodiode sees an edge for each event.
+//! Flash patch in the corner of the picture. In: the world after each tick and its controls. Out: whether the next
+//! frame's square is white. It is white for one frame, so that a photodiode sees an edge for each event.
 
 use crate::{
     controls::Controls,
@@ -7,28 +7,28 @@ use crate::{
     sim::{EventKind, World},
 };
 
-/// A pedal with more effect than this has left its rest (which is exactly 0), and one with less than half of it is back: no
-/// flicker between.
+/// Pedal effect above which a pedal counts as pressed. It counts as released below half of that, so that the state does
+/// not flicker.
 const PRESSED: f32 = 0.005;
 
-/// Watches for what makes the square white.
+/// Detector of the events that make the square white.
 #[derive(Clone, Debug, Default)]
 pub struct FlashTrigger {
     on: FlashPatch,
-    /// Whether a foot is on accelerator and brake.
+    /// Pressed states of accelerator and brake.
     pressed: [bool; 2],
-    /// Target that was advised last, m/s.
+    /// Last advised target, m/s.
     advised_mps: Option<f64>,
     due: bool,
 }
 
 impl FlashTrigger {
-    /// As the scenario has it.
+    /// Creates the detector for a setting of the scenario.
     pub fn new(on: FlashPatch) -> Self {
         Self { on, ..Self::default() }
     }
 
-    /// The world has made a tick with these controls.
+    /// Applies a tick of the world with these controls.
     pub fn tick(&mut self, world: &World, controls: &Controls) {
         let controls = controls.sane();
         for (pressed, way) in self.pressed.iter_mut().zip([controls.throttle, controls.brake]) {
@@ -45,13 +45,13 @@ impl FlashTrigger {
         }
     }
 
-    /// Of the frame that is drawn now: `None` without a square, else whether it is white.
+    /// Returns the square of the frame that is being drawn: `None` without a square, else true for white.
     pub fn frame(&self) -> Option<bool> {
         (self.on != FlashPatch::Off).then_some(self.due)
     }
 
-    /// That frame has been handed to the screen. Until then what is due stays due: a frame that the screen did not take would
-    /// swallow the edge.
+    /// Notes that the frame was handed to the screen. Until then an event stays due, so that a frame which the screen
+    /// did not take does not lose the edge.
     pub fn shown(&mut self) {
         self.due = false;
     }
@@ -63,7 +63,7 @@ mod tests {
     use crate::scenario::{DisplaySettings, Scenario};
     use crate::traffic::EngineChoice;
 
-    /// Frames of three ticks with these pedals: which are white.
+    /// Returns the squares of frames of three ticks with these pedals.
     fn frames(on: FlashPatch, policy: &str, pedals: &[[f32; 2]]) -> Vec<Option<bool>> {
         let scenario = Scenario {
             traffic: EngineChoice::Native,
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pedal_that_leaves_its_rest_is_one_white_frame() {
+    fn pressing_a_pedal_makes_one_white_frame() {
         let pedals =
             [[0.0, 0.0], [0.0, 0.5], [0.0, 0.6], [0.0, 0.004], [0.0, 0.006], [0.0, 0.0], [0.0, 0.006], [0.3, 0.0]];
         let white = frames(FlashPatch::Pedal, "none", &pedals);
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn another_advice_is_one_white_frame_and_the_same_again_is_none() {
+    fn new_advice_makes_one_white_frame_and_repeated_advice_makes_none() {
         let white = frames(FlashPatch::Advice, "constant", &[[0.0, 0.5]; 12]);
         assert_eq!(
             white.iter().filter(|w| **w == Some(true)).count(),

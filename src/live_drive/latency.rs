@@ -1,31 +1,30 @@
-//! Latencies of the last seconds. In: for each frame the times from input to tick, from input to the frame's handing over,
-//! and from frame to frame. Out: medians and 99th percentiles, in words.
+//! Latencies of the last seconds. In: for each frame the times from input to tick, from input to the hand-over of the
+//! frame, and from frame to frame. Out: medians and 99th percentiles, as numbers and text.
 
 use crate::input::TimeStamp;
 use std::{collections::VecDeque, time::Duration};
 
-/// Frames that are looked back on: ten seconds at 60 Hz.
+/// Length of a window in frames: 10 s at 60 Hz.
 const FRAMES: usize = 600;
-/// A frame that stood for more than so many of the screen's periods was seen twice.
+/// Number of screen periods above which a frame is late: the screen showed the frame before it twice.
 const LATE: f64 = 1.5;
 
-/// A sliding window of durations.
+/// Sliding window over the durations of the last 600 frames, s.
 #[derive(Clone, Debug, Default)]
 pub struct SlidingWindow(VecDeque<f64>);
 
-/// What a window holds, seconds.
+/// Distribution of the durations in a window, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DurationSpread {
-    /// Half are below.
     pub median_s: f64,
-    /// All but one of a hundred are below or there.
+    /// 99th percentile of the durations.
     pub p99_s: f64,
-    /// How many there are.
+    /// Number of durations in the window.
     pub count: usize,
 }
 
 impl SlidingWindow {
-    /// Adds one, and lets the oldest go.
+    /// Adds a duration and drops the oldest one from a full window.
     pub fn add(&mut self, seconds: f64) {
         if self.0.len() == FRAMES {
             self.0.pop_front();
@@ -33,7 +32,7 @@ impl SlidingWindow {
         self.0.push_back(seconds);
     }
 
-    /// Median and 99th percentile; `None` while it is empty.
+    /// Returns median and 99th percentile; `None` for an empty window.
     pub fn spread(&self) -> Option<DurationSpread> {
         let mut sorted: Vec<f64> = self.0.iter().copied().collect();
         sorted.sort_by(f64::total_cmp);
@@ -42,26 +41,26 @@ impl SlidingWindow {
     }
 }
 
-/// All that is known of delays.
+/// Latencies of the last frames.
 #[derive(Clone, Debug, Default)]
 pub struct Latency {
     input_to_tick: SlidingWindow,
     input_to_frame: SlidingWindow,
     frames: SlidingWindow,
-    /// The screen's period, seconds, where the system tells its rate.
+    /// Period of the screen, s, if the system reports its rate.
     period_s: Option<f64>,
     present_mode: String,
 }
 
 impl Latency {
-    /// The screen's refresh rate in Hz, where it is known, and how pictures are handed to it.
+    /// Sets the screen's refresh rate, Hz, if it is known, and the name of the present mode.
     pub fn screen(&mut self, refresh_hz: Option<f64>, present_mode: &str) {
         self.period_s = refresh_hz.filter(|hz| *hz > 0.0).map(|hz| 1.0 / hz);
         self.present_mode = present_mode.into();
     }
 
-    /// A frame was handed over, `elapsed` after the one before. `input` is what it used, if a device told a time: from
-    /// there to the tick and to the handing over, seconds.
+    /// Adds a frame that was handed over `elapsed` after the one before. `input` is given if the frame used a
+    /// time-stamped input: the times from the input to the tick and to the hand-over, s.
     pub fn frame(&mut self, elapsed: Duration, input: Option<[f64; 2]>) {
         if !elapsed.is_zero() {
             self.frames.add(elapsed.as_secs_f64());
@@ -72,24 +71,24 @@ impl Latency {
         }
     }
 
-    /// From the kernel's time of an input to the tick that used it.
+    /// Returns the time from the kernel's time stamp of an input to the tick that used it.
     pub fn input_to_tick(&self) -> Option<DurationSpread> {
         self.input_to_tick.spread()
     }
 
-    /// From the kernel's time of an input to the handing over of the frame that shows it.
+    /// Returns the time from the kernel's time stamp of an input to the hand-over of the frame that shows it.
     pub fn input_to_frame(&self) -> Option<DurationSpread> {
         self.input_to_frame.spread()
     }
 
-    /// Share of frames that stood for more than one and a half of the screen's periods.
+    /// Returns the share of late frames, longer than 1.5 screen periods; `None` without frames or refresh rate.
     pub fn late(&self) -> Option<f64> {
         let period_s = self.period_s?;
         let late = self.frames.0.iter().filter(|frame_s| **frame_s > LATE * period_s).count();
         (!self.frames.0.is_empty()).then(|| late as f64 / self.frames.0.len() as f64)
     }
 
-    /// Lines for the corner of the picture.
+    /// Returns the lines for the corner of the picture.
     pub fn words(&self) -> Vec<String> {
         let both =
             |spread: DurationSpread| format!("{:.1} ms, 99 % below {:.1}", 1e3 * spread.median_s, 1e3 * spread.p99_s);
@@ -112,37 +111,38 @@ impl Latency {
     }
 }
 
-/// An input that a tick has used.
+/// Input that a tick has used.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UsedInput {
-    /// The kernel's time of it.
+    /// Kernel time stamp of the input.
     at: TimeStamp,
-    /// When the tick used it.
+    /// Time at which the tick used it.
     ticked: TimeStamp,
 }
 
-/// Follows each input from the kernel to the frame that shows it.
+/// Measures the latency of inputs from the kernel to the frame that shows them.
 #[derive(Clone, Debug, Default)]
 pub struct InputLatency {
-    /// Time of the newest input that no tick has used yet, and the oldest used one that no frame has shown yet.
+    /// Time stamp of the newest input that no tick has used yet, and the oldest used one that no frame has shown yet.
     unused: Option<TimeStamp>,
     pub(super) used: Option<UsedInput>,
     lately: Latency,
 }
 
 impl InputLatency {
-    /// The devices were read: the time of their newest input, if they tell one.
+    /// Notes the time stamp of the devices' newest input, if there is one.
     pub(super) fn read(&mut self, newest: Option<TimeStamp>) {
         self.unused = self.unused.max(newest);
     }
 
-    /// A tick began at this time, and has used what was read.
+    /// Notes that a tick began at this time and used the newest input.
     pub(super) fn used(&mut self, ticked: TimeStamp) {
         let used = self.unused.take().map(|at| UsedInput { at, ticked });
         self.used = self.used.or(used);
     }
 
-    /// A frame was handed over, `elapsed` after the one before. From the input that it shows to the tick, and to now, seconds.
+    /// Notes that a frame was handed over, `elapsed` after the one before. Returns the times from its input to the tick
+    /// and to now, s.
     pub(super) fn shown(&mut self, elapsed: Duration) -> [Option<f64>; 2] {
         let used = self.used.take();
         let to_tick_s = used.map(|input| input.at.until(input.ticked).as_secs_f64());
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn median_and_percentile_are_of_the_last_six_hundred() {
+    fn median_and_percentile_are_of_the_last_600_frames() {
         let mut window = SlidingWindow::default();
         assert_eq!(window.spread(), None);
         (0..1000).for_each(|_| window.add(9.0));
@@ -183,7 +183,7 @@ mod tests {
             latency.frame(Duration::from_millis(frame_ms), None);
         }
         assert_eq!(latency.late(), Some(0.25));
-        // One and a half periods of 20 ms, and the least more.
+        // Exactly 1.5 periods of 20 ms, and slightly more.
         let late = |frame_us| {
             let mut one = Latency::default();
             one.screen(Some(50.0), "fifo");
@@ -199,10 +199,10 @@ mod tests {
         );
         latency.frame(Duration::from_millis(20), Some([0.004, 0.013]));
         assert!(latency.words()[1].contains("input to tick 4.0 ms, 99 % below 4.0; to frame 13.0 ms"));
-        // A frame without a time before it is none.
+        // The first frame has no time since a frame before it.
         latency.frame(Duration::ZERO, None);
         assert_eq!(latency.late(), Some(0.2));
-        // A system that does not tell the screen's rate.
+        // A system that does not report the screen's rate.
         for unknown in [None, Some(0.0), Some(-1.0)] {
             latency.screen(unknown, "immediate");
             assert_eq!(latency.late(), None);

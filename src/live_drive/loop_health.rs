@@ -1,4 +1,4 @@
-//! Health of the loop, for the experimenter's lamps. In: every frame's times. Out: a [`DriveHealth`].
+//! Health of the drive loop, for the experimenter's lamps. In: the times of every frame. Out: a [`DriveHealth`].
 
 use super::LiveDrive;
 use crate::{
@@ -10,18 +10,18 @@ use crate::{
 };
 use std::{collections::VecDeque, time::Duration};
 
-/// Time over which frame times are looked at.
+/// Length of the window for frame times.
 const LATELY: Duration = Duration::from_millis(1500);
-/// Time over which dropped time counts as fresh.
+/// Age up to which dropped time counts as recent.
 const FRESH: Duration = Duration::from_secs(10);
 
 /// Times of the last frames.
 #[derive(Debug, Default)]
 pub struct LoopHealth {
-    /// Time from one frame to the next, newest last, and their sum.
+    /// Times from one frame to the next, newest last, and their sum.
     frames: VecDeque<Duration>,
     sum: Duration,
-    /// Time of the loop, and when time was dropped.
+    /// Time of the drive loop, and the dropped times with their moments.
     now: Duration,
     drops: VecDeque<(Duration, Duration)>,
     dropped: Duration,
@@ -29,7 +29,7 @@ pub struct LoopHealth {
 }
 
 impl LoopHealth {
-    /// A frame was shown, `elapsed` after the one before; `dropped` of that was given up.
+    /// Adds a frame that was shown `elapsed` after the one before, of which `dropped` was skipped.
     pub fn frame(&mut self, elapsed: Duration, dropped: Duration) {
         self.now += elapsed;
         if !elapsed.is_zero() {
@@ -48,12 +48,12 @@ impl LoopHealth {
         }
     }
 
-    /// Mean time from frame to frame, milliseconds.
+    /// Returns the mean time from frame to frame, ms.
     pub fn frame_ms(&self) -> f64 {
         ms(self.sum) / self.frames.len().max(1) as f64
     }
 
-    /// What the lamps show.
+    /// Returns the state for the experimenter's lamps.
     pub fn health(&mut self, live: &LiveDrive, engine: &str, error: Option<&str>) -> DriveHealth {
         let longest = self.frames.iter().max().copied().unwrap_or_default();
         let fresh: Duration = self.drops.iter().map(|(_, dropped)| *dropped).sum();
@@ -85,7 +85,7 @@ impl LoopHealth {
     }
 }
 
-/// Where a drive is, as the panels say it.
+/// Returns the phase of a drive for the panels.
 pub fn phase(live: &LiveDrive) -> DrivePhase {
     match live.drive.clock.pace() {
         _ if live.starting().is_some() => DrivePhase::Starting,
@@ -108,7 +108,7 @@ mod tests {
     const FRAME: Duration = Duration::from_millis(20);
 
     #[test]
-    fn frame_times_are_those_of_the_last_second_and_a_half() {
+    fn frame_times_cover_the_last_1_5_s() {
         let mut loop_health = LoopHealth::default();
         loop_health.frame(Duration::from_millis(900), Duration::ZERO);
         (0..20).for_each(|_| loop_health.frame(FRAME, Duration::ZERO));
@@ -118,19 +118,19 @@ mod tests {
     }
 
     #[test]
-    fn a_second_and_a_half_is_looked_at_to_its_end() {
+    fn the_window_holds_1_5_s_of_frames_including_its_end() {
         let mut loop_health = LoopHealth::default();
         (0..75).for_each(|_| loop_health.frame(FRAME, Duration::ZERO));
         assert_eq!((loop_health.frames.len(), loop_health.sum), (75, LATELY));
         loop_health.frame(FRAME, Duration::ZERO);
         assert_eq!((loop_health.frames.len(), loop_health.sum), (75, LATELY));
-        // One that took longer than all of it is the only one that is known.
+        // A frame longer than the window is its only frame.
         loop_health.frame(Duration::from_secs(2), Duration::ZERO);
         assert_eq!((loop_health.frames.len(), loop_health.frame_ms()), (1, 2000.0));
     }
 
     #[test]
-    fn dropped_time_is_fresh_for_ten_seconds_and_never_forgotten() {
+    fn dropped_time_is_recent_for_ten_seconds_and_stays_in_the_total() {
         let mut loop_health = LoopHealth::default();
         loop_health.frame(FRAME, Duration::from_millis(300));
         let fresh = |loop_health: &LoopHealth| loop_health.drops.iter().map(|(_, dropped)| *dropped).sum::<Duration>();

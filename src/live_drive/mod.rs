@@ -1,12 +1,13 @@
-//! A drive with a person in it, without window or GPU: devices in, pictures' contents out. In: elapsed time, commands.
-//! Out: the [`View`] of the moment.
+//! A drive with a participant, without window or GPU. In: elapsed time, devices, commands. Out: the [`View`] of the
+//! present moment.
 //!
-//! * [`start`]: a drive that begins beside the loop; `restart`: another one in the place of this.
-//! * `devices`: what the participant's devices do to the drive, and what the rig is told back.
-//! * `drive_picture`: what is to be seen; `flash_patch`: the square for a photodiode; [`sound`]: what is to be heard.
-//! * [`lab`]: other devices: streams of LSL, triggers.
-//! * `recording`: its files. [`latency`], `loop_health`, [`contacts`]: what the experimenter watches.
-//! * [`wheel_calibration`]: the page of wheel and pedals at work.
+//! * [`start`]: start of a drive on a thread beside the drive loop; `restart`: replacement of the present drive by
+//!   another.
+//! * `devices`: effect of the participant's devices on the drive, and feedback to them.
+//! * `drive_picture`: the picture; `flash_patch`: the square for a photodiode; [`sound`]: the sound.
+//! * [`lab`]: laboratory devices: LSL streams and triggers.
+//! * `recording`: the files. [`latency`], `loop_health`, [`contacts`]: values that the experimenter watches.
+//! * [`wheel_calibration`]: state of the page that calibrates wheel and pedals.
 
 pub mod contacts;
 mod devices;
@@ -53,16 +54,15 @@ pub use drive_picture::DrivePicture;
 pub use loop_health::{LoopHealth, phase};
 pub use restart::RestartOutcome;
 
-/// A drive as its window shows it.
+/// Drive in a window, with its devices and its recording.
 pub struct LiveDrive {
-    /// World and clock.
+    /// World and clock of the drive.
     pub drive: Drive,
-    /// The one that is to come after it, and why that which was asked for did not.
+    /// Drive that is to replace this one, and the reason why the requested one could not start.
     starting: Option<PendingDrive>,
     refused: Option<RunError>,
-    /// The participant's devices.
     pub devices: Devices,
-    /// What is to be seen of it.
+    /// Picture of the drive as data.
     pub picture: DrivePicture,
     tally: SummaryAccumulator,
     /// Contacts so far, for the windows.
@@ -72,17 +72,17 @@ pub struct LiveDrive {
     lab: LabDevices,
     latency: InputLatency,
     sound: DriveSound,
-    /// True while the drive stands because the wheel was unplugged.
+    /// True while the drive is paused because the wheel was unplugged.
     waiting: bool,
     /// Messages for the overlay.
     news: Vec<String>,
-    /// In a session buttons only ask: whoever leads it lets time run and holds it. What they asked for.
+    /// True in a session: buttons are only collected in `pressed`, because the session decides when time runs.
     led: bool,
     pressed: Vec<ButtonAction>,
 }
 
 impl LiveDrive {
-    /// Starts a drive and builds what is to be seen of its map.
+    /// Starts a drive and builds the static scene of its map.
     ///
     /// # Errors
     /// The world cannot start.
@@ -115,17 +115,17 @@ impl LiveDrive {
         }
     }
 
-    /// A drive of a session, put in place and held: buttons only ask (see [`LiveDrive::take_pressed`]).
+    /// Starts a drive of a session, paused; buttons are only collected (see [`LiveDrive::take_pressed`]).
     ///
     /// # Errors
-    /// The world cannot start; the devices are where they were.
+    /// The world cannot start; `devices` is unchanged.
     pub fn with_devices(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, RunError> {
         let drive = Drive::by_participant(scenario, Pace::Paused)?;
         let stage = Some(start::stage(&drive.world));
         Ok(Self::led_from(ReadyDrive { drive, stage }, devices.take().unwrap_or_else(Devices::open)))
     }
 
-    /// The same of a drive that has begun elsewhere.
+    /// Makes a drive of a session from a drive that has started elsewhere.
     pub fn led_from(started: ReadyDrive, mut devices: Devices) -> Self {
         let ReadyDrive { drive, stage } = started;
         devices.rest();
@@ -133,58 +133,59 @@ impl LiveDrive {
         Self { led: true, ..Self::with(drive, stage, devices) }
     }
 
-    /// The devices, for what comes after the drive.
+    /// Returns the devices for the time after the drive.
     pub fn into_devices(self) -> Devices {
         self.devices
     }
 
-    /// The laboratory's devices that this drive has to do with.
+    /// Sets the laboratory devices of this drive.
     pub fn set_lab(&mut self, lab: LabDevices) {
         self.lab = lab;
     }
 
-    /// They, for what comes after the drive.
+    /// Takes the laboratory devices for the next drive.
     pub fn take_lab(&mut self) -> LabDevices {
         std::mem::take(&mut self.lab)
     }
 
-    /// Says to them that the drive begins, in `words`; after [`LiveDrive::record`] where it is recorded.
+    /// Announces the start of the trial to the laboratory devices; `words` names it. To be called after
+    /// [`LiveDrive::record`] if the drive is recorded.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     pub fn begin_trial(&mut self, words: &str) -> Result<(), RunError> {
         Ok(self.lab.begin_trial(self.recording.folder(), words)?)
     }
 
-    /// The drive lasts so many seconds longer.
+    /// Extends the drive by `seconds`, also in its recording.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     pub fn extend(&mut self, seconds: f64) -> Result<(), RunError> {
         self.drive.world.extend(seconds);
         let longer = inputs::portable(&self.drive.world);
         self.recording.set_scenario(&longer)
     }
 
-    /// Records this drive in `folder` from here on.
+    /// Starts recording this drive in `folder`.
     ///
     /// # Errors
-    /// The folder holds a recording, or the system refuses.
+    /// The folder holds a recording, or cannot be written.
     pub fn record(&mut self, folder: &Path, gpu: &Gpu) -> Result<(), RunError> {
         self.record_of(folder, gpu, None)
     }
 
-    /// The same for a participant of a study.
+    /// Starts recording this drive in `folder`, for a participant of a study.
     ///
     /// # Errors
-    /// The folder holds a recording, or the system refuses.
+    /// The folder holds a recording, or cannot be written.
     pub fn record_of(
         &mut self,
         folder: &Path,
         gpu: &Gpu,
         participant: Option<&ParticipantCode>,
     ) -> Result<(), RunError> {
-        // What is plugged in already is in the manifest.
+        // Devices that are plugged in already belong in the manifest.
         self.poll_devices();
         let (world, driver) = (&self.drive.world, self.devices.describe());
         self.recording.begin(folder, world, driver, gpu, participant)?;
@@ -192,7 +193,7 @@ impl LiveDrive {
         Ok(())
     }
 
-    /// A frame has been handed to the screen, `wall` after the first one and `elapsed` after the last.
+    /// Notes that a frame was handed to the screen, `wall` after the first one and `elapsed` after the last.
     pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &DueTicks) {
         let patch = self.picture.shown();
         let [input_to_tick_s, latency_s] = self.latency.shown(elapsed);
@@ -211,55 +212,55 @@ impl LiveDrive {
         self.lab.shown(row, number);
     }
 
-    /// How the recording does; `None` if the drive is not recorded.
+    /// Returns the state of the recording's writer; `None` if the drive is not recorded.
     pub fn writer_status(&self) -> Option<&WriterStatus> {
         self.recording.writer_status()
     }
 
-    /// Where the drive is recorded; `None` if it is not.
+    /// Returns the folder of the recording; `None` if the drive is not recorded.
     pub fn recorded_in(&self) -> Option<&Path> {
         self.recording.folder()
     }
 
-    /// Hands to the disk what was recorded since the last time.
+    /// Passes the rows since the last call to the disk.
     ///
     /// # Errors
-    /// The disk is full or too slow; the drive must end, everything before is kept.
+    /// The disk is full or too slow. The drive must end; everything before is kept.
     pub fn flush(&mut self) -> Result<(), RunError> {
         self.recording.flush()?;
         Ok(self.lab.flush()?)
     }
 
-    /// Notes something in the recording that the world does not know of.
+    /// Records an event from outside the world, and passes it to the laboratory devices.
     pub fn note(&mut self, kind: &str, detail: &str) {
         self.recording.note(self.drive.world.snapshot().tick, kind, detail);
         self.lab.note(kind, detail);
     }
 
-    /// The same with a number.
+    /// Records an event from outside the world with a number.
     pub fn note_value(&mut self, kind: &str, detail: &str, value: f64) {
         self.recording.note_value(self.drive.world.snapshot().tick, kind, detail, value);
     }
 
-    /// A gentle sound, where there is any: something is asked.
+    /// Plays a gentle tone for a question, if sound is on.
     pub fn chime(&mut self) {
         self.sound.chime();
     }
 
-    /// Ends the recording, if there is one. Returns where it lies.
+    /// Ends the recording, if there is one. Returns its folder.
     ///
     /// # Errors
-    /// The disk refuses; what was recorded can be recovered.
+    /// The recording cannot be written; its data can be recovered.
     pub fn finish_recording(&mut self) -> Result<Option<PathBuf>, RunError> {
         let ended = self.lab.end_trial();
         let finished = self.recording.finish(&self.tally.summary())?;
         Ok(ended.map(|()| finished)?)
     }
 
-    /// One frame of simulation. `watch` sees the world after each tick.
+    /// Runs one frame of simulation. `watch` is called with the world after each tick.
     ///
     /// # Errors
-    /// The traffic engine failed.
+    /// The traffic engine failed, or the recording cannot be written.
     pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<DueTicks, RunError> {
         self.poll_devices();
         self.contacts.pass(elapsed);
@@ -292,7 +293,8 @@ impl LiveDrive {
         recorded?;
         self.lab.end_frame(self.drive.world.snapshot().tick, self.drive.clock.fraction().into())?;
         for news in self.lab.take_news() {
-            // Readers of the recording see no window. The devices are not told: one of them reports this trouble.
+            // Recorded for readers who see no window. It is not passed on to the laboratory devices, because one of
+            // them reported it.
             self.recording.note(self.drive.world.snapshot().tick, "device", &news);
             self.news.push(news);
         }
@@ -304,59 +306,60 @@ impl LiveDrive {
         Ok(due)
     }
 
-    /// Begins to play the drive's sound.
+    /// Starts playing the drive's sound.
     pub fn open_sound(&mut self) {
         self.sound.open(self.drive.world.scenario());
     }
 
-    /// The screen that the pictures come to, for the recording and the corner of the picture.
+    /// Sets the screen, for the recording and for the latencies in the corner of the picture.
     pub fn set_screen(&mut self, screen: ScreenInfo) {
         self.latency.screen(screen.refresh_hz, &screen.present_mode);
         self.recording.set_screen(screen);
     }
 
-    /// The drive so far in numbers.
+    /// Returns the summary of the drive so far.
     pub fn summary(&self) -> Summary {
         self.tally.summary()
     }
 
-    /// Contacts so far.
+    /// Returns the contacts so far.
     pub fn contacts(&self) -> &ContactCount {
         &self.contacts
     }
 
-    /// Delays of the last seconds.
+    /// Returns the latencies of the last seconds.
     pub fn latency(&self) -> &Latency {
         self.latency.recent()
     }
 
-    /// What is to be seen now; to be asked once a picture.
+    /// Returns the present view; to be called once per picture.
     pub fn view(&mut self) -> View {
         self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction())
     }
 
-    /// A person holds the drive, or lets it go on: a wheel that comes back meanwhile changes nothing about that.
+    /// Pauses the drive on a person's request, or resumes it. A wheel that is plugged in during this pause does not end
+    /// it.
     pub fn hold(&mut self, held: bool) {
         self.waiting = false;
         self.drive.clock.set_pace(if held { Pace::Paused } else { Pace::RealTime });
     }
 
-    /// Pauses, or goes on in real time.
+    /// Pauses the drive, or resumes it in real time.
     pub fn toggle_pause(&mut self) {
         self.hold(self.drive.clock.pace() != Pace::Paused);
     }
 
-    /// Lane help on or off.
+    /// Switches lane help on or off.
     pub fn toggle_lane_help(&mut self) {
         self.lane_help = !self.lane_help;
     }
 
-    /// True while lane help steers along.
+    /// Checks whether lane help is on.
     pub fn lane_help(&self) -> bool {
         self.lane_help
     }
 
-    /// The drive so far in words.
+    /// Returns the summary of the drive so far as text.
     pub fn words(&self) -> String {
         let world = &self.drive.world;
         let (who, policy) = (self.devices.describe(), world.policy().words());

@@ -1,4 +1,4 @@
-//! The recording of a live drive. In: ticks, frames, notes. Out: files, while there is a recorder; nothing otherwise.
+//! Recording of a live drive. In: ticks, frames, notes. Out: files if there is a recorder, otherwise nothing.
 
 use crate::{
     controls::Controls,
@@ -12,11 +12,11 @@ use crate::{
 };
 use std::path::{Path, PathBuf};
 
-/// The recorder of a drive, if it is recorded, and what it is told of each frame.
+/// Recorder of a drive, if it is recorded, with the number of its frames and its screen.
 #[derive(Default)]
 pub(super) struct DriveRecording {
     pub(super) recorder: Option<Recorder>,
-    /// Frames that were recorded in this window.
+    /// Number of frames recorded so far.
     frames: u64,
     screen: Option<ScreenInfo>,
 }
@@ -41,7 +41,7 @@ impl DriveRecording {
         self.screen = Some(screen);
     }
 
-    /// The scenario has changed while it is driven.
+    /// Replaces the scenario in the recording, after a change during the drive.
     pub(super) fn set_scenario(&self, scenario: &Scenario) -> Result<(), RunError> {
         Ok(self.recorder.as_ref().map_or(Ok(()), |recorder| recorder.set_scenario(scenario))?)
     }
@@ -56,7 +56,7 @@ impl DriveRecording {
         self.recorder.as_mut().map_or(Ok(()), |recorder| recorder.tick(world, controls))
     }
 
-    /// A frame was shown; returns its number, where it is recorded.
+    /// Records a frame that was shown. Returns its number, or `None` without a recorder.
     pub(super) fn frame(&mut self, row: FrameRow) -> Option<u64> {
         let recorder = self.recorder.as_mut()?;
         let frame = self.frames;

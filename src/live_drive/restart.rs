@@ -1,5 +1,5 @@
-//! Restart: a new drive in place of the current one. In: a scenario. Out: the drive, some frames later, or the one before
-//! from its start and why the other could not begin.
+//! Restart: a new drive in place of the present one. In: a scenario. Out: the new drive some frames later, or the
+//! previous drive from its start and the reason why the new one could not start.
 
 use super::{
     LiveDrive,
@@ -9,27 +9,27 @@ use super::{
 use crate::{drive_loop::RunError, input::AdviceState, scenario::Scenario, sim::SummaryAccumulator, time::Pace};
 use std::time::Duration;
 
-/// The end of a restart.
+/// Result of a restart.
 #[derive(Debug)]
 pub struct RestartOutcome {
-    /// True if the renderer has to be made anew, for another stage or another quality.
+    /// True if the renderer must be rebuilt, for another static scene or another quality.
     pub new_stage: bool,
-    /// Why the drive that was asked for could not start.
+    /// Reason why the requested drive could not start.
     pub refused: Option<RunError>,
 }
 
-/// True if what stands still is the same in both.
+/// Checks whether two scenarios have the same static scene.
 fn has_stage_of(one: &Scenario, other: &Scenario) -> bool {
     (&one.map, one.seed, one.display.trees) == (&other.map, other.seed, other.display.trees)
 }
 
 impl LiveDrive {
-    /// Begins another drive at the same pace, which is not recorded yet; devices, view and, if map and seed are the same, the stage
-    /// are kept. It comes from [`LiveDrive::restarted`]; until then this one stands as it is, and is over: SUMO allows one
-    /// simulation a process.
+    /// Starts another drive at the same pace, not recorded yet. Devices and view are kept, and so is the static scene
+    /// if map, seed and trees are the same. [`LiveDrive::restarted`] completes the restart. Until then this drive is
+    /// stopped, because SUMO allows one simulation per process.
     ///
     /// # Errors
-    /// The recording of this one cannot be finished; it goes on.
+    /// The recording of this drive cannot be finished, and the drive goes on; or the system cannot start a thread.
     pub fn restart(&mut self, scenario: &Scenario) -> Result<(), RunError> {
         self.finish_recording()?;
         self.refused = None;
@@ -39,19 +39,19 @@ impl LiveDrive {
     fn begin(&mut self, scenario: &Scenario) -> Result<(), RunError> {
         self.drive.world.stop_traffic();
         self.devices.keyboard.rest();
-        // One that is not there yet lets go of the engine first.
+        // A drive that is still starting must release the engine first.
         self.starting = None;
         self.starting = Some(PendingDrive::begin(scenario, !has_stage_of(self.drive.world.scenario(), scenario))?);
         Ok(())
     }
 
-    /// What is being begun, between [`LiveDrive::restart`] and its end.
+    /// Returns the scenario that is starting, between [`LiveDrive::restart`] and its end.
     pub fn starting(&self) -> Option<&Scenario> {
         self.starting.as_ref().map(PendingDrive::scenario)
     }
 
-    /// The end of a restart, once, after `patience` at most; `None` while it goes on, or if there is none. Where the new
-    /// drive cannot start the one before begins again from its start, held.
+    /// Returns the result of a restart once, after waiting for `patience` at most; `None` while it goes on, or if there
+    /// is none. If the new drive cannot start, the previous one starts again, paused.
     pub fn restarted(&mut self, patience: Duration) -> Option<RestartOutcome> {
         let done = self.starting.as_mut()?.wait(patience)?;
         let wanted = self.starting.take().map(|starting| starting.scenario().clone())?;
@@ -76,8 +76,8 @@ impl LiveDrive {
         }
     }
 
-    /// Another drive takes the place of this one. True if the renderer has to be made anew, for another stage or another
-    /// quality.
+    /// Replaces this drive by another. Returns true if the renderer must be rebuilt, for another static scene or
+    /// another quality.
     fn put(&mut self, started: ReadyDrive) -> bool {
         let ReadyDrive { mut drive, stage } = started;
         let old = self.drive.world.scenario().clone();
@@ -86,7 +86,7 @@ impl LiveDrive {
         self.tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
         self.lane_help = scenario.lane_help;
         if old.rev_lamps {
-            // Dark, unless the new drive shows its own.
+            // Dark, unless the new drive lights them.
             let _ = self.devices.rig_mut().show_advice_state(AdviceState::None);
         }
         self.contacts = ContactCount::default();
@@ -97,7 +97,7 @@ impl LiveDrive {
         redraw
     }
 
-    /// True if this drive was stopped for another, which could not start: nothing more comes of it.
+    /// Checks whether this drive was stopped for another that could not start; it does not continue.
     pub fn is_stopped(&self) -> bool {
         self.starting.is_none() && self.drive.world.is_stopped()
     }

@@ -1,4 +1,4 @@
-//! Sound of a live drive. In: the world after each tick, pause and horn a frame. Out: what the speaker plays.
+//! Sound of a live drive. In: the world after each tick; pause and horn each frame. Out: the sound of the speaker.
 
 use crate::{
     audio::{Listener, SoundScene, Speaker},
@@ -7,10 +7,10 @@ use crate::{
     sim::World,
 };
 
-/// Name of the event that a recording has where a hand came to the horn or went, with "on" or "off".
+/// Name of the recorded event for a horn that is pressed or released, with "on" or "off" as detail.
 pub const HORN: &str = "horn";
 
-/// What is audible of a drive and, in a window, its speaker.
+/// Sound of a drive and, in a window, its speaker.
 pub struct DriveSound {
     listener: Listener,
     speaker: Option<Speaker>,
@@ -18,21 +18,21 @@ pub struct DriveSound {
 }
 
 impl DriveSound {
-    /// Nothing is played until [`DriveSound::open`].
+    /// Creates the sound; nothing is played until [`DriveSound::open`].
     pub fn new(scenario: &Scenario) -> Self {
         Self { listener: Listener::new(scenario.advice_tone), speaker: None, horn: false }
     }
 
-    /// Begins to play at the scenario's levels.
+    /// Starts playing at the scenario's levels.
     pub fn open(&mut self, scenario: &Scenario) {
         self.speaker = Some(Speaker::open(scenario.sound));
     }
 
-    /// Another drive begins: a speaker that was open plays it at its levels.
+    /// Switches to another drive; an open speaker continues at the new drive's levels.
     pub fn restart(&mut self, old: &Scenario, scenario: &Scenario) {
         let reopen = self.speaker.is_some() && old.sound != scenario.sound;
         if reopen {
-            // The old one lets the device go first.
+            // The old speaker must release the audio device first.
             self.speaker = None;
         }
         let speaker = self.speaker.take();
@@ -42,12 +42,13 @@ impl DriveSound {
         }
     }
 
-    /// The world has made a tick with these controls.
+    /// Applies a tick of the world with these controls.
     pub fn tick(&mut self, world: &World, controls: &Controls) {
         self.listener.tick(world.snapshot(), world.events(), controls);
     }
 
-    /// A frame: whether time runs, and a hand is on the horn. True if the hand came or went.
+    /// Plays a frame; `running` is true while time runs, `horn` while the horn is held. Returns true if the horn
+    /// changed.
     pub fn frame(&mut self, running: bool, horn: bool) -> bool {
         if let Some(speaker) = &self.speaker {
             speaker.play(&self.scene(running, horn));
@@ -55,12 +56,12 @@ impl DriveSound {
         std::mem::replace(&mut self.horn, horn) != horn
     }
 
-    /// Something is asked: a gentle tone, other than that of another advice.
+    /// Plays a gentle tone for a question; it differs from the tone for advice.
     pub fn chime(&mut self) {
         self.listener.chime();
     }
 
-    /// What there is to be heard.
+    /// Returns the sounds of the present moment.
     pub fn scene(&self, running: bool, horn: bool) -> SoundScene {
         self.listener.scene(running, horn)
     }

@@ -1,6 +1,6 @@
-//! Starting a drive on a thread of its own while the loop runs. In: a scenario. Out: the drive and what stands still in it,
-//! once they are there. Connecting to SUMO, checking a foreign network, the warm-up and the trees may take seconds, and a
-//! window hears its keys meanwhile.
+//! Start of a drive on a thread of its own while the drive loop runs. In: a scenario. Out: the drive and its static
+//! scene, once they are ready. Connecting to SUMO, checking a foreign network, the warm-up and the trees may take
+//! seconds, in which the window must respond to keys.
 
 use crate::{
     drive_loop::{Drive, RunError},
@@ -16,20 +16,20 @@ use std::{
     time::Duration,
 };
 
-/// Interval at which the thread of an unwanted drive is looked at, and the longest wait for it: half a second.
+/// Interval between checks of an unwanted drive's thread, and their number: half a second in all.
 const LOOK: Duration = Duration::from_millis(10);
 const LOOKS: usize = 50;
 
-/// A drive that has begun.
+/// Drive that has started.
 pub struct ReadyDrive {
-    /// World and clock, which stands.
+    /// World and clock; the clock is paused.
     pub drive: Drive,
-    /// What stands still, unless the one before is kept.
+    /// Static scene; `None` if the previous one is kept.
     pub stage: Option<StaticScene>,
 }
 
-/// A drive that is being begun on a thread of its own. Dropped before it is there, it ends within a tenth of a second where
-/// it waits for another program, and otherwise once SUMO has read its files.
+/// Drive that is starting on a thread of its own. If it is dropped early, the thread ends within 0.1 s while it waits
+/// for another program, and otherwise after SUMO has read its files.
 pub struct PendingDrive {
     scenario: Scenario,
     interruption: Interruption,
@@ -38,10 +38,10 @@ pub struct PendingDrive {
 }
 
 impl PendingDrive {
-    /// Begins; with its own stage unless one is there that fits.
+    /// Starts the drive; `with_stage` also builds its static scene.
     ///
     /// # Errors
-    /// The system has no thread left.
+    /// The system cannot start a thread.
     pub fn begin(scenario: &Scenario, with_stage: bool) -> Result<Self, RunError> {
         let interruption = Interruption::default();
         let (to, done) = mpsc::sync_channel(1);
@@ -49,7 +49,7 @@ impl PendingDrive {
         let begin = move || {
             heard.obey();
             let started = start(&wanted, with_stage);
-            // Nobody takes it if it is no longer wanted.
+            // There is no receiver if the drive is no longer wanted.
             let _ = to.send(started);
         };
         let thread = thread::Builder::new().name("starting".into()).spawn(begin);
@@ -57,17 +57,18 @@ impl PendingDrive {
         Ok(Self { scenario: scenario.clone(), interruption, done, thread: Some(thread) })
     }
 
-    /// What is being begun.
+    /// Returns the scenario that is starting.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    /// The drive, or why it cannot begin; `None` while it is on its way, after `patience` at most.
+    /// Returns the drive, or the reason why it cannot start, after waiting for `patience` at most; `None` while it is
+    /// starting.
     pub fn wait(&mut self, patience: Duration) -> Option<Result<ReadyDrive, RunError>> {
         match self.done.recv_timeout(patience) {
             Ok(done) => Some(done),
             Err(RecvTimeoutError::Timeout) => None,
-            // It panicked, and has told why.
+            // The thread panicked, and the panic was reported.
             Err(RecvTimeoutError::Disconnected) => Some(Err(RunError::Ended("the thread that begins a drive".into()))),
         }
     }
@@ -77,8 +78,8 @@ impl Drop for PendingDrive {
     fn drop(&mut self) {
         self.interruption.interrupt();
         let Some(thread) = self.thread.take() else { return };
-        // SUMO is free for the next one when this one has let go of it. Where it reads a large file it lets go only after that:
-        // the window closes meanwhile, and the next start waits.
+        // SUMO is free for the next drive once this one has released it. While SUMO reads a large file that takes
+        // longer: the window closes nevertheless, and the next start waits.
         for _ in 0..LOOKS {
             if thread.is_finished() {
                 let _ = thread.join();
@@ -95,7 +96,7 @@ fn start(scenario: &Scenario, with_stage: bool) -> Result<ReadyDrive, RunError> 
     Ok(ReadyDrive { drive, stage })
 }
 
-/// What stands still in a world.
+/// Builds the static scene of a world.
 pub fn stage(world: &World) -> StaticScene {
     let scenario = world.scenario();
     StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize)

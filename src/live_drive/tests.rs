@@ -1,4 +1,4 @@
-//! A drive with a wheel, without window or GPU: what reaches recording, lamps, flash patch and end card.
+//! A drive with a wheel, without window or GPU: contents of recording, lamps, flash patch and end card.
 
 use super::{loop_health::LoopHealth, *};
 use crate::{
@@ -18,7 +18,7 @@ use crate::{
 };
 use std::{fs, io, sync::Arc, sync::mpsc::Sender};
 
-/// A motor that takes everything.
+/// A motor that accepts every level.
 struct Motor;
 
 impl ForceDevice for Motor {
@@ -29,7 +29,7 @@ impl ForceDevice for Motor {
     fn end(&mut self) {}
 }
 
-/// A drive on the native engine and the other end of its wheel's reader.
+/// Returns a drive on the native engine, and the sender of its wheel's messages.
 fn show(scenario: Scenario) -> (LiveDrive, Sender<WheelMessage>) {
     let (to, told) = std::sync::mpsc::channel();
     let scenario = Scenario {
@@ -56,7 +56,7 @@ fn g29(lamps: Lamps, force: bool) -> WheelMessage {
     }))
 }
 
-/// A frame of a sixtieth of a second. Returns the square's state.
+/// Runs a frame of 1/60 s. Returns the state of the flash patch.
 fn frame(live: &mut LiveDrive) -> Option<bool> {
     let elapsed = Duration::from_nanos(16_666_667);
     let due = live.advance(elapsed, |_| ()).unwrap();
@@ -113,9 +113,9 @@ fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
 }
 
 #[test]
-fn a_frame_that_the_screen_did_not_take_swallows_neither_the_flash_nor_the_latency() {
-    // The fault: the first picture drawn after the pedal took the white square with it, also one that was never shown (a
-    // surface that was out of date, a picture asked for another window).
+fn a_frame_that_was_not_shown_loses_neither_flash_nor_latency() {
+    // A former fault: the first picture drawn after the pedal used up the white square, even if it was never shown (an
+    // outdated surface, a picture for another window).
     let (mut live, to) = show(Scenario { flash_patch: FlashPatch::Pedal, ..Scenario::default() });
     to.send(g29(Lamps::default(), false)).unwrap();
     frame(&mut live);
@@ -127,7 +127,7 @@ fn a_frame_that_the_screen_did_not_take_swallows_neither_the_flash_nor_the_laten
     assert_eq!(frame(&mut live), Some(true), "the first frame that is shown");
     assert_eq!(live.latency().input_to_frame().unwrap().count, 1);
     assert_eq!(frame(&mut live), Some(false));
-    // A page over the picture has no square, and takes none.
+    // A page over the picture has no square and must not use it up.
     to.send(WheelMessage::Axis { code: 5, raw: 255, at: None }).unwrap();
     frame(&mut live);
     to.send(WheelMessage::Axis { code: 5, raw: 100, at: None }).unwrap();
@@ -138,7 +138,7 @@ fn a_frame_that_the_screen_did_not_take_swallows_neither_the_flash_nor_the_laten
 
 #[test]
 fn an_input_waits_for_a_tick_and_a_frame_at_most() {
-    // A screen of 250 Hz: two of three frames have no tick.
+    // A screen of 250 Hz: three of five frames have no tick.
     let (mut live, to) = show(Scenario::default());
     to.send(g29(Lamps::default(), false)).unwrap();
     let elapsed = Duration::from_millis(4);
@@ -150,14 +150,14 @@ fn an_input_waits_for_a_tick_and_a_frame_at_most() {
             live.advance(elapsed, |_| ()).unwrap();
             frames += 1;
         }
-        // 10 ms are two and a half frames; the input came just after one.
+        // 10 ms are 2.5 frames; the input came just after one.
         assert!(frames <= 3, "{frames} frames of 4 ms");
         live.shown(Duration::ZERO, elapsed, &DueTicks::default());
     }
 }
 
 #[test]
-fn rev_lamps_follow_the_speed_against_the_advice_and_trouble_is_told_once() {
+fn rev_lamps_show_the_advice_state_and_a_problem_is_reported_once() {
     let sys = tempfile::tempdir().unwrap();
     let lamp = |n| sys.path().join(format!("class/input/event3/device/device/leds/x::RPM{n}"));
     (1..=5).for_each(|n| {
@@ -181,7 +181,7 @@ fn rev_lamps_follow_the_speed_against_the_advice_and_trouble_is_told_once() {
 }
 
 #[test]
-fn a_calibration_holds_time_and_ends_where_the_wheel_is_pulled_out() {
+fn a_calibration_pauses_the_drive_and_ends_when_the_wheel_is_unplugged() {
     let (mut live, to) = show(Scenario::default());
     let told = live.calibrate(CalibrationCommand::Begin).unwrap();
     assert!(told.contains("no steering wheel is plugged in"), "{told}");
@@ -205,11 +205,11 @@ fn a_calibration_holds_time_and_ends_where_the_wheel_is_pulled_out() {
 }
 
 #[test]
-fn the_hands_feel_grass_by_the_share_of_front_wheels_on_it() {
+fn grass_in_the_force_input_is_the_share_of_front_wheels_on_grass() {
     let (mut live, to) = show(Scenario { policy: "none".into(), vehicles: 2, ..Scenario::default() });
     to.send(g29(Lamps::default(), true)).unwrap();
     frame(&mut live);
-    // Off the ring to the left with a foot on the accelerator.
+    // Off the ring to the left, with the accelerator pressed.
     for (code, raw) in [(2, 100), (0, 20_000)] {
         to.send(WheelMessage::Axis { code, raw, at: None }).unwrap();
     }
@@ -241,7 +241,7 @@ fn the_hands_feel_grass_by_the_share_of_front_wheels_on_it() {
 }
 
 #[test]
-fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
+fn the_experimenters_lamps_show_frames_drops_latency_disk_and_wheel() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("p1");
     let (mut live, to) = show(Scenario::default());
@@ -263,18 +263,18 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     assert_eq!(health.wheel, WheelHealth::There("Logitech G29".into()));
     assert_eq!((health.engine.as_str(), health.error.as_deref()), ("SUMO 1.20", Some("it failed")));
     assert_eq!((health.frame_ms, health.dropped_s), ([30.0, 40.0], [0.25; 2]));
-    // One input, which waited for 5 ms at least and for no minute: its median and its worst are the same.
+    // One input, which waited for between 5 ms and 1 minute: its median and its worst value are the same.
     let [median_ms, worst_ms] = health.latency_ms.unwrap();
     assert!(median_ms == worst_ms && (5.0..60_000.0).contains(&median_ms), "{median_ms} ms");
     let seconds = live.latency().input_to_frame().unwrap().median_s;
     assert!((median_ms / 1e3 - seconds).abs() < 1e-9, "{median_ms} ms are {seconds} s");
     let disk = health.recording.unwrap();
     let free_gb = crate::record::free_bytes(&recording).map(|bytes| bytes as f64 / 1e9);
-    // Others write to the same disk meanwhile.
+    // Other programs write to the same disk meanwhile.
     let near = disk.free_gb.zip(free_gb).is_none_or(|(told, free)| (told - free).abs() < 0.1 * free + 1.0);
     assert!(near && disk.free_gb.is_some() == free_gb.is_some(), "{:?}, not {free_gb:?} GB", disk.free_gb);
 
-    // A second and a half is looked at, ten are remembered.
+    // The window for frame times is 1.5 s; dropped time is recent for 10 s.
     (0..80).for_each(|_| loop_health.frame(Duration::from_millis(20), Duration::ZERO));
     assert_eq!(loop_health.health(&live, "", None).frame_ms, [20.0; 2]);
     (0..500).for_each(|_| loop_health.frame(Duration::from_millis(20), Duration::ZERO));
@@ -284,14 +284,14 @@ fn the_experimenters_lamps_tell_of_frames_drops_delays_disk_and_wheel() {
     assert_eq!(loop_health.health(&live, "", None).wheel, WheelHealth::Lost);
 }
 
-/// Kind and detail of every event that is in the recording.
+/// Returns kind and detail of every event in the recording.
 fn events(recording: &Path) -> Vec<(String, String)> {
     let events = TableReader::parquet(&Table::Events.parquet(recording)).unwrap();
     events.words("event").into_iter().zip(events.words("detail")).collect()
 }
 
 #[test]
-fn buttons_do_what_they_stand_for_and_in_a_session_they_only_ask() {
+fn buttons_act_outside_a_session_and_are_only_collected_in_one() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("p1");
     let (mut live, to) = show(Scenario::default());
@@ -345,7 +345,7 @@ fn buttons_do_what_they_stand_for_and_in_a_session_they_only_ask() {
 }
 
 #[test]
-fn a_wheel_that_is_pulled_out_holds_a_drive_that_runs_and_no_other() {
+fn an_unplugged_wheel_pauses_only_a_running_drive() {
     let (mut live, to) = show(Scenario::default());
     let tell = |live: &mut LiveDrive, told: WheelMessage| {
         to.send(told).unwrap();
@@ -355,21 +355,21 @@ fn a_wheel_that_is_pulled_out_holds_a_drive_that_runs_and_no_other() {
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::RealTime, false, 0));
     assert_eq!(tell(&mut live, WheelMessage::Lost), (Pace::Paused, true, 1));
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::RealTime, false, 1), "it is said to be back");
-    // Somebody goes on without it: it comes back without a word.
+    // The drive is resumed without the wheel: its return causes no message.
     tell(&mut live, WheelMessage::Lost);
     live.toggle_pause();
     assert!(live.drive.clock.pace() == Pace::RealTime && !live.waits_for_wheel());
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::RealTime, false, 0));
-    // Held by a person before it was pulled out: it stays held when it is back.
+    // Paused by a person before the wheel was unplugged: the drive stays paused when the wheel is back.
     live.toggle_pause();
     assert_eq!(tell(&mut live, WheelMessage::Lost), (Pace::Paused, false, 1));
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::Paused, false, 0));
-    // Held by a person while it was out, as after a request to stop: it stays held, too.
+    // Paused by a person while the wheel was unplugged, as after a request to stop: the drive stays paused too.
     live.toggle_pause();
     assert_eq!(tell(&mut live, WheelMessage::Lost), (Pace::Paused, true, 1));
     live.hold(true);
     assert_eq!(tell(&mut live, g29(Lamps::default(), false)), (Pace::Paused, false, 0));
-    // Let run by a button or the panel meanwhile, and held again: that pause is a person's.
+    // Resumed by a button or the panel meanwhile, and paused again: that pause is a person's.
     live.toggle_pause();
     tell(&mut live, WheelMessage::Lost);
     live.drive.clock.set_pace(Pace::RealTime);
@@ -394,7 +394,7 @@ fn every_frame_is_in_the_recording_with_its_number_and_times() {
         live.view();
         live.shown(Duration::from_millis(100 * (i as u64 + 1)), elapsed, &due);
     }
-    // What was handed over is on its way to the disk, and there a moment later.
+    // The rows are written by another thread, a moment later.
     live.flush().unwrap();
     let rows = || fs::metadata(recording.join("journal/rows.blocks")).map_or(0, |about| about.len());
     let begun = TimeStamp::now();
@@ -402,7 +402,7 @@ fn every_frame_is_in_the_recording_with_its_number_and_times() {
         assert!(begun.until(TimeStamp::now()) < Duration::from_secs(20), "nothing is written");
         std::thread::sleep(Duration::from_millis(2));
     }
-    // A whole minute in one frame.
+    // A frame of a whole minute.
     let elapsed = Duration::from_secs(60);
     let due = live.advance(elapsed, |_| ()).unwrap();
     live.shown(Duration::from_secs(1), elapsed, &due);
@@ -417,7 +417,7 @@ fn every_frame_is_in_the_recording_with_its_number_and_times() {
     for (fraction, expected) in fractions.iter().zip([0.4, 0.0, 0.6]) {
         assert!((fraction - expected).abs() < 1e-6, "{fractions:?}");
     }
-    // A quarter of a second is made up for at most.
+    // At most 0.25 s is made up for.
     assert_eq!(
         (frames.wholes("tick")[3], frames.numbers("dropped_s")),
         (3 + 25, [0.0, 0.0, 0.0, 59.75].map(Some).to_vec())
@@ -426,7 +426,7 @@ fn every_frame_is_in_the_recording_with_its_number_and_times() {
 }
 
 #[test]
-fn a_speed_stands_below_within_or_above_the_advice() {
+fn advice_state_is_below_within_or_above_the_advised_range() {
     let slow = Scenario { policy: "constant".into(), policy_speed_mps: 2.0, hold_s: 0.1, ..Scenario::default() };
     let (mut live, to) = show(Scenario { vehicles: 2, ..slow });
     assert_eq!(live.advice_state(), AdviceState::None, "before the first advice");
@@ -454,7 +454,7 @@ fn a_speed_stands_below_within_or_above_the_advice() {
 }
 
 #[test]
-fn a_drive_that_lasts_longer_says_so_in_its_recording() {
+fn an_extended_drive_records_its_new_duration() {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("p1");
     let (mut live, _to) = show(Scenario { duration_s: 0.5, policy: "none".into(), ..Scenario::default() });

@@ -1,4 +1,4 @@
-//! State of the calibration page. In: its commands. Out: what it shows of the participant's wheel, and a profile on disk.
+//! State of the calibration page. In: its commands. Out: the participant's wheel for display, and a profile on disk.
 
 use super::LiveDrive;
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     time::Pace,
 };
 
-/// The wheel as the page shows it; `None` where none is plugged in.
+/// Returns the wheel for the calibration page; `None` if none is plugged in.
 pub fn wheel(rig: &Rig) -> Option<PluggedWheel> {
     let (device, raw, last_button) = rig.raw()?;
     let profile = rig.profile()?.clone();
@@ -20,11 +20,11 @@ pub fn wheel(rig: &Rig) -> Option<PluggedWheel> {
 }
 
 impl LiveDrive {
-    /// Does what the page asks for. What there is to say of it.
+    /// Carries out a command of the calibration page. Returns the message to show.
     pub fn calibrate(&mut self, command: CalibrationCommand) -> Option<String> {
         match command {
             CalibrationCommand::Begin => {
-                // Hands and feet answer questions now, they do not drive; time stands, and with it the force.
+                // Wheel and pedals answer prompts now and do not drive. The pause also ends the force.
                 self.drive.clock.set_pace(Pace::Paused);
                 self.devices.rig_mut().calibrate().err().map(|error| error.to_string())
             }

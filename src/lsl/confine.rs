@@ -1,27 +1,27 @@
-//! Keeps the streams of this program on one network interface. In: the setting, and a call that opens liblsl's sockets. Out: those
-//! sockets, deaf to every other interface. liblsl binds them to all interfaces, and no setting of its own changes that; a filter of
-//! the kernel (BPF) drops what comes in elsewhere.
+//! Confinement of this program's streams to one network interface. In: the setting, and a call that opens liblsl's
+//! sockets. Out: the sockets, which ignore every other interface. liblsl binds them to all interfaces, and no setting
+//! of its own changes that. A kernel filter (BPF) drops packets from other interfaces.
 
 use super::LslError;
 
-/// Interface on which the streams of this program can be heard.
+/// Network interface on which this program's streams can be received.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum OutletInterface {
-    /// This machine alone.
+    /// Loopback, for programs on this computer only.
     Loopback,
-    /// Every network that this machine is in.
+    /// Every network of this computer.
     All,
-    /// This machine and the network of this interface.
+    /// Loopback and the network of this interface.
     Named(String),
 }
 
-/// Setting of [`OutletInterface::Loopback`].
+/// Value of the setting for [`OutletInterface::Loopback`].
 pub const LOOPBACK: &str = "loopback";
-/// Setting of [`OutletInterface::All`].
+/// Value of the setting for [`OutletInterface::All`].
 pub const ALL: &str = "all";
 
 impl OutletInterface {
-    /// Reads the setting: `loopback`, `all`, or the name of an interface.
+    /// Parses the setting: `loopback`, `all`, or the name of an interface.
     pub fn of(setting: &str) -> Self {
         match setting {
             LOOPBACK => Self::Loopback,
@@ -30,18 +30,20 @@ impl OutletInterface {
         }
     }
 
-    /// Fails if this machine has no such interface, or cannot keep streams on it.
+    /// Checks that the interface exists and that streams can be confined to it.
     ///
     /// # Errors
-    /// With the interfaces that there are, or with the remedy.
+    /// There is no such interface, and the error lists those that exist; or the system does not support it, with the
+    /// remedy.
     pub fn check(&self) -> Result<(), LslError> {
         if *self == Self::All { Ok(()) } else { system::allowed(self).map(drop) }
     }
 
-    /// Calls `open`, then makes every socket that it opened deaf to other interfaces. What connected to one meanwhile is cut off.
+    /// Calls `open`, then makes every socket that it opened ignore other interfaces. Connections made in between are
+    /// closed.
     ///
     /// # Errors
-    /// Errors of `open`; there is no such interface; the system refuses.
+    /// An error of `open`, a missing interface, or a refusal of the system.
     pub(super) fn confine<T>(&self, open: impl FnOnce() -> Result<T, LslError>) -> Result<T, LslError> {
         if *self == Self::All { open() } else { system::confine(&system::allowed(self)?, open) }
     }
@@ -58,20 +60,20 @@ mod system {
         sync::{Mutex, PoisonError},
     };
 
-    /// Folder of the system with an entry for each interface.
+    /// System folder with an entry for each interface.
     const INTERFACES: &str = "/sys/class/net";
-    /// Loopback of Linux.
+    /// Name of the loopback interface on Linux.
     const LO: &str = "lo";
-    /// Offsets at which a filter reads the interface's number and the kind of a packet (linux/filter.h).
+    /// Offsets at which a filter reads a packet's interface index and type (linux/filter.h).
     const INTERFACE_AT: u32 = (-0x1000_i32 + 8) as u32;
     const KIND_AT: u32 = (-0x1000_i32 + 4) as u32;
-    /// Kind of a multicast packet that this machine sent and hears itself (linux/if_packet.h).
+    /// Type of a multicast packet that this computer sent and receives itself (linux/if_packet.h).
     const LOOPED_BACK: u32 = 5;
 
-    /// Sockets are told apart by being new: one at a time.
+    /// Lock for one confinement at a time, because the sockets are identified as the newly opened ones.
     static OPENING: Mutex<()> = Mutex::new(());
 
-    /// Numbers of the interfaces that may be heard.
+    /// Returns the indices of the interfaces that may be received.
     pub fn allowed(interface: &OutletInterface) -> Result<Vec<u32>, LslError> {
         let names = match interface {
             OutletInterface::Named(name) => vec![LO, name.as_str()],
@@ -107,13 +109,14 @@ mod system {
         }
         let is_served = |port: u16| sockets.iter().any(|(_, other)| !other.is_connected && other.port == port);
         for (file, _) in sockets.iter().filter(|(_, socket)| socket.is_connected && is_served(socket.port)) {
-            // SAFETY: takes no memory; the file is at worst no longer open.
+            // SAFETY: uses no memory; at worst the file is no longer open.
             unsafe { libc::shutdown(*file, libc::SHUT_RDWR) };
         }
         Ok(opened)
     }
 
-    /// Numbers of this process's open files, and what each is: of a socket its own number, which no other one gets.
+    /// Returns the numbers of this process's open files with their link targets. A socket's target contains a number
+    /// unique to the socket.
     fn open_files() -> io::Result<Vec<(i32, PathBuf)>> {
         let entries = fs::read_dir("/proc/self/fd")?.flatten();
         let file =
@@ -121,20 +124,20 @@ mod system {
         Ok(entries.filter_map(file).collect())
     }
 
-    /// A socket of TCP or UDP.
+    /// A TCP or UDP socket.
     pub struct InetSocket {
-        /// Local port.
         pub port: u16,
         /// True if the socket has a peer.
         pub is_connected: bool,
     }
 
     impl InetSocket {
-        /// The socket of a file of this process; `None` for another kind of file, and for a socket without a port.
+        /// Returns the socket of a file of this process; `None` for another kind of file, and for a socket without a
+        /// port.
         pub fn of(file: i32) -> Option<Self> {
             type Ask = unsafe extern "C" fn(i32, *mut libc::sockaddr, *mut libc::socklen_t) -> i32;
             let address = |ask: Ask| {
-                // SAFETY: all zero is a valid address of no family, and the system writes no more than its size.
+                // SAFETY: all zeros is a valid address without a family, and the system writes no more than its size.
                 unsafe {
                     let mut address: libc::sockaddr_in6 = std::mem::zeroed();
                     let mut size = size_of_val(&address) as libc::socklen_t;
@@ -143,20 +146,20 @@ mod system {
             };
             let own = address(libc::getsockname)?;
             let is_inet = [libc::AF_INET, libc::AF_INET6].contains(&i32::from(own.sin6_family));
-            // The port stands at the same place in addresses of both families.
+            // The port is at the same offset in addresses of both families.
             let port = u16::from_be(own.sin6_port);
             let is_connected = address(libc::getpeername).is_some();
             (is_inet && port != 0).then_some(Self { port, is_connected })
         }
     }
 
-    /// Lets a socket hear these interfaces alone, and what this machine sent itself.
+    /// Limits a socket to packets from these interfaces and to multicast packets that this computer sent itself.
     pub fn filter(file: i32, allowed: &[u32]) -> io::Result<()> {
         let load = |at: u32| libc::sock_filter { code: 0x20, jt: 0, jf: 0, k: at };
         let equals = |value: u32, to_end: usize| libc::sock_filter { code: 0x15, jt: to_end as u8, jf: 0, k: value };
         let end = |bytes: u32| libc::sock_filter { code: 0x06, jt: 0, jf: 0, k: bytes };
         let mut program = vec![load(INTERFACE_AT)];
-        // From a match to the last line, which lets the packet in.
+        // On a match, jump to the last instruction, which accepts the packet.
         program.extend(allowed.iter().enumerate().map(|(k, number)| equals(*number, allowed.len() - k + 2)));
         program.extend([load(KIND_AT), equals(LOOPED_BACK, 1), end(0), end(u32::MAX)]);
         let wanted = libc::sock_fprog { len: program.len() as u16, filter: program.as_mut_ptr() };
@@ -177,9 +180,9 @@ mod system {
             time::Duration,
         };
 
-        /// True if a socket with this filter hears what comes over the loopback, by TCP and by UDP.
+        /// Checks whether sockets with this filter receive packets over the loopback, by TCP and by UDP.
         fn hears(allowed: &[u32]) -> [bool; 2] {
-            // Not while another test confines what is opened.
+            // Not while another test confines newly opened sockets.
             let _one = OPENING.lock().unwrap_or_else(PoisonError::into_inner);
             let (listener, datagrams) =
                 (TcpListener::bind("0.0.0.0:0").unwrap(), UdpSocket::bind("0.0.0.0:0").unwrap());
@@ -195,7 +198,7 @@ mod system {
         }
 
         #[test]
-        fn a_filter_lets_packets_of_its_interfaces_in_and_no_others() {
+        fn a_filter_accepts_packets_of_its_interfaces_only() {
             let lo = number(LO).unwrap();
             assert_eq!(hears(&[lo]), [true, true]);
             assert_eq!(hears(&[9999, lo]), [true, true]);
@@ -205,7 +208,7 @@ mod system {
         }
 
         #[test]
-        fn sockets_that_a_call_opens_are_confined_and_others_are_not() {
+        fn only_sockets_opened_by_the_call_are_confined() {
             let before = TcpListener::bind("0.0.0.0:0").unwrap();
             let opened = confine(&[9999], || Ok(TcpListener::bind("0.0.0.0:0").unwrap())).unwrap();
             let reached = |listener: &TcpListener| {
@@ -216,7 +219,7 @@ mod system {
         }
 
         #[test]
-        fn an_interface_that_is_not_there_is_named_with_those_that_are() {
+        fn a_missing_interface_is_named_with_the_existing_ones() {
             let said = OutletInterface::of("eth77").check().unwrap_err().to_string();
             assert!(
                 said.starts_with("there is no network interface \"eth77\"; allowed: loopback, all, ")

@@ -1,5 +1,5 @@
-//! A stream of another device. In: a predicate. Out: samples with the device's own time stamps, how far its clock is from this
-//! machine's, and that it is gone.
+//! Stream of another device. In: a predicate. Out: samples with the device's own time stamps, the offset of its clock
+//! from this computer's, and an error when the stream is lost.
 
 use super::{
     FoundStream, LslError,
@@ -12,51 +12,50 @@ use std::{
     ptr,
 };
 
-/// Streams that are looked at, at most.
+/// Largest number of streams in a search.
 const MOST_STREAMS: usize = 256;
-/// Samples that one call reads, at most.
+/// Largest number of samples per call.
 const MOST_SAMPLES: usize = 1024;
-/// So long the library keeps samples for us, seconds.
+/// Time for which the library buffers samples, s.
 const BUFFERED_S: i32 = 360;
-/// What a stream has to say before it is read, it says within this time, seconds.
+/// Longest wait for a stream's description and for its start, s.
 const ANSWER_S: f64 = 5.0;
-/// Longest piece of a wait for an answer, seconds: the end of the program is heard between two.
+/// Longest part of a wait for a response, s; between two parts the program can end.
 const PIECE_S: f64 = 0.2;
-/// Longest piece of a search for a stream, seconds. A search that begins anew asks all devices again.
+/// Longest part of a search for a stream, s. Each part asks all devices again.
 const FIND_S: f64 = 0.5;
-/// Bytes of texts after which a call returns what it has: a sample may hold a megabyte.
+/// Size of texts after which a call returns, bytes: a sample may hold a megabyte.
 const MOST_TEXT_BYTES: usize = 8 << 20;
 
-/// Samples, oldest first.
+/// Consecutive samples, oldest first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampleChunk {
-    /// When each was taken, seconds by the clock of the device's computer.
+    /// Time stamps of the samples, s on the clock of the device's computer.
     pub stamps_s: Vec<f64>,
-    /// Its values: of all channels of the first, then of the second, and so on.
+    /// Values of all channels of the first sample, then of the second, and so on.
     pub values: SampleValues,
 }
 
-/// Values of samples.
+/// Values of samples, by format.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SampleValues {
-    /// Numbers; whole ones are exact up to 2^53.
+    /// Numbers; whole numbers are exact up to 2^53.
     Numbers(Vec<f64>),
-    /// Texts.
     Texts(Vec<String>),
 }
 
-/// How far a device's clock is from this machine's.
+/// Offset of a device's clock from this computer's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockOffset {
-    /// When it was measured, seconds on this machine's clock.
+    /// Time of the measurement, s on this computer's clock.
     pub measured_lsl_s: f64,
-    /// To be added to the device's time stamps, seconds.
+    /// Offset to add to the device's time stamps, s.
     pub offset_s: f64,
-    /// It is wrong by this at most: the whole time of the exchange by which it was measured, seconds.
+    /// Largest error of the offset, s: the duration of the exchange that measured it.
     pub uncertainty_s: f64,
 }
 
-/// A stream that is being read.
+/// Stream of another device, open for reading.
 pub struct Inlet {
     library: &'static Library,
     handle: Handle,
@@ -65,31 +64,32 @@ pub struct Inlet {
     stamps: Vec<f64>,
 }
 
-// SAFETY: the library guards an inlet by itself; this is used by one thread at a time.
+// SAFETY: the library synchronises an inlet itself, and one thread at a time uses this value.
 unsafe impl Send for Inlet {}
 
-/// Every stream that answers within `wait_s` seconds.
+/// Returns every stream that responds within `wait_s` seconds.
 ///
 /// # Errors
-/// The library is not here, or refuses.
+/// The library is missing, or refuses.
 pub fn resolve_all(wait_s: f64) -> Result<Vec<FoundStream>, LslError> {
     let library = library::open()?;
     let mut handles = [ptr::null_mut(); MOST_STREAMS];
-    // SAFETY: room for as many as it is told.
+    // SAFETY: the array has room for the given number of handles.
     let count = unsafe { (library.resolve_all)(handles.as_mut_ptr(), MOST_STREAMS as u32, wait_s) };
     let infos = taken(library, &handles, count, "the search for streams")?;
-    // One device that describes itself wrongly hides no other.
+    // A device with an invalid description does not hide the others.
     Ok(infos
         .iter()
         .filter_map(|info| FoundStream::parse(&info.xml()).map_err(|why| log::warn!("{why}")).ok())
         .collect())
 }
 
-/// The first stream with this predicate (XPath on its description, such as `name='eyes' and type='Gaze'`) that answers within
-/// `wait_s` seconds, read from now on; gives up when `ends` says so.
+/// Opens the first stream that matches this predicate (XPath on its description, such as `name='eyes' and type='Gaze'`)
+/// and responds within `wait_s` seconds. Gives up when `ends` returns true.
 ///
 /// # Errors
-/// The library is not here, the predicate is none, or no such stream is there: then the error lists those that are.
+/// The library is missing, the predicate is invalid, or no stream matches; the error then lists the streams that were
+/// found.
 pub fn resolve(predicate: &str, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<Inlet, LslError> {
     let mut left_s = wait_s;
     while left_s > 0.0 {
@@ -101,27 +101,27 @@ pub fn resolve(predicate: &str, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<
         }
         left_s -= FIND_S;
     }
-    // Short: the streams of this network have answered meanwhile if they ever do.
+    // A short search is enough: all responding streams of this network have responded by now.
     let seen = resolve_all(1.0)?.iter().map(FoundStream::words).collect();
     Err(LslError::NotFound { predicate: predicate.into(), seconds: wait_s, seen })
 }
 
-/// The same without looking in between; `None` where there is no such stream.
+/// Opens the first stream that matches, in one search without calls of `ends`; `None` if no stream matches.
 ///
 /// # Errors
-/// The library is not here, or the predicate is none; the stream that is there does not answer.
+/// The library is missing, the predicate is invalid, or the stream does not respond.
 pub fn find(predicate: &str, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<Option<Inlet>, LslError> {
     let library = library::open()?;
     let mut handles = [ptr::null_mut(); 1];
     let words = c_text(predicate);
-    // SAFETY: room for as many as it is told; the text is valid for the call.
+    // SAFETY: the array has room for the given number of handles; the text is valid for the call.
     let count = unsafe { (library.resolve_by_predicate)(handles.as_mut_ptr(), 1, words.as_ptr(), 1, wait_s) };
     let infos = taken(library, &handles, count, &format!("the predicate {predicate}"))?;
     infos.first().map(|info| Inlet::open(info, ends)).transpose()
 }
 
-/// Asks for an answer of a stream for `wait_s` seconds at most, in short pieces, until `ends` says that nobody wants it any more.
-/// Returns the answer with the library's number of its error.
+/// Waits for a response of a stream for `wait_s` seconds at most, in short parts, until `ends` returns true. Returns
+/// the response with the library's error code.
 pub(super) fn answered<T>(
     wait_s: f64,
     ends: &dyn Fn() -> bool,
@@ -132,7 +132,7 @@ pub(super) fn answered<T>(
         let mut code = 0;
         let answer = ask(left_s.min(PIECE_S), &mut code);
         left_s -= PIECE_S;
-        // lsl_timeout_error: asked again, the library goes on where it was.
+        // lsl_timeout_error: when asked again, the library continues its wait.
         if code != -1 || left_s <= 0.0 {
             return Ok((answer, code));
         }
@@ -148,11 +148,11 @@ fn taken(library: &'static Library, handles: &[Handle], count: i32, what: &str) 
 }
 
 impl Inlet {
-    /// Reads a stream from now on. It does not come back by itself when it is gone: whoever reads it has to know of the gap.
+    /// Opens a stream for reading. A lost stream is not recovered, because its reader must know of the gap.
     fn open(info: &Info, ends: &dyn Fn() -> bool) -> Result<Self, LslError> {
         let library = info.library;
         let name = FoundStream::parse(&info.xml())?.name;
-        // SAFETY: the description is copied.
+        // SAFETY: the library copies the description.
         let handle = unsafe { (library.create_inlet)(info.handle, BUFFERED_S, 0, 0) };
         if handle.is_null() {
             return Err(library.refused(&format!("to read {name}")));
@@ -160,7 +160,7 @@ impl Inlet {
         let mut inlet =
             Self { library, handle, found: FoundStream::default(), numbers: Vec::new(), stamps: Vec::new() };
         let handle = inlet.handle;
-        // SAFETY: the handle is valid; the description that comes is ours.
+        // SAFETY: the handle is valid; the returned description is owned here.
         let full = answered(ANSWER_S, ends, |wait_s, code| unsafe { (library.full_info)(handle, wait_s, code) });
         let (full, code) = full?;
         library.check(code, &name, "the description")?;
@@ -178,15 +178,15 @@ impl Inlet {
         Ok(inlet)
     }
 
-    /// What the stream says of itself.
+    /// Returns the description of the stream.
     pub fn stream(&self) -> &FoundStream {
         &self.found
     }
 
-    /// The samples that have come, 1024 at most; does not wait.
+    /// Returns the samples that have arrived, 1024 at most; does not wait.
     ///
     /// # Errors
-    /// The stream is gone.
+    /// The stream is lost.
     pub fn pull(&mut self) -> Result<SampleChunk, LslError> {
         if self.found.is_text() { self.pull_texts() } else { self.pull_numbers() }
     }
@@ -194,7 +194,7 @@ impl Inlet {
     fn pull_numbers(&mut self) -> Result<SampleChunk, LslError> {
         let (mut code, channels) = (0, self.found.channels.len().max(1));
         let [values, samples] = [self.numbers.len(), self.stamps.len()].map(|length| length as c_ulong);
-        // SAFETY: both have room for as many as it is told.
+        // SAFETY: both buffers have room for the given numbers of values.
         let read = unsafe {
             let (numbers, stamps) = (self.numbers.as_mut_ptr(), self.stamps.as_mut_ptr());
             (self.library.pull_numbers)(self.handle, numbers, stamps, values, samples, 0.0, &mut code)
@@ -211,11 +211,11 @@ impl Inlet {
         while stamps_s.len() < MOST_SAMPLES && bytes < MOST_TEXT_BYTES {
             let mut texts: Vec<*mut c_char> = vec![ptr::null_mut(); channels];
             let (mut code, count) = (0, i32::try_from(channels).unwrap_or(i32::MAX));
-            // SAFETY: room for a text of each channel; those that come are ours until they are given back.
+            // SAFETY: there is room for one text per channel; the returned texts are owned here until they are freed.
             let stamp: c_double =
                 unsafe { (self.library.pull_texts)(self.handle, texts.as_mut_ptr(), count, 0.0, &mut code) };
             if code != 0 && !stamps_s.is_empty() {
-                // What came before is not lost with the stream: the next call says that it is gone.
+                // Samples from before the loss are returned first; the next call reports the loss.
                 break;
             }
             self.library.check(code, &self.found.name, "samples")?;
@@ -236,13 +236,14 @@ impl Inlet {
         Ok(SampleChunk { stamps_s, values: SampleValues::Texts(values) })
     }
 
-    /// How far the device's clock is from this machine's, now; waits for it for `wait_s` seconds at most, the first time.
+    /// Measures the offset of the device's clock from this computer's; the first time it waits for `wait_s` seconds at
+    /// most.
     ///
     /// # Errors
-    /// The device does not answer, or is gone.
+    /// The device does not respond, or is lost.
     pub fn clock_offset(&mut self, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<ClockOffset, LslError> {
         let (mut remote_s, mut uncertainty_s) = (0.0, 0.0);
-        // SAFETY: the places are valid for the call.
+        // SAFETY: the pointers are valid for the call.
         let (offset_s, code) = answered(wait_s, ends, |wait_s, code| unsafe {
             (self.library.time_correction)(self.handle, &mut remote_s, &mut uncertainty_s, wait_s, code)
         })?;
@@ -253,7 +254,7 @@ impl Inlet {
 
 impl Drop for Inlet {
     fn drop(&mut self) {
-        // SAFETY: made by the library and given back once.
+        // SAFETY: created by the library and destroyed once.
         unsafe { (self.library.destroy_inlet)(self.handle) }
     }
 }

@@ -1,5 +1,6 @@
-//! liblsl itself, opened at run time (docs/decisions.md: 21). In: where it may lie. Out: its functions, with the types of its C
-//! header (`lsl_c.h`, version 1.16). It is opened once and never unloaded: its threads would run on in what is gone.
+//! liblsl, opened at run time (docs/decisions.md: 21). In: its possible locations. Out: its functions, with the types
+//! of its C header (`lsl_c.h`, version 1.16). It is opened once and never unloaded, because its threads would continue
+//! in unloaded code.
 
 use super::LslError;
 use crate::native_code;
@@ -10,14 +11,14 @@ use std::{
     sync::{Mutex, OnceLock, PoisonError},
 };
 
-/// Where the library is named before all else: its file, or the folder that it lies in.
+/// Environment variable that names the library's file, or its folder, before all other locations.
 pub const VARIABLE: &str = "CODRIVE_LSL";
 
-/// A pointer of the library's.
+/// Pointer to an object of the library.
 pub(super) type Handle = *mut c_void;
 type Text = *const c_char;
 
-/// The functions that are used. Every one catches what is thrown inside and returns an error's number instead.
+/// Functions of the library that are used. Each catches C++ exceptions and returns an error code instead.
 pub struct Library {
     version: unsafe extern "C" fn() -> c_int,
     clock: unsafe extern "C" fn() -> c_double,
@@ -52,15 +53,15 @@ pub struct Library {
 static LOADED: OnceLock<Library> = OnceLock::new();
 static LOADING: Mutex<()> = Mutex::new(());
 
-/// The library, where it was opened already.
+/// Returns the library if it is open.
 pub fn loaded() -> Option<&'static Library> {
     LOADED.get()
 }
 
-/// Opens the library at the first call.
+/// Returns the library; opens it at the first call.
 ///
 /// # Errors
-/// It is on none of its places, or is no liblsl.
+/// The library is in none of its locations, or a file is no liblsl.
 pub fn open() -> Result<&'static Library, LslError> {
     let _one = LOADING.lock().unwrap_or_else(PoisonError::into_inner);
     if LOADED.get().is_none() {
@@ -70,7 +71,7 @@ pub fn open() -> Result<&'static Library, LslError> {
     LOADED.get().ok_or_else(|| LslError::Absent("it could not be kept".into()))
 }
 
-/// Names of the library's file on this system.
+/// Returns the names of the library's file on this system.
 fn file_names() -> Vec<String> {
     match consts::OS {
         "windows" => vec!["lsl.dll".into(), "liblsl.dll".into()],
@@ -79,8 +80,8 @@ fn file_names() -> Vec<String> {
     }
 }
 
-/// Places in which the library may lie, in this order: what the variable names and nothing else; beside the program or in `.lsl/` of its checkout;
-/// where the system looks.
+/// Returns the possible locations of the library, in order. If the variable is set, it is the only one. Otherwise:
+/// beside the program or in `.lsl/` of its checkout, then the system's locations.
 fn places() -> Vec<PathBuf> {
     let names = file_names();
     let within = |folder: PathBuf| names.iter().map(|name| folder.join(name)).collect::<Vec<_>>();
@@ -89,7 +90,7 @@ fn places() -> Vec<PathBuf> {
     }
     let mut places: Vec<PathBuf> = native_code::library_folders("lsl").into_iter().flat_map(within).collect();
     places.retain(|place| place.exists());
-    // A bare name is looked for by the system's own loader.
+    // The system's own loader searches for a bare name.
     places.extend(names.iter().map(PathBuf::from));
     places
 }
@@ -98,7 +99,7 @@ impl Library {
     fn load(places: &[PathBuf]) -> Result<Self, LslError> {
         let mut first = None;
         for place in places {
-            // SAFETY: liblsl runs nothing at load time that asks anything of the caller.
+            // SAFETY: liblsl runs no code at load time with requirements on the caller.
             match unsafe { native_code::open(place) } {
                 Ok(library) => return Self::of(library, &place.display().to_string()),
                 Err(error) => drop(first.get_or_insert_with(|| {
@@ -121,7 +122,7 @@ impl Library {
         Ok(Self {
             version: symbol!(b"lsl_library_version\0"),
             clock: symbol!(b"lsl_local_clock\0"),
-            // SAFETY: as above; versions before 1.14 have none.
+            // SAFETY: as above; versions before 1.14 lack this function.
             last_error: unsafe { library.get(b"lsl_last_error\0") }.ok().map(|found| *found),
             create_info: symbol!(b"lsl_create_streaminfo\0"),
             destroy_info: symbol!(b"lsl_destroy_streaminfo\0"),
@@ -149,32 +150,32 @@ impl Library {
         })
     }
 
-    /// Seconds on the library's clock.
+    /// Returns the time on the library's clock, s.
     pub fn local_clock_s(&self) -> f64 {
-        // SAFETY: takes nothing.
+        // SAFETY: the function has no arguments.
         unsafe { (self.clock)() }
     }
 
-    /// Its version and where it lies, in words.
+    /// Returns version and location of the library, for display.
     pub fn describe(&self) -> String {
-        // SAFETY: takes nothing.
+        // SAFETY: the function has no arguments.
         let version = unsafe { (self.version)() };
         format!("liblsl {}.{:02} ({})", version / 100, version % 100, self.path)
     }
 
-    /// An error of the library with its own words.
+    /// Returns an error with the library's own message.
     pub(super) fn refused(&self, what: &str) -> LslError {
-        // SAFETY: the text is the library's own, of this thread, until its next failure.
+        // SAFETY: the text belongs to the library and this thread, and is valid until its next failure.
         let why = self.last_error.map(|last| unsafe { text(last()) }).unwrap_or_default();
         let why = if why.is_empty() { "it gave no reason".into() } else { why };
         LslError::Refused { what: what.into(), why }
     }
 
-    /// Turns the number of an error into one.
+    /// Converts an error code of the library.
     pub(super) fn check(&self, code: c_int, stream: &str, what: &str) -> Result<(), LslError> {
         match code {
             0 => Ok(()),
-            // lsl_timeout_error and lsl_lost_error.
+            // Codes of lsl_timeout_error and lsl_lost_error.
             -1 => Err(LslError::Silent(stream.into())),
             -2 => Err(LslError::Lost(stream.into())),
             _ => Err(self.refused(&format!("{what} of {stream}"))),
@@ -182,10 +183,10 @@ impl Library {
     }
 }
 
-/// A text of the library's; empty where there is none.
+/// Copies a text of the library; returns an empty one for null.
 ///
 /// # Safety
-/// `pointer` is null or a text with its zero byte, valid for the call.
+/// `pointer` is null or points to a zero-terminated text that is valid for the call.
 pub(super) unsafe fn text(pointer: *const c_char) -> String {
     if pointer.is_null() {
         return String::new();
@@ -194,7 +195,7 @@ pub(super) unsafe fn text(pointer: *const c_char) -> String {
     unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
 }
 
-/// A text for the library, without a zero byte.
+/// Converts a text for the library; zero bytes are removed.
 pub(super) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', "")).unwrap_or_default()
 }

@@ -1,12 +1,14 @@
-//! Lab Streaming Layer: streams of this program and of other devices on one network, each sample with the time at which it was
-//! taken. In: descriptions, samples. Out: streams that others record; samples of others with their time stamps.
+//! Lab Streaming Layer: streams of this program and of other devices on one network, each sample with the time at which
+//! it was taken. In: descriptions, samples. Out: streams for recorders; samples of other devices with their time
+//! stamps.
 //!
-//! * [`library`]: liblsl, opened at run time. `stream`: what a stream says of itself.
-//! * [`Outlet`]: a stream of this program; [`confine`]: the network on which it is heard. [`Inlet`]: a stream of another device, found by a predicate.
-//! * [`settings`]: what a study asks for.
+//! * [`library`]: liblsl, opened at run time. `stream`: the descriptions of streams.
+//! * [`Outlet`]: a stream of this program; [`confine`]: the network on which it can be received. [`Inlet`]: a stream of
+//!   another device, found by a predicate.
+//! * [`settings`]: the table `[lsl]` of a study.
 //!
-//! Time stamps are seconds on the monotonic clock of the machine that took the sample; [`Inlet::clock_offset`] says how far
-//! that clock is from this machine's.
+//! Time stamps are seconds on the monotonic clock of the computer that took the sample; [`Inlet::clock_offset`] gives
+//! the offset of that clock from this computer's.
 
 pub mod confine;
 mod inlet;
@@ -21,62 +23,62 @@ pub use outlet::Outlet;
 pub use settings::{LslSettings, LslSettingsFault};
 pub use stream::{Channel, ChannelFormat, FoundStream, StreamDescription};
 
-/// Why something with LSL cannot be done.
+/// Error of the Lab Streaming Layer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LslError {
-    /// The library is not on this machine.
+    /// The library is not on this computer.
     #[error("liblsl is not here: {0}\n  remedy: run scripts/setup --lsl, or set CODRIVE_LSL to the library's file")]
     Absent(String),
     /// The library refused a call.
     #[error("liblsl refused {what}: {why}")]
     Refused {
-        /// What was asked of it.
+        /// Name of the refused operation.
         what: String,
-        /// Its own words.
+        /// Reason given by the library.
         why: String,
     },
-    /// A stream that was named is not there.
+    /// No stream matches the predicate.
     #[error(
         "no LSL stream with {predicate} came within {seconds} s. {}\n  remedy: start the device's own LSL program, or change the predicate",
         seen_in_words(seen)
     )]
     NotFound {
-        /// The predicate.
+        /// Predicate of the search.
         predicate: String,
-        /// How long it was waited for.
+        /// Duration of the search, s.
         seconds: f64,
-        /// The streams that are there, in words.
+        /// Descriptions of the streams that were found.
         seen: Vec<String>,
     },
-    /// The stream was there and is gone.
+    /// The stream was there and is lost.
     #[error("the LSL stream {0} is gone")]
     Lost(String),
-    /// The other side did not answer in time.
+    /// The device did not respond in time.
     #[error("the LSL stream {0} does not answer")]
     Silent(String),
-    /// The program is to end.
+    /// The program is about to end.
     #[error("interrupted while waiting for an LSL stream")]
     Interrupted,
-    /// The setting names no interface of this machine.
+    /// The setting names no network interface of this computer.
     #[error(
         "there is no network interface \"{name}\"; allowed: loopback, all, or one of {known}\n  remedy: interface in [lsl]"
     )]
     NoInterface {
-        /// The setting.
+        /// Name in the setting.
         name: String,
-        /// The interfaces that there are.
+        /// Names of this computer's interfaces, separated by commas.
         known: String,
     },
-    /// The stream has more channels than a recording takes.
+    /// The stream has more channels than a recording supports.
     #[error(
         "the LSL stream {name} has {channels} channels; allowed: {most}\n  remedy: a predicate of another stream, or a stream of fewer channels"
     )]
     TooWide {
         /// Name of the stream.
         name: String,
-        /// Channels of the stream.
+        /// Number of channels of the stream.
         channels: usize,
-        /// The most.
+        /// Largest number of channels.
         most: usize,
     },
 }
@@ -88,12 +90,14 @@ fn seen_in_words(seen: &[String]) -> String {
     }
 }
 
-/// Variable that names liblsl's configuration.
+/// Environment variable that names liblsl's configuration file.
 pub const CONFIG_VARIABLE: &str = "LSLAPICFG";
-/// Name of that file in other places. liblsl reads one of the working folder before all others: it may say where to write a log.
+/// Name of the configuration file in other places. liblsl reads the one in the working folder first; it may name a log
+/// file.
 pub const CONFIG: &str = "lsl_api.cfg";
 
-/// Now, seconds on the clock of LSL's time stamps: liblsl's own where it is loaded, else the monotonic clock that it reads.
+/// Returns the present time, s on the clock of LSL's time stamps: liblsl's own clock if it is loaded, otherwise the
+/// monotonic clock that liblsl reads.
 pub fn local_clock_s() -> f64 {
     library::loaded().map_or_else(monotonic_s, library::Library::local_clock_s)
 }

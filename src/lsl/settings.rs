@@ -1,4 +1,5 @@
-//! What a study asks of LSL: the table `[lsl]` of its file. It changes nothing of what a drive computes and is no part of a scenario.
+//! LSL settings of a study: the table `[lsl]` of its file. They do not change what a drive computes and are no part of
+//! a scenario.
 
 use super::confine::LOOPBACK;
 use schemars::JsonSchema;
@@ -10,13 +11,16 @@ use serde::{Deserialize, Serialize};
 pub struct LslSettings {
     /// Open this program's streams: codrive.advice, codrive.events, codrive.controls, codrive.ego, codrive.frames.
     pub outlets: bool,
-    /// Network interface on which they are heard: loopback (this machine alone), all, or a name such as eth0.
+    /// Network interface on which the streams can be received: loopback (this computer only), all, or a name such as
+    /// eth0.
     pub interface: String,
-    /// Ending of their ids, by which recorders find them again; random for each start where it is empty. Never a participant's code.
+    /// Ending of the streams' ids, by which recorders find them again; empty for a random one at each start. Never use
+    /// a participant's code.
     pub source: String,
-    /// Record a stream for each of these predicates, such as `type='EEG'` or `name='eyes'`; a drive begins only when all are there.
+    /// Record a stream for each of these predicates, such as `type='EEG'` or `name='eyes'`; drives begin only when all
+    /// streams are present.
     pub record: Vec<String>,
-    /// So long it is waited for each of them before the first drive, seconds.
+    /// Longest wait for each of these streams before the first drive, seconds.
     #[schemars(range(min = 0.1, max = 600.0))]
     pub wait_s: f64,
 }
@@ -27,16 +31,16 @@ impl Default for LslSettings {
     }
 }
 
-/// A setting that cannot be.
+/// Error in the settings of LSL.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LslSettingsFault {
-    /// The time is no time to wait.
+    /// Wait outside the allowed range, s.
     #[error("wait_s is {0}; allowed: a number from 0.1 to 600 s")]
     Wait(f64),
-    /// There is nothing to look for.
+    /// Empty predicate in `record`.
     #[error("record has an empty predicate; write one such as \"type='EEG'\" or \"name='eyes'\"")]
     EmptyPredicate,
-    /// The interface has no name.
+    /// Empty name of the interface.
     #[error(
         "interface is empty; allowed: loopback (this machine alone), all, or the name of a network interface, such as eth0"
     )]
@@ -44,7 +48,7 @@ pub enum LslSettingsFault {
 }
 
 impl LslSettingsFault {
-    /// The key of the setting.
+    /// Returns the key of the setting.
     pub fn key(&self) -> &'static str {
         match self {
             Self::Wait(_) => "wait_s",
@@ -55,7 +59,7 @@ impl LslSettingsFault {
 }
 
 impl LslSettings {
-    /// True where something is asked for.
+    /// Checks whether any stream is requested.
     pub fn is_wanted(&self) -> bool {
         self.outlets || !self.record.is_empty()
     }
@@ -63,7 +67,7 @@ impl LslSettings {
     /// Checks the values.
     ///
     /// # Errors
-    /// The first that cannot be.
+    /// The first invalid value.
     pub fn check(&self) -> Result<(), LslSettingsFault> {
         if !(0.1..=600.0).contains(&self.wait_s) {
             return Err(LslSettingsFault::Wait(self.wait_s));

@@ -1,5 +1,5 @@
-//! What a stream says of itself. In: names, channels and units; or the XML of another's stream. Out: a description of the library's,
-//! and back.
+//! Descriptions of streams. In: names, channels and units; or the XML of another device's stream. Out: a description in
+//! the library, and a parsed one.
 
 use super::{
     LslError,
@@ -7,11 +7,11 @@ use super::{
 };
 use serde::Serialize;
 
-/// The most channels of a stream that is read: a row of a recording's block holds them.
+/// Largest number of channels of a stream that is read: a row of a recording's block holds them.
 pub const MOST_CHANNELS: usize = 4096;
 
-/// Returns the XML with a replacement character for each control character, plain or by its number: XML knows none but tabs and
-/// line ends, and devices write others into names.
+/// Returns the XML with a replacement character for each control character, plain or as a numeric reference. XML
+/// permits only tabs and line ends, and devices write others into names.
 fn printable(xml: &str) -> String {
     let is_bad = |c: char| (c.is_control() && !"\t\n\r".contains(c)) || "\u{fffe}\u{ffff}".contains(c);
     let (mut clean, mut rest) = (String::with_capacity(xml.len()), xml);
@@ -38,17 +38,16 @@ fn printable(xml: &str) -> String {
     clean.replace(is_bad, "\u{fffd}")
 }
 
-/// What the values of a stream are.
+/// Format of a stream's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChannelFormat {
     /// 64-bit floating-point numbers.
     Numbers,
-    /// Texts.
     Texts,
 }
 
 impl ChannelFormat {
-    /// Its number in lsl_c.h.
+    /// Returns the format's number in lsl_c.h.
     fn code(self) -> i32 {
         match self {
             Self::Numbers => 2,
@@ -57,54 +56,54 @@ impl ChannelFormat {
     }
 }
 
-/// A channel.
+/// Channel of a stream.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Channel {
-    /// Its name.
+    /// Name of the channel.
     pub label: String,
-    /// Its unit, empty where it has none or does not say it.
+    /// Unit of the values; empty if there is none or it is unknown.
     pub unit: String,
-    /// What it is, in a sentence.
+    /// Description of the channel in a sentence.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub about: String,
 }
 
-/// A stream of this program.
+/// Description of a stream of this program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamDescription {
-    /// Its name.
+    /// Name of the stream.
     pub name: String,
-    /// What kind of content it has (`type`).
+    /// Kind of content (`type` in LSL).
     pub content: String,
-    /// Samples a second; 0 where they come as things happen.
+    /// Samples per second; 0 for irregular samples.
     pub rate_hz: f64,
-    /// What its values are.
+    /// Format of the values.
     pub format: ChannelFormat,
-    /// The same for as long as it is the same device: a recorder finds it again by this.
+    /// Identifier that stays the same for the same device, by which a recorder finds the stream again.
     pub source_id: String,
-    /// Its channels.
+    /// Channels in the order of a sample's values.
     pub channels: Vec<Channel>,
 }
 
-/// A description in the library's hands.
+/// Description in the library's memory.
 pub(super) struct Info {
     pub library: &'static Library,
     pub handle: Handle,
 }
 
-// SAFETY: a description is plain data; it is used by one thread at a time.
+// SAFETY: a description is plain data, and one thread at a time uses it.
 unsafe impl Send for Info {}
 
 impl Drop for Info {
     fn drop(&mut self) {
-        // SAFETY: made by the library and given back once.
+        // SAFETY: created by the library and destroyed once.
         unsafe { (self.library.destroy_info)(self.handle) }
     }
 }
 
 impl Info {
     pub fn xml(&self) -> String {
-        // SAFETY: the handle is valid; the text is ours until it is given back.
+        // SAFETY: the handle is valid; the text is owned here until it is freed.
         unsafe {
             let xml = (self.library.info_xml)(self.handle);
             let words = text(xml);
@@ -121,7 +120,7 @@ impl StreamDescription {
         let library = library::open()?;
         let count = i32::try_from(self.channels.len()).unwrap_or(i32::MAX);
         let (name, content, source) = (c_text(&self.name), c_text(&self.content), c_text(&self.source_id));
-        // SAFETY: texts are valid for the call, which copies them.
+        // SAFETY: the texts are valid for the call, which copies them.
         let handle = unsafe {
             let [name, content, source] = [&name, &content, &source].map(|text| text.as_ptr());
             (library.create_info)(name, content, count, self.rate_hz, self.format.code(), source)
@@ -151,37 +150,37 @@ impl StreamDescription {
     }
 }
 
-/// A stream of another device as it describes itself.
+/// Description of a stream of another device.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FoundStream {
-    /// Its name.
+    /// Name of the stream.
     pub name: String,
-    /// What kind of content it has.
+    /// Kind of content (`type` in LSL).
     #[serde(rename = "type")]
     pub content: String,
-    /// Samples a second; 0 where they come as things happen.
+    /// Samples per second; 0 for irregular samples.
     pub nominal_srate: f64,
-    /// What its values are, in LSL's word: float32, double64, string, int32, int16, int8, int64.
+    /// Format of the values as LSL names it: float32, double64, string, int32, int16, int8, int64.
     pub channel_format: String,
-    /// The device, as it names itself; may be empty.
+    /// Identifier that the device gives itself; may be empty.
     pub source_id: String,
-    /// The computer that it comes from.
+    /// Name of the computer that sends the stream.
     pub hostname: String,
-    /// This run of the device's program.
+    /// Identifier of this run of the device's program.
     pub uid: String,
-    /// When the stream was made, by the clock of its computer.
+    /// Time of the stream's creation, s on the clock of its computer.
     pub created_at: f64,
-    /// Its channels; without names where the device gives none.
+    /// Channels of the stream; without names if the device gives none.
     pub channels: Vec<Channel>,
-    /// All that it says of itself.
+    /// Complete description as XML.
     pub xml: String,
 }
 
 impl FoundStream {
-    /// Reads a description.
+    /// Parses a description.
     ///
     /// # Errors
-    /// It is no XML of a stream.
+    /// The text is no XML of a stream, or the stream has too many channels.
     pub fn parse(xml: &str) -> Result<Self, LslError> {
         let bad = |why: String| LslError::Refused { what: "the description of a stream".into(), why };
         let xml = printable(xml);
@@ -219,12 +218,12 @@ impl FoundStream {
         Ok(Self { xml, ..found })
     }
 
-    /// True where its values are texts.
+    /// Checks whether the values are texts.
     pub fn is_text(&self) -> bool {
         self.channel_format == "string"
     }
 
-    /// In a few words, as a person finds it again.
+    /// Returns a short description by which a person can identify the stream.
     pub fn words(&self) -> String {
         let rate = if self.nominal_srate > 0.0 { format!("{} Hz", self.nominal_srate) } else { "irregular".into() };
         format!(

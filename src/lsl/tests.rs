@@ -1,9 +1,9 @@
-//! The library from both sides: a stream of ours that we read ourselves; what is said where it is absent. Python's own outlets and
-//! recorders are in `tests/lsl`.
+//! The library from both sides: descriptions, settings and errors. Python's own outlets and recorders are in
+//! `tests/lsl`.
 
 use super::*;
 
-/// A description as liblsl 1.16 writes it, from its documentation's example of an EEG.
+/// Description as written by liblsl 1.16, from its documentation's example of an EEG.
 const XML: &str = r#"<?xml version="1.0"?>
 <info>
 	<name>BioSemi</name><type>EEG</type><channel_count>2</channel_count><channel_format>float32</channel_format>
@@ -13,7 +13,7 @@ const XML: &str = r#"<?xml version="1.0"?>
 </info>"#;
 
 #[test]
-fn a_description_is_read_and_channels_without_names_are_there_too() {
+fn a_description_is_parsed_with_unnamed_channels_included() {
     let found = FoundStream::parse(XML).unwrap();
     assert_eq!((found.name.as_str(), found.content.as_str(), found.nominal_srate), ("BioSemi", "EEG", 100.0));
     assert_eq!((found.source_id.as_str(), found.created_at, found.is_text()), ("myuid34234", 812.5, false));
@@ -24,8 +24,8 @@ fn a_description_is_read_and_channels_without_names_are_there_too() {
 }
 
 #[test]
-fn a_control_character_in_a_name_or_a_label_becomes_a_replacement() {
-    // pugixml, which liblsl writes with, gives such a character by its number.
+fn control_characters_in_names_and_labels_are_replaced() {
+    // pugixml, with which liblsl writes XML, writes such a character as a numeric reference.
     for bad in ["\u{1}", "&#1;", "&#01;", "&#x1B;", "\u{9b}", "\u{fffe}"] {
         let found =
             FoundStream::parse(&XML.replace("C3", &format!("C{bad}3")).replace("BioSemi", &format!("Bio{bad}")));
@@ -40,7 +40,7 @@ fn a_control_character_in_a_name_or_a_label_becomes_a_replacement() {
 }
 
 #[test]
-fn a_stream_with_more_channels_than_a_recording_takes_is_refused_by_name() {
+fn a_stream_with_too_many_channels_is_refused_by_name() {
     let of = |count: usize| FoundStream::parse(&XML.replace("<channel_count>2", &format!("<channel_count>{count}")));
     assert_eq!(of(4096).unwrap().channels.len(), 4096);
     let said = of(20_000).unwrap_err().to_string();
@@ -48,7 +48,7 @@ fn a_stream_with_more_channels_than_a_recording_takes_is_refused_by_name() {
 }
 
 #[test]
-fn what_is_missing_is_told_with_its_remedy() {
+fn errors_about_missing_things_give_the_remedy() {
     let none = LslError::NotFound { predicate: "type='EEG'".into(), seconds: 2.0, seen: Vec::new() }.to_string();
     assert!(none.contains("type='EEG' came within 2 s. No stream is there at all.\n  remedy: start"), "{none}");
     let seen = vec!["name='eyes'".into(), "name='heart'".into()];
@@ -62,7 +62,7 @@ fn what_is_missing_is_told_with_its_remedy() {
 }
 
 #[test]
-fn settings_that_cannot_be_are_refused() {
+fn invalid_settings_are_refused() {
     let with = |text: &str| toml::from_str::<LslSettings>(text).unwrap();
     let full = with("outlets = true\nrecord = [\"type='EEG'\"]\nwait_s = 3.0");
     assert!(full.is_wanted() && full.check().is_ok() && full.wait_s == 3.0);
@@ -79,14 +79,15 @@ fn the_clock_is_the_systems_monotonic_one() {
     let uptime =
         || -> f64 { std::fs::read_to_string("/proc/uptime").unwrap().split(' ').next().unwrap().parse().unwrap() };
     let (before, now) = (uptime(), local_clock_s());
-    // CLOCK_MONOTONIC stands while the machine sleeps, which uptime does not: it is never ahead of it by more than its last digit.
+    // CLOCK_MONOTONIC stops while the computer sleeps, and uptime does not: it is ahead of uptime by the last digit at
+    // most.
     assert!(now > 0.0 && now < before + 60.0, "{now} {before}");
     assert!(local_clock_s() >= now);
 }
 
 #[test]
-fn a_wait_for_a_stream_that_does_not_answer_ends_when_nobody_wants_it() {
-    // lsl_timeout_error, as of a device that takes connections and says nothing.
+fn a_wait_for_a_silent_stream_ends_on_interruption() {
+    // lsl_timeout_error, as for a device that accepts connections and sends nothing.
     let mut asked = 0;
     let ended = inlet::answered(5.0, &|| true, |_, code| {
         (*code, asked) = (-1, asked + 1);

@@ -1,5 +1,5 @@
-//! How near cars came to a crash, how hard they braked, how often they stopped. In: gaps and closing speeds of the ego with its
-//! neighbours, speeds of all cars, step by step. Out: [`Conflicts`]. Measures as in docs/references.md (surrogate safety). SI.
+//! Surrogate safety measures: near crashes, hard braking and stops. In: gaps and closing speeds of the ego with its neighbours,
+//! speeds of all vehicles, step by step. Out: [`Conflicts`]. Measures as in docs/references.md (surrogate safety). SI.
 
 use super::motion_phases::MotionPhase;
 use serde::{Deserialize, Serialize};
@@ -7,68 +7,70 @@ use serde::{Deserialize, Serialize};
 /// Time to collision below which an approach is a near miss, s.
 const NEAR_MISS_S: f64 = 1.5;
 
-/// What an ego's speed came from in a step.
+/// Source of the ego's speed in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DrivenBy {
-    /// The driver's own car-following: there is no advice yet, or he does not follow it.
+    /// The driver's own car-following, before the first advice or when not following it.
     Model,
-    /// The advice.
+    /// Advice that the driver follows.
     Advice,
-    /// The distance that a driver keeps to his leader, below what was advised.
+    /// The distance that drivers keep to their leader, at a lower speed than advised.
     Distance,
-    /// The guard against a collision, below what was advised.
+    /// The guard against a collision, at a lower speed than advised.
     Guard,
 }
 
-/// A pair of cars, one behind the other.
+/// A pair of vehicles, one behind the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
-    /// Bumper to bumper, metres.
+    /// Gap from bumper to bumper, metres.
     pub gap_m: f64,
-    /// Speed of the one behind less that of the one ahead, m/s.
+    /// Speed of the rear vehicle less the speed of the front one, m/s.
     pub closing_mps: f64,
 }
 
 impl Approach {
-    /// Time to collision, s, if both keep their speeds; `None` if they do not close (Hayward 1972).
+    /// Returns the time to collision at constant speeds, s; `None` if the gap does not close (Hayward 1972).
     pub fn time_to_collision_s(&self) -> Option<f64> {
         (self.closing_mps > 0.0).then(|| self.gap_m.max(0.0) / self.closing_mps)
     }
 
-    /// Deceleration rate to avoid a crash, m/s2 (Cooper and Ferguson 1976: half the square of the closing speed over the gap).
+    /// Returns the deceleration rate to avoid a crash, m/s2: half the square of the closing speed over the gap (Cooper and
+    /// Ferguson 1976).
     pub fn drac_mps2(&self) -> f64 {
         let closing = self.closing_mps.max(0.0);
         if closing == 0.0 { 0.0 } else { closing * closing / (2.0 * self.gap_m.max(1e-3)) }
     }
 }
 
-/// What came of a drive.
+/// Surrogate safety measures of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Conflicts {
-    /// Least time to collision of the ego with its leader and of its follower with it, s; `None` if they never closed.
+    /// Smallest time to collision of the ego with its leader and of the follower with the ego, s; `None` if the gaps never
+    /// closed.
     pub least_ttc_s: Option<f64>,
     /// Largest deceleration rate to avoid a crash of the same pairs, m/s2.
     pub most_drac_mps2: f64,
     /// Approaches of the same pairs with a time to collision below 1.5 s.
     pub near_misses: u32,
-    /// Brakings of any car beyond 3 m/s2, each vehicle kilometre.
+    /// Brakings of any vehicle beyond 3 m/s2, per vehicle kilometre.
     pub hard_brakings_per_km: f64,
-    /// Stops of any car, each vehicle kilometre.
+    /// Stops of any vehicle, per vehicle kilometre.
     pub stops_per_km: f64,
-    /// Share of the steps with advice in which it drove, 0..1; `None` without advice or where it is not known.
+    /// Share of the steps with advice in which the advice set the speed, 0 to 1; `None` without advice or if unknown.
     pub advice_share: Option<f64>,
-    /// Share of them in which the guard against a collision drove.
+    /// Share of these steps in which the guard against a collision set the speed.
     pub guard_share: Option<f64>,
-    /// Share of them in which the driver's distance to the leader drove.
+    /// Share of these steps in which the driver's distance to the leader set the speed.
     pub distance_share: Option<f64>,
 }
 
-/// Collects [`Conflicts`].
+/// Collects [`Conflicts`] step by step.
 #[derive(Clone, Debug, Default)]
 pub struct ConflictTotals {
     step_s: f32,
-    /// Leader, follower: within a near miss now.
+    /// True during a near miss, with the leader and with the follower.
     is_near: [bool; 2],
     least_ttc_s: Option<f64>,
     most_drac_mps2: f64,
@@ -77,17 +79,18 @@ pub struct ConflictTotals {
     hard_brakings: u32,
     stops: u32,
     way_m: f64,
-    /// Steps by advice, distance, guard, model.
+    /// Number of steps driven by advice, distance, guard, model.
     driven: [u64; 4],
 }
 
 impl ConflictTotals {
-    /// Nothing yet, of steps of `step_s`.
+    /// Starts with steps of `step_s`.
     pub fn new(step_s: f64) -> Self {
         Self { step_s: step_s as f32, ..Self::default() }
     }
 
-    /// A step: the ego behind its leader, its follower behind it, and what drove it if there is advice.
+    /// Adds a step: the ego behind its leader, its follower behind the ego, and the source of the ego's speed if there is
+    /// advice.
     pub fn approach(&mut self, pairs: [Option<Approach>; 2], driven_by: Option<DrivenBy>) {
         for (pair, is_near) in pairs.into_iter().zip(&mut self.is_near) {
             let Some(pair) = pair else {
@@ -114,7 +117,7 @@ impl ConflictTotals {
         }
     }
 
-    /// Car `k` drives at this speed in this step, m/s.
+    /// Adds the speed of vehicle `k` in this step, m/s; vehicles are added in order.
     #[inline]
     pub fn car(&mut self, k: usize, speed_mps: f32) {
         self.way_m += f64::from(speed_mps * self.step_s);
@@ -127,7 +130,7 @@ impl ConflictTotals {
         self.stops += u32::from(begun.stop);
     }
 
-    /// What it comes to.
+    /// Returns the measures of the steps so far.
     pub fn conflicts(&self) -> Conflicts {
         let each_km = |count: u32| if self.way_m > 0.0 { f64::from(count) / self.way_m * 1000.0 } else { 0.0 };
         let steps: u64 = self.driven.iter().sum();
@@ -174,16 +177,16 @@ mod tests {
     #[test]
     fn stops_and_hard_brakings_are_counted_once_each() {
         let mut totals = ConflictTotals::new(0.1);
-        // 10 m/s, down by 0.4 m/s a step (4 m/s2) to a stand, creeping, and off again.
+        // 10 m/s, then 0.4 m/s less per step (4 m/s2) to a standstill, creeping, and off again.
         let mut speeds = vec![10.0_f32; 100];
         speeds.extend((1..=25).map(|k| 10.0 - 0.4 * k as f32));
         speeds.extend([0.0, 0.05, 0.5, 0.0, 2.0, 0.0]);
         speeds.iter().for_each(|v| totals.car(0, v.max(0.0)));
         let way_km = speeds.iter().map(|v| f64::from(v.max(0.0)) * 0.1).sum::<f64>() / 1000.0;
         let found = totals.conflicts();
-        // Braking to the stand, from 0.5 to 0 in a step (5 m/s2), and from 2 to 0.
+        // Braking to a standstill, from 0.5 to 0 in a step (5 m/s2), and from 2 to 0.
         assert!((found.hard_brakings_per_km - 3.0 / way_km).abs() < 1e-3, "{found:?}");
-        // 0.5 m/s in between is no start; 2 m/s is.
+        // 0.5 m/s in between is not a start; 2 m/s is.
         assert!((found.stops_per_km - 2.0 / way_km).abs() < 1e-3, "{found:?}");
     }
 }

@@ -1,6 +1,6 @@
-//! How well two lists of numbers go together. In: pairs. Out: the correlation of Bravais and Pearson.
+//! Correlation of two lists of numbers. In: pairs. Out: the correlation of Bravais and Pearson.
 
-/// Correlation of pairs, -1 to 1; `None` where one side does not vary, or there are fewer than two pairs.
+/// Returns the correlation of pairs, -1 to 1; `None` if one side does not vary, or for fewer than two pairs.
 pub fn correlation(pairs: &[(f64, f64)]) -> Option<f64> {
     let n = pairs.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / n;
@@ -9,7 +9,7 @@ pub fn correlation(pairs: &[(f64, f64)]) -> Option<f64> {
         let (x, y) = (x - mean_x, y - mean_y);
         [xy + x * y, xx + x * x, yy + y * y]
     });
-    // What rounding leaves of equal numbers is no variation.
+    // Rounding errors of equal numbers are not variation.
     let varies = |sum: f64, mean: f64| sum > 1e-12 * n * (1.0 + mean * mean);
     (pairs.len() > 1 && varies(xx, mean_x) && varies(yy, mean_y)).then(|| xy / (xx * yy).sqrt())
 }
@@ -19,7 +19,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_correlation_is_that_of_a_hand_count() {
+    fn the_correlation_matches_a_hand_calculation() {
         // Deviations (-2, -1, 0, 1, 2) and (-1, -2, 1, 0, 2): 2 + 2 + 0 + 0 + 4 = 8 of sqrt(10 x 10).
         let pairs = [(1.0, 2.0), (2.0, 1.0), (3.0, 4.0), (4.0, 3.0), (5.0, 5.0)];
         assert!((correlation(&pairs).unwrap() - 0.8).abs() < 1e-12);
@@ -28,7 +28,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_vary_has_none() {
+    fn values_without_variation_have_no_correlation() {
         assert_eq!(correlation(&[(0.1, 1.0), (0.1, 2.0), (0.1, 3.0)]), None);
         assert_eq!(correlation(&[(0.1, 1.0)]), None);
         assert_eq!(correlation(&[]), None);

@@ -1,100 +1,102 @@
-//! One drive on a ring in numbers. In: speeds of all cars at each step, the ego first, its gaps and the advice. Out: a
-//! [`EvaluationResult`]. The same code for the fast ring and for whole drives. SI units.
+//! Metrics of one drive on a ring. In: speeds of all vehicles at each step, the ego first, its gaps and the advice. Out: an
+//! [`EvaluationResult`]. The same code serves the fast ring and whole drives. SI units.
 
 use super::{Approach, ConflictTotals, Conflicts, DrivenBy, NetworkFlow, fuel};
 use crate::policy::Advice;
 use serde::{Deserialize, Serialize};
 
-/// The wave is calm where the standard deviation of speed over the cars stays below this, m/s (docs/references.md: advice).
+/// Standard deviation of speed over the vehicles at which a wave begins, m/s; below it traffic is calm (docs/references.md:
+/// advice).
 pub(super) const CALM_SD_MPS: f64 = 0.5;
 
-/// One ring, driven to the horizon.
+/// Result of one ring or drive, up to the horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EvaluationResult {
-    /// Mean speed of all cars over the horizon, m/s; cars stand from a crash on.
+    /// Mean speed of all vehicles over the horizon, m/s; from a crash on it counts as 0.
     pub mean_mps: f64,
-    /// The same over the last quarter of the horizon, when all has settled, m/s.
+    /// Mean speed over the last quarter of the horizon, after settling, m/s.
     pub settled_mps: f64,
-    /// Standard deviation of speed over the cars, mean over time, m/s.
+    /// Standard deviation of speed over the vehicles, mean over time, m/s.
     pub sd_over_cars_mps: f64,
-    /// Standard deviation of a car's speed in time, mean over cars, m/s.
+    /// Standard deviation of a vehicle's speed in time, mean over vehicles, m/s.
     pub sd_in_time_mps: f64,
-    /// When the speeds of the cars last differed by as much as in a wave, seconds from the first advice: from then on their
-    /// standard deviation stays below 0.5 m/s. `None` if it never does.
+    /// Time of the last wave, seconds from the first advice: from then on the standard deviation of speed over the vehicles
+    /// stays below 0.5 m/s. `None` if it never does.
     #[serde(alias = "calm_s")]
     pub last_disturbance_s: Option<f64>,
-    /// Smallest gap of an advised vehicle to its leader, or of the ego's follower to it, metres; on a network of any two in a lane.
+    /// Smallest gap of an advised vehicle to its leader, or of the ego's follower to it, metres; on a network of any two
+    /// vehicles in a lane.
     pub least_gap_m: f64,
-    /// Cars collided.
+    /// True after a collision of vehicles.
     pub crashed: bool,
-    /// When they did, seconds from the first advice (to the end of that step).
+    /// Time of the collision, seconds from the first advice (to the end of that step).
     pub crash_s: Option<f64>,
-    /// Fuel of all cars for 100 km each ([`fuel`]), litres; `None` if nobody moved.
+    /// Fuel of all vehicles per 100 km ([`fuel`]), litres; `None` if no vehicle moved.
     pub fuel_l_100km: Option<f64>,
-    /// Cars past a place in an hour: density times mean speed (Edie 1963), 1/h; on a network those that left it.
+    /// Throughput, 1/h: density times mean speed (Edie 1963); on a network the vehicles that left it.
     pub throughput_per_h: f64,
-    /// Share of the time with advice in which the speed was in its range, over all advised vehicles, 0..1.
+    /// Share of the time with advice in which the speed was in its range, over all advised vehicles, 0 to 1.
     pub in_range: Option<f64>,
-    /// How near cars came to a crash, and what drove the ego; not told of networks.
+    /// Surrogate safety measures, and the sources of the ego's speed; `None` on networks.
     #[serde(default, flatten)]
     pub conflicts: Option<Conflicts>,
-    /// What only a drive on a network has.
+    /// Measures of drives on networks only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub network: Option<NetworkFlow>,
 }
 
-/// What is told of one step beside the speeds.
+/// Facts of one step, apart from the speeds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EpisodeStep {
-    /// The ego behind its leader.
+    /// Ego and its leader.
     pub ahead: Option<Approach>,
-    /// The ego's follower behind it.
+    /// Follower and the ego.
     pub behind: Option<Approach>,
-    /// The advice that stands.
+    /// Advice in force at this step.
     pub advice: Option<Advice>,
-    /// What drove the ego, where it is known.
+    /// Source of the ego's speed, if known.
     pub driven_by: Option<DrivenBy>,
-    /// The advised vehicles beside the ego.
+    /// Advised vehicles other than the ego.
     pub others: AdvisedStep,
 }
 
-/// What is told of a step of several advised vehicles together.
+/// Facts of one step about several advised vehicles together.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AdvisedStep {
     /// Smallest gap, metres: of one of them to its leader; on a network of any two vehicles in a lane.
     pub least_gap_m: Option<f64>,
-    /// How many of them have an advice.
+    /// Number of vehicles with an advice.
     pub advised: u64,
-    /// How many of those have a speed in its range.
+    /// Number of vehicles with a speed in the range of their advice.
     pub in_range: u64,
 }
 
-/// Speeds of all cars, step by step, in sums: what they take of memory does not grow with the drive.
+/// Sums over the speeds of all vehicles, step by step; memory does not grow with the drive.
 #[derive(Clone, Debug)]
 pub struct FlowTotals {
     step_s: f64,
     steps: u64,
     sums: Vec<[f64; 2]>,
     before_mps: Vec<f32>,
-    /// Sum over the steps of the mean over the cars, m/s.
+    /// Sum over the steps of the mean over the vehicles, m/s.
     sum_means_mps: f64,
     sum_sd_mps: f64,
     fuel_ml: f64,
-    /// Steps up to the last with a wave.
+    /// Number of steps up to the last with a wave.
     last_disturbance: u64,
 }
 
-/// What [`FlowTotals::add`] has seen.
+/// Values of a step, returned by [`FlowTotals::add`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlowStep {
-    /// Mean over the cars, m/s.
+    /// Mean over the vehicles, m/s.
     pub mean_mps: f32,
-    /// The ego's, m/s.
+    /// Speed of the ego, m/s.
     pub ego_mps: f64,
 }
 
 impl FlowTotals {
-    /// Nothing yet, of steps of `step_s`.
+    /// Starts with steps of `step_s`.
     pub fn new(step_s: f64) -> Self {
         Self {
             step_s,
@@ -108,7 +110,7 @@ impl FlowTotals {
         }
     }
 
-    /// A step has passed: speeds of all cars in a fixed order, the ego first.
+    /// Adds a step: speeds of all vehicles in a fixed order, the ego first.
     pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>) -> FlowStep {
         self.steps += 1;
         let (mut n, mut sum, mut square, mut fuel_ml_s, mut ego_mps) = (0, 0.0, 0.0, 0.0, 0.0);
@@ -140,39 +142,39 @@ impl FlowTotals {
         FlowStep { mean_mps, ego_mps }
     }
 
-    /// A step in which nobody moves, as after a crash: the time passes, and nothing else.
+    /// Adds a step in which no vehicle moves, as after a crash: only time passes.
     fn add_standing(&mut self) {
         self.steps += 1;
     }
 
-    /// Steps so far.
+    /// Returns the number of steps so far.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Mean speed over cars and steps, m/s.
+    /// Returns the mean speed over vehicles and steps, m/s.
     pub fn mean_mps(&self) -> f64 {
         self.sum_means_mps / self.some_steps()
     }
 
-    /// Standard deviation of speed over the cars, mean over time, m/s.
+    /// Returns the standard deviation of speed over the vehicles, mean over time, m/s.
     pub fn sd_over_cars_mps(&self) -> f64 {
         self.sum_sd_mps / self.some_steps()
     }
 
-    /// Seconds from the first step to the last with a wave; `None` if the drive ends in one.
+    /// Returns the seconds from the first step to the last with a wave; `None` if the drive ends in one.
     pub fn last_disturbance_s(&self) -> Option<f64> {
         (self.last_disturbance < self.steps).then_some(self.last_disturbance as f64 * self.step_s)
     }
 
-    /// Fuel of all cars for 100 km each ([`fuel`]), litres; `None` if nobody moved.
+    /// Returns the fuel of all vehicles per 100 km ([`fuel`]), litres; `None` if no vehicle moved.
     pub fn fuel_l_100km(&self) -> Option<f64> {
         let way_m = self.mean_mps() * self.some_steps() * self.step_s * self.sums.len() as f64;
-        // ml a metre are 100 litres for 100 km.
+        // 1 ml/m is 100 l per 100 km.
         (way_m > 0.0).then(|| self.fuel_ml / way_m * 100.0)
     }
 
-    /// Standard deviation of a car's speed in time, mean over cars, m/s.
+    /// Returns the standard deviation of a vehicle's speed in time, mean over vehicles, m/s.
     pub fn sd_in_time_mps(&self) -> f64 {
         let steps = self.some_steps();
         let sd = |[sum, square]: &[f64; 2]| (square / steps - (sum / steps).powi(2)).max(0.0).sqrt();
@@ -184,23 +186,23 @@ impl FlowTotals {
     }
 }
 
-/// Collects what a [`EvaluationResult`] tells.
+/// Collects an [`EvaluationResult`] step by step.
 #[derive(Clone, Debug)]
 pub struct EpisodeMetrics {
     flow: FlowTotals,
     conflicts: ConflictTotals,
     circumference_m: f64,
-    /// Mean over the cars at each step, m/s.
+    /// Mean over the vehicles at each step, m/s.
     means_mps: Vec<f32>,
     least_gap_m: f64,
-    /// The step in which cars collided.
+    /// Step in which vehicles collided, from 1.
     crashed_at: Option<u64>,
     advised: u64,
     in_range: u64,
 }
 
 impl EpisodeMetrics {
-    /// Nothing yet, on a ring of this length with steps of `step_s`.
+    /// Starts on a ring of this length with steps of `step_s`.
     pub fn new(step_s: f64, circumference_m: f64) -> Self {
         Self {
             flow: FlowTotals::new(step_s),
@@ -214,8 +216,8 @@ impl EpisodeMetrics {
         }
     }
 
-    /// A step has passed: speeds of all cars in a fixed order, the ego first, and the rest of it. After a crash nothing counts
-    /// but the time.
+    /// Adds a step: speeds of all vehicles in a fixed order, the ego first, and the other facts. After a crash only time
+    /// counts.
     pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, now: EpisodeStep) {
         let pairs = [now.ahead, now.behind];
         let gap_m = pairs.iter().flatten().map(|pair| pair.gap_m).fold(f64::INFINITY, f64::min);
@@ -246,12 +248,12 @@ impl EpisodeMetrics {
         self.in_range += now.others.in_range;
     }
 
-    /// Cars collide in the step that is added next, whatever its gap: bumpers are not all that can touch.
+    /// Marks a collision in the step that is added next, whatever its gap: bumpers are not the only parts that can touch.
     pub fn crash(&mut self) {
         self.crashed_at.get_or_insert(self.flow.steps() + 1);
     }
 
-    /// What it comes to.
+    /// Returns the result of the steps so far.
     pub fn verdict(&self) -> EvaluationResult {
         let flow = &self.flow;
         let crashed = self.crashed_at.is_some();
@@ -275,7 +277,7 @@ impl EpisodeMetrics {
     }
 }
 
-/// Mean over rings and its 95 % interval (1.96 standard errors), m/s.
+/// Returns the mean speed over rings, and the half width of its 95 % interval (1.96 standard errors), m/s.
 pub fn mean_and_interval(verdicts: &[EvaluationResult]) -> (f64, f64) {
     let n = verdicts.len() as f64;
     let mean = verdicts.iter().map(|v| v.mean_mps).sum::<f64>() / n;
@@ -292,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn two_cars_at_2_and_4_mps_are_told_as_such() {
+    fn two_cars_at_2_and_4_mps_give_mean_deviation_and_throughput() {
         let mut tally = EpisodeMetrics::new(0.1, 100.0);
         (0..50).for_each(|_| tally.add([2.0, 4.0].into_iter(), gap(7.0)));
         let v = tally.verdict();

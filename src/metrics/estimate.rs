@@ -1,5 +1,5 @@
 //! Means with intervals. In: one number for each ring. Out: the mean and its 95 % interval by the bootstrap (Efron 1979,
-//! percentiles of resampled means), seeded, so that a table is the same whenever it is made.
+//! percentiles of resampled means). The random stream is seeded, so that the same numbers give the same interval.
 
 use crate::rng;
 use serde::Serialize;
@@ -7,19 +7,18 @@ use serde::Serialize;
 /// A mean and its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Estimate {
-    /// Mean.
     pub mean: f64,
     /// Lower end of the interval.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
 impl Estimate {
-    /// Resamples of a bootstrap: its own error in the interval's ends is then 2 % of the interval.
+    /// Number of resamples of a bootstrap: the error of the interval's ends is then 2 % of the interval.
     pub const RESAMPLES: usize = 2000;
 
-    /// Of some numbers; `None` of none.
+    /// Estimates the mean of some numbers; `None` without numbers.
     pub fn of(numbers: &[f64]) -> Option<Self> {
         let n = numbers.len();
         if n == 0 {
@@ -36,8 +35,8 @@ impl Estimate {
 }
 
 impl Estimate {
-    /// Of the same rings for several training seeds, `numbers[seed][ring]`: the mean over both, and an interval that
-    /// resamples seeds and rings. With one seed it is over the rings alone. `None` of none.
+    /// Estimates the mean over the same rings for several training seeds, `numbers[seed][ring]`, with an interval that
+    /// resamples seeds and rings. With one seed only the rings count. `None` without numbers.
     pub fn of_seeds(numbers: &[Vec<f64>]) -> Option<Self> {
         let rings = numbers.iter().map(Vec::len).min().filter(|rings| *rings > 0)?;
         let seeds = numbers.len();
@@ -60,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_interval_of_normal_numbers_is_that_of_the_field() {
+    fn the_interval_of_normal_numbers_is_1_96_standard_errors() {
         let mut stream = rng::stream(3, "stats");
         let numbers: Vec<f64> = (0..100).map(|_| 5.0 + 2.0 * stream.normal()).collect();
         let estimate = Estimate::of(&numbers).unwrap();
@@ -70,14 +69,14 @@ mod tests {
     }
 
     #[test]
-    fn the_interval_over_training_seeds_holds_what_they_differ_by() {
-        // Five seeds with means 1 to 5, rings that do not differ: the mean of five draws from 1..5 has a standard error of
-        // sqrt(2 / 5) = 0.632 (variance of 1..5 is 2).
+    fn the_interval_over_training_seeds_covers_their_differences() {
+        // Five seeds with means 1 to 5, and rings that do not differ: the mean of five draws from 1..5 has a standard error of
+        // sqrt(2 / 5) = 0.632 (the variance of 1..5 is 2).
         let numbers: Vec<Vec<f64>> = (1..=5).map(|mean| vec![f64::from(mean); 100]).collect();
         let estimate = Estimate::of_seeds(&numbers).unwrap();
         assert_eq!(estimate.mean, 3.0);
         assert!((estimate.high - estimate.low - 2.0 * 1.96 * 0.632).abs() < 0.35, "{estimate:?}");
-        // One seed: as over the rings.
+        // One seed: the interval is that over the rings.
         let mut stream = rng::stream(3, "stats");
         let one: Vec<f64> = (0..100).map(|_| 5.0 + 2.0 * stream.normal()).collect();
         let [of, of_seeds] = [Estimate::of(&one).unwrap(), Estimate::of_seeds(&[one]).unwrap()];
@@ -86,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_numbers_leave_no_doubt_and_none_leave_no_mean() {
+    fn equal_numbers_have_an_interval_of_width_0_and_no_numbers_no_mean() {
         assert_eq!(Estimate::of(&[3.0; 5]), Some(Estimate { mean: 3.0, low: 3.0, high: 3.0 }));
         assert_eq!(Estimate::of(&[]), None);
     }

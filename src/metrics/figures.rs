@@ -1,13 +1,13 @@
-//! The figures of an evaluation. In: what was measured, or one ring step by step. Out: SVG. The published series are
-//! those of docs/references.md: holds.
+//! Figures of an evaluation. In: measured results, or one ring step by step. Out: SVG. The published series is from
+//! docs/references.md: holds.
 
 use super::{Estimate, SpeedTrace, Trajectories};
 use crate::plot::{
     Axis, COLOURS, Chart, ChartSheet, ColourKey, LineStyle, PlotLine, PlotMark, PlotShape, PrintWidth, picture,
 };
 
-/// Mean speed by hold, acceleration advice, as a notebook of SW21's group lists it (docs/references.md: holds): seconds,
-/// m/s.
+/// Published mean speed by hold, for acceleration advice, as listed in a notebook of SW21's group (docs/references.md: holds):
+/// hold in seconds, speed in m/s.
 pub const PUBLISHED: [[f64; 2]; 19] = [
     [0.1, 4.249],
     [1.0, 4.331],
@@ -29,33 +29,33 @@ pub const PUBLISHED: [[f64; 2]; 19] = [
     [29.0, 1.233],
     [30.0, 3.319],
 ];
-/// SW21's hand-designed optimum on its ring, m/s.
+/// Hand-designed optimum of SW21 on its ring, m/s.
 const BY_HAND_MPS: f64 = 4.43;
 
 /// A measured line: a name, and an estimate at each place of the horizontal axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// What it is.
+    /// Name in the legend.
     pub name: String,
-    /// Number of its colour, and of its dashes.
+    /// Index of its colour, and of its dash pattern.
     pub look: [usize; 2],
-    /// From left to right.
+    /// Points from left to right.
     pub points: Vec<Point>,
 }
 
 /// A point of a measured line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Place on the horizontal axis.
+    /// Position on the horizontal axis.
     pub at: f64,
-    /// What was measured there.
+    /// Mean measured at this position.
     pub mean: Estimate,
-    /// Drives that ended in a crash, and of how many.
+    /// Number of drives that ended in a crash, and number of all drives.
     pub crashes: [usize; 2],
 }
 
-/// Mean speed against the hold. On the paper's ring with the published series and the hand-designed optimum; with the
-/// speed at which an even ring flows.
+/// Draws mean speed against the hold, with the equilibrium speed of an even ring; on the paper's ring also with the published
+/// series and the hand-designed optimum.
 pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool, note: &str) -> String {
     let holds: Vec<f64> = series.iter().flat_map(|s| s.points.iter().map(|p| p.at)).collect();
     let (low, high) = ends(holds.into_iter());
@@ -64,7 +64,7 @@ pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool
     } else {
         Axis::even("hold, s", [low - 0.5, high + 0.5])
     };
-    // The published series falls to 1.2 m/s: the axis is that of what was measured here.
+    // The published series falls to 1.2 m/s: the axis follows the measured values.
     let y =
         Axis::even("mean speed of all vehicles, m/s", around_with(&measured(series), [equilibrium_mps, BY_HAND_MPS]));
     let mut lines = vec![level("even ring (equilibrium)", equilibrium_mps, [low, high], "7 3")];
@@ -89,7 +89,7 @@ pub fn against_hold(series: &[Series], equilibrium_mps: f64, is_paper_ring: bool
     picture(&[Chart { lines, marks, ..Chart::new("Mean speed against the hold", x, y, 350.0) }], &note)
 }
 
-/// Mean speed against the share of vehicles that are advised, in percent; on a ring with the speed at which an even one flows.
+/// Draws mean speed against the share of advised vehicles, in percent; on a ring with the equilibrium speed of an even ring.
 pub fn against_share(series: &[Series], equilibrium_mps: Option<f64>, note: &str) -> String {
     let (_, most) = ends(series.iter().flat_map(|s| s.points.iter().map(|p| p.at)));
     let x = Axis::even("advised vehicles, % of all", [0.0, most.max(1.0)]);
@@ -102,11 +102,11 @@ pub fn against_share(series: &[Series], equilibrium_mps: Option<f64>, note: &str
     picture(&[Chart { lines, marks: crash_marks(series), ..chart }], note)
 }
 
-/// Mean speed against something of the driver, one chart for each.
+/// Draws mean speed against traits of the driver, one chart for each.
 pub fn adherence(charts: &[(&str, Vec<Series>)], note: &str) -> String {
     let chart = |(i, (label, series)): (usize, &(&str, Vec<Series>))| {
         let mut lines = measured(series);
-        // One legend for all, under the last.
+        // One legend for all charts, under the last.
         if i + 1 < charts.len() {
             lines.iter_mut().for_each(|line| line.name.clear());
         }
@@ -116,17 +116,17 @@ pub fn adherence(charts: &[(&str, Vec<Series>)], note: &str) -> String {
     picture(&charts.iter().enumerate().map(chart).collect::<Vec<_>>(), note)
 }
 
-/// What the time of a ring counts from.
+/// Label of the time axis of a ring.
 pub const SINCE_ADVICE: &str = "time since the first advice, s";
 
-/// Trajectories of all cars, coloured by their speed, for each of these rings. `time` labels the axis.
+/// Draws the positions of all vehicles, coloured by speed, for each of these rings. `time` labels the axis.
 pub fn space_time(traces: &[(&str, &Trajectories)], top_mps: f64, time: &str, note: &str) -> String {
     let key = ColourKey::up_to("speed, m/s; ego vehicle outlined", top_mps);
-    // One axis for all: the same moment stands above the same moment.
+    // One time axis for all charts, so that equal times are above each other.
     let spans = || traces.iter().map(|(_, trace)| trace.span_s());
     let (low, high) = (ends(spans().map(|span| span[0])).0, ends(spans().map(|span| span[1])).1);
     let chart = |(i, (title, trace)): (usize, &(&str, &Trajectories))| {
-        // It is labelled once, below the last.
+        // The axis is labelled once, below the last chart.
         let time = if i + 1 < traces.len() { "" } else { time };
         let y = Axis::even("position along the road, m", [0.0, trace.circumference_m]);
         let place_m = trace.way_m.last().map_or(0.0, |cars| f64::from(cars[0]).rem_euclid(trace.circumference_m));
@@ -140,15 +140,15 @@ pub fn space_time(traces: &[(&str, &Trajectories)], top_mps: f64, time: &str, no
     ChartSheet { charts: &charts, width: PrintWidth::Page, key: Some(&key), note }.svg()
 }
 
-/// Where a trace ended in a crash; nothing is drawn after it.
+/// Returns the mark of a crash that ended a trace; nothing is drawn after it.
 fn crash_mark(crash_s: Option<f64>, y: f64) -> Vec<PlotMark> {
     let mark = |time_s: f64| PlotMark { at: [time_s, y], text: format!("CRASH at {time_s:.1} s") };
     crash_s.map(mark).into_iter().collect()
 }
 
-/// Pieces of the cars' ways, put together by colour; the ego's above the others', with a dark edge.
+/// Returns the pieces of the vehicles' positions, grouped by colour; the ego's are above the others, with a dark edge.
 fn ways(trace: &Trajectories, key: &ColourKey) -> Vec<PlotShape> {
-    /// A piece for each of so many steps: at 0.1 s the wave's 34 s are 23 pieces.
+    /// Steps per piece: at 0.1 s, the wave's period of 34 s has 23 pieces.
     const STRIDE: usize = 15;
     let length_m = trace.circumference_m;
     let classes = key.colours.len();
@@ -156,7 +156,7 @@ fn ways(trace: &Trajectories, key: &ColourKey) -> Vec<PlotShape> {
     let cars = trace.way_m.first().map_or(0, Vec::len);
     let last = trace.time_s.len().saturating_sub(1);
     for i in (0..last).step_by(STRIDE) {
-        // The last piece is as long as what is left.
+        // The last piece is as long as the rest.
         let next = (i + STRIDE).min(last);
         for k in 0..cars {
             let (from_m, to_m) = (f64::from(trace.way_m[i][k]), f64::from(trace.way_m[next][k]));
@@ -164,7 +164,7 @@ fn ways(trace: &Trajectories, key: &ColourKey) -> Vec<PlotShape> {
             let start_m = from_m.rem_euclid(length_m);
             let mut piece = |a: f64, b: f64| pieces[class].push([[trace.time_s[i], a], [trace.time_s[next], b]]);
             piece(start_m, start_m + to_m - from_m);
-            // What runs over the end of the road comes in again at its beginning.
+            // A piece over the end of the road is repeated from its start.
             if start_m + to_m - from_m > length_m {
                 piece(start_m - length_m, start_m + to_m - from_m - length_m);
             }
@@ -180,7 +180,8 @@ fn ways(trace: &Trajectories, key: &ColourKey) -> Vec<PlotShape> {
     [coloured(pieces, 1.0), vec![edge], coloured(ego, 3.2)].concat()
 }
 
-/// What is shown to the ego's driver, what the ego drives, and what the others do. `time` labels the axis.
+/// Draws the advised speed, the ego's speed, and mean and extremes of all vehicles, with the lines `more`. `time` labels the
+/// axis.
 pub fn speeds(title: &str, trace: &SpeedTrace, range_mps: f64, time: &str, note: &str, more: Vec<PlotLine>) -> String {
     let every = (trace.time_s.len() / 1200).max(1);
     let last = trace.time_s.len().checked_sub(1).filter(|last| !last.is_multiple_of(every));
@@ -208,7 +209,7 @@ pub fn speeds(title: &str, trace: &SpeedTrace, range_mps: f64, time: &str, note:
     let tops = drawn.flat_map(|l| l.band.iter().map(|b| b[1]).chain(l.points.iter().map(|p| p[1])));
     let high = tops.fold(1.0, f64::max);
     let mut lines = vec![spread, shown, ego];
-    // What nobody was shown has no place in the legend.
+    // Without extremes, lines without points have no entry in the legend.
     lines.retain(|line| has_extremes || !line.points.is_empty());
     lines.extend(more);
     let x = Axis::even(time, trace.span_s());
@@ -232,7 +233,7 @@ fn measured(series: &[Series]) -> Vec<PlotLine> {
     series.iter().map(line).collect()
 }
 
-/// Where drives ended in a crash.
+/// Returns the marks of estimates with crashes.
 fn crash_marks(series: &[Series]) -> Vec<PlotMark> {
     let points = series.iter().flat_map(|s| &s.points).filter(|p| p.crashes[0] > 0);
     points
@@ -254,7 +255,7 @@ fn ends_of(lines: &[PlotLine], k: usize) -> [f64; 2] {
     [low, high]
 }
 
-/// All values with a little room above and below.
+/// Returns the range of all values with a margin above and below.
 fn around(lines: &[PlotLine]) -> [f64; 2] {
     around_with(lines, [f64::INFINITY, f64::NEG_INFINITY])
 }
@@ -301,7 +302,7 @@ mod tests {
             [(space_time(&[("", &whole)], 9.0, "", ""), space_time(&[("", &cut)], 9.0, "", "")), (of(&whole), of(&cut))]
         {
             assert!(cut.contains(">CRASH at 3.0 s<") && !whole.contains("CRASH"));
-            // 8 of 20 s are driven: of some 700 units the last point lies before 290.
+            // 8 of 20 s are driven: of about 700 units the last point lies before 290.
             let most = |text: &str| {
                 let points =
                     text.split(['"', ' ', 'L', 'M']).filter_map(|p| p.split_once(',').map_or(p, |p| p.0).parse().ok());
@@ -340,16 +341,17 @@ mod tests {
     #[test]
     fn a_way_over_the_end_of_the_road_comes_in_at_its_beginning() {
         let trace = trace();
-        // 14 pieces each; the first car crosses the end within one at step 100, the second, which starts at -20 m, at step 20.
+        // 14 pieces each. The first vehicle crosses the end within a piece, at step 100; the second, which starts at -20 m, at
+        // step 20.
         let count = |shape: &PlotShape| if let PlotShape::Pieces { pieces, .. } = shape { pieces.len() } else { 0 };
         let pieces: usize = ways(&trace, &ColourKey::up_to("", 9.0)).iter().map(count).sum();
-        // The ego's are drawn twice: an edge and its colour.
+        // The ego's pieces are drawn twice: an edge and its colour.
         assert_eq!(pieces, 3 * 14 + 3);
     }
 
     #[test]
     fn ways_and_speeds_go_to_the_last_step_and_the_axis_ends_there() {
-        // 60 s of steps of 0.1 s are 40 pieces of 1.5 s but for a step; 12.34 s are no whole number of anything.
+        // 60 s of 0.1 s steps are 40 pieces of 1.5 s, less one step; the other lengths leave a rest.
         for (steps, last_s) in [(600, 60.0), (1234, 123.4), (21, 2.1), (4001, 400.1)] {
             let rows = 1..=steps;
             let trace = Trajectories {

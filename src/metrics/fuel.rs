@@ -1,21 +1,23 @@
 //! Fuel of petrol cars from their speeds and accelerations, by two models, on the flat. In: m/s, m/s2. Out: ml/s, l/100 km.
 //!
 //! * [`rate_ml_s`]: the polynomial of Kamal, Mukai, Murata and Kawabe, "Model predictive control of vehicles on urban roads for
-//!   improved fuel economy" (IEEE Trans. Control Systems Technology 21, 2013): what cruising takes, and what accelerating adds. Idling
-//!   takes 0.157 ml/s; braking saves nothing. It judges policies.
-//! * [`sumo_rate_ml_s`]: SUMO's own, so that recordings of every engine compare with SUMO's outputs: its default for passenger cars,
-//!   `HBEFA4/PC_petrol_Euro-4` of 1500 kg (HBEFA 4.2 as SUMO 1.28 fits it; docs/references.md). A car in gear that slows down by more than coasting takes
-//!   nothing; idling takes 0.665 ml/s. `tests/traffic/fuel.rs` holds it against SUMO's program.
+//!   improved fuel economy" (IEEE Trans. Control Systems Technology 21, 2013): a term for cruising and one for accelerating.
+//!   Idling uses 0.157 ml/s; braking saves nothing. It evaluates policies.
+//! * [`sumo_rate_ml_s`]: SUMO's model, so that recordings of every engine compare with SUMO's outputs: its default for
+//!   passenger cars, `HBEFA4/PC_petrol_Euro-4` of 1500 kg (HBEFA 4.2 as fitted by SUMO 1.28; docs/references.md). A car in gear
+//!   that slows down by more than coasting uses nothing; idling uses 0.665 ml/s. `tests/traffic/fuel.rs` compares it with
+//!   SUMO's program.
 //!
-//! They may differ in sign: by Kamal's polynomial a wave takes more than the same way at an even speed, by SUMO's it takes less at 4 m/s,
-//! because an idling engine costs it more than accelerations do, and braking saves that. Neither is a measured car of a study.
+//! The models may differ in sign. By Kamal's polynomial a wave uses more than the same distance at constant speed; by SUMO's
+//! model it uses less at 4 m/s, because an idling engine costs more than accelerations do, and braking saves that. Neither
+//! model was fitted to the car of a study.
 
-/// Cruising: 1, v, v^2, v^3.
+/// Coefficients of cruising: 1, v, v^2, v^3; ml/s.
 const CRUISE: [f32; 4] = [0.1569, 2.450e-2, -7.415e-4, 5.975e-5];
-/// Accelerating: a, a v, a v^2.
+/// Coefficients of accelerating: a, a v, a v^2; ml/s.
 const ACCELERATE: [f32; 3] = [0.07224, 9.681e-2, 1.075e-3];
 
-/// Fuel rate, ml/s.
+/// Returns the fuel rate by the model of Kamal et al., ml/s.
 #[inline(always)]
 pub fn rate_ml_s(speed_mps: f32, accel_mps2: f32) -> f32 {
     let v = speed_mps;
@@ -24,20 +26,20 @@ pub fn rate_ml_s(speed_mps: f32, accel_mps2: f32) -> f32 {
     cruise + accel_mps2.max(0.0) * accelerate
 }
 
-/// SUMO's model: standing, v, v^3 (v^2 has no part), mg/s.
+/// Coefficients of SUMO's model without acceleration: 1, v, v^3 (v^2 has none); mg/s.
 const SUMO_CRUISE: [f32; 3] = [493.1, 5.054, 0.03887];
-/// a, a v, a v^2, mg/s.
+/// Coefficients of SUMO's model with acceleration: a, a v, a v^2; mg/s.
 const SUMO_ACCELERATE: [f32; 3] = [225.3, 42.96, 1.113];
-/// Up to this speed the engine idles however hard the car brakes, m/s.
+/// Speed up to which the engine idles however hard the car brakes, m/s.
 const SUMO_IDLES_BELOW_MPS: f32 = 0.5;
-/// Coasting slows a car down by so much at standstill, and by so much more for each m/s, m/s2.
+/// Deceleration of a coasting car: a constant, m/s2, and an increase per speed, 1/s.
 const SUMO_COASTING: [f32; 2] = [0.107_948_26, 0.012_976_641];
-/// Below this it coasts in proportion to its speed, m/s (10 km/h).
+/// Speed below which the coasting deceleration is proportional to the speed, m/s (10 km/h).
 const SUMO_LINE_FROM_MPS: f32 = 10.0 / 3.6;
-/// Petrol as SUMO has it, mg/ml.
+/// Density of petrol in SUMO, mg/ml.
 const SUMO_DENSITY_MG_ML: f32 = 742.0;
 
-/// Fuel rate by SUMO's own emission model, ml/s.
+/// Returns the fuel rate by SUMO's emission model, ml/s.
 #[inline]
 pub fn sumo_rate_ml_s(speed_mps: f32, accel_mps2: f32) -> f32 {
     let (v, a) = (speed_mps, accel_mps2);
@@ -49,7 +51,7 @@ pub fn sumo_rate_ml_s(speed_mps: f32, accel_mps2: f32) -> f32 {
     if burns { (cruise + accelerate).max(0.0) / SUMO_DENSITY_MG_ML } else { 0.0 }
 }
 
-/// Fuel of some cars by SUMO's model.
+/// Fuel of some vehicles by SUMO's model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SumoFuelTotals {
     before_mps: Vec<f32>,
@@ -58,7 +60,7 @@ pub struct SumoFuelTotals {
 }
 
 impl SumoFuelTotals {
-    /// The next step of `step_s`: speeds of the cars in a fixed order. A car that is first seen holds its speed.
+    /// Adds a step of `step_s`: speeds of the vehicles in a fixed order. A vehicle seen first has no acceleration.
     pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, step_s: f64) {
         for (k, speed_mps) in speeds_mps.enumerate() {
             if k == self.before_mps.len() {
@@ -71,9 +73,9 @@ impl SumoFuelTotals {
         }
     }
 
-    /// For 100 km of each car, litres; `None` if nobody moved.
+    /// Returns the fuel per 100 km of a vehicle, litres; `None` if no vehicle moved.
     pub fn l_100km(&self) -> Option<f64> {
-        // ml a metre are 100 litres for 100 km.
+        // 1 ml/m is 100 l per 100 km.
         (self.way_m > 0.0).then(|| self.fuel_ml / self.way_m * 100.0)
     }
 }
@@ -83,14 +85,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cruise_at_50_kmh_takes_what_cars_take_and_standing_takes_the_idle() {
+    fn a_cruise_at_50_kmh_uses_3_to_5_l_per_100_km_and_standing_idles() {
         let v: f32 = 50.0 / 3.6;
         let litres_per_100_km = rate_ml_s(v, 0.0) / v * 100.0;
         assert!((3.0..5.0).contains(&litres_per_100_km), "{litres_per_100_km}");
         assert_eq!(rate_ml_s(0.0, -2.0), 0.1569);
     }
 
-    /// How much more a sine of 4 +- 4 m/s with a period of 30 s takes than 4 m/s.
+    /// Returns the fuel of a sine of 4 +- 4 m/s with a period of 30 s, relative to a constant 4 m/s.
     fn wave_over_even(rate_ml_s: impl Fn(f32, f32) -> f32) -> f32 {
         let steps = 300;
         let omega = std::f32::consts::TAU / 30.0;
@@ -102,15 +104,15 @@ mod tests {
     }
 
     #[test]
-    fn stop_and_go_takes_more_than_the_same_way_at_an_even_speed_but_not_by_the_model_of_sumo() {
+    fn stop_and_go_uses_more_than_even_speed_except_by_sumos_model() {
         assert!(wave_over_even(rate_ml_s) > 1.5);
-        // As the reports say: emissionsDrivingCycle has 0.8306.
+        // SUMO's emissionsDrivingCycle gives 0.8306.
         let by_sumo = wave_over_even(sumo_rate_ml_s);
         assert!((by_sumo - 0.8306).abs() < 0.001, "{by_sumo}");
     }
 
     #[test]
-    fn totals_by_the_model_of_sumo_are_those_of_its_program() {
+    fn totals_by_sumos_model_match_its_program() {
         // emissionsDrivingCycle at a steady 10 m/s prints 582.51 mg/s: 0.78505 ml/s at 742 g/l, 7.8505 l / 100 km.
         let mut totals = SumoFuelTotals::default();
         assert_eq!(totals.l_100km(), None);
@@ -118,7 +120,7 @@ mod tests {
             totals.add([10.0, 10.0].into_iter(), 0.1);
         }
         assert!((totals.l_100km().unwrap() - 7.8505).abs() < 1e-4, "{totals:?}");
-        // Braking from 10 to 8 m/s takes nothing, on 8 m.
+        // Braking from 10 to 8 m/s uses nothing, on 8 m.
         let mut totals = SumoFuelTotals::default();
         totals.add([10.0].into_iter(), 1.0);
         totals.add([8.0].into_iter(), 1.0);

@@ -1,5 +1,5 @@
-//! What a drive comes to in numbers. In: speeds, gaps and advice at each step, of the fast ring and of whole drives alike. Out:
-//! results of a drive, means with their intervals, fuel, and the figures that show them. SI units.
+//! Metrics of drives. In: speeds, gaps and advice at each step, of the fast ring and of whole drives alike. Out: results of a
+//! drive, means with their intervals, fuel, and figures of them. SI units.
 
 mod conflicts;
 mod correlation;

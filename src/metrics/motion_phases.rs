@@ -1,39 +1,39 @@
-//! Stops and hard brakings of a car. In: its speed, step by step, m/s. Out: when one begins, and how long they last. The same rules for
-//! the evaluation of policies and the analysis of recorded drives.
+//! Stops and hard brakings of a vehicle. In: its speed, step by step, m/s. Out: the start and duration of each. The evaluation
+//! of policies and the analysis of recorded drives share these rules.
 
 use std::collections::{BTreeMap, btree_map::Entry};
 
-/// Deceleration from which on a car brakes hard, m/s2.
+/// Deceleration above which a vehicle brakes hard, m/s2.
 pub const HARD_MPS2: f32 = 3.0;
-/// A car stops below the first, and has gone again above the second, m/s.
+/// Speeds below which a vehicle stops, and from which on it moves again, m/s.
 pub const STOPPED_MPS: [f32; 2] = [0.1, 1.0];
 
-/// What a car does now.
+/// Current state of a vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotionPhase {
     before_mps: f32,
-    /// It brakes harder than [`HARD_MPS2`].
+    /// True while braking harder than [`HARD_MPS2`].
     pub is_hard: bool,
-    /// It stands, or creeps after a stop.
+    /// True at a standstill, or while creeping after a stop.
     pub is_standing: bool,
 }
 
-/// What has begun in a step.
+/// Episodes that began in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Begun {
-    /// A hard braking.
+    /// True if a hard braking began.
     pub hard: bool,
-    /// A stop.
+    /// True if a stop began.
     pub stop: bool,
 }
 
 impl MotionPhase {
-    /// A car that is first seen at this speed: one that stands has not stopped.
+    /// Starts with a vehicle at this speed; a vehicle that stands at first has not stopped.
     pub fn new(speed_mps: f32) -> Self {
         Self { before_mps: speed_mps, is_hard: false, is_standing: speed_mps < STOPPED_MPS[0] }
     }
 
-    /// The next step of `step_s`.
+    /// Adds the speed at the next step of `step_s`.
     #[inline]
     pub fn add(&mut self, speed_mps: f32, step_s: f32) -> Begun {
         let is_hard = self.before_mps - speed_mps > HARD_MPS2 * step_s;
@@ -46,23 +46,23 @@ impl MotionPhase {
     }
 }
 
-/// Stops and hard brakings of some cars.
+/// Stops and hard brakings of some vehicles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MotionTotals {
-    /// By the number of the car.
+    /// States by vehicle number.
     cars: BTreeMap<u32, MotionPhase>,
-    /// Stops that began.
+    /// Number of stops that began.
     pub stops: u64,
-    /// Time of all cars at a stop, seconds.
+    /// Time of all vehicles at a stop, seconds.
     pub stopped_s: f64,
-    /// Hard brakings that began.
+    /// Number of hard brakings that began.
     pub hard_brakings: u64,
-    /// Time of all cars in them, seconds.
+    /// Time of all vehicles in hard brakings, seconds.
     pub hard_braking_s: f64,
 }
 
 impl MotionTotals {
-    /// The next step of `step_s`: number and speed of each car that is there.
+    /// Adds a step of `step_s`: number and speed of each vehicle present.
     pub fn add(&mut self, cars: impl Iterator<Item = (u32, f32)>, step_s: f64) {
         for (id, speed_mps) in cars {
             let car = match self.cars.entry(id) {
@@ -80,7 +80,7 @@ impl MotionTotals {
         }
     }
 
-    /// How many cars there were.
+    /// Returns the number of vehicles seen so far.
     pub fn cars(&self) -> usize {
         self.cars.len()
     }
@@ -91,28 +91,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn events_and_their_times_are_those_by_hand() {
+    fn stops_and_brakings_match_a_hand_count() {
         let mut totals = MotionTotals::default();
-        // Car 0: 4 m/s2 for 2.5 s to a stand of 1 s, then off. Car 1 stands for 1 s from the start, which is no stop, and goes.
+        // Vehicle 0: 4 m/s2 for 2.5 s to a standstill of 1 s, then off. Vehicle 7 stands for 1 s from the start, which is not a
+        // stop, and goes.
         let braked = (0..=25).map(|k| 10.0 - 0.4 * k as f32);
         let first: Vec<f32> = braked.chain([0.0; 9]).chain([2.0; 10]).collect();
         for (k, speed) in first.iter().enumerate() {
             totals.add([(0, speed.max(0.0)), (7, if k < 10 { 0.0 } else { 3.0 })].into_iter(), 0.1);
         }
         assert_eq!((totals.stops, totals.hard_brakings, totals.cars()), (1, 1, 2));
-        // Ten steps of a stand each; 25 steps of braking.
+        // Ten steps of standing each; 25 steps of braking.
         assert!((totals.stopped_s - 2.0).abs() < 1e-9, "{totals:?}");
         assert!((totals.hard_braking_s - 2.5).abs() < 1e-9, "{totals:?}");
     }
 
     #[test]
-    fn a_car_that_comes_in_the_place_of_another_has_not_braked_from_its_speed() {
+    fn a_car_in_the_place_of_another_has_not_braked_from_its_speed() {
         let mut totals = MotionTotals::default();
-        // By their places in the list car 8 would come to a stop from 10 m/s, with 100 m/s2.
+        // By position in the list, vehicle 8 would stop from 10 m/s, with about 100 m/s2.
         totals.add([(0, 5.0), (7, 10.0)].into_iter(), 0.1);
         totals.add([(0, 5.0), (8, 0.05)].into_iter(), 0.1);
         assert_eq!((totals.stops, totals.hard_brakings, totals.cars()), (0, 0, 3));
-        // It stands when it is first seen, and is hardly moving when it is seen again.
+        // Vehicle 8 stands when first seen, and creeps at its next row.
         totals.add([(8, 0.5)].into_iter(), 0.1);
         assert!((totals.stopped_s - 0.2).abs() < 1e-9, "{totals:?}");
     }

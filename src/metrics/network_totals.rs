@@ -1,28 +1,29 @@
-//! One drive on a network in numbers. In: the vehicles that are there at each step, by their numbers: they come and go. Out: an
+//! Metrics of one drive on a network. In: the vehicles present at each step, by number, since they enter and leave. Out: an
 //! [`EvaluationResult`] with a [`NetworkFlow`]. SI units.
 
 use super::{AdvisedStep, EvaluationResult, episode_metrics::CALM_SD_MPS, fuel};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What only a drive has in which vehicles come and go. A mean speed says little without it: few vehicles are fast.
+/// Measures of a drive in which vehicles enter and leave. Mean speed alone says little there: with few vehicles it is high.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NetworkFlow {
-    /// Vehicles that came during the drive, 1/h.
+    /// Vehicles that entered during the drive, 1/h.
     pub inflow_per_h: f64,
     /// Vehicles that left during the drive, 1/h.
     pub outflow_per_h: f64,
-    /// How many were there, mean over the steps.
+    /// Number of vehicles present, mean over the steps.
     pub vehicles: f64,
-    /// How many of the demand have found no room to come until the end; `None` where the demand does not tell how many it sends.
+    /// Number of vehicles of the demand that found no room to enter until the end; `None` if the demand does not say how many
+    /// it sends.
     pub refused: Option<f64>,
-    /// How many were advised of all that were there at any time.
+    /// Number of advised vehicles among all that were present at any time.
     pub advised: u32,
-    /// All of those.
+    /// Number of all vehicles that were present at any time.
     pub of: u32,
 }
 
-/// A vehicle's speeds in sums.
+/// Sums over a vehicle's speeds.
 #[derive(Clone, Copy, Debug)]
 struct VehicleTotals {
     steps: u64,
@@ -31,11 +32,11 @@ struct VehicleTotals {
     before_mps: f64,
 }
 
-/// Collects what an [`EvaluationResult`] tells of a drive on a network.
+/// Collects an [`EvaluationResult`] of a drive on a network step by step.
 #[derive(Clone, Debug)]
 pub struct NetworkTotals {
     step_s: f64,
-    /// Vehicles that were there before the first step.
+    /// Number of vehicles present before the first step.
     at_start: usize,
     vehicles: BTreeMap<u32, VehicleTotals>,
     /// Mean over the vehicles at each step with any, m/s; 0 from a crash on.
@@ -43,7 +44,7 @@ pub struct NetworkTotals {
     sum_sd_mps: f64,
     sum_vehicles: u64,
     steps: u64,
-    /// How many are there now.
+    /// Number of vehicles present now.
     there: usize,
     last_disturbance: u64,
     fuel_ml: f64,
@@ -55,7 +56,8 @@ pub struct NetworkTotals {
 }
 
 impl NetworkTotals {
-    /// Before the first of the steps of `step_s`: numbers and speeds of the vehicles that are there. No gap counts beyond `most_gap_m`.
+    /// Starts before the first of the steps of `step_s`: numbers and speeds of the vehicles present. Gaps count up to
+    /// `most_gap_m`.
     pub fn new(step_s: f64, vehicles: impl Iterator<Item = (u32, f64)>, most_gap_m: f64) -> Self {
         let start = |speed_mps| VehicleTotals { steps: 0, sum_mps: 0.0, square: 0.0, before_mps: speed_mps };
         let vehicles: BTreeMap<u32, VehicleTotals> = vehicles.map(|(id, speed_mps)| (id, start(speed_mps))).collect();
@@ -78,7 +80,7 @@ impl NetworkTotals {
         }
     }
 
-    /// A step has passed: numbers and speeds of the vehicles that are there at its end.
+    /// Adds a step: numbers and speeds of the vehicles present at its end.
     pub fn add(&mut self, vehicles: impl Iterator<Item = (u32, f64)>, now: AdvisedStep) {
         self.steps += 1;
         let (mut n, mut sum, mut square) = (0_u32, 0.0, 0.0);
@@ -105,7 +107,7 @@ impl NetworkTotals {
         (self.advised, self.in_range) = (self.advised + now.advised, self.in_range + now.in_range);
     }
 
-    /// Vehicles collide in the next step: from then on nobody moves, for all steps up to `last`.
+    /// Marks a collision in the next step: from then on no vehicle moves, for all steps up to `last`.
     pub fn crash(&mut self, last: u64) {
         self.crash_s = Some((self.steps + 1) as f64 * self.step_s);
         let standing = last.saturating_sub(self.steps);
@@ -114,12 +116,12 @@ impl NetworkTotals {
         self.last_disturbance = self.steps;
     }
 
-    /// The highest number of a vehicle that was there; 0 without any.
+    /// Returns the highest number of a vehicle so far; 0 without any.
     pub fn newest(&self) -> u32 {
         self.vehicles.last_key_value().map_or(0, |(id, _)| *id)
     }
 
-    /// What it comes to; `flow` says what of it the vehicles' speeds do not tell.
+    /// Returns the result; `flow` has the values that do not follow from the vehicles' speeds.
     pub fn result(&self, flow: NetworkFlow) -> EvaluationResult {
         let hours = self.steps as f64 * self.step_s / 3600.0;
         let per_h = |n: usize| n as f64 / hours.max(f64::MIN_POSITIVE);
@@ -148,7 +150,7 @@ impl NetworkTotals {
         }
     }
 
-    /// Mean over the vehicles that were there at any step.
+    /// Returns the standard deviation of a vehicle's speed in time, m/s: mean over the vehicles present at any step.
     fn sd_in_time_mps(&self) -> f64 {
         let sds = self.vehicles.values().filter(|of| of.steps > 0).map(|of| {
             let (n, sum) = (of.steps as f64, of.sum_mps);
@@ -166,7 +168,8 @@ fn mean(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Vehicle 1 at 4 m/s is there from the start and leaves after the second step; 2 comes in the second at 8 m/s and stands in the third.
+    /// Vehicle 1 at 4 m/s is present from the start and leaves after the second step; 2 enters in the second at 8 m/s and
+    /// stands in the third.
     fn three_steps() -> NetworkTotals {
         let mut totals = NetworkTotals::new(0.5, [(1, 4.0)].into_iter(), 700.0);
         totals.add([(1, 4.0)].into_iter(), AdvisedStep { advised: 1, in_range: 1, ..AdvisedStep::default() });
@@ -177,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn vehicles_that_come_and_go_are_told_as_by_hand() {
+    fn results_with_vehicles_that_enter_and_leave_match_a_hand_count() {
         let flow = NetworkFlow { refused: Some(3.0), advised: 1, ..NetworkFlow::default() };
         let found = three_steps().result(flow);
         // Means of the steps: 4, 6 and 0; deviations 0, 2 and 0.
@@ -186,7 +189,7 @@ mod tests {
         // Vehicle 1: 0; vehicle 2 at 8 and 0: 4.
         assert_eq!((found.sd_in_time_mps, found.last_disturbance_s), (2.0, Some(1.0)));
         assert_eq!((found.least_gap_m, found.crashed, found.in_range), (6.0, false, Some(1.0 / 3.0)));
-        // One came and one left in 1.5 s.
+        // One vehicle entered and one left in 1.5 s.
         let own = found.network.expect("a network");
         assert_eq!((own.inflow_per_h, own.outflow_per_h, found.throughput_per_h), (2400.0, 2400.0, 2400.0));
         assert_eq!((own.vehicles, own.of, own.advised, own.refused), (4.0 / 3.0, 2, 1, Some(3.0)));

@@ -1,7 +1,8 @@
-//! Speeds since the start of the drive, for the plot. In: one sample a step. Out: at most [`SpeedHistory::CAPACITY`] samples
-//! over the whole drive, evenly spaced: when full, neighbours are averaged and the spacing doubles. Seconds, m/s.
+//! Speeds since the start of the drive, for the plot. In: one sample a step. Out: at most [`SpeedHistory::CAPACITY`]
+//! samples over the whole drive, evenly spaced: when full, neighbours are averaged and the spacing doubles. Seconds,
+//! m/s.
 
-/// Speeds at one time, or their means over a short while that ended then.
+/// Speeds at one time, or their means over the short interval that ends then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedSample {
     /// Time since the start of the drive, seconds.
@@ -10,17 +11,17 @@ pub struct SpeedSample {
     pub mean_mps: f64,
     /// Speed of the ego, m/s.
     pub ego_mps: f64,
-    /// Advised speed, m/s, the latest; `None` without advice.
+    /// Latest advised speed, m/s; `None` without advice.
     pub target_mps: Option<f64>,
 }
 
-/// A bounded record of a drive of any length.
+/// Bounded record of a drive of any length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedHistory {
     samples: Vec<SpeedSample>,
-    /// How many pushes make one sample.
+    /// Number of pushes averaged into one sample.
     stride: u32,
-    /// The sample in the making, sums instead of means, and how many pushes it has.
+    /// Incomplete sample, with sums instead of means, and the number of its pushes.
     block: Option<(SpeedSample, u32)>,
 }
 
@@ -31,10 +32,10 @@ impl Default for SpeedHistory {
 }
 
 impl SpeedHistory {
-    /// Most samples kept: more than the plot has pixels across.
+    /// Maximum number of samples: more than the plot has pixels across.
     pub const CAPACITY: usize = 1200;
 
-    /// Adds the speeds at `time_s`. Time that runs backwards is a new drive and clears what was.
+    /// Adds the speeds at `time_s`. A time before the last one starts a new drive: all samples are cleared.
     pub fn push(&mut self, time_s: f64, mean_mps: f64, ego_mps: f64, target_mps: Option<f64>) {
         let latest = self.block.map(|(sample, _)| sample).or(self.samples.last().copied());
         if latest.is_some_and(|sample| time_s < sample.time_s) {
@@ -55,12 +56,11 @@ impl SpeedHistory {
         }
     }
 
-    /// Forgets everything.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// What there is, oldest first.
+    /// Returns the complete samples, oldest first.
     pub fn samples(&self) -> &[SpeedSample] {
         &self.samples
     }

@@ -1,5 +1,5 @@
-//! The experimenter's panel. In: a [`PanelState`], what there is to show. Out: [`PanelCommand`]s. It owns no part of the
-//! simulation, and nothing that a participant sees depends on it.
+//! The experimenter's panel. In: a [`PanelState`]. Out: [`PanelCommand`]s. It owns no part of the simulation, and
+//! nothing that a participant sees depends on it.
 
 pub mod experimenter;
 mod history;
@@ -31,69 +31,69 @@ use egui::{Button, Color32, RichText, Ui};
 use crate::scenario::Scenario;
 use settings::ScenarioEditor;
 
-/// What the panel shows in one frame.
+/// Content of the panel in one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct PanelState<'a> {
-    /// The scenario that drives, or that would if it could start.
+    /// Scenario of the current drive, or of the one that could not start.
     pub scenario: &'a Scenario,
-    /// Whether time runs.
+    /// State of the drive.
     pub phase: DrivePhase,
-    /// The present moment; `None` before there is a world.
+    /// The current moment; `None` before there is a world.
     pub readings: Option<Readings>,
-    /// Speeds since the start.
+    /// Speeds since the start of the drive.
     pub history: &'a SpeedHistory,
     /// Share of the time with advice in which the ego was in range, 0 to 1; `None` before the first advice.
     pub in_range: Option<f64>,
     /// Name and version of the traffic engine.
     pub engine: &'a str,
-    /// Own name of the policy that drives, where the scenario says `auto`; empty before there is a world.
+    /// Name of the policy in use, also if the scenario says `auto`; empty before there is a world.
     pub policy: &'a str,
-    /// Time given up in stalls.
+    /// Time lost in stalls.
     pub dropped: Duration,
-    /// How many frames gave up time.
+    /// Number of frames that lost time.
     pub stalls: u64,
-    /// Time from frame to frame, milliseconds.
+    /// Time from frame to frame, ms.
     pub frame_ms: f64,
-    /// Why the scenario cannot start or go on.
+    /// Reason that the scenario cannot start or continue.
     pub error: Option<&'a str>,
-    /// Folder that the drive is recorded in; `None` if it is not recorded.
+    /// Folder of the recording; `None` if the drive is not recorded.
     pub recorded_in: Option<&'a Path>,
 }
 
-/// Whether time runs.
+/// State of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DrivePhase {
-    /// Not yet started.
+    /// Not yet started; the clock stands at 0.
     #[default]
     Ready,
-    /// It is being begun: SUMO is waited for, or the warm-up.
+    /// Starting: SUMO is starting, or the warm-up runs.
     Starting,
-    /// Time runs.
+    /// Running: the clock advances.
     Running,
-    /// Time stands and can go on.
+    /// The clock is stopped and can continue.
     Paused,
-    /// The drive is over, by its duration, a contact or an error.
+    /// Ended by its duration, a contact or an error.
     Ended,
 }
 
-/// What the experimenter asks for.
+/// Commands of the experimenter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PanelCommand {
-    /// Let time run, from the start or from where it was paused.
+    /// Start the clock, from the beginning or after a pause.
     Start,
-    /// Hold time.
+    /// Stop the clock; Start continues.
     Pause,
-    /// Go on by so much and hold.
+    /// Advance by this much, then stop the clock.
     SingleStep(SingleStep),
-    /// Begin a new drive with this scenario, edited or not.
+    /// Start a new drive with this scenario, edited or not.
     Restart(Box<Scenario>),
-    /// Show the page of wheel and pedals.
+    /// Show the wheel and pedal page.
     Wheel,
-    /// What that page asks for.
+    /// A command of that page.
     Calibration(calibration::CalibrationCommand),
 }
 
-/// How far a single step goes.
+/// Size of a single step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SingleStep {
     /// One tick of the ego's physics, 10 ms.
@@ -102,13 +102,13 @@ pub enum SingleStep {
     Step,
 }
 
-/// The panel's own state: edits, and what is open.
+/// State of the panel: edits, and which parts are open.
 pub struct SettingsPanel {
     editor: ScenarioEditor,
     presets: Option<PresetList>,
-    /// True while the panel is to be seen.
+    /// True while the panel is shown.
     pub open: bool,
-    /// True while the list of keys is to be seen.
+    /// True while the list of keys is shown.
     pub help_open: bool,
 }
 
@@ -116,17 +116,17 @@ pub struct SettingsPanel {
 pub const WIDTH: f32 = 360.0;
 
 impl SettingsPanel {
-    /// A panel for `scenario`, closed. `choices` are the words for settings that are texts.
+    /// Creates a closed panel for `scenario`. `choices` are the words to choose from for settings that are texts.
     pub fn new(scenario: &Scenario, choices: SettingChoices) -> Self {
         Self { editor: ScenarioEditor::new(scenario, choices), presets: None, open: false, help_open: false }
     }
 
-    /// Lets settings be saved and loaded under a name.
+    /// Allows settings to be saved and loaded under a name.
     pub fn keep_presets(&mut self, presets: PresetList) {
         self.presets = Some(presets);
     }
 
-    /// Presets, if there are any to be kept, and all settings.
+    /// Shows the presets, if they are enabled, and all settings.
     fn settings(&mut self, ui: &mut Ui) {
         if let Some(presets) = &mut self.presets {
             presets.show(ui, &mut self.editor);
@@ -136,13 +136,13 @@ impl SettingsPanel {
         ui.add_space(12.0);
     }
 
-    /// Tells which scenario and policy drive now. A new scenario replaces all edits.
+    /// Updates the scenario and policy in use. A new scenario replaces all edits.
     pub fn follow(&mut self, state: &PanelState<'_>) {
         self.editor.follow(state.scenario);
         self.editor.follow_policy(state.policy);
     }
 
-    /// The drive's commands and its settings, in a column that somebody else has made.
+    /// Shows the drive's commands and its settings in a column given by the caller.
     pub fn drive(&mut self, ui: &mut Ui, state: &PanelState<'_>, commands: &mut Vec<PanelCommand>) {
         ui.add_space(4.0);
         self.controls(ui, state, commands);
@@ -152,7 +152,7 @@ impl SettingsPanel {
         });
     }
 
-    /// Shows what is open, in the root [`Ui`] of a pass, and tells what was asked for. `keys` are keys and what they do.
+    /// Shows the open parts in the root [`Ui`] of a pass, and returns the commands. `keys` are keys and their actions.
     pub fn show(&mut self, ui: &mut Ui, state: &PanelState<'_>, keys: &[(&str, &str)]) -> Vec<PanelCommand> {
         let mut commands = Vec::new();
         self.follow(state);
@@ -176,7 +176,7 @@ impl SettingsPanel {
         commands
     }
 
-    /// What stays at the top: start, pause, single steps, restart, and what is wrong.
+    /// Shows the fixed top part: start, pause, single steps, restart, errors.
     fn controls(&mut self, ui: &mut Ui, state: &PanelState<'_>, commands: &mut Vec<PanelCommand>) {
         ui.horizontal(|ui| {
             let (word, light) = match state.phase {
@@ -229,7 +229,7 @@ impl SettingsPanel {
             {
                 commands.push(PanelCommand::Restart(Box::new(scenario.clone())));
             }
-            // Always there: nothing moves under the pointer when the first setting is changed.
+            // Always present, so that nothing moves under the pointer when the first setting is changed.
             let discard = ui.add_enabled(pending, Button::new("Discard")).on_hover_text("Take all edits back");
             if discard.on_disabled_hover_text("Nothing was changed").clicked() {
                 self.editor.discard();
@@ -246,7 +246,7 @@ impl SettingsPanel {
     }
 }
 
-/// A button that is the next thing to press, if it `is` that.
+/// Returns a button, highlighted as the next one to press if `is` is true.
 fn primary(text: &str, is: bool) -> Button<'_> {
     if is {
         Button::new(RichText::new(text).color(Color32::WHITE)).fill(Color32::from_rgb(36, 96, 150))
@@ -255,7 +255,7 @@ fn primary(text: &str, is: bool) -> Button<'_> {
     }
 }
 
-/// The same of one line at any time, so that what is below stays in its place; all of a long text is in its tooltip.
+/// Shows a notice of exactly one line, so that the widgets below do not move; the tooltip has the full text.
 fn one_line(ui: &mut Ui, text: &str, colour: Color32) {
     let frame = egui::Frame::new().fill(colour.gamma_multiply(0.12)).corner_radius(4).inner_margin(6);
     frame.show(ui, |ui| {
@@ -264,7 +264,7 @@ fn one_line(ui: &mut Ui, text: &str, colour: Color32) {
     });
 }
 
-/// A line that stands out from the rest.
+/// Shows a highlighted notice.
 fn notice(ui: &mut Ui, text: &str, colour: Color32) {
     let frame = egui::Frame::new().fill(colour.gamma_multiply(0.12)).corner_radius(4).inner_margin(6);
     frame.show(ui, |ui| {

@@ -1,5 +1,5 @@
-//! Live numbers and the plot. In: [`Readings`] and a [`SpeedHistory`]. Speeds are read both as the driver reads them and in
-//! m/s, the unit of the literature.
+//! Live numbers and the plot. In: [`Readings`] and a [`SpeedHistory`]. Out: widgets. Speeds are shown both in the
+//! driver's unit and in m/s, the unit of the literature.
 
 use egui::{Color32, RichText, Ui};
 use egui_plot::{GridMark, Line, Plot};
@@ -12,16 +12,16 @@ use crate::{
     units::SpeedUnit,
 };
 
-/// What the panel reads off a moment of the drive; SI.
+/// Numbers of the current moment; SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Readings {
     /// Time since the start of the drive, seconds.
     pub time_s: f64,
-    /// Speed of the ego, m/s, negative in reverse.
+    /// Ego speed, m/s; negative in reverse.
     pub speed_mps: f64,
-    /// Advice that stands.
+    /// Current advice, if any.
     pub advice: Option<Advice>,
-    /// Gap to the leader in metres (bumper to bumper) and the leader's speed in m/s.
+    /// Gap to the leader, m, and the leader's speed, m/s.
     pub leader: Option<(f64, f64)>,
     /// Mean speed of all vehicles, m/s.
     pub mean_speed_mps: f64,
@@ -40,7 +40,7 @@ impl From<&Snapshot> for Readings {
 }
 
 impl Readings {
-    /// Where the speed stands to the range, as a word, and its colour.
+    /// Returns the position of the speed relative to the advised range as a word, and its colour.
     fn verdict(&self) -> (&'static str, Color32) {
         match self.advice {
             None => ("no advice", theme::DIM),
@@ -51,13 +51,13 @@ impl Readings {
     }
 }
 
-/// Time given up in stalls, and in how many.
+/// Formats the time lost in stalls and their number.
 pub fn dropped_time(dropped: Duration, stalls: u64) -> String {
     let stalls = if stalls == 1 { "1 stall".into() } else { format!("{stalls} stalls") };
     format!("{:.2} s in {stalls}", dropped.as_secs_f64())
 }
 
-/// The numbers, and those of the program.
+/// Shows the numbers of the drive and of the program.
 pub fn all_numbers(ui: &mut Ui, state: &PanelState<'_>) {
     numbers(ui, state);
     egui::Grid::new("program").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
@@ -68,7 +68,7 @@ pub fn all_numbers(ui: &mut Ui, state: &PanelState<'_>) {
     });
 }
 
-/// The numbers of the drive.
+/// Shows the numbers of the drive.
 pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
     let unit = state.scenario.display.units;
     egui::Grid::new("readings").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
@@ -108,7 +108,7 @@ pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
     });
 }
 
-/// Who drives, as the policy estimates, each trait with its standard deviation.
+/// Shows the policy's estimate of the driver's traits, each with its standard deviation.
 pub fn driver(ui: &mut Ui, estimate: &DriverEstimate) {
     let DriverEstimate { mean, sd } = estimate;
     egui::Grid::new("driver").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
@@ -133,13 +133,14 @@ fn row(ui: &mut Ui, name: &str, value: &str, colour: Color32) {
     ui.end_row();
 }
 
-/// `9.8 mph   4.36 m/s`. A car that stands on its springs moves back by less than can be read: 0, not -0.
+/// Formats a speed as `9.8 mph   4.36 m/s`. Speeds below 0.005 m/s, of an ego that sways on its springs, are 0, never
+/// -0.
 fn speed(speed_mps: f64, unit: SpeedUnit) -> String {
     let speed_mps = if speed_mps.abs() < 0.005 { 0.0 } else { speed_mps };
     format!("{:5.1} {}  {speed_mps:6.2} m/s", unit.from_mps(speed_mps), unit.label())
 }
 
-/// Minutes, seconds and tenths.
+/// Formats a time as minutes, seconds and tenths, rounded down.
 pub fn time(time_s: f64) -> String {
     let tenths = (time_s * 10.0 + 1e-6).floor() as u64;
     format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10)
@@ -148,15 +149,15 @@ pub fn time(time_s: f64) -> String {
 /// Lines of the plot and their colours.
 const LINES: [(&str, Color32); 3] = [("mean of all", theme::ACCENT), ("ego", theme::AMBER), ("target", theme::RED)];
 
-/// Marks from 0 to `until`, as close as the first of `steps` (the last if need be) that makes no more than `most`.
+/// Returns marks from 0 to `until`, at the first of `steps` that gives at most `most` marks, or else the last.
 fn marks(until: f64, most: f64, steps: &[f64]) -> Vec<GridMark> {
     let fits = |step: &&f64| until / **step <= most;
     let Some(&step) = steps.iter().find(fits).or(steps.last()) else { return Vec::new() };
     (0..=(until / step) as u32).map(|i| GridMark { value: f64::from(i) * step, step_size: step }).collect()
 }
 
-/// A plot of speeds over time that nobody can move, with few marks: seconds from one to the other across, m/s upwards from 0
-/// to at least 6.
+/// Configures a fixed plot of speeds over time with few marks: seconds `from_s` to `to_s` across, m/s upwards from 0 to
+/// at least 6.
 pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> {
     const TIMES: [f64; 8] = [20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 3600.0, 7200.0];
     let step = TIMES.into_iter().find(|step| (to_s - from_s) / step <= 3.0).unwrap_or(7200.0);
@@ -179,7 +180,7 @@ pub fn quiet(plot: Plot<'_>, height: f32, [from_s, to_s]: [f64; 2]) -> Plot<'_> 
         .grid_fade(0.0)
 }
 
-/// Mean speed of all vehicles over time, with the ego's speed and the target.
+/// Shows the mean speed of all vehicles over time, with the ego's speed and the target.
 pub fn plot(ui: &mut Ui, history: &SpeedHistory, height: f32) {
     let samples = history.samples();
     let line = |of: fn(&super::SpeedSample) -> f64| -> Vec<[f64; 2]> {
@@ -206,7 +207,7 @@ pub fn plot(ui: &mut Ui, history: &SpeedHistory, height: f32) {
         });
 }
 
-/// The target in one line for each while with advice.
+/// Returns the target speeds, one line for each period with advice.
 fn targets(samples: &[super::SpeedSample]) -> Vec<Vec<[f64; 2]>> {
     samples
         .chunk_by(|one, next| one.target_mps.is_some() == next.target_mps.is_some())
@@ -227,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_car_that_stands_has_no_sign() {
+    fn a_standing_vehicle_has_speed_0_without_a_sign() {
         assert_eq!(speed(-0.004, SpeedUnit::Mph), "  0.0 mph    0.00 m/s");
         assert_eq!(speed(-0.5, SpeedUnit::Mph), " -1.1 mph   -0.50 m/s");
         assert_eq!(speed(4.362, SpeedUnit::Mph), "  9.8 mph    4.36 m/s");
@@ -242,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_while_without_advice_is_a_hole_in_the_line() {
+    fn a_period_without_advice_is_a_gap_in_the_line() {
         let mut history = SpeedHistory::default();
         for (i, target) in [None, Some(4.0), Some(4.0), None, Some(3.0)].into_iter().enumerate() {
             history.push(i as f64, 4.0, 4.0, target);

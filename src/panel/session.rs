@@ -1,83 +1,83 @@
-//! The experimenter's part of a session: plan and progress, what the participant sees, and every command with its reason. In:
-//! a [`SessionPanelState`]. Out: [`SessionCommand`]s. Each button has a key, so that no mouse is needed; what ends a drive or the
-//! session asks once more and wants a reason. It stands on the experimenter's side alone.
+//! The experimenter's view of a session: plan and progress, the participant's screen, and all commands with their
+//! reasons. In: a [`SessionPanelState`]. Out: [`SessionCommand`]s. Every button has a key, so that no mouse is needed;
+//! most commands ask for a text before they are sent. It is shown in the experimenter's window only.
 
 use super::{notice, theme};
 use egui::{
     Button, Color32, DragValue, Frame, Grid, Key, KeyboardShortcut, Modifiers, RichText, ScrollArea, TextEdit, Ui,
 };
 
-/// What there is to show of a session.
+/// Content of the session panel in one pass.
 #[derive(Clone, Copy, Debug)]
 pub struct SessionPanelState<'a> {
-    /// The study.
+    /// Title of the study.
     pub title: &'a str,
-    /// The participant's code.
+    /// Code of the participant.
     pub code: &'a str,
-    /// The plan with what has become of it.
+    /// The plan, with the state of each item.
     pub items: &'a [SessionItem],
-    /// How long what is not yet settled is reckoned to last, seconds.
+    /// Estimated duration of the items still to come, s.
     pub to_come_s: f64,
-    /// What the participant sees now, in words.
+    /// Description of the participant's current screen.
     pub sees: &'a str,
-    /// Seconds that are left of it, where it ends by itself.
+    /// Seconds left of this screen, if it ends by itself.
     pub left_s: Option<f64>,
-    /// What the session waits for.
+    /// Current phase of the session.
     pub phase: SessionPhase,
-    /// The participant has asked to stop.
+    /// True if the participant has asked to stop.
     pub asked: bool,
-    /// What went wrong last.
+    /// Last error, if there was one.
     pub error: Option<&'a str>,
-    /// What the program does beside it: baselines, tables.
+    /// Work of the program in the background: baselines, tables.
     pub work: Option<&'a str>,
 }
 
-/// What a session waits for.
+/// Phase of a session: the event that it waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SessionPhase {
-    /// For the experimenter: Go.
+    /// Waits for the experimenter: Go.
     Experimenter,
-    /// For the participant, or for a question to be answered; Go goes on in their place where that can be.
+    /// Waits for the participant, or for an answer; Go continues on their behalf where possible.
     Participant,
-    /// For the end of a drive.
+    /// Waits for the end of a drive.
     Driving,
-    /// A drive is held.
+    /// Paused during a drive.
     Held,
-    /// For the end of a rest.
+    /// Waits for the end of a rest.
     Resting,
-    /// For nothing: the session is over.
+    /// Over: waits for nothing.
     Over,
 }
 
-/// A point of the plan.
+/// Item of the plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionItem {
-    /// Its name.
+    /// Name of the item in the plan.
     pub name: String,
-    /// What it is, in words.
+    /// Description of the item.
     pub what: String,
     /// Name of its condition, if it has one.
     pub condition: Option<String>,
-    /// What has become of it.
+    /// State of the item.
     pub state: ItemState,
-    /// What became of it earlier, in words: `broken off, done`; empty where this is the first time.
+    /// Earlier results, such as `broken off, done`; empty the first time.
     pub earlier: String,
 }
 
-/// What has become of a point of the plan.
+/// State of an item of the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ItemState {
-    /// To its end.
+    /// Finished to its end.
     Done,
-    /// Left out.
+    /// Skipped by the experimenter.
     Skipped,
-    /// Now.
+    /// Running at this moment.
     Now,
-    /// Broken off or called back: it comes again.
+    /// Broken off or called back: it will be repeated.
     Again,
     /// Broken off, in a session that is over.
     Broken,
-    /// Not yet.
+    /// Still to come in the plan.
     Ahead,
 }
 
@@ -94,48 +94,48 @@ impl ItemState {
     }
 }
 
-/// What the experimenter decides; words are reasons.
+/// Commands of the experimenter. Each text is the reason, or the text of a note or mark.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SessionCommand {
-    /// Go on.
+    /// Continue, on behalf of the participant if need be.
     Go,
-    /// Break off what runs; it comes again.
+    /// Break off the current item; it will be repeated.
     Abort(String),
-    /// An item once more.
+    /// Repeat an earlier item.
     Repeat {
-        /// Its name.
+        /// Name of the item in the plan.
         item: String,
-        /// Why.
+        /// Reason, for the record.
         reason: String,
     },
-    /// Leave out what runs, or what comes next.
+    /// Skip the current or next item.
     Skip(String),
-    /// The drive or the rest lasts longer.
+    /// Make the drive or the rest longer.
     Extend {
-        /// By how much.
+        /// Additional time in seconds, 1 to 3600.
         seconds: f64,
-        /// Why.
+        /// Reason, for the record.
         reason: String,
     },
-    /// Write something down.
+    /// Write a note, with its time.
     Note(String),
-    /// Mark this moment.
+    /// Mark this moment; the text may be empty.
     Mark(String),
-    /// Hold the drive.
+    /// Pause the running drive.
     Pause,
-    /// Let it go on.
+    /// Resume the paused drive.
     Resume,
-    /// End the session for good, as after sickness.
+    /// End the session for good, e.g. after sickness.
     Stop(String),
-    /// Exclude the data of this session, which ends it too.
+    /// Exclude the data of this session, and end it.
     Exclude(String),
-    /// Close the windows of a session that is not over: the same command resumes it.
+    /// Close the windows of an unfinished session; the same command resumes it.
     Interrupt(String),
-    /// Close the windows of a session that is over.
+    /// Close the windows of a finished session.
     Close,
 }
 
-/// Commands that ask for words first.
+/// Commands that ask for a text first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PromptedCommand {
     Note,
@@ -148,7 +148,7 @@ enum PromptedCommand {
     Close,
 }
 
-/// A command with words: on its button, its key, what it does, what the reason is called, and on the button that confirms.
+/// Texts of such a command: name on its button, key, tooltip, name of the text field, name on the button that confirms.
 type CommandTexts = (PromptedCommand, &'static str, Key, &'static str, &'static str, &'static str);
 
 const ACTS: [CommandTexts; 8] = [
@@ -183,7 +183,7 @@ const ACTS: [CommandTexts; 8] = [
     ),
 ];
 
-/// Keys of the experimenter's window in a session, and what they do.
+/// Returns the keys of the experimenter's window in a session, and their actions.
 pub fn keys() -> Vec<(String, &'static str)> {
     let ctrl = |key: Key| format!("Ctrl+{}", key.name());
     let mut keys = vec![("F1".to_owned(), "this list")];
@@ -195,12 +195,12 @@ pub fn keys() -> Vec<(String, &'static str)> {
     keys
 }
 
-/// Commands without words: their keys and what they do.
+/// Commands without a text: their keys and actions.
 const PLAIN: [(Key, &str); 3] =
     [(Key::G, "Continue, also on behalf of the participant"), (Key::P, "Pause or resume the drive"), (Key::M, MARK)];
 const MARK: &str = "Mark this moment";
 
-/// The panel's own state: what is being written.
+/// State of the panel: the command that is being written.
 #[derive(Debug, Default)]
 pub struct SessionPanel {
     draft: Option<CommandDraft>,
@@ -211,16 +211,16 @@ struct CommandDraft {
     act: PromptedCommand,
     reason: String,
     seconds: f64,
-    /// Which of the items that can be repeated.
+    /// Index among the items that can be repeated.
     item: usize,
-    /// The text has had the keyboard already.
+    /// True once the text field has had the focus.
     focused: bool,
-    /// Confirmed without a reason.
+    /// True if the command was confirmed without a text.
     refused: bool,
 }
 
 impl SessionPanel {
-    /// Shows the section and tells what was decided.
+    /// Shows the panel and returns the commands.
     pub fn show(&mut self, ui: &mut Ui, state: &SessionPanelState<'_>) -> Vec<SessionCommand> {
         let mut commands = Vec::new();
         self.head(ui, state);
@@ -325,12 +325,12 @@ impl SessionPanel {
         }
     }
 
-    /// The command that is being written: its words, and whether it is meant.
+    /// Shows the command that is being written; sends it when it is confirmed with a text.
     fn draft(&mut self, ui: &mut Ui, state: &SessionPanelState<'_>, commands: &mut Vec<SessionCommand>) {
         let Some(mut draft) = self.draft.take() else { return };
         let Some((_, _, _, tip, called, confirm)) = ACTS.into_iter().find(|row| row.0 == draft.act) else { return };
         if !self.can(draft.act, state) {
-            // What it was about is over.
+            // The command no longer applies.
             return;
         }
         let items = repeatable(state);
@@ -405,13 +405,13 @@ impl SessionPanel {
     }
 }
 
-/// Names of what can come once more.
+/// Returns the names of the items that can be repeated: done or skipped.
 fn repeatable<'a>(state: &SessionPanelState<'a>) -> Vec<&'a str> {
     let settled = |item: &&SessionItem| matches!(item.state, ItemState::Done | ItemState::Skipped);
     state.items.iter().filter(settled).map(|item| item.name.as_str()).collect()
 }
 
-/// A button with a key. True if one of them was pressed.
+/// Shows a button with a key. Returns true if either was pressed.
 fn pressed(ui: &mut Ui, word: &str, key: Key, tip: &str, can: bool, fill: Option<Color32>) -> bool {
     let shortcut = KeyboardShortcut::new(Modifiers::COMMAND, key);
     let named = format!("Ctrl+{}", key.name());
@@ -425,7 +425,7 @@ fn pressed(ui: &mut Ui, word: &str, key: Key, tip: &str, can: bool, fill: Option
     clicked || (typed && can)
 }
 
-/// The plan, a line a point.
+/// Shows the plan, one line for each item.
 fn list(ui: &mut Ui, state: &SessionPanelState<'_>) {
     let items = state.items;
     let done = items.iter().filter(|item| matches!(item.state, ItemState::Done | ItemState::Skipped)).count();
@@ -446,7 +446,7 @@ fn list(ui: &mut Ui, state: &SessionPanelState<'_>) {
                 ui.label(RichText::new(word).color(colour));
                 let earlier = if item.earlier.is_empty() { String::new() } else { format!("before: {}", item.earlier) };
                 ui.label(RichText::new(earlier).color(theme::DIM));
-                // Most names have their condition in them.
+                // Most names contain their condition.
                 let condition = item.condition.as_ref().filter(|condition| !item.name.contains(condition.as_str()));
                 let what = condition.map_or_else(|| item.what.clone(), |c| format!("{c}: {}", item.what));
                 ui.add(egui::Label::new(RichText::new(what).color(theme::DIM)).truncate());
@@ -456,7 +456,7 @@ fn list(ui: &mut Ui, state: &SessionPanelState<'_>) {
     });
 }
 
-/// Minutes and seconds.
+/// Formats a time as minutes and seconds, rounded up.
 fn time(left_s: f64) -> String {
     let left = left_s.max(0.0).ceil() as u64;
     format!("{}:{:02}", left / 60, left % 60)

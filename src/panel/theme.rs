@@ -6,29 +6,29 @@ use egui::{
     vec2,
 };
 
-/// Speed of all vehicles; what can be pressed.
+/// Mean speed of all vehicles; interactive elements.
 pub const ACCENT: Color32 = Color32::from_rgb(92, 170, 235);
-/// The ego's speed; what has been edited.
+/// Ego speed; edited settings.
 pub const AMBER: Color32 = Color32::from_rgb(240, 186, 92);
-/// Inside the range.
+/// Speed inside the advised range.
 pub const GREEN: Color32 = Color32::from_rgb(84, 210, 130);
-/// The target; what went wrong.
+/// Target speed; errors; the end of a drive.
 pub const RED: Color32 = Color32::from_rgb(255, 107, 107);
-/// Values.
+/// Main text: values and names.
 pub const TEXT: Color32 = Color32::from_rgb(222, 226, 231);
-/// Names of values.
+/// Text of labels and secondary text.
 pub const DIM: Color32 = Color32::from_rgb(150, 158, 168);
-/// Behind everything.
+/// Background of panels and of the display check.
 pub const PANEL: Color32 = Color32::from_rgb(22, 25, 30);
 
-/// One more font, for letters that those before have not; to be checked by [`crate::plot::is_font`] first.
+/// Adds a fallback font for letters that the other fonts lack; check it with [`crate::plot::is_font`] first.
 pub fn add_font(ctx: &egui::Context, bytes: &[u8]) {
     let families = [FontFamily::Proportional, FontFamily::Monospace]
         .map(|family| InsertFontFamily { family, priority: FontPriority::Lowest });
     ctx.add_font(FontInsert::new("study", FontData::from_owned(bytes.to_vec()), families.into()));
 }
 
-/// Dresses a context; once, before its first pass.
+/// Applies the theme to a context; once, before its first pass.
 pub fn apply(ctx: &egui::Context) {
     ctx.set_theme(egui::Theme::Dark);
     ctx.style_mut_of(egui::Theme::Dark, |style| {
@@ -70,7 +70,7 @@ pub fn apply(ctx: &egui::Context) {
             state.fg_stroke.color = TEXT;
             state.corner_radius = CornerRadius::same(4);
         }
-        // What has the keyboard is drawn as pressed: an edge that is seen from a chair's distance.
+        // The focused widget gets an edge that is visible from a chair's distance.
         widgets.active.bg_stroke = Stroke::new(2.0, ACCENT);
     });
 }

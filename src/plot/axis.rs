@@ -1,42 +1,42 @@
-//! Axes. In: a quantity and what is shown of it. Out: where ticks stand, and what they say: multiples of 1, 2, 2.5 or 5 times a
-//! power of ten, all with as many decimals, so many as have room beside each other.
+//! Axes. In: a quantity and the range shown. Out: positions and texts of ticks: multiples of 1, 2, 2.5 or 5 times a power of
+//! ten, all with equally many decimals, as many as have room.
 
 use super::text::{LINE, SIZE, minus, width, wrapped};
 
-/// How values lie along an axis.
+/// Scale of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AxisScale {
-    /// Even differences.
+    /// Linear: equal differences have equal lengths.
     Even,
-    /// The same of whole numbers: ticks stand at none but those.
+    /// Linear, with ticks at whole numbers only.
     Whole,
-    /// Even ratios.
+    /// Logarithmic: equal ratios have equal lengths.
     Ratios,
     /// Names at 1, 2, 3, ...
     Names(Vec<String>),
 }
 
-/// An axis.
+/// Axis of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Quantity and unit; empty has none.
+    /// Quantity and unit; empty for no label.
     pub label: String,
     /// First and last value shown.
     pub range: [f64; 2],
-    /// How values lie along it.
+    /// Scale of the values.
     pub scale: AxisScale,
 }
 
 /// A tick of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct AxisTick {
-    /// Where.
+    /// Value at the tick.
     pub at: f64,
-    /// What it says, line by line.
+    /// Text, line by line.
     pub lines: Vec<String>,
 }
 
-/// Where an axis is drawn, and the room for a name, in the units of the picture.
+/// Side on which an axis is drawn, with the room for a name on the left, in the units of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum AxisSide {
     Bottom,
@@ -44,36 +44,36 @@ pub(super) enum AxisSide {
 }
 
 impl Axis {
-    /// An axis of even differences.
+    /// Creates a linear axis.
     pub fn even(label: &str, range: [f64; 2]) -> Self {
         Self { label: label.into(), range: widened(range), scale: AxisScale::Even }
     }
 
-    /// An axis of even differences of whole numbers, such as ratings and counts.
+    /// Creates a linear axis of whole numbers, such as ratings and counts.
     pub fn whole(label: &str, range: [f64; 2]) -> Self {
         Self { scale: AxisScale::Whole, ..Self::even(label, range) }
     }
 
-    /// An axis of even ratios with a margin at either end; `range` is above 0.
+    /// Creates a logarithmic axis with a margin at both ends; `range` is above 0.
     pub fn ratios(label: &str, [low, high]: [f64; 2]) -> Self {
         let margin = (high / low).powf(0.03);
         Self { label: label.into(), range: [low / margin, high * margin], scale: AxisScale::Ratios }
     }
 
-    /// An axis of names.
+    /// Creates an axis of names.
     pub fn names(names: Vec<String>) -> Self {
         let range = [0.5, names.len() as f64 + 0.5];
         Self { label: String::new(), range, scale: AxisScale::Names(names) }
     }
 
-    /// Where a value lies: 0 at the beginning of the axis, 1 at its end.
+    /// Returns the position of a value: 0 at the start of the axis, 1 at its end.
     pub(super) fn share(&self, x: f64) -> f64 {
         let of = |x: f64| if self.scale == AxisScale::Ratios { x.max(1e-12).ln() } else { x };
         let [low, high] = self.range.map(of);
         (of(x) - low) / (high - low)
     }
 
-    /// Ticks of the axis where it is `length` units long: as many as have room.
+    /// Returns the ticks of an axis `length` units long: as many as have room.
     pub(super) fn ticks(&self, length: f64, side: AxisSide) -> Vec<AxisTick> {
         if let AxisScale::Names(names) = &self.scale {
             let room = match side {
@@ -109,7 +109,7 @@ impl Axis {
         (first..).map(|i| i as f64 * step).take_while(|x| *x <= high + step * 1e-6).collect()
     }
 
-    /// 1, 2 and 5 times each power of ten; coarser: each power, every second one, ...
+    /// Returns 1, 2 and 5 times each power of ten; if coarser, each power, every second power, ...
     fn ratio_ticks(&self, coarser: usize) -> Vec<f64> {
         let [low, high] = self.range;
         let powers = (low.log10().floor() as i32..=high.log10().ceil() as i32).step_by(coarser.max(1));
@@ -119,7 +119,7 @@ impl Axis {
     }
 }
 
-/// A range that has a width.
+/// Returns a range with a width above 0.
 fn widened([low, high]: [f64; 2]) -> [f64; 2] {
     if !(low.is_finite() && high.is_finite()) {
         [0.0, 1.0]
@@ -130,25 +130,25 @@ fn widened([low, high]: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// Round steps of at least this size, growing: 1, 2, 2.5 or 5 times a power of ten.
+/// Iterates over round steps of at least this size, growing: 1, 2, 2.5 or 5 times a power of ten.
 fn steps_from(least: f64) -> impl Iterator<Item = f64> {
     let power = least.log10().floor() as i32;
     let all = (power..).flat_map(|power| [1.0, 2.0, 2.5, 5.0].map(|part| part * 10f64.powi(power)));
     all.skip_while(move |step| *step < least * 0.999)
 }
 
-/// The smallest round step of at least this size.
+/// Returns the smallest round step of at least this size.
 pub fn round_step(least: f64) -> f64 {
     steps_from(least).next().unwrap_or(least)
 }
 
-/// Ticks that say these numbers, each with the decimals of the one that needs most.
+/// Returns ticks with these numbers, all with the decimals of the number that needs most.
 fn numbered(numbers: &[f64]) -> Vec<AxisTick> {
     let decimals = decimals(numbers);
     numbers.iter().map(|at| AxisTick { at: *at, lines: vec![number(*at, decimals)] }).collect()
 }
 
-/// Decimals that all these numbers need.
+/// Returns the number of decimals that all these numbers need.
 pub fn decimals(numbers: &[f64]) -> usize {
     let size = numbers.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let is_whole = |x: f64| (x - x.round()).abs() <= 1e-7 * size.max(1e-300);
@@ -159,7 +159,7 @@ pub fn decimals(numbers: &[f64]) -> usize {
     (0..12).find(needed).unwrap_or(12)
 }
 
-/// A number with so many decimals and a true minus sign.
+/// Formats a number with so many decimals and a true minus sign.
 pub fn number(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");
     let is_zero = text.chars().all(|sign| "-0.".contains(sign));
@@ -206,8 +206,8 @@ mod tests {
     }
 
     #[test]
-    fn ticks_of_whole_numbers_stand_at_none_but_those() {
-        // Nineteen questions, and ratings of 0 to 20, as an even axis has them at 2.5, 5.0 and so on.
+    fn ticks_of_whole_numbers_are_whole() {
+        // Nineteen questions, and ratings of 0 to 20; an even axis would have ticks at 2.5, 5.0 and so on.
         let of = |range: [f64; 2], length: f64, side: AxisSide| {
             words(&Axis::whole("", range).ticks(length, side)).into_iter().map(str::to_owned).collect::<Vec<_>>()
         };

@@ -1,6 +1,6 @@
-//! Charts as SVG text. In: lines, bands, shapes and marks in the units of their axes. Out: a picture without fonts or scripts of
-//! its own, as wide as a journal's column or page, which prints and scales. Every text has its room, measured before anything is
-//! drawn. Colours are those of Okabe and Ito (2008), told apart by colour-blind readers too.
+//! Charts as SVG text. In: lines, bands, shapes and marks in the units of their axes. Out: a picture without fonts or scripts
+//! of its own, as wide as a journal's column or page, which prints and scales. The room of every text is measured before
+//! anything is drawn. Colours by Okabe and Ito (2008), which colour-blind readers can distinguish.
 
 use super::{
     axis::{Axis, AxisScale, AxisSide, AxisTick},
@@ -13,75 +13,72 @@ use std::fmt::Write;
 /// Colours of lines, in order of use.
 pub const COLOURS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#8c6d1f", "#444444"];
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineStyle {
-    /// Colour.
+    /// Colour as in SVG, such as `#0072b2`.
     pub colour: &'static str,
-    /// Width.
+    /// Width in units of the picture.
     pub width: f64,
-    /// Dashes as SVG has them; empty is solid.
+    /// Dash pattern as in SVG; empty for a solid line.
     pub dash: &'static str,
-    /// A dot at each point.
+    /// True for a dot at each point.
     pub dots: bool,
 }
 
 impl LineStyle {
-    /// A solid line.
+    /// Creates a solid line of 1.8 units.
     pub fn solid(colour: &'static str) -> Self {
         Self { colour, width: 1.8, dash: "", dots: false }
     }
 }
 
-/// A line through points, with an interval around it where there is one.
+/// A line through points, with an optional interval around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlotLine {
-    /// Name in the legend; empty has none.
+    /// Name in the legend; empty for no entry.
     pub name: String,
-    /// How it is drawn.
     pub style: LineStyle,
-    /// Points.
+    /// Points in the units of the axes.
     pub points: Vec<[f64; 2]>,
-    /// For each point the ends of its interval; empty if there are none.
+    /// Ends of the interval at each point; empty without intervals.
     pub band: Vec<[f64; 2]>,
 }
 
-/// A warning at a point: a red cross with words beside it.
+/// A warning at a point: a red cross with a text beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlotMark {
-    /// Where, in the units of the axes.
+    /// Position in the units of the axes.
     pub at: [f64; 2],
-    /// What it says.
+    /// Text beside the cross.
     pub text: String,
 }
 
-/// A chart. Sizes are in the picture's own units: a quarter of a millimetre, about.
+/// A chart. Sizes are in the picture's own units, about a quarter of a millimetre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// Heading; empty has none.
+    /// Heading; empty for none.
     pub title: String,
-    /// Horizontal axis.
     pub x: Axis,
-    /// Vertical axis.
     pub y: Axis,
-    /// Height of the field between the axes.
+    /// Height of the field between the axes, units of the picture.
     pub height: f64,
     /// Lines, drawn in order.
     pub lines: Vec<PlotLine>,
-    /// What is drawn below the lines.
+    /// Shapes drawn below the lines.
     pub shapes: Vec<PlotShape>,
-    /// Warnings, above all else.
+    /// Warnings, drawn above all else.
     pub marks: Vec<PlotMark>,
 }
 
 impl Chart {
-    /// A chart without lines.
+    /// Creates a chart without lines.
     pub fn new(title: &str, x: Axis, y: Axis, height: f64) -> Self {
         Self { title: title.into(), x, y, height, lines: Vec::new(), shapes: Vec::new(), marks: Vec::new() }
     }
 
-    /// The same lying on its side, for shapes alone: names that stood below stand at the left, from top to bottom. It is as high
-    /// as they need, and no line or mark is kept.
+    /// Exchanges the axes of a chart of shapes: names below move to the left, from top to bottom. The height is set by the
+    /// names, and lines and marks are dropped.
     pub fn transposed(self) -> Self {
         let (mut y, x) = (self.x, self.y);
         y.range.reverse();
@@ -95,10 +92,10 @@ impl Chart {
     }
 }
 
-/// Room for a name beside a vertical axis.
+/// Room for a name beside a vertical axis, units of the picture.
 const NAMES: f64 = 230.0;
 
-/// How wide a picture is in print.
+/// Width of a picture in print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PrintWidth {
     /// A column of a journal: 89 mm.
@@ -108,7 +105,7 @@ pub enum PrintWidth {
 }
 
 impl PrintWidth {
-    /// In millimetres.
+    /// Returns the width in millimetres.
     pub fn mm(self) -> f64 {
         match self {
             Self::Column => 89.0,
@@ -116,7 +113,7 @@ impl PrintWidth {
         }
     }
 
-    /// In units of a picture: text of 12 units is 8 points high.
+    /// Returns the width in units of a picture: text of 12 units is 8 points high.
     pub fn units(self) -> f64 {
         (self.mm() * UNITS_PER_MM).round()
     }
@@ -124,26 +121,26 @@ impl PrintWidth {
 
 const UNITS_PER_MM: f64 = 4.24;
 
-/// Charts one above the other, a key to colours and a note under them.
+/// Charts one above the other, with a key to colours and a note under them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartSheet<'a> {
-    /// From top to bottom.
+    /// Charts from top to bottom.
     pub charts: &'a [Chart],
-    /// How wide it is.
+    /// Width of the sheet in print.
     pub width: PrintWidth,
-    /// What colours stand for.
+    /// Key to colours, drawn below the charts.
     pub key: Option<&'a ColourKey>,
-    /// Said below, line by line.
+    /// Note below the charts, line by line.
     pub note: &'a str,
 }
 
-/// Charts one above the other, as wide as a page, and a note under them.
+/// Draws charts one above the other, as wide as a page, with a note under them.
 pub fn picture(charts: &[Chart], note: &str) -> String {
     ChartSheet { charts, width: PrintWidth::Page, key: None, note }.svg()
 }
 
 impl ChartSheet<'_> {
-    /// As SVG.
+    /// Draws the sheet as SVG.
     pub fn svg(&self) -> String {
         let total = self.width.units();
         let left = self.charts.iter().map(left_of).fold(0.0, f64::max);
@@ -180,10 +177,10 @@ impl ChartSheet<'_> {
     }
 }
 
-/// Size of notes.
+/// Font size of notes, units of the picture.
 const NOTE: f64 = 11.0;
 
-/// Room that a chart needs at the left of its field: the label, the ticks.
+/// Returns the room that a chart needs left of its field, for the label and the ticks.
 fn left_of(chart: &Chart) -> f64 {
     let ticks = chart.y.ticks(chart.height, AxisSide::Left { names: NAMES });
     label_room(&wrapped(&chart.y.label, chart.height, SIZE)) + widest(&ticks) + 10.0
@@ -197,10 +194,10 @@ fn widest(ticks: &[AxisTick]) -> f64 {
     ticks.iter().flat_map(|tick| &tick.lines).map(|line| width(line, SIZE)).fold(0.0, f64::max)
 }
 
-/// Where everything of a chart stands.
+/// Layout of a chart.
 struct ChartLayout<'a> {
     chart: &'a Chart,
-    /// Upper left corner of the field, and its size.
+    /// Upper left corner of the field in the chart, and its size.
     at: [f64; 2],
     field: [f64; 2],
     title: Vec<String>,
@@ -208,7 +205,7 @@ struct ChartLayout<'a> {
     y_ticks: Vec<AxisTick>,
     x_label: Vec<String>,
     y_label: Vec<String>,
-    /// From the field to the legend.
+    /// Distance from the field to the legend.
     below: f64,
     legend: legend::Legend<'a>,
 }
@@ -216,7 +213,7 @@ struct ChartLayout<'a> {
 impl<'a> ChartLayout<'a> {
     fn of(chart: &'a Chart, left: f64, total: f64) -> Self {
         let named = chart.lines.iter().filter(|line| !line.name.is_empty());
-        // The last tick's label reaches beyond the axis.
+        // The label of the last tick extends beyond the axis.
         let mut right = 8.0;
         for _ in 0..3 {
             let length = total - left - right;
@@ -253,12 +250,12 @@ impl<'a> ChartLayout<'a> {
         self.at[1] + self.field[1] + self.below + self.legend.height()
     }
 
-    /// Where a point lies, from the upper left corner of the field.
+    /// Returns the position of a point, from the upper left corner of the field.
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.chart.x.share(x) * self.field[0], (1.0 - self.chart.y.share(y)) * self.field[1]]
     }
 
-    /// The chart at this height of the picture.
+    /// Draws the chart at this height of the picture.
     fn draw(&self, out: &mut String, from_top: f64, index: usize) {
         let ([w, h], chart) = (self.field, self.chart);
         let _ = writeln!(out, "<g transform=\"translate({:.1} {:.1})\">", self.at[0], from_top + self.at[1]);
@@ -283,7 +280,7 @@ impl<'a> ChartLayout<'a> {
         for mark in &self.chart.marks {
             let [x, y] = self.place(mark.at);
             let wide = width(&mark.text, SIZE);
-            // Beside the cross, on the side that has room, and within the field; above or below what stands there already.
+            // Beside the cross, on the side that has room, and within the field; above or below earlier texts.
             let is_left = x + 10.0 + wide > self.field[0];
             let from = (if is_left { x - 10.0 - wide } else { x + 10.0 }).clamp(0.0, (self.field[0] - wide).max(0.0));
             let box_at = |base: f64| [from, base - SIZE, from + wide, base + 4.0];
@@ -393,14 +390,14 @@ impl<'a> ChartLayout<'a> {
     }
 }
 
-/// False of points that all lie on one place once they are rounded: what reads the picture complains of such a line.
+/// Checks whether the points differ after rounding: readers of SVG complain of a line without length.
 fn has_length(points: &str) -> bool {
     let mut places = points.split(' ');
     let first = places.next();
     places.any(|place| Some(place) != first)
 }
 
-// Where texts lie is told by what draws them.
+// The positions of texts come from the PNG renderer.
 #[cfg(all(test, feature = "desktop"))]
 #[path = "chart_tests.rs"]
 mod tests;

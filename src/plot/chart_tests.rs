@@ -1,4 +1,4 @@
-//! Charts: what is drawn, and that every text of them has its room.
+//! Charts: drawing, and enough room for every text.
 
 use super::{super::png::texts, *};
 
@@ -6,14 +6,14 @@ fn unit_chart() -> Chart {
     Chart::new("", Axis::even("", [0.0, 1.0]), Axis::even("", [0.0, 1.0]), 100.0)
 }
 
-/// No text of the picture is cut by its edge, or stands on another.
+/// Asserts that no text of the picture is cut by its edge or overlaps another.
 fn assert_texts_have_room(svg: &str) {
     let (texts, [width, height]) = texts(svg);
     for (i, (words, [left, top, right, bottom])) in texts.iter().enumerate() {
         let inside = *left >= 0.0 && *top >= 0.0 && *right <= width && *bottom <= height;
         assert!(inside, "\"{words}\" leaves {width} x {height}: {left} {top} {right} {bottom}");
         for (other, [l, t, r, b]) in &texts[i + 1..] {
-            // Boxes are as high as the font: a hair of one in the other is no ink.
+            // Boxes are as high as the font: a small overlap is not an overlap of ink.
             let apart = *left >= r - 0.5 || *right <= l + 0.5 || *top >= b - 4.0 || *bottom <= t + 4.0;
             assert!(apart, "\"{words}\" and \"{other}\" overlap: {left} {top} {right} {bottom}, {l} {t} {r} {b}");
         }
@@ -57,7 +57,7 @@ fn a_picture_is_well_formed_and_points_lie_where_they_should() {
 }
 
 #[test]
-fn labels_and_names_of_any_length_and_number_stay_within_the_picture_and_apart() {
+fn texts_of_any_length_and_number_stay_inside_and_do_not_overlap() {
     let long = "a-narrow-range-of-half-a-mile-per-hour+many-vehicles-on-the-road";
     let names = |n: usize| -> Vec<String> {
         let name = |i: usize| {
@@ -98,13 +98,13 @@ fn labels_and_names_of_any_length_and_number_stay_within_the_picture_and_apart()
         let chart = Chart::new("", Axis::names(three), Axis::even("s", [0.0, 3.0]), 100.0);
         let svg = ChartSheet { charts: &[chart], width, key: None, note: "" }.svg();
         assert_texts_have_room(&svg);
-        // As wide in print as the journal asks, in pixels of CSS.
+        // Width in print, in pixels of CSS.
         assert!((f64::from(texts(&svg).1[0]) - width.mm() / 25.4 * 96.0).abs() < 0.5);
     }
 }
 
 #[test]
-fn lying_on_its_side_a_chart_has_its_names_from_top_to_bottom_and_its_numbers_from_left_to_right() {
+fn a_transposed_chart_has_names_downwards_and_numbers_to_the_right() {
     let mut chart = Chart::new("", Axis::names(vec!["a".into(), "b".into()]), Axis::even("m", [0.0, 10.0]), 100.0);
     let dot = |at| PlotShape::Dot { at, radius: 3.0, colour: "#000000".into(), has_edge: false };
     chart.shapes = vec![dot([1.0, 2.0]), dot([2.0, 8.0])];

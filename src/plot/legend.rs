@@ -1,5 +1,5 @@
-//! What lines and colours mean, below the field of a chart. In: lines with names, or a key to colours. Out: SVG, in as many
-//! columns as have room for the longest name.
+//! Legends and colour keys below the field of a chart. In: lines with names, or a key to colours. Out: SVG, in as many columns
+//! as have room for the longest name.
 
 use super::{
     chart::{LineStyle, PlotLine},
@@ -8,12 +8,12 @@ use super::{
 };
 use std::fmt::Write;
 
-/// Opacity of intervals.
+/// Opacity of the bands of intervals, 0 to 1.
 pub(super) const BAND: f64 = 0.18;
-/// From the beginning of an entry to its name.
+/// Distance from the start of an entry to its name, units of the picture.
 const SAMPLE: f64 = 32.0;
 
-/// Entries in rows; names that are wider than the field in several lines.
+/// Legend entries in rows; names wider than a column are broken into lines.
 pub(super) struct Legend<'a> {
     rows: Vec<Vec<(&'a PlotLine, Vec<String>)>>,
     column: f64,
@@ -36,7 +36,7 @@ impl<'a> Legend<'a> {
         self.rows.iter().map(|row| Self::row_height(row)).sum::<f64>() + if self.rows.is_empty() { 0.0 } else { 4.0 }
     }
 
-    /// From this height below the upper edge of the field on.
+    /// Draws the legend from this height below the upper edge of the field.
     pub fn draw(&self, out: &mut String, from: f64) {
         let mut y = from + 8.0;
         for row in &self.rows {
@@ -68,12 +68,12 @@ fn entry(out: &mut String, line: &PlotLine, words: &[String], [x, y]: [f64; 2]) 
     }
 }
 
-/// Height of a key to colours in this room.
+/// Returns the height of a key to colours in this room, units of the picture.
 pub(super) fn key_height(key: &ColourKey, room: f64) -> f64 {
     32.0 + LINE * wrapped(&key.label, room, SIZE).len() as f64
 }
 
-/// The key to colours from this place on: what they stand for, patches, and the number where each begins.
+/// Draws the key to colours from this place on: its label, patches, and the number where each begins.
 pub(super) fn key(out: &mut String, key: &ColourKey, [left, top]: [f64; 2], room: f64) {
     let mut y = top + 14.0;
     for line in wrapped(&key.label, room, SIZE) {

@@ -1,5 +1,5 @@
-//! SVG to PNG, the same on every machine: no font of the system is asked, text is set in the sans-serif that the program
-//! brings along for its panels (Ubuntu Light, egui's). In: SVG text of our own. Out: bytes of a PNG file on white.
+//! SVG to PNG, the same on every machine: no system fonts are used; text is set in the sans-serif font of the program's panels
+//! (Ubuntu Light, from egui). In: SVG text of this program. Out: bytes of a PNG file on white.
 
 use resvg::{
     tiny_skia::{Color, Pixmap, Transform},
@@ -7,18 +7,18 @@ use resvg::{
 };
 use std::sync::{Arc, OnceLock};
 
-/// Why an SVG becomes no PNG.
+/// Reason why an SVG cannot become a PNG.
 #[derive(Debug, thiserror::Error)]
 pub enum PngError {
-    /// The text is no SVG, or its size is nothing.
+    /// The text is not SVG, or its size is zero.
     #[error(transparent)]
     Svg(#[from] resvg::usvg::Error),
-    /// No memory holds so many pixels.
+    /// The picture is empty, or too large for memory.
     #[error("a picture of {width}x{height} pixels")]
     Size {
-        /// Columns.
+        /// Width of the PNG in pixels.
         width: u32,
-        /// Rows.
+        /// Height of the PNG in pixels.
         height: u32,
     },
     /// The pixels cannot be written as PNG.
@@ -26,13 +26,13 @@ pub enum PngError {
     Encoding(Box<dyn std::error::Error + Send + Sync>),
 }
 
-/// Pixels for each pixel of CSS, 1/96 inch: 300 dots an inch in print.
+/// Pixels per pixel of CSS (1/96 inch): 300 dots per inch in print.
 pub const PNG_SCALE: f32 = 3.125;
 
-/// The picture that `svg` describes, at 300 dots an inch of the size that it names.
+/// Renders an SVG as PNG, at 300 dots per inch of the size that it names.
 ///
 /// # Errors
-/// The text is no SVG, or the picture is empty or larger than any memory.
+/// The text is not SVG, or the picture is empty or too large for memory.
 pub fn png(svg: &str) -> Result<Vec<u8>, PngError> {
     let tree = Tree::from_str(svg, options())?;
     let [width, height] = [tree.size().width(), tree.size().height()].map(|side| (side * PNG_SCALE).ceil() as u32);
@@ -42,7 +42,7 @@ pub fn png(svg: &str) -> Result<Vec<u8>, PngError> {
     pixels.encode_png().map_err(|error| PngError::Encoding(error.into()))
 }
 
-/// How text is set: one family stands for all that an SVG names.
+/// Returns the options of text: one font family replaces every family that an SVG names.
 fn options() -> &'static Options<'static> {
     static OPTIONS: OnceLock<Options<'static>> = OnceLock::new();
     OPTIONS.get_or_init(|| {
@@ -55,14 +55,14 @@ fn options() -> &'static Options<'static> {
         }
         let family = fonts.faces().next().and_then(|face| Some(face.families.first()?.0.clone())).unwrap_or_default();
         fonts.set_sans_serif_family(&family);
-        // A figure names no picture, and a text that became a tag in one opens no file.
+        // Figures contain no images, and text that became an image tag must not open a file.
         let image_href_resolver =
             ImageHrefResolver { resolve_data: Box::new(|_, _, _| None), resolve_string: Box::new(|_, _| None) };
         Options { font_family: family, fontdb: Arc::new(fonts), image_href_resolver, ..Options::default() }
     })
 }
 
-/// Every text of a picture with its left, upper, right and lower end in pixels of CSS, as it is set here; and the picture's size.
+/// Returns every text of a picture with its left, upper, right and lower end in pixels of CSS, and the picture's size.
 #[cfg(test)]
 pub fn texts(svg: &str) -> (Vec<(String, [f32; 4])>, [f32; 2]) {
     use resvg::usvg::{Group, Node};
@@ -106,7 +106,7 @@ mod tests {
         assert!(empty.pixels().all(|pixel| pixel.0 == [255; 4]));
         let line = pixels(&svg("<path d=\"M0 20h100\" stroke=\"#d55e00\" stroke-width=\"2\"/>"));
         assert_eq!(line.get_pixel(100, 62).0, [0xd5, 0x5e, 0x00, 255]);
-        // Text, also with signs that figures use; without a font there would be nothing.
+        // Text, also with special signs of figures; without a font nothing would be drawn.
         for text in ["speed", "m/s²", "±–·", "−"] {
             let words = pixels(&svg(&format!("<text x=\"5\" y=\"20\">{text}</text>")));
             let dark = words.pixels().filter(|pixel| pixel.0[0] < 128).count();
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_an_error() {
+    fn text_that_is_not_svg_and_empty_pictures_are_errors() {
         assert!(png("no picture").is_err());
         assert!(png("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"0\" height=\"5\"/>").is_err());
     }

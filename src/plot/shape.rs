@@ -1,36 +1,35 @@
-//! What a chart shows besides lines through points: pieces, dots, and the key to colours that stand for a number. Places are in
-//! the units of the axes, sizes in those of the picture.
+//! Shapes of a chart other than lines through points: pieces, dots, and the key to colours that encode a number. Positions are
+//! in the units of the axes, sizes in units of the picture.
 
 use super::axis::{decimals, number, round_step};
 use std::fmt::Write;
 
-/// Something drawn under the lines of a chart.
+/// A shape drawn under the lines of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlotShape {
-    /// Straight pieces of one colour.
+    /// Straight pieces in one colour.
     Pieces {
-        /// From where to where.
+        /// Start and end of each piece.
         pieces: Vec<[[f64; 2]; 2]>,
-        /// Colour.
+        /// Colour as in SVG.
         colour: String,
-        /// Width.
+        /// Width in units of the picture.
         width: f64,
     },
-    /// A filled circle.
+    /// Filled circle in one colour.
     Dot {
-        /// Its middle.
         at: [f64; 2],
-        /// Its radius.
+        /// Radius in units of the picture.
         radius: f64,
-        /// Colour.
+        /// Colour as in SVG.
         colour: String,
-        /// A dark edge.
+        /// True for a dark edge, false for a translucent circle without one.
         has_edge: bool,
     },
 }
 
 impl PlotShape {
-    /// As SVG, where `place` tells where a point of the axes lies.
+    /// Draws the shape as SVG; `place` maps a point of the axes to the picture.
     pub(super) fn draw(&self, out: &mut String, place: impl Fn([f64; 2]) -> [f64; 2]) {
         match self {
             Self::Pieces { pieces, colour, width } => {
@@ -38,7 +37,7 @@ impl PlotShape {
                 for [from, to] in pieces {
                     let [x1, y1] = place(*from).map(|x| format!("{x:.1}"));
                     let [x2, y2] = place(*to).map(|x| format!("{x:.1}"));
-                    // What reads the picture complains of a line without length.
+                    // Readers of SVG complain of a line without length.
                     if (&x1, &y1) != (&x2, &y2) {
                         let _ = write!(path, "M{x1} {y1}L{x2} {y2}");
                     }
@@ -58,7 +57,7 @@ impl PlotShape {
         }
     }
 
-    /// The same with the axes exchanged.
+    /// Returns the shape with the axes exchanged.
     pub(super) fn transposed(self) -> Self {
         let turned = |[x, y]: [f64; 2]| [y, x];
         match self {
@@ -70,8 +69,8 @@ impl PlotShape {
     }
 }
 
-/// Viridis (Smith, van der Walt 2015) without its palest end: lightness grows all along, so that it is read by colour-blind
-/// people and in a grey print.
+/// Viridis (Smith, van der Walt 2015) without its palest end: lightness grows throughout, so that colour-blind people and grey
+/// prints keep the order.
 const VIRIDIS: [[u8; 3]; 9] = [
     [0x44, 0x01, 0x54],
     [0x47, 0x2a, 0x7a],
@@ -84,19 +83,19 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [0xb4, 0xde, 0x2c],
 ];
 
-/// Colours that stand for a number: classes of even width from 0 on, the last of which has no end.
+/// Colours that encode a number: classes of equal width from 0 on; the last has no upper end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColourKey {
-    /// Quantity and unit, and what else the colours need.
+    /// Quantity and unit, and any further explanation.
     pub label: String,
-    /// Width of a class.
+    /// Width of a class, in the unit of the quantity.
     pub step: f64,
-    /// A colour for each class.
+    /// Colours, one for each class.
     pub colours: Vec<String>,
 }
 
 impl ColourKey {
-    /// Classes up to about `top`, not more than ten.
+    /// Creates at most ten classes, up to about `top`.
     pub fn up_to(label: &str, top: f64) -> Self {
         let step = round_step(top / 10.0);
         let classes = (top / step).ceil().max(2.0) as usize;
@@ -112,12 +111,12 @@ impl ColourKey {
         Self { label: label.into(), step, colours: (0..classes).map(colour).collect() }
     }
 
-    /// The class of a number.
+    /// Returns the class of a number; numbers below 0 are in the first.
     pub fn class(&self, value: f64) -> usize {
         ((value / self.step).max(0.0) as usize).min(self.colours.len() - 1)
     }
 
-    /// What is said at the lower edge of each class.
+    /// Returns the text at the lower edge of each class.
     pub(super) fn edges(&self) -> Vec<String> {
         let edges: Vec<f64> = (0..self.colours.len()).map(|i| i as f64 * self.step).collect();
         let decimals = decimals(&edges);
@@ -129,7 +128,7 @@ impl ColourKey {
 mod tests {
     use super::*;
 
-    /// Lightness by ITU-R BT.709, 0 to 1.
+    /// Returns the lightness by ITU-R BT.709, 0 to 1.
     fn lightness(colour: &str) -> f64 {
         let part = |k: usize| f64::from(u8::from_str_radix(&colour[1 + 2 * k..3 + 2 * k], 16).unwrap()) / 255.0;
         0.2126 * part(0).powf(2.2) + 0.7152 * part(1).powf(2.2) + 0.0722 * part(2).powf(2.2)
@@ -143,7 +142,8 @@ mod tests {
             for pair in key.colours.windows(2) {
                 assert!(lightness(&pair[1]) > lightness(&pair[0]), "{pair:?}");
             }
-            // The lightest is still seen on white: the least contrast that WCAG asks of a graphic is 3, of what is redundant 1.5.
+            // The lightest colour is visible on white, with a contrast above 1.5 (WCAG asks 3 of a graphic that is not
+            // redundant).
             assert!(1.05 / (lightness(key.colours.last().unwrap()) + 0.05) > 1.5);
             assert_eq!((key.class(-1.0), key.class(0.0), key.class(step), key.class(1e9)), (0, 0, 1, edges - 1));
         }

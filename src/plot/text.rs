@@ -1,6 +1,6 @@
-//! Text of a figure: how wide it is, and where it is broken into lines. In: words and a size. Out: widths in the units of the
-//! picture. A picture is read in two fonts: a browser sets it in Helvetica, Arial or one of equal widths, [`png`](super::png) in
-//! the font that the program brings along. What has room in the wider of the two has room in both.
+//! Text of a figure: widths and line breaks. In: words and a size. Out: widths in the units of the picture. A picture is shown
+//! in two fonts: a browser sets it in Helvetica, Arial or a font of equal widths, [`png`](super::png) in the program's own
+//! font. The wider of the two counts.
 
 use skrifa::{
     FontRef, MetadataProvider,
@@ -8,11 +8,12 @@ use skrifa::{
 };
 use std::sync::OnceLock;
 
-/// Size of all text: 8 points where a figure is as wide as it is meant to be.
+/// Font size of all text, units of the picture: 8 points at the intended print width.
 pub(super) const SIZE: f64 = 12.0;
-/// From one line to the next.
+/// Distance from one line to the next, units of the picture.
 pub(super) const LINE: f64 = 14.5;
-/// Widths of Helvetica's signs from space to tilde, thousandths of its size (Adobe's font metrics of the core 14 fonts).
+/// Widths of Helvetica's characters from space to tilde, thousandths of the font size (Adobe's font metrics of the core 14
+/// fonts).
 const HELVETICA: [u16; 95] = [
     278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556, 556, 556, 556, 556,
     556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667, 611, 778, 722, 278, 500, 667, 556, 833,
@@ -21,12 +22,13 @@ const HELVETICA: [u16; 95] = [
     260, 334, 584,
 ];
 
-/// Width of a line of text of this size.
+/// Returns the width of a line of text of this size.
 pub fn width(text: &str, size: f64) -> f64 {
     text.chars().map(|sign| helvetica(sign).max(own(sign))).sum::<f64>() * size
 }
 
-/// Of a sign that is not in the table: as wide as the widest letters, or as high as it is wide.
+/// Returns the width of a character in Helvetica, as a share of the size. Outside the table: 0.584 for minus and dash, 0.78 for
+/// European letters, else 1.
 fn helvetica(sign: char) -> f64 {
     let at = (sign as usize).checked_sub(0x20);
     match at.and_then(|at| HELVETICA.get(at)) {
@@ -37,7 +39,7 @@ fn helvetica(sign: char) -> f64 {
     }
 }
 
-/// Width of a sign in the program's own font.
+/// Returns the width of a character in the program's own font, as a share of the size.
 fn own(sign: char) -> f64 {
     static ASCII: OnceLock<Vec<f64>> = OnceLock::new();
     let measured = |sign: char| {
@@ -49,13 +51,13 @@ fn own(sign: char) -> f64 {
     ascii.get(sign as usize).copied().unwrap_or_else(|| measured(sign).unwrap_or(1.0))
 }
 
-/// True if text can be set in this font file's bytes.
+/// Checks whether text can be set in this font file.
 pub fn is_font(bytes: &[u8]) -> bool {
     FontRef::from_index(bytes, 0).is_ok_and(|font| font.charmap().has_map())
 }
 
-/// Lines of text none of which is wider than `limit`: broken after spaces and signs that join words, and within a word that
-/// is wider than a line.
+/// Breaks text into lines no wider than `limit`: after spaces and signs that join words, and within a word that is wider than a
+/// line.
 pub fn wrapped(text: &str, limit: f64, size: f64) -> Vec<String> {
     let mut lines = vec![String::new()];
     for piece in text.split_inclusive([' ', '-', '+', '/', '_', ',']) {
@@ -80,21 +82,21 @@ pub fn wrapped(text: &str, limit: f64, size: f64) -> Vec<String> {
     lines.iter().map(|line| line.trim_end().to_owned()).collect()
 }
 
-/// Lines that a name takes in a room of this width; `None` if it has to be broken within a word.
+/// Returns the number of lines of a name in a room of this width; `None` if it has to be broken within a word.
 pub fn lines_needed(name: &str, limit: f64) -> Option<usize> {
     let mut words = name.split_inclusive([' ', '-', '+', '/', '_', ',']);
     words.all(|word| width(word.trim_end(), SIZE) <= limit).then(|| wrapped(name, limit, SIZE).len())
 }
 
-/// Text as it stands in SVG and HTML.
+/// Escapes text for SVG and HTML.
 pub fn escaped(text: &str) -> String {
-    // XML knows no control characters but tab and line ends, not even by their numbers.
+    // XML allows no control characters except tab and line ends, not even as character references.
     let is_none_of_xml = |c: char| (c.is_control() && !"\t\n\r".contains(c)) || "\u{fffe}\u{ffff}".contains(c);
     let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
     text.replace(is_none_of_xml, "\u{fffd}")
 }
 
-/// A number with a true minus sign (U+2212) instead of the hyphen.
+/// Replaces a leading hyphen by a true minus sign (U+2212).
 pub fn minus(number: &str) -> String {
     number.replacen('-', "−", usize::from(number.starts_with('-')))
 }

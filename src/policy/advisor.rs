@@ -1,27 +1,25 @@
-//! Who asks the policy, or hears what is advised from outside. In: an observation each step. Out: each hold the advice that stands from
-//! now on.
+//! Source of advice: asks the policy, or takes advice from outside. In: an observation each step. Out: a new advice each hold.
 
 use super::{Action, Advice, Hold, MeanSpeed, Observation, OutsideAdvice, Policy, WhoDrives};
 use crate::time::Tick;
 
-/// The shown speed goes no further than this beyond what the driver has reached, m/s, before another hold adds to it.
+/// Largest difference between the shown speed, before the new hold is added, and the driver's speed, m/s.
 const LEAD_MPS: f64 = 1.0;
 
-/// The speed to show for an acceleration `a` held for `hold_s`, m/s: what it leads to (docs/decisions.md: 2), from the
-/// speed that is shown already, so that the target keeps moving before a driver has begun to follow it. Started from the
-/// driver's speed in each hold, an advice of 0.5 m/s2 held 0.1 s shows a standing driver 0.05 m/s for ever, and nobody
-/// pulls away for that.
+/// Returns the speed to show for an acceleration `a` held for `hold_s`, m/s (docs/decisions.md: 2). It starts from the speed already
+/// shown, so that the target moves before the driver follows. Starting from the driver's speed would show a stopped driver 0.05 m/s
+/// forever for 0.5 m/s² held 0.1 s, and no driver starts for that.
 pub fn shown_mps(shown_before_mps: Option<f64>, speed_mps: f64, a: f64, hold_s: f64) -> f64 {
     let from = shown_before_mps.map_or(speed_mps, |shown| shown.clamp(speed_mps - LEAD_MPS, speed_mps + LEAD_MPS));
     (from + a * hold_s).max(0.0)
 }
 
-/// Who says what is advised.
+/// Source of the advice.
 enum AdviceOrigin {
     Nobody,
-    /// It is asked once a hold.
+    /// A policy, asked once a hold.
     Policy(Box<dyn Policy>),
-    /// Somebody who speaks before the step that an advice begins with.
+    /// An outside source that gives an action before the step in which the advice begins.
     Outside(OutsideAdvice),
 }
 
@@ -35,7 +33,7 @@ pub struct Advisor {
     standing: Option<Advice>,
 }
 
-/// What is to be said of a hold that a policy was not trained for; it sees the nearest that it was.
+/// Returns a warning if the policy was not trained for this hold; the policy then sees the nearest trained hold.
 pub fn untrained_hold(policy: &dyn Policy, hold: Hold) -> Option<String> {
     let hold_s = hold.seconds();
     let [low, high] = policy.trained_holds_s()?;
@@ -45,12 +43,13 @@ pub fn untrained_hold(policy: &dyn Policy, hold: Hold) -> Option<String> {
 }
 
 impl Advisor {
-    /// An advisor that asks `policy` (`None` never advises) every `hold` and allows `range_mps` on either side of the target.
+    /// Returns an advisor that asks `policy` every `hold` and accepts `range_mps` on either side of the target. With `None` it never
+    /// advises.
     pub fn new(policy: Option<Box<dyn Policy>>, hold: Hold, range_mps: f64) -> Self {
         Self::of(policy.map_or(AdviceOrigin::Nobody, AdviceOrigin::Policy), hold, range_mps)
     }
 
-    /// An advisor that asks nobody: what is advised is said by [`Advisor::say`], for `hold` each time.
+    /// Returns an advisor whose actions come from [`Advisor::say`], each in force for `hold`.
     pub fn from_outside(hold: Hold, range_mps: f64) -> Self {
         Self::of(AdviceOrigin::Outside(OutsideAdvice::default()), hold, range_mps)
     }
@@ -60,14 +59,14 @@ impl Advisor {
         Self { origin, hold, range_mps, steps: 0, mean_speed, standing: None }
     }
 
-    /// Says from outside what is advised from the next step on; without effect where a policy is asked.
+    /// Sets the action to advise from the next step on; no effect if a policy is asked.
     pub fn say(&mut self, action: Action) {
         if let AdviceOrigin::Outside(outside) = &mut self.origin {
             outside.say(action);
         }
     }
 
-    /// What whoever advises is told in the step that begins with this observation: beside it the hold, the mean speed and what stands.
+    /// Completes an observation with the hold, the mean speed and the current advice, as the policy gets it in this step.
     pub fn told(&self, observation: &Observation) -> Observation {
         let mut mean_speed = self.mean_speed;
         Observation {
@@ -78,7 +77,7 @@ impl Advisor {
         }
     }
 
-    /// One step has begun at `now`. Returns the advice if it was issued in this step.
+    /// Advances by one step that begins at `now`. Returns the advice if one was issued in this step.
     pub fn step(&mut self, now: Tick, observation: &Observation, speed_limit_mps: f64) -> Option<Advice> {
         if matches!(self.origin, AdviceOrigin::Nobody) {
             return None;
@@ -109,7 +108,7 @@ impl Advisor {
         if is_fallback && !self.standing.is_some_and(|advice| advice.is_fallback) {
             log::warn!("the policy answered {observation:?} with {number}; the last advice stands");
         }
-        // What was advised before stands; at the beginning, the speed that is driven.
+        // Without a finite number the previous target stays in force; in the first hold it is the current speed.
         let action = match (is_fallback, self.standing) {
             (false, _) => action,
             (true, Some(before)) => Action::Speed(before.target_mps),
@@ -128,7 +127,7 @@ impl Advisor {
         self.standing
     }
 
-    /// What the policy makes of the driver now, if it asks.
+    /// Returns the policy's current estimate of the driver, if it has an estimator.
     pub fn who_drives(&self) -> Option<WhoDrives> {
         match &self.origin {
             AdviceOrigin::Policy(policy) => policy.who_drives(),
@@ -136,7 +135,7 @@ impl Advisor {
         }
     }
 
-    /// The advice that stands now.
+    /// Returns the advice in force.
     pub fn standing(&self) -> Option<Advice> {
         self.standing
     }
@@ -159,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn an_advice_stands_for_its_hold_and_no_longer() {
+    fn an_advice_is_in_force_for_its_hold_and_no_longer() {
         let mut advisor = Advisor::new(Some(Box::new(ConstantSpeed { speed_mps: 4.0 })), Hold::of_steps(7, 0.1), 0.5);
         let issued: Vec<u64> = (0..22)
             .filter_map(|k| advisor.step(Tick(k * 10), &at(0.0), 30.0).map(|advice| advice.issued.0 / 10))
@@ -168,13 +167,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_outside_begins_in_the_next_step_whenever_that_is_and_stands_until_the_next_word() {
+    fn outside_advice_begins_in_the_next_step_and_stays_until_it_is_replaced() {
         let hold = Hold::of_steps(10, 0.1);
         let mut outside = Advisor::from_outside(hold, 0.5);
         let mut policy = Advisor::new(Some(Box::new(Brake)), hold, 0.5);
         let seen = |k: u64| at(4.0 - 0.01 * k as f64);
         for k in 0..35 {
-            // The third step of an agent that came within a hold of the others.
+            // Given at step 3 of each ten, as to an agent that entered in the middle of the others' hold.
             if k % 10 == 3 {
                 assert_eq!(outside.told(&seen(k)).hold_s, 1.0);
                 outside.say(Action::Acceleration(-0.5));
@@ -184,10 +183,10 @@ mod tests {
         }
         let first = 4.0 - 0.03 - 0.5;
         let advised: Vec<f64> = [first, first - 0.5, first - 1.0, first - 1.5].to_vec();
-        // No further below the driver than an advisor goes: 1 m/s, before the hold adds to it.
+        // The target is at most 1 m/s below the driver's speed before the hold is added.
         let expected = advised[3].max(4.0 - 0.33 - 1.0 - 0.5);
         assert!((outside.standing().unwrap().target_mps - expected).abs() < 1e-12, "{:?}", outside.standing());
-        // Said when a policy is asked it is the policy's advice to the bit.
+        // Outside advice given at the steps at which a policy is asked equals the policy's advice bit for bit.
         let mut same = Advisor::from_outside(hold, 0.5);
         for k in 0..35 {
             if k % 10 == 0 {
@@ -211,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shown_speed_of_an_acceleration_moves_on_before_the_driver_does_but_not_out_of_reach() {
+    fn the_shown_speed_moves_before_the_driver_does_but_stays_within_reach() {
         struct Pull;
         impl Policy for Pull {
             fn act(&mut self, _: f64, _: &Observation) -> Action {
@@ -232,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_policy_that_answers_with_no_number_leaves_the_last_advice_standing_and_marks_it() {
+    fn a_policy_that_returns_nan_leaves_the_last_advice_in_force_and_marked() {
         struct Broken(u32);
         impl Policy for Broken {
             fn act(&mut self, _: f64, _: &Observation) -> Action {
@@ -249,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_policy_is_not_asked_and_nothing_stands() {
+    fn a_policy_that_abstains_is_not_asked_and_no_advice_is_in_force() {
         struct Shy;
         impl Policy for Shy {
             fn abstains(&mut self, _: f64, observation: &Observation) -> bool {
@@ -261,7 +260,7 @@ mod tests {
         }
         let mut advisor = Advisor::new(Some(Box::new(Shy)), Hold::of_steps(10, 0.1), 0.5);
         assert!(advisor.step(Tick(0), &at(0.5), 30.0).is_none() && advisor.standing().is_none());
-        // It is asked again a hold later.
+        // The policy is asked again one hold later.
         let issued: Vec<u64> =
             (1..20).filter_map(|k| advisor.step(Tick(k * 10), &at(3.0), 30.0)).map(|a| a.issued.0).collect();
         assert_eq!(issued, [100]);
@@ -276,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_policy_is_answered_with_the_names_that_exist() {
+    fn a_misspelt_policy_name_is_answered_with_the_existing_names() {
         let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
         let error = build("folower-stopper", &settings).err().unwrap().to_string();
         let begins = "policy `folower-stopper` is unknown (did you mean follower-stopper?); known are auto, none, constant, two-phase, follower-stopper, pi, linear-feedback, ring-250-";
@@ -295,7 +294,7 @@ mod tests {
         assert_eq!(on("auto", "ring-641").name, "ring-641-speed");
         assert_eq!(on("auto", "practice").words(), "two-phase (auto: no policy is shipped for practice)");
         assert_eq!(on("pi", "ring-250").words(), "pi");
-        // The same ring by its path, and as a copy of any name.
+        // The same ring, given by path and as a copy with another name.
         let net = data_folders::root().join("maps/ring-250/net.xml");
         assert_eq!(on("auto", &net.to_string_lossy()).name, "ring-250-speed");
         assert_eq!(on("auto", &net.parent().unwrap().to_string_lossy()).name, "ring-250-speed");
@@ -303,7 +302,7 @@ mod tests {
         let copy = folder.path().join("other.net.xml");
         std::fs::copy(&net, &copy).unwrap();
         assert_eq!(on("auto", &copy.to_string_lossy()).name, "ring-250-speed");
-        // Another road that has the name of one that is shipped is not that one.
+        // A different road with the name of a shipped map does not count as that map.
         let other = folder.path().join("ring-250");
         std::fs::create_dir(&other).unwrap();
         std::fs::copy(data_folders::root().join("maps/ring-641/net.xml"), other.join("net.xml")).unwrap();

@@ -1,20 +1,19 @@
-//! A network that is helped: by an estimator that tells it who drives, by an advice that it corrects, by an expectation
-//! that tells it where to be silent. In: an [`Observation`] each step. Out: an [`Action`] each hold.
+//! A network with helpers: an estimator of the driver, an advice that it corrects, and a predictor of gain that withholds advice. In: an
+//! [`Observation`] each step. Out: an [`Action`] each hold.
 //!
-//! A network beside a controller, or beside a network, is a residual policy (Silver 2018; PeRP 2023 has one over a
-//! piecewise-constant policy): its output is added to the other's speed, so that a network that has learned nothing is as good as
-//! what it corrects.
+//! A network that corrects a controller or another network is a residual policy (Silver 2018; PeRP 2023 has one over a piecewise-constant
+//! policy). Its output is added to the other's speed, so that an untrained network is as good as the advice that it corrects.
 
 use super::{
     Action, CorrectedAdvice, DriverEstimator, EngagedAdvice, ExpectedGain, Observation, Policy, WhoDrives,
     identification::Identification,
 };
 
-/// How long silence stands, s, before it is asked for again. While nothing is advised the driver shows nothing of himself, what is
-/// known of him fades, and advice that comes back too soon does its harm anew.
+/// Time for which withheld advice stays withheld, s. Without advice the driver reveals nothing, the estimate of the driver decays, and
+/// advice that returns too soon does its harm again.
 const SILENCE_STANDS_S: f64 = 600.0;
 
-/// A policy and what it is told beside the traffic.
+/// A policy with its estimator, corrected advice and predictor of gain.
 pub struct AssistedPolicy {
     network: Box<dyn Policy>,
     driver: Option<Identification>,
@@ -25,7 +24,7 @@ pub struct AssistedPolicy {
 }
 
 impl AssistedPolicy {
-    /// Engaged now, with a driver of whom nothing is known, to be asked each `step_s` seconds.
+    /// Returns a newly engaged policy with steps of `step_s` seconds, before anything is known of the driver.
     pub fn new(
         network: Box<dyn Policy>,
         estimator: Option<DriverEstimator>,
@@ -44,7 +43,7 @@ impl AssistedPolicy {
         }
     }
 
-    /// What the network sees.
+    /// Returns the observation with the corrected advice's speed and the estimate of the driver.
     fn assisted(&self, time_s: f64, observation: &Observation) -> Observation {
         let corrected_mps = self.corrected.as_ref().map(|advice| advice.speed_mps(time_s, observation));
         let seen = self.who_drives().map_or(*observation, |who| who.told(observation));
@@ -92,7 +91,7 @@ impl Policy for AssistedPolicy {
     }
 }
 
-/// What a policy's action comes to where it corrects an advised speed: the sum of both, never below 0.
+/// Returns the advised speed plus the correction, never below 0; without corrected advice, or for an acceleration, the action itself.
 pub fn residual(corrected_mps: Option<f64>, action: Action) -> Action {
     match (corrected_mps, action) {
         (Some(advised_mps), Action::Speed(correction_mps)) => Action::Speed((advised_mps + correction_mps).max(0.0)),

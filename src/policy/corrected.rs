@@ -1,8 +1,8 @@
-//! What a policy corrects: a controller, or a network that advises by itself. In: an [`Observation`] each step. Out: a speed at
+//! Advice that a policy corrects: a controller, or a network that advises by itself. In: an [`Observation`] each step. Out: a speed at
 //! each decision, to which the correction is added.
 //!
-//! A network that is corrected stays as it was trained (PeRP 2023 corrects a piecewise-constant policy). It is asked when its
-//! corrector is, so that what it advises stands as long as the correction.
+//! A corrected network stays as it was trained (PeRP 2023 corrects a piecewise-constant policy). It is asked whenever its corrector is,
+//! so that its advice has the same hold as the correction.
 
 use super::{
     Controller, EngagedController, Network, NetworkFault, NetworkOutput, Observation, Policy, PolicyError,
@@ -11,66 +11,66 @@ use super::{
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 use std::fmt::Write;
 
-/// What the `kind` of a corrected advice is in files where it is no controller.
+/// Value of `kind` in files if the corrected advice is a network.
 const NETWORK: &str = "network";
 
 /// An advice that a policy corrects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CorrectedAdvice {
-    /// A controller and what it is set to.
+    /// A controller with its parameters.
     Controller(Controller),
     /// A trained network: its action without noise.
     Network(Box<Network>),
 }
 
-/// Why a policy cannot correct what it is to correct.
+/// Reasons that a policy cannot correct an advice.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CorrectionFault {
     /// An acceleration cannot be added to a speed.
     #[error("only a policy whose action is \"speed\" can correct a controller or a network")]
     OfAcceleration,
-    /// A number of the controller that it corrects cannot be.
+    /// A parameter of the corrected controller is out of range.
     #[error("the controller's {key} is {value}; allowed: {allowed}")]
     Controller {
-        /// The parameter.
+        /// Key of the parameter.
         key: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
-        /// What is allowed.
+        /// Allowed values in words.
         allowed: String,
     },
-    /// The network cannot be used at all.
+    /// The network itself is invalid.
     #[error("the network that is corrected: {0}")]
     Network(Box<NetworkFault>),
-    /// The network can be used, but not be corrected.
+    /// The network is valid but cannot be corrected.
     #[error("the network that is corrected {0}")]
     NotCorrectable(#[from] NotCorrectable),
 }
 
-/// Why a network cannot be corrected; it is said behind its name.
+/// Reasons that a network cannot be corrected; the message follows the network's name.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NotCorrectable {
-    /// It puts out an acceleration.
+    /// The network advises an acceleration.
     #[error("advises an acceleration, to which no speed can be added{}", REMEDY)]
     Acceleration,
-    /// It is the correction of something else.
+    /// The network itself corrects another advice.
     #[error("corrects another advice itself{}", REMEDY)]
     CorrectsItself,
-    /// It needs to be told who drives.
+    /// The network needs the driver's traits or latents.
     #[error("asks who drives{}", REMEDY)]
     AsksWhoDrives,
-    /// It is silent for some drivers on some roads.
+    /// The network withholds advice where it expects no gain.
     #[error("is silent where it expects harm{}", REMEDY)]
     IsSilent,
-    /// It is silent on roads on which its corrector is not.
+    /// The network withholds advice on roads on which its corrector does not.
     #[error(
         "withholds advice where there is less than {corrected_m} m of road for each car, its correction below {own_m} m\n  \
          remedy: train the correction with least_spacing_m = {corrected_m} or more"
     )]
     LeastSpacing {
-        /// Road for each car below which it is silent, metres.
+        /// Road per vehicle below which the network withholds advice, m.
         corrected_m: f64,
-        /// The same of its corrector.
+        /// Road per vehicle below which its corrector withholds advice, m.
         own_m: f64,
     },
 }
@@ -78,10 +78,10 @@ pub enum NotCorrectable {
 const REMEDY: &str = "\n  remedy: name a speed policy that stands alone, such as ring-250-speed, or a controller";
 
 impl CorrectedAdvice {
-    /// The advice of a name or a file: of a controller, or of a trained policy.
+    /// Reads the advice of a name or a file: a controller or a trained policy.
     ///
     /// # Errors
-    /// There is none, its file cannot be used, or it is no advice that can be corrected.
+    /// The name is unknown, the file cannot be used, or the advice cannot be corrected.
     pub fn read(name: &str, settings: &PolicySettings) -> Result<Self, PolicyError> {
         if name.ends_with(".onnx") {
             return Err(PolicyError::CorrectedOnnx { name: name.into() });
@@ -99,11 +99,11 @@ impl CorrectedAdvice {
         }
     }
 
-    /// Fails where a policy of such actions, which withholds advice below `least_spacing_m` metres of road for each car, cannot
-    /// correct it.
+    /// Checks that a policy with such actions, which withholds advice below `least_spacing_m` metres of road per vehicle, can correct
+    /// this advice.
     ///
     /// # Errors
-    /// A number of it cannot be, or it is an advice of another kind.
+    /// A number is out of range, or the two do not fit together.
     pub fn check(&self, action: NetworkOutput, least_spacing_m: f64) -> Result<(), CorrectionFault> {
         if action != NetworkOutput::Speed {
             return Err(CorrectionFault::OfAcceleration);
@@ -124,7 +124,7 @@ impl CorrectedAdvice {
         }
     }
 
-    /// Appends it to a policy's file.
+    /// Appends this advice to the text of a policy file.
     pub(super) fn write(&self, text: &mut String) {
         match self {
             Self::Controller(controller) => {
@@ -140,7 +140,7 @@ impl CorrectedAdvice {
     }
 }
 
-/// Fails where a network needs more than the traffic to advise a speed, or does not always advise one.
+/// Checks that a network needs only the traffic as input and advises a speed wherever its spacing bound permits.
 fn stands_alone(network: &Network) -> Result<(), NotCorrectable> {
     if network.action != NetworkOutput::Speed {
         return Err(NotCorrectable::Acceleration);
@@ -170,7 +170,7 @@ impl Serialize for CorrectedAdvice {
 }
 
 impl<'de> Deserialize<'de> for CorrectedAdvice {
-    /// By its `kind`, so that what is wrong with the one is not told as what it lacks of the other.
+    /// Reads by `kind`, so that a fault of one variant is not reported as a missing key of the other.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let mut table = toml::Table::deserialize(deserializer)?;
         let is_network = table.get("kind").and_then(toml::Value::as_str) == Some(NETWORK);
@@ -184,17 +184,17 @@ impl<'de> Deserialize<'de> for CorrectedAdvice {
     }
 }
 
-/// A corrected advice at work.
+/// A running corrected advice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EngagedAdvice {
     /// A controller with its memory.
     Controller(EngagedController),
-    /// A network, which has none.
+    /// A network, which has no memory.
     Network(Box<Network>),
 }
 
 impl EngagedAdvice {
-    /// Engaged now, to be shown an observation each `step_s` seconds.
+    /// Returns a newly engaged advice that gets an observation every `step_s` seconds.
     pub fn new(advice: &CorrectedAdvice, step_s: f64) -> Self {
         match advice {
             CorrectedAdvice::Controller(controller) => Self::Controller(EngagedController::new(controller, step_s)),
@@ -202,14 +202,14 @@ impl EngagedAdvice {
         }
     }
 
-    /// Sees a step.
+    /// Observes one step; networks have no memory and ignore it.
     pub fn watch(&mut self, observation: &Observation) {
         if let Self::Controller(controller) = self {
             controller.watch(observation);
         }
     }
 
-    /// What it advises `time_s` seconds after it was engaged, m/s, 0 or more.
+    /// Returns the advised speed `time_s` seconds after engagement, m/s, 0 or more.
     pub fn speed_mps(&self, time_s: f64, observation: &Observation) -> f64 {
         match self {
             Self::Controller(controller) => controller.command_mps(time_s, observation),

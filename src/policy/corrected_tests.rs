@@ -1,9 +1,9 @@
-//! What a policy corrects: its way through files, what is refused, and what the sum is.
+//! Corrected advice: its files, what is refused, and the sum.
 
 use super::*;
 use crate::policy::{Action, DriverEstimator, ExpectedGain, FORMAT, Feature, NetworkInput, NetworkLayer, PiParameters};
 
-/// A network that advises half of the leader's speed, 0 to 10 m/s.
+/// Returns a network that advises half of the leader's speed, within 0 to 10 m/s.
 fn half_the_leaders() -> Network {
     Network {
         format: FORMAT.into(),
@@ -14,7 +14,7 @@ fn half_the_leaders() -> Network {
         levels: 0,
         holds_s: [1.0, 30.0],
         inputs: vec![NetworkInput { feature: Feature::LeaderSpeed, from: 0.0, to: 10.0 }],
-        // -1..1 of the leader to -1..0 of the advice.
+        // Maps the leader's -1..1 to -1..0 of the advice.
         layers: vec![NetworkLayer { bias: vec![-0.5], weights: vec![vec![0.5]] }],
         corrected: None,
         estimator: None,
@@ -22,7 +22,7 @@ fn half_the_leaders() -> Network {
     }
 }
 
-/// One that adds a tenth of what it corrects, taken off 1 m/s: 1 - 0.1 v, within 2 m/s either way.
+/// Returns a network whose correction is 1 m/s minus a tenth of the corrected speed, within 2 m/s either way.
 fn correction(corrected: CorrectedAdvice) -> Network {
     Network {
         limits: [-2.0, 2.0],
@@ -38,8 +38,8 @@ fn over(network: Network) -> Network {
 }
 
 #[test]
-fn what_is_corrected_survives_the_way_through_files() {
-    // Numbers that no short decimal is.
+fn corrected_advice_survives_the_round_trip_through_files() {
+    // A number without a short decimal form.
     let mut network = half_the_leaders();
     network.layers[0].weights[0][0] = 1.0 / 3.0;
     for corrected in
@@ -47,7 +47,7 @@ fn what_is_corrected_survives_the_way_through_files() {
     {
         let whole = correction(corrected.clone());
         assert_eq!(Network::from_toml(&whole.to_toml()).unwrap(), whole);
-        // As in a checkpoint, and as in the description of a network in ONNX.
+        // As in a checkpoint, and as in the description of an ONNX network.
         let checkpoint = serde_json::to_string(&corrected).unwrap();
         assert_eq!(serde_json::from_str::<CorrectedAdvice>(&checkpoint).unwrap(), corrected);
         let described = toml::to_string(&whole).unwrap();
@@ -67,7 +67,7 @@ fn the_correction_is_added_to_what_the_network_advises() {
 }
 
 #[test]
-fn a_hold_that_the_corrected_network_was_not_trained_for_is_seen_as_the_nearest() {
+fn a_corrected_network_sees_an_untrained_hold_as_the_nearest_trained_one() {
     let log_hold = NetworkInput { feature: Feature::LogHold, from: 0.0, to: 4.0_f64.ln() };
     let network = Network { holds_s: [4.0, 30.0], inputs: vec![log_hold], ..half_the_leaders() };
     let corrected = EngagedAdvice::new(&CorrectedAdvice::Network(network.into()), 0.1);
@@ -95,7 +95,7 @@ fn a_network_that_does_not_stand_alone_is_refused_by_name_with_the_remedy() {
         ),
         (Network { limits: [1.0, 1.0], ..alone() }, ": limits are 1 to 1"),
     ] {
-        // All of it, as another program could write it: our own writes only what can be read.
+        // Serialised in full, as another program could write it: our own writer leaves out what cannot be read.
         let text = toml::to_string(&over(network)).unwrap();
         let refused = Network::from_toml(&text).unwrap_err().to_string();
         assert!(refused.starts_with("the network that is corrected"), "{refused}");
@@ -117,7 +117,7 @@ fn shipped_file(name: &str) -> std::path::PathBuf {
 }
 
 #[test]
-fn what_is_to_be_corrected_is_found_by_name_and_by_file_or_refused_by_name() {
+fn corrected_advice_is_found_by_name_or_file_or_refused_by_name() {
     let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 8.956, step_s: 0.1 };
     let read = |name: &str| CorrectedAdvice::read(name, &settings);
     assert!(matches!(read("pi"), Ok(CorrectedAdvice::Controller(Controller::Pi(_)))));

@@ -1,52 +1,52 @@
-//! What can be wrong with the file of a trained policy, in words and by kind.
+//! Faults of a trained policy's file, by kind and as messages.
 
 use super::{Feature, network::NetworkFault};
 use std::path::{Path, PathBuf};
 
-/// Why a policy file cannot be used.
+/// Error for an unusable policy file.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {fault}")]
 pub struct PolicyFileError {
-    /// The file.
+    /// Path of the file.
     pub path: String,
-    /// What is wrong, and what is needed.
+    /// Kind of fault; its message says what is needed.
     pub fault: Box<PolicyFileFault>,
 }
 
 impl PolicyFileError {
-    /// Of this file.
+    /// Returns the error for this file.
     pub(super) fn new(path: &Path, fault: PolicyFileFault) -> Self {
         Self { path: path.display().to_string(), fault: fault.into() }
     }
 }
 
-/// What is wrong with a policy file.
+/// Fault of a policy file.
 #[derive(Debug, thiserror::Error)]
 pub enum PolicyFileFault {
-    /// The system does not give it.
+    /// The file cannot be read.
     #[error("cannot be read: {source}{near}")]
     Unreadable {
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
-        /// The nearest file that exists, as a question; empty where none is near.
+        /// Suggestion of the nearest existing file name; empty if none is near.
         near: String,
     },
-    /// What lies beside it to describe it cannot be read.
+    /// The description file beside the network cannot be read.
     #[error("{} cannot be read: {source}", file.display())]
     UnreadableDescription {
-        /// The file of the description.
+        /// Path of the description file.
         file: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A policy of this program's own kind is wrong.
+    /// The policy file is invalid.
     #[error(transparent)]
     Network(#[from] NetworkFault),
-    /// A network in ONNX is wrong.
+    /// The ONNX network is invalid.
     #[cfg(feature = "onnx")]
     #[error(transparent)]
     Onnx(#[from] super::onnx::OnnxFault),
-    /// It is a network in ONNX, which this program does not read.
+    /// The file is an ONNX network, and this build cannot read ONNX.
     #[cfg(not(feature = "onnx"))]
     #[error(
         "ONNX files are read only by a program that is built with the cargo feature `onnx`\n  \
@@ -55,27 +55,27 @@ pub enum PolicyFileFault {
     WithoutOnnx,
 }
 
-/// What is wrong with a number that files of both kinds have.
+/// Fault of a setting that both file formats have.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingFault {
-    /// The actions have no range.
+    /// The limits of the action are empty or not finite.
     #[error("limits are {low} to {high}; the first must be below the second")]
     Limits {
-        /// Lowest action, m/s2 or m/s.
+        /// Lowest action, m/s² or m/s.
         low: f64,
-        /// Highest action, m/s2 or m/s.
+        /// Highest action, m/s² or m/s.
         high: f64,
     },
-    /// A negative or no bound of the change of speed.
+    /// The bound on the change of speed is negative or not finite.
     #[error("speed_change_mps must be 0 or more")]
     SpeedChange,
-    /// A negative or no spacing.
+    /// The least spacing is negative or not finite.
     #[error("least_spacing_m must be 0 or more")]
     LeastSpacing,
-    /// The bound of what is expected to be gained is no number.
+    /// The bound on the expected gain is not finite.
     #[error("silent_below_mps must be a finite number")]
     SilentBelow,
-    /// An input has no range.
+    /// An input's range is empty or not finite.
     #[error("input {}: `to` must be above `from`", .0.name())]
     Input(Feature),
 }

@@ -1,6 +1,6 @@
-//! What advice is expected to gain, so that a policy can be silent where it would slow the traffic. In: an [`Observation`].
-//! Out: the mean speed of all cars with this policy's advice less that without any, m/s, as it was learned from drives in pairs
-//! (`train::silence`). It sees the road, the hold and the driver, not the speeds of the moment.
+//! Expected gain of advice, used by a policy to withhold advice that would slow the traffic. In: an [`Observation`]. Out: the mean speed
+//! of all vehicles with this policy's advice minus that without advice, m/s, learned from paired drives (`train::silence`). Inputs are
+//! the road, the hold and the driver, not the current speeds.
 
 use super::{
     NetworkInput, NetworkLayer, Observation, SettingFault,
@@ -10,32 +10,32 @@ use super::{
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// A fitted network, and the gain below which nothing is advised.
+/// A fitted network, and the gain below which advice is withheld.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExpectedGain {
-    /// Expected gain below which nothing is advised, m/s.
+    /// Expected gain below which advice is withheld, m/s.
     pub silent_below_mps: f64,
-    /// What the first layer sees, in order.
+    /// Inputs of the first layer, in order.
     pub inputs: Vec<NetworkInput>,
-    /// From the observation to the gain, m/s.
+    /// Layers from the inputs to the gain, m/s.
     #[serde(rename = "layer")]
     pub layers: Vec<NetworkLayer>,
 }
 
-/// Why these numbers tell no gain.
+/// Reasons that the predictor cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ExpectedGainFault {
-    /// Its layers do not fit together.
+    /// The layers are inconsistent.
     #[error("expected_gain: {0}")]
     Layers(#[from] LayerFault),
-    /// A bound that is no number, or an input without a range.
+    /// The bound is not finite, or an input has no range.
     #[error("expected_gain: {0}")]
     Setting(#[from] SettingFault),
 }
 
 impl ExpectedGain {
-    /// Fails where its numbers cannot be used.
+    /// Checks that the numbers can be used.
     pub(super) fn check(&self) -> Result<(), ExpectedGainFault> {
         if !self.silent_below_mps.is_finite() {
             return Err(SettingFault::SilentBelow.into());
@@ -46,18 +46,18 @@ impl ExpectedGain {
         Ok(check_layers(&self.layers, self.inputs.len(), 1)?)
     }
 
-    /// The gain that is expected, m/s.
+    /// Returns the expected gain, m/s.
     pub fn gain_mps(&self, observation: &Observation) -> f64 {
         let seen = self.inputs.iter().map(|input| input.scaled(observation));
         run_layers(&self.layers, seen, |outputs| f64::from(outputs[0]))
     }
 
-    /// True where nothing is to be advised.
+    /// Returns true if advice should be withheld.
     pub fn asks_for_silence(&self, observation: &Observation) -> bool {
         self.gain_mps(observation) < self.silent_below_mps
     }
 
-    /// Appends it to a policy's file.
+    /// Appends the predictor to the text of a policy file.
     pub(super) fn write(&self, text: &mut String) {
         let _ = write!(
             text,

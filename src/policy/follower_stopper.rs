@@ -1,11 +1,9 @@
-//! FollowerStopper (Stern et al. 2018, eqs. 1-2; docs/references.md: follower-stopper): drive the aim where the gap is
-//! wide, follow the leader's speed where it is not, stop where it is closed. In: speed, leader's speed, gap. Out: a
-//! speed.
+//! FollowerStopper (Stern et al. 2018, eqs. 1-2; docs/references.md: follower-stopper): drive the target speed at a wide gap, the
+//! leader's speed at a medium gap, and stop at a small one. In: speed, leader's speed, gap. Out: a speed.
 //!
-//! The command is advice: how quickly a car closes on it is a property of who drives. The authors' car closed on it at once
-//! by a controller of its own. That is the driver `exact` with a response of half a second: `--driver exact
-//! --ego-response 0.5` in `codrive evaluate` and `codrive tune`, `follow = "exact"` and `ego_response_s = 0.5` in a
-//! training's configuration.
+//! The command is advice; how fast a vehicle reaches it depends on the driver. The authors' car reached it at once through a controller
+//! of its own. That is the driver `exact` with a response time of half a second: `--driver exact --ego-response 0.5` in `codrive
+//! evaluate` and `codrive tune`, `follow = "exact"` and `ego_response_s = 0.5` in a training's configuration.
 
 use super::{
     Action, Observation, Policy,
@@ -13,15 +11,15 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 
-/// The controller; it keeps no state.
+/// The controller, which has no state.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FollowerStopper {
-    /// Speed wanted where the gap allows, m/s.
+    /// Target speed at a wide gap, m/s.
     pub aim_mps: f64,
-    /// Gaps at zero relative speed that divide the regions, metres, rising.
+    /// Gaps at zero relative speed that separate the regions, m, ascending.
     pub dx0_m: [f64; 3],
-    /// Decelerations that curve the regions' borders, m/s2, none above the one before, so that the borders never cross.
+    /// Decelerations that curve the borders of the regions, m/s², not ascending, so that the borders never cross.
     pub d_mps2: [f64; 3],
 }
 
@@ -81,12 +79,12 @@ impl Parametric for FollowerStopper {
 }
 
 impl FollowerStopper {
-    /// With the regions of its authors.
+    /// Returns the controller with its authors' regions.
     pub fn published(aim_mps: f64) -> Self {
         Self { aim_mps, dx0_m: [4.5, 5.25, 6.0], d_mps2: [1.5, 1.0, 0.5] }
     }
 
-    /// The commanded speed, m/s.
+    /// Returns the commanded speed, m/s.
     pub fn command_mps(&self, observation: &Observation) -> f64 {
         let Observation { speed_mps, leader_speed_mps, gap_m, .. } = *observation;
         let closing = (leader_speed_mps - speed_mps).min(0.0);
@@ -122,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_regions_meet_at_their_borders() {
-        // No relative speed: borders at 4.5, 5.25 and 6 m.
+        // At zero relative speed the borders are at 4.5, 5.25 and 6 m.
         assert_eq!(command(3.0, 3.0, 4.5), 0.0);
         assert!((command(3.0, 3.0, 5.25) - 3.0).abs() < 1e-12);
         assert!((command(3.0, 3.0, 4.875) - 1.5).abs() < 1e-12);
@@ -132,7 +130,7 @@ mod tests {
 
     #[test]
     fn closing_in_asks_for_more_room() {
-        // 2 m/s closing: borders at 5.833, 7.25 and 10 m.
+        // Closing at 2 m/s the borders are at 5.833, 7.25 and 10 m.
         assert_eq!(command(4.0, 2.0, 5.83), 0.0);
         assert!((command(4.0, 2.0, 7.25) - 2.0).abs() < 1e-12);
         assert!((command(4.0, 2.0, 10.0) - 4.3).abs() < 1e-12);

@@ -1,9 +1,9 @@
-//! Linear feedback: a speed that rises with a faster leader, with a wider gap and with a faster flow. In: speed, leader's
-//! speed, gap, own mean speed. Out: a speed.
+//! Linear feedback: a speed that rises with the leader's speed, the gap and the mean speed. In: speed, leader's speed, gap, own mean
+//! speed. Out: a speed.
 //!
-//! It is the plainest controller that sees what a network sees, so that a network that is not better than this one, tuned,
-//! has learned nothing of use. Its command is aim + k_lead (v_lead - v) + k_gap (gap - gap_m) + k_mean (v_mean - v), never
-//! below 0; [`super::Advisor`] keeps it within the speed limit.
+//! It is the simplest controller with a network's inputs: a network that does not beat it, once tuned, has learned nothing useful. The
+//! command is aim + k_lead (v_lead - v) + k_gap (gap - gap_m) + k_mean (v_mean - v), never below 0; [`super::Advisor`] keeps it within
+//! the speed limit.
 
 use super::{
     Action, Observation, Policy,
@@ -11,30 +11,30 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 
-/// The controller; it keeps no state.
+/// The controller, which has no state.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinearFeedback {
-    /// Speed where nothing differs, m/s.
+    /// Command if all differences are 0, m/s.
     pub aim_mps: f64,
-    /// Gain on the leader's speed less the own.
+    /// Gain on the leader's speed minus own speed, dimensionless.
     pub k_lead: f64,
     /// Gain on the gap beyond `gap_m`, 1/s.
     pub k_gap_per_s: f64,
-    /// Gap at which that part is 0, metres.
+    /// Gap at which the gap term is 0, m.
     pub gap_m: f64,
-    /// Gain on the own mean speed of about half a minute ([`super::MeanSpeed`]) less the speed now.
+    /// Gain on own mean speed over about half a minute ([`super::MeanSpeed`]) minus current speed, dimensionless.
     pub k_mean: f64,
 }
 
 impl LinearFeedback {
-    /// Gains with which a car closes half of a difference to its leader and a tenth of its gap in a second, around a time
-    /// gap of 1.5 s at the aim. A starting point, found by nobody; `codrive tune` finds better ones.
+    /// Returns a starting point for `codrive tune`, without a published source: half of the speed difference, a tenth of the gap error
+    /// per second, and a time gap of 1.5 s at the target speed.
     pub fn around(aim_mps: f64) -> Self {
         Self { aim_mps, k_lead: 0.5, k_gap_per_s: 0.1, gap_m: 1.5 * aim_mps, k_mean: 0.0 }
     }
 
-    /// The commanded speed, m/s.
+    /// Returns the commanded speed, m/s.
     pub fn command_mps(&self, observation: &Observation) -> f64 {
         let Observation { speed_mps, leader_speed_mps, gap_m, mean_speed_mps, .. } = *observation;
         let lead = self.k_lead * (leader_speed_mps - speed_mps);
@@ -94,7 +94,7 @@ mod tests {
             ..Observation::default()
         };
         let policy = LinearFeedback { aim_mps: 4.0, k_lead: 0.0, k_gap_per_s: 0.0, gap_m: 6.0, k_mean: 0.0 };
-        // By hand: 4, 4 + 0.5 x 2, 4 + 0.25 x 4, 4 - 0.5 x 1, and all of it.
+        // By hand: 4, 4 + 0.5 x 2, 4 + 0.25 x 4, 4 - 0.5 x 1, and all terms together.
         assert_eq!(policy.command_mps(&seen), 4.0);
         assert_eq!(LinearFeedback { k_lead: 0.5, ..policy }.command_mps(&seen), 5.0);
         assert_eq!(LinearFeedback { k_gap_per_s: 0.25, ..policy }.command_mps(&seen), 5.0);
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_told_to_drive_backwards() {
+    fn the_command_is_never_below_zero() {
         let policy = LinearFeedback { k_lead: 10.0, ..LinearFeedback::around(4.0) };
         let seen = Observation { speed_mps: 8.0, ..Observation::default() };
         assert_eq!(policy.command_mps(&seen), 0.0);

@@ -1,5 +1,5 @@
-//! Advice. In: an [`Observation`] each step. Out: an [`Action`] each hold, shown to the driver as [`Advice`]. Policies
-//! are built by name or from a file with [`build`]; [`Advisor`] keeps the hold. SI units.
+//! Advice. In: an [`Observation`] each step. Out: an [`Action`] each hold, shown to the driver as [`Advice`]. [`build`] makes policies
+//! from a name or a file; [`Advisor`] asks them once a hold. SI units.
 
 mod advisor;
 mod assisted;
@@ -56,140 +56,140 @@ use crate::{
 };
 use std::path::{Path, PathBuf};
 
-/// What a policy may know: HC22's four numbers first.
+/// Inputs available to a policy; the first four are HC22's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observation {
     /// Own speed, m/s.
     pub speed_mps: f64,
     /// Leader's speed, m/s.
     pub leader_speed_mps: f64,
-    /// Own front bumper to the leader's rear bumper, metres.
+    /// Own front bumper to the leader's rear bumper, m.
     pub gap_m: f64,
-    /// Length of the closed route, metres.
+    /// Length of the closed route, m.
     pub circumference_m: f64,
-    /// Cars on it, the ego included.
+    /// Number of vehicles on the closed route, the ego included.
     pub vehicles: u32,
-    /// How long its action will stand, seconds; [`Advisor`] knows.
+    /// Hold of the action, s; set by [`Advisor`].
     pub hold_s: f64,
-    /// Own mean speed of about the last half minute, m/s ([`MeanSpeed`]); [`Advisor`] knows.
+    /// Own mean speed over about the last half minute, m/s ([`MeanSpeed`]); set by [`Advisor`].
     pub mean_speed_mps: f64,
-    /// The advice that stands, m/s; [`Advisor`] knows.
+    /// Target of the current advice, m/s; set by [`Advisor`].
     pub advised_mps: Option<f64>,
-    /// Who drives, where that is known or has been estimated.
+    /// Traits of the driver, if known or estimated.
     pub driver: Option<DriverTraits>,
-    /// What a variational encoder made out of him, without a unit; 0 where nothing is known.
+    /// Latents of the driver from a variational encoder, dimensionless; 0 if unknown.
     pub latents: [f64; identification::MOST_LATENTS],
-    /// The speed that the policy corrects, if it corrects one, m/s.
+    /// Speed that the policy corrects, m/s, if it corrects one.
     pub corrected_mps: Option<f64>,
-    /// The road ahead; rings of training have none.
+    /// Road ahead; absent on training rings.
     pub road: RoadAhead,
 }
 
-/// What a policy puts out.
+/// Output of a policy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
-    /// Keep this acceleration for the hold, m/s2.
+    /// Acceleration to keep for the hold, m/s².
     Acceleration(f64),
-    /// Drive this speed for the hold, m/s.
+    /// Speed to drive for the hold, m/s.
     Speed(f64),
 }
 
-/// One advice as it stands on the speedometer.
+/// One advice as shown on the speedometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Advice {
-    /// When it was issued.
+    /// Tick at which the advice was issued.
     pub issued: Tick,
-    /// How long it stands.
+    /// Time that the advice stays in force.
     pub hold: Hold,
-    /// The policy's own action.
+    /// Action as the policy returned it.
     pub action: Action,
-    /// Speed to be driven, m/s, within 0 and the speed limit.
+    /// Speed to drive, m/s, within 0 and the speed limit.
     pub target_mps: f64,
     /// Half width of the acceptable range, m/s: target +- this.
     pub range_mps: f64,
-    /// The policy's answer was no number, and what was advised before stands.
+    /// True if the policy returned no finite number and the previous target stays in force.
     pub is_fallback: bool,
-    /// What the policy made of the driver when it was issued, if it asks.
+    /// Estimate of the driver's traits at the issue time, if the policy has an estimator.
     pub driver: Option<DriverEstimate>,
 }
 
 impl Advice {
-    /// Lowest and highest acceptable speed, m/s; never below 0.
+    /// Returns the lowest and the highest acceptable speed, m/s, never below 0.
     pub fn band_mps(&self) -> (f64, f64) {
         ((self.target_mps - self.range_mps).max(0.0), self.target_mps + self.range_mps)
     }
 
-    /// True if `speed_mps` lies in the acceptable range, its edges included.
+    /// Returns true if `speed_mps` lies in the acceptable range, edges included.
     pub fn accepts(&self, speed_mps: f64) -> bool {
         let (low, high) = self.band_mps();
         (low..=high).contains(&speed_mps)
     }
 }
 
-/// A source of actions. A world is begun on one thread and driven on another.
+/// A source of actions. It is `Send`: a world is created on one thread and driven on another.
 pub trait Policy: Send {
-    /// Sees every step, also those within a hold; called before [`Policy::act`] in the same step.
+    /// Receives every step, also within a hold; called before [`Policy::act`] in the same step.
     fn watch(&mut self, observation: &Observation) {
         let _ = observation;
     }
 
-    /// The action for the hold that begins now, `time_s` after the policy was engaged.
+    /// Returns the action for the hold that begins now, `time_s` after the policy was engaged.
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action;
 
-    /// True where it knows that advice would not help: nothing is shown for the hold that begins now, `time_s` after it was
-    /// engaged, and the driver drives as without.
+    /// Returns true if advice would not help. Nothing is shown for the hold that begins now, `time_s` after the policy was engaged, and
+    /// the driver drives without advice.
     fn abstains(&mut self, time_s: f64, observation: &Observation) -> bool {
         let _ = (time_s, observation);
         false
     }
 
-    /// What it has found out about the driver, if it asks.
+    /// Returns the current estimate of the driver, if the policy has an estimator.
     fn who_drives(&self) -> Option<WhoDrives> {
         None
     }
 
-    /// The driver's traits as it makes them out, if it asks for traits.
+    /// Returns the estimated traits of the driver, if the policy estimates traits.
     fn driver_estimate(&self) -> Option<DriverEstimate> {
         self.who_drives().and_then(|told| told.traits())
     }
 
-    /// True where it must be told who drives and does not find out by itself.
+    /// Returns true if the policy needs the driver's traits or latents as input and has no estimator for them.
     fn must_be_told_who_drives(&self) -> bool {
         false
     }
 
-    /// Shortest and longest hold that it was made for, seconds, if it was made for some.
+    /// Shortest and longest hold seen in training, s, if the policy was trained.
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         None
     }
 }
 
-/// What [`build`] needs to know of the road.
+/// Road and step data that [`build`] needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PolicySettings {
-    /// Speed to aim for, m/s; 0 takes [`AUTOMATIC_SHARE`] of `equilibrium_mps`.
+    /// Target speed, m/s; 0 takes [`AUTOMATIC_SHARE`] of `equilibrium_mps`.
     pub aim_mps: f64,
-    /// Speed at which an even ring of these cars flows, m/s.
+    /// Equilibrium speed of an evenly spaced ring of these vehicles, m/s.
     pub equilibrium_mps: f64,
-    /// Length of a step, seconds.
+    /// Length of a step, s.
     pub step_s: f64,
 }
 
 impl PolicySettings {
-    /// The aim, or the automatic one where none is set, m/s.
+    /// Returns the target speed, or the automatic one if none is set, m/s.
     pub fn aim_or_automatic_mps(&self) -> f64 {
         if self.aim_mps > 0.0 { self.aim_mps } else { AUTOMATIC_SHARE * self.equilibrium_mps }
     }
 }
 
-/// The automatic aim as a share of the equilibrium speed. On the 250 m ring 4.30 of 4.362 m/s: from there on two-phase and
-/// FollowerStopper calm every seed, at 4.43 the latter only 11 of 20 (docs/references.md: advice).
+/// Automatic target speed as a share of the equilibrium speed: on the 250 m ring 4.30 of 4.362 m/s. At 4.30 m/s two-phase and
+/// FollowerStopper calm every seed; at 4.43 m/s the latter calms only 11 of 20 (docs/references.md: advice).
 pub const AUTOMATIC_SHARE: f64 = 0.985;
 
-/// Names that [`build`] knows; the first advises nothing, the others are those of [`CONTROLLERS`].
+/// Names that [`build`] knows: the first gives no advice, the others are the names of [`CONTROLLERS`].
 pub const NAMES: [&str; 6] = ["none", "constant", "two-phase", "follower-stopper", "pi", "linear-feedback"];
 
-/// Why there is no such policy.
+/// Reasons that a policy cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum PolicyError {
     /// No policy has this name.
@@ -198,7 +198,7 @@ pub enum PolicyError {
         did_you_mean(name, &all_names()), all_names().join(", ")
     )]
     Unknown {
-        /// The name as given.
+        /// Policy name as the user gave it.
         name: String,
     },
     /// No controller has this name.
@@ -207,50 +207,50 @@ pub enum PolicyError {
         did_you_mean(name, &NAMES[1..]), NAMES[1..].join(", ")
     )]
     UnknownController {
-        /// The name as given.
+        /// Controller name as the user gave it.
         name: String,
     },
-    /// Nothing that could be corrected has this name.
+    /// No controller and no correctable policy has this name.
     #[error(
         "controller or policy `{name}` is unknown{}; known are {}, or the FILE.toml of a controller or of a trained policy",
         did_you_mean(name, &correctable_names()), correctable_names().join(", ")
     )]
     UnknownCorrected {
-        /// The name as given.
+        /// Name as the user gave it.
         name: String,
     },
-    /// A network in another program's format cannot be built into a policy's file.
+    /// An ONNX network cannot be embedded in a policy file.
     #[error("policy {name} cannot be corrected: it is no policy file of this program\n  remedy: name its policy.toml")]
     CorrectedOnnx {
-        /// The name as given.
+        /// Policy name as the user gave it.
         name: String,
     },
-    /// It is no advice that can be corrected.
+    /// The policy's advice cannot be corrected.
     #[error("policy {name} {fault}")]
     NotCorrectable {
-        /// The name as given.
+        /// Policy name as the user gave it.
         name: String,
-        /// Why.
+        /// Reason that it cannot be corrected.
         fault: NotCorrectable,
     },
-    /// It was told in training who drives, which nobody can tell it in a drive.
+    /// The policy was trained with the driver's traits as input. A drive does not supply them.
     #[error(
         "policy {name} must be told who drives ({}), and has no estimator that finds out\n  remedy: train it with \
          estimator_rounds above 0, or name another policy",
         FEATURES.iter().filter(|feature| feature.is_of_driver()).map(|feature| feature.name()).collect::<Vec<_>>().join(", ")
     )]
     MustBeTold {
-        /// The name as given.
+        /// Policy name as the user gave it.
         name: String,
     },
-    /// It needs more of the road than rings of training and evaluation have.
+    /// The policy needs more of the road than training and evaluation rings have.
     #[error(
         "policy {name} needs whole drives: it {why} on rings of training and evaluation\n  remedy: codrive run, or name another policy"
     )]
     NotOnRings {
-        /// The name as given.
+        /// Policy name as the user gave it.
         name: String,
-        /// What it needs.
+        /// Part of the road that the policy needs.
         why: String,
     },
     /// The file of a trained policy cannot be used.
@@ -261,10 +261,10 @@ pub enum PolicyError {
     Controller(#[from] ControllerFileError),
 }
 
-/// Stands for the shipped speed policy of the map, or for two-phase advice where there is none.
+/// Name that stands for the shipped speed policy of the map, or for two-phase advice if there is none.
 pub const AUTO: &str = "auto";
 
-/// Names of the policies in `assets/policies`, sorted.
+/// Returns the sorted names of the policies in `assets/policies`.
 pub fn shipped() -> Vec<String> {
     let folders = std::fs::read_dir(data_folders::root().join(SHIPPED)).into_iter().flatten().flatten();
     let whole = folders.filter(|folder| folder.path().join("policy.toml").exists());
@@ -273,30 +273,30 @@ pub fn shipped() -> Vec<String> {
     names
 }
 
-/// All names: of [`AUTO`], of [`NAMES`], and of the shipped ones.
+/// Returns all names: [`AUTO`], [`NAMES`] and the shipped policies.
 fn all_names() -> Vec<String> {
     std::iter::once(AUTO).chain(NAMES).map(str::to_owned).chain(shipped()).collect()
 }
 
-/// Names of what can be corrected: of controllers, and of the shipped policies.
+/// Returns the names of everything that can be corrected: controllers and shipped policies.
 fn correctable_names() -> Vec<String> {
     NAMES[1..].iter().map(|name| (*name).to_owned()).chain(shipped()).collect()
 }
 
-/// Where the shipped policies lie, below the project's root.
+/// Folder of the shipped policies, relative to the project's root.
 const SHIPPED: &str = "assets/policies";
 
-/// The policy that drives, and how it came to that.
+/// A policy's name after [`AUTO`] has been resolved, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ResolvedPolicy {
-    /// Its own name, or its file.
+    /// Name of the policy, or path of its file.
     pub name: String,
-    /// Why it is this one, where another name was asked for.
+    /// Reason for the choice; `None` unless [`AUTO`] was resolved.
     pub why: Option<String>,
 }
 
 impl ResolvedPolicy {
-    /// For people: the name, and in brackets why it is this one.
+    /// Returns the name for display, with the reason in brackets if there is one.
     pub fn words(&self) -> String {
         match &self.why {
             Some(why) => format!("{} ({why})", self.name),
@@ -305,13 +305,13 @@ impl ResolvedPolicy {
     }
 }
 
-/// The policy that a name stands for on a map: that of [`AUTO`], otherwise itself. A shipped map is the same by its name, by
-/// its path and as a copy.
+/// Resolves a policy name for a map: [`AUTO`] to a shipped policy or two-phase, any other name to itself. A shipped map is recognised by
+/// name, by path and as a copy.
 pub fn resolve(name: &str, map: &RoadMap) -> ResolvedPolicy {
     resolve_among(&shipped(), name, map)
 }
 
-/// The same with these policies as the shipped ones.
+/// Resolves a policy name with `shipped` as the list of shipped policies.
 fn resolve_among(shipped: &[String], name: &str, map: &RoadMap) -> ResolvedPolicy {
     if name != AUTO {
         return ResolvedPolicy { name: name.into(), why: None };
@@ -328,12 +328,12 @@ fn resolve_among(shipped: &[String], name: &str, map: &RoadMap) -> ResolvedPolic
     ResolvedPolicy { name: own.unwrap_or_else(|| "two-phase".into()), why: Some(why) }
 }
 
-/// True if a policy is named by the path of its file.
+/// Returns true if the name is the path of a policy file.
 pub fn is_path(name: &str) -> bool {
     name.ends_with(".onnx") || name.ends_with(".toml")
 }
 
-/// The file of a policy that has one: as it is given, or that of a shipped one.
+/// Returns the policy file of a name: the path itself, or the file of a shipped policy.
 pub fn file_of(name: &str) -> Option<PathBuf> {
     if is_path(name) {
         return Some(name.into());
@@ -341,20 +341,18 @@ pub fn file_of(name: &str) -> Option<PathBuf> {
     shipped().iter().any(|own| own == name).then(|| data_folders::root().join(SHIPPED).join(name).join("policy.toml"))
 }
 
-/// All files that the policy of a path is made of, its own first.
+/// Returns all files of the policy at a path, its main file first.
 pub fn files_of(path: &Path) -> Vec<PathBuf> {
     if path.extension().is_some_and(|e| e == "onnx") { OnnxPolicy::files(path) } else { vec![path.into()] }
 }
 
-/// A policy that has been read and can be engaged any number of times: reading a trained one's file takes longer than driving
-/// with it.
+/// A policy that is read once and engaged any number of times; reading a trained policy's file takes longer than driving with it.
 #[derive(Clone)]
 pub struct PolicySource {
     kind: SourceKind,
     step_s: f64,
 }
 
-/// What was read.
 #[derive(Clone)]
 enum SourceKind {
     NoAdvice,
@@ -364,10 +362,10 @@ enum SourceKind {
 }
 
 impl PolicySource {
-    /// A policy by name, a shipped one's included, or by the path of its file (`.toml`, `.onnx`).
+    /// Reads a policy by name, shipped ones included, or by the path of its file (`.toml`, `.onnx`).
     ///
     /// # Errors
-    /// The name is neither among [`NAMES`] nor shipped, or the file cannot be used.
+    /// The name is neither in [`NAMES`] nor shipped, or the file cannot be used.
     pub fn read(name: &str, settings: &PolicySettings) -> Result<Self, PolicyError> {
         let kind = match (ControllerKind::named(name), file_of(name)) {
             (Some(kind), _) => SourceKind::Controller(Controller::by_name(kind, settings)),
@@ -379,7 +377,7 @@ impl PolicySource {
         Ok(Self { kind, step_s: settings.step_s })
     }
 
-    /// The policy of a TOML file, which is a trained one or a controller.
+    /// Reads the policy of a TOML file, a trained network or a controller.
     fn from_toml_file(path: &Path) -> Result<SourceKind, PolicyError> {
         let text = network::read(path)?;
         Ok(if controller::is_controller(&text) {
@@ -389,7 +387,7 @@ impl PolicySource {
         })
     }
 
-    /// The policy, engaged now; `None` for `none`.
+    /// Returns a newly engaged policy; `None` for `none`.
     pub fn engage(&self) -> Option<Box<dyn Policy>> {
         Some(match &self.kind {
             SourceKind::NoAdvice => return None,
@@ -400,18 +398,18 @@ impl PolicySource {
     }
 }
 
-/// A policy by name or by the path of its file, engaged now; `None` for `none`.
+/// Builds and engages a policy by name or by the path of its file; `None` for `none`.
 ///
 /// # Errors
-/// As [`PolicySource::read`] has them.
+/// The errors of [`PolicySource::read`].
 pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Policy>>, PolicyError> {
     Ok(PolicySource::read(name, settings)?.engage())
 }
 
-/// The controller of a name, or of a file.
+/// Returns the controller with this name, or reads it from a file.
 ///
 /// # Errors
-/// No controller has this name, or the file cannot be used or is no controller's.
+/// No controller has this name, or the file cannot be used or holds no controller.
 pub fn controller(name: &str, settings: &PolicySettings) -> Result<Controller, PolicyError> {
     match ControllerKind::named(name) {
         Some(kind) => Ok(Controller::by_name(kind, settings)),

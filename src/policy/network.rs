@@ -1,5 +1,5 @@
-//! A trained network as a policy, and its file. In: an [`Observation`]. Out: an [`Action`]. The file is TOML that says
-//! all that is needed to use it: kind of action, limits, holds, inputs, layers as plain numbers.
+//! A trained network as a policy, and its file. In: an [`Observation`]. Out: an [`Action`]. The TOML file holds everything needed to use
+//! the network: kind of action, limits, holds, inputs and layers as plain numbers.
 
 use super::{
     Action, AssistedPolicy, CorrectedAdvice, CorrectionFault, DriverEstimator, ExpectedGain, NetworkInput, Observation,
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::{cell::RefCell, path::Path};
 
 thread_local! {
-    /// Values of a layer and of the one before it, kept so that a drive asks for no memory while it runs.
+    /// Values of the current layer and of the previous one, kept to avoid allocation during a drive.
     static LAYERS: RefCell<[Vec<f32>; 2]> = const { RefCell::new([Vec::new(), Vec::new()]) };
 }
 
@@ -19,130 +19,130 @@ thread_local! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NetworkOutput {
-    /// m/s2.
+    /// Acceleration in m/s², kept for the hold.
     Acceleration,
-    /// m/s.
+    /// Target speed in m/s, driven for the hold.
     Speed,
 }
 
-/// One layer: `y = x W + b`, then tanh on all layers but the last.
+/// One layer: `y = x W + b`, followed by tanh in all layers but the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NetworkLayer {
-    /// One value for each output.
+    /// One value per output.
     pub bias: Vec<f32>,
-    /// One row for each input, one value in it for each output.
+    /// One row per input with one value per output.
     pub weights: Vec<Vec<f32>>,
 }
 
-/// A trained policy: the mean action of a normal distribution (one output), or the likeliest of `levels` actions.
+/// A trained policy: the mean of a normal distribution over actions (one output), or the most probable of `levels` actions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Network {
-    /// Kind of file, [`FORMAT`].
+    /// Format and version of the file, [`FORMAT`].
     pub format: String,
-    /// What the action is.
+    /// Quantity that the network advises.
     pub action: NetworkOutput,
-    /// Lowest and highest action: the output -1 and 1, or the first and the last level; m/s2 or m/s.
+    /// Lowest and highest action, m/s² or m/s: at outputs -1 and 1, or at the first and the last level.
     pub limits: [f64; 2],
-    /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound. Limits beyond it are
-    /// drawn in ([`bounded`]).
+    /// Largest change of speed caused by an acceleration within one hold, m/s; 0: no bound. Wider limits are narrowed to it
+    /// ([`bounded`]).
     pub speed_change_mps: f64,
-    /// Road for each car, metres, below which it withholds advice; 0 is nowhere.
+    /// Road length per vehicle, m, below which advice is withheld; 0: never withheld.
     #[serde(default, skip_serializing_if = "network_file::is_zero")]
     pub least_spacing_m: f64,
-    /// Number of levels; 0 is continuous.
+    /// Number of discrete levels; 0: continuous action.
     pub levels: u32,
-    /// Shortest and longest hold that it was trained for, seconds.
+    /// Shortest and longest hold in training, s.
     pub holds_s: [f64; 2],
-    /// What the first layer sees, in order.
+    /// Inputs of the first layer, in order.
     pub inputs: Vec<NetworkInput>,
-    /// From the observation to the action.
+    /// Layers from the inputs to the action.
     #[serde(rename = "layer")]
     pub layers: Vec<NetworkLayer>,
-    /// What it corrects, where it does: its action is then what is added to that speed, m/s.
+    /// Advice that the policy corrects, if any; the action is then added to that speed, m/s.
     #[serde(default, rename = "controller", skip_serializing_if = "Option::is_none")]
     pub corrected: Option<CorrectedAdvice>,
-    /// What tells it who drives, where it asks.
+    /// Estimator of the driver's traits or latents, if the policy uses them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimator: Option<DriverEstimator>,
-    /// What tells it where to be silent, where it has learned that.
+    /// Predictor of the gain from advice, used to withhold advice, if trained.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_gain: Option<ExpectedGain>,
 }
 
-/// The most that a policy file may hold, bytes: layers of 64 and 64 numbers take 0.1 MB.
+/// Largest policy file, bytes; two layers of 64 units take 0.1 MB.
 pub const MOST_BYTES: u64 = 2 << 20;
 
-/// What a policy file calls itself.
+/// Identifier of the file format and its version.
 pub const FORMAT: &str = "codrive policy 2";
 
-/// Why a text is no policy of this program's own kind.
+/// Reasons that a text is not a valid policy file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NetworkFault {
-    /// Not TOML, or with other keys.
+    /// The text is not TOML or has unknown keys.
     #[error("is no policy file: {0}")]
     Foreign(toml::de::Error),
-    /// Another kind of file, or of another version.
+    /// The format or its version is another.
     #[error("format is `{}`; known is `{}`", .0, FORMAT)]
     Format(String),
-    /// Its layers do not fit together.
+    /// The layers are inconsistent.
     #[error(transparent)]
     Layers(#[from] LayerFault),
-    /// What it expects to gain cannot be told.
+    /// The predictor of the expected gain is invalid.
     #[error(transparent)]
     ExpectedGain(#[from] ExpectedGainFault),
-    /// Its estimator of the driver cannot be used.
+    /// The driver estimator is invalid.
     #[error(transparent)]
     Estimator(#[from] EstimatorFault),
-    /// It cannot correct what it says that it corrects.
+    /// The policy cannot correct the advice that it names.
     #[error(transparent)]
     Correction(#[from] CorrectionFault),
-    /// A number that cannot be.
+    /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingFault),
-    /// A single level, or holds that cannot be.
+    /// `levels` is 1, or the holds are not positive, finite and ascending.
     #[error("levels or holds_s cannot be used")]
     LevelsOrHolds,
 }
 
-/// Why layers do not fit together.
+/// Reasons that layers are inconsistent.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LayerFault {
-    /// A layer does not take what the one before it gives.
+    /// A layer's input count differs from the previous layer's output count.
     #[error("layer {layer} has {inputs} inputs; what is before it gives {given}")]
     Inputs {
-        /// Which layer, from 0.
+        /// Index of the layer, from 0.
         layer: usize,
-        /// How many inputs it has.
+        /// Inputs of the layer.
         inputs: usize,
-        /// How many there are.
+        /// Outputs of the previous layer.
         given: usize,
     },
-    /// A row of weights has another length than the layer's outputs.
+    /// A row of weights differs in length from the layer's biases.
     #[error("layer {layer} has {outputs} outputs in a row of its weights and {biases} biases")]
     Row {
-        /// Which layer, from 0.
+        /// Index of the layer, from 0.
         layer: usize,
         /// Length of the row.
         outputs: usize,
-        /// Biases of the layer.
+        /// Number of biases of the layer.
         biases: usize,
     },
-    /// A weight or bias is infinite or no number.
+    /// A weight or bias is infinite or NaN.
     #[error("layer {0} holds a number that is not finite")]
     NotFinite(usize),
-    /// The last one does not give what is needed.
+    /// The last layer has the wrong number of outputs.
     #[error("the last layer has {outputs} outputs; {needed} needed", needed = if *needed == 1 { "1 is".into() } else { format!("{needed} are") })]
     Outputs {
-        /// How many it gives.
+        /// Outputs of the last layer.
         outputs: usize,
-        /// How many are needed.
+        /// Number of outputs needed.
         needed: usize,
     },
 }
 
-/// Checks that layers lead from so many inputs to so many outputs by finite numbers.
+/// Checks that the layers take `inputs` values, give `needed` values and hold finite numbers only.
 pub(super) fn check_layers(layers: &[NetworkLayer], inputs: usize, needed: usize) -> Result<(), LayerFault> {
     let mut size = inputs;
     for (i, layer) in layers.iter().enumerate() {
@@ -160,7 +160,7 @@ pub(super) fn check_layers(layers: &[NetworkLayer], inputs: usize, needed: usize
     if size != needed || layers.is_empty() { Err(LayerFault::Outputs { outputs: size, needed }) } else { Ok(()) }
 }
 
-/// What `look` makes of the last layer's outputs where they are.
+/// Runs the layers and returns the result of `look` on the last layer's outputs, without copying them.
 pub(super) fn run_layers<T>(
     layers: &[NetworkLayer],
     inputs: impl Iterator<Item = f32>,
@@ -184,7 +184,7 @@ pub(super) fn run_layers<T>(
     })
 }
 
-/// The text of a policy's file.
+/// Reads the text of a policy file.
 pub(super) fn read(path: &Path) -> Result<String, PolicyFileError> {
     read_text(path, MOST_BYTES).map_err(|source| {
         PolicyFileError::new(path, PolicyFileFault::Unreadable { source, near: did_you_mean_file(path) })
@@ -195,30 +195,30 @@ impl Network {
     /// Reads a policy file.
     ///
     /// # Errors
-    /// It cannot be read, is no policy file, its layers do not fit together, or a number is not finite.
+    /// The file cannot be read, is no policy file, its layers are inconsistent, or a number is not finite.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
         Self::from_text_of(path, &read(path)?)
     }
 
-    /// The same for the text of this file.
+    /// Parses the text of the policy file at `path`; the path is used in errors only.
     pub(super) fn from_text_of(path: &Path, text: &str) -> Result<Self, PolicyFileError> {
         Self::from_toml(text).map_err(|why| PolicyFileError::new(path, why.into()))
     }
 
-    /// The same for text.
+    /// Parses the text of a policy file.
     ///
     /// # Errors
-    /// It is no policy file, its layers do not fit together, or a number cannot be.
+    /// The text is no policy file, its layers are inconsistent, or a number is out of range.
     pub fn from_toml(text: &str) -> Result<Self, NetworkFault> {
         let network: Self = toml::from_str(text).map_err(NetworkFault::Foreign)?;
         network.check()?;
         Ok(network)
     }
 
-    /// Whether it can be driven with.
+    /// Checks that the network can be used as a policy.
     ///
     /// # Errors
-    /// It is of another format, its layers do not fit together, or a number cannot be.
+    /// The format is another, the layers are inconsistent, or a number is out of range.
     pub fn check(&self) -> Result<(), NetworkFault> {
         if self.format != FORMAT {
             return Err(NetworkFault::Format(self.format.clone()));
@@ -251,7 +251,7 @@ impl Network {
         Ok(self.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?)
     }
 
-    /// A policy that is asked each `step_s` seconds, engaged now.
+    /// Returns a newly engaged policy with steps of `step_s` seconds.
     pub fn policy(self, step_s: f64) -> Box<dyn Policy> {
         let (estimator, gain) = (self.estimator.clone(), self.expected_gain.clone());
         match (&estimator, &self.corrected, &gain) {
@@ -263,25 +263,25 @@ impl Network {
         }
     }
 
-    /// The last layer's outputs. A hold outside of those trained for is seen as the nearest of them: a policy that has
-    /// learned to look every second may be asked ten times a second.
+    /// Returns the last layer's outputs. The hold is clamped to the range of training, so that a policy trained on holds of a second can
+    /// be asked ten times a second.
     pub fn outputs(&self, observation: &Observation) -> Vec<f32> {
         self.with_outputs(observation, <[f32]>::to_vec)
     }
 
-    /// What `look` makes of them where they are.
+    /// Returns the result of `look` on the last layer's outputs, without copying them.
     fn with_outputs<T>(&self, observation: &Observation, look: impl FnOnce(&[f32]) -> T) -> T {
         let hold_s = observation.hold_s.clamp(self.holds_s[0], self.holds_s[1]);
         let observation = &Observation { hold_s, ..*observation };
         run_layers(&self.layers, self.inputs.iter().map(|input| input.scaled(observation)), look)
     }
 
-    /// The action without noise.
+    /// Returns the action without exploration noise.
     pub fn action(&self, observation: &Observation) -> Action {
         self.with_outputs(observation, |outputs| self.chosen(outputs, observation))
     }
 
-    /// The speed that it advises, m/s, where its action is one.
+    /// Returns the number of the action: the advised speed, m/s, for a speed policy.
     pub fn speed_mps(&self, observation: &Observation) -> f64 {
         let (Action::Speed(value) | Action::Acceleration(value)) = self.action(observation);
         value
@@ -295,7 +295,7 @@ impl Network {
         let share = if self.levels == 0 {
             (f64::from(outputs[0]).clamp(-1.0, 1.0) + 1.0) / 2.0
         } else {
-            // The first of equals.
+            // The first of equal levels wins.
             let best = (0..outputs.len()).fold(0, |best, i| if outputs[i] > outputs[best] { i } else { best });
             best as f64 / f64::from(self.levels - 1)
         };
@@ -310,7 +310,7 @@ impl Network {
     }
 }
 
-/// Limits of an acceleration held for `hold_s` that changes the speed by no more than `speed_change_mps` (0: no bound).
+/// Returns the acceleration limits narrowed so that a hold of `hold_s` changes the speed by at most `speed_change_mps` (0: no bound).
 pub fn bounded(limits: [f64; 2], speed_change_mps: f64, hold_s: f64) -> [f64; 2] {
     if speed_change_mps <= 0.0 || hold_s <= 0.0 {
         return limits;
@@ -365,7 +365,7 @@ mod tests {
         }
     }
 
-    /// A gain that falls from `middle_mps` by 1 m/s with each unit of its input: 1 m of road more for each car.
+    /// Returns a predictor whose gain falls by 1 m/s per unit of input, from `middle_mps` at 10 m of road per vehicle.
     fn gain(middle_mps: f32) -> ExpectedGain {
         let layers = vec![NetworkLayer { bias: vec![middle_mps], weights: vec![vec![-1.0]] }];
         let inputs = vec![NetworkInput { feature: Feature::Spacing, from: 9.0, to: 11.0 }];
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn a_policy_survives_the_way_through_its_file() {
+    fn a_policy_survives_the_round_trip_through_its_file() {
         let with_gain = Network { expected_gain: Some(gain(1.0 / 3.0)), ..small(0, 1) };
         for network in [small(0, 1), small(5, 5), with_gain] {
             assert_eq!(Network::from_toml(&network.to_toml()).unwrap(), network);
@@ -381,14 +381,14 @@ mod tests {
     }
 
     #[test]
-    fn a_policy_is_silent_where_it_expects_too_little() {
+    fn a_policy_withholds_advice_where_it_expects_too_little_gain() {
         let network = Network { expected_gain: Some(gain(0.5)), least_spacing_m: 0.0, ..small(0, 1) };
         let mut policy = network.policy(0.1);
-        // 22 cars: 10 m for each are the middle, where 0.5 m/s are expected; 10.5 m give 0 m/s.
+        // With 22 vehicles, 10 m each is the middle of the input range, where 0.5 m/s are expected; 10.5 m each gives -0.5 m/s.
         let on =
             |spacing_m: f64| Observation { circumference_m: 22.0 * spacing_m, vehicles: 22, ..Observation::default() };
         assert!(!policy.abstains(0.0, &on(10.0)) && !policy.abstains(0.0, &on(10.24)));
-        // Silence stands for ten minutes.
+        // Withheld advice stays withheld for ten minutes.
         assert!(policy.abstains(1.0, &on(10.26)) && policy.abstains(600.0, &on(10.0)));
         assert!(!policy.abstains(601.0, &on(10.0)) && policy.abstains(602.0, &on(10.5)));
     }
@@ -405,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_together_is_named() {
+    fn an_inconsistent_network_is_refused_with_the_fault() {
         let fault = |change: fn(&mut Network)| {
             let mut network = small(0, 1);
             change(&mut network);

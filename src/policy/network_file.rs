@@ -1,11 +1,11 @@
-//! The file of a trained network as text. In: a [`Network`]. Out: TOML whose numbers are as short as they can be and still read back
-//! as the same bits.
+//! Text of a trained network's file. In: a [`Network`]. Out: TOML whose numbers are as short as possible and still read back to the same
+//! bits.
 
 use super::{Network, NetworkInput};
 use std::fmt::Write;
 
 impl Network {
-    /// The file's text.
+    /// Returns the text of the policy file.
     pub fn to_toml(&self) -> String {
         let mut text = String::from("# A policy trained by codrive; `codrive drive --policy THIS_FILE` uses it.\n");
         text.push_str("# Each layer is y = x W + b, then tanh on all but the last. Output -1..1 spans the limits.\n");
@@ -22,7 +22,8 @@ impl Network {
         text
     }
 
-    /// Appends the network alone, without what helps it. `path` is the table that it stands in, a dot behind it.
+    /// Appends the network without its corrected advice, estimator and expected gain. `path` is the enclosing table with a trailing dot,
+    /// or empty.
     pub(super) fn write_alone(&self, text: &mut String, path: &str) {
         let head = Self { layers: Vec::new(), corrected: None, estimator: None, expected_gain: None, ..self.clone() };
         let mut table = toml::Table::try_from(head).unwrap_or_default();
@@ -44,21 +45,21 @@ impl Network {
     }
 }
 
-/// For keys that files have only where they say something.
+/// Returns true for 0; used to skip keys that have their default value.
 pub(super) fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
 
-/// Numbers as a TOML array.
+/// Formats numbers as a TOML array.
 pub(super) fn row(numbers: &[f32]) -> String {
     let words: Vec<String> = numbers.iter().map(|x| number(*x)).collect();
     format!("[{}]", words.join(", "))
 }
 
 fn number(x: f32) -> String {
-    // TOML spells `nan` in small letters.
+    // TOML requires lower-case `nan`.
     let short = format!("{x:?}").to_lowercase();
-    // The reader goes through f64, which in rare cases lands on the neighbour.
+    // The reader parses as f64 and rounds again, which in rare cases gives the neighbouring f32.
     let same = short.parse::<f64>().is_ok_and(|y| (y as f32).to_bits() == x.to_bits());
     if same { short } else { format!("{:?}", f64::from(x)) }
 }

@@ -1,16 +1,15 @@
-//! The observation as a network sees it: one code for the drive, for training and for networks of others. In: an
-//! [`Observation`], SI. Out: one number for each [`NetworkInput`], usually of about -1 to 1. HC22's four are own speed,
-//! leader's speed, gap and circumference, scaled as docs/references.md: learning lists them.
+//! The observation as a network sees it, shared by drives, training and ONNX networks. In: an [`Observation`], SI. Out: one number per
+//! [`NetworkInput`], usually about -1 to 1. HC22's four inputs are own speed, leader's speed, gap and circumference, scaled as
+//! docs/references.md: learning lists them.
 
 use super::{FAR_M, LaneBeside, NearVehicle, Observation, identification::MOST_LATENTS};
 use crate::space::CAR_LENGTH_M;
 use serde::{Deserialize, Serialize};
 
-/// Time constant of [`Feature::MeanSpeed`], seconds: about the wave's period on the paper's ring (33.5 s,
-/// docs/references.md: ring).
+/// Time constant of [`Feature::MeanSpeed`], s: about the wave's period on the paper's ring (33.5 s, docs/references.md: ring).
 const MEMORY_S: f64 = 30.0;
 
-/// Something that a network may see.
+/// A quantity that a network can take as input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Feature {
@@ -18,86 +17,88 @@ pub enum Feature {
     Speed,
     /// Leader's speed, m/s.
     LeaderSpeed,
-    /// Leader's speed less own, m/s (Flow's ring environment).
+    /// Leader's speed minus own speed, m/s (Flow's ring environment).
     RelativeSpeed,
-    /// Own front bumper to the leader's rear bumper, metres.
+    /// Own front bumper to the leader's rear bumper, m.
     Gap,
-    /// Front bumper to front bumper, metres.
+    /// Front bumper to front bumper, m.
     Headway,
-    /// Length of the closed route, metres.
+    /// Length of the closed route, m.
     Circumference,
-    /// Length of the closed route for each car on it, metres.
+    /// Length of the closed route per vehicle, m.
     Spacing,
-    /// Own mean speed of about the last half minute, m/s.
+    /// Own mean speed over about the last half minute, m/s.
     MeanSpeed,
     /// Natural logarithm of the hold in seconds.
     LogHold,
-    /// Speed limit where the ego is, m/s.
+    /// Speed limit at the ego, m/s.
     SpeedLimit,
-    /// Curvature of the path where the ego is in three seconds, 1/m, positive to the left.
+    /// Curvature of the path at the ego's position in three seconds, 1/m, positive to the left.
     BendAhead,
-    /// Follower's front bumper to the own rear bumper, metres; [`FAR_M`] without one.
+    /// Follower's front bumper to own rear bumper, m; [`FAR_M`] without a follower.
     FollowerGap,
-    /// Follower's speed, m/s; the own without one.
+    /// Follower's speed, m/s; own speed without a follower.
     FollowerSpeed,
-    /// Own front bumper to the rear bumper of the next vehicle ahead in the lane to the left, metres, below 0 side by side; [`FAR_M`]
-    /// without one, 0 where there is no such lane.
+    /// Own front bumper to the rear bumper of the next vehicle ahead in the left lane, m, negative if side by side. [`FAR_M`] without a
+    /// vehicle, 0 without a left lane.
     LeftLeaderGap,
-    /// Speed of that vehicle, m/s; the own without one.
+    /// Speed of the next vehicle ahead in the left lane, m/s; own speed without one.
     LeftLeaderSpeed,
-    /// Front bumper of the next vehicle behind in the lane to the left to the own rear bumper, metres, as [`Feature::LeftLeaderGap`].
+    /// Front bumper of the next vehicle behind in the left lane to own rear bumper, m; sign and defaults as for
+    /// [`Feature::LeftLeaderGap`].
     LeftFollowerGap,
-    /// Speed of that vehicle, m/s; the own without one.
+    /// Speed of the next vehicle behind in the left lane, m/s; own speed without one.
     LeftFollowerSpeed,
-    /// Own front bumper to the rear bumper of the next vehicle ahead in the lane to the right, metres, below 0 side by side; [`FAR_M`]
-    /// without one, 0 where there is no such lane.
+    /// Own front bumper to the rear bumper of the next vehicle ahead in the right lane, m, negative if side by side. [`FAR_M`] without a
+    /// vehicle, 0 without a right lane.
     RightLeaderGap,
-    /// Speed of that vehicle, m/s; the own without one.
+    /// Speed of the next vehicle ahead in the right lane, m/s; own speed without one.
     RightLeaderSpeed,
-    /// Front bumper of the next vehicle behind in the lane to the right to the own rear bumper, metres, as [`Feature::RightLeaderGap`].
+    /// Front bumper of the next vehicle behind in the right lane to own rear bumper, m; sign and defaults as for
+    /// [`Feature::RightLeaderGap`].
     RightFollowerGap,
-    /// Speed of that vehicle, m/s; the own without one.
+    /// Speed of the next vehicle behind in the right lane, m/s; own speed without one.
     RightFollowerSpeed,
-    /// Own front bumper to the line of the next signal of the path, metres; [`FAR_M`] without one.
+    /// Own front bumper to the stop line of the next signal on the path, m; [`FAR_M`] without one.
     SignalDistance,
-    /// 1 where the next signal shows green, or where there is none; 0 where it does not.
+    /// State of the next signal: 1 for green or no signal, 0 otherwise.
     SignalGreen,
-    /// Own front bumper to the next line of the path where others go first, metres, behind a green that yields too; [`FAR_M`] without one.
+    /// Own front bumper to the next line of the path where the ego must yield, m, including a permissive green; [`FAR_M`] without one.
     YieldDistance,
-    /// Own front bumper to the next line of a stop sign, metres; [`FAR_M`] without one.
+    /// Own front bumper to the next stop-sign line, m; [`FAR_M`] without one.
     StopDistance,
-    /// Own front bumper to the end of the next edge on which the path changes lanes, as before an exit, metres; [`FAR_M`] where it changes none
-    /// any more.
+    /// Own front bumper to the end of the next edge on which the path changes lanes (for example before an exit), m; [`FAR_M`] without
+    /// one.
     LaneEndDistance,
-    /// Way to the end of the path, metres.
+    /// Distance to the end of the path, m; [`FAR_M`] without an end.
     PathLeft,
-    /// Speed of the controller that the policy corrects, m/s.
+    /// Speed of the controller or policy that is corrected, m/s; own speed without one.
     ControllerSpeed,
-    /// The driver's time from a new advice to the first response, s.
+    /// Driver's time from a new advice to the first response, s.
     Reaction,
-    /// The driver's speed less the advised one, m/s.
+    /// Driver's speed minus the advised speed, m/s.
     SpeedBias,
-    /// Standard deviation of the driver's speed around what he aims at, m/s.
+    /// Standard deviation of the driver's speed around their target speed, m/s.
     TrackingError,
-    /// The driver's time gap as a multiple of the other cars'.
+    /// Driver's time gap as a multiple of the other vehicles' time gap.
     TimeGapFactor,
-    /// Share of the time in which the driver follows the advice.
+    /// Share of time in which the driver follows the advice.
     Willingness,
-    /// What a variational encoder made out of the driver, the first number of up to four; 0 where nothing is known.
+    /// First of up to four latents of the driver from a variational encoder, dimensionless; 0 if unknown.
     #[serde(rename = "latent_1")]
     Latent1,
-    /// The second.
+    /// Second latent of the driver.
     #[serde(rename = "latent_2")]
     Latent2,
-    /// The third.
+    /// Third latent of the driver.
     #[serde(rename = "latent_3")]
     Latent3,
-    /// The fourth.
+    /// Fourth latent of the driver.
     #[serde(rename = "latent_4")]
     Latent4,
 }
 
-/// All features, as a training's configuration names them.
+/// All features in the order in which messages list them.
 pub const FEATURES: [Feature; 37] = [
     Feature::Speed,
     Feature::LeaderSpeed,
@@ -138,11 +139,11 @@ pub const FEATURES: [Feature; 37] = [
     Feature::Latent4,
 ];
 
-/// Those of a variational encoder, in order.
+/// Latent features of a variational encoder, in order.
 pub const LATENTS: [Feature; MOST_LATENTS] = [Feature::Latent1, Feature::Latent2, Feature::Latent3, Feature::Latent4];
 
 impl Feature {
-    /// Its name in files.
+    /// Returns the name used in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Speed => "speed",
@@ -185,18 +186,18 @@ impl Feature {
         }
     }
 
-    /// The feature of this name.
+    /// Returns the feature with this name.
     pub fn named(name: &str) -> Option<Self> {
         FEATURES.into_iter().find(|feature| feature.name() == name)
     }
 
-    /// True of what only a teacher knows, and an estimator finds out: who drives.
+    /// Returns true for traits and latents of the driver: inputs that a teacher is given and an estimator estimates.
     pub fn is_of_driver(self) -> bool {
         use Feature::{Reaction, SpeedBias, TimeGapFactor, TrackingError, Willingness};
         matches!(self, Reaction | SpeedBias | TrackingError | TimeGapFactor | Willingness) || self.is_latent()
     }
 
-    /// True of what a variational encoder says of the driver.
+    /// Returns true for the latents of a variational encoder.
     pub fn is_latent(self) -> bool {
         LATENTS.contains(&self)
     }
@@ -244,44 +245,44 @@ impl Feature {
     }
 }
 
-/// The gap to a vehicle in a lane beside; nobody has room where there is no lane.
+/// Returns the gap to a vehicle in a lane beside, m: [`FAR_M`] without a vehicle, 0 without a lane.
 fn gap_beside_m(lane: Option<LaneBeside>, who: fn(LaneBeside) -> Option<NearVehicle>) -> f64 {
     lane.map_or(0.0, |lane| who(lane).map_or(FAR_M, |vehicle| vehicle.gap_m))
 }
 
-/// The speed of that vehicle; the own without one.
+/// Returns the speed of a vehicle in a lane beside, m/s; own speed without one.
 fn speed_beside_mps(o: &Observation, lane: Option<LaneBeside>, who: fn(LaneBeside) -> Option<NearVehicle>) -> f64 {
     lane.and_then(who).map_or(o.speed_mps, |vehicle| vehicle.speed_mps)
 }
 
-/// One number that a network sees.
+/// One scaled input of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NetworkInput {
-    /// What it is.
+    /// Quantity that is scaled.
     pub feature: Feature,
-    /// Value that becomes -1.
+    /// Value that is scaled to -1.
     pub from: f64,
-    /// Value that becomes 1.
+    /// Value that is scaled to 1.
     pub to: f64,
 }
 
 impl NetworkInput {
-    /// The number that the network sees.
+    /// Returns the scaled input.
     #[inline(always)]
     pub fn scaled(&self, observation: &Observation) -> f32 {
         (2.0 * (self.feature.of(observation) - self.from) / (self.to - self.from) - 1.0) as f32
     }
 
-    /// True if every value can be scaled.
+    /// Returns true if the range is finite and not empty.
     pub fn is_sound(&self) -> bool {
         self.from.is_finite() && self.to.is_finite() && self.to > self.from
     }
 }
 
-/// True where a policy with this bound withholds advice on the whole road, which is said once.
+/// Returns true if a policy with this bound withholds advice on the whole road. Logs a warning the first time.
 pub fn withholds_advice(observation: &Observation, least_spacing_m: f64) -> bool {
-    // Once: an evaluation has hundreds of policies.
+    // Only once per process: an evaluation has hundreds of policies.
     static SAID: std::sync::Once = std::sync::Once::new();
     let is_withheld = is_too_dense(observation, least_spacing_m);
     if is_withheld {
@@ -293,13 +294,13 @@ pub fn withholds_advice(observation: &Observation, least_spacing_m: f64) -> bool
     is_withheld
 }
 
-/// True on a closed route with less than `least_spacing_m` of road for each car.
+/// Returns true if the route has less than `least_spacing_m` of road per vehicle.
 fn is_too_dense(observation: &Observation, least_spacing_m: f64) -> bool {
-    // A ring drawn just as long has been rounded since: a millimetre does not matter.
+    // Tolerates 1 mm: a ring drawn at exactly this spacing has been rounded.
     Feature::Spacing.of(observation) < least_spacing_m - 1e-3
 }
 
-/// HC22's four numbers with the field's scaling: v/10, v_lead/10, gap/300, (L-200)/100, each 0..1 taken to -1..1.
+/// HC22's four inputs with the field's scaling: v/10, v_lead/10, gap/300, (L-200)/100, each mapped from 0..1 to -1..1.
 pub const FIELD_INPUTS: [NetworkInput; 4] = [
     NetworkInput { feature: Feature::Speed, from: 0.0, to: 10.0 },
     NetworkInput { feature: Feature::LeaderSpeed, from: 0.0, to: 10.0 },
@@ -307,12 +308,12 @@ pub const FIELD_INPUTS: [NetworkInput; 4] = [
     NetworkInput { feature: Feature::Circumference, from: 200.0, to: 300.0 },
 ];
 
-/// Own mean speed: a first-order average over `MEMORY_S` that begins with the first speed seen.
+/// Own mean speed: an exponential moving average with time constant `MEMORY_S` that starts at the first speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanSpeed(Option<f64>);
 
 impl MeanSpeed {
-    /// The mean after one more step of `step_s`, m/s.
+    /// Adds one step of `step_s` seconds and returns the mean, m/s.
     pub fn watch(&mut self, speed_mps: f64, step_s: f64) -> f64 {
         let before = self.0.unwrap_or(speed_mps);
         let mean = before + (speed_mps - before) * Self::share(step_s);
@@ -320,7 +321,7 @@ impl MeanSpeed {
         mean
     }
 
-    /// What a step of `step_s` counts in the mean.
+    /// Returns the weight of one step of `step_s` seconds in the mean.
     pub fn share(step_s: f64) -> f64 {
         step_s / MEMORY_S
     }
@@ -389,13 +390,13 @@ mod tests {
             assert_eq!(Feature::named(feature.name()), Some(feature));
             assert_eq!(serde_json::to_value(feature).unwrap(), feature.name());
         }
-        // Where nobody follows and no signal comes.
+        // Without a follower and without a signal.
         let alone = Observation { speed_mps: 3.0, ..Observation::default() };
         let road = [Feature::FollowerGap, Feature::FollowerSpeed, Feature::SignalDistance, Feature::SignalGreen];
         assert_eq!(road.map(|feature| feature.of(&alone)), [1000.0, 3.0, 1000.0, 1.0]);
         let lines = [Feature::YieldDistance, Feature::StopDistance, Feature::LaneEndDistance];
         assert_eq!(lines.map(|feature| feature.of(&alone)), [1000.0; 3]);
-        // Beside it an empty lane, and none.
+        // With an empty lane on the left and no lane on the right.
         let left = Some(LaneBeside::default());
         let beside = Observation { road: RoadAhead { left, ..alone.road }, ..alone };
         let gaps =
@@ -417,7 +418,7 @@ mod tests {
     fn a_road_is_too_dense_below_the_bound_and_never_without_one() {
         let ring = |vehicles| Observation { circumference_m: 210.0, vehicles, ..Observation::default() };
         assert!(is_too_dense(&ring(25), 8.5) && !is_too_dense(&ring(24), 8.5));
-        // 8.4 m a car; the bound itself is dense enough to advise on.
+        // 8.4 m per vehicle; a spacing equal to the bound is not too dense.
         assert!(!is_too_dense(&ring(25), 8.4) && !is_too_dense(&ring(26), 0.0));
     }
 

@@ -1,4 +1,4 @@
-//! Open-loop policies: one speed, or a slow phase first. In: seconds since the start. Out: a speed.
+//! Open-loop policies: a constant speed, or a slow phase first. In: seconds since the start. Out: a speed.
 
 use super::{
     Action, Observation, Policy,
@@ -6,7 +6,7 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 
-/// The same speed for ever.
+/// A constant advised speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConstantSpeed {
@@ -32,21 +32,21 @@ impl Policy for ConstantSpeed {
     }
 }
 
-/// The hand-designed advice (docs/references.md: advice): slow for a minute, so that a hole opens and swallows the wave,
-/// then a speed just below equilibrium.
+/// Hand-designed advice (docs/references.md: advice): one slow minute opens a hole that absorbs the wave, then a speed just below
+/// equilibrium follows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TwoPhase {
     /// Speed of the first phase, m/s.
     pub slow_mps: f64,
-    /// Length of the first phase, seconds.
+    /// Duration of the first phase, s.
     pub slow_s: f64,
-    /// Speed from then on, m/s.
+    /// Speed after the first phase, m/s.
     pub then_mps: f64,
 }
 
 impl TwoPhase {
-    /// 2.5 m/s for 60 s on the 250 m ring, whose equilibrium is 4.362 m/s; in proportion elsewhere.
+    /// Returns 2.5 m/s for 60 s on the 250 m ring, whose equilibrium is 4.362 m/s; on other rings in proportion to the equilibrium.
     pub fn for_ring(equilibrium_mps: f64, then_mps: f64) -> Self {
         Self { slow_mps: equilibrium_mps / 4.362 * 2.5, slow_s: 60.0, then_mps }
     }
@@ -76,7 +76,7 @@ impl Parametric for TwoPhase {
 }
 
 impl TwoPhase {
-    /// The commanded speed `time_s` after the beginning, m/s.
+    /// Returns the commanded speed `time_s` after the beginning, m/s.
     pub fn command_mps(&self, time_s: f64) -> f64 {
         if time_s < self.slow_s { self.slow_mps } else { self.then_mps }
     }

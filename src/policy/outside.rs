@@ -1,21 +1,21 @@
-//! Advice that somebody outside of a drive gives: a learner, a program, a person. In: an [`Action`] before the step that it begins with.
-//! Out: that action, once. No policy is asked.
+//! Advice from outside of a drive: a learner, a program or a person. In: an [`Action`] before the step in which it begins. Out: that
+//! action, once. No policy is asked.
 
 use super::Action;
 
-/// The next advice, said from outside. Nothing new is advised in a step before which nothing was said; what was advised before stands.
+/// The next action from outside. A step without a new action issues no advice, and the previous advice stays in force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OutsideAdvice {
     next: Option<Action>,
 }
 
 impl OutsideAdvice {
-    /// Says what is advised from the next step on. A second word before that step takes the place of the first.
+    /// Sets the action for the next step; a second call before that step replaces the first.
     pub fn say(&mut self, action: Action) {
         self.next = Some(action);
     }
 
-    /// What was said for the step that begins, if anything.
+    /// Returns the action for the step that begins, if any, and clears it.
     pub fn take(&mut self) -> Option<Action> {
         self.next.take()
     }
@@ -26,7 +26,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_word_is_taken_once_and_the_last_of_two_counts() {
+    fn each_action_is_taken_once_and_a_later_one_replaces_it() {
         let mut outside = OutsideAdvice::default();
         assert_eq!(outside.take(), None);
         outside.say(Action::Speed(3.0));

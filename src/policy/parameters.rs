@@ -1,49 +1,49 @@
-//! Parameters of controllers as a list: key, meaning, unit, limits, and the range that a search goes through. In: a
-//! controller's numbers. Out: whether they are allowed, and the nearest that are.
+//! Parameters of controllers as a list: key, meaning, unit, limits and search range. In: a controller's numbers. Out: a check against the
+//! limits, and the nearest numbers in order.
 
-/// One number that a controller is set to.
+/// Description of one number of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
-    /// Key in the file; an entry of a list has its number behind a dot, from 0: `dx0_m.1`.
+    /// Key in the file; an entry of a list has a dot and its index from 0: `dx0_m.1`.
     pub key: &'static str,
-    /// What it is, one phrase.
+    /// Description in one phrase, for files and messages.
     pub doc: &'static str,
-    /// Unit, empty if it has none.
+    /// Unit; empty if dimensionless.
     pub unit: &'static str,
-    /// Lowest and highest value that a file may have.
+    /// Lowest and highest value allowed in a file.
     pub limits: [f64; 2],
-    /// Lowest and highest value that a search tries; within the limits.
+    /// Lowest and highest value in a search, within the limits.
     pub search: [f64; 2],
-    /// What `search` is given in.
+    /// Scale in which `search` is given.
     pub scale: SearchScale,
-    /// What it must be to the parameter before it.
+    /// Required order relative to the previous parameter.
     pub order: Order,
 }
 
-/// What the range of a search is given in.
+/// Scale of a search range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchScale {
-    /// The parameter's own unit.
+    /// Unit of the parameter itself.
     Unit,
-    /// Shares of the speed at which an even ring flows, so that a search fits any ring.
+    /// Multiples of the ring's equilibrium speed, so that a search fits any ring.
     EquilibriumSpeed,
 }
 
-/// What a parameter must be to the one before it.
+/// Required order of a parameter relative to the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Anything.
+    /// No order is required.
     Free,
-    /// Above it.
+    /// Above the previous parameter.
     Above,
-    /// Not above it.
+    /// At most the previous parameter.
     NotAbove,
 }
 
-/// By how much a search keeps a parameter above the one before it, in its unit: less would divide by next to nothing.
+/// Distance that a search keeps above the previous parameter, in the parameter's unit; avoids a division by almost 0.
 const LEAST_STEP: f64 = 0.1;
 
-/// What speeds have in common. A search tries up to half as much again as the even ring's speed.
+/// Template for speeds, searched up to 1.5 times the equilibrium speed of the ring.
 pub(super) const SPEED: Parameter = Parameter {
     key: "",
     doc: "",
@@ -54,7 +54,7 @@ pub(super) const SPEED: Parameter = Parameter {
     order: Order::Free,
 };
 
-/// What gains have in common.
+/// Template for gains, searched from -1 to 1.
 pub(super) const GAIN: Parameter = Parameter {
     key: "",
     doc: "",
@@ -66,29 +66,29 @@ pub(super) const GAIN: Parameter = Parameter {
 };
 
 impl Parameter {
-    /// The key in the file, without the number of an entry of a list.
+    /// Returns the key in the file, without the index of a list entry.
     pub fn table_key(&self) -> &'static str {
         self.key.split_once('.').map_or(self.key, |(key, _)| key)
     }
 
-    /// The entry of a list that it is, from 0.
+    /// Returns the index in a list, from 0; `None` if the parameter is not in a list.
     pub fn entry(&self) -> Option<usize> {
         self.key.split_once('.').and_then(|(_, entry)| entry.parse().ok())
     }
 
-    /// What is allowed, in words.
+    /// Returns the allowed values in words.
     pub fn allowed(&self) -> String {
         let [low, high] = self.limits;
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         format!("a number from {low} to {high}{unit}")
     }
 
-    /// True within the limits; never for what is not finite.
+    /// Returns true if the value is within the limits; NaN never is.
     pub fn allows(&self, value: f64) -> bool {
         (self.limits[0]..=self.limits[1]).contains(&value)
     }
 
-    /// True if the order to the parameter before it holds.
+    /// Returns true if the order relative to the previous parameter holds.
     pub fn follows(&self, before: f64, value: f64) -> bool {
         match self.order {
             Order::Free => true,
@@ -97,7 +97,7 @@ impl Parameter {
         }
     }
 
-    /// Lowest and highest value that a search tries on a ring that flows evenly at `equilibrium_mps`.
+    /// Returns the lowest and the highest value of a search on a ring with this equilibrium speed.
     pub fn search_range(&self, equilibrium_mps: f64) -> [f64; 2] {
         let scale = match self.scale {
             SearchScale::Unit => 1.0,
@@ -106,7 +106,7 @@ impl Parameter {
         self.search.map(|end| (end * scale).clamp(self.limits[0], self.limits[1]))
     }
 
-    /// The value nearest to this one that keeps the order.
+    /// Returns the nearest value that keeps the order.
     fn ordered(&self, before: f64, value: f64) -> f64 {
         match self.order {
             Order::Free => value,
@@ -116,19 +116,19 @@ impl Parameter {
     }
 }
 
-/// A controller that is a row of numbers.
+/// A controller that is defined by a list of numbers.
 pub(super) trait Parametric {
-    /// What each number is.
+    /// Descriptions of the numbers, in order.
     const PARAMETERS: &'static [Parameter];
 
-    /// The numbers, as many as there are parameters.
+    /// Returns the numbers, one per parameter.
     fn numbers(&self) -> Vec<f64>;
 
-    /// The controller of as many numbers.
+    /// Returns the controller with these numbers.
     fn of(numbers: &[f64]) -> Self;
 }
 
-/// These numbers with each raised or lowered until it keeps the order to the one before it.
+/// Returns the numbers, each raised or lowered until it keeps the order relative to the previous one.
 pub(super) fn ordered(parameters: &[Parameter], numbers: &[f64]) -> Vec<f64> {
     let mut kept: Vec<f64> = Vec::with_capacity(numbers.len());
     for (parameter, value) in parameters.iter().zip(numbers) {
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_out_of_order_are_moved_as_little_as_keeps_it() {
+    fn numbers_out_of_order_move_by_the_least_amount() {
         let above = Parameter { order: Order::Above, ..GAIN };
         let not_above = Parameter { order: Order::NotAbove, ..GAIN };
         let moved = |parameter, numbers: [f64; 3]| ordered(&[GAIN, parameter, parameter], &numbers);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn speeds_are_searched_in_shares_of_the_even_rings_speed_and_within_the_limits() {
+    fn speeds_are_searched_in_multiples_of_equilibrium_within_the_limits() {
         assert_eq!(SPEED.search_range(4.0), [0.0, 6.0]);
         assert_eq!(SPEED.search_range(50.0), [0.0, 60.0]);
         assert_eq!(GAIN.search_range(50.0), [-1.0, 1.0]);

@@ -1,6 +1,5 @@
-//! PI with saturation (Stern et al. 2018, eqs. 3-6; docs/references.md: pi): estimate the flow's speed by one's own mean
-//! over 38 s, aim a little above it where the gap is wide, follow the leader where it is not. In: an observation a step.
-//! Out: a speed.
+//! PI with saturation (Stern et al. 2018, eqs. 3-6; docs/references.md: pi): estimate the traffic's speed by own mean speed over 38 s,
+//! aim slightly above it at a wide gap, and follow the leader at a small one. In: an observation each step. Out: a speed.
 
 use super::{
     Action, Observation, Policy,
@@ -9,26 +8,26 @@ use super::{
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// What it is set to.
+/// Parameters of the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PiParameters {
-    /// Window of the mean speed, seconds.
+    /// Averaging window of own mean speed, s.
     pub mean_s: f64,
-    /// Gap from which on the target exceeds the mean, and where it exceeds it fully, metres.
+    /// Gaps at which the target begins to exceed the mean speed and at which it exceeds it fully, m.
     pub catch_up_m: [f64; 2],
-    /// By how much it exceeds it at most, m/s.
+    /// Largest excess of the target over the mean speed, m/s.
     pub catch_up_mps: f64,
-    /// Least safe gap, metres.
+    /// Smallest safe gap, m.
     pub safe_m: f64,
-    /// Time by which relative speed widens it, seconds.
+    /// Time gap to a faster leader: the safe gap is at least this time multiplied by the leader's excess speed, s.
     pub safe_s: f64,
-    /// Width of the blend between following and aiming, metres.
+    /// Width of the blend between following the leader and the target speed, m.
     pub blend_m: f64,
 }
 
 impl Default for PiParameters {
-    /// Those of its authors.
+    /// Returns the parameters of its authors.
     fn default() -> Self {
         Self { mean_s: 38.0, catch_up_m: [7.0, 30.0], catch_up_mps: 1.0, safe_m: 4.0, safe_s: 2.0, blend_m: 2.0 }
     }
@@ -100,26 +99,26 @@ impl Parametric for PiParameters {
     }
 }
 
-/// The controller and its memory.
+/// The controller with its memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PiSaturation {
     parameters: PiParameters,
     speeds_mps: VecDeque<f64>,
-    /// Of these speeds. Kept, because to add up 380 speeds takes longer than a ring's whole step.
+    /// Sum of `speeds_mps`. Kept because adding up 380 speeds takes longer than a whole step of a ring.
     sum_mps: f64,
     capacity: usize,
     command_mps: Option<f64>,
 }
 
 impl PiSaturation {
-    /// Engaged now, with nothing remembered, to be asked each `step_s` seconds.
+    /// Returns a newly engaged controller with an empty memory and steps of `step_s` seconds.
     pub fn new(parameters: PiParameters, step_s: f64) -> Self {
         let capacity = (parameters.mean_s / step_s).round().max(1.0) as usize;
         let speeds_mps = VecDeque::with_capacity(capacity + 1);
         Self { parameters, speeds_mps, sum_mps: 0.0, capacity, command_mps: None }
     }
 
-    /// The commanded speed, m/s.
+    /// Returns the commanded speed, m/s, 0 or more.
     pub fn command_mps(&self, observation: &Observation) -> f64 {
         self.command_mps.unwrap_or(observation.speed_mps).max(0.0)
     }

@@ -1,25 +1,25 @@
-//! Advice that was given in another drive, given again at the same times, whatever traffic does now: the sham of a study. In:
-//! seconds since the start. Out: the target that stood then, or none.
+//! Advice of another drive, repeated at the same times whatever the traffic does: the sham condition of a study. In: seconds since the
+//! start. Out: the target at that time, or none.
 
 use super::{Action, Observation, Policy};
 
-/// The targets of a drive, hold by hold.
+/// Targets of a drive, one per hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayedAdvice {
-    /// The target of each hold, m/s; `None` where none stood. After the last the first comes again.
+    /// Target of each hold, m/s; `None` for a hold without advice. After the last target the first follows.
     targets_mps: Vec<Option<f64>>,
     hold_s: f64,
 }
 
 impl ReplayedAdvice {
-    /// These targets, each for `hold_s` seconds.
+    /// Returns a policy with these targets, each for `hold_s` seconds.
     pub fn new(targets_mps: Vec<Option<f64>>, hold_s: f64) -> Self {
         Self { targets_mps, hold_s }
     }
 
-    /// The target of the hold in which `time_s` lies.
+    /// Returns the target of the hold that contains `time_s`.
     fn at(&self, time_s: f64) -> Option<f64> {
-        // A hold begins at its first step, whose time is a sum of steps: half a thousandth of a hold is rounding.
+        // The time of a hold's first step is a sum of steps; half a thousandth of a hold absorbs its rounding error.
         let hold = (time_s / self.hold_s + 5e-4).floor().max(0.0) as usize;
         *self.targets_mps.get(hold.checked_rem(self.targets_mps.len())?)?
     }
@@ -43,7 +43,7 @@ mod tests {
     fn each_target_comes_in_its_hold_and_the_first_again_after_the_last() {
         let mut advice = ReplayedAdvice::new(vec![Some(3.0), None, Some(4.5)], 0.7);
         let seen = Observation { speed_mps: 9.0, ..Observation::default() };
-        // 0.7 has no end in binary: the second hold begins at seven steps of 0.1 s, added up.
+        // 0.7 is not exact in binary: the second hold begins after seven steps of 0.1 s.
         let steps = |n: u32| f64::from(n) * 0.1;
         let told: Vec<Option<Action>> = [0, 6, 7, 13, 14, 20, 21]
             .map(|n| (!advice.abstains(steps(n), &seen)).then(|| advice.act(steps(n), &seen)))

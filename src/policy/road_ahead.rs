@@ -1,5 +1,5 @@
-//! What the road ahead of the ego has, as a policy may see it, and which roads have it. In: a policy as it was read, and a kind of road.
-//! Out: why it cannot advise there, or nothing. Metres, m/s.
+//! Road ahead of the ego as a policy may see it, and the kinds of road that provide it. In: a policy and a kind of road. Out: the reason
+//! that the policy cannot advise there, or nothing. Metres, m/s.
 
 use super::{
     Controller, CorrectedAdvice, ExpectedGain, Feature, Network, NetworkInput, PolicyError, PolicySettings,
@@ -7,96 +7,96 @@ use super::{
 };
 use crate::map::network::Side;
 
-/// What stands for a distance where there is nothing to measure one to, metres.
+/// Distance reported if there is nothing to measure to, m.
 pub const FAR_M: f64 = 1000.0;
 
-/// A vehicle behind the ego, or ahead of it or behind in a lane beside.
+/// A vehicle behind the ego, or ahead or behind in a lane beside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearVehicle {
-    /// From the front bumper of the one behind to the rear bumper of the one ahead, metres; below 0 where they are side by side.
+    /// Front bumper of the rear vehicle to the rear bumper of the front vehicle, m; negative if they are side by side.
     pub gap_m: f64,
-    /// Its speed, m/s.
+    /// Speed of the vehicle, m/s.
     pub speed_mps: f64,
 }
 
-/// A lane beside the ego's in the same direction, and who is nearest there. Of those side by side with the ego who has the front bumper ahead of
-/// the ego's, or as far, is the leader.
+/// A lane beside the ego's in the same direction, with its nearest vehicles. A vehicle side by side with the ego is the leader if its
+/// front bumper is level with the ego's or ahead of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LaneBeside {
-    /// The next one ahead.
+    /// Nearest vehicle ahead in this lane.
     pub leader: Option<NearVehicle>,
-    /// The next one behind.
+    /// Nearest vehicle behind in this lane.
     pub follower: Option<NearVehicle>,
 }
 
-/// The next signal of the ego's path.
+/// Next signal on the ego's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignalAhead {
-    /// The ego's front bumper to its line, metres.
+    /// Ego's front bumper to the signal's stop line, m.
     pub distance_m: f64,
-    /// It shows green.
+    /// True if the signal shows green.
     pub is_green: bool,
 }
 
-/// The road ahead in a whole drive; rings of training have none of it.
+/// Road ahead in a whole drive; training rings have none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoadAhead {
-    /// Speed limit where the ego is, m/s.
+    /// Speed limit at the ego, m/s.
     pub speed_limit_mps: f64,
-    /// Curvature of the path where the ego is in three seconds, 1/m, positive to the left.
+    /// Curvature of the path at the ego's position in three seconds, 1/m, positive to the left.
     pub bend_per_m: f64,
-    /// Who drives behind the ego.
+    /// Vehicle behind the ego.
     pub follower: Option<NearVehicle>,
-    /// The lane to its left, if cars may drive there.
+    /// Lane to the left, if cars may drive there.
     pub left: Option<LaneBeside>,
-    /// The lane to its right, if cars may drive there.
+    /// Lane to the right, if cars may drive there.
     pub right: Option<LaneBeside>,
-    /// The next signal of its path.
+    /// Next signal on the path.
     pub signal: Option<SignalAhead>,
-    /// Its front bumper to the next line of its path where others go first and nobody has to stop for the line's own sake, metres.
+    /// Ego's front bumper to the next yield line on the path without a stop sign, m.
     pub yield_line_m: Option<f64>,
-    /// The same to the next line of a stop sign.
+    /// Ego's front bumper to the next stop-sign line, m.
     pub stop_line_m: Option<f64>,
-    /// The same to where its path must have changed lanes, as before an exit.
+    /// Ego's front bumper to the point by which the path must have changed lanes (for example before an exit), m.
     pub lane_end_m: Option<f64>,
-    /// Way to the end of its path, metres; `None` on a closed route.
+    /// Distance to the end of the path, m; `None` on a closed route.
     pub path_left_m: Option<f64>,
 }
 
-/// Where a policy is to advise.
+/// Kind of road on which a policy advises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoadKind {
-    /// A ring of training and evaluation: cars and a length, and nothing else.
+    /// A training or evaluation ring: vehicles and a length, nothing else.
     BareRing,
-    /// A whole drive on a closed route with a fixed number of cars.
+    /// A whole drive on a closed route with a fixed number of vehicles.
     ClosedRoute,
     /// A whole drive along a path through a network.
     Network(LanesBeside),
 }
 
-/// On which sides of a path's own lanes other lanes lie, anywhere along it.
+/// Sides on which other lanes lie beside a path's own lanes, anywhere along it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LanesBeside {
-    /// To the left.
+    /// True if a lane lies to the left.
     pub left: bool,
-    /// To the right.
+    /// True if a lane lies to the right.
     pub right: bool,
 }
 
 impl RoadKind {
-    /// True of a path through a network.
+    /// Returns true for a path through a network.
     fn is_network(self) -> bool {
         matches!(self, Self::Network(_))
     }
 
-    /// The lanes beside a path; none elsewhere.
+    /// Returns the lanes beside a path; none on rings and closed routes.
     fn lanes_beside(self) -> LanesBeside {
         if let Self::Network(beside) = self { beside } else { LanesBeside::default() }
     }
 }
 
 impl Feature {
-    /// True if it can be seen on this kind of road.
+    /// Returns true if the feature is available on this kind of road.
     pub fn is_seen_on(self, road: RoadKind) -> bool {
         match self {
             Self::Circumference | Self::Spacing => !road.is_network(),
@@ -109,7 +109,7 @@ impl Feature {
         }
     }
 
-    /// True of what is seen in the lane beside the ego's on this side.
+    /// Returns true for features of the lane beside the ego's on this side.
     fn is_of_lane_to(self, side: Side) -> bool {
         use Feature::{LeftFollowerGap, LeftFollowerSpeed, LeftLeaderGap, LeftLeaderSpeed};
         use Feature::{RightFollowerGap, RightFollowerSpeed, RightLeaderGap, RightLeaderSpeed};
@@ -119,7 +119,7 @@ impl Feature {
         }
     }
 
-    /// Why this kind of road has it not, in words that follow its name.
+    /// Returns the reason that this kind of road lacks the feature, in words that follow its name.
     fn why_unseen(self, road: RoadKind) -> &'static str {
         match road {
             RoadKind::Network(_) if self.is_of_lane_to(Side::Left) => "and its path has no lane to the left of its own",
@@ -132,10 +132,10 @@ impl Feature {
 }
 
 impl PolicySource {
-    /// The policy of this name for rings of training and evaluation.
+    /// Reads the policy of this name for training and evaluation rings.
     ///
     /// # Errors
-    /// As [`PolicySource::read`] has them, or it sees what only a whole drive has.
+    /// The errors of [`PolicySource::read`], or the policy has inputs that only a whole drive provides.
     pub fn for_rings(name: &str, settings: &PolicySettings) -> Result<Self, PolicyError> {
         let source = Self::read(name, settings)?;
         match source.lacks(RoadKind::BareRing) {
@@ -144,7 +144,7 @@ impl PolicySource {
         }
     }
 
-    /// Why it cannot advise on this kind of road, in words that follow "it"; `None` where it can.
+    /// Returns the reason that the policy cannot advise on this kind of road, in words that follow "it"; `None` if it can.
     pub fn lacks(&self, road: RoadKind) -> Option<String> {
         match &self.kind {
             SourceKind::NoAdvice => None,
@@ -164,7 +164,7 @@ fn lacked_by_network(network: &Network, road: RoadKind) -> Option<String> {
     lacked(&network.inputs, network.least_spacing_m, network.corrected.as_ref(), network.expected_gain.as_ref(), road)
 }
 
-/// What a network with these inputs lacks, and what it corrects.
+/// Returns the reason that a network with these inputs, or the advice that it corrects, cannot advise on this kind of road.
 pub(super) fn lacked(
     inputs: &[NetworkInput],
     least_spacing_m: f64,
@@ -194,7 +194,7 @@ mod tests {
 
     const SETTINGS: PolicySettings = PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.0, step_s: 0.1 };
 
-    /// A path beside which lanes lie on both sides.
+    /// A path with lanes on both sides.
     const NETWORK: RoadKind = RoadKind::Network(LanesBeside { left: true, right: true });
 
     fn lacks(name: &str, road: RoadKind) -> Option<String> {
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_of_road_has_what_it_has() {
+    fn each_kind_of_road_provides_its_own_features() {
         let unseen = |road| FEATURES.into_iter().filter(|f| !f.is_seen_on(road)).map(Feature::name).collect::<Vec<_>>();
         assert_eq!(unseen(NETWORK), ["circumference", "spacing"]);
         let right = ["right_leader_gap", "right_leader_speed", "right_follower_gap", "right_follower_speed"];
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_policy_lacks_what_it_sees_or_corrects_and_the_road_has_not() {
+    fn a_policy_lacks_the_inputs_and_advice_that_the_road_does_not_provide() {
         for name in ["none", "constant", "follower-stopper", "pi", "linear-feedback"] {
             assert_eq!(lacks(name, NETWORK), None, "{name}");
         }

@@ -1,16 +1,15 @@
-//! What stands in the place of `onnx` in a program that is built without the feature `onnx`. In: a file of another's network.
-//! Out: a refusal that names the remedy.
+//! Replacement for `onnx` in a program built without the feature `onnx`. In: an ONNX file. Out: an error that names the remedy.
 
 use super::{Action, Observation, Policy, PolicyFileError, PolicyFileFault, RoadKind};
 use std::path::{Path, PathBuf};
 
-/// Limits of files that are read.
+/// Limits of ONNX files.
 pub mod limits {
-    /// Limits in words, for help texts.
+    /// Limits in words for help texts.
     pub const IN_WORDS: &str = "this program was built without ONNX files (the cargo feature `onnx`)";
 }
 
-/// A network of any origin: there is none.
+/// An ONNX network; without the feature there are no values of this type.
 #[derive(Clone)]
 pub enum OnnxPolicy {}
 
@@ -18,22 +17,22 @@ impl OnnxPolicy {
     /// Refuses the file.
     ///
     /// # Errors
-    /// Always.
+    /// Always returns an error.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
         Err(PolicyFileError { path: path.display().to_string(), fault: PolicyFileFault::WithoutOnnx.into() })
     }
 
-    /// A policy that is asked each `step_s` seconds, engaged now.
+    /// Returns a newly engaged policy; never called, as there is no value.
     pub fn engaged(&self, _step_s: f64) -> Box<dyn Policy> {
         match *self {}
     }
 
-    /// Why it cannot advise on this kind of road.
+    /// Returns the reason that the policy cannot advise on this kind of road; never called, as there is no value.
     pub fn lacks(&self, _road: RoadKind) -> Option<String> {
         match *self {}
     }
 
-    /// The files that make it.
+    /// Returns the files of the policy: only the network itself.
     pub fn files(path: &Path) -> Vec<PathBuf> {
         vec![path.to_owned()]
     }

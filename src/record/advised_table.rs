@@ -1,5 +1,5 @@
-//! The table of the vehicles that are advised beside the participant's. In: each of them at the end of a step. Out: a row a vehicle.
-//! SI units; places in world axes (x east, y north). The participant's own are the tables of the ego and of advice.
+//! Table of the advised vehicles other than the ego. In: each such vehicle at the end of a step. Out: one row for each. SI
+//! units; positions in world axes (x east, y north). The ego is in the tables ego and advice.
 
 use super::{
     table::{ColumnValue, TableColumn},
@@ -13,31 +13,31 @@ use crate::{
     time::Tick,
 };
 
-/// An advised vehicle at a step, with the controls of the tick that led to it.
+/// Advised vehicle at a step, with the controls of the tick that led to it.
 #[derive(Clone, Copy, Debug)]
 pub struct AdvisedRow {
-    /// When.
+    /// Tick at the end of the step.
     pub tick: Tick,
-    /// Which.
+    /// Number of the vehicle.
     pub vehicle: u32,
-    /// What its driver asked for in this tick.
+    /// Controls that its driver gave in this tick.
     pub controls: Controls,
-    /// The car.
+    /// State of the vehicle.
     pub car: EgoState,
     /// Front bumper along its own route, metres.
     pub s_m: f64,
-    /// Offset from the lane's middle, metres, positive to the left.
+    /// Offset from the lane's centre line, metres, positive to the left.
     pub lane_offset_m: f64,
-    /// The vehicle ahead: which, gap in metres, speed in m/s.
+    /// Vehicle ahead: number, gap in metres, speed in m/s.
     pub leader: Option<(u32, f64, f64)>,
-    /// What it is advised.
+    /// Advice in force after the tick.
     pub advice: Option<Advice>,
-    /// How often it has begun to touch another vehicle since the start.
+    /// Number of contacts with other vehicles since the start.
     pub contacts: u32,
 }
 
 impl AdvisedRow {
-    /// The row of a vehicle.
+    /// Returns the row of a vehicle.
     fn of(agent: &Agent) -> Self {
         let view = agent.snapshot();
         Self {
@@ -53,14 +53,14 @@ impl AdvisedRow {
         }
     }
 
-    /// The rows of a world after a tick: none within a step.
+    /// Returns the rows of a world after a tick; none within a step.
     pub fn all(world: &World) -> impl Iterator<Item = Self> {
         let is_step = world.snapshot().tick.0.is_multiple_of(world.scenario().step_ticks());
         world.advised_others().iter().filter(move |_| is_step).map(Self::of)
     }
 }
 
-/// One row an advised vehicle and step.
+/// Columns: one row for each advised vehicle and step.
 pub const ADVISED: &[TableColumn<AdvisedRow>] = &[
     column("tick", "", "tick at the end of the step", ColumnValue::Whole(|r| r.tick.0)),
     column("vehicle", "", "number of the vehicle: that of car in cars.parquet", ColumnValue::Id(|r| Some(r.vehicle))),

@@ -1,5 +1,5 @@
-//! Blocks of a journal: rows of one table behind a header that says whose, how many and from when to when, each part with a
-//! checksum (CRC32C). In: bytes of a payload. Out: bytes of a block; and back, every good block of a file that was cut or
+//! Blocks of a journal. A block is rows of one table behind a header with table, row count and tick span; each part has a
+//! checksum (CRC32C). In: bytes of a payload. Out: bytes of a block. In reverse: every good block of a file that was cut or
 //! damaged anywhere, with the holes between them.
 //!
 //! ```text
@@ -14,29 +14,29 @@
 use crc32c::crc32c;
 use std::io::{self, Read, Seek, SeekFrom};
 
-/// Where a block begins: not text, and no part of what zstd writes.
+/// First bytes of a block: neither text nor part of zstd's output.
 const MAGIC: [u8; 8] = *b"\x93CDBLK\r\n";
 /// Length of a header, bytes.
 pub(super) const HEADER: usize = 60;
-/// The longest payload that is read, bytes: a batch of 2,000 ticks with 1,000 cars stays below it.
+/// Maximum payload that is read, bytes: a batch of 2,000 ticks with 1,000 vehicles stays below it.
 pub(super) const MOST_PAYLOAD: u32 = 64 << 20;
 
-/// What a block says of itself.
+/// Contents of a block's header.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct BlockHeader {
-    /// Which table, by its place in [`super::Table::ALL`].
+    /// Table, by its index in [`super::Table::ALL`].
     pub table: u32,
     /// Rows in the payload.
     pub rows: u32,
-    /// Number of the block in its journal, from 0: a gap tells that some are missing.
+    /// Number of the block in its journal, from 0; a gap means missing blocks.
     pub number: u64,
-    /// Number of the first block of its batch: all blocks of a batch go to the disk by one write and one sync.
+    /// Number of the first block of its batch: all blocks of a batch go to the disk in one write and one sync.
     pub batch: u64,
-    /// Ticks of the first row and of the last.
+    /// Ticks of the first and the last row.
     pub ticks: [u64; 2],
 }
 
-/// A block as the disk is to have it.
+/// Returns the bytes of a block.
 pub(super) fn encode(header: &BlockHeader, payload: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(HEADER + payload.len());
     bytes.extend(MAGIC);
@@ -53,7 +53,7 @@ pub(super) fn encode(header: &BlockHeader, payload: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A header with its own checksum right: what it says, and length and checksum of the payload.
+/// Decodes a header. Returns it with length and checksum of the payload; `None` if its own checksum is wrong.
 fn decode(bytes: &[u8; HEADER]) -> Option<(BlockHeader, u32, u32)> {
     let small = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
     let large = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
@@ -70,21 +70,21 @@ fn decode(bytes: &[u8; HEADER]) -> Option<(BlockHeader, u32, u32)> {
     Some((header, small(48), small(52)))
 }
 
-/// What comes next in a journal.
+/// Next part of a journal.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum JournalPart {
-    /// A block whose checksums are right.
+    /// Block with correct checksums.
     Block(BlockHeader, Vec<u8>),
-    /// Bytes that are no block; with the header where that much can be read, else unknown.
+    /// Bytes that are no block, with the header if it can be read.
     Hole {
-        /// The header of the block that is damaged.
+        /// Header of the damaged block.
         header: Option<BlockHeader>,
-        /// From this byte of the file to that one.
+        /// Range of bytes in the file: first, end.
         bytes: [u64; 2],
     },
 }
 
-/// Goes through a journal from its start to its end; each byte is in exactly one part.
+/// Reader of a journal from start to end; each byte is in exactly one part.
 pub(super) struct JournalBlocks<R> {
     file: R,
     length: u64,
@@ -92,19 +92,19 @@ pub(super) struct JournalBlocks<R> {
 }
 
 impl<R: Read + Seek> JournalBlocks<R> {
-    /// From the start of `file`.
+    /// Starts at the first byte of `file`.
     ///
     /// # Errors
-    /// The system refuses.
+    /// An I/O error.
     pub fn new(mut file: R) -> io::Result<Self> {
         let length = file.seek(SeekFrom::End(0))?;
         Ok(Self { file, length, at: 0 })
     }
 
-    /// The next part; `None` at the end.
+    /// Returns the next part; `None` at the end.
     ///
     /// # Errors
-    /// The system refuses.
+    /// An I/O error.
     pub fn next(&mut self) -> io::Result<Option<JournalPart>> {
         if self.at >= self.length {
             return Ok(None);
@@ -121,7 +121,7 @@ impl<R: Read + Seek> JournalBlocks<R> {
                         return Ok(Some(JournalPart::Block(header, payload)));
                     }
                 }
-                // A length is believed only as far as no other block begins within it.
+                // The length in the header may be wrong: another block may begin within it.
                 self.at = self.find_from(from + 1)?;
                 Ok(Some(JournalPart::Hole { header: Some(header), bytes: [from, self.at] }))
             }
@@ -132,7 +132,7 @@ impl<R: Read + Seek> JournalBlocks<R> {
         }
     }
 
-    /// The header at this byte, if there is one; the file then stands behind it.
+    /// Returns the header at this byte, if there is one; the file position is then behind it.
     fn header_at(&mut self, at: u64) -> io::Result<Option<(BlockHeader, u32, u32)>> {
         if self.length - at < HEADER as u64 {
             return Ok(None);
@@ -143,7 +143,7 @@ impl<R: Read + Seek> JournalBlocks<R> {
         Ok(decode(&bytes))
     }
 
-    /// The first byte from `from` on at which a header with a right checksum begins; the file's end if there is none.
+    /// Finds the first byte from `from` on at which a header with a correct checksum begins; the file's end if there is none.
     fn find_from(&mut self, from: u64) -> io::Result<u64> {
         const PIECE: usize = 1 << 16;
         let mut at = from;
@@ -158,7 +158,7 @@ impl<R: Read + Seek> JournalBlocks<R> {
                     return Ok(found);
                 }
             }
-            // The next piece begins so that a mark across the border is seen.
+            // Pieces overlap, so that a magic number across their border is found.
             at += (n - (MAGIC.len() - 1)) as u64;
         }
         Ok(self.length)
@@ -183,7 +183,7 @@ mod tests {
         (bytes, ends)
     }
 
-    /// Numbers of the good blocks, and the bytes that are in none.
+    /// Returns the numbers of the good blocks, and the byte ranges that are in none.
     fn read(bytes: &[u8]) -> (Vec<u64>, Vec<[u64; 2]>) {
         let mut blocks = JournalBlocks::new(Cursor::new(bytes)).expect("memory");
         let (mut good, mut holes) = (Vec::new(), Vec::new());
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn every_flipped_bit_costs_its_own_block_and_no_other_and_is_reported() {
+    fn a_flipped_bit_loses_its_own_block_only_and_is_reported() {
         let (bytes, ends) = three();
         assert_eq!(read(&bytes), (vec![0, 1, 2], vec![]));
         for bit in 0..8 * bytes.len() {

@@ -1,5 +1,5 @@
-//! The table of the cars and its columns. In: the world at the end of a step. Out: a row a car. SI units; places in world axes (x east,
-//! y north). On a network cars come and go in it; those far from the ego have a row each second.
+//! Table of the vehicles. In: the world at the end of a step. Out: one row for each vehicle. SI units; positions in world axes
+//! (x east, y north). On a network vehicles enter and leave; those far from the ego have a row each second only.
 
 use super::{
     table::{ColumnValue, TableColumn},
@@ -11,48 +11,48 @@ use crate::{
     time::{TICKS_PER_S, Tick},
 };
 
-/// Vehicles of a network that are no farther from the ego have a row each step, metres: it can touch them, and they it.
+/// Distance from the ego within which vehicles of a network have a row each step, metres. Within it, vehicles can touch the
+/// ego.
 const NEAR_M: f64 = 100.0;
 
-/// The vehicles that have a row at this step, by ascending number. On a closed route these are all; on a network those near the ego,
-/// and at each full second all: an hour of 1,000 vehicles would have 36 million rows and 1 GB otherwise, and a replay has every step.
+/// Returns the vehicles that have a row at this step, by ascending number. On a closed route these are all. On a network these
+/// are those near the ego, and all at each full second. Otherwise an hour of 1,000 vehicles would have 36 million rows and 1
+/// GB; a replay has every step.
 pub fn recorded_cars(snapshot: &Snapshot, is_on_network: bool) -> impl Iterator<Item = &VehicleSnapshot> {
     let takes_all = !is_on_network || snapshot.tick.0.is_multiple_of(u64::from(TICKS_PER_S));
     let ego = snapshot.ego.pose().position;
     snapshot.cars.iter().filter(move |car| takes_all || car.pose.position.distance(ego) <= NEAR_M)
 }
 
-/// A car at a step; the ego is car 0.
+/// Vehicle at a step; the ego is number 0.
 #[derive(Clone, Debug)]
 pub struct CarRow {
-    /// When.
+    /// Tick at the end of the step.
     pub tick: Tick,
-    /// Which.
+    /// Number of the vehicle.
     pub car: u32,
-    /// Front bumper along the ego's route, metres; `None` beside it.
+    /// Front bumper along the ego's route, metres; `None` off the route.
     pub s_m: Option<f64>,
-    /// Centre, metres.
+    /// Centre, to the east, metres.
     pub x_m: f64,
-    /// Centre, metres.
+    /// Centre, to the north, metres.
     pub y_m: f64,
-    /// Heading, radians.
+    /// Heading, radians, 0 east, positive to the left.
     pub yaw_rad: f64,
-    /// Speed, m/s.
     pub speed_mps: f64,
-    /// Acceleration, m/s2.
     pub accel_mps2: f64,
-    /// Brake lamps.
+    /// True if the brake lamps are lit.
     pub braking: bool,
     /// SUMO's id of its lane on a network; empty elsewhere.
     pub lane: String,
     /// Front bumper along that lane, metres.
     pub lane_s_m: Option<f64>,
-    /// Beside that lane's middle, metres, positive to the left.
+    /// Offset from that lane's centre line, metres, positive to the left.
     pub lane_offset_m: Option<f64>,
 }
 
 impl CarRow {
-    /// A car of the traffic.
+    /// Returns the row of a vehicle of the traffic.
     pub fn of(tick: Tick, car: &VehicleSnapshot, network: &Network) -> Self {
         let at = car.pose;
         let (lane, lane_s_m, lane_offset_m) = in_lane(car.lane, network);
@@ -72,7 +72,7 @@ impl CarRow {
         }
     }
 
-    /// The ego; `None` where there is no participant.
+    /// Returns the row of the ego; `None` without a participant.
     pub fn ego(snapshot: &Snapshot, network: &Network) -> Option<Self> {
         if snapshot.is_without_ego {
             return None;
@@ -96,12 +96,12 @@ impl CarRow {
     }
 }
 
-/// The name of a lane, and a place in it.
+/// Returns the id of a lane, the position along it and the offset from its centre line, metres.
 pub(super) fn in_lane(at: Option<LanePosition>, network: &Network) -> (String, Option<f64>, Option<f64>) {
     at.map_or((String::new(), None, None), |at| (network.lane(at.lane).id.clone(), Some(at.s_m), Some(at.offset_m)))
 }
 
-/// One row a car and step.
+/// Columns: one row for each vehicle and step.
 pub const CARS: &[TableColumn<CarRow>] = &[
     column("tick", "", "tick at the end of the step", ColumnValue::Whole(|r| r.tick.0)),
     column(

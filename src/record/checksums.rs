@@ -1,4 +1,4 @@
-//! A recording's checksums, by which a later change of any file is found and named (`seals`). In: the rows and files as they are
+//! Checksums of a recording, by which later changes of its files are found (`seals`). In: the rows and files as they are
 //! written. Out: `checksums.json`.
 
 use super::{
@@ -17,43 +17,43 @@ use std::{
     path::Path,
 };
 
-/// Name of the file.
+/// File name of the checksums.
 pub(super) const FILE: &str = "checksums.json";
-/// Files beside the tables that every drive has that came to its end.
+/// Files beside the tables in every recording of a drive that was not cut.
 pub(super) const OTHERS: [&str; 2] = ["scenario.toml", "summary.json"];
 
-/// All fingerprints of a recording; SHA-256, hexadecimal.
+/// SHA-256 sums of a recording, hexadecimal.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Checksums {
-    /// Of each table, by its name.
+    /// Sums of each table, by its name.
     pub tables: BTreeMap<String, TableSums>,
-    /// Of other files, by their name.
+    /// Sums of the other files, by their names.
     pub files: BTreeMap<String, String>,
 }
 
-/// Fingerprints of a table.
+/// SHA-256 sums of a table.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableSums {
-    /// How many rows.
+    /// Number of rows in the table.
     pub rows: u64,
-    /// Of its file.
+    /// SHA-256 of the Parquet file.
     pub sha256: String,
-    /// Of the values of each column: for each row a byte 1 and its bytes, little-endian, or a byte 0 where it is empty.
+    /// SHA-256 of the values of each column. Each row adds a byte 1 and the value, little-endian, or a byte 0 if it is empty.
     pub columns: BTreeMap<String, String>,
 }
 
 impl Checksums {
-    /// Reads those of a recording.
+    /// Reads the checksums of a recording.
     ///
     /// # Errors
-    /// There are none, or they cannot be read.
+    /// The file is missing or cannot be read.
     pub fn load(recording: &Path) -> Result<Self, RecordError> {
         let path = recording.join(FILE);
         let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
         serde_json::from_str(&text).map_err(|e| RecordError::Table { path, why: e.to_string() })
     }
 
-    /// Adds the other files of a recording and saves all. Returns the fingerprint of what was saved.
+    /// Adds the other files of a recording and saves all checksums. Returns the SHA-256 of the saved file.
     pub(super) fn save(mut self, recording: &Path) -> Result<String, RecordError> {
         let beside = seals::unsealed(recording, &self)?.into_iter().filter(|name| !name.contains('/'));
         for name in beside.chain(inputs::carried(recording)?) {
@@ -66,10 +66,10 @@ impl Checksums {
     }
 }
 
-/// SHA-256 of a file, hexadecimal, in bounded memory.
+/// Returns the SHA-256 of a file, hexadecimal, in bounded memory.
 ///
 /// # Errors
-/// It cannot be read.
+/// The file cannot be read.
 pub fn file_sha256(path: &Path) -> Result<String, RecordError> {
     let mut file = file::open_regular(path).map_err(RecordError::file(path))?;
     let mut hash = Sha256::new();
@@ -78,14 +78,14 @@ pub fn file_sha256(path: &Path) -> Result<String, RecordError> {
         match file.read(&mut piece) {
             Ok(0) => return Ok(hex(&hash.finalize())),
             Ok(n) => hash.update(&piece[..n]),
-            // A signal came before anything was read.
+            // A signal interrupted the call before anything was read.
             Err(why) if why.kind() == ErrorKind::Interrupted => {}
             Err(why) => return Err(RecordError::file(path)(why)),
         }
     }
 }
 
-/// A file and the fingerprint of what was written to it.
+/// File with the running SHA-256 of the bytes written to it.
 pub(super) struct HashedFile {
     pub file: File,
     pub hash: Sha256,
@@ -103,7 +103,7 @@ impl Write for HashedFile {
     }
 }
 
-/// Fingerprints of columns, batch by batch.
+/// Running SHA-256 of each column, batch by batch.
 #[derive(Default)]
 pub(super) struct ColumnSums {
     columns: BTreeMap<String, Sha256>,
@@ -130,7 +130,7 @@ impl ColumnSums {
         } else if let Some(values) = any.downcast_ref::<BooleanArray>() {
             values.iter().for_each(|v| put(bytes, v.map(|v| [u8::from(v)])));
         } else if let Some(values) = any.downcast_ref::<StringArray>() {
-            // With its length: "ab", "c" is not "a", "bc".
+            // Words are hashed with their length: "ab", "c" differs from "a", "bc".
             for word in values {
                 put(bytes, word.map(|word| (word.len() as u64).to_le_bytes()));
                 bytes.extend(word.unwrap_or_default().as_bytes());
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_has_the_sum_of_its_values_bytes_whatever_batches_they_came_in() {
+    fn the_sum_of_a_column_does_not_depend_on_batches() {
         let rows = |from: usize, to: usize| {
             let of = from..to;
             let numbers: Float64Array = [Some(1.0), None, Some(-2.5)][of.clone()].iter().collect();
@@ -179,7 +179,7 @@ mod tests {
                 ("word", Arc::new(words)),
             ])
         };
-        // A byte 1 and the value, little-endian, or a byte 0: 1.0 is 0x3ff0_0000_0000_0000, -2.5 0xc004_0000_0000_0000.
+        // A byte 1 and the value, little-endian, or a byte 0. 1.0 is 0x3ff0_0000_0000_0000, -2.5 is 0xc004_0000_0000_0000.
         let bytes: [(&str, &[u8]); 5] = [
             ("flag", &[1, 1, 1, 0, 0]),
             ("id", &[0, 1, 3, 0, 0, 0, 0]),
@@ -197,10 +197,10 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_any_length_has_the_sum_that_others_know() {
+    fn the_sha256_of_a_file_agrees_with_published_values() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("file");
-        // FIPS 180-2: "abc", and a million times the letter a, which is more than one piece.
+        // FIPS 180-2: "abc", and a million times the letter a, which is longer than one read.
         for (text, sum) in [
             (b"abc".to_vec(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"),
             (vec![b'a'; 1_000_000], "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"),

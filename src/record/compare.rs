@@ -1,9 +1,9 @@
-//! Comparison of a recording with the same drive, driven again. In: the tables of a recording, and the world that is driven
-//! again with the recorded controls. Out: the first cell that differs in any bit, and how many do. Rows are read batch by
-//! batch: a drive of days takes no more memory than one of minutes.
+//! Comparison of a recording with the same drive, driven again. In: the tables of a recording, and the world driven again with
+//! the recorded controls. Out: the first cell that differs in any bit, and the number of such cells. Rows are read batch by
+//! batch, so memory does not grow with the length of the drive.
 //!
-//! What no simulation makes (times of devices and frames, the wheel's force, marks and notes) is not compared here; its
-//! fingerprints are in `checksums.json`.
+//! Values that no simulation makes are not compared here: times of devices and frames, the wheel's force, marks and notes.
+//! Their checksums are in `checksums.json`.
 
 use super::{
     RecordError, Table,
@@ -25,20 +25,20 @@ use std::{collections::BTreeMap, fmt, path::Path};
 /// Columns that no simulation makes.
 pub const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
 
-/// A cell that is not as it was recorded.
+/// Cell that differs from the recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CellDifference {
-    /// Of which table.
+    /// Table of the cell.
     pub table: Table,
     /// Number of the row, from 0.
     pub row: u64,
-    /// The row's tick.
+    /// Tick of the row.
     pub tick: Tick,
     /// Name of the column.
     pub column: String,
-    /// What the recording says; empty for a row that is not there.
+    /// Recorded value; empty if the recording lacks the row.
     pub recorded: String,
-    /// What the same drive gives; empty for a row that it does not give.
+    /// Value of the drive driven again; empty if it lacks the row.
     pub driven: String,
 }
 
@@ -54,27 +54,27 @@ impl fmt::Display for CellDifference {
     }
 }
 
-/// Goes through the tables of a recording beside the world.
+/// Comparison of all tables of a recording with a running world.
 pub struct TableComparison {
     ego: TableCursor,
     cars: TableCursor,
     advice: TableCursor,
     events: TableCursor,
-    /// `None` where the recording has no tables of a network.
+    /// `None` if the recording has no network tables.
     network: Option<NetworkCursors>,
-    /// `None` where the recording has no table of other advised vehicles.
+    /// `None` if the recording has no table of other advised vehicles.
     advised: Option<TableCursor>,
     observer: NetworkObserver,
     hash: u64,
     found: Differences,
 }
 
-/// The differences found so far.
+/// Differences found so far.
 #[derive(Default)]
 struct Differences {
     first: Option<CellDifference>,
     cells: u64,
-    /// Cells that differ, by the name of the table and of the column.
+    /// Number of differing cells, by table name and column name.
     columns: BTreeMap<(&'static str, String), u64>,
 }
 
@@ -87,10 +87,10 @@ impl Differences {
 }
 
 impl TableComparison {
-    /// Opens the tables of a recording that has ended, those that a drive of this world has.
+    /// Opens the tables of a finished recording that a drive of this world has.
     ///
     /// # Errors
-    /// They cannot be read.
+    /// A table cannot be read.
     pub fn open(recording: &Path, world: &World) -> Result<Self, RecordError> {
         let cursor = |table| TableCursor::open(recording, table);
         Ok(Self {
@@ -106,17 +106,17 @@ impl TableComparison {
         })
     }
 
-    /// The world before its first tick: what there is on a network is compared.
+    /// Compares the world before its first tick; only networks have rows then.
     ///
     /// # Errors
-    /// A table cannot be read on.
+    /// A table cannot be read further.
     pub fn start(&mut self, world: &World) -> Result<(), RecordError> {
         let mut rows = NetworkRows::default();
         self.observer.start(world, &mut rows);
         self.compare_network(&rows)
     }
 
-    /// The controls of tick `due`, which comes next; `None` where the recording ends, or a hole begins.
+    /// Returns the controls of tick `due`, which must come next; `None` at the end of the recording or at a hole.
     ///
     /// # Errors
     /// The table is not as this program writes it.
@@ -145,10 +145,10 @@ impl TableComparison {
         }
     }
 
-    /// The world has made a tick with these controls: its rows are compared with the recorded ones.
+    /// Compares the world's rows after a tick with the recorded ones. `controls` are those of that tick.
     ///
     /// # Errors
-    /// A table cannot be read on.
+    /// A table cannot be read further.
     pub fn tick(&mut self, world: &World, controls: &Controls) -> Result<(), RecordError> {
         let (snapshot, scenario) = (world.snapshot(), world.scenario());
         self.hash = snapshot.hash(self.hash);
@@ -159,7 +159,7 @@ impl TableComparison {
                 self.advice.compare(ADVICE, &row, &mut self.found)?;
             }
             if let Some(row) = EventRow::of(event) {
-                // Marks, pauses and notes stand between them.
+                // Marks, pauses and notes lie between the world's events.
                 while self.events.has_row()? && self.events.is_by_hand() {
                     self.events.skip();
                 }
@@ -197,11 +197,11 @@ impl TableComparison {
         rows.path.iter().try_for_each(|row| path.compare(PATH, row, found))
     }
 
-    /// All ticks to `last` were driven: what the tables have of that time beyond what was driven is counted. `is_cut` of a drive that was
-    /// cut: it may have steps in the journal whose ticks are lost.
+    /// Counts the recorded rows left over after all ticks to `last` were driven. `is_cut` is true for a drive that was cut: the
+    /// journal may hold steps whose ticks are lost, so later rows do not count.
     ///
     /// # Errors
-    /// A table cannot be read on.
+    /// A table cannot be read further.
     pub fn end(&mut self, last: Tick, is_cut: bool) -> Result<(), RecordError> {
         let network = self.network.as_mut().into_iter().flat_map(NetworkCursors::all);
         let others = network.chain(self.advised.as_mut());
@@ -216,23 +216,23 @@ impl TableComparison {
         Ok(())
     }
 
-    /// The first cell that differs; `None` if all bits are equal so far.
+    /// Returns the first differing cell; `None` if all bits are equal so far.
     pub fn first(&self) -> Option<&CellDifference> {
         self.found.first.as_ref()
     }
 
-    /// How many cells differ so far, rows that are missing or too many among them.
+    /// Returns the number of differing cells so far, including missing and surplus rows.
     pub fn cells(&self) -> u64 {
         self.found.cells
     }
 
-    /// Cells that differ so far, by the name of the table and of the column.
+    /// Returns the number of differing cells so far, by table name and column name.
     pub fn columns(&self) -> &BTreeMap<(&'static str, String), u64> {
         &self.found.columns
     }
 }
 
-/// The tables of a drive on a network.
+/// Cursors of the tables of a network.
 struct NetworkCursors {
     departures: TableCursor,
     arrivals: TableCursor,
@@ -256,12 +256,12 @@ impl NetworkCursors {
     }
 }
 
-/// A table, row by row.
+/// Table of a recording, read row by row.
 struct TableCursor {
     table: Table,
     batches: TableBatches,
     batch: Option<RecordBatch>,
-    /// Row within the batch, and rows of the batches before.
+    /// Index of the row in the batch, and number of rows in earlier batches.
     at: usize,
     before: u64,
 }
@@ -276,7 +276,7 @@ impl TableCursor {
         RecordError::Table { path: self.batches.path().into(), why: why.into() }
     }
 
-    /// True if there is a row here; reads on if need be.
+    /// Checks whether there is a current row; reads the next batch if needed.
     fn has_row(&mut self) -> Result<bool, RecordError> {
         while self.batch.as_ref().is_none_or(|batch| self.at >= batch.num_rows()) {
             let Some(next) = self.batches.next().transpose()? else { return Ok(false) };
@@ -308,7 +308,7 @@ impl TableCursor {
         self.array::<StringArray>(name).map(|words| words.value(self.at))
     }
 
-    /// The row here as one that no drive makes, named by its tick or, in a table without, by its first column.
+    /// Returns the current row as a surplus row, identified by its tick or, in a table without ticks, by its first column.
     fn surplus(&self) -> CellDifference {
         let schema = self.batch.as_ref().map(RecordBatch::schema);
         let first = schema.as_ref().filter(|schema| schema.index_of("tick").is_err()).map(|schema| schema.field(0));
@@ -317,13 +317,13 @@ impl TableCursor {
         self.difference(name, value.to_string(), String::new())
     }
 
-    /// An event that no world makes.
+    /// Checks whether the event was made by a person or a window, not by the world.
     fn is_by_hand(&self) -> bool {
         !self.word("event").is_some_and(EventRow::is_of_world)
     }
 
-    /// Compares the row here with the one that was driven, and goes on. A row of another tick counts as one cell: one too many, or
-    /// one that is missing, and the tables stay side by side.
+    /// Compares the current row with the driven one and moves on. A row of another tick counts as one cell, surplus or missing,
+    /// and the tables stay aligned.
     fn compare<R>(
         &mut self,
         columns: &[TableColumn<R>],
@@ -341,7 +341,7 @@ impl TableCursor {
             found.add(CellDifference { tick, ..self.difference(name, String::new(), value) });
             return Ok(());
         }
-        // The chain of fingerprints differs wherever anything does: it is named first only if nothing else is.
+        // The hash chain differs wherever anything does, so it is reported last.
         let (chain, others): (Vec<_>, Vec<_>) = columns
             .iter()
             .filter(|column| !OF_DEVICES.contains(&column.name) && !self.is_equal(column, driven))
@@ -364,7 +364,7 @@ impl TableCursor {
         }
     }
 
-    /// The cell here, in words.
+    /// Returns the current cell as text.
     fn cell<R>(&self, column: &TableColumn<R>) -> String {
         let (name, at) = (column.name, self.at);
         let found = match column.get {
@@ -383,7 +383,7 @@ impl TableCursor {
     }
 }
 
-/// A driven cell, in words.
+/// Returns the driven cell as text.
 fn text<R>(column: &TableColumn<R>, row: &R) -> String {
     let found = match column.get {
         ColumnValue::Number(get) => get(row).map(|v| v.to_string()),

@@ -1,4 +1,4 @@
-//! A recording beside the same drive: notes of people are no difference, deviations of the world are.
+//! Tests of the comparison: notes of people are no difference, deviations of the world are.
 
 use super::*;
 use crate::{
@@ -26,7 +26,7 @@ fn controls(tick: u64) -> Controls {
     Controls { throttle: 0.1 + 0.001 * tick as f32, ..Controls::default() }
 }
 
-/// The recording of a drive to its end; `write` is asked after each tick.
+/// Records a drive to its end; `write` is called after each tick.
 fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::PathBuf {
     let mut world = world();
     let mut recorder = Recorder::begin(&folder.join("drive"), world.scenario(), Manifest::default()).expect("begun");
@@ -41,7 +41,7 @@ fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::Pat
     recorder.finish(&tally.summary()).expect("finished")
 }
 
-/// That recording compared with a drive with these controls. How many cells differ, and the first.
+/// Compares a recording with a drive with these controls. Returns the number of differing cells and the first of them.
 fn compared(recording: &Path, driven: impl Fn(u64) -> Controls) -> (u64, Option<CellDifference>) {
     let mut world = world();
     let mut comparison = TableComparison::open(recording, &world).expect("a recording");
@@ -58,10 +58,10 @@ fn compared(recording: &Path, driven: impl Fn(u64) -> Controls) -> (u64, Option<
 }
 
 #[test]
-fn marks_and_notes_stand_between_the_worlds_events_and_are_no_difference() {
+fn marks_and_notes_between_events_are_no_difference() {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |recorder, tick| {
-        // At every tick, so that they stand before and after whatever the world does.
+        // At every tick, so that they lie before and after every event of the world.
         recorder.event(Tick(tick), "mark", "by hand");
         recorder.event(Tick(tick), "note", "coughs");
     });
@@ -69,7 +69,7 @@ fn marks_and_notes_stand_between_the_worlds_events_and_are_no_difference() {
 }
 
 #[test]
-fn an_event_that_the_world_did_not_make_is_one_too_many() {
+fn an_event_that_the_world_did_not_make_is_surplus() {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |recorder, tick| {
         if [20, 21, TICKS].contains(&tick) {
@@ -101,8 +101,8 @@ fn events_after_the_last_one_of_the_drive_are_counted_one_by_one() {
 }
 
 #[test]
-fn a_row_that_is_missing_after_some_that_are_too_many_is_counted_with_them() {
-    // Two contacts that never were, and the end of the drive taken out: an event of another kind stands in its place.
+fn a_missing_row_after_surplus_rows_is_counted_with_them() {
+    // Two contacts that never happened, and the end of the drive replaced by an event of another kind.
     let folder = tempfile::tempdir().expect("a folder");
     let mut cursor = {
         let drive = recorded(folder.path(), |recorder, tick| {
@@ -123,7 +123,7 @@ fn a_row_that_is_missing_after_some_that_are_too_many_is_counted_with_them() {
     let mut found = Differences::default();
     cursor.compare(EVENTS, &later, &mut found).expect("rows");
     assert_eq!((found.cells, found.first.map(|first| first.tick)), (3, Some(Tick(20))), "two too many and one missing");
-    // The end of the drive is still there to be compared.
+    // The end of the drive is still to be compared.
     assert_eq!((cursor.has_row().expect("rows"), cursor.tick()), (true, Tick(TICKS)));
 }
 
@@ -132,7 +132,7 @@ fn a_table_is_read_column_by_column_and_part_by_part() {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |_, _| ());
     let cars = TableReader::parquet(&Table::Cars.parquet(&drive)).expect("a table");
-    // Three cars at each of twelve steps.
+    // Three vehicles at each of twelve steps.
     let ids: Vec<Option<u32>> = (0..36).map(|row| Some(row % 3)).collect();
     assert_eq!((cars.rows(), cars.ids("car")), (36, ids));
     assert_eq!(cars.wholes("tick"), (0..36).map(|row| 10 * (row / 3 + 1)).collect::<Vec<u64>>());
@@ -141,7 +141,7 @@ fn a_table_is_read_column_by_column_and_part_by_part() {
 }
 
 #[test]
-fn another_control_is_found_at_its_tick_under_its_name_and_not_as_a_fingerprint() {
+fn a_changed_control_is_reported_by_its_column_and_not_by_the_hash() {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |_, _| ());
     assert_eq!(compared(&drive, controls), (0, None));
@@ -150,11 +150,11 @@ fn another_control_is_found_at_its_tick_under_its_name_and_not_as_a_fingerprint(
     let first = first.expect("a difference");
     assert_eq!((first.table, first.row, first.tick), (Table::Ego, 56, Tick(57)));
     assert_eq!((first.column.as_str(), first.driven.as_str()), ("throttle", "0.5"));
-    // Control, speed and fingerprint of that tick; speed and fingerprint of each of the 63 after it, and more.
+    // Control, speed and hash of that tick; speed and hash of each of the 63 later ticks, and more.
     assert!(cells > 2 * 63, "{cells}");
 }
 
-/// What of a fresh recording is found after `tamper` had its folder: file, and whether that is told of it.
+/// Returns the alterations found in a fresh recording after `tamper` changed its folder.
 fn told(tamper: impl Fn(&Path)) -> Vec<AlteredFile> {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |_, _| ());
@@ -174,7 +174,7 @@ fn edit(path: &Path, change: impl Fn(String) -> String) {
 }
 
 #[test]
-fn every_file_of_a_recording_that_is_not_as_it_was_written_is_named() {
+fn every_altered_file_of_a_recording_is_reported() {
     let gone = |name: &'static str| move |drive: &Path| std::fs::remove_file(drive.join(name)).expect("there");
     assert_eq!(told(|_| ()), []);
     for name in ["scenario.toml", "summary.json"] {
@@ -200,7 +200,7 @@ fn every_file_of_a_recording_that_is_not_as_it_was_written_is_named() {
         "ego.parquet",
         "cannot be read",
     );
-    // All seals anew, but none of a column.
+    // All seals are renewed, without the sum of one column.
     let unsealed = |drive: &Path| {
         let (mut sums, mut manifest) = (Checksums::load(drive).expect("there"), Manifest::load(drive).expect("there"));
         sums.tables.get_mut("ego").expect("a table").columns.remove("throttle").expect("a column");
@@ -208,7 +208,7 @@ fn every_file_of_a_recording_that_is_not_as_it_was_written_is_named() {
         manifest.seal(drive).expect("room");
     };
     assert_told(unsealed, "ego.parquet", "checksums.json has no SHA-256 of column throttle");
-    // A table that is another's: other rows, other columns.
+    // A table replaced by another one: other rows, other columns.
     let swapped = told(|drive| {
         std::fs::copy(drive.join("cars.parquet"), drive.join("events.parquet")).expect("room");
     });

@@ -1,4 +1,4 @@
-//! The table of events. In: an [`Event`] of the world, or what a person or a window notes. Out: its row. Speeds in m/s.
+//! Table of events. In: an [`Event`] of the world, or a mark or note of a person or a window. Out: its row. Speeds in m/s.
 
 use super::{
     table::{ColumnValue, TableColumn},
@@ -9,30 +9,30 @@ use crate::{
     time::Tick,
 };
 
-/// Something that happened.
+/// Row of an event.
 #[derive(Clone, Debug)]
 pub struct EventRow {
-    /// When.
+    /// Tick of the event.
     pub tick: Tick,
-    /// What kind, a word.
+    /// Kind of event, one word.
     pub kind: String,
-    /// The rest, in words.
+    /// Further details as text.
     pub detail: String,
-    /// The other car.
+    /// Number of the other vehicle.
     pub car: Option<u32>,
-    /// Speed at which two cars closed in, m/s, or offset in metres.
+    /// Closing speed, m/s, offset, m, or time to collision, s, depending on the kind.
     pub value: Option<f64>,
-    /// Heading of the other car against the own one, radians, positive to the left.
+    /// Heading of the other vehicle relative to the ego, radians, positive to the left.
     pub angle_rad: Option<f64>,
 }
 
-/// The event of a policy that falls silent: what was advised stands no longer.
+/// Event of a policy that stops advising: the former advice is no longer in force.
 pub const ADVICE_WITHHELD: &str = "advice_withheld";
-/// The event of an ego that was put back on its lane: a replay obeys it.
+/// Event of an ego that was put back on its lane. A replay repeats it.
 pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
-    /// Kinds of events that the world makes; all others are made by people and windows.
+    /// Kinds of events made by the world; all others are made by people and windows.
     pub(super) const KINDS_OF_WORLD: [&str; 14] = [
         ADVICE_WITHHELD,
         "contact",
@@ -50,12 +50,12 @@ impl EventRow {
         "ended",
     ];
 
-    /// True for a kind that the world makes.
+    /// Checks whether the world makes events of this kind.
     pub fn is_of_world(kind: &str) -> bool {
         Self::KINDS_OF_WORLD.contains(&kind)
     }
 
-    /// The row of an event of the world; advice has a table of its own.
+    /// Returns the row of an event of the world; `None` for advice, which has its own table.
     pub fn of(event: &Event) -> Option<Self> {
         let row = |kind: &str, detail: String, car: Option<u32>, value: Option<f64>| {
             Some(Self { tick: event.tick, kind: kind.into(), detail, car, value, angle_rad: None })
@@ -85,7 +85,7 @@ impl EventRow {
     }
 }
 
-/// One row an event.
+/// Columns: one row for each event.
 pub const EVENTS: &[TableColumn<EventRow>] = &[
     column("tick", "", "when", ColumnValue::Whole(|r| r.tick.0)),
     column(

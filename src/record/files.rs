@@ -1,4 +1,4 @@
-//! Files that are made once, for the user alone, and reach the disk. In: paths. Out: files, or the system's own words.
+//! Files and folders that are private to the user and reach the disk. In: paths. Out: files, or the system's error.
 
 use super::RecordError;
 use crate::private;
@@ -9,15 +9,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Waits until the disk has a file whole, its length included.
+/// Waits until the disk has the whole file, including its length.
 pub(super) fn sync_file(file: &File, path: &Path) -> Result<(), RecordError> {
     file.sync_all().map_err(RecordError::file(path))
 }
 
-/// Makes a folder and those above it, private to the user, so that the disk has their names. One that is there already is left as it is.
+/// Makes a folder and its parents, private to the user, and syncs their names to the disk. Existing folders are left as they
+/// are.
 ///
 /// # Errors
-/// The system refuses.
+/// An I/O error.
 pub fn new_private_dir(path: &Path) -> Result<(), RecordError> {
     let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.is_dir();
     let new: Vec<&Path> = path.ancestors().take_while(missing).collect();
@@ -25,18 +26,19 @@ pub fn new_private_dir(path: &Path) -> Result<(), RecordError> {
     new.into_iter().rev().try_for_each(sync_dir)
 }
 
-/// True if there is such a file or folder. A disk that does not say is an error: what is only out of reach is not to be taken for missing.
+/// Checks whether a file or folder exists. If the disk cannot tell, the result is an error: an unreachable file must not pass
+/// for a missing one.
 ///
 /// # Errors
-/// The system refuses to look.
+/// An I/O error.
 pub fn is_there(path: &Path) -> Result<bool, RecordError> {
     path.try_exists().map_err(RecordError::file(path))
 }
 
-/// Files and folders in a folder; none where it is not there.
+/// Returns the files and folders in a folder; none if the folder does not exist.
 ///
 /// # Errors
-/// The system refuses to list it: what is only out of reach is not to be taken for missing.
+/// The folder cannot be listed: unreachable entries must not pass for missing ones.
 pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
     let listed = fs::read_dir(folder).and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect());
     match listed {
@@ -45,10 +47,10 @@ pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
     }
 }
 
-/// Removes a file or a whole folder, if it is there.
+/// Removes a file or a whole folder, if it exists.
 ///
 /// # Errors
-/// The system refuses.
+/// An I/O error.
 pub fn remove(path: &Path) -> Result<(), RecordError> {
     let removed = match fs::symlink_metadata(path) {
         Ok(there) if there.is_dir() => fs::remove_dir_all(path),
@@ -61,12 +63,12 @@ pub fn remove(path: &Path) -> Result<(), RecordError> {
     }
 }
 
-/// Room on the disk, GB, below which there is little, and too little: a session of an hour takes less than 1 GB.
+/// Free space on the disk below which the program warns, GB. A session of an hour takes less than 1 GB.
 pub const LITTLE_GB: f64 = 5.0;
-/// See [`LITTLE_GB`].
+/// Free space on the disk below which a rig counts as unfit, GB.
 pub const TOO_LITTLE_GB: f64 = 1.0;
 
-/// Room on the disk of `folder` for this user, bytes; `None` where the system does not tell.
+/// Returns the free space for this user on the disk of `folder`, bytes; `None` if the system does not report it.
 #[cfg(target_os = "linux")]
 pub fn free_bytes(folder: &Path) -> Option<u64> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -74,27 +76,27 @@ pub fn free_bytes(folder: &Path) -> Option<u64> {
     Some(stat.blocks_available().saturating_mul(stat.fragment_size()))
 }
 
-/// Room on the disk of `folder` for this user, bytes; `None` where the system does not tell.
+/// Returns `None`: the free space is not read on this system.
 #[cfg(not(target_os = "linux"))]
 pub fn free_bytes(_folder: &Path) -> Option<u64> {
     None
 }
 
-/// Ending of a file that is not whole yet.
+/// File extension of a file that is being written.
 pub const BESIDE: &str = "new";
 
-/// A new file, private to the user.
+/// Makes a new file, private to the user.
 ///
 /// # Errors
-/// There is one already, or the system refuses.
+/// The file exists already, or an I/O error.
 pub(super) fn new_file(path: &Path) -> Result<File, RecordError> {
     private::file(path).map_err(RecordError::file(path))
 }
 
-/// Writes a whole new file, private to the user, that reaches the disk.
+/// Writes a new file, private to the user, and syncs it to the disk.
 ///
 /// # Errors
-/// There is one already, or the system refuses.
+/// The file exists already, or an I/O error.
 pub fn write_new(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     let mut file = new_file(path)?;
     file.write_all(text).map_err(RecordError::file(path))?;
@@ -102,10 +104,10 @@ pub fn write_new(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     sync_dir(path)
 }
 
-/// Writes a whole file so that at every moment either the old one or the new one is there, also after a power cut.
+/// Replaces a file atomically: at every moment the old or the new file is there, also after a power cut.
 ///
 /// # Errors
-/// The system refuses.
+/// An I/O error.
 pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     let on_disk = |file: &File| {
         file.sync_all()?;
@@ -118,10 +120,10 @@ pub fn replace(path: &Path, text: &[u8]) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// The same for a file that is too large to be held whole: `write` writes it part by part.
+/// Replaces a file atomically, like [`replace`], if it is too large for memory: `write` writes it part by part.
 ///
 /// # Errors
-/// `write` fails, and the old file is as it was; the system refuses.
+/// `write` fails, and the old file stays; or an I/O error.
 pub fn replace_streaming(
     path: &Path,
     write: impl FnOnce(&mut (dyn Write + Send)) -> Result<(), RecordError>,
@@ -140,30 +142,30 @@ pub fn replace_streaming(
     Ok(())
 }
 
-/// A new file in which that at `path` is written, until it is whole and takes its place.
+/// Makes a new file beside `path`, to be renamed to `path` when it is complete.
 ///
 /// # Errors
-/// The system refuses.
+/// An I/O error.
 pub(super) fn new_beside(path: &Path) -> Result<(PathBuf, File), RecordError> {
     let beside = path.with_extension(BESIDE);
     let file = private::file_beside(&beside).map_err(RecordError::file(&beside))?;
     Ok((beside, file))
 }
 
-/// Gives a file or folder another name in its folder, so that the disk has it.
+/// Renames a file or folder within its folder and syncs the new name to the disk.
 ///
 /// # Errors
-/// The system refuses.
+/// An I/O error.
 pub fn rename(from: &Path, to: &Path) -> Result<(), RecordError> {
     fs::rename(from, to).map_err(RecordError::file(to))?;
     sync_dir(to)
 }
 
-/// Makes names in the folder of `path` last.
+/// Syncs the names in the parent folder of `path` to the disk.
 pub(super) fn sync_dir(path: &Path) -> Result<(), RecordError> {
     #[cfg(unix)]
     if let Some(folder) = path.parent() {
-        // The folder of a bare name is the one that the program stands in.
+        // A bare name lies in the working folder.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let open = File::open(folder).map_err(RecordError::file(folder))?;
         sync_file(&open, folder)?;

@@ -1,6 +1,7 @@
-//! The input files of a drive, copied into its recording. In: a scenario whose map, policy or demand is the author's own. Out:
-//! copies in `inputs/` (network and demand in the canonical form that SUMO has read, with all that a demand includes), and the scenario with their place in the recording instead: it can be driven again on another
-//! machine, and does not tell where its author keeps things. Maps and policies that the program brings keep their names.
+//! Input files of a drive, copied into its recording. In: a scenario whose map, policy or demand is the user's own. Out: copies
+//! in `inputs/`, and the scenario with paths to these copies. Network and demand are copied in the canonical form that SUMO has
+//! read, with all files that a demand includes. So the drive can be driven again on another machine, and the scenario does not
+//! reveal the user's folders. Shipped maps and policies keep their names.
 
 use super::{RecordError, files, streams};
 use crate::{
@@ -17,16 +18,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Folder of the copies.
+/// Folder of the copies, in the recording.
 pub const INPUTS: &str = "inputs";
 
-/// The scenario as a recording keeps it.
+/// Returns the scenario as a recording keeps it.
 pub fn portable(world: &World) -> Scenario {
     let scenario = world.scenario();
     let map = if map::is_own(&scenario.map) { map_place(world) } else { scenario.map.clone() };
     let policy = match &scenario.policy {
         path if policy::is_path(path) => format!("{INPUTS}/policies/{}", last(path)),
-        // What a name came to here, it might not come to elsewhere.
+        // A name such as `auto` may resolve to another policy elsewhere.
         _ => world.policy().name.clone(),
     };
     let mut kept = Scenario { map, policy, ..scenario.clone() };
@@ -36,7 +37,7 @@ pub fn portable(world: &World) -> Scenario {
     kept
 }
 
-/// Where a recording keeps a file of demand, the `k`-th that is named: two may be called the same.
+/// Returns the path of the `k`-th file of a demand in a recording; the number separates files of the same name.
 fn demand_place(k: usize, file: &Path) -> PathBuf {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let name = name.trim_end_matches(".gz");
@@ -47,23 +48,23 @@ fn map_place(world: &World) -> String {
     format!("{INPUTS}/maps/{}", last(&world.map().name))
 }
 
-/// Copies into a recording what its scenario names by path.
+/// Copies into a recording the files that its scenario names by path.
 ///
 /// # Errors
-/// A file cannot be read any more, or the disk refuses.
+/// A file can no longer be read, or an I/O error.
 pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     let scenario = world.scenario();
     let copy_up_to = |most_bytes: u64, from: &Path, to: &Path| {
         files::new_private_dir(to.parent().unwrap_or(recording))?;
         files::write_new(to, &read_bounded(from, most_bytes).map_err(RecordError::file(from))?)
     };
-    // A network may be the largest: whatever was loaded before the drive is no larger, but for files of demand.
+    // A network is the largest input: everything loaded before the drive is within its limit, except files of demand.
     let copy = |from: &Path, to: &Path| copy_up_to(MOST_BYTES, from, to);
     if map::is_own(&scenario.map) {
         let (net, folder) = (&world.map().net_file, recording.join(map_place(world)));
         files::new_private_dir(&folder)?;
         files::write_new(&folder.join("net.xml"), world.map().network.sumo_text().as_str().as_bytes())?;
-        // Of a map's folder, its title and its route.
+        // The folder of a map also holds its title and its route.
         let about = net.with_file_name("map.toml");
         if net.ends_with("net.xml") && about.is_file() {
             copy(&about, &folder.join("map.toml"))?;
@@ -75,7 +76,7 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     if policy::is_path(&scenario.policy) {
         let (own, place) = (Path::new(&scenario.policy), recording.join(portable(world).policy));
         let home = own.parent().unwrap_or(Path::new(""));
-        // The network's file and what it cannot do without, as it lies around it.
+        // The network's file and the files it depends on, at their relative paths.
         for file in policy::files_of(own) {
             let to = file.strip_prefix(home).map_or(place.clone(), |within| place.with_file_name("").join(within));
             copy(&file, &to)?;
@@ -84,7 +85,7 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// Names of what a recording carries, from its folder on, in order: its inputs, and what other devices gave.
+/// Returns the sorted names of a recording's inputs and device streams, relative to its folder.
 pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
     let (mut names, mut folders) = (Vec::new(), vec![INPUTS.to_owned(), streams::FOLDER.to_owned()]);
     while let Some(folder) = folders.pop() {
@@ -102,18 +103,18 @@ pub(super) fn carried(recording: &Path) -> Result<Vec<String>, RecordError> {
     Ok(names)
 }
 
-/// Reads the scenario of a recording. Paths in it start at the recording's folder, where it carries its inputs.
+/// Reads the scenario of a recording. Paths to its inputs are resolved relative to the recording's folder.
 ///
 /// # Errors
-/// It cannot be read, or is not as this program writes it.
+/// The scenario cannot be read, or is not as this program writes it.
 pub fn scenario(recording: &Path) -> Result<Scenario, SettingsError> {
     Scenario::from_file(&recording.join(SCENARIO))
 }
 
-/// Its file.
+/// File name of the scenario.
 pub const SCENARIO: &str = "scenario.toml";
 
-/// What stands for a name or a path where others read: the name of its file or folder.
+/// Returns the last part of a name or path, to be shown in place of the whole.
 pub fn last(name: &str) -> &str {
     name.trim_end_matches(['/', '\\']).rsplit(['/', '\\']).next().unwrap_or(name)
 }
@@ -124,7 +125,7 @@ mod tests {
     use crate::data_folders;
     use crate::traffic::EngineChoice;
 
-    /// A map of the author's own: the shipped ring under another name, as a folder or as a bare network.
+    /// Makes a user's own map: the shipped ring under another name, as a folder or as a bare network.
     fn own_map(folder: &Path, net: &str) -> PathBuf {
         let shipped = data_folders::root().join("maps/ring-250");
         fs::create_dir_all(folder).expect("a folder");
@@ -149,13 +150,13 @@ mod tests {
     }
 
     #[test]
-    fn what_the_program_brings_keeps_its_name_and_what_is_the_authors_has_its_place_in_the_recording() {
+    fn shipped_inputs_keep_their_names_and_own_inputs_get_recording_paths() {
         let home = tempfile::tempdir().expect("a folder");
         let (shipped, own) = (Path::new("ring-250"), own_map(&home.path().join("mine"), "net.xml"));
         let calm = home.path().join("calm.toml");
         fs::copy(data_folders::root().join("assets/policies/ring-250-speed/policy.toml"), &calm).expect("copied");
         let calm = calm.to_str().expect("a name");
-        // What a name came to here, it might not come to elsewhere.
+        // A name such as `auto` may resolve to another policy elsewhere.
         assert_eq!(kept(shipped, "auto"), ["ring-250", "ring-250-speed"]);
         assert_eq!(kept(shipped, "pi"), ["ring-250", "pi"]);
         assert_eq!(kept(shipped, calm), ["ring-250", "inputs/policies/calm.toml"]);
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_network_is_carried_with_its_title_where_that_is_of_the_same_map() {
+    fn a_network_is_copied_with_the_title_of_its_own_map_only() {
         let home = tempfile::tempdir().expect("a folder");
         let carried_of = |map: &Path, policy: &str, to: &str| {
             let recording = home.path().join(to);
@@ -180,7 +181,7 @@ mod tests {
         assert_eq!(carried_of(&whole, "pi", "b"), ["inputs/maps/mine/map.toml", "inputs/maps/mine/net.xml"]);
         fs::remove_file(whole.join("map.toml")).expect("there");
         assert_eq!(carried_of(&whole, "pi", "c"), ["inputs/maps/mine/net.xml"]);
-        // A file beside a bare network is of some other map.
+        // A map.toml beside a bare network belongs to another map.
         let bare = own_map(&home.path().join("nets"), "other.net.xml");
         let names = carried_of(&bare, "pi", "d");
         assert!(names.len() == 1 && names[0].ends_with("/net.xml"), "{names:?}");
@@ -189,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_network_of_anothers_is_carried_with_what_its_numbers_mean() {
+    fn a_foreign_policy_network_is_copied_with_its_description() {
         let home = tempfile::tempdir().expect("a folder");
         let data = data_folders::root().join("tests/data");
         for name in ["torch-legacy.onnx", "torch-legacy.onnx.toml"] {
@@ -201,12 +202,12 @@ mod tests {
         carry(&recording, &world(Path::new("ring-250"), policy.to_str().expect("a name"))).expect("room");
         let names = carried(&recording).expect("readable");
         assert_eq!(names, ["inputs/policies/torch-legacy.onnx", "inputs/policies/torch-legacy.onnx.toml"]);
-        // It drives from there, on a machine that has nothing else of it.
+        // The policy works from the copy alone.
         world(Path::new("ring-250"), recording.join(&names[0]).to_str().expect("a name"));
     }
 
     #[test]
-    fn a_path_in_a_recording_starts_at_its_folder_and_a_name_stays() {
+    fn paths_in_a_recording_start_at_its_folder_and_names_stay() {
         let folder = tempfile::tempdir().expect("a folder");
         let here = |map: &str, policy: &str| {
             let text = format!("map = \"{map}\"\npolicy = \"{policy}\"\n");
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_name_of_a_path_of_any_system_stands_for_it() {
+    fn paths_of_any_system_are_shortened_to_their_last_name() {
         for (path, name) in
             [("ring-250", "ring-250"), ("/home/ann/ring/", "ring"), ("C:\\maps\\x.xml", "x.xml"), ("a\\b\\", "b")]
         {

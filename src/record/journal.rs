@@ -1,8 +1,8 @@
-//! The journal: one file, appended to by one thread, on the disk after every batch. In: batches from a bounded queue. Out:
-//! blocks (see [`block`]) that are whole up to the last batch, whenever the power fails.
+//! Journal of a recording: one file, appended to by one thread, synced after every batch. In: batches from a bounded queue.
+//! Out: blocks (see [`block`]) that are whole up to the last batch, whenever the power fails.
 //!
-//! Each block is an Arrow IPC stream of its own, compressed by zstd: it can be read whatever happened to the ones before it.
-//! All blocks of a batch go to the disk by one write and one sync.
+//! Each block is an Arrow IPC stream of its own, compressed by zstd, so it can be read if earlier blocks are damaged. All
+//! blocks of a batch go to the disk in one write and one sync.
 
 use super::{
     RecordError,
@@ -20,12 +20,12 @@ use std::{
     sync::mpsc::Receiver,
 };
 
-/// Name of the file in the journal's folder.
+/// File name, in the journal's folder.
 pub(super) const FILE: &str = "rows.blocks";
-/// Fast, and on rows of a second as small as higher levels to a tenth.
+/// Compression level of zstd: fast, and on a second of rows within a tenth of the size at higher levels.
 const ZSTD_LEVEL: i32 = 1;
 
-/// What rows are appended to: a file, or in tests something that sees what is asked of it.
+/// File that rows are appended to; tests substitute one that notes the calls.
 pub(super) trait DurableFile: Write + Send + 'static {
     /// Waits until the disk has all that was written.
     fn sync(&mut self) -> io::Result<()>;
@@ -37,18 +37,18 @@ impl DurableFile for File {
     }
 }
 
-/// The journal of one recording.
+/// Journal of one recording.
 pub(super) struct Journal<F> {
     path: PathBuf,
     file: F,
     /// Number of the next block.
     next: u64,
-    /// Number of the first block of the batch that is written.
+    /// Number of the first block of the batch being written.
     batch: u64,
 }
 
 impl Journal<File> {
-    /// Makes the file in `folder`, which is there.
+    /// Makes the file in `folder`, which must exist.
     pub fn begin(folder: &Path) -> Result<Self, RecordError> {
         let path = folder.join(FILE);
         let file = files::new_file(&path)?;
@@ -58,12 +58,12 @@ impl Journal<File> {
 }
 
 impl<F: DurableFile> Journal<F> {
-    /// Over a file that is new and empty; `path` is for messages.
+    /// Starts a journal in a new and empty file; `path` is for messages.
     pub fn over(path: PathBuf, file: F) -> Self {
         Self { path, file, next: 0, batch: 0 }
     }
 
-    /// Appends every batch that comes until there are no more; `done` is told of every batch that is on the disk.
+    /// Appends every batch received until the channel closes; calls `done` after each batch on the disk.
     pub fn write(mut self, batches: &Receiver<RowBatch>, mut done: impl FnMut()) -> Result<(), RecordError> {
         for batch in batches {
             self.append(&batch)?;
@@ -72,7 +72,7 @@ impl<F: DurableFile> Journal<F> {
         Ok(())
     }
 
-    /// Appends one batch and waits until the disk has it. The ego comes last: where its row is, the others are too.
+    /// Appends one batch and waits until the disk has it. The ego comes last: if its row is there, all others are too.
     fn append(&mut self, batch: &RowBatch) -> Result<(), RecordError> {
         let mut bytes = Vec::new();
         self.batch = self.next;
@@ -97,7 +97,7 @@ impl<F: DurableFile> Journal<F> {
         Ok(())
     }
 
-    /// Rows of one table as a block behind `bytes`.
+    /// Appends the rows of one table to `bytes` as a block; nothing if there are none.
     fn block<R>(
         &mut self,
         bytes: &mut Vec<u8>,
@@ -120,7 +120,7 @@ impl<F: DurableFile> Journal<F> {
     }
 }
 
-/// Rows as a compressed Arrow stream with its schema.
+/// Returns rows as a compressed Arrow stream with its schema.
 fn payload<R>(columns: &[TableColumn<R>], rows: &[R]) -> io::Result<Vec<u8>> {
     let schema = schema(columns);
     let mut stream = StreamWriter::try_new(Vec::new(), &schema).map_err(io::Error::other)?;

@@ -1,7 +1,7 @@
-//! Reads a journal, also a damaged one. In: its folder, whole, cut or damaged anywhere. Out: the rows of every good block,
-//! and the holes. The last batch may never have been on the disk as a whole: it ends where its first block is missing, since a
-//! row of one table is of no use without those of the others. Memory is bounded before it is taken: no number in a file is
-//! believed that is larger than the file allows.
+//! Reader of a journal, whole, cut or damaged anywhere. In: its folder. Out: the rows of every good block, and the holes. The
+//! last batch may never have reached the disk as a whole. It ends at its first missing block, since a row of one table is
+//! useless without the rows of the others. Memory is bounded in advance: a number that exceeds what the file allows is
+//! rejected.
 
 use super::{
     RecordError, Table,
@@ -20,21 +20,21 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The most that a block may take when it is no longer compressed, bytes.
+/// Maximum size of a decompressed block, bytes.
 const MOST_BYTES: u64 = 256 << 20;
 
 /// Rows that could not be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostRows {
-    /// The file.
+    /// File with the unreadable bytes.
     pub file: PathBuf,
-    /// Bytes of the file that are no block: from, to.
+    /// Range of bytes that are no block: first, end.
     pub bytes: [u64; 2],
-    /// Of which table, where that can still be told.
+    /// Table of the rows, if known.
     pub table: Option<Table>,
-    /// How many rows, where that can still be told.
+    /// Number of rows, if known.
     pub rows: Option<u32>,
-    /// Ticks of the first row and of the last, where that can still be told.
+    /// Ticks of the first and the last row, if known.
     pub ticks: Option<[Tick; 2]>,
 }
 
@@ -53,10 +53,10 @@ impl std::fmt::Display for LostRows {
     }
 }
 
-/// Hands every good batch of rows to `put`, in the order of the file, and returns what could not be read.
+/// Passes every good batch of rows to `put`, in the order of the file, and returns the rows that could not be read.
 ///
 /// # Errors
-/// The system refuses a file, or `put` does.
+/// An I/O error, or an error of `put`.
 pub(super) fn read(
     folder: &Path,
     put: &mut dyn FnMut(Table, RecordBatch) -> Result<(), RecordError>,
@@ -68,7 +68,7 @@ pub(super) fn read(
     }
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
-        // Cut before it was made.
+        // The drive was cut before the folder was made.
         Err(why) if why.kind() == std::io::ErrorKind::NotFound => return Ok(holes),
         Err(why) => return Err(RecordError::file(folder)(why)),
     };
@@ -87,7 +87,7 @@ fn blocks(path: &Path) -> Result<JournalBlocks<BufReader<File>>, RecordError> {
     JournalBlocks::new(BufReader::new(file)).map_err(RecordError::file(path))
 }
 
-/// Number of the last batch of which any block can be read.
+/// Returns the number of the last batch with a readable block.
 fn last_batch(path: &Path) -> Result<u64, RecordError> {
     let mut blocks = blocks(path)?;
     let mut last = 0;
@@ -114,7 +114,7 @@ fn read_blocks(
         match part {
             JournalPart::Hole { header, bytes } => {
                 at = bytes[1];
-                // The number of the block is used up, so that it is not counted as missing once more.
+                // The damaged block has used its number, so it is not counted as missing again.
                 next = header.map_or(next, |header| header.number.saturating_add(1));
                 is_torn |= header.is_some_and(|header| header.batch == last_batch);
                 holes.push(hole(path, header.as_ref(), bytes));
@@ -128,7 +128,7 @@ fn read_blocks(
                 }
                 at = bytes[1];
                 let known = Table::ALL.get(header.table as usize).copied();
-                // A block that was there before is a copy; one of an unknown table is of a later version.
+                // An earlier number marks a copy of a block; an unknown table comes from a later version.
                 match (known, header.number >= next && !is_torn, unpack(&payload)) {
                     (Some(table), true, Ok(batches)) => {
                         for batch in batches {
@@ -154,45 +154,45 @@ fn hole(path: &Path, header: Option<&BlockHeader>, bytes: [u64; 2]) -> LostRows 
     }
 }
 
-/// Why bytes of a journal hold no rows.
+/// Reason why bytes of a journal hold no rows.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum RowsFault {
-    /// They cannot be read or unpacked.
+    /// Read or decompression error.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// Fewer are left than a message says, or it says more than any may have.
+    /// Message longer than the bytes left, or than the maximum.
     #[error("{wanted} bytes wanted, {left} left")]
     Length { wanted: u64, left: u64 },
-    /// Something follows the last message.
+    /// Bytes after the last message.
     #[error("{0} bytes too many")]
     Rest(u64),
-    /// Another mark than a message's.
+    /// Message without the continuation marker.
     #[error("no message begins here")]
     NoMessage,
-    /// A message without a sound head.
+    /// Message with an invalid header.
     #[error("{0}")]
     Head(String),
-    /// A body of negative length.
+    /// Negative length of a body.
     #[error(transparent)]
     Body(#[from] TryFromIntError),
-    /// A batch is announced and there is none.
+    /// Announced batch that is missing.
     #[error("no batch")]
     NoBatch,
-    /// A buffer of the batch lies outside of the body.
+    /// Buffer of the batch outside the body.
     #[error("a buffer {0} nowhere")]
     Buffer(&'static str),
-    /// A buffer that would be larger than what is read.
+    /// Buffer larger than the maximum.
     #[error("a buffer of {0} bytes")]
     LargeBuffer(i64),
-    /// The library does not accept the batch.
+    /// Batch that the library rejects.
     #[error(transparent)]
     Batch(#[from] ArrowError),
-    /// The library broke off, with these words.
+    /// Panic of the library, with its message.
     #[error("{0}")]
     BrokeOff(String),
 }
 
-/// The rows of a payload.
+/// Returns the batches of rows in a payload.
 pub(super) fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, RowsFault> {
     let decoder = zstd::stream::read::Decoder::new(payload)?;
     let mut bytes = Vec::new();
@@ -206,10 +206,10 @@ pub(super) fn unpack(payload: &[u8]) -> Result<Vec<RecordBatch>, RowsFault> {
     if stream.left > 0 { Err(RowsFault::Rest(stream.left)) } else { Ok(batches) }
 }
 
-/// An Arrow IPC stream, message by message.
+/// Arrow IPC stream, read message by message.
 struct IpcStream<R> {
     from: R,
-    /// Bytes that are left.
+    /// Number of bytes left.
     left: u64,
     decoder: StreamDecoder,
 }
@@ -225,7 +225,7 @@ impl<R: Read> IpcStream<R> {
         Ok(bytes)
     }
 
-    /// The next batch; `None` at the end, be it said or just there.
+    /// Returns the next batch; `None` at an end marker or at the end of the bytes.
     fn next(&mut self) -> Result<Option<RecordBatch>, RowsFault> {
         while self.left > 0 {
             let mut bytes = self.take(8)?;
@@ -245,7 +245,7 @@ impl<R: Read> IpcStream<R> {
             bytes.extend(body);
             let mut buffer = Buffer::from_vec(bytes);
             let decoder = &mut self.decoder;
-            // The library checks much and panics on the rest; what it left half done is not used again.
+            // The library checks much and panics on the rest; a decoder that panicked is not used again.
             let decoded = guarded(|| decoder.decode(&mut buffer)).map_err(RowsFault::BrokeOff)??;
             if decoded.is_some() {
                 return Ok(decoded);
@@ -255,7 +255,7 @@ impl<R: Read> IpcStream<R> {
     }
 }
 
-/// A compressed buffer begins with its length when it is no longer compressed, for which memory is taken at once.
+/// Checks the declared size of each compressed buffer, since the library allocates it at once.
 fn check_buffers(message: &arrow_ipc::Message<'_>, body: &[u8]) -> Result<(), RowsFault> {
     if message.header_type() != MessageHeader::RecordBatch {
         return Ok(());
@@ -283,7 +283,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hole_is_told_as_exactly_as_it_is_known() {
+    fn a_hole_is_described_as_exactly_as_it_is_known() {
         let whole = LostRows {
             file: "drive/journal/rows.blocks".into(),
             bytes: [5, 90],
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn no_more_is_taken_than_is_left_or_than_a_block_may_hold() {
+    fn reads_are_limited_by_the_bytes_left_and_the_maximum_block() {
         let stream = |left: u64| IpcStream { from: std::io::repeat(7), left, decoder: StreamDecoder::new() };
         let mut ten = stream(10);
         assert_eq!(ten.take(4).unwrap(), [7; 4]);
@@ -309,7 +309,7 @@ mod tests {
         assert!(stream(u64::MAX).take(most + 1).is_err());
         let mut large = stream(most + 1);
         assert_eq!((large.take(most).unwrap().len() as u64, large.left), (most, 1));
-        // A file that is shorter than it said.
+        // A file that is shorter than its declared length.
         let mut short = IpcStream { from: &[1, 2][..], left: 3, decoder: StreamDecoder::new() };
         assert!(short.take(3).is_err());
     }

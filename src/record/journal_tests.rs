@@ -1,4 +1,4 @@
-//! Journals with blocks that a writer does not make: one that is there twice, and one with bytes behind its rows.
+//! Tests of journals that no writer makes: a duplicated block, and bytes behind the rows of a block.
 
 use super::{
     LostRows, Table,
@@ -27,7 +27,7 @@ fn written(folder: &Path) -> Vec<u8> {
     fs::read(folder.join(journal::FILE)).unwrap()
 }
 
-/// Tables and numbers of the rows that are read from a journal, and what is lost of it.
+/// Reads a journal. Returns table and row count of each batch, and the lost rows.
 fn read(folder: &Path, journal: &[u8]) -> (Vec<(Table, usize)>, Vec<LostRows>) {
     fs::write(folder.join(journal::FILE), journal).unwrap();
     let mut rows = Vec::new();
@@ -39,7 +39,7 @@ fn read(folder: &Path, journal: &[u8]) -> (Vec<(Table, usize)>, Vec<LostRows>) {
 }
 
 #[test]
-fn a_block_that_is_there_twice_gives_its_rows_once_and_is_told() {
+fn a_duplicated_block_gives_its_rows_once_and_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = written(folder.path());
     assert_eq!(read(folder.path(), &bytes), (vec![(Table::Events, 3)], vec![]));
@@ -50,7 +50,7 @@ fn a_block_that_is_there_twice_gives_its_rows_once_and_is_told() {
 }
 
 #[test]
-fn bytes_behind_the_rows_of_a_block_make_it_none() {
+fn bytes_behind_the_rows_of_a_block_make_it_invalid() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = written(folder.path());
     let part = JournalBlocks::new(Cursor::new(&bytes)).unwrap().next().unwrap();

@@ -1,12 +1,11 @@
-//! Ends the program as a power cut would, at a named point: for tests of what is left then. In: `CODRIVE_KILL_AT=NAME` or
-//! `NAME:COUNT` (the COUNT-th time that the point is passed). Out: SIGKILL. Release builds do not look.
+//! Kill points for tests: end the program at a named point as a power cut would. In: `CODRIVE_KILL_AT=NAME` or `NAME:COUNT`
+//! (the COUNT-th time that the point is passed). Out: SIGKILL. Release builds ignore the variable.
 //!
-//! These are places in a recording's life, whatever else a program in a window or with devices does at the time. What may fail or end
-//! it at any call is tried from outside, by the calls themselves (tests/faults).
+//! The points are stages of a recording. Failures and ends at arbitrary system calls are tested from outside (tests/faults).
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Every point, in the order of a recording's life. `replace.*` are passed by every small file that is saved.
+/// Names of all points, in the order of a recording. Every small file that is saved passes `replace.*`.
 pub const POINTS: &[&str] = &[
     "begin.folder",
     "begin.manifest",
@@ -29,13 +28,13 @@ pub const POINTS: &[&str] = &[
     "session.begin",
 ];
 
-/// Variable of the environment.
+/// Name of the environment variable.
 const VARIABLE: &str = "CODRIVE_KILL_AT";
 
-/// Arms the point that the environment names; does nothing in a release build.
+/// Arms the point named by the environment; does nothing in a release build.
 ///
 /// # Panics
-/// If there is no such point: a test that names one means it.
+/// There is no such point, so that a test with a wrong name fails.
 pub fn arm() {
     if !cfg!(debug_assertions) {
         return;

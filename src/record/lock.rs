@@ -1,5 +1,5 @@
-//! Marks a folder while a drive is recorded into it. In: a recording's folder. Out: a lock that the system lets go of when
-//! the program is gone, however it went; everybody else sees it and keeps away.
+//! Lock on a folder while a drive is recorded into it. In: a recording's folder. Out: a lock that the system releases when the
+//! program ends, in whatever way. All others see it and leave the folder alone.
 
 use super::RecordError;
 use crate::{file::open_regular, private};
@@ -11,12 +11,12 @@ use std::{
     time::Duration,
 };
 
-/// Name of the file that the lock is held on. It stays, empty: to remove it would let two programs hold one each.
+/// File name of the lock. The empty file stays: if it were removed, two programs could hold one lock each.
 pub(super) const FILE: &str = "lock";
-/// Who only looks holds the lock for a moment; whoever wants it for long tries so often, 10 ms apart.
+/// Maximum number of attempts to take the lock, 10 ms apart: readers hold it for a moment only.
 const TRIES: usize = 10;
 
-/// Held as long as the drive lasts, or somebody makes it whole.
+/// Lock of a recording, held during the drive or a recovery.
 #[derive(Debug)]
 pub(super) struct RecordingLock {
     _file: File,
@@ -26,7 +26,7 @@ impl RecordingLock {
     /// Takes the lock of a recording.
     ///
     /// # Errors
-    /// [`RecordError::Running`] if somebody has it; the system refuses.
+    /// [`RecordError::Running`] if the lock is held elsewhere; or an I/O error.
     pub fn take(recording: &Path) -> Result<Self, RecordError> {
         let path = recording.join(FILE);
         let file = private::lock_file(&path).map_err(RecordError::file(&path))?;
@@ -41,13 +41,13 @@ impl RecordingLock {
     }
 }
 
-/// Nobody records here now.
+/// Checks that the recording is not locked.
 ///
 /// # Errors
-/// [`RecordError::Running`]; the system refuses.
+/// [`RecordError::Running`]; or an I/O error.
 pub(super) fn check_free(recording: &Path) -> Result<(), RecordError> {
     let path = recording.join(FILE);
-    // A copy may be without one; an archive may be for reading only.
+    // A copy may lack the lock file; an archive may be read-only.
     match fs::metadata(&path) {
         Ok(about) if about.is_file() => {}
         Err(why) if why.kind() != ErrorKind::NotFound => return Err(RecordError::file(&path)(why)),
@@ -61,7 +61,7 @@ pub(super) fn check_free(recording: &Path) -> Result<(), RecordError> {
     match file.try_lock_shared() {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => Err(RecordError::Running(recording.into())),
-        // Some file systems know no locks; nothing can be recorded on them either.
+        // Some file systems have no locks; nothing can be recorded on them either.
         Err(TryLockError::Error(why)) if why.kind() == ErrorKind::Unsupported => Ok(()),
         Err(TryLockError::Error(why)) => Err(RecordError::file(&path)(why)),
     }

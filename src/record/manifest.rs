@@ -1,5 +1,5 @@
-//! What was driven, where and by which program: all that another lab needs to judge a recording or to make it again. In:
-//! facts of the loop. Out: `manifest.json`.
+//! Manifest of a recording: facts that another lab needs to judge or reproduce it. In: facts of the drive loop. Out:
+//! `manifest.json`.
 
 use super::{RecordError, checksums::file_sha256, files};
 use crate::{file, sim::HandOver};
@@ -8,14 +8,14 @@ use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 use std::path::Path;
 
-/// Name of its file.
+/// File name of the manifest.
 pub const FILE: &str = "manifest.json";
 
-/// Format of the recordings that this version writes and reads. It says which seals, tables, columns and files must be there: what
-/// is missing of them was taken away.
+/// Format of the recordings that this version writes and reads. The format defines the seals, tables, columns and files of a
+/// recording: a missing one was removed.
 pub const FORMAT: u32 = 1;
 
-/// Keys of the file, in order, and whether each must be there.
+/// Keys of the file, in order, and whether each is required.
 pub(super) const KEYS: [(&str, bool); 25] = [
     ("format", true),
     ("program", true),
@@ -44,7 +44,7 @@ pub(super) const KEYS: [(&str, bool); 25] = [
     ("sha256", true),
 ];
 
-/// The number of a format.
+/// Number of a recording format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct RecordingFormat(pub u32);
@@ -55,60 +55,60 @@ impl Default for RecordingFormat {
     }
 }
 
-/// All about one recording.
+/// Facts about one recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Format of the recording.
     pub format: RecordingFormat,
     /// Name and version of the program.
     pub program: String,
-    /// How it was built: release or dev.
+    /// Kind of build: release or dev.
     pub build: String,
     /// Traffic engine and its version.
     pub traffic: String,
     /// Seed of everything random.
     pub seed: u64,
-    /// The map and the fingerprint of its network file.
+    /// Map, and the SHA-256 of its network file.
     pub map: NamedHash,
-    /// The policy and, for one from a file, its fingerprint.
+    /// Policy, and the SHA-256 of its file if it has one.
     pub policy: NamedHash,
-    /// Why it is that policy, where another name was asked for (`auto`).
+    /// Reason for this policy if another name was asked for (`auto`).
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub policy_asked: Option<String>,
-    /// Lateral acceleration that bounds the other cars' speed in bends, m/s2; `None` where nothing does.
+    /// Lateral acceleration that limits the other vehicles' speed in bends, m/s2; `None` without a limit.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub lateral_accel_mps2: Option<f64>,
     /// State of the traffic when the driver took over.
     pub hand_over: HandOver,
-    /// The recording has the tables of a drive on a network. It follows from the scenario, and is compared with it.
+    /// True if the recording has the tables of a network. Follows from the scenario, and is compared with it.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub network_tables: bool,
-    /// The recording has the table of vehicles that are advised beside the ego. It follows from the drive, and is compared with it.
+    /// True if the recording has the table of other advised vehicles. Follows from the drive, and is compared with it.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub advised_table: bool,
-    /// Who drove: devices, or the name of a simulated driver.
+    /// Input devices, or the name of the simulated driver.
     pub driver: String,
-    /// Participant code, in a study; never a name.
+    /// Participant code in a study; never a name.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub participant: Option<String>,
-    /// When it began, UTC.
+    /// Start of the recording, UTC.
     pub began: String,
-    /// Operating system, processor, cores.
+    /// Operating system, processor and cores.
     pub machine: String,
     /// Graphics adapter and driver; `None` without a picture.
     pub graphics: Option<String>,
-    /// Width of the visible picture and distance of the eyes from it, metres.
+    /// Width of the visible picture, and distance of the eyes from it, metres.
     pub display_m: [f64; 2],
-    /// The screen and how pictures come to it; `None` without a window.
+    /// Screen and presentation of frames; `None` without a window.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub screen: Option<ScreenInfo>,
-    /// Full scale of the speedometer, in the unit that it shows.
+    /// Full scale of the speedometer, in its displayed unit.
     pub dial: DialScale,
-    /// Stage that the recording has reached.
+    /// State of the recording.
     pub state: RecordingState,
-    /// How it ended; `None` while it lasts, and after a cut.
+    /// Reason for the end; `None` while the drive lasts, and after a cut.
     pub ended: Option<String>,
-    /// Fingerprint of all snapshots, at the end.
+    /// Hash chain over all snapshots, at the end.
     pub hash: Option<String>,
     /// SHA-256 of `checksums.json`, once all files are written.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -118,67 +118,66 @@ pub struct Manifest {
     pub sha256: Option<String>,
 }
 
-/// How far a recording is.
+/// State of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RecordingState {
-    /// The drive lasts, or was cut: rows are in the journal.
+    /// Drive in progress, or cut: the rows are in the journal.
     #[default]
     Running,
-    /// The drive ended by itself: all tables are whole.
+    /// Drive ended by itself: all tables are whole.
     Complete,
-    /// The drive was cut: the tables hold what could be saved.
+    /// Drive cut: the tables hold the rows that could be saved.
     Recovered,
 }
 
-/// What the speedometer reaches to.
+/// Full scale of the speedometer and its unit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DialScale {
-    /// Full scale.
+    /// Full scale, in `unit`.
     pub full: f64,
-    /// Its unit: mph or km/h.
+    /// Unit, mph or km/h.
     pub unit: String,
 }
 
-/// A screen and how pictures come to it.
+/// Screen and presentation of frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ScreenInfo {
-    /// Name of the monitor, as the system tells.
+    /// Name of the monitor, as the system reports it.
     pub monitor: Option<String>,
-    /// Its refresh rate, Hz.
+    /// Refresh rate of the monitor, Hz.
     pub refresh_hz: Option<f64>,
     /// Size of the picture, pixels.
     pub size: [u32; 2],
-    /// How pictures are handed over: fifo waits for the screen and never tears.
+    /// Presentation mode; fifo waits for the screen and never tears.
     pub present_mode: String,
-    /// Pictures that may wait for the screen, at most.
+    /// Maximum number of frames that wait for the screen.
     pub frames_ahead: u32,
 }
 
-/// A name and the SHA-256 of what it stands for.
+/// Name and the SHA-256 of its file or text.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NamedHash {
-    /// Its name.
     pub name: String,
-    /// SHA-256 of its file, hexadecimal; `None` if it has none.
+    /// SHA-256, hexadecimal; `None` without a readable file.
     pub sha256: Option<String>,
 }
 
 impl NamedHash {
-    /// A name and its file, if there is one that can be read.
+    /// Returns a name with the SHA-256 of its file, if the file can be read.
     pub fn of(name: &str, file: Option<&Path>) -> Self {
         Self { name: name.into(), sha256: file.and_then(|file| file_sha256(file).ok()) }
     }
 }
 
 impl NamedHash {
-    /// A name and the text that it stands for.
+    /// Returns a name with the SHA-256 of its text.
     pub fn of_text(name: &str, text: &str) -> Self {
         Self { name: name.into(), sha256: Some(sha256(text.as_bytes())) }
     }
 }
 
-/// SHA-256, hexadecimal.
+/// Returns the SHA-256 of bytes, hexadecimal.
 pub(super) fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
@@ -188,10 +187,10 @@ pub(super) fn hex(bytes: &[u8]) -> String {
 }
 
 impl Manifest {
-    /// Reads that of a recording.
+    /// Reads the manifest of a recording.
     ///
     /// # Errors
-    /// There is none, or it cannot be read.
+    /// The manifest is missing, cannot be read or has another format.
     pub fn load(recording: &Path) -> Result<Self, RecordError> {
         let path = recording.join(FILE);
         if !files::is_there(&path)? {
@@ -214,26 +213,25 @@ impl Manifest {
         serde_json::from_value(Value::Object(keys)).map_err(|e| fault(e.to_string()))
     }
 
-    /// The keys and values of the file, in order, also those that no recording has.
+    /// Returns all keys and values of the file, in order, including unknown keys.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub fn keys(recording: &Path) -> Result<Map<String, Value>, RecordError> {
         let path = recording.join(FILE);
         let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
         serde_json::from_str(&text).map_err(|e| RecordError::Table { path, why: e.to_string() })
     }
 
-    /// True once all tables are written.
+    /// Checks whether all tables are written.
     pub fn is_complete(&self) -> bool {
         self.state != RecordingState::Running
     }
 
-    /// Returns what is wrong with the manifest of a recording that has ended: its own SHA-256 is missing or another one, a key is
-    /// missing or unknown.
+    /// Returns the faults in the manifest of a finished recording: a wrong SHA-256, missing keys and unknown keys.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub(super) fn faults(recording: &Path) -> Result<Vec<String>, RecordError> {
         let mut keys = Self::keys(recording)?;
         let mut faults = Vec::new();
@@ -243,7 +241,7 @@ impl Manifest {
         for key in keys.keys().filter(|key| !KEYS.iter().any(|(known, _)| known == key)) {
             faults.push(format!("{key} is no key of format {FORMAT}"));
         }
-        // Of the text and not of what this version understands of it: an added line is a change, too.
+        // The SHA-256 covers the text, not the parsed manifest: an added line is a change, too.
         let written = keys.shift_remove("sha256");
         let text = serde_json::to_string_pretty(&keys).expect("numbers and words") + "\n";
         if written.is_some_and(|written| written != sha256(text.as_bytes()).as_str()) {
@@ -260,7 +258,7 @@ impl Manifest {
         files::replace(&recording.join(FILE), self.text().as_bytes())
     }
 
-    /// Saves it for the last time.
+    /// Saves the manifest for the last time, with its SHA-256.
     pub(super) fn seal(&mut self, recording: &Path) -> Result<(), RecordError> {
         self.sha256 = None;
         self.sha256 = Some(sha256(self.text().as_bytes()));
@@ -273,13 +271,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_recording_is_complete_when_its_state_says_so() {
+    fn a_recording_is_complete_by_its_state() {
         let is = |state| Manifest { state, ended: Some("stopped".into()), ..Manifest::default() }.is_complete();
         assert!(is(RecordingState::Complete) && is(RecordingState::Recovered) && !is(RecordingState::Running));
     }
 
     #[test]
-    fn a_sealed_manifest_is_as_written_until_any_line_of_it_changes() {
+    fn a_sealed_manifest_is_intact_until_any_line_changes() {
         let folder = tempfile::tempdir().expect("a folder");
         let faults = || Manifest::faults(folder.path()).expect("readable");
         assert!(matches!(Manifest::load(folder.path()), Err(RecordError::Absent(_))));
@@ -290,7 +288,7 @@ mod tests {
         manifest.checksums = Some(String::new());
         manifest.seal(folder.path()).expect("room");
         assert_eq!(faults(), [""; 0]);
-        // Sealed twice, it does not count the seal before.
+        // A second seal ignores the first one.
         manifest.seal(folder.path()).expect("room");
         assert_eq!((faults(), Manifest::load(folder.path()).expect("there")), (Vec::new(), manifest));
         let path = folder.path().join(FILE);
@@ -332,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_of_another_format_is_refused_with_the_version_that_wrote_it() {
+    fn a_recording_of_another_format_is_refused_with_its_program_version() {
         let folder = tempfile::tempdir().expect("a folder");
         let refused = |text: &str| {
             std::fs::write(folder.path().join(FILE), text).expect("written");
@@ -348,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_has_the_sum_of_its_file_where_there_is_one() {
+    fn a_name_has_the_sha256_of_its_file_if_it_has_one() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x");
         std::fs::write(&path, "abc").expect("written");

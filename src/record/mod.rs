@@ -1,20 +1,20 @@
-//! Recordings: every tick of a drive on disk, while it happens. In: the world after each tick, frames, marks. Out: a folder.
+//! Recordings: every tick of a drive on disk, as it happens. In: the world after each tick, frames, marks. Out: a folder.
 //!
 //! ```text
 //! manifest.json   format of the recording; what was driven, on what, by which program; how it ended
 //! scenario.toml   the scenario, to be driven again
 //! streams/        other devices: tables of their streams, triggers, the drive's clock ([`streams`])
-//! inputs/         copies of a map and a policy that do not come with the program
-//! journal/        blocks of rows while the drive lasts: cut at any byte it loses one batch at most
-//! ego.parquet     at the end, instead of the journal: one row a tick; also cars, advice, frames, events; on a network
-//!                 departures, arrivals, signals, path; where others are advised than the ego, advised
-//! summary.json    the drive in numbers
-//! checksums.json  SHA-256 of all files, of each column of the tables
-//! lost+found/     only after damage: the journal of which something could not be read
+//! inputs/         copies of a map, a policy and a demand that are not shipped
+//! journal/        blocks of rows during the drive; a cut at any byte loses one batch at most
+//! ego.parquet     at the end, instead of the journal: one row for each tick; also cars, advice, frames, events;
+//!                 on networks departures, arrivals, signals, path; with other advised vehicles advised
+//! summary.json    key figures of the drive
+//! checksums.json  SHA-256 of all files and of each column of the tables
+//! lost+found/     only after damage: the journal with the unreadable rows
 //! lock            held by the program that records
 //! ```
-//! Rows carry their tick, so that a row of one table joins to its tick in another exactly; [`tables`] names every column
-//! with its unit. Nothing is ever overwritten, and files are the user's alone. Names and contact data never come in here.
+//! Each row carries its tick, so rows of different tables join exactly. [`tables`] names every column with its unit. Nothing is
+//! ever overwritten, and files are private to the user. Names and contact data of people are never recorded.
 
 mod advised_table;
 mod block;
@@ -56,72 +56,71 @@ pub use tables::Table;
 
 use std::path::PathBuf;
 
-/// Why a recording cannot begin, go on or be read.
+/// Reason why a recording cannot begin, continue or be read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The folder holds a recording already.
+    /// Folder that holds a recording already.
     #[error("{folder} holds a recording already ({file}); nothing is overwritten: name another folder")]
     Taken {
-        /// The folder.
         folder: PathBuf,
-        /// What was found in it.
+        /// Name of the file found in it.
         file: String,
     },
-    /// The system refused a file.
+    /// File that the system refused.
     #[error("{path}: {why}{}", remedy(why))]
     File {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         why: std::io::Error,
     },
-    /// The writer could not keep up with the drive.
+    /// Writer too slow for the drive, seconds of rows in the queue.
     #[error("recording stopped: the disk writer stalled ({0} s of rows wait); everything before is kept")]
     Full(u64),
-    /// The writing thread stopped.
+    /// Writing thread that stopped, with the reason.
     #[error("recording stopped: {0}; everything before is kept")]
     Stopped(String),
-    /// A table is not as this program writes it.
+    /// Table that is not as this program writes it.
     #[error("{path}: {why}")]
     Table {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the fault.
         why: String,
     },
-    /// Its drive is not over.
+    /// Recording of a drive still in progress.
     #[error(
         "{0}: the drive is still running and is being recorded\n  remedy: end it first (Esc in its window, Ctrl-C where there is none)"
     )]
     Running(PathBuf),
-    /// It was cut and not yet recovered.
+    /// Recording that was cut and not yet recovered.
     #[error("{0}: the recording was cut before its end\n  remedy: codrive recover {0}")]
     Cut(PathBuf),
-    /// The disk gave back other bytes than it took.
+    /// Journal that the disk did not return as it was written.
     #[error(
         "{folder}: the recording ended, but the disk lost part of it: {missing}. All that can be read is in the tables, the journal is kept in {kept}\n  remedy: check this disk before you record on it again"
     )]
     Damaged {
-        /// The recording.
+        /// Folder of the recording.
         folder: PathBuf,
-        /// What is missing, in words.
+        /// Description of the missing rows.
         missing: String,
-        /// Where the journal lies.
+        /// Folder where the journal is kept.
         kept: PathBuf,
     },
-    /// There is no recording.
+    /// Folder without a recording.
     #[error("{0} holds no recording: there is no manifest.json in it")]
     Absent(PathBuf),
 }
 
-/// Remedy where the disk takes no more.
+/// Remedy for a full disk.
 const FULL: &str = "; what was written before is kept\n  remedy: make room on the disk; codrive recover FOLDER completes the \
                     recording of a drive that was cut";
 
 fn remedy(why: &std::io::Error) -> &'static str {
     match why.kind() {
         std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => FULL,
-        // A file that is too large to be read is no full disk: that one the system tells of.
+        // A file over the program's own size limit is no full disk; the system's EFBIG is.
         std::io::ErrorKind::FileTooLarge if why.raw_os_error().is_some() => FULL,
         std::io::ErrorKind::AlreadyExists => "; nothing is overwritten: name another",
         std::io::ErrorKind::PermissionDenied => "; choose a folder that you may write to",
@@ -142,7 +141,7 @@ mod tests {
     use std::io::{Error, ErrorKind};
 
     #[test]
-    fn a_file_that_the_system_refuses_is_told_with_its_remedy() {
+    fn a_refused_file_is_reported_with_a_remedy() {
         for (kind, remedy) in [
             (ErrorKind::StorageFull, "make room on the disk; codrive recover FOLDER"),
             (ErrorKind::QuotaExceeded, "make room on the disk; codrive recover FOLDER"),

@@ -1,8 +1,8 @@
-//! The tables that only a drive on a network has: who comes and who goes, what signals show, the ego's path. In: the world before its first tick and after each one.
-//! Out: rows. SI units; lanes by SUMO's ids.
+//! Tables of drives on networks only: vehicles that enter and leave, states of signals, path of the ego. In: the world before
+//! its first tick and after each tick. Out: rows. SI units; lanes by SUMO's ids.
 //!
-//! The ego is there from the first tick to the last and has no row. A vehicle that comes and goes within one step is in no snapshot, and so
-//! in neither table.
+//! The ego is present from the first tick to the last and has no row. A vehicle that enters and leaves within one step is in no
+//! snapshot, and thus in neither table.
 
 use super::{
     car_table::in_lane,
@@ -19,24 +19,24 @@ use crate::{
     traffic::{VehicleBody, VehicleId},
 };
 
-/// A vehicle that has come.
+/// Vehicle that has entered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepartureRow {
-    /// The end of the step in which it came; the tick before the first for those that were there then.
+    /// End of the step in which it entered; the tick before the first for vehicles present at the start.
     pub tick: Tick,
-    /// Which; never given twice in a drive.
+    /// Number of the vehicle; never reused in a drive.
     pub vehicle: u32,
-    /// Size and kind.
+    /// Kind and dimensions of the vehicle.
     pub body: VehicleBody,
-    /// SUMO's id of its lane; empty beside all lanes.
+    /// SUMO's id of its lane; empty off all lanes.
     pub lane: String,
     /// Front bumper along that lane, metres.
     pub lane_s_m: Option<f64>,
-    /// Speed, m/s.
+    /// Speed at the end of that step, m/s.
     pub speed_mps: f64,
 }
 
-/// One row a vehicle that has come.
+/// Columns: one row for each vehicle that has entered.
 pub const DEPARTURES: &[TableColumn<DepartureRow>] = &[
     column(
         "tick",
@@ -54,20 +54,20 @@ pub const DEPARTURES: &[TableColumn<DepartureRow>] = &[
     number("speed_mps", "m/s", "speed", |r| Some(r.speed_mps)),
 ];
 
-/// A vehicle that has gone.
+/// Vehicle that has left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArrivalRow {
-    /// The end of the step in which it went.
+    /// End of the step in which it left.
     pub tick: Tick,
-    /// Which.
+    /// Number of the vehicle.
     pub vehicle: u32,
-    /// SUMO's id of the lane where it was one step before; empty beside all lanes.
+    /// SUMO's id of its lane one step before; empty off all lanes.
     pub lane: String,
     /// Front bumper along that lane one step before, metres.
     pub lane_s_m: Option<f64>,
 }
 
-/// One row a vehicle that has gone.
+/// Columns: one row for each vehicle that has left.
 pub const ARRIVALS: &[TableColumn<ArrivalRow>] = &[
     column("tick", "", "tick at the end of the step in which it went", ColumnValue::Whole(|r| r.tick.0)),
     column("vehicle", "", "number of the vehicle: that of car in cars.parquet", ColumnValue::Id(|r| Some(r.vehicle))),
@@ -80,18 +80,18 @@ pub const ARRIVALS: &[TableColumn<ArrivalRow>] = &[
     number("lane_s_m", "m", "front bumper along that lane one step before", |r| r.lane_s_m),
 ];
 
-/// What a signal shows from a tick on.
+/// State of a signal from a tick on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalRow {
-    /// The end of the step from which on it shows this; the tick before the first for what it shows at the start.
+    /// End of the step from which the state holds; the tick before the first for the state at the start.
     pub tick: Tick,
     /// SUMO's id of the signal.
     pub signal: String,
-    /// SUMO's letters, one a link; empty for a signal that SUMO does not switch.
+    /// SUMO's letters, one for each link; empty for a signal that SUMO does not switch.
     pub state: String,
 }
 
-/// One row a signal at the start, and one a change of a signal after it.
+/// Columns: one row for each signal at the start, and one for each change.
 pub const SIGNALS: &[TableColumn<SignalRow>] = &[
     column(
         "tick",
@@ -109,18 +109,17 @@ pub const SIGNALS: &[TableColumn<SignalRow>] = &[
     ),
 ];
 
-/// A lane of the ego's path.
+/// Lane of the ego's path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathRow {
-    /// Its place in the path, from 0.
+    /// Index in the path, from 0.
     pub order: u64,
     /// SUMO's id of the edge; begins with a colon inside a junction.
     pub edge: String,
     /// SUMO's id of the lane.
     pub lane: String,
-    /// Where it begins on the path, metres.
+    /// Start of the lane on the path, metres.
     pub start_s_m: f64,
-    /// How long it is, metres.
     pub length_m: f64,
 }
 
@@ -131,7 +130,7 @@ impl PathRow {
     }
 }
 
-/// One row a lane of the ego's path, in the order in which they are driven.
+/// Columns: one row for each lane of the ego's path, in driving order.
 pub const PATH: &[TableColumn<PathRow>] = &[
     column("order", "", "place in the path, from 0", ColumnValue::Whole(|r| r.order)),
     column(
@@ -152,7 +151,7 @@ pub const PATH: &[TableColumn<PathRow>] = &[
     number("length_m", "m", "how long it is", |r| Some(r.length_m)),
 ];
 
-/// Rows of these tables on their way to the disk, or to be compared.
+/// Rows of these tables, to be written or compared.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct NetworkRows {
     pub departures: Vec<DepartureRow>,
@@ -161,17 +160,17 @@ pub(super) struct NetworkRows {
     pub path: Vec<PathRow>,
 }
 
-/// Finds what is new in a world by what it saw of it before.
+/// Finds vehicles and signal states that are new in a world since the last step.
 #[derive(Debug, Default)]
 pub(super) struct NetworkObserver {
-    /// All others at the end of the last step, by ascending id.
+    /// Vehicles at the end of the last step, by ascending id, without the ego.
     vehicles: Vec<(VehicleId, Option<LanePosition>)>,
-    /// What signals showed then; `None` before the start.
+    /// Signal states at the end of the last step; `None` before the start.
     signals: Option<SignalStates>,
 }
 
 impl NetworkObserver {
-    /// Adds the rows of a world before its first tick; none on a closed route with a fixed number of cars.
+    /// Adds the rows of a world before its first tick; none on a closed route with a fixed number of vehicles.
     pub fn start(&mut self, world: &World, rows: &mut NetworkRows) {
         if world.scenario().is_on_network() {
             let lanes = world.map().route.lanes().iter().enumerate();
@@ -180,7 +179,7 @@ impl NetworkObserver {
         }
     }
 
-    /// Adds the rows of a world after a tick: vehicles come and go, and signals change, at the end of a step.
+    /// Adds the rows of a world after a tick. Vehicles enter and leave, and signals change, at the end of a step.
     pub fn tick(&mut self, world: &World, rows: &mut NetworkRows) {
         let (snapshot, scenario) = (world.snapshot(), world.scenario());
         if scenario.is_on_network() && snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
@@ -207,7 +206,7 @@ impl NetworkObserver {
 
     fn observe_vehicles(&mut self, snapshot: &Snapshot, network: &Network, rows: &mut NetworkRows) {
         let tick = snapshot.tick;
-        // Both lists are by ascending id: one walk along them.
+        // Both lists are by ascending id, so one pass is enough.
         let mut before = self.vehicles.iter().peekable();
         let mut arrive = |(id, at): &(VehicleId, Option<LanePosition>)| {
             let (lane, lane_s_m, _) = in_lane(*at, network);

@@ -1,4 +1,4 @@
-//! Who comes and who goes, and what signals show, by hand: from one step to the next.
+//! Tests of vehicles that enter and leave and of signal states, from step to step, against values by hand.
 
 use super::*;
 use crate::{sim::VehicleSnapshot, traffic::VehicleKind};
@@ -9,7 +9,7 @@ fn grid() -> Network {
 
 const TRUCK: VehicleBody = VehicleBody { kind: VehicleKind::Truck, length_m: 7.5, width_m: 2.5, height_m: 3.25 };
 
-/// Vehicles by number, lane, way along it and speed.
+/// Returns a snapshot with vehicles given by number, lane, distance along it and speed.
 fn at(network: &Network, tick: u64, cars: &[(u32, &str, f64, f64)]) -> Snapshot {
     let car = |(id, lane, s_m, speed_mps): &(u32, &str, f64, f64)| VehicleSnapshot {
         id: VehicleId(*id),
@@ -22,7 +22,7 @@ fn at(network: &Network, tick: u64, cars: &[(u32, &str, f64, f64)]) -> Snapshot 
 }
 
 #[test]
-fn each_vehicle_that_was_not_there_before_departs_and_each_that_is_no_more_arrives_where_it_was() {
+fn new_vehicles_depart_and_missing_vehicles_arrive_at_their_last_lane() {
     let network = grid();
     let steps = [
         at(&network, 0, &[(3, "B0B1_0", 5.0, 1.0), (5, "", 0.0, 2.0)]),
@@ -65,7 +65,7 @@ fn each_signal_has_a_row_at_the_start_and_one_whenever_it_changes() {
     assert_eq!(ids, ["A1", "B0", "B1", "B2", "C1"]);
     let step = |tick: u64, letters: &[u8]| {
         let mut snapshot = at(&network, tick, &[]);
-        // Two links of the first, none of the second, one of each of the others.
+        // Two links of the first signal, none of the second, one of each other.
         snapshot.signals.set(letters, &[0, 2, 2, 3, 4, 5]);
         snapshot
     };
@@ -80,7 +80,7 @@ fn each_signal_has_a_row_at_the_start_and_one_whenever_it_changes() {
     assert_eq!(found[5..], [(20, "A1", "ru"), (20, "C1", "o"), (40, "A1", "rG")]);
 }
 
-/// A row as text, by the name of the column; numbers to three digits, empty as `-`.
+/// Returns a row as text, by column name; numbers to three digits, empty as `-`.
 fn cells<R>(columns: &[TableColumn<R>], row: &R) -> String {
     let text = |column: &TableColumn<R>| match column.get {
         ColumnValue::Number(get) => get(row).map_or("-".into(), |v| format!("{v:.3}")),
@@ -93,7 +93,7 @@ fn cells<R>(columns: &[TableColumn<R>], row: &R) -> String {
 }
 
 #[test]
-fn rows_say_who_came_and_went_where_what_a_signal_shows_and_where_the_path_goes() {
+fn rows_of_network_tables_have_the_values_of_their_fields() {
     let lane = || "B0B1_0".to_owned();
     let row =
         DepartureRow { tick: Tick(20), vehicle: 4, body: TRUCK, lane: lane(), lane_s_m: Some(5.5), speed_mps: 1.25 };
@@ -117,6 +117,6 @@ fn only_recordings_of_networks_have_these_tables() {
     };
     assert_eq!(names(false), ["ego", "cars", "advice", "frames", "events"]);
     assert_eq!(names(true), ["ego", "cars", "advice", "frames", "events", "departures", "arrivals", "signals", "path"]);
-    // A manifest of a ring is the text that it was.
+    // The manifest of a ring has no key for network tables.
     assert!(!serde_json::to_string(&Manifest::default()).expect("words").contains("network_tables"));
 }

@@ -1,4 +1,5 @@
-//! Tables in parts, as many runs write them. In: rows; files of the same columns. Out: Parquet as bytes; one file of many.
+//! Parquet tables in parts, as many runs write them. In: rows; files of equal columns. Out: Parquet as bytes; one file joined
+//! from many.
 
 use super::{
     RecordError, files,
@@ -19,13 +20,13 @@ use std::{
     sync::Arc,
 };
 
-/// Name of a table that is not yet in a file, for messages.
+/// Stand-in for the path of a table that has no file yet, in messages.
 const UNWRITTEN: &str = "a part";
 
-/// Rows as a Parquet file in memory, with words about the whole (key, value) in its metadata.
+/// Returns rows as a Parquet file in memory, with `about` (key, value) in its metadata.
 ///
 /// # Errors
-/// The library refuses.
+/// The library rejects the rows.
 pub fn parquet_bytes<R>(
     columns: &[TableColumn<R>],
     rows: &[R],
@@ -40,10 +41,11 @@ pub fn parquet_bytes<R>(
     writer.into_inner().map_err(&fault)
 }
 
-/// One file with the rows of others, in their order. Columns are those of the first; what is said about each whole is left out.
+/// Joins the rows of several files, in their order, into one file. The columns are those of the first; the metadata of the
+/// parts is dropped. Returns the number of rows.
 ///
 /// # Errors
-/// A file is not there or has other columns; the system refuses, and a file that stood at `out` is as it was.
+/// A file is missing or has other columns, or an I/O error; an existing file at `out` then stays.
 pub fn join(parts: &[PathBuf], out: &Path) -> Result<u64, RecordError> {
     let mut rows = 0;
     files::replace_streaming(out, |file| {
@@ -52,7 +54,7 @@ pub fn join(parts: &[PathBuf], out: &Path) -> Result<u64, RecordError> {
         for path in parts {
             let batches = TableBatches::open(path)?;
             if let Some(file) = file.take() {
-                // The columns alone: what is said about the first part is not said about the whole.
+                // Columns only: the metadata of the first part does not apply to the whole.
                 let columns = Arc::new(Schema::new(batches.schema().fields().clone()));
                 let made = ArrowWriter::try_new(file, columns, Some(properties().build()));
                 writer = Some(made.map_err(table_fault(out))?);
@@ -82,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_joined_in_their_order_and_the_same_rows_are_the_same_bytes() {
+    fn parts_are_joined_in_order_and_equal_rows_give_equal_bytes() {
         let folder = tempfile::tempdir().expect("a folder");
         let part =
             |rows: &[u64], about: &str| parquet_bytes(&columns(), rows, &[("about", about.into())]).expect("bytes");
@@ -98,15 +100,15 @@ mod tests {
         assert_eq!(join(&parts, &out).expect("joined"), 3);
         assert_eq!(TableReader::parquet(&out).expect("a table").wholes("n"), [5, 6, 7]);
         let whole = std::fs::read(&out).expect("bytes");
-        // What is said about the parts is not in the whole: the same rows from parts of other names are the same file.
+        // The metadata of the parts is not in the whole, so the same rows from other parts give the same file.
         let others = [put("d", part(&[5, 6], "d")), put("e", part(&[], "e")), put("f", part(&[7], "f"))];
         join(&others, &out).expect("joined");
         assert_eq!(std::fs::read(&out).expect("bytes"), whole);
-        // Parts without rows are a table without rows.
+        // Parts without rows give a table without rows.
         let empty = folder.path().join("empty.parquet");
         assert_eq!(join(&parts[1..2], &empty).expect("joined"), 0);
         assert_eq!(TableReader::parquet(&empty).expect("a table").rows(), 0);
-        // A part that is none is named, and the whole stays.
+        // An invalid part is named in the error, and the existing file stays.
         let broken = [parts[0].clone(), put("g", b"no table".into())];
         let why = join(&broken, &out).expect_err("no table").to_string();
         assert!(why.contains("/g: no Parquet file"), "{why}");

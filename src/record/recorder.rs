@@ -1,5 +1,5 @@
-//! The loop's side of a recording: rows are gathered, and handed to the writing thread in batches. In: the world after a
-//! tick, a frame, a mark. Out: nothing that waits; a full queue or disk is an error at the next call.
+//! Drive loop's side of a recording: gathers rows and passes them to the writing thread in batches. In: the world after a tick,
+//! a frame, a mark. Out: batches in a bounded queue. A full queue or disk is an error at the next call.
 
 use super::{
     Manifest, RecordError, checksums, files,
@@ -29,29 +29,29 @@ use std::{
     time::Duration,
 };
 
-/// Rows wait so long at most before they are handed to the writing thread, by whoever has a clock. A power cut costs this
-/// and what the disk takes for a batch: 0.5 s is promised.
+/// Maximum time that rows wait before the owner of the clock passes them to the writing thread. A power cut loses at most this
+/// and the time of writing a batch; the promised limit is 0.5 s.
 pub const FLUSH_EVERY: Duration = Duration::from_millis(200);
-/// Batches that may wait for the disk: 13 s of a drive.
+/// Maximum number of batches that wait for the disk: 13 s of a drive.
 const QUEUE: usize = 64;
-/// A batch is sent at the latest with this many ticks: full speed without a clock.
+/// Maximum number of ticks in a batch, at full speed without a clock.
 const MOST_TICKS: usize = 2_000;
 
-/// How the writing thread does, as the loop may read it at any time: the thread keeps it, nobody waits.
+/// Status of the writing thread, readable at any time without waiting.
 #[derive(Debug)]
 pub struct WriterStatus {
     waiting: AtomicUsize,
-    /// [`u64::MAX`] where the system does not tell.
+    /// Free space on the disk, bytes; [`u64::MAX`] if the system does not report it.
     free: AtomicU64,
 }
 
 impl WriterStatus {
-    /// Batches that wait for the disk, and how many may.
+    /// Returns the number of waiting batches and its maximum.
     pub fn waiting(&self) -> [usize; 2] {
         [self.waiting.load(Ordering::Relaxed), QUEUE]
     }
 
-    /// Room on the disk, bytes, as it was after the last batch.
+    /// Returns the free space on the disk after the last batch, bytes; `None` if the system does not report it.
     pub fn free_bytes(&self) -> Option<u64> {
         Some(self.free.load(Ordering::Relaxed)).filter(|bytes| *bytes != u64::MAX)
     }
@@ -61,7 +61,7 @@ impl WriterStatus {
     }
 }
 
-/// Records one drive.
+/// Recorder of one drive.
 #[derive(Debug)]
 pub struct Recorder {
     folder: PathBuf,
@@ -69,27 +69,27 @@ pub struct Recorder {
     hash: u64,
     batch: RowBatch,
     observer: NetworkObserver,
-    /// Advices that no frame has shown yet.
+    /// Advice that no frame has shown yet.
     unseen: Vec<AdviceRow>,
     writer_status: Arc<WriterStatus>,
-    /// Torque that the wheel's motor was sent last, N m.
+    /// Last torque sent to the wheel's motor, N m.
     wheel_force_nm: Option<f64>,
     queue: Option<SyncSender<RowBatch>>,
     writer: Option<JoinHandle<Result<(), RecordError>>>,
-    /// Held until all is written.
+    /// Lock on the folder until everything is written.
     _lock: RecordingLock,
 }
 
 impl Recorder {
-    /// Begins a recording in `folder`, which is made; `scenario` is what is driven.
+    /// Begins a recording of `scenario` in `folder`, which is made if needed.
     ///
     /// # Errors
-    /// The folder holds one already, or the system refuses.
+    /// The folder holds a recording already, or an I/O error.
     pub fn begin(folder: &Path, scenario: &Scenario, manifest: Manifest) -> Result<Self, RecordError> {
         Self::begin_with(folder, scenario, manifest, Journal::begin)
     }
 
-    /// `open` makes the journal in its folder: tests hand in one on a disk that is full.
+    /// Begins a recording with the journal that `open` makes; tests pass one on a full disk.
     fn begin_with<F: DurableFile>(
         folder: &Path,
         scenario: &Scenario,
@@ -144,20 +144,20 @@ impl Recorder {
         })
     }
 
-    /// What there is on a network before the first tick; to be called then.
+    /// Records the network before the first tick; must be called before it.
     pub fn start(&mut self, world: &World) {
         self.observer.start(world, &mut self.batch.network);
     }
 
-    /// The torque that the wheel's motor was sent, N m, for all ticks from here on; `None` where there is no force.
+    /// Sets the torque sent to the wheel's motor, N m, for all ticks from here on; `None` without force feedback.
     pub fn force(&mut self, wheel_force_nm: Option<f64>) {
         self.wheel_force_nm = wheel_force_nm;
     }
 
-    /// The world has made a tick with these controls.
+    /// Records the world after a tick with these controls.
     ///
     /// # Errors
-    /// The disk is full or too slow; everything before is kept.
+    /// The disk is full or too slow; all earlier rows are kept.
     pub fn tick(&mut self, world: &World, controls: &Controls) -> Result<(), RecordError> {
         let (snapshot, scenario) = (world.snapshot(), world.scenario());
         for event in world.events() {
@@ -191,7 +191,7 @@ impl Recorder {
         if self.batch.ego.len() >= MOST_TICKS { self.hand_over(true) } else { Ok(()) }
     }
 
-    /// A frame has been handed to the screen.
+    /// Records a frame that was handed to the screen, and its time with the advice that it showed first.
     pub fn frame(&mut self, frame: FrameRow) {
         for mut row in self.unseen.drain(..) {
             row.shown_frame = u32::try_from(frame.frame).ok();
@@ -201,7 +201,7 @@ impl Recorder {
         self.batch.frames.push(frame);
     }
 
-    /// Something that the world does not know of: a mark, a pause, a note.
+    /// Records an event from outside the world: a mark, a pause, a note.
     pub fn event(&mut self, tick: Tick, kind: &str, detail: &str) {
         self.batch.events.push(EventRow {
             tick,
@@ -213,24 +213,25 @@ impl Recorder {
         });
     }
 
-    /// The same with a number: a rating.
+    /// Records an event from outside the world with a number, such as a rating.
     pub fn event_with_value(&mut self, tick: Tick, kind: &str, detail: &str, value: f64) {
         let (kind, detail) = (kind.into(), detail.into());
         self.batch.events.push(EventRow { tick, kind, detail, car: None, value: Some(value), angle_rad: None });
     }
 
-    /// Hands what was gathered to the writing thread; to be called every [`FLUSH_EVERY`] by whoever has a clock.
+    /// Passes the gathered rows to the writing thread without waiting; to be called every [`FLUSH_EVERY`].
     ///
     /// # Errors
-    /// The disk is full or too slow; everything before is kept.
+    /// The disk is full or too slow; all earlier rows are kept.
     pub fn flush(&mut self) -> Result<(), RecordError> {
         self.hand_over(false)
     }
 
-    /// The same where nobody watches: waits for room in the queue, so that full speed goes as fast as the disk.
+    /// Passes the gathered rows to the writing thread and waits for room in the queue. For drives at full speed, which may be
+    /// limited by the disk.
     ///
     /// # Errors
-    /// The disk is full; everything before is kept.
+    /// The disk is full; all earlier rows are kept.
     pub fn flush_waiting(&mut self) -> Result<(), RecordError> {
         self.hand_over(true)
     }
@@ -239,7 +240,7 @@ impl Recorder {
         self.batch.advice.append(&mut self.unseen);
         let Some(queue) = &self.queue else { return Err(self.why_stopped()) };
         let batch = std::mem::take(&mut self.batch);
-        // Before it is sent: the thread may be done with it at once.
+        // Counted before it is sent: the thread may finish it at once.
         self.writer_status.waiting.fetch_add(1, Ordering::Relaxed);
         let sent =
             if wait { queue.send(batch).map_err(|e| TrySendError::Disconnected(e.0)) } else { queue.try_send(batch) };
@@ -253,7 +254,7 @@ impl Recorder {
         }
     }
 
-    /// The writer's own error, once it has stopped.
+    /// Returns the error of the writing thread, after it has stopped.
     fn why_stopped(&mut self) -> RecordError {
         self.queue = None;
         let end = self.writer.take().map(JoinHandle::join);
@@ -268,17 +269,18 @@ impl Recorder {
         error
     }
 
-    /// The manifest says how the drive ended, if the disk has room for so little; recovery keeps it. Without paths, which are
-    /// nobody's business.
+    /// Writes the reason for the end into the manifest, if the disk has room; recovery keeps it. `why` must not contain paths,
+    /// which are private.
     fn note_failure(&mut self, why: &str) {
         self.manifest.ended.get_or_insert_with(|| format!("recording failed: {why}"));
         let _ = self.manifest.save(&self.folder);
     }
 
-    /// The drive is over: everything to the disk, tables as Parquet, summary, and the manifest says how it ended.
+    /// Ends the recording: writes all rows to the disk, tables as Parquet, the summary and the final manifest. Returns the
+    /// folder.
     ///
     /// # Errors
-    /// The disk is full, and the journal stays: `recover` reads it. Or the disk lost part of the journal.
+    /// The disk is full, and the journal stays for `recover`; or the disk lost part of the journal.
     pub fn finish(mut self, summary: &Summary) -> Result<PathBuf, RecordError> {
         self.hand_over(true)?;
         self.queue = None;
@@ -305,27 +307,28 @@ impl Recorder {
         Err(RecordError::Damaged { folder, missing: missing.join("; "), kept })
     }
 
-    /// The scenario has changed while it is driven, as by a longer duration: what is driven again is the whole.
+    /// Replaces the recorded scenario after a change during the drive, such as a longer duration. A replay drives the changed
+    /// one.
     ///
     /// # Errors
-    /// The system refuses.
+    /// An I/O error.
     pub fn set_scenario(&self, scenario: &Scenario) -> Result<(), RecordError> {
         files::replace(&self.folder.join("scenario.toml"), scenario.to_toml().as_bytes())
     }
 
-    /// How the writing thread does.
+    /// Returns the status of the writing thread.
     pub fn writer_status(&self) -> &WriterStatus {
         &self.writer_status
     }
 
-    /// Where it is written.
+    /// Returns the folder of the recording.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 }
 
 impl Drop for Recorder {
-    /// A drive that ends by an error keeps what there is; `recover` makes tables of it.
+    /// Keeps the gathered rows of a drive that ends by an error; `recover` makes tables of them.
     fn drop(&mut self) {
         if self.queue.is_some() {
             let _ = self.hand_over(false);

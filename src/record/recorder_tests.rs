@@ -1,4 +1,4 @@
-//! What a cut, a full disk and a disk that hangs leave behind.
+//! Tests of recordings after a cut, on a full disk and on a disk that hangs.
 
 use super::*;
 use crate::{record::TableReader, sim::SummaryAccumulator, traffic::EngineChoice};
@@ -15,7 +15,7 @@ fn world() -> World {
     World::new(&Scenario { traffic: EngineChoice::Native, ..Scenario::default() }).expect("a world")
 }
 
-/// Drives `ticks` and hands them over.
+/// Drives `ticks` and passes their rows to the writing thread.
 fn drive(world: &mut World, recorder: &mut Recorder, ticks: usize) -> Result<(), RecordError> {
     let controls = Controls { throttle: 0.2, ..Controls::default() };
     for _ in 0..ticks {
@@ -29,7 +29,7 @@ fn ticks_of(recording: &Path) -> Vec<u64> {
     TableReader::parquet(&Table::Ego.parquet(recording)).expect("a table").wholes("tick")
 }
 
-/// A recording that was cut after three batches of 50 ticks: its folder, and where each batch ends in the journal.
+/// Makes a recording that was cut after three batches of 50 ticks. Returns its folder and the end of each batch in the journal.
 fn cut_drive(folder: &Path) -> (PathBuf, Vec<usize>) {
     let recording = folder.join("whole");
     let mut world = world();
@@ -38,14 +38,14 @@ fn cut_drive(folder: &Path) -> (PathBuf, Vec<usize>) {
     let mut ends = Vec::new();
     for batch in 0..3 {
         drive(&mut world, &mut recorder, 50).expect("room");
-        // The writing thread says when the disk has it.
+        // The writing thread reports when a batch is on the disk.
         while recorder.writer_status().waiting()[0] > 0 {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
         ends.push(fs::metadata(&stream).expect("there").len() as usize);
         assert_eq!(ends.len(), batch + 1);
     }
-    // Ended by an error: the journal stays.
+    // The drive ends by an error, so the journal stays.
     drop(recorder);
     (recording, ends)
 }
@@ -54,7 +54,7 @@ fn journal_of(recording: &Path) -> PathBuf {
     recording.join("journal/rows.blocks")
 }
 
-/// A recording with the manifest of another and these bytes as its journal.
+/// Makes a recording with the manifest of another and these bytes as its journal.
 fn with_journal(of: &Path, name: &str, bytes: &[u8]) -> PathBuf {
     let recording = of.with_file_name(name);
     fs::create_dir_all(recording.join("journal")).expect("a folder");
@@ -66,12 +66,12 @@ fn with_journal(of: &Path, name: &str, bytes: &[u8]) -> PathBuf {
 }
 
 #[test]
-fn a_journal_cut_at_any_byte_keeps_all_batches_before_and_what_is_cut_in_lost_and_found() {
+fn a_journal_cut_at_any_byte_keeps_all_batches_before_the_cut() {
     let folder = tempfile::tempdir().expect("a folder");
     let (whole, ends) = cut_drive(folder.path());
     let bytes = fs::read(journal_of(&whole)).expect("a journal");
     assert_eq!(*ends.last().expect("three"), bytes.len());
-    // `block` cuts at every byte; here the borders and some between.
+    // `block` tests cuts at every byte; here the borders and some bytes between.
     let cuts = ends.iter().flat_map(|end| [end - 1, *end, end + 1]).chain([0, 1, 60, ends[0] / 2, ends[1] + 2000]);
     for end in cuts.filter(|end| *end <= bytes.len()) {
         let cut = with_journal(&whole, &format!("cut-{end}"), &bytes[..end]);
@@ -90,13 +90,13 @@ fn a_journal_cut_at_any_byte_keeps_all_batches_before_and_what_is_cut_in_lost_an
             assert_eq!(fs::read(kept).expect("kept"), &bytes[..end]);
         }
         assert!(!cut.join("journal").exists());
-        // Once more changes nothing.
+        // A second recovery changes nothing.
         let again = recover::recover(&cut).expect("whole");
         assert!(again.was_whole && again.rows == found.rows);
     }
 }
 
-/// Where each block of a journal begins, and its end.
+/// Returns the start of each block of a journal, and the end of the journal.
 fn blocks(bytes: &[u8]) -> Vec<usize> {
     let magic = &bytes[..8];
     let begins = bytes.windows(8).enumerate().filter(|(_, window)| *window == magic).map(|(at, _)| at);
@@ -104,14 +104,14 @@ fn blocks(bytes: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn a_block_that_is_gone_without_a_trace_is_missing_also_after_one_that_is_damaged() {
+fn a_removed_block_is_reported_also_after_a_damaged_one() {
     let folder = tempfile::tempdir().expect("a folder");
     let (whole, _) = cut_drive(folder.path());
     let bytes = fs::read(journal_of(&whole)).expect("a journal");
     let at = blocks(&bytes);
     assert!(at.len() > 6, "two blocks or more of each batch");
     let mut less = bytes.clone();
-    // The last byte of the first block is flipped; the fourth is taken out.
+    // The last byte of the first block is flipped; the fourth block is removed.
     less[at[1] - 1] ^= 1;
     less.drain(at[3]..at[4]);
     let found = recover::recover(&with_journal(&whole, "less", &less)).expect("recovered");
@@ -128,14 +128,14 @@ fn a_journal_is_dropped_only_where_every_table_has_what_it_holds() {
     let found = recover::recover(&recovered).expect("recovered");
     let ego = found.ticks.iter().find(|(table, _)| *table == Table::Ego).map(|(_, ticks)| *ticks);
     assert_eq!((found.rows[0], ego), ((Table::Ego, 150), Some([Tick(1), Tick(150)])));
-    // Cut before the journal went: it is all in the tables.
+    // Cut before the journal was removed: all rows are in the tables.
     let put_back = || {
         fs::create_dir_all(recovered.join("journal")).expect("a folder");
         fs::write(journal_of(&recovered), &bytes).expect("written");
     };
     put_back();
     assert!(recover::recover(&recovered).expect("whole").was_whole && !recovered.join("journal").exists());
-    // Complete by its manifest, and a table is gone: what the journal holds is written again.
+    // Complete by its manifest, but a table is missing: its rows are written again from the journal.
     put_back();
     fs::remove_file(Table::Ego.parquet(&recovered)).expect("there");
     assert!(!recover::recover(&recovered).expect("recovered").was_whole);
@@ -148,7 +148,7 @@ fn a_journal_is_dropped_only_where_every_table_has_what_it_holds() {
 }
 
 #[test]
-fn what_is_handed_over_by_whoever_waits_reaches_the_journal_too() {
+fn a_waiting_flush_reaches_the_journal() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("p1");
     let mut world = world();
@@ -163,11 +163,11 @@ fn what_is_handed_over_by_whoever_waits_reaches_the_journal_too() {
 }
 
 #[test]
-fn a_flipped_byte_anywhere_costs_the_rows_of_its_block_and_recovery_says_which() {
+fn a_flipped_byte_loses_the_rows_of_its_block_and_is_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let (whole, ends) = cut_drive(folder.path());
     let bytes = fs::read(journal_of(&whole)).expect("a journal");
-    // The last batch is one that the disk may never have had: the test below.
+    // The last batch may never have reached the disk; the next test covers it.
     for at in (0..ends[1]).step_by(ends[2] / 60) {
         let mut flipped = bytes.clone();
         flipped[at] ^= 0x10;
@@ -175,7 +175,7 @@ fn a_flipped_byte_anywhere_costs_the_rows_of_its_block_and_recovery_says_which()
         let found = recover::recover(&damaged).expect("recovered");
         let [hole] = &found.missing[..] else { panic!("byte {at}: {:?}", found.missing) };
         assert!(hole.bytes[0] <= at as u64 && (at as u64) < hole.bytes[1], "byte {at}: {hole}");
-        // Each batch has a block of the cars and one of the ego at least; 5 steps of 22 cars, 50 ticks.
+        // Each batch has at least a block of the vehicles and one of the ego: 5 steps of 22 vehicles, and 50 ticks.
         let rows: BTreeMap<&str, u64> = found.rows.iter().map(|(table, rows)| (table.name(), *rows)).collect();
         let lost = [150 - rows["ego"], 3 * 5 * 22 - rows["cars"]];
         assert!(matches!(lost, [50, 0] | [0, 110] | [0, 0]), "byte {at}: {lost:?}");
@@ -192,7 +192,7 @@ fn a_flipped_byte_anywhere_costs_the_rows_of_its_block_and_recovery_says_which()
 }
 
 #[test]
-fn the_last_batch_ends_at_its_first_missing_block_since_no_row_is_of_use_without_those_beside_it() {
+fn the_last_batch_ends_at_its_first_missing_block() {
     let folder = tempfile::tempdir().expect("a folder");
     let (whole, ends) = cut_drive(folder.path());
     let bytes = fs::read(journal_of(&whole)).expect("a journal");
@@ -209,7 +209,7 @@ fn the_last_batch_ends_at_its_first_missing_block_since_no_row_is_of_use_without
     for block in 0..count {
         let [begin, end] = [of_last[block], of_last[block + 1]];
         let (expected, _) = rows_in(&format!("until-{block}"), &bytes[..begin]);
-        // A payload that is damaged, a sector of zeroes, and a block that is gone without a trace.
+        // A damaged payload, a sector of zeroes, and a removed block.
         let (mut payload, mut zeroes, mut gone) = (bytes.clone(), bytes.clone(), bytes.clone());
         payload[end - 1] ^= 1;
         zeroes[begin..end].fill(0);
@@ -225,7 +225,7 @@ fn the_last_batch_ends_at_its_first_missing_block_since_no_row_is_of_use_without
 }
 
 #[test]
-fn the_drive_that_runs_is_left_alone_by_everybody() {
+fn a_recording_in_progress_is_left_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("p1");
     let mut world = world();
@@ -245,14 +245,14 @@ fn the_drive_that_runs_is_left_alone_by_everybody() {
 }
 
 #[test]
-fn recovery_never_puts_fewer_rows_in_the_place_of_more() {
+fn recovery_never_replaces_a_table_by_one_with_fewer_rows() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("p1");
     let mut world = world();
     let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
     drive(&mut world, &mut recorder, 50).expect("room");
     recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).summary()).expect("finished");
-    // Killed while it removed the journal: its file was there, or gone.
+    // Killed while it removed the journal: its file is still there, or gone.
     for left in [&["rows.blocks"][..], &[]] {
         fs::create_dir(recording.join("journal")).expect("a folder");
         left.iter().for_each(|name| fs::write(recording.join("journal").join(name), "").expect("written"));
@@ -260,7 +260,7 @@ fn recovery_never_puts_fewer_rows_in_the_place_of_more() {
         assert!(found.was_whole && found.rows[0] == (Table::Ego, 50), "{found:?}");
         assert!(!recording.join("journal").exists());
     }
-    // Even where the manifest does not know that they are whole.
+    // The same if the manifest does not say that the tables are whole.
     let mut manifest = Manifest::load(&recording).expect("there");
     (manifest.state, manifest.ended) = (RecordingState::Running, None);
     manifest.save(&recording).expect("saved");
@@ -271,7 +271,7 @@ fn recovery_never_puts_fewer_rows_in_the_place_of_more() {
 }
 
 #[test]
-fn what_is_in_a_journal_and_is_none_is_kept() {
+fn foreign_files_in_the_journals_folder_are_kept() {
     let folder = tempfile::tempdir().expect("a folder");
     let (whole, _) = cut_drive(folder.path());
     let bytes = fs::read(journal_of(&whole)).expect("a journal");
@@ -280,7 +280,7 @@ fn what_is_in_a_journal_and_is_none_is_kept() {
     let found = recover::recover(&other).expect("recovered");
     assert_eq!(found.rows[0], (Table::Ego, 150));
     assert_eq!(fs::read_to_string(other.join("lost+found/journal/notes.txt")).expect("kept"), "of value");
-    // A pipe would be waited for without end; a folder is no journal.
+    // Opening a pipe would wait forever; a folder is no journal.
     for make in [
         |path: &Path| fs::create_dir(path),
         |path: &Path| nix::unistd::mkfifo(path, nix::sys::stat::Mode::S_IRUSR).map_err(Into::into),
@@ -295,7 +295,7 @@ fn what_is_in_a_journal_and_is_none_is_kept() {
     }
 }
 
-/// A disk that notes what is asked of it.
+/// Disk that notes the calls made to it.
 #[derive(Clone, Default)]
 struct NotedDisk(Arc<std::sync::Mutex<Vec<&'static str>>>);
 
@@ -318,14 +318,14 @@ impl DurableFile for NotedDisk {
 }
 
 #[test]
-fn a_batch_is_said_to_be_on_the_disk_after_one_write_and_one_sync_of_it() {
+fn a_batch_is_reported_done_after_one_write_and_one_sync() {
     let disk = NotedDisk::default();
     let (queue, batches) = mpsc::sync_channel(QUEUE);
     for first in [1, 51, 101] {
         let frames = (first..first + 50).map(|tick| FrameRow { tick: Tick(tick), ..FrameRow::default() }).collect();
         queue.send(RowBatch { frames, ..RowBatch::default() }).expect("room");
     }
-    // Nothing in it: nothing to wait for.
+    // An empty batch needs neither write nor sync.
     queue.send(RowBatch::default()).expect("room");
     drop(queue);
     let told = disk.clone();
@@ -363,7 +363,7 @@ fn a_disk_that_hangs_ends_the_recording_instead_of_holding_up_the_drive() {
     let mut world = world();
     let mut recorder =
         Recorder::begin(folder.path().join("p1").as_path(), world.scenario(), manifest()).expect("begun");
-    // In place of the writing thread one that takes nothing.
+    // A thread that takes no batch, in place of the writing thread.
     let (queue, batches) = mpsc::sync_channel(QUEUE);
     let (let_go, gate) = mpsc::channel::<()>();
     recorder.queue = Some(queue);
@@ -384,7 +384,7 @@ fn a_disk_that_hangs_ends_the_recording_instead_of_holding_up_the_drive() {
 }
 
 #[test]
-fn the_recorded_hash_is_that_of_the_summary() {
+fn the_recorded_hash_equals_the_hash_of_the_summary() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("p1");
     let mut world = world();
@@ -405,7 +405,7 @@ fn the_recorded_hash_is_that_of_the_summary() {
 }
 
 #[test]
-fn the_force_is_in_the_rows_from_where_it_was_told_and_empty_before() {
+fn the_force_is_in_the_rows_from_the_tick_at_which_it_was_set() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("p1");
     let mut world = world();
@@ -421,7 +421,7 @@ fn the_force_is_in_the_rows_from_where_it_was_told_and_empty_before() {
 }
 
 #[test]
-fn a_drive_that_ends_by_an_error_keeps_the_ticks_that_were_not_yet_handed_over() {
+fn a_drive_that_ends_by_an_error_keeps_its_gathered_ticks() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("ended");
     let mut world = world();
@@ -436,7 +436,7 @@ fn a_drive_that_ends_by_an_error_keeps_the_ticks_that_were_not_yet_handed_over()
 }
 
 #[test]
-fn the_room_on_the_disk_is_what_df_says() {
+fn the_free_space_agrees_with_df() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("gauged");
     let mut world = world();
@@ -449,7 +449,7 @@ fn the_room_on_the_disk_is_what_df_says() {
     let said = String::from_utf8_lossy(&df.stdout);
     let free: u64 = said.lines().last().and_then(|line| line.trim().parse().ok()).expect("a number of bytes");
     let gauged = recorder.writer_status().free_bytes().expect("this system tells");
-    // Others write meanwhile: within a tenth.
+    // Other programs write meanwhile: within a tenth.
     assert!(gauged.abs_diff(free) < free / 10, "{gauged} and {free}");
     assert_eq!(recorder.writer_status().waiting(), [0, QUEUE]);
 }

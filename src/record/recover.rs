@@ -1,9 +1,9 @@
-//! From journal to tables, at the end of a drive or after it was cut. In: a journal, whole, cut or damaged anywhere. Out: Parquet
-//! files with every row that can be read.
+//! Conversion of a journal to tables, at the end of a drive or after it was cut. In: a journal, whole, cut or damaged anywhere.
+//! Out: Parquet files with every readable row.
 //!
-//! Nothing is destroyed on the way: tables are written beside and take their place when the disk has them, never one with
-//! fewer rows; the manifest says that they are whole when they are; then the journal goes, unless something of it could not be
-//! read: it moves to `lost+found/` then. Cut at any point, the next call goes on.
+//! Nothing is destroyed on the way. Tables are written beside their places and renamed once they are on the disk; a table never
+//! replaces one with more rows. Then the manifest is marked as complete. Then the journal is removed, or moved to `lost+found/`
+//! if part of it could not be read. After a cut at any point, the next call continues.
 
 use super::{
     Manifest, RecordError, Table,
@@ -33,37 +33,37 @@ use std::{
     sync::Arc,
 };
 
-/// Folder of the journal, in that of the recording.
+/// Folder of the journal, in the recording.
 pub(super) const JOURNAL: &str = "journal";
-/// Folder in a recording where goes what could not be read.
+/// Folder of unreadable journals, in the recording.
 pub const LOST_AND_FOUND: &str = "lost+found";
-/// Rows that are gathered before they go to the disk: memory stays the same however long a drive is.
+/// Number of rows gathered before they go to the disk; it bounds the memory of long drives.
 const ROW_GROUP: usize = 50_000;
 
-/// What was found in a recording.
+/// Contents of a recording, as found by a recovery.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecoveryReport {
-    /// Rows of each table.
+    /// Number of rows of each table.
     pub rows: Vec<(Table, u64)>,
-    /// Ticks of the first row and of the last, of each table that has rows; known only of what was recovered just now.
+    /// Ticks of the first and last row of each table with rows; only for tables recovered by this call.
     pub ticks: Vec<(Table, [Tick; 2])>,
-    /// True if the recording had ended by itself and there was nothing to do.
+    /// True if the recording was complete and there was nothing to do.
     pub was_whole: bool,
-    /// What could not be read.
+    /// Rows that could not be read.
     pub missing: Vec<LostRows>,
-    /// Where the journal is kept, if something of it could not be read.
+    /// Folder where the journal is kept, if part of it could not be read.
     pub kept: Option<PathBuf>,
 }
 
-/// Makes tables of what a cut left of a recording. One that is whole stays as it is.
+/// Makes the tables of a recording that was cut. A complete recording stays as it is.
 ///
 /// # Errors
-/// There is no recording, its drive is still running, or the disk refuses.
+/// There is no recording, its drive is still in progress, or an I/O error.
 pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     Manifest::load(recording)?;
     lock::check_free(recording)?;
     let journal = recording.join(JOURNAL);
-    // One that is whole may be for reading only.
+    // A complete recording may be read-only, so no lock is taken.
     if !files::is_there(&journal)? && Manifest::load(recording)?.is_complete() {
         return whole(recording);
     }
@@ -85,7 +85,7 @@ pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     Ok(RecoveryReport { rows: written.rows, ticks: written.ticks, was_whole: false, missing: written.holes, kept })
 }
 
-/// Removes files that a cut left beside their places: what they were to hold has been written since.
+/// Removes unfinished files that a cut left behind; their contents have been written since.
 fn remove_unfinished(recording: &Path) -> Result<(), RecordError> {
     for path in files::entries(recording)? {
         if path.extension().is_some_and(|ending| ending == files::BESIDE) {
@@ -95,11 +95,11 @@ fn remove_unfinished(recording: &Path) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// Removes the folder of a recording that was cut before its manifest had a name: nothing was recorded. A folder with anything else
-/// in it stays.
+/// Removes the folder of a recording that was cut before its manifest was in place; it holds no rows. A folder with anything
+/// else in it stays.
 ///
 /// # Errors
-/// The system refuses.
+/// An I/O error.
 pub fn remove_unbegun(recording: &Path) -> Result<(), RecordError> {
     let unless_missing = |done: io::Result<()>, path: &Path| match done {
         Err(why) if !matches!(why.kind(), ErrorKind::NotFound | ErrorKind::DirectoryNotEmpty) => {
@@ -117,20 +117,20 @@ pub fn remove_unbegun(recording: &Path) -> Result<(), RecordError> {
     unless_missing(fs::remove_dir(recording), recording)
 }
 
-/// A recording that can be read: its drive is over, and its tables are written.
+/// Opens a recording that can be read: its drive is over and its tables are written. Returns its manifest.
 ///
 /// # Errors
-/// There is none, its drive is still running, or it was cut and not yet recovered.
+/// There is no recording, its drive is still in progress, or it was cut and not yet recovered.
 pub fn open(recording: &Path) -> Result<Manifest, RecordError> {
     let manifest = Manifest::load(recording)?;
     lock::check_free(recording)?;
     if manifest.is_complete() { Ok(manifest) } else { Err(RecordError::Cut(recording.into())) }
 }
 
-/// How many rows a table of a recording has.
+/// Returns the number of rows of a table.
 ///
 /// # Errors
-/// It cannot be read.
+/// The table cannot be read.
 pub fn count(recording: &Path, table: Table) -> Result<u64, RecordError> {
     TableReader::count(&table.parquet(recording))
 }
@@ -142,7 +142,7 @@ fn whole(recording: &Path) -> Result<RecoveryReport, RecordError> {
     Ok(RecoveryReport { rows, ticks: Vec::new(), was_whole: true, missing: Vec::new(), kept: None })
 }
 
-/// Every table is there with all the rows that were written.
+/// Checks whether every table is there with all rows that were written.
 fn is_whole(recording: &Path, tables: &[Table]) -> Result<bool, RecordError> {
     let sums = match Checksums::load(recording) {
         Ok(sums) => sums,
@@ -160,8 +160,8 @@ fn is_whole(recording: &Path, tables: &[Table]) -> Result<bool, RecordError> {
     Ok(true)
 }
 
-/// Rows of a table that may be there; `None` where there is none, or none that is whole. A disk that refuses to read it now may do so
-/// the next time: what it holds is not to be replaced.
+/// Returns the number of rows of a table; `None` if it is missing or not whole. A disk error is passed on: a table that cannot
+/// be read now must not be replaced.
 fn rows_there(path: &Path) -> Result<Option<u64>, RecordError> {
     match TableReader::count(path) {
         Ok(rows) => Ok(Some(rows)),
@@ -171,7 +171,7 @@ fn rows_there(path: &Path) -> Result<Option<u64>, RecordError> {
     }
 }
 
-/// What became of a journal.
+/// Tables made of a journal.
 pub(super) struct RecoveredJournal {
     pub rows: Vec<(Table, u64)>,
     pub ticks: Vec<(Table, [Tick; 2])>,
@@ -179,7 +179,8 @@ pub(super) struct RecoveredJournal {
     pub checksums: Checksums,
 }
 
-/// Writes a Parquet file for each of these tables, and for what else the journal has rows of; all are whole on the disk before the first takes its place.
+/// Writes a Parquet file for each of these tables and for every other table with rows in the journal. All are whole on the disk
+/// before the first is put in place.
 pub(super) fn write_tables(recording: &Path, tables: &[Table]) -> Result<RecoveredJournal, RecordError> {
     let mut writers: Vec<Option<TableWriter>> = Table::ALL.iter().map(|_| None).collect();
     let holes = journal_reader::read(&recording.join(JOURNAL), &mut |table, batch| {
@@ -236,14 +237,14 @@ pub(super) fn schema(table: Table) -> Arc<Schema> {
     }
 }
 
-/// Fingerprints of a table that is there.
+/// Returns the checksums of an existing table.
 fn sums_of(path: &Path) -> Result<TableSums, RecordError> {
     let mut columns = ColumnSums::default();
     let rows = TableReader::each_batch(path, &mut |batch| columns.push(batch))?;
     Ok(TableSums { rows, sha256: super::checksums::file_sha256(path)?, columns: columns.finish() })
 }
 
-/// A table on its way to the disk, beside its place.
+/// Table being written beside its place.
 pub(super) struct TableWriter {
     path: PathBuf,
     beside: PathBuf,
@@ -253,7 +254,7 @@ pub(super) struct TableWriter {
     ticks: Option<[u64; 2]>,
 }
 
-/// A table that the disk has, not yet at its place.
+/// Table that is on the disk but not yet in its place.
 pub(super) struct FinishedTable {
     pub path: PathBuf,
     pub beside: PathBuf,
@@ -263,7 +264,7 @@ pub(super) struct FinishedTable {
 
 impl TableWriter {
     pub fn new(path: PathBuf, schema: Arc<Schema>) -> Result<Self, RecordError> {
-        // Each by its own name: the tables are beside their places at the same time.
+        // Each table has its own file name: all of them are beside their places at the same time.
         let (beside, file) = files::new_beside(&path)?;
         let properties = WriterProperties::builder()
             .set_compression(Compression::ZSTD(ZstdLevel::default()))
@@ -295,8 +296,8 @@ impl TableWriter {
     }
 }
 
-/// The tables are on the disk and the manifest says so: the journal has done its work. What could not be read of it is kept.
-/// Returns where.
+/// Removes the journal once tables and manifest are on the disk, or keeps it in `lost+found/` if it has holes. Returns the
+/// folder where it is kept.
 pub(super) fn settle_journal(recording: &Path, holes: &[LostRows]) -> Result<Option<PathBuf>, RecordError> {
     if holes.is_empty() {
         drop_journal(recording)?;

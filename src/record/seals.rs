@@ -1,5 +1,5 @@
-//! The seals of a recording: what its format says must be there, and by which fingerprints. In: a recording that has ended. Out: every
-//! file, table, column, row count and seal that is missing, too many or not as it was written.
+//! Seals of a recording: the files that its format requires, and their checksums. In: a finished recording. Out: every file,
+//! table, column, row count and seal that is missing, surplus or altered.
 
 use super::{
     Manifest, RecordError, Table,
@@ -12,19 +12,19 @@ use super::{
 use crate::{file, scenario::Scenario};
 use std::{fmt, fs, path::Path};
 
-/// Ending of the file with a signature, behind the name of what is signed, as `ssh-keygen -Y sign` makes it.
+/// File extension of a signature, appended to the name of the signed file, as `ssh-keygen -Y sign` does.
 pub const SIGNATURE: &str = "sig";
-/// Folders that no seal covers: the journal, which goes when all is written, what could not be read of it, and results of an analysis.
+/// Folders without seals: the journal, which is removed at the end, unreadable journals, and results of an analysis.
 const UNSEALED: [&str; 3] = [recover::JOURNAL, recover::LOST_AND_FOUND, "analysis"];
-/// Files that systems put into folders that somebody looks at.
+/// Files that file managers create in viewed folders.
 pub const OF_SYSTEMS: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 
-/// Something in a recording that is not as it was written.
+/// Altered part of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AlteredFile {
-    /// Name of the file.
+    /// Name of the altered file.
     pub file: String,
-    /// Words on the difference.
+    /// Description of the alteration.
     pub what: String,
 }
 
@@ -44,10 +44,10 @@ impl Found {
     }
 }
 
-/// Compares a recording with its own seals and with what its format and its scenario say must be there.
+/// Compares a recording with its own seals, and with the files that its format and its scenario require.
 ///
 /// # Errors
-/// The manifest cannot be read or is of another format; a file of it cannot be read.
+/// The manifest cannot be read or has another format; or a file cannot be read.
 pub fn changes(recording: &Path) -> Result<Vec<AlteredFile>, RecordError> {
     let manifest = Manifest::load(recording)?;
     let mut found = Found::default();
@@ -78,12 +78,12 @@ pub fn changes(recording: &Path) -> Result<Vec<AlteredFile>, RecordError> {
     Ok(found.0)
 }
 
-/// The tables that must be there. That of a network follows from the scenario; that of advised vehicles from the drive, which a replay
-/// compares.
+/// Returns the tables that must be there. Network tables follow from the scenario. The table of advised vehicles follows from
+/// the drive, which a replay compares.
 fn tables(recording: &Path, manifest: &Manifest, found: &mut Found) -> Result<Vec<Table>, RecordError> {
     let path = recording.join(inputs::SCENARIO);
     if !files::is_there(&path)? {
-        // Said with the other files.
+        // Reported by `check_files`.
         return Ok(Table::of(manifest));
     }
     let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
@@ -105,11 +105,11 @@ fn tables(recording: &Path, manifest: &Manifest, found: &mut Found) -> Result<Ve
     Ok(Table::of(&Manifest { network_tables: is_on_network, ..manifest.clone() }))
 }
 
-/// Files beside the tables: the scenario, the summary of a drive that came to its end, and what the recording carries.
+/// Checks the files beside the tables: scenario, summary, inputs and streams.
 fn check_files(recording: &Path, manifest: &Manifest, sums: &Checksums, found: &mut Found) -> Result<(), RecordError> {
     let is_cut = manifest.state == RecordingState::Recovered;
     for name in checksums::OTHERS {
-        // Nobody wrote the summary of a drive that was cut.
+        // A drive that was cut has no summary.
         let may_lack = is_cut && name == "summary.json" && !files::is_there(&recording.join(name))?;
         if !may_lack && !sums.files.contains_key(name) {
             found.say(name, format!("{} has no SHA-256 of it", checksums::FILE));
@@ -153,7 +153,7 @@ fn check_tables(recording: &Path, tables: &[Table], sums: &Checksums, found: &mu
     Ok(())
 }
 
-/// Words on each part of a table that is not as it was written or as its format has it.
+/// Describes each part of a table that was altered or does not match its format.
 fn table_differences(table: Table, path: &Path, was: &TableSums) -> Result<Vec<String>, RecordError> {
     let mut sums = ColumnSums::default();
     let rows = TableReader::each_batch(path, &mut |batch| sums.push(batch))?;
@@ -189,7 +189,7 @@ fn table_differences(table: Table, path: &Path, was: &TableSums) -> Result<Vec<S
     Ok(found)
 }
 
-/// Files of a recording, from its folder on, that are not in the list of its checksums and should be.
+/// Returns the files of a recording, relative to its folder, that should be in its checksums and are not.
 pub(super) fn unsealed(recording: &Path, sums: &Checksums) -> Result<Vec<String>, RecordError> {
     let known = |name: &str| {
         let table = name.strip_suffix(".parquet").is_some_and(|table| sums.tables.contains_key(table));
@@ -225,7 +225,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_change_is_told_with_its_file() {
+    fn a_change_is_described_with_its_file() {
         let change = AlteredFile { file: "ego.parquet".into(), what: "is missing".into() };
         assert_eq!(change.to_string(), "ego.parquet: is missing");
     }

@@ -1,6 +1,6 @@
-//! Tables of other devices in a recording (`streams/`): streams of LSL, triggers, and the drive's own clock, by which a sample is
-//! found in the drive. In: rows with the time stamps of their device. Out: while the drive lasts a journal of blocks a stream, on
-//! the disk after every batch; at its end a Parquet file with the time of the drive beside each time stamp.
+//! Tables of other devices in a recording (`streams/`): LSL streams, triggers, and the drive's clock, which relates samples to
+//! the drive. In: rows with time stamps of their device. Out: during the drive a journal of blocks for each stream, synced
+//! after every batch. At the end it becomes a Parquet file with the drive time beside each time stamp.
 
 use super::{
     RecordError,
@@ -21,45 +21,44 @@ use std::{
     sync::Arc,
 };
 
-/// Folder of these tables, in that of the recording.
+/// Folder of these tables, in the recording.
 pub const FOLDER: &str = "streams";
 /// Table of the drive's clock.
 pub const CLOCK: &str = "drive-clock";
-/// Column of a device's own time stamps, seconds.
+/// Column of a device's own time stamps, s.
 pub const STAMP: &str = "lsl_time_s";
-/// Column of what is added to them, seconds: this machine's clock less the device's, as it was measured last.
+/// Column of the clock offset to add to the time stamps, s: this machine's clock minus the device's, as last measured.
 pub const OFFSET: &str = "clock_offset_s";
-/// Column of the time of the drive, seconds.
+/// Column of the drive time, s.
 pub const TIME: &str = "time_s";
-/// Ending of a journal.
+/// File extension of a journal.
 const JOURNAL: &str = "blocks";
-/// Fast, as in the journal of the drive.
+/// Compression level of zstd, as in the journal of the drive.
 const ZSTD_LEVEL: i32 = 1;
-/// Bytes of values in one block: a reader takes blocks of up to 64 MiB, with a description of each column.
+/// Maximum bytes of values in a block. Readers accept blocks of up to 64 MiB, including a description of each column.
 const BLOCK_BYTES: usize = 8 << 20;
-/// The most bytes of one row, which no block parts.
+/// Maximum bytes of a row; a row is never split between blocks.
 const ROW_BYTES: usize = 32 << 20;
 
-/// A column of such a table.
+/// Column of a stream's table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StreamColumn {
-    /// Its name.
     pub name: String,
-    /// Its unit; empty where it has none.
+    /// Unit; empty if it has none.
     pub unit: String,
-    /// What it is.
+    /// Meaning, for the description in the file.
     pub about: String,
-    /// Its values are texts, not numbers.
+    /// True for texts, false for numbers.
     pub is_text: bool,
 }
 
 impl StreamColumn {
-    /// A column of numbers.
+    /// Returns a column of numbers.
     pub fn number(name: &str, unit: &str, about: &str) -> Self {
         Self { name: name.into(), unit: unit.into(), about: about.into(), is_text: false }
     }
 
-    /// A column of texts.
+    /// Returns a column of texts.
     pub fn text(name: &str, about: &str) -> Self {
         Self { name: name.into(), unit: String::new(), about: about.into(), is_text: true }
     }
@@ -74,9 +73,9 @@ impl StreamColumn {
 /// Values of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StreamValues {
-    /// Numbers; NaN where there is none.
+    /// Numbers; NaN for a missing value.
     Numbers(Vec<f64>),
-    /// Texts.
+    /// Texts, one for each row.
     Texts(Vec<String>),
 }
 
@@ -89,7 +88,7 @@ impl StreamValues {
     }
 }
 
-/// A stream on its way to the disk.
+/// Journal of a stream being recorded.
 #[derive(Debug)]
 pub struct StreamJournal {
     path: PathBuf,
@@ -100,11 +99,11 @@ pub struct StreamJournal {
 }
 
 impl StreamJournal {
-    /// Begins a table in a recording, under `name` or, where that is taken, `name-2` and so on. Letters that a file's name cannot
-    /// have everywhere become hyphens; a column's name that comes twice gets a number.
+    /// Begins a table in a recording, under `name` or, if that is taken, `name-2` and so on. Characters that are not safe in
+    /// file names become hyphens. A repeated column name gets a number.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// An I/O error.
     pub fn begin(recording: &Path, name: &str, columns: &[StreamColumn]) -> Result<Self, RecordError> {
         let folder = recording.join(FOLDER);
         files::new_private_dir(&folder)?;
@@ -127,7 +126,7 @@ impl StreamJournal {
         let file = files::new_file(&path)?;
         files::sync_dir(&path)?;
         let mut journal = Self { path, file, schema: Arc::new(Schema::new(fields)), rows: 0, next: 0 };
-        // A stream of which nothing came has a table with its columns.
+        // A stream without samples still gets a table with its columns.
         let none = columns.iter().map(|column| match column.is_text {
             true => StreamValues::Texts(Vec::new()),
             false => StreamValues::Numbers(Vec::new()),
@@ -136,29 +135,30 @@ impl StreamJournal {
         Ok(journal)
     }
 
-    /// The name that it has.
+    /// Returns the name under which the table was begun.
     pub fn name(&self) -> String {
         self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// A file beside it with this ending, which is written anew whenever there is more to say.
+    /// Writes a file of the same name with this ending; replaces an earlier one.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// An I/O error.
     pub fn describe(&self, ending: &str, text: &str) -> Result<(), RecordError> {
         files::replace(&self.path.with_file_name(format!("{}.{ending}", self.name())), text.as_bytes())
     }
 
-    /// Rows so far.
+    /// Returns the number of rows so far.
     pub fn rows(&self) -> u64 {
         self.rows
     }
 
-    /// Appends rows, a list of values a column, and waits until the disk has them. Many bytes become several blocks.
+    /// Appends rows, one list of values for each column, and waits until they are on the disk. Many bytes are split into
+    /// several blocks.
     ///
     /// # Errors
-    /// The disk refuses; everything before is kept. The columns are not those of the table or not equally long; a row is too large
-    /// to be read back.
+    /// An I/O error, and all earlier rows are kept; columns that differ from the table's or in length; or a row that is too
+    /// large to be read back.
     pub fn append(&mut self, columns: Vec<StreamValues>) -> Result<(), RecordError> {
         let fault = |why: String| RecordError::Table { path: self.path.clone(), why };
         let sizes = row_sizes(&columns);
@@ -198,7 +198,7 @@ impl StreamJournal {
     }
 }
 
-/// Bytes of each row of these columns.
+/// Returns the number of bytes of each row.
 fn row_sizes(columns: &[StreamValues]) -> Vec<usize> {
     let rows = columns.iter().map(StreamValues::len).max().unwrap_or(0);
     let mut sizes = vec![0; rows];
@@ -213,7 +213,7 @@ fn row_sizes(columns: &[StreamValues]) -> Vec<usize> {
     sizes
 }
 
-/// Numbers of rows that go into a block each; one block for no rows at all.
+/// Splits rows into blocks. Returns the number of rows of each block; one block of 0 rows for no rows.
 fn pieces(sizes: &[usize]) -> Vec<usize> {
     let (mut pieces, mut bytes) = (vec![0], 0);
     for size in sizes {
@@ -234,16 +234,16 @@ fn payload(batch: &RecordBatch) -> io::Result<Vec<u8>> {
     zstd::bulk::compress(stream.get_ref(), ZSTD_LEVEL)
 }
 
-/// The table that a journal becomes.
+/// Returns the path of the table that a journal becomes.
 fn table_of(journal: &Path) -> PathBuf {
     journal.with_extension("parquet")
 }
 
-/// Makes tables of all journals of a recording, which go then; one of which something cannot be read stays. Adds to `holes` what
-/// that is. Called again after a cut, it goes on.
+/// Makes tables of all journals of a recording and removes the journals. A journal with unreadable parts stays, and these parts
+/// are added to `holes`. After a cut, the next call continues.
 ///
 /// # Errors
-/// The disk refuses.
+/// An I/O error.
 pub fn settle(recording: &Path, holes: &mut Vec<LostRows>) -> Result<(), RecordError> {
     let folder = recording.join(FOLDER);
     if !files::is_there(&folder)? {
@@ -257,7 +257,7 @@ pub fn settle(recording: &Path, holes: &mut Vec<LostRows>) -> Result<(), RecordE
         }
     }
     let clock = folder.join(format!("{CLOCK}.{JOURNAL}"));
-    // The clock's own goes last: until all tables are there, cut or not, it is needed.
+    // The clock's journal goes last: it is needed until all tables are there, also after a cut.
     journals.sort_by_key(|path| (*path == clock, path.clone()));
     let clock = DriveClock::read(&clock)?;
     let mut whole = Vec::new();
@@ -282,7 +282,7 @@ pub fn settle(recording: &Path, holes: &mut Vec<LostRows>) -> Result<(), RecordE
     }
     files::sync_dir(&folder.join(CLOCK))?;
     for journal in whole {
-        // In this order, also after a power cut.
+        // Each removal is synced before the next, so that the order holds after a power cut.
         files::sync_dir(&journal)?;
         fs::remove_file(&journal).map_err(RecordError::file(&journal))?;
     }
@@ -318,7 +318,7 @@ fn each_batch(
     Ok(())
 }
 
-/// When the drive was where: pairs of a time of this machine's clock and the time of the drive, both seconds.
+/// Clock of the drive: pairs of a time of this machine's clock and the drive time, both s.
 #[derive(Debug, Default)]
 struct DriveClock(Vec<[f64; 2]>);
 
@@ -326,7 +326,7 @@ impl DriveClock {
     fn read(journal: &Path) -> Result<Self, RecordError> {
         let mut pairs = Vec::new();
         if files::is_there(journal)? {
-            // What is missing of it is told when it becomes a table.
+            // Missing parts are reported when the clock becomes a table.
             each_batch(journal, &mut Vec::new(), &mut |batch| {
                 let [stamps, times] = [STAMP, TIME].map(|name| numbers(&batch, name));
                 pairs.extend(stamps.into_iter().zip(times).filter_map(|(stamp, time)| Some([stamp?, time?])));
@@ -336,8 +336,8 @@ impl DriveClock {
         Ok(Self(pairs))
     }
 
-    /// The time of the drive at a time of this machine's clock: between two frames in proportion; none before the first or
-    /// after the last.
+    /// Returns the drive time at a time of this machine's clock, interpolated between frames; `None` before the first and after
+    /// the last.
     fn time_s(&self, lsl_s: f64) -> Option<f64> {
         let after = self.0.partition_point(|[stamp, _]| *stamp <= lsl_s);
         let [from, from_time] = *self.0.get(after.checked_sub(1)?)?;
@@ -345,8 +345,8 @@ impl DriveClock {
         Some(from_time + (to_time - from_time) * (lsl_s - from) / (to - from))
     }
 
-    /// A batch with the time of the drive behind its time stamps and their offsets; one that has no stamps or that time already
-    /// stays as it is.
+    /// Returns a batch with the drive time added behind time stamps and offsets. A batch without stamps, or with the drive time
+    /// already, is returned as it is.
     fn with_time(&self, batch: &RecordBatch, journal: &Path) -> Result<RecordBatch, RecordError> {
         let schema = batch.schema();
         let [stamp, time] = [STAMP, TIME].map(|name| schema.index_of(name).ok());
@@ -354,7 +354,7 @@ impl DriveClock {
         let offset = schema.index_of(OFFSET).ok();
         let offsets = offset.map_or_else(|| vec![Some(0.0); batch.num_rows()], |_| numbers(batch, OFFSET));
         let stamps = numbers(batch, STAMP).into_iter().zip(offsets);
-        // An offset that was never measured is no zero.
+        // An offset that was never measured does not count as zero.
         let times: Float64Array = stamps.map(|(stamp, offset)| self.time_s(stamp? + offset?)).collect();
         let place = offset.unwrap_or(stamp).max(stamp) + 1;
         let (mut fields, mut columns) = (schema.fields().to_vec(), batch.columns().to_vec());

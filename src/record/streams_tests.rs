@@ -1,4 +1,4 @@
-//! Tables of other devices: what was appended is in the Parquet file, with the time of the drive by hand, also after a cut.
+//! Tests of stream tables: the Parquet file has the appended rows with the drive time, by hand, also after a cut.
 
 use super::*;
 use crate::record::TableReader;
@@ -29,7 +29,7 @@ fn rows(stamps: &[f64], offset: f64) -> Vec<StreamValues> {
     ]
 }
 
-/// A clock that began at 100 s, stood from 102 to 104 and went on.
+/// Writes a clock that starts at 100 s, pauses from 102 to 104 s and continues.
 fn clock(recording: &Path) {
     let columns = [StreamColumn::number(STAMP, "s", ""), StreamColumn::number(TIME, "s", "")];
     let mut journal = StreamJournal::begin(recording, CLOCK, &columns).expect("room");
@@ -48,7 +48,8 @@ fn samples_have_the_time_of_the_drive_at_which_they_were_taken() {
     let recording = folder.path();
     clock(recording);
     let mut journal = stream(recording, "eyes/left");
-    // The device's clock is 50 s behind: 100, 101, 102 of this machine's; then a millisecond was measured more.
+    // The device's clock is 50 s behind: 100, 101, 102 on this machine's clock. Then the measured offset is one millisecond
+    // larger.
     journal.append(rows(&[49.9, 50.0, 51.0, 52.0], 50.0)).expect("room");
     journal.append(rows(&[52.999, 54.499, 55.1], 50.001)).expect("room");
     journal.append(rows(&[50.0], f64::NAN)).expect("room");
@@ -59,7 +60,7 @@ fn samples_have_the_time_of_the_drive_at_which_they_were_taken() {
     assert!(holes.is_empty(), "{holes:?}");
     let eyes = table(recording, "eyes-left");
     let times: Vec<Option<f64>> = eyes.numbers(TIME).iter().map(|t| t.map(|t| (t * 1e6).round() / 1e6)).collect();
-    // Before the start, 0, 1, 2; standing at 103 s; half a second after it went on; after the end; no offset.
+    // Before the start; 0, 1, 2; paused at 103 s; half a second after the pause; after the end; no offset.
     assert_eq!(times, [None, Some(0.0), Some(1.0), Some(2.0), Some(2.0), Some(2.5), None, None]);
     assert_eq!(eyes.numbers("pupil"), vec![Some(3.5); 8]);
     assert_eq!((eyes.words("eye"), eyes.numbers("pupil-2")), (vec!["left".to_owned(); 8], vec![None; 8]));
@@ -71,7 +72,7 @@ fn samples_have_the_time_of_the_drive_at_which_they_were_taken() {
 }
 
 #[test]
-fn streams_of_one_name_have_a_table_each_and_one_without_samples_has_its_columns() {
+fn streams_of_one_name_get_a_table_each_even_without_samples() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path();
     let mut first = stream(recording, "eyes");
@@ -85,7 +86,7 @@ fn streams_of_one_name_have_a_table_each_and_one_without_samples_has_its_columns
 }
 
 #[test]
-fn a_cut_costs_the_last_batch_and_no_more() {
+fn a_cut_loses_the_last_batch_only() {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path();
     let mut journal = stream(recording, "eeg");
@@ -133,7 +134,7 @@ fn a_wide_stream_and_long_texts_are_read_back_whole() {
 }
 
 #[test]
-fn a_row_that_no_block_holds_is_refused_and_those_before_are_kept() {
+fn a_row_too_large_for_a_block_is_refused_and_earlier_rows_are_kept() {
     let folder = tempfile::tempdir().expect("a folder");
     let columns = [StreamColumn::number(STAMP, "s", ""), StreamColumn::text("word", "")];
     let mut journal = StreamJournal::begin(folder.path(), "texts", &columns).expect("room");

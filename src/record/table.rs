@@ -1,5 +1,5 @@
-//! A table as a list of columns: name, unit, meaning, and where the value comes from. In: rows of one type. Out: Arrow
-//! batches; and back, columns by name from a file. Every list is the only place that names a column.
+//! Table as a list of columns with name, unit, meaning and source of the value. In: rows of one type. Out: Arrow batches; in
+//! reverse, columns by name from a file. A column is named in its list only.
 
 use super::RecordError;
 use crate::{file, foreign::guarded};
@@ -23,29 +23,29 @@ use std::{
     sync::Arc,
 };
 
-/// Where a row's value comes from.
+/// Accessor of a row's value, by type.
 pub enum ColumnValue<R> {
-    /// A number; what is not there is empty.
+    /// Number; empty if the row has none.
     Number(fn(&R) -> Option<f64>),
-    /// A count, a tick, a fingerprint.
+    /// Count, tick or hash.
     Whole(fn(&R) -> u64),
-    /// A small whole number: which car.
+    /// Small whole number, such as the number of a vehicle; empty if the row has none.
     Id(fn(&R) -> Option<u32>),
-    /// Yes or no.
+    /// Boolean; empty if the row has none.
     Flag(fn(&R) -> Option<bool>),
-    /// A word.
+    /// Text; never empty as a cell.
     Word(fn(&R) -> String),
 }
 
-/// One column.
+/// Column of a table.
 pub struct TableColumn<R> {
-    /// Its name, with its unit.
+    /// Name, with its unit as a suffix.
     pub name: &'static str,
-    /// Its unit in words, empty where it has none.
+    /// Unit as text; empty if it has none.
     pub unit: &'static str,
-    /// What it is.
+    /// Meaning, for the description in the file.
     pub about: &'static str,
-    /// Its value in a row.
+    /// Accessor of the value in a row.
     pub get: ColumnValue<R>,
 }
 
@@ -71,7 +71,7 @@ impl<R> TableColumn<R> {
     }
 }
 
-/// The columns as Arrow knows them; unit and meaning go along as metadata.
+/// Returns the columns as an Arrow schema, with unit and meaning as metadata.
 pub fn schema<R>(columns: &[TableColumn<R>]) -> Arc<Schema> {
     let field = |column: &TableColumn<R>| {
         let facts = [("unit", column.unit), ("description", column.about)];
@@ -80,13 +80,13 @@ pub fn schema<R>(columns: &[TableColumn<R>]) -> Arc<Schema> {
     Arc::new(Schema::new(columns.iter().map(field).collect::<Vec<_>>()))
 }
 
-/// Rows as a batch.
+/// Returns rows as an Arrow batch.
 pub fn batch<R>(schema: &Arc<Schema>, columns: &[TableColumn<R>], rows: &[R]) -> RecordBatch {
     let arrays = columns.iter().map(|column| column.array(rows)).collect();
     RecordBatch::try_new(Arc::clone(schema), arrays).expect("columns of one list of rows are equally long")
 }
 
-/// A Parquet file, batch by batch: what a drive of days takes of memory stays the same.
+/// Parquet file, read batch by batch: memory does not grow with the length of the drive.
 pub(super) struct TableBatches {
     path: PathBuf,
     reader: ParquetRecordBatchReader,
@@ -97,7 +97,7 @@ impl TableBatches {
         Self::build(path, Self::builder(path)?)
     }
 
-    /// Of these columns alone: the others are not even read from the disk.
+    /// Opens a file for these columns only; the others are not read from the disk.
     fn columns(path: &Path, names: &[&str]) -> Result<Self, RecordError> {
         let builder = Self::builder(path)?;
         let mask = ProjectionMask::columns(builder.parquet_schema(), names.iter().copied());
@@ -112,7 +112,7 @@ impl TableBatches {
         &self.path
     }
 
-    /// Its columns, also where it has no rows.
+    /// Returns the columns, also of a table without rows.
     pub fn schema(&self) -> Arc<Schema> {
         self.reader.schema()
     }
@@ -132,7 +132,7 @@ impl Iterator for TableBatches {
     }
 }
 
-/// Calls the library that reads tables. It panics on some files that are none; nothing of it is used after that.
+/// Calls the library that reads tables. It panics on some invalid files; the reader is not used again then.
 fn read<T, E: Display>(path: &Path, call: impl FnOnce() -> Result<T, E>) -> Result<T, RecordError> {
     let why = match guarded(call) {
         Ok(Ok(read)) => return Ok(read),
@@ -144,7 +144,7 @@ fn read<T, E: Display>(path: &Path, call: impl FnOnce() -> Result<T, E>) -> Resu
     Err(system_fault(path, &why).unwrap_or_else(no_parquet))
 }
 
-/// An error of the library that writes tables.
+/// Converts an error of the library that writes tables.
 pub(super) fn table_fault(path: &Path) -> impl FnOnce(ParquetError) -> RecordError {
     move |why| {
         let why = why.to_string();
@@ -152,15 +152,15 @@ pub(super) fn table_fault(path: &Path) -> impl FnOnce(ParquetError) -> RecordErr
     }
 }
 
-/// The system's error, where the library hands on its words: a full or broken disk is no fault of the table. The words are all
-/// that it hands on.
+/// Returns the system's error if the library passes it on: a full or broken disk is no fault of the table. The library passes
+/// it on as text only.
 fn system_fault(path: &Path, why: &str) -> Option<RecordError> {
     let (_, number) = why.rsplit_once("(os error ")?;
     let number = number.split_once(')')?.0.parse().ok()?;
     Some(RecordError::file(path)(io::Error::from_raw_os_error(number)))
 }
 
-/// A table, part after part, as [`TableReader::parts`] reads it.
+/// Parts of a table, as read by [`TableReader::parts`].
 pub struct TableParts(TableBatches);
 
 impl Iterator for TableParts {
@@ -176,7 +176,7 @@ impl Iterator for TableParts {
     }
 }
 
-/// A table that has been read.
+/// Table read from a file.
 #[derive(Clone, Debug, Default)]
 pub struct TableReader {
     columns: BTreeMap<String, Vec<ArrayRef>>,
@@ -187,23 +187,23 @@ impl TableReader {
     /// Reads a Parquet file.
     ///
     /// # Errors
-    /// There is none, or it is not one.
+    /// The file is missing or no Parquet file.
     pub fn parquet(path: &Path) -> Result<Self, RecordError> {
         let mut table = Self::default();
         Self::each_batch(path, &mut |batch| table.push(batch))?;
         Ok(table)
     }
 
-    /// Reads these columns of a Parquet file part by part, some thousand rows each: what a drive of days takes of memory stays
-    /// the same. Columns that the file lacks are empty, as in a table that was read whole.
+    /// Reads these columns of a Parquet file in parts of some thousand rows, so that memory does not grow with the length of
+    /// the drive. Columns missing from the file are empty, as in a table read whole.
     ///
     /// # Errors
-    /// There is none, or it is not one; a part that cannot be read is an error in its turn.
+    /// The file is missing or no Parquet file; an unreadable part is an error when it is read.
     pub fn parts(path: &Path, columns: &[&str]) -> Result<TableParts, RecordError> {
         Ok(TableParts(TableBatches::columns(path, columns)?))
     }
 
-    /// Reads a Parquet file batch by batch. Returns how many rows it has.
+    /// Reads a Parquet file batch by batch. Returns the number of rows.
     pub(super) fn each_batch(path: &Path, put: &mut dyn FnMut(&RecordBatch)) -> Result<u64, RecordError> {
         let mut rows = 0;
         for batch in TableBatches::open(path)? {
@@ -214,10 +214,10 @@ impl TableReader {
         Ok(rows)
     }
 
-    /// How many rows a Parquet file has, by its own account.
+    /// Returns the number of rows according to the file's metadata.
     ///
     /// # Errors
-    /// There is none, or it is not one.
+    /// The file is missing or no Parquet file.
     pub(super) fn count(path: &Path) -> Result<u64, RecordError> {
         let rows = TableBatches::builder(path)?.metadata().file_metadata().num_rows();
         u64::try_from(rows).map_err(|_| RecordError::Table { path: path.into(), why: format!("{rows} rows") })
@@ -230,7 +230,7 @@ impl TableReader {
         self.rows += batch.num_rows();
     }
 
-    /// How many rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
@@ -239,7 +239,7 @@ impl TableReader {
         self.columns.get(name)?.iter().map(|array| array.as_any().downcast_ref()).collect()
     }
 
-    /// A column of numbers; `None` for what is empty. No such column: all empty.
+    /// Returns a column of numbers; `None` for empty cells. A missing column is all empty.
     pub fn numbers(&self, name: &str) -> Vec<Option<f64>> {
         let parts = self.column::<Float64Array>(name).unwrap_or_default();
         let mut values: Vec<_> = parts.iter().flat_map(|part| part.iter()).collect();
@@ -247,25 +247,25 @@ impl TableReader {
         values
     }
 
-    /// A column of counts.
+    /// Returns a column of counts; a missing column gives an empty list.
     pub fn wholes(&self, name: &str) -> Vec<u64> {
         let parts = self.column::<UInt64Array>(name).unwrap_or_default();
         parts.iter().flat_map(|part| part.values().iter().copied()).collect()
     }
 
-    /// A column of ids; `None` for what is empty.
+    /// Returns a column of ids; `None` for empty cells. A missing column gives an empty list.
     pub fn ids(&self, name: &str) -> Vec<Option<u32>> {
         let parts = self.column::<UInt32Array>(name).unwrap_or_default();
         parts.iter().flat_map(|part| part.iter()).collect()
     }
 
-    /// A column of yes and no; `None` for what is empty.
+    /// Returns a column of flags; `None` for empty cells. A missing column gives an empty list.
     pub fn flags(&self, name: &str) -> Vec<Option<bool>> {
         let parts = self.column::<BooleanArray>(name).unwrap_or_default();
         parts.iter().flat_map(|part| part.iter()).collect()
     }
 
-    /// A column of words.
+    /// Returns a column of words; a missing column gives an empty list.
     pub fn words(&self, name: &str) -> Vec<String> {
         let parts = self.column::<StringArray>(name).unwrap_or_default();
         parts.iter().flat_map(|part| part.iter()).map(|word| word.unwrap_or_default().to_owned()).collect()

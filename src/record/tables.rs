@@ -1,5 +1,6 @@
-//! The tables of a recording and their columns (those of cars are in `car_table` and `advised_table`, that of events in `event_table`, those of networks in `network_tables`). In: what the loop has at a tick or a frame. Out: rows. SI units; places in
-//! world axes (x east, y north).
+//! Tables of a recording and their columns. Vehicles are in `car_table` and `advised_table`, events in `event_table`, networks
+//! in `network_tables`. In: the state of the loop at a tick or a frame. Out: rows. SI units; positions in world axes (x east, y
+//! north).
 
 pub use super::advised_table::{ADVISED, AdvisedRow};
 pub use super::car_table::{CARS, CarRow, recorded_cars};
@@ -22,33 +23,33 @@ use crate::{
 use glam::EulerRot;
 use std::path::{Path, PathBuf};
 
-/// A table of a recording.
+/// Table of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Table {
-    /// One row a tick.
+    /// One row for each tick.
     Ego,
-    /// One row a car and step.
+    /// One row for each vehicle and step.
     Cars,
-    /// One row an advice.
+    /// One row for each advice.
     Advice,
-    /// One row a frame.
+    /// One row for each frame.
     Frames,
-    /// One row an event.
+    /// One row for each event.
     Events,
-    /// One row a vehicle that has come; only on a network.
+    /// One row for each vehicle that has entered; only on a network.
     Departures,
-    /// One row a vehicle that has gone; only on a network.
+    /// One row for each vehicle that has left; only on a network.
     Arrivals,
-    /// One row a signal at the start and one a change; only on a network.
+    /// One row for each signal at the start and for each change; only on a network.
     Signals,
-    /// One row a lane of the ego's path; only on a network.
+    /// One row for each lane of the ego's path; only on a network.
     Path,
-    /// One row a vehicle that is advised beside the ego and step; only where there are such vehicles.
+    /// One row for each step and advised vehicle other than the ego; only if there are such vehicles.
     Advised,
 }
 
 impl Table {
-    /// All of them. Journals know a table by its place here: a new one goes to the end.
+    /// All tables. Journals identify a table by its index here, so a new one goes to the end.
     pub const ALL: [Self; 10] = [
         Self::Ego,
         Self::Cars,
@@ -61,12 +62,12 @@ impl Table {
         Self::Path,
         Self::Advised,
     ];
-    /// Those that every recording has; the others belong to drives on networks, or with several advised vehicles.
+    /// Tables of every recording; the others belong to drives on networks or with several advised vehicles.
     pub const OF_EVERY_DRIVE: [Self; 5] = [Self::Ego, Self::Cars, Self::Advice, Self::Frames, Self::Events];
-    /// Those that only a drive on a network has.
+    /// Tables of drives on a network only.
     pub const OF_NETWORKS: [Self; 4] = [Self::Departures, Self::Arrivals, Self::Signals, Self::Path];
 
-    /// Those that a recording has.
+    /// Returns the tables that a recording has.
     pub fn of(manifest: &Manifest) -> Vec<Self> {
         let belongs = |table: &Self| match table {
             Self::Advised => manifest.advised_table,
@@ -75,7 +76,7 @@ impl Table {
         Self::ALL.into_iter().filter(belongs).collect()
     }
 
-    /// Its name.
+    /// Returns the name of the table, as in its file name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ego => "ego",
@@ -91,13 +92,13 @@ impl Table {
         }
     }
 
-    /// Its file in a recording that has ended.
+    /// Returns the path of the table's file in a finished recording.
     pub fn parquet(self, recording: &Path) -> PathBuf {
         recording.join(format!("{}.parquet", self.name()))
     }
 }
 
-/// The tick of a row: every table has a column of that name but the path, which is as it is at tick 0.
+/// Returns the tick of a row. Every table has a column `tick` except the path, which counts as tick 0.
 pub(super) fn tick<R>(columns: &[TableColumn<R>], row: &R) -> Tick {
     let ticks = columns.iter().find(|column| column.name == "tick");
     Tick(ticks.map_or(0, |column| match column.get {
@@ -106,7 +107,7 @@ pub(super) fn tick<R>(columns: &[TableColumn<R>], row: &R) -> Tick {
     }))
 }
 
-/// Rows on their way to the disk.
+/// Rows to be written to the disk.
 #[derive(Debug, Default)]
 pub(super) struct RowBatch {
     pub ego: Vec<EgoRow>,
@@ -118,35 +119,35 @@ pub(super) struct RowBatch {
     pub advised: Vec<AdvisedRow>,
 }
 
-/// The ego at a tick, with the controls that led to it.
+/// Ego at a tick, with the controls that led to it.
 #[derive(Clone, Copy, Debug)]
 pub struct EgoRow {
-    /// When.
+    /// Tick of the row.
     pub tick: Tick,
-    /// Chain of fingerprints of all snapshots to this one.
+    /// Hash chain over all snapshots up to this one.
     pub hash: u64,
-    /// What the driver asked for in this tick.
+    /// Controls that the driver gave in this tick.
     pub controls: Controls,
-    /// The car; `None` where there is no participant.
+    /// State of the ego; `None` without a participant.
     pub ego: Option<EgoState>,
     /// Acceleration one tick before, m/s2.
     pub accel_before_mps2: f64,
     /// Front bumper along the route, metres.
     pub s_m: f64,
-    /// Offset from the lane's middle, metres, positive to the left.
+    /// Offset from the lane's centre line, metres, positive to the left.
     pub lane_offset_m: f64,
-    /// The car ahead: which, gap in metres, speed in m/s.
+    /// Vehicle ahead: number, gap in metres, speed in m/s.
     pub leader: Option<(u32, f64, f64)>,
-    /// What stands on the speedometer.
+    /// Advice shown on the speedometer.
     pub advice: Option<Advice>,
     /// Mean speed of all vehicles, m/s.
     pub mean_speed_mps: f64,
-    /// Torque sent to the wheel's motor, N m, positive to the left; `None` where none is.
+    /// Torque sent to the wheel's motor, N m, positive to the left; `None` without force feedback.
     pub wheel_force_nm: Option<f64>,
 }
 
 impl EgoRow {
-    /// The row of this snapshot; `wheel_force_nm` is what the wheel's motor was sent.
+    /// Returns the row of a snapshot; `wheel_force_nm` is the torque sent to the wheel's motor.
     pub fn of(snapshot: &Snapshot, controls: &Controls, wheel_force_nm: Option<f64>, hash: u64) -> Self {
         Self {
             tick: snapshot.tick,
@@ -163,7 +164,7 @@ impl EgoRow {
         }
     }
 
-    /// Time to collision, seconds, while the gap closes (SAE J2944: gap over closing speed).
+    /// Returns the time to collision, s, while the gap closes (SAE J2944: gap over closing speed).
     fn ttc_s(&self) -> Option<f64> {
         let (_, gap_m, leader_mps) = self.leader?;
         let closing_mps = self.ego?.speed_mps - leader_mps;
@@ -176,7 +177,7 @@ impl EgoRow {
     }
 }
 
-/// A selector's word.
+/// Returns the selector position as a word.
 pub fn selector_word(selector: Selector) -> &'static str {
     match selector {
         Selector::Drive => "drive",
@@ -203,7 +204,7 @@ pub(super) const fn column<R>(
     TableColumn { name, unit, about, get }
 }
 
-/// One row a tick (100 Hz). Where there is no participant the car's cells are empty, and the row holds the fingerprint.
+/// Columns: one row for each tick (100 Hz). Without a participant the cells of the ego are empty, and the row holds the hash.
 pub const EGO: &[TableColumn<EgoRow>] = &[
     column("tick", "", "tick, 10 ms each, since the start of the drive", ColumnValue::Whole(|r| r.tick.0)),
     number("time_s", "s", "time since the start of the drive", |r| Some(r.tick.seconds())),
@@ -280,20 +281,20 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
     ),
 ];
 
-/// An advice.
+/// Advice with the ego's speed and the frame that showed it first.
 #[derive(Clone, Copy, Debug)]
 pub struct AdviceRow {
-    /// What was advised.
+    /// Advice that was issued.
     pub advice: Advice,
-    /// The ego's speed when it was issued, m/s.
+    /// Speed of the ego when the advice was issued, m/s.
     pub speed_mps: f64,
     /// Number of the first frame that showed it; `None` without a screen.
     pub shown_frame: Option<u32>,
-    /// When that frame was handed to the screen, seconds of wall time since the first frame.
+    /// Time at which that frame was handed to the screen, s of wall time since the first frame.
     pub shown_wall_s: Option<f64>,
 }
 
-/// One row an advice.
+/// Columns: one row for each advice.
 pub const ADVICE: &[TableColumn<AdviceRow>] = &[
     column("tick", "", "tick at which it was issued", ColumnValue::Whole(|r| r.advice.issued.0)),
     column(
@@ -369,30 +370,30 @@ fn action(advice: &Advice) -> (&'static str, f64) {
     }
 }
 
-/// A frame on the screen.
+/// Frame on the screen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrameRow {
-    /// Its number, from 0.
+    /// Number of the frame, from 0.
     pub frame: u64,
-    /// The last tick before it.
+    /// Last tick before the frame.
     pub tick: Tick,
-    /// How far it stands from that tick to the next, 0..1.
+    /// Interpolation between that tick and the next, 0..1.
     pub fraction: f64,
-    /// When it was handed to the screen, seconds of wall time since the first.
+    /// Time at which it was handed to the screen, s of wall time since the first frame.
     pub wall_s: f64,
-    /// Time since the frame before, seconds.
+    /// Time since the previous frame, s.
     pub elapsed_s: f64,
-    /// Simulation that was given up because it came too late, seconds.
+    /// Simulated time dropped because the frame came too late, s.
     pub dropped_s: f64,
-    /// From the newest input that it used to its handing over, seconds, where the device tells times.
+    /// Time from the newest input used to the hand-over to the screen, s, if the device reports times.
     pub latency_s: Option<f64>,
-    /// From that input to the tick that used it, seconds.
+    /// Time from that input to the tick that used it, s.
     pub input_to_tick_s: Option<f64>,
-    /// The square in the corner was white; `None` where there is no square.
+    /// True if the square in the corner was white; `None` without a square.
     pub flash: Option<bool>,
 }
 
-/// One row a frame.
+/// Columns: one row for each frame.
 pub const FRAMES: &[TableColumn<FrameRow>] = &[
     column("frame", "", "number of the frame", ColumnValue::Whole(|r| r.frame)),
     column("tick", "", "last tick before it", ColumnValue::Whole(|r| r.tick.0)),

@@ -1,4 +1,4 @@
-//! Every column of a row against numbers that were put into the drive by hand.
+//! Tests of every column of a row against values set by hand.
 
 use super::*;
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
 use glam::{DVec3, Quat, dvec2};
 use std::{collections::BTreeMap, f64::consts::PI};
 
-/// A table's row as text, by the name of the column; numbers to six digits, empty as `-`.
+/// Returns a table's row as text, by column name; numbers to six digits, empty as `-`.
 fn cells<R>(columns: &[TableColumn<R>], row: &R) -> BTreeMap<&'static str, String> {
     let text = |column: &TableColumn<R>| match column.get {
         ColumnValue::Number(get) => get(row).map_or("-".into(), |v| format!("{:.6}", v)),
@@ -58,7 +58,8 @@ const ADVISED: Advice = Advice {
     }),
 };
 
-/// The car at 6 m/s, 10 m behind one at 4 m/s; 0.5 rad left of east, nose 0.1 rad down, right side 0.2 rad up.
+/// Snapshot of the ego at 6 m/s, 10 m behind a vehicle at 4 m/s; 0.5 rad left of east, nose 0.1 rad down, right side 0.2 rad
+/// up.
 fn snapshot() -> Snapshot {
     let ego = EgoState {
         position: DVec3::new(3.0, -4.0, 0.25),
@@ -95,7 +96,7 @@ const CONTROLS: Controls = Controls {
 };
 
 #[test]
-fn a_row_of_the_ego_says_what_it_drove() {
+fn a_row_of_the_ego_has_the_values_of_its_snapshot() {
     let row = EgoRow::of(&snapshot(), &CONTROLS, Some(2.0), 99);
     let expected = [
         ("tick", "123"),
@@ -123,7 +124,7 @@ fn a_row_of_the_ego_says_what_it_drove() {
         ("lane_offset_m", "-0.500000"),
         ("leader", "7"),
         ("gap_m", "10.000000"),
-        // A car is 5 m long.
+        // A vehicle is 5 m long.
         ("headway_m", "15.000000"),
         ("leader_speed_mps", "4.000000"),
         // 10 m at 2 m/s.
@@ -143,12 +144,12 @@ fn a_row_of_the_ego_says_what_it_drove() {
     for (name, value) in expected {
         assert_eq!(found[name], value, "{name}");
     }
-    // The three angles are all that is not listed above.
+    // Only the three angles are missing from the list above.
     assert_eq!(found.len(), expected.len() + 3);
 }
 
 #[test]
-fn a_gap_that_does_not_close_has_no_time_to_collision_and_what_is_not_there_is_empty() {
+fn no_time_to_collision_without_a_closing_gap_and_no_cells_without_values() {
     for leader_mps in [6.0, 7.0] {
         let leader = Some(Leader { id: VehicleId(7), gap_m: 10.0, speed_mps: leader_mps });
         let row = EgoRow::of(&Snapshot { leader, ..snapshot() }, &CONTROLS, None, 0);
@@ -172,7 +173,7 @@ fn a_gap_that_does_not_close_has_no_time_to_collision_and_what_is_not_there_is_e
 }
 
 #[test]
-fn rows_of_cars_advice_and_events_say_what_happened() {
+fn rows_of_cars_advice_and_events_have_their_values() {
     let ego = [
         ("tick", "123"),
         ("car", "0"),
@@ -267,7 +268,7 @@ fn rows_of_cars_advice_and_events_say_what_happened() {
     ] {
         let [event, detail, car, value] = expected;
         let row = at(kind).expect("a row");
-        // The other came from the right.
+        // The other vehicle heads 90 degrees to the right of the ego's heading.
         let angle = if event == "contact" { "-90.000000" } else { "-" };
         let expected = [("tick", "5"), ("event", event), ("detail", detail), ("car", car), ("value", value)];
         is(EVENTS, &row, &[&expected[..], &[("angle_deg", angle)]].concat());

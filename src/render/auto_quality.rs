@@ -1,5 +1,5 @@
-//! Chooses the quality that this machine can draw: before the drive, because another quality means other pipelines,
-//! which are never made while driving. In: the scenario's level, pictures drawn for a trial. Out: a [`Renderer`].
+//! Chooses the quality that this machine can draw: before the drive, because another quality needs other pipelines,
+//! which are never made while driving. In: the scenario's level, pictures drawn as a trial. Out: a [`Renderer`].
 
 use super::{Gpu, GpuError, Quality, Renderer, canvas};
 use crate::{
@@ -8,12 +8,12 @@ use crate::{
 };
 use std::time::{Duration, Instant};
 
-/// A picture may take this long: three quarters of a frame of a 60 Hz screen, the rest is for the world and the panel.
+/// Longest time of a picture: three quarters of a frame of a 60 Hz screen; the rest is for the world and the panel.
 const BUDGET: Duration = Duration::from_micros(12_500);
-/// Pictures drawn for a trial, after one that makes what is made at a first use.
+/// Number of timed pictures in a trial, after one that makes everything needed at the first use.
 const TRIALS: usize = 3;
 
-/// The renderer's settings of a level on this adapter. Auto is what the adapter can be expected to do.
+/// Returns the renderer's settings for a level on this adapter. `Auto` is the level expected of the adapter.
 pub fn quality_for(level: QualityLevel, gpu: &Gpu) -> Quality {
     match level {
         QualityLevel::Low => Quality::LOW,
@@ -24,7 +24,7 @@ pub fn quality_for(level: QualityLevel, gpu: &Gpu) -> Quality {
     }
 }
 
-/// The level that an adapter of this kind begins with.
+/// Returns the first level to try on an adapter of this kind.
 fn expected(gpu: &Gpu) -> QualityLevel {
     match gpu.info.device_type {
         wgpu::DeviceType::Cpu => QualityLevel::Low,
@@ -32,7 +32,7 @@ fn expected(gpu: &Gpu) -> QualityLevel {
     }
 }
 
-/// The level below, if a picture took longer than it may.
+/// Returns the next lower level if a picture took longer than [`BUDGET`]; `None` if it did not, or at the lowest.
 fn instead(level: QualityLevel, took: Duration) -> Option<QualityLevel> {
     match level {
         _ if took <= BUDGET => None,
@@ -42,8 +42,8 @@ fn instead(level: QualityLevel, took: Duration) -> Option<QualityLevel> {
     }
 }
 
-/// A renderer of the scenario's level; for `auto` one whose pictures of `view` at `size` pixels keep up with the screen,
-/// as far as any level does. On a processor that is the lowest, without a trial.
+/// Returns a renderer of the scenario's level. For `auto`, it returns the highest level whose pictures of `view` at
+/// `size` pixels are in time, or else the lowest. Software rendering gets the lowest without a trial.
 ///
 /// # Errors
 /// The device is lost.
@@ -75,7 +75,7 @@ pub fn renderer_that_keeps_up(
     }
 }
 
-/// The median of a few pictures, each waited for.
+/// Returns the median time of a few pictures, each drawn to its end.
 fn trial(
     gpu: &Gpu,
     renderer: &mut Renderer,
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_late_picture_means_a_lower_level_and_one_in_time_or_the_lowest_stays() {
+    fn only_a_late_picture_lowers_the_level_and_the_lowest_stays() {
         let (soon, late) = (Duration::from_millis(9), Duration::from_millis(13));
         for level in [QualityLevel::Low, QualityLevel::Medium, QualityLevel::High] {
             assert_eq!(instead(level, soon), None);
@@ -114,7 +114,7 @@ mod tests {
         assert_eq!(instead(QualityLevel::High, late), Some(QualityLevel::Medium));
         assert_eq!(instead(QualityLevel::Medium, late), Some(QualityLevel::Low));
         assert_eq!(instead(QualityLevel::Low, late), None);
-        // Three quarters of a sixtieth of a second, and the least more.
+        // Three quarters of a sixtieth of a second, and a nanosecond more.
         let edge = Duration::from_secs(1) * 3 / 4 / 60;
         assert_eq!(instead(QualityLevel::High, edge), None);
         assert_eq!(instead(QualityLevel::Auto, edge + Duration::from_nanos(1)), Some(QualityLevel::Medium));

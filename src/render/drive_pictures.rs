@@ -9,10 +9,10 @@ use crate::{
     sim::World,
 };
 
-/// Largest side of a picture, pixels: what every graphics card can draw.
+/// Largest side of a picture, pixels: a size that every graphics card supports.
 pub const MAX_SIDE: u32 = 8192;
 
-/// What draws drives on one road: a graphics device, and what stands still there.
+/// Draws pictures of drives on one road: a graphics device and the static scene.
 pub struct DrivePictures {
     gpu: Gpu,
     stage: StaticScene,
@@ -20,13 +20,13 @@ pub struct DrivePictures {
 }
 
 impl DrivePictures {
-    /// For drives of this scenario on its road: trees stand as its seed says.
+    /// Prepares pictures of drives of this scenario on its road; the trees follow from its seed.
     ///
     /// # Errors
     /// There is no graphics device.
     pub fn new(map: &RoadMap, scenario: &Scenario) -> Result<Self, GpuError> {
         let gpu = Gpu::headless()?;
-        // Nobody waits for its frames.
+        // These pictures need not keep up with a screen, so no trial is made.
         let quality = match scenario.display.quality {
             QualityLevel::Auto => QualityLevel::Medium,
             chosen => chosen,
@@ -36,7 +36,7 @@ impl DrivePictures {
         Ok(Self { gpu, stage, renderer })
     }
 
-    /// The picture of this moment, `size` pixels wide and high, each from 1 to [`MAX_SIDE`].
+    /// Draws the current moment, `size` pixels wide and high, each from 1 to [`MAX_SIDE`].
     ///
     /// # Errors
     /// The device is lost while it draws.

@@ -1,5 +1,5 @@
-//! Visible cars and trees: culled on the CPU, written into one instance buffer per pass. In: a view and a
-//! test of what can be seen. Out: [`InstanceBatches`], ranges of instances by mesh.
+//! Visible vehicles and trees: culled on the CPU, written into one instance buffer per pass. In: a view and a
+//! visibility test. Out: [`InstanceBatches`], ranges of instances by mesh.
 
 use super::{
     device::{
@@ -14,35 +14,35 @@ use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
 
-/// Radius of the shade at a tree's foot as a share of the tree's, and how far away it is drawn, metres.
+/// Radius of the shade at a tree's foot as a share of the tree's bounding radius, and its maximum distance, m.
 const ROOT: f32 = 0.62;
 const ROOTS_M: f32 = 90.0;
-/// Radius of a ball that holds a car with its wheels, metres.
+/// Radius of a sphere that holds a car with its wheels, m.
 const REACH_M: f32 = 3.3;
-/// Up to this distance lamps that are lit are drawn, metres: further off one is smaller than a pixel.
+/// Maximum distance of lit lamps, m: a lamp further away is smaller than a pixel.
 const LAMPS_M: f32 = 700.0;
-/// Radius that stands for a car where its detail is chosen, metres: near up to some 20 m in a picture of 1280 pixels.
+/// Radius that stands for a car when its detail is chosen, m: near up to about 20 m in a picture of 1280 pixels.
 const DETAIL_M: f32 = 1.9;
 
-/// Whether and how a tree or tuft is seen: apart from what is drawn of it, because every picture asks it of all of them.
+/// Visibility data of a tree or tuft; separate from the drawing data, because every picture tests all of them.
 #[derive(Clone, Copy, Debug)]
 struct BoundingSphere {
     centre: Vec3,
     radius_m: f32,
     kind: u32,
-    /// Stands on the horizon, where it throws no shadow.
+    /// True on the horizon: drawn without a shadow.
     distant: bool,
 }
 
-/// What is drawn of it.
+/// Drawing data of a tree or tuft.
 #[derive(Clone, Copy, Debug)]
 struct DrawnTree {
     instance: Instance,
-    /// The patch of shade at a tree's foot.
+    /// Patch of shade at a tree's foot.
     root: Option<Instance>,
 }
 
-/// A tree or tuft made ready once.
+/// A tree or tuft, prepared once.
 #[derive(Clone, Copy, Debug)]
 struct PlacedTree(BoundingSphere, DrawnTree);
 
@@ -55,7 +55,7 @@ impl PlacedTree {
         Self(ball, DrawnTree { instance: Instance::new(world, place.tint, 1.0), root: None })
     }
 
-    /// With shade on the ground, whose normal this is.
+    /// Adds the shade on the ground with this normal.
     fn rooted(self, ground: Vec3) -> Self {
         let turn = Quat::from_rotation_arc(Vec3::Z, ground);
         let Self(ball, drawn) = self;
@@ -70,13 +70,13 @@ impl PlacedTree {
 #[derive(Clone, Debug)]
 pub struct PlacedTrees {
     kinds: usize,
-    /// As many of the one as of the other, in the same order.
+    /// Visibility and drawing data, of the same length and in the same order.
     trees: (Vec<BoundingSphere>, Vec<DrawnTree>),
     tufts: (Vec<BoundingSphere>, Vec<DrawnTree>),
 }
 
 impl PlacedTrees {
-    /// All trees of a stage.
+    /// Places all trees and tufts of a static scene.
     pub fn new(stage: &StaticScene, models: &ModelMeshes) -> Self {
         let grown =
             |distant: bool| move |place: &TreePlace| PlacedTree::new(place, &models.trees[place.kind][0], distant);
@@ -94,10 +94,10 @@ impl PlacedTrees {
     }
 }
 
-/// What a picture shows besides cars.
+/// Contents of a picture besides the other vehicles' bodies.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SceneContents<'a> {
-    /// Trees and grass.
+    /// Trees and tufts of grass.
     pub forest: Option<&'a PlacedTrees>,
     /// The ego, seen from inside.
     pub inside: Option<&'a DriverSeat>,
@@ -105,17 +105,17 @@ pub struct SceneContents<'a> {
     pub lamps: &'a [LitLamp],
 }
 
-/// An instance buffer that is filled anew for every picture. It grows when a picture holds more than any before it.
+/// Instance buffer that is refilled for every picture. It grows when a picture holds more than any before it.
 #[derive(Debug)]
 pub struct InstanceCollector {
     buffer: wgpu::Buffer,
     instances: Vec<Instance>,
-    /// Trees in the picture: kind and level, distance, number, share.
+    /// Trees in the picture: kind and level, squared distance, index, share.
     found: Vec<(usize, f32, u32, f32)>,
 }
 
 impl InstanceCollector {
-    /// Room for all trees and for `cars` cars.
+    /// Creates a buffer for all trees and for `cars` cars.
     pub fn new(device: &wgpu::Device, forest: &PlacedTrees, cars: usize) -> Self {
         // A tree between two levels is drawn twice.
         let capacity = 1 + 5 * cars + 3 * forest.count();
@@ -126,8 +126,8 @@ impl InstanceCollector {
         }
     }
 
-    /// Collects the cars for which `seen(centre, radius_m)` gives a detail, the trees for which `levels` does, the nearest
-    /// to `eye` first, and the tufts for which `grass` holds, and writes them to the device.
+    /// Collects the visible objects and writes them to the device: cars for which `seen(centre, radius_m)` gives a
+    /// detail, trees for which `levels` does, the nearest to `eye` first, and tufts for which `grass` is true.
     #[expect(clippy::too_many_arguments, reason = "what a pass sees of each kind of thing")]
     pub fn gather<'a>(
         &mut self,
@@ -172,7 +172,7 @@ impl InstanceCollector {
             self.fill(|list| list.extend(far.chain(shade).flat_map(wheels))),
         ];
         let lit = around.lamps.iter().filter(|lamp| {
-            // One that faces away is seen from behind, where it has no face.
+            // A lamp that faces away has no visible face.
             let way = eye - lamp.position;
             way.length_squared() < LAMPS_M * LAMPS_M
                 && way.dot(lamp.facing) > 0.0
@@ -191,20 +191,20 @@ impl InstanceCollector {
         InstanceBatches { inside, housings, cars: all, bodies, wheels, lamps, tufts, roots, trees }
     }
 
-    /// Makes the instances the source of the pass's draws, in `slot`.
+    /// Binds the instances as the source of the pass's draws, in `slot`.
     pub fn bind(&self, pass: &mut CountedPass, slot: u32) {
         pass.set_vertex_buffer(slot, self.buffer.slice(..));
     }
 
-    /// Shade at the feet of the trees found, fainter with distance.
+    /// Adds the shade at the feet of the trees found, fainter with distance.
     fn roots(&mut self, forest: Option<&PlacedTrees>, eye: Vec3) -> Range<u32> {
         let start = self.instances.len() as u32;
         for &(_, _, number, share) in forest.iter().flat_map(|_| &self.found) {
             let Some((balls, drawn)) = forest.map(|forest| &forest.trees) else { break };
-            // Parallel pictures are taken from far above.
+            // Horizontal distance, because parallel pictures are taken from far above.
             let distance = balls[number as usize].centre.truncate().distance(eye.truncate());
             let strength = (2.0 - 2.0 * distance / ROOTS_M).clamp(0.0, 1.0);
-            // Of a tree between two levels only one has the shade.
+            // A tree between two levels has its shade once, with the finer level.
             if let Some(mut root) = drawn[number as usize].root.filter(|_| share > 0.0 && strength > 0.0) {
                 root.colour_brake[3] = strength;
                 self.instances.push(root);
@@ -213,7 +213,7 @@ impl InstanceCollector {
         start..self.instances.len() as u32
     }
 
-    /// Instances of the trees by kind and level, the nearest first.
+    /// Adds the trees' instances by kind and level, the nearest first.
     fn trees(
         &mut self,
         forest: &PlacedTrees,
@@ -255,7 +255,7 @@ impl InstanceCollector {
     }
 }
 
-/// Of a tree on the horizon: its picture, or its boughs where the picture would be drawn larger than it was painted; and no
+/// Returns the levels of a tree on the horizon: its picture, or its boughs where the picture would be enlarged; no
 /// shadow.
 fn distant(levels: DetailShares) -> DetailShares {
     match levels[0] {
@@ -275,7 +275,7 @@ fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
 }
 
 fn body(car: &CarInstance) -> Instance {
-    // In front of the point the number on its plates, behind it half of the lamps' light (`mesh.wgsl`).
+    // Integer part: the number on the plates; fraction: half of the lamps' light (`mesh.wgsl`).
     let plate_brake = f32::from(car.plate) + 0.5 * car.brake.clamp(0.0, 1.0);
     Instance::new(
         Affine3A::from_scale_rotation_translation(car.scale, car.rotation, car.position),
@@ -284,22 +284,22 @@ fn body(car: &CarInstance) -> Instance {
     )
 }
 
-/// A lamp that is lit, in its own light.
+/// Returns a lit lamp in its own light.
 fn lit_lamp(lamp: &LitLamp) -> Instance {
     let turn = Quat::from_rotation_arc(Vec3::X, lamp.facing);
     let world = Affine3A::from_scale_rotation_translation(Vec3::splat(lamp.radius_m), turn, lamp.position);
     Instance::new(world, lamp.light, 0.0)
 }
 
-/// The steering wheel, if it is seen.
+/// Returns the steering wheel, if it is visible.
 fn steering_wheel(seat: &DriverSeat) -> Option<Instance> {
     let body = Affine3A::from_rotation_translation(seat.car.rotation, seat.car.position);
     seat.steering_wheel_rad.map(|turn| Instance::new(body * Cockpit::body_from_wheel(turn), [1.0; 3], 0.0))
 }
 
-/// The mirrors' housings of one mesh, in the order of [`Cockpit::housings`]. A foot points inwards to the door; that of a
-/// mirror that is turned into the picture points to where the picture has a door: down at the left one, beyond the edge at the
-/// right one.
+/// Returns the mirrors' housings of one mesh, in the order of [`Cockpit::housings`]. The foot of a housing points
+/// inwards to the door. A mirror that is turned into the picture has its foot where the picture shows the door: down at
+/// the left one, beyond the edge at the right one.
 fn housings(seat: Option<&DriverSeat>, which: usize) -> impl Iterator<Item = Instance> {
     let panes = seat.and_then(|seat| Some((seat.car, seat.mirrors?)));
     panes.into_iter().flat_map(move |(car, panes)| {
@@ -311,8 +311,8 @@ fn housings(seat: Option<&DriverSeat>, which: usize) -> impl Iterator<Item = Ins
     })
 }
 
-/// The four wheels: the front ones steered, the right ones turned about so that their outer side shows, all rolling
-/// forwards.
+/// Returns the four wheels: the front ones steered, the right ones turned about so that their outer side shows, all
+/// rolling forwards.
 fn wheels(car: &CarInstance) -> impl Iterator<Item = Instance> + '_ {
     let world_from_body = Affine3A::from_rotation_translation(car.rotation, car.position);
     car.hubs.iter().enumerate().map(move |(i, hub)| {

@@ -1,5 +1,5 @@
-//! How finely cars and trees are drawn, and where those of one picture are. In: how large one is in the picture. Out: its
-//! level of detail; [`InstanceBatches`], ranges of instances by mesh and level.
+//! Levels of detail of cars and trees, and the ranges of a picture's instances. In: the size of an object in the
+//! picture. Out: its level of detail; [`InstanceBatches`], ranges of instances by mesh and level.
 
 use super::view_projection::ViewFrustum;
 use glam::Vec3;
@@ -10,17 +10,17 @@ use std::ops::Range;
 pub struct InstanceBatches {
     /// The ego seen from inside, if it is: bonnet and shelf, cabin, steering wheel.
     pub inside: [Range<u32>; 3],
-    /// Its mirrors' housings by mesh.
+    /// Housings of the ego's mirrors by mesh.
     pub housings: [Range<u32>; 4],
-    /// All car bodies: the patches of contact shade under them.
+    /// All car bodies, for the patches of contact shade under them.
     pub cars: Range<u32>,
     /// Car bodies by style and [`CarDetail`].
     pub bodies: Vec<[Range<u32>; CAR_LEVELS]>,
-    /// Wheels by level.
+    /// Wheels by level of detail.
     pub wheels: [Range<u32>; 3],
     /// Lamps that are lit.
     pub lamps: Range<u32>,
-    /// Tufts of grass.
+    /// Tufts of grass in range.
     pub tufts: Range<u32>,
     /// Patches of shade at the feet of trees.
     pub roots: Range<u32>,
@@ -29,7 +29,7 @@ pub struct InstanceBatches {
 }
 
 impl InstanceBatches {
-    /// The `k`th of `n` parts of the trees.
+    /// Returns the `k`th of `n` parts of the trees, `k` from 0.
     pub fn part_of_trees(&self, k: usize, n: usize) -> Vec<[Range<u32>; LEVELS]> {
         let part = |range: Range<u32>| {
             let at = |k: usize| range.start + (range.len() * k / n) as u32;
@@ -39,65 +39,67 @@ impl InstanceBatches {
     }
 }
 
-/// How finely a car is drawn.
+/// Level of detail of a car.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CarDetail {
-    /// With all fittings.
+    /// Full detail, with all fittings.
     Near,
-    /// With glass that is seen through.
+    /// Transparent glass, without small fittings.
     Mid,
-    /// As a shape with lamps.
+    /// Outer shape with lamps.
     Far,
-    /// As a shape seen from above, without wheels.
+    /// Outline from above, without wheels.
     Plan,
-    /// As what throws its shadow where that is coarse.
+    /// Coarse shape for shadows.
     Shade,
 }
 
-/// Number of a car's details.
+/// Number of levels of a car.
 pub(super) const CAR_LEVELS: usize = 5;
 
-/// How finely a tree is drawn.
+/// Level of detail of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeDetail {
-    /// With every twig.
+    /// Every twig, as leaf cards.
     Near,
-    /// With a quarter of the triangles.
+    /// A quarter of the triangles.
     Mid,
-    /// As a picture on two triangles.
+    /// A picture on two triangles.
     Far,
-    /// Solid: what throws its shadow.
+    /// Solid shape for shadows.
     Shade,
 }
 
-/// Number of a tree's details.
+/// Number of levels of a tree.
 pub(super) const LEVELS: usize = 4;
 /// Radius in the picture from which a tree is drawn with every twig, pixels.
 const NEAR_PX: f32 = 85.0;
-/// And a car with all fittings: from there on the outline without them is off by more than a pixel (`scene/car.rs`).
+/// Radius from which a car is drawn with all fittings, pixels: from there on the outline without them deviates by more
+/// than a pixel (`scene/car/mod.rs`).
 const FITTED_PX: f32 = 100.0;
-/// Radius from which a tree is drawn with its boughs, and a car with glass that is seen through, pixels.
+/// Radius from which a tree is drawn with its boughs, and a car with transparent glass, pixels.
 const MID_PX: f32 = 36.0;
 /// Radius from which a car seen from above is more than its outline, pixels.
 const PLAN_PX: f32 = 7.5;
-/// Share of these radii over which one level of a tree gives way to the other.
+/// Width of the transition between two levels of a tree, as a share of the radius at which they change.
 const BAND: f32 = 0.22;
-/// And where a pixel has one sample, and both levels are drawn one over the other: fewer trees shall be in it.
+/// Width of the transition with one sample per pixel: both levels are drawn one over the other, so fewer trees should
+/// be in it.
 const LAYERED_BAND: f32 = 0.1;
 
-/// Within this distance of a car's middle the eye is at its door, metres.
+/// Distance from a car's middle within which the eye is at the car itself, m.
 const BESIDE_M: f32 = 1.9;
 
 impl CarDetail {
-    /// The detail for a car within a ball, if that is in the picture. The own one in a mirror on its door never has all
-    /// fittings: they would double the mirror's cost.
+    /// Returns the detail for a car with this bounding sphere, or `None` if it is outside the picture. The ego in a
+    /// mirror on its door never has all fittings, which would double the mirror's cost.
     pub fn seen(optics: &ViewFrustum, centre: Vec3, radius_m: f32) -> Option<Self> {
         let most = if optics.camera.eye.distance(centre) < BESIDE_M { FITTED_PX } else { f32::MAX };
         let detail = || Self::of(optics.pixels(centre, radius_m).min(most), optics.from_above());
         optics.sees(centre, radius_m).then(detail)
     }
 
-    /// The detail for a car that is this large in the picture, which may be taken from above.
+    /// Returns the detail for a car of this radius in the picture, which may be taken from above.
     pub fn of(radius_px: f32, from_above: bool) -> Self {
         match radius_px {
             px if px > FITTED_PX => Self::Near,
@@ -109,8 +111,8 @@ impl CarDetail {
 }
 
 impl TreeDetail {
-    /// One level, or around a switch both: the finer one with its share of the samples, of which a pixel has as many, the
-    /// coarser one with the negative of that (`kept` in `fade.wgsl`).
+    /// Returns one level, or two around a transition: the finer one with its share of a pixel's samples, the coarser
+    /// one with the negative of that share (`kept` in `fade.wgsl`).
     pub fn shares(radius_px: f32, samples: u32) -> DetailShares {
         let band = if samples == 1 { LAYERED_BAND } else { BAND };
         let share = |at: f32| ((radius_px / at - 1.0) / band + 0.5).clamp(0.0, 1.0);
@@ -125,7 +127,7 @@ impl TreeDetail {
     }
 }
 
-/// At which levels a tree is drawn, each with its share.
+/// Levels at which a tree is drawn, each with its share of a pixel's samples.
 pub type DetailShares = [Option<(TreeDetail, f32)>; 2];
 
 #[cfg(test)]
@@ -149,8 +151,8 @@ mod tests {
     }
 
     #[test]
-    fn a_car_is_a_plan_only_from_above_and_only_while_it_is_a_few_pixels() {
-        // 40 cars on ring-641 in a picture of 640x360, 22 on ring-250 there and at 1280x720.
+    fn a_car_is_an_outline_only_from_above_and_only_at_a_few_pixels() {
+        // 40 cars on ring-641 in a picture of 640x360; 22 on ring-250 in that and at 1280x720.
         for (radius_px, above) in [(3.0, CarDetail::Plan), (7.1, CarDetail::Plan), (14.3, CarDetail::Far)] {
             assert_eq!(CarDetail::of(radius_px, true), above);
             assert_eq!(CarDetail::of(radius_px, false), CarDetail::Far, "a car on the road has wheels");

@@ -1,5 +1,5 @@
-//! Pipelines of the scene by what is drawn. In: the scene's bindings, how finely is drawn. Out: [`MaterialPipelines`]. Each has
-//! its own short shader: on software rendering a branch that no pixel of a draw takes still costs its time.
+//! Pipelines of the scene by material. In: the scene's bindings, the quality. Out: [`MaterialPipelines`]. Each has a
+//! short shader of its own: on software rendering a branch costs time even if no pixel of a draw takes it.
 
 use super::{
     device::{
@@ -10,10 +10,10 @@ use super::{
     quality::Quality,
 };
 
-/// Width of a pixel from which no blade of grass is seen, metres.
+/// Width of a pixel from which blades of grass are no longer visible, m.
 pub(super) const AFAR_M: f32 = 0.075;
 
-/// The shader draws for a parallel lens from above.
+/// Variant for a parallel lens from above.
 const FROM_ABOVE: (&str, f64) = ("FROM_ABOVE", 1.0);
 
 /// All pipelines of the scene.
@@ -25,7 +25,7 @@ pub struct MaterialPipelines {
     pub(super) sky: wgpu::RenderPipeline,
 }
 
-/// What the mirror in the picture hides, cars, posts, and their windows.
+/// The area hidden by the mirror, cars, uncoated parts (posts, wheels), and windows.
 #[derive(Debug)]
 pub(super) struct BodyPipelines {
     pub hidden: wgpu::RenderPipeline,
@@ -34,18 +34,19 @@ pub(super) struct BodyPipelines {
     pub glass: wgpu::RenderPipeline,
 }
 
-/// Road and land, and the shade at the foot of what stands on them. What there is much of comes twice: for any lens, and for a
-/// parallel one from above.
+/// Road and land, and the shade at the foot of objects on them. Road has a second pipeline for a parallel lens from
+/// above.
 #[derive(Debug)]
 pub(super) struct GroundPipelines {
     pub road: [wgpu::RenderPipeline; 2],
-    /// The second where a pixel is at least [`AFAR_M`] wide.
+    /// Land; the second is for a parallel lens from above where a pixel is at least [`AFAR_M`] wide.
     pub land: [wgpu::RenderPipeline; 2],
     pub contact: wgpu::RenderPipeline,
     pub root: wgpu::RenderPipeline,
 }
 
-/// Trees near by and far off, and grass: depth first (`cover`), then colour where the depth is the same.
+/// Near and far trees, and grass: depth first (`cover`), then colour where the depth is equal. Far trees have a second
+/// pipeline for a parallel lens from above.
 #[derive(Debug)]
 pub(super) struct PlantPipelines {
     pub cover: wgpu::RenderPipeline,
@@ -55,7 +56,7 @@ pub(super) struct PlantPipelines {
     pub grass: wgpu::RenderPipeline,
 }
 
-/// What the pipelines are made of.
+/// Inputs of the pipelines.
 pub(super) struct MaterialsDesc<'a> {
     pub layout: &'a wgpu::PipelineLayout,
     pub sky_layout: &'a wgpu::PipelineLayout,
@@ -63,10 +64,10 @@ pub(super) struct MaterialsDesc<'a> {
 }
 
 impl MaterialsDesc<'_> {
-    /// All of them, side by side where the builder allows it.
+    /// Creates all pipelines, in parallel if the builder allows it.
     ///
     /// # Errors
-    /// What is wrong with a shader.
+    /// A mistake in a shader.
     pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<MaterialPipelines, ShaderFault> {
         let ((bodies, ground), (plants, sky)) = builder.both(
             || builder.both(|| self.bodies(builder), || self.ground(builder)),
@@ -126,7 +127,8 @@ impl MaterialsDesc<'_> {
             PipelineDesc { program: "land", constants: &[soft, afar], ..solid.clone() },
             PipelineDesc { program: "land", constants: &[soft, FROM_ABOVE, afar, ("AFAR", 1.0)], ..solid.clone() },
             shade("contact", above),
-            // Over ground that is not quite the plane under the tree: 1.8 % of the distance nearer.
+            // The ground under the shade is not exactly the plane at the tree: the shade is drawn 1.8 % of the distance
+            // nearer.
             shade("root", wgpu::DepthBiasState { constant: 150_000, ..above }),
         ])?;
         Ok(GroundPipelines { road: [road, road_from_above], land: [land, land_from_above], contact, root })
@@ -186,7 +188,7 @@ impl MaterialsDesc<'_> {
         Ok(sky)
     }
 
-    /// Opaque surfaces seen from in front; what the others are variants of.
+    /// Returns the description for opaque surfaces seen from in front; the other pipelines are variants of it.
     fn solid<'a>(
         &'a self,
         buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
@@ -206,7 +208,7 @@ impl MaterialsDesc<'_> {
         }
     }
 
-    /// Whether shadows have soft edges; programs without sunshine leave it alone.
+    /// Returns the constant for soft shadow edges; programs without sunshine ignore it.
     fn soft(&self) -> (&'static str, f64) {
         ("SOFT", f64::from(u8::from(self.quality.fine)))
     }

@@ -1,10 +1,10 @@
 //! The picture on the GPU. In: a [`StaticScene`] once, a [`View`] each frame. Out: pixels in a window's surface or in a
 //! texture, by the same code.
 //!
-//! Five fixed passes: [`shadow`], [`scene_pass`] (main camera, then mirrors), [`post::tonemap`] (with [`post::bloom`]), the
-//! [`dial`], and the
-//! experimenter's panel. [`Renderer::draw`] is the whole recipe. Nothing is made while driving: buffers grow only when
-//! a picture holds more cars than any before it, targets change with the window's size, pipelines with the shaders.
+//! Five fixed passes: [`shadow`], [`scene_pass`] (main camera, then mirrors), [`post::tonemap`] (with [`post::bloom`]),
+//! the [`dial`], and the experimenter's panel. [`Renderer::draw`] runs them. Nothing is created while driving: buffers
+//! grow only when a picture holds more cars than any before it, targets change with the window's size, pipelines with
+//! the shaders.
 
 mod auto_quality;
 pub mod device;
@@ -49,10 +49,10 @@ use static_meshes::StaticMeshes;
 use std::path::Path;
 use view_projection::ViewFrustum;
 
-/// Directory of the shaders, from where the program is started, for [`Renderer::reload_shaders`].
+/// Directory of the shaders, relative to the working directory, for [`Renderer::reload_shaders`].
 const SHADERS: &str = "shaders";
 
-/// Draws views of one stage.
+/// Draws views of one static scene.
 #[derive(Debug)]
 pub struct Renderer {
     meshes: StaticMeshes,
@@ -62,7 +62,7 @@ pub struct Renderer {
     air: SkyPass,
     shadow: ShadowPass,
     main: ScenePass,
-    /// The rear-view mirror; the left and the right one as soon as a picture has them.
+    /// Rear-view mirror; the left and right mirrors are created when a picture first has them.
     mirror: ScenePass,
     sides: Option<[ScenePass; 2]>,
     bloom: BloomPass,
@@ -73,11 +73,11 @@ pub struct Renderer {
     cost: FrameCost,
 }
 
-/// What the experimenter's panel put out in this frame, to be drawn over the picture.
+/// Output of the experimenter's panel for one frame, drawn over the picture.
 pub struct PanelOutput<'a> {
-    /// The panel's context, the same one for the life of the renderer.
+    /// Context of the panel, the same one for the life of the renderer.
     pub ctx: &'a egui::Context,
-    /// Its output.
+    /// Output of the context for this frame.
     pub output: egui::FullOutput,
 }
 
@@ -91,8 +91,8 @@ struct RenderPipelines {
 }
 
 impl Renderer {
-    /// A renderer of `stage` onto targets of `format`: a `Unorm` format that is not sRGB (`Bgra8Unorm` of a surface,
-    /// [`OFFSCREEN`]), because the shader encodes.
+    /// Creates a renderer of `stage` onto targets of `format`: a `Unorm` format that is not sRGB (`Bgra8Unorm` of a
+    /// surface, [`OFFSCREEN`]), because the shader encodes.
     pub fn new(gpu: &Gpu, stage: &StaticScene, format: wgpu::TextureFormat, quality: Quality) -> Self {
         // Mesa's software sampler takes minutes for one anisotropic picture of a long road.
         let quality = if gpu.is_software() { Quality { anisotropy: 1, ..quality } } else { quality };
@@ -100,7 +100,7 @@ impl Renderer {
         let meshes = StaticMeshes::new(gpu, stage);
         let bindings = SceneBindings::new(device, &quality);
         let shadow = ShadowPass::new(device, &meshes, &quality);
-        // A quarter as fine as the shadows: 256 to 768 texels, painted in a fraction of a second.
+        // A quarter of the shadows' resolution: 256 to 768 texels, painted in a fraction of a second.
         let air = SkyPass::new(device, quality.shadow_size / 4);
         let main = ScenePass::new("main", &meshes, &bindings, shadow.maps(), &air, &quality);
         let mirror = ScenePass::new("mirror", &meshes, &bindings, shadow.maps(), &air, &quality);
@@ -141,7 +141,7 @@ impl Renderer {
         let mirror_size = mirror_rect(size);
         let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
         let mut inset = [scale(mirror_size[2]), scale(mirror_size[3])];
-        // In the mirror view the mirror is the whole picture. The driver's eye sits inside the ego, which is left out.
+        // In the mirror view the mirror is the whole picture.
         let alone = view.kind == ViewKind::Mirror;
         let drawn = self.quality.drawn_size(size, alone);
         let smooth = self.quality.msaa == 1;
@@ -205,7 +205,7 @@ impl Renderer {
             for ((side, pane), framed) in sides.iter_mut().flatten().zip(&panes[1..]).zip(framed[1..].iter().flatten())
             {
                 let optics = ViewFrustum::new(&framed.glass.behind(&pane.camera), pane_px(pane));
-                // The right one is the last of the mirrors; the own flank is at the edge of both.
+                // The right mirror is the last pass of the mirrors. Both door mirrors show the ego's flank at the edge.
                 let last = std::ptr::eq(pane, &panes[2]).then(|| stamps(TimedPass::Mirror)).flatten();
                 let stamps = last.as_ref().map(timing::end_only);
                 let scene = SceneInputs { optics: &optics, ..scene };
@@ -249,32 +249,33 @@ impl Renderer {
         self.cost = cost;
     }
 
-    /// What the last picture asked of the device.
+    /// Returns the cost of the last picture.
     pub fn cost(&self) -> FrameCost {
         self.cost
     }
 
-    /// Time of each pass on the device, a few frames ago; none if the adapter has no timestamps or has not answered yet.
+    /// Returns the time of each pass on the device, a few frames ago; `None` without timestamps or before the first
+    /// result.
     pub fn pass_times(&self) -> Option<PassTimes> {
         self.timing.as_ref().and_then(PassTimings::latest)
     }
 
-    /// Reads the shaders anew from the directory `shaders`; if one is broken, all stay as they were.
+    /// Reloads the shaders from the directory `shaders`; if one is faulty, all stay as they were.
     ///
     /// # Errors
-    /// `shaders/FILE.wgsl:LINE: what is wrong`.
+    /// `shaders/FILE.wgsl:LINE: message`.
     pub fn reload_shaders(&mut self) -> Result<(), ShaderFault> {
         self.reload_shaders_from(Path::new(SHADERS))
     }
 
-    /// As [`Renderer::reload_shaders`], from another directory.
+    /// Reloads the shaders as [`Renderer::reload_shaders`], from another directory.
     ///
     /// # Errors
     /// As there.
     pub fn reload_shaders_from(&mut self, directory: &Path) -> Result<(), ShaderFault> {
         let sources = ShaderSources::from_directory(directory)?;
         let device = &self.meshes.device;
-        // What naga lets pass and the device does not: an entry point that is gone, a binding of another type.
+        // Catches errors that naga does not find: a missing entry point, a binding of another type.
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let builder = PipelineBuilder { device, sources: &sources };
         let made =

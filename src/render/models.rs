@@ -1,6 +1,6 @@
-//! The meshes on the device: one vertex and one index buffer, filled once. In: a [`StaticScene`]. Out: [`ModelMesh`]s that a
-//! pass draws by instances, [`GroundMesh`] that it draws piece by piece, and the balls that hold them, for culling: on
-//! software rendering corners cost more than pixels.
+//! The meshes on the device: one vertex and one index buffer, filled once. In: a [`StaticScene`]. Out: [`ModelMesh`]es
+//! that a pass draws by instances, [`GroundMesh`]es that it draws piece by piece, and their bounding spheres, for
+//! culling: on software rendering vertices cost more than pixels.
 
 use super::{
     device::cost::CountedPass,
@@ -16,25 +16,26 @@ use std::ops::Range;
 pub struct ModelMesh {
     indices: Range<u32>,
     first_vertex: i32,
-    /// Centre of the ball that holds the mesh, in its own frame.
+    /// Centre of the bounding sphere, in the mesh's own frame, m.
     pub centre: Vec3,
-    /// Radius of that ball, metres.
+    /// Radius of the bounding sphere, m.
     pub radius_m: f32,
 }
 
-/// A mesh in world axes, cut into pieces of which only those in the picture are drawn.
+/// A mesh in world axes, cut into pieces; only those in the picture are drawn.
 #[derive(Clone, Debug)]
 pub struct GroundMesh(Vec<ModelMesh>);
 
-/// The most triangles in a piece of ground, and the most pieces of ground where there are more triangles: each is a draw.
+/// Maximum number of triangles in a piece of ground, and the approximate maximum number of pieces of a very large
+/// ground: each piece is a draw.
 const PIECE: usize = 600;
 const MOST_PIECES: usize = 250;
-/// Corners of a square of half side 1, and of a triangle around the circle of radius 1: on software rendering a small tree
-/// costs by its triangles, and from above it fills no more than that circle.
+/// Corners of a square of half side 1, and of a triangle around the circle of radius 1. On software rendering a small
+/// tree costs by its triangles, and from above it fills no more than that circle.
 const SQUARE: [Vec2; 4] = [vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0)];
 const TRIANGLE: [Vec2; 3] = [vec2(0.0, 2.0), vec2(-1.732_051, -1.0), vec2(1.732_051, -1.0)];
 
-/// All meshes.
+/// All meshes of a static scene.
 #[derive(Debug)]
 pub struct ModelMeshes {
     vertices: wgpu::Buffer,
@@ -43,7 +44,7 @@ pub struct ModelMeshes {
     pub road: GroundMesh,
     /// Meadow and far ground.
     pub land: GroundMesh,
-    /// Reflector posts, and what holds signals.
+    /// Reflector posts, and the supports of signals.
     pub posts: GroundMesh,
     /// A lamp that is lit.
     pub lamp: ModelMesh,
@@ -51,22 +52,22 @@ pub struct ModelMeshes {
     pub tuft: ModelMesh,
     /// Cars without wheels, by style and [`CarDetail`](super::level_of_detail::CarDetail).
     pub bodies: Vec<[ModelMesh; CAR_LEVELS]>,
-    /// Windows of the near and mid ones.
+    /// Windows of near and mid cars, by style.
     pub glass: Vec<[ModelMesh; 2]>,
-    /// What the driver sees of the own car: bonnet, shelf, cabin, steering wheel.
+    /// Parts of the ego seen from inside: bonnet, shelf, cabin, steering wheel.
     pub cockpit: [ModelMesh; 4],
-    /// Its mirrors' housings, see [`Cockpit::housings`].
+    /// Housings of the ego's mirrors, see [`Cockpit::housings`].
     pub housings: [ModelMesh; 4],
     /// One wheel by level.
     pub wheels: [ModelMesh; 3],
     /// Trees by kind and [`TreeDetail`]; far ones are a square for a picture.
     pub trees: Vec<[ModelMesh; 4]>,
-    /// Triangles for their pictures from above, by kind.
+    /// Triangles for pictures of trees from above, by kind.
     pub trees_from_above: Vec<ModelMesh>,
 }
 
 impl ModelMeshes {
-    /// Uploads the meshes of a stage.
+    /// Uploads the meshes of a static scene.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, stage: &StaticScene) -> Self {
         let mut vertices: Vec<Vertex> = Vec::new();
         let mut indices: Vec<u32> = Vec::new();
@@ -100,7 +101,7 @@ impl ModelMeshes {
         let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
         let trees_from_above = triangles.iter().map(&mut add).collect();
         let buffer = |label, bytes: &[u8], usage| {
-            // One spare vertex, so that an empty stage is no special case (a buffer may not be empty).
+            // One spare vertex, so that an empty scene is no special case (a buffer may not be empty).
             let size = bytes.len().next_multiple_of(4) as u64 + size_of::<Vertex>() as u64;
             let usage = usage | wgpu::BufferUsages::COPY_DST;
             let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
@@ -126,13 +127,13 @@ impl ModelMeshes {
         }
     }
 
-    /// Makes the meshes the source of the pass's draws.
+    /// Binds the meshes as the source of the pass's draws.
     pub fn bind(&self, pass: &mut CountedPass) {
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
 
-    /// Draws what of cars has no coat (paint, glass, lamps): the own car's shelf and cabin, wheels of all levels.
+    /// Draws parts without a clear coat: the ego's shelf and cabin, wheels of all levels.
     pub fn draw_uncoated(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         let [_, shelf, cabin, _] = &self.cockpit;
         let [body, furnished, _] = &batches.inside;
@@ -143,7 +144,7 @@ impl ModelMeshes {
         }
     }
 
-    /// Draws bodies of all styles and levels, the own car's bonnet, its steering wheel and its mirrors' housings.
+    /// Draws bodies of all styles and levels, the ego's bonnet, steering wheel and mirror housings.
     pub fn draw_cars(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         let [bonnet, _, _, wheel] = &self.cockpit;
         let [body, _, steered] = &batches.inside;
@@ -157,7 +158,7 @@ impl ModelMeshes {
         }
     }
 
-    /// Draws the windows that are seen through, far ones first.
+    /// Draws the transparent windows, far ones first.
     pub fn draw_glass(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         for level in [1, 0] {
             for (models, ranges) in self.glass.iter().zip(&batches.bodies) {
@@ -166,13 +167,13 @@ impl ModelMeshes {
         }
     }
 
-    /// Draws the trees of all kinds that have leaf cards, the nearest first: what they hide is not shaded then.
+    /// Draws the trees with leaf cards of all kinds, the nearest first, so that hidden pixels are not shaded.
     pub fn draw_trees(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]]) {
         self.draw_trees_of(pass, ranges, TreeDetail::Near);
         self.draw_trees_of(pass, ranges, TreeDetail::Mid);
     }
 
-    /// Draws the pictures of trees, those `from_above` or those from the sides.
+    /// Draws the pictures of far trees, seen from above or from the sides.
     pub fn draw_far_trees(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]], from_above: bool) {
         if !from_above {
             return self.draw_trees_of(pass, ranges, TreeDetail::Far);
@@ -182,7 +183,7 @@ impl ModelMeshes {
         }
     }
 
-    /// Draws what throws their shadows.
+    /// Draws the trees' shapes for shadows.
     pub fn draw_tree_shades(&self, pass: &mut CountedPass, ranges: &[[Range<u32>; 4]]) {
         self.draw_trees_of(pass, ranges, TreeDetail::Shade);
     }
@@ -204,7 +205,7 @@ impl ModelMesh {
 }
 
 impl GroundMesh {
-    /// Draws the pieces for which `seen(centre, radius_m)` holds; the first instance is the world itself.
+    /// Draws the pieces for which `seen(centre, radius_m)` is true; the first instance is the world itself.
     pub fn draw(&self, pass: &mut CountedPass, seen: impl Fn(Vec3, f32) -> bool) {
         for piece in self.0.iter().filter(|piece| seen(piece.centre, piece.radius_m)) {
             piece.draw(pass, 0..1);
@@ -212,7 +213,8 @@ impl GroundMesh {
     }
 }
 
-/// Cuts a mesh into compact pieces of at most [`PIECE`] triangles, of a very large mesh into about [`MOST_PIECES`], by halving along the longer side again and again.
+/// Cuts a mesh into compact pieces of at most [`PIECE`] triangles, or a very large mesh into about [`MOST_PIECES`], by
+/// repeatedly halving along the longer side.
 fn pieces(mesh: &Mesh) -> Vec<Mesh> {
     let corner = |index: u32| Vec3::from(mesh.vertices[index as usize].position);
     let middle = |t: &[u32; 3]| (corner(t[0]) + corner(t[1]) + corner(t[2])) / 3.0;
@@ -238,7 +240,7 @@ fn pieces(mesh: &Mesh) -> Vec<Mesh> {
     done
 }
 
-/// What a tree's pictures are drawn on (`Corner` in `far.wgsl`): `corners` in turn, in units of half a side.
+/// Returns the shape for a tree's pictures (`Corner` in `far.wgsl`): a fan over `corners`, in units of half a side.
 fn picture(kind: usize, tree: &Mesh, corners: &[Vec2]) -> Mesh {
     let ImpostorExtent { half_m, middle_m, filled: [across, high] } = ImpostorExtent::of(tree);
     let corner = |at: &Vec2| Vertex {
@@ -251,7 +253,7 @@ fn picture(kind: usize, tree: &Mesh, corners: &[Vec2]) -> Mesh {
     Mesh { vertices: corners.iter().map(corner).collect(), indices: fan.collect() }
 }
 
-/// Some triangles of a mesh with the corners they need.
+/// Returns some triangles of a mesh with the vertices they need.
 fn extract(mesh: &Mesh, triangles: &[[u32; 3]]) -> Mesh {
     let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
     used.sort_unstable();
@@ -268,7 +270,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_pieces_of_a_ground_are_the_whole_ground_and_each_is_compact() {
+    fn the_pieces_of_a_ground_are_compact_and_make_the_whole_ground() {
         const SIDE: u32 = 60;
         let mut mesh = Mesh::default();
         for i in 0..=SIDE {

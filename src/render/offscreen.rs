@@ -1,5 +1,5 @@
 //! A picture without a window: the same [`Renderer::draw`], into a texture that is read back. In: a view and a size.
-//! Out: an image. For this the renderer has to be made with [`OFFSCREEN`] as its format.
+//! Out: an image. The renderer must be created with [`OFFSCREEN`] as its format.
 
 use super::{
     PanelOutput, Renderer,
@@ -10,7 +10,7 @@ use crate::scene::View;
 /// Format of pictures that are read back.
 pub const OFFSCREEN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// A texture to draw onto, of `size` pixels.
+/// Creates a texture of `size` pixels to draw onto.
 pub fn canvas(gpu: &Gpu, format: wgpu::TextureFormat, size: [u32; 2]) -> wgpu::TextureView {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("off-screen"),
@@ -28,7 +28,7 @@ pub fn canvas(gpu: &Gpu, format: wgpu::TextureFormat, size: [u32; 2]) -> wgpu::T
 /// Draws `view` at `size` pixels and reads the picture back.
 ///
 /// # Errors
-/// If the device is lost while it draws.
+/// The device is lost while it draws.
 pub fn render_to_image(
     gpu: &Gpu,
     renderer: &mut Renderer,
@@ -38,7 +38,7 @@ pub fn render_to_image(
     render_with_panel(gpu, renderer, view, None, size)
 }
 
-/// The same with the experimenter's panel over it.
+/// Draws `view` as [`render_to_image`], with the experimenter's panel over it.
 ///
 /// # Errors
 /// As [`render_to_image`].
@@ -55,8 +55,8 @@ pub fn render_with_panel(
     Ok(image::RgbaImage::from_raw(size[0], size[1], pixels).expect("four bytes a pixel"))
 }
 
-/// The light that `view` holds before tone curve and dial, red, green, blue and cover of each pixel row by row, and the
-/// size in which it was drawn: for tests of what a tone curve would hide.
+/// Returns the light of `view` before tone curve and dial: red, green, blue and coverage of each pixel, row by row, at
+/// the resolution in which it was drawn. For tests of values that a tone curve would hide.
 ///
 /// # Errors
 /// As [`render_to_image`].
@@ -72,7 +72,7 @@ pub fn render_to_light(
     Ok(bytes.chunks(8).map(|p| [half(p), half(&p[2..]), half(&p[4..]), half(&p[6..])]).collect())
 }
 
-/// All bytes of a texture of `pixel` bytes a pixel, row by row.
+/// Returns all bytes of a texture with `pixel` bytes per pixel, row by row.
 pub(crate) fn read_back(gpu: &Gpu, texture: &wgpu::Texture, pixel: u32) -> Result<Vec<u8>, GpuError> {
     let row = texture.width() * pixel;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);

@@ -1,5 +1,6 @@
-//! Second and third pass: the scene in high dynamic range, once for the main camera, once for the mirror. In: cars,
-//! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`](super::device::pipeline::HDR)), one sample a pixel.
+//! Second and third pass: the scene in high dynamic range, once for the main camera, once for each mirror. In: cars,
+//! trees, road and land, shadow maps, a camera. Out: a texture of light ([`HDR`](super::device::pipeline::HDR)), one
+//! sample per pixel.
 
 use super::{
     device::{cost::PassCost, layout::Frame, pipeline::PipelineBuilder, shader::ShaderFault, targets::RenderTargets},
@@ -15,18 +16,18 @@ use super::{
 use crate::scene::View;
 use glam::Vec3;
 
-/// How the ego is seen.
+/// Visibility of the ego in a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EgoVisibility {
-    /// As any other car.
+    /// From outside, like any other car.
     Outside,
-    /// By its driver.
+    /// From the driver's seat.
     Inside,
-    /// Not at all.
+    /// Not visible at all.
     Nowhere,
 }
 
-/// What the scene's pipelines may read.
+/// Bind group layouts and samplers of the scene's pipelines.
 #[derive(Debug)]
 pub struct SceneBindings {
     group: wgpu::BindGroupLayout,
@@ -37,28 +38,28 @@ pub struct SceneBindings {
     leaf_sampler: wgpu::Sampler,
 }
 
-/// What one picture of the scene is drawn from.
+/// Inputs of one picture of the scene.
 #[derive(Clone, Copy)]
 pub struct SceneInputs<'a> {
-    /// The pipelines.
+    /// Pipelines of the scene.
     pub materials: &'a MaterialPipelines,
-    /// What does not move.
+    /// Static meshes and textures.
     pub meshes: &'a StaticMeshes,
-    /// What is to be seen.
+    /// Objects, light and weather of the moment.
     pub view: &'a View,
-    /// From where.
+    /// Camera and picture size.
     pub optics: &'a ViewFrustum,
-    /// Where to look up shadows.
+    /// Transforms for looking up shadows.
     pub lights: &'a ShadowLookup,
 }
 
-/// One picture of the scene: camera, instances and targets of its own.
+/// One picture of the scene, with its own camera, instances and targets.
 #[derive(Debug)]
 pub struct ScenePass {
     label: &'static str,
     samples: u32,
     grass_m: f32,
-    /// See [`Quality::detail`].
+    /// Factor on the size of trees, see [`Quality::detail`].
     detail: f32,
     frame: wgpu::Buffer,
     group: wgpu::BindGroup,
@@ -68,7 +69,7 @@ pub struct ScenePass {
 }
 
 impl SceneBindings {
-    /// The bindings of `common.wgsl`.
+    /// Creates the bindings of `common.wgsl`.
     pub fn new(device: &wgpu::Device, quality: &Quality) -> Self {
         use wgpu::{BindingType, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
         let texture =
@@ -148,17 +149,17 @@ impl SceneBindings {
 }
 
 impl SceneBindings {
-    /// All pipelines of the scene.
+    /// Creates all pipelines of the scene.
     ///
     /// # Errors
-    /// What is wrong with a shader.
+    /// A mistake in a shader.
     pub fn materials(&self, builder: &PipelineBuilder, quality: &Quality) -> Result<MaterialPipelines, ShaderFault> {
         MaterialsDesc { layout: &self.pipeline, sky_layout: &self.sky_pipeline, quality }.pipelines(builder)
     }
 }
 
 impl ScenePass {
-    /// A picture that reads `shadows` and is lit by `air`.
+    /// Creates a picture that reads the shadow maps `shadows` and the light of `air`.
     pub fn new(
         label: &'static str,
         meshes: &StaticMeshes,
@@ -208,7 +209,7 @@ impl ScenePass {
         }
     }
 
-    /// Makes the targets `size` pixels large. True if they are new.
+    /// Resizes the targets to `size` pixels. Returns true if they are new.
     pub fn fit(&mut self, device: &wgpu::Device, size: [u32; 2]) -> bool {
         let stale = self.targets.size != size;
         if stale {
@@ -217,12 +218,12 @@ impl ScenePass {
         stale
     }
 
-    /// The picture, for the developing pass.
+    /// Returns the picture, for the tone-mapping pass.
     pub fn light(&self) -> &wgpu::TextureView {
         &self.targets.light
     }
 
-    /// Draws the scene but for what is `hidden`: left, top, width and height in pixels.
+    /// Draws the scene, except for the `hidden` area: left, top, width and height in pixels.
     pub fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -251,7 +252,7 @@ impl ScenePass {
             let [width, height] = self.targets.size;
             pass.set_scissor_rect(0, 0, width, height);
         }
-        // Near things first, so that what they hide is not shaded; the sky last, where nothing else is.
+        // Near objects first, so that hidden pixels are not shaded; the sky last, where nothing else is.
         pass.set_pipeline(&materials.bodies.uncoated);
         models.draw_uncoated(pass, &batches);
         pass.set_pipeline(&materials.bodies.car);
@@ -283,7 +284,7 @@ impl ScenePass {
         pass.set_pipeline(&materials.sky);
         pass.set_bind_group(1, clouds, &[]);
         pass.draw(0..3, 0..1);
-        // Windows over everything behind them.
+        // Windows last, over everything behind them.
         pass.set_pipeline(&materials.bodies.glass);
         models.bind(pass);
         instances.bind(pass, 1);
@@ -291,7 +292,7 @@ impl ScenePass {
         pass.cost()
     }
 
-    /// The cars, trees and tufts of grass that are in the picture.
+    /// Collects the cars, trees and tufts of grass in the picture.
     fn gather(&mut self, scene: &SceneInputs, ego: EgoVisibility) -> InstanceBatches {
         let SceneInputs { meshes, view, optics, .. } = *scene;
         let cars = view.cars.iter().filter(|car| ego == EgoVisibility::Outside || !car.is_ego);

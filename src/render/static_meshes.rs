@@ -1,5 +1,5 @@
-//! Resources that all passes share: the device, static meshes and textures. In: a [`StaticScene`]. Out: handles, lent to
-//! each draw.
+//! Resources that all passes share: the device, static meshes and textures. In: a [`StaticScene`]. Out: handles, lent
+//! to each draw.
 
 use super::{
     device::{cost::CountedQueue, gpu::Gpu},
@@ -10,30 +10,30 @@ use super::{
 };
 use crate::scene::StaticScene;
 
-/// Device, meshes, trees and grain.
+/// Device, meshes, trees and textures.
 #[derive(Debug)]
 pub struct StaticMeshes {
-    /// Makes buffers.
+    /// Device of all passes.
     pub device: wgpu::Device,
-    /// Takes data, and counts it.
+    /// Queue that counts the uploaded bytes.
     pub queue: CountedQueue,
-    /// Meshes.
+    /// Meshes of cars, trees and ground.
     pub models: ModelMeshes,
-    /// Placed trees.
+    /// Trees and tufts, placed.
     pub forest: PlacedTrees,
     /// Grain of the surfaces.
     pub grain: wgpu::TextureView,
-    /// What is cut out of leaf cards.
+    /// Masks of the leaf cards.
     pub leaves: wgpu::TextureView,
-    /// What trees look like from afar.
+    /// Pictures of far trees.
     pub far_trees: wgpu::TextureView,
 }
 
 impl StaticMeshes {
-    /// Uploads a stage.
+    /// Uploads a static scene.
     pub fn new(gpu: &Gpu, stage: &StaticScene) -> Self {
         let (device, queue) = (&gpu.device, &gpu.queue);
-        // What is painted on the processor, side by side with the meshes' way to the device.
+        // Painting on the CPU runs in parallel with the upload of the meshes.
         let ((grain, pictures), models) = rayon::join(
             || rayon::join(noise_texture::levels, || impostor::paint(&stage.trees)),
             || rayon::join(|| ModelMeshes::new(device, queue, stage), clouds::prepare).0,

@@ -1,27 +1,27 @@
-//! View and projection of a camera. In: a scene camera, the picture's size. Out: what the passes ask it: where a corner
-//! falls, what can be seen, how many pixels a thing is large.
+//! View and projection of a camera. In: a scene camera, the picture's size. Out: projections, visibility, sizes in
+//! pixels.
 
 use crate::scene::{Camera, Lens};
 use glam::{Mat4, Vec3};
 
-/// Camera and size.
+/// Camera with the size of its picture.
 #[derive(Clone, Copy, Debug)]
 pub struct ViewFrustum {
-    /// The camera.
+    /// Camera in the scene.
     pub camera: Camera,
     size: [u32; 2],
-    /// To the picture's right and upper edge, metres at a distance of 1 m (of any, if parallel).
+    /// Vectors to the picture's right and upper edge, m at a distance of 1 m (at any distance, if parallel).
     edges: [Vec3; 2],
 }
 
 impl ViewFrustum {
-    /// The optics of `camera` for a picture of `size` pixels.
+    /// Computes the frustum of `camera` for a picture of `size` pixels.
     pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let size = size.map(|side| side.max(1));
         let projection = camera.proj(size[0] as f32 / size[1] as f32);
         let right = camera.forward.cross(camera.up).normalize();
         let up = right.cross(camera.forward);
-        // The projection's scale is 1 over half the picture, whatever the lens.
+        // The projection's scale is 1 over half the picture, for any lens.
         let edges = [right / projection.x_axis.x, up / projection.y_axis.y];
         Self { camera: *camera, size, edges }
     }
@@ -30,17 +30,18 @@ impl ViewFrustum {
         self.size[0] as f32 / self.size[1] as f32
     }
 
-    /// World to clip space, depth reversed.
+    /// Returns the transform from world to clip space, reversed depth.
     pub fn clip_from_world(&self) -> Mat4 {
         self.camera.view_proj(self.aspect())
     }
 
-    /// To the picture's right and upper edge at a distance of 1 m; zero for a parallel lens, whose rays do not spread.
+    /// Returns the vectors to the picture's right and upper edge at a distance of 1 m; zero for a parallel lens, whose
+    /// rays do not spread.
     pub fn spread(&self) -> [Vec3; 2] {
         if self.parallel_m().is_some() { [Vec3::ZERO; 2] } else { self.edges }
     }
 
-    /// For a parallel lens, half the longer side of the picture in metres.
+    /// Returns half the longer side of a parallel picture, m; `None` for a perspective lens.
     pub fn parallel_m(&self) -> Option<f32> {
         match self.camera.lens {
             Lens::Perspective { .. } => None,
@@ -48,17 +49,17 @@ impl ViewFrustum {
         }
     }
 
-    /// True for a parallel picture taken from above.
+    /// Returns true for a parallel picture taken from above.
     pub fn from_above(&self) -> bool {
         self.parallel_m().is_some() && self.camera.forward.z < -0.8
     }
 
-    /// False if nothing of the ball can be in the picture.
+    /// Returns false if no part of the sphere can be in the picture.
     pub fn sees(&self, centre: Vec3, radius_m: f32) -> bool {
         self.camera.sees(centre, radius_m, self.aspect())
     }
 
-    /// Radius of a ball in the picture, pixels.
+    /// Returns the radius of a sphere in the picture, pixels.
     pub fn pixels(&self, centre: Vec3, radius_m: f32) -> f32 {
         let distance = if self.parallel_m().is_some() { 1.0 } else { self.camera.eye.distance(centre).max(0.1) };
         radius_m / (distance * self.edges[0].length()) * self.size[0] as f32 / 2.0
@@ -85,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_has_as_many_pixels_as_the_projection_gives_it() {
+    fn a_sphere_has_the_pixels_that_the_projection_gives_it() {
         let perspective = optics(Lens::Perspective { fov_x_rad: 1.1 });
         let centre = perspective.camera.eye + Vec3::X * 30.0;
         let edge = perspective.camera.project(centre - Vec3::Y * 2.0, 320.0 / 180.0).expect("in front");

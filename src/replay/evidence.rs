@@ -1,5 +1,5 @@
-//! The proof of each file of a recording. In: a recording that was driven again to its end. Out: a line a file: proven by driving, by
-//! its checksum only, or not at all, and why.
+//! Proof of each file of a recording. In: a recording that was driven again to its end. Out: one line for each file: proven by
+//! driving, by its checksum only, or not at all, with the parts that are proven less.
 
 use super::facts::{DriveFacts, SUMMARY};
 use crate::{
@@ -15,11 +15,11 @@ use std::{fmt, path::Path};
 /// Strength of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProofKind {
-    /// The same drive gives the same values.
+    /// Drive that gives the same values again.
     Driving,
-    /// The SHA-256 is the one that was noted when it was written.
+    /// SHA-256 equal to the one noted when the file was written.
     Checksum,
-    /// Nothing says that it is as it was written.
+    /// No proof that the file is as it was written.
     Nothing,
 }
 
@@ -33,14 +33,14 @@ impl fmt::Display for ProofKind {
     }
 }
 
-/// A file and its proof.
+/// File of a recording and its proof.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Evidence {
-    /// Name of the file, from the recording's folder on.
+    /// Name of the file, relative to the recording's folder.
     pub file: String,
-    /// Strongest proof of it.
+    /// Strongest proof of the file.
     pub by: ProofKind,
-    /// Parts of it with a weaker proof; empty where there are none.
+    /// Parts of the file with a weaker proof; empty if there are none.
     pub less: String,
 }
 
@@ -54,7 +54,7 @@ impl Evidence {
     }
 }
 
-/// The files of a recording as a table with a heading.
+/// Returns the files of a recording as a table with a heading.
 pub fn table(files: &[Evidence]) -> String {
     let width = files.iter().map(|file| file.file.chars().count()).max().unwrap_or_default().max("file".len());
     let line =
@@ -63,7 +63,7 @@ pub fn table(files: &[Evidence]) -> String {
     line("file", "proven by", "less is known of") + &lines.collect::<String>()
 }
 
-/// The proof of each file of a recording in which nothing differs.
+/// Returns the proof of each file of a recording without differences.
 pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> Result<Vec<Evidence>, RecordError> {
     let manifest = Manifest::load(recording)?;
     let mut files = Vec::new();
@@ -97,7 +97,7 @@ pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> R
     Ok(files)
 }
 
-/// True of a file that the drive reads: the network, the demand and the policy that the scenario names, but the title and the route of a map.
+/// Checks whether the drive reads the file: the scenario's network, demand or policy, but not a map's title and route.
 fn is_driven_with(file: &Path, scenario: &Scenario) -> bool {
     let is_of_map = map::is_path(&scenario.map) && file.starts_with(&scenario.map) && !file.ends_with("map.toml");
     let policies = Path::new(&scenario.policy).parent().filter(|_| policy::is_path(&scenario.policy));
@@ -106,7 +106,7 @@ fn is_driven_with(file: &Path, scenario: &Scenario) -> bool {
         || policies.is_some_and(|own| file.starts_with(own))
 }
 
-/// Rows of events that people and windows made, in words.
+/// Returns a note on the rows of events made by people and windows; empty if there are none.
 fn by_hand(recording: &Path) -> Result<String, RecordError> {
     let mut count = 0;
     for part in TableReader::parts(&Table::Events.parquet(recording), &["event"])? {

@@ -1,5 +1,5 @@
-//! Facts of a recording that follow from its drive. In: `manifest.json` and `summary.json`, and the world that is driven again. Out: every
-//! value of theirs that is not as the drive gives it, by the functions that wrote it; and what no drive can prove.
+//! Facts of a recording that follow from its drive. In: `manifest.json`, `summary.json` and the world driven again. Out: every
+//! value that the drive does not give again, found by the functions that wrote it; and the values that no drive can prove.
 
 use super::Evidence;
 use crate::{
@@ -17,26 +17,26 @@ use crate::{
 use serde_json::{Map, Value};
 use std::{collections::BTreeSet, fmt, path::Path};
 
-/// Keys of `manifest.json` that no drive can prove: who and what took part, and when.
+/// Keys of `manifest.json` that no drive can prove: people, machines and times.
 pub const STATED: [&str; 8] =
     ["program", "build", "policy_asked", "participant", "began", "machine", "graphics", "screen"];
-/// Keys that are seals, and that of the format, which is compared when the file is read.
+/// Keys of seals, and the key of the format, which is checked when the file is read.
 const SEALS: [&str; 3] = ["format", "checksums", "sha256"];
-/// Words before the name of a simulated driver.
+/// Prefix of the name of a simulated driver.
 const SIMULATED: &str = "simulated: ";
-/// The file with the drive in numbers.
+/// File name of the summary.
 pub(super) const SUMMARY: &str = "summary.json";
 
-/// A value that is not as the same drive gives it.
+/// Value that the same drive does not give again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FactDifference {
-    /// The file.
+    /// Name of the file.
     pub file: &'static str,
     /// Key of the value.
     pub key: String,
     /// Value in the recording.
     pub recorded: String,
-    /// Value that the same drive gives.
+    /// Value of the drive driven again.
     pub driven: String,
 }
 
@@ -47,24 +47,25 @@ impl fmt::Display for FactDifference {
     }
 }
 
-/// Statements of a recording about its drive, and the results of the drive so far.
+/// Recorded facts of a drive, and the results of driving it again so far.
 pub(super) struct DriveFacts {
     recorded: Manifest,
     keys: Map<String, Value>,
     /// Manifest that the same world writes.
     expected: Manifest,
-    /// Text of the summary; `None` where there is none.
+    /// Text of the summary; `None` if there is none.
     summary: Option<String>,
     tally: SummaryAccumulator,
-    /// The simulated driver that the recording names, and the first tick at which it would have given other controls.
+    /// Simulated driver of the recording, and the first tick at which it would have given other controls. `None` unless the
+    /// recording names the scenario's driver and there is a participant.
     driver: Option<SimulatedDriver>,
     other_driver: Option<u64>,
-    /// SUMO ran elsewhere: which one cannot be told here.
+    /// True if SUMO ran elsewhere, so that its version cannot be checked here.
     is_stand_in: bool,
 }
 
 impl DriveFacts {
-    /// Reads those of a recording beside its world before the first tick.
+    /// Reads the facts of a recording, before the first tick of its world.
     pub fn open(recording: &Path, world: &World, is_stand_in: bool) -> Result<Self, RunError> {
         let path = recording.join(SUMMARY);
         let read =
@@ -87,12 +88,12 @@ impl DriveFacts {
         })
     }
 
-    /// True for a drive that was cut: nobody wrote how it ended.
+    /// Checks whether the drive was cut; then its end was not recorded.
     pub fn is_cut(&self) -> bool {
         self.recorded.state == RecordingState::Recovered
     }
 
-    /// Before a tick that is driven with these controls.
+    /// Compares the simulated driver's controls with the recorded ones, before the tick that they drive.
     pub fn before(&mut self, world: &World, controls: &Controls) {
         let Some(driver) = &mut self.driver else { return };
         if driver.controls(&world.perceived_by(driver)).sane() != controls.sane() {
@@ -100,12 +101,12 @@ impl DriveFacts {
         }
     }
 
-    /// The world has made a tick.
+    /// Adds a tick of the world to the summary.
     pub fn tick(&mut self, world: &World) {
         self.tally.add(world.snapshot(), world.events());
     }
 
-    /// All ticks were driven: what is not as the drive gives it.
+    /// Returns the facts that differ, after all ticks were driven.
     pub fn end(&self, world: &World) -> Vec<FactDifference> {
         let mut found = Vec::new();
         let (summary, failure) = self.driven_summary(world);
@@ -129,7 +130,7 @@ impl DriveFacts {
         found
     }
 
-    /// The summary that the same drive writes, and why it failed, which is not driven again.
+    /// Returns the summary that the same drive writes, and the recorded failure, if any, which is not driven again.
     fn driven_summary(&self, world: &World) -> (Value, Option<String>) {
         let mut tally = self.tally.clone();
         let recorded = self.summary.as_deref().and_then(|text| serde_json::from_str::<Value>(text).ok());
@@ -141,7 +142,7 @@ impl DriveFacts {
         (serde_json::to_value(tally.summary()).expect("numbers and words"), failure)
     }
 
-    /// Words of the same drive's manifest on its end.
+    /// Returns the manifest's text on the end that the same drive writes.
     fn driven_end(&self, failure: Option<String>) -> String {
         let mut tally = self.tally.clone();
         failure.into_iter().for_each(|why| tally.fail(why));
@@ -166,7 +167,7 @@ impl DriveFacts {
         }
     }
 
-    /// Proofs of the manifest and the summary.
+    /// Returns the proofs of the manifest and the summary.
     pub fn evidence(&self) -> Vec<Evidence> {
         let mut stated: Vec<&str> =
             STATED.into_iter().filter(|key| self.keys.get(*key).is_some_and(|v| !v.is_null())).collect();
@@ -189,7 +190,7 @@ impl DriveFacts {
     }
 }
 
-/// The first second of the window of a summary.
+/// Returns the start of a summary's time window, s; 0 without one.
 fn window_begin_s(summary: Option<&str>) -> f64 {
     let value: Option<Value> = summary.and_then(|text| serde_json::from_str(text).ok());
     value.and_then(|value| value["window_s"][0].as_f64()).unwrap_or_default()

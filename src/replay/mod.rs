@@ -1,6 +1,6 @@
-//! Replay: a recording driven again. In: a recording. Out: the same world tick by tick, with the proof that it is the same: every cell
-//! of its tables, every value of its manifest and summary that follows from the drive ([`facts`]), and what each file was proven by
-//! ([`evidence`]); in a [`window`], too, or with something changed ([`what_if`]).
+//! Replay: a recording driven again. In: a recording. Out: the same world tick by tick, with the proof that it is the same. The
+//! proof covers every cell of its tables, every value of manifest and summary that follows from the drive ([`facts`]), and each
+//! file ([`evidence`]). A replay can also run in a [`window`] or with changes ([`what_if`]).
 
 pub mod evidence;
 pub mod facts;
@@ -36,64 +36,64 @@ use std::{
     time::Duration,
 };
 
-/// What a replay found.
+/// Result of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReplayReport {
-    /// Ticks that were driven again.
+    /// Number of ticks driven again.
     pub ticks: u64,
-    /// The first tick whose world or rows differ from the recorded ones; `None` if all bits are equal.
+    /// First tick whose world or rows differ from the recorded ones; `None` if all bits are equal.
     pub first_difference: Option<u64>,
-    /// The cell that differs there.
+    /// First cell that differs.
     pub difference: Option<CellDifference>,
-    /// How many cells of the tables differ.
+    /// Number of differing cells.
     pub cells: u64,
-    /// Cells that differ, by the name of the table and of the column.
+    /// Number of differing cells, by table name and column name.
     pub columns: BTreeMap<(&'static str, String), u64>,
-    /// Files of the recording that are not as they were written.
+    /// Files of the recording that were altered.
     pub changes: Vec<AlteredFile>,
-    /// Values of the manifest and the summary that are not as the drive gives them; known at the end.
+    /// Values of manifest and summary that the drive does not give again; known at the end.
     pub facts: Vec<FactDifference>,
-    /// Proof of each file; known at the end, and empty where something differs.
+    /// Proof of each file; known at the end, and empty if anything differs.
     pub files: Vec<Evidence>,
-    /// The tick from which on rows of the ego are missing: the replay ends there.
+    /// Tick from which rows of the ego are missing; the replay ends there.
     pub hole: Option<Tick>,
-    /// The recording has no tick: there is nothing to compare.
+    /// True if the recording has no tick, so that there is nothing to compare.
     pub is_empty: bool,
 }
 
 impl ReplayReport {
-    /// There was something to compare, and nothing was found that is not as it was recorded.
+    /// Checks whether there was something to compare and no difference was found so far.
     pub fn is_proven(&self) -> bool {
         let is_same = self.first_difference.is_none() && self.hole.is_none();
         is_same && !self.is_empty && self.changes.is_empty() && self.facts.is_empty()
     }
 }
 
-/// A recording being driven again.
+/// Recording being driven again.
 pub struct Replay {
     drive: Drive,
     recorded: TableComparison,
     facts: DriveFacts,
     folder: PathBuf,
-    /// Ticks that were recorded, to the first hole of a recording that was damaged.
+    /// Number of recorded ticks, up to the first hole of a damaged recording.
     ticks: u64,
-    /// Ticks with which the car was put back on its lane, the first one last.
+    /// Ticks at which the ego was put back on its lane, in descending order.
     put_back: Vec<u64>,
     controls: Controls,
     verdict: ReplayReport,
 }
 
 impl Replay {
-    /// Puts the recorded world at its start.
+    /// Opens a recording and puts its world at the start.
     ///
     /// # Errors
-    /// The folder holds no recording that has ended, or its scenario cannot be driven here.
+    /// The folder holds no finished recording, or its scenario cannot be driven here.
     pub fn open(recording: &Path) -> Result<Self, RunError> {
         let (scenario, is_stand_in) = scenario_here(recording)?;
         Self::of(recording, &scenario, is_stand_in)
     }
 
-    /// The same with the scenario as it is driven here, perhaps on a stand-in for a SUMO elsewhere.
+    /// Opens a recording with this scenario, which may use a stand-in for a SUMO elsewhere.
     fn of(recording: &Path, scenario: &Scenario, is_stand_in: bool) -> Result<Self, RunError> {
         let changes = record::changes(recording)?;
         let drive = Drive::new(scenario, Pace::Paused)?;
@@ -112,30 +112,30 @@ impl Replay {
         })
     }
 
-    /// How many ticks were recorded, to the first hole of a recording that was damaged.
+    /// Returns the number of recorded ticks, up to the first hole of a damaged recording.
     pub fn len(&self) -> u64 {
         self.ticks
     }
 
-    /// True if nothing was recorded.
+    /// Checks whether nothing was recorded.
     pub fn is_empty(&self) -> bool {
         self.ticks == 0
     }
 
-    /// The world as it is now.
+    /// Returns the world at the present tick.
     pub fn world(&self) -> &World {
         &self.drive.world
     }
 
-    /// True when all recorded ticks have been driven.
+    /// Checks whether all recorded ticks have been driven.
     pub fn over(&self) -> bool {
         self.verdict.ticks >= self.len()
     }
 
-    /// Drives `ticks` on, or to the end of the recording.
+    /// Drives `ticks` further, at most to the end of the recording.
     ///
     /// # Errors
-    /// The traffic engine failed, or the recording cannot be read on.
+    /// The traffic engine failed, or the recording cannot be read further.
     pub fn advance(&mut self, ticks: u64) -> Result<(), RunError> {
         for _ in 0..ticks {
             if self.over() {
@@ -148,7 +148,7 @@ impl Replay {
             };
             self.controls = controls;
             if self.put_back.pop_if(|tick| *tick == due.0).is_some() {
-                // Where that is not possible any more, the missing event is the difference.
+                // If this is no longer possible, the missing event is the difference.
                 let _ = self.drive.world.put_back();
             }
             self.facts.before(&self.drive.world, &controls);
@@ -173,25 +173,25 @@ impl Replay {
         Ok(())
     }
 
-    /// All ticks were driven: what the tables have beyond them, and what else follows from the whole drive.
+    /// Compares surplus rows and the facts of the whole drive, after all ticks were driven.
     fn end(&mut self) -> Result<(), RunError> {
         self.recorded.end(Tick(self.ticks), self.facts.is_cut())?;
         self.verdict.facts = self.facts.end(&self.drive.world);
         Ok(())
     }
 
-    /// The controls of the last tick; at rest before the first.
+    /// Returns the controls of the last tick; the default before the first.
     pub fn controls(&self) -> Controls {
         self.controls
     }
 
-    /// What was found so far.
+    /// Returns the result so far.
     pub fn verdict(&self) -> &ReplayReport {
         &self.verdict
     }
 }
 
-/// Ticks with which the car was put back on its lane, the last one first.
+/// Returns the ticks at which the ego was put back on its lane, in descending order.
 fn put_back(recording: &Path) -> Result<Vec<u64>, RunError> {
     let mut found = Vec::new();
     for part in TableReader::parts(&Table::Events.parquet(recording), &["tick", "event"])? {
@@ -203,7 +203,8 @@ fn put_back(recording: &Path) -> Result<Vec<u64>, RunError> {
     Ok(found)
 }
 
-/// The scenario of a recording as it is driven again: in this program, also where the SUMO was elsewhere (true); says so.
+/// Returns the scenario of a recording as it is driven again. If its SUMO ran elsewhere, it is driven in this program, with a
+/// warning; the flag is then true.
 fn scenario_here(recording: &Path) -> Result<(Scenario, bool), RunError> {
     record::open(recording)?;
     let mut scenario = record::inputs::scenario(recording)?;
@@ -228,7 +229,7 @@ mod tests {
         traffic::EngineChoice,
     };
 
-    /// Six cars, three of them advised.
+    /// Scenario of six vehicles, three of them advised.
     fn three_advised() -> Scenario {
         Scenario {
             traffic: EngineChoice::Native,
@@ -241,7 +242,7 @@ mod tests {
         }
     }
 
-    /// A recording of the whole drive.
+    /// Records a whole drive.
     fn recorded(path: &Path, scenario: &Scenario) -> std::path::PathBuf {
         let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY]).unwrap();
         run.record(path).unwrap();
@@ -251,11 +252,11 @@ mod tests {
     }
 
     #[test]
-    fn what_other_advised_vehicles_did_is_recorded_and_proven_and_another_driver_is_found() {
+    fn other_advised_vehicles_are_recorded_and_proven() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drive");
         recorded(&path, &three_advised());
-        // Cars 2 and 4, a row each step: place and speed are those of the table of the cars.
+        // Vehicles 2 and 4, one row each step; position and speed equal those in the table of cars.
         let read = |table: Table| TableReader::parquet(&table.parquet(&path)).unwrap();
         let (advised, cars) = (read(Table::Advised), read(Table::Cars));
         assert_eq!(advised.rows(), 2 * 120);
@@ -273,7 +274,7 @@ mod tests {
         let mut replay = Replay::open(&path).unwrap();
         replay.advance(u64::MAX).unwrap();
         assert!(replay.verdict().is_proven() && replay.verdict().ticks == 1200, "{:?}", replay.verdict());
-        // The table of another drive in its place: nothing but that is another.
+        // The table is replaced by that of another drive; everything else stays.
         let other = recorded(&folder.path().join("other"), &Scenario { driver: "sloppy".into(), ..three_advised() });
         std::fs::copy(Table::Advised.parquet(&other), Table::Advised.parquet(&path)).unwrap();
         let mut replay = Replay::open(&path).unwrap();
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_with_several_advised_vehicles_that_was_cut_is_recovered_and_proven() {
+    fn a_cut_drive_with_several_advised_vehicles_is_recovered_and_proven() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drive");
         let mut run = OfflineDrive::new(&three_advised(), [0.0, f64::INFINITY]).unwrap();
@@ -299,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_car_that_was_put_back_on_its_lane_is_put_back_at_the_same_tick_again() {
+    fn a_replay_puts_the_ego_back_on_its_lane_at_the_same_ticks() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("drive");
         let scenario = Scenario {

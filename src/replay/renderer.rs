@@ -9,7 +9,7 @@ use crate::{
     scene::{self, StaticScene, ViewKind, view_options},
 };
 
-/// Draws a replay.
+/// Off-screen renderer of a replay.
 pub struct ReplayRenderer {
     gpu: Gpu,
     stage: StaticScene,
@@ -20,10 +20,11 @@ pub struct ReplayRenderer {
 }
 
 impl ReplayRenderer {
-    /// For one view at one size, in the quality that the scenario names (medium for auto: nobody waits).
+    /// Makes a renderer for one view at one size, in the scenario's quality; `auto` becomes medium, since speed does not matter
+    /// here.
     ///
     /// # Errors
-    /// No graphics adapter.
+    /// There is no graphics adapter.
     pub fn new(replay: &Replay, kind: ViewKind, size: [u32; 2]) -> Result<Self, RunError> {
         let world = replay.world();
         let gpu = Gpu::headless()?;
@@ -37,10 +38,10 @@ impl ReplayRenderer {
         Ok(Self { gpu, stage, renderer, instruments, kind, size })
     }
 
-    /// The picture of the present tick.
+    /// Draws the present tick.
     ///
     /// # Errors
-    /// The device is lost.
+    /// The graphics device is lost.
     pub fn draw(&mut self, replay: &Replay) -> Result<image::RgbaImage, RunError> {
         let world = replay.world();
         let options = view_options(world.scenario());

@@ -1,40 +1,40 @@
-//! Snapshots of a replay by time, to be looked at in any order. In: a [`Snapshot`] a step, in order. Out: the world at any
-//! time between the first and the last, so that a seek back is at once and drives nothing again.
+//! Snapshots of a replay by time, in any order. In: a [`Snapshot`] of each step, in order. Out: the world at any time between
+//! the first and the last, so that a seek back is immediate and drives nothing again.
 //!
-//! A simulation cannot be taken back (neither SUMO nor the physics give up their state), but a picture needs only where
-//! everything is. A step of 22 cars takes 4.6 kB: five minutes 14 MB, an hour 166 MB. At [`MOST_BYTES`], after two hours of 22
-//! cars, every second step is let go, at twice the length every second of these, so that a film of days or of a thousand cars
-//! takes no more.
+//! A simulation cannot be reversed: neither SUMO nor the physics give out their state. A picture, however, needs positions
+//! only. A step of 22 vehicles takes 4.6 kB: five minutes 14 MB, an hour 166 MB. At [`MOST_BYTES`], after two hours of 22
+//! vehicles, every second step is dropped; at twice the length every second of the rest. So days of driving, or a thousand
+//! vehicles, take no more memory.
 
 use crate::sim::{Snapshot, VehicleSnapshot};
 
-/// The most that a film holds, bytes.
+/// Maximum memory of a timeline, bytes.
 pub const MOST_BYTES: usize = 320 << 20;
-/// Between snapshots further apart than so many steps nothing is guessed: on a ring cars would leave the road.
+/// Maximum distance between interpolated snapshots, in steps: farther apart, vehicles on a ring would leave the road.
 const GUESSED: f64 = 20.0;
 
-/// Snapshots, one a step or a few, from the start of the drive on.
+/// Snapshots from the start of the drive, one for each step or for several.
 #[derive(Debug)]
 pub struct SnapshotTimeline {
     step_s: f64,
     steps: Vec<Snapshot>,
-    /// The newest one, where it is not kept for long.
+    /// Newest snapshot, if it is not among the kept ones.
     newest: Option<Snapshot>,
     pushed: usize,
-    /// One of so many is kept.
+    /// Number of steps for each kept snapshot.
     stride: usize,
-    /// So many are kept at the most.
+    /// Maximum number of kept snapshots.
     room: usize,
 }
 
 impl SnapshotTimeline {
-    /// A film that begins with `first`, at time zero.
+    /// Makes a timeline that begins with `first`, at time zero.
     pub fn new(first: Snapshot, step_s: f64) -> Self {
         let room = room(&first);
         Self { step_s, steps: vec![first], newest: None, pushed: 0, stride: 1, room }
     }
 
-    /// The next step, or what the last one of the drive is cut down to.
+    /// Adds the snapshot of the next step; the last step of a drive may be shorter.
     pub fn push(&mut self, snapshot: Snapshot) {
         self.pushed += 1;
         if !self.pushed.is_multiple_of(self.stride) {
@@ -42,10 +42,10 @@ impl SnapshotTimeline {
             return;
         }
         self.newest = None;
-        // As if all steps had as many vehicles as the one with the most.
+        // Memory is bounded as if all steps had as many vehicles as the largest.
         self.room = self.room.min(room(&snapshot));
         self.steps.push(snapshot);
-        // The first and every second after it: with an odd number the newest stays, too.
+        // Keeps the first and every second after it; with an odd number the newest stays, too.
         if self.steps.len() > self.room {
             let mut keep = [false, true].into_iter().cycle();
             self.steps.retain(|_| keep.next() == Some(false));
@@ -57,13 +57,13 @@ impl SnapshotTimeline {
         self.steps.get(at).or(self.newest.as_ref()).unwrap_or(&self.steps[self.steps.len() - 1])
     }
 
-    /// How far it reaches, seconds.
+    /// Returns the time of the newest snapshot, s.
     pub fn end_s(&self) -> f64 {
         self.newest.as_ref().or(self.steps.last()).map_or(0.0, |snapshot| snapshot.tick.seconds())
     }
 
-    /// The world at `time_s`, or at the nearest time that there is: a snapshot whose `before` is the step before, and how far
-    /// the moment lies between the two, 0 to 1, as [`scene::view`](crate::scene::view()) wants it.
+    /// Returns the world at `time_s`, clamped to the known times. The snapshot's earlier state is that of the previous kept
+    /// step. The number, 0 to 1, is the share of the way between the two, as in [`scene::view`](crate::scene::view()).
     pub fn at(&self, time_s: f64) -> (Snapshot, f32) {
         let time_s = time_s.clamp(0.0, self.end_s());
         let after = self.steps.partition_point(|snapshot| snapshot.tick.seconds() < time_s - 1e-9);
@@ -78,7 +78,7 @@ impl SnapshotTimeline {
         now.ego_before = before.ego;
         now.ego.speed_mps = before.ego.speed_mps + (now.ego.speed_mps - before.ego.speed_mps) * share;
         for car in &mut now.cars {
-            // Vehicles may have come and gone between.
+            // Vehicles may have entered and left between the snapshots.
             if let Ok(at) = before.cars.binary_search_by_key(&car.id, |earlier| earlier.id) {
                 let earlier = &before.cars[at];
                 car.pose_before = earlier.pose;
@@ -93,20 +93,20 @@ impl SnapshotTimeline {
     }
 }
 
-/// How many steps like this one there is room for.
+/// Returns the number of steps of this size that fit into [`MOST_BYTES`].
 fn room(snapshot: &Snapshot) -> usize {
     MOST_BYTES / (size_of::<Snapshot>() + snapshot.cars.len() * size_of::<VehicleSnapshot>())
 }
 
-/// Speeds at which a replay plays.
+/// Playback speeds, as multiples of real time.
 pub const SPEEDS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
-/// Where a replay is looked at, and how fast it goes.
+/// Time and speed of playback.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
-    /// The moment that is wanted, seconds.
+    /// Time to show, s.
     pub time_s: f64,
-    /// End of the recording, seconds.
+    /// End of the recording, s.
     pub end_s: f64,
     /// True while it plays.
     pub playing: bool,
@@ -114,17 +114,17 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// At the start, playing as fast as it was driven.
+    /// Starts playback at time zero and real-time speed.
     pub fn new(end_s: f64) -> Self {
         Self { time_s: 0.0, end_s, playing: true, speed: 2 }
     }
 
-    /// Times the speed of the drive.
+    /// Returns the playback speed as a multiple of real time.
     pub fn speed(&self) -> f64 {
         SPEEDS[self.speed]
     }
 
-    /// `elapsed_s` have passed; the film reaches to `known_s`, and play waits there.
+    /// Advances by `elapsed_s` of wall time; playback waits at `known_s`, the end of the timeline.
     pub fn advance(&mut self, elapsed_s: f64, known_s: f64) {
         if self.playing && self.time_s <= known_s {
             self.time_s = (self.time_s + elapsed_s * self.speed()).min(known_s.max(self.time_s)).min(self.end_s);
@@ -134,12 +134,12 @@ impl Playback {
         }
     }
 
-    /// True while what is wanted is still to be driven.
+    /// Checks whether the time to show has not been driven again yet.
     pub fn waits(&self, known_s: f64) -> bool {
         self.time_s > known_s + 1e-9
     }
 
-    /// Plays or holds; from the end it plays from the start.
+    /// Plays or pauses; at the end it plays from the start.
     pub fn toggle(&mut self) {
         if !self.playing && self.time_s >= self.end_s - 1e-9 {
             self.time_s = 0.0;
@@ -147,18 +147,18 @@ impl Playback {
         self.playing = !self.playing;
     }
 
-    /// Goes to a moment, to a whole tick.
+    /// Goes to a time, rounded to a whole tick and clamped to the recording.
     pub fn seek(&mut self, time_s: f64) {
         self.time_s = ((time_s * 100.0).round() / 100.0).clamp(0.0, self.end_s);
     }
 
-    /// Holds, and goes so many ticks on, or back.
+    /// Pauses, and goes forward by `ticks`, or back if negative.
     pub fn tick(&mut self, ticks: i64) {
         self.playing = false;
         self.seek(self.time_s + ticks as f64 * crate::time::TICK_S);
     }
 
-    /// The next faster speed, or the next slower one.
+    /// Changes to the next faster or slower speed.
     pub fn change_speed(&mut self, faster: bool) {
         self.speed = if faster { (self.speed + 1).min(SPEEDS.len() - 1) } else { self.speed.saturating_sub(1) };
     }
@@ -180,12 +180,12 @@ mod tests {
     }
 
     #[test]
-    fn a_moment_between_two_steps_lies_between_their_places() {
+    fn a_time_between_two_steps_interpolates_their_positions() {
         let mut film = SnapshotTimeline::new(snapshot(0), 0.1);
         for step in 1..=10 {
             film.push(snapshot(step * 10));
         }
-        // The drive was stopped in the middle of a step.
+        // The drive was stopped within a step.
         film.push(snapshot(104));
         assert_eq!(film.end_s(), 1.04);
         for (time_s, x) in
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_film_of_many_hours_takes_no_more_than_one_of_two_and_still_shows_every_moment() {
+    fn a_timeline_of_many_hours_is_bounded_and_shows_every_moment() {
         let mut film = SnapshotTimeline::new(snapshot(0), 0.1);
         film.room = 72_000;
         for step in 1..=200_001 {
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_film_holds_two_hours_of_22_cars_and_fewer_steps_of_more_cars() {
+    fn a_timeline_holds_two_hours_of_22_vehicles() {
         let room = |others: usize| {
             let car = VehicleSnapshot { id: VehicleId(1), ..VehicleSnapshot::default() };
             let first = Snapshot { cars: vec![car; others], ..snapshot(0) };
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_player_plays_at_its_speed_waits_for_the_film_and_holds_at_the_end() {
+    fn playback_keeps_its_speed_waits_for_the_timeline_and_stops_at_the_end() {
         let mut playback = Playback::new(10.0);
         playback.advance(1.0, 5.0);
         assert_eq!(playback.time_s, 1.0);

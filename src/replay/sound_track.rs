@@ -1,4 +1,4 @@
-//! The sound of a recorded drive, off-line. In: a replay tick by tick, the recording's events. Out: a file.
+//! Sound of a recorded drive, off-line. In: a replay tick by tick, and the recording's events. Out: a sound file.
 
 use super::Replay;
 use crate::{
@@ -9,21 +9,21 @@ use crate::{
 };
 use std::path::{Path, PathBuf};
 
-/// The sound of a recorded drive, tick by tick into a file.
+/// Sound file of a recorded drive, written tick by tick.
 pub struct SoundTrack {
     path: PathBuf,
     file: SoundFile,
     sound: DriveSound,
-    /// Ticks at which a hand came to the horn (true) or went, in order.
+    /// Ticks at which the horn was pressed (true) or released, in descending order.
     horn: Vec<(u64, bool)>,
     held: bool,
 }
 
 impl SoundTrack {
-    /// Begins the file, at the scenario's levels; the recording tells when the horn was held.
+    /// Begins the file at the scenario's sound levels; the horn follows the recording's events.
     ///
     /// # Errors
-    /// There is such a file already, or the recording's events cannot be read.
+    /// The file exists already, or the recording's events cannot be read.
     pub fn begin(path: &Path, replay: &Replay, recording: &Path) -> Result<Self, RunError> {
         let events = TableReader::parquet(&Table::Events.parquet(recording))?;
         let rows = events.wholes("tick").into_iter().zip(events.words("event").into_iter().zip(events.words("detail")));
@@ -37,10 +37,10 @@ impl SoundTrack {
         Ok(Self { path: path.into(), file, sound: DriveSound::new(scenario), horn, held: false })
     }
 
-    /// The replay has made a tick.
+    /// Adds the sound of a tick of the replay.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// An I/O error.
     pub fn tick(&mut self, replay: &Replay) -> Result<(), RunError> {
         let world = replay.world();
         while let Some((_, held)) = self.horn.pop_if(|(tick, _)| *tick < world.snapshot().tick.0) {
@@ -52,10 +52,10 @@ impl SoundTrack {
         Ok(self.file.tick(&self.sound.scene(true, self.held)).map_err(refused)?)
     }
 
-    /// The end of the drive.
+    /// Completes the file at the end of the drive.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// An I/O error.
     pub fn end(self) -> Result<(), RunError> {
         let path = self.path;
         Ok(self.file.end().map_err(|why| RecordError::File { path, why })?)

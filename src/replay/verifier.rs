@@ -1,7 +1,6 @@
-//! The replay's thread: it drives a recording again as fast as it can, verifies every tick, and keeps what is to be seen.
-//! In: a recording. Out: [`ReplayHeader`] once, then what is [`VerificationProgress`] so far, at any time. Nothing waits in
-//! between: where nobody looks, as while a window is hidden, the proof goes on, and the film takes no more memory than it
-//! may.
+//! Thread of a replay: drives a recording again at full speed, verifies every tick and keeps the snapshots. In: a recording.
+//! Out: [`ReplayHeader`] once, then the [`VerificationProgress`] at any time. The thread never waits for a reader: the proof
+//! goes on while a window is hidden. The timeline's memory is bounded.
 
 use super::{Replay, ReplayReport, snapshot_timeline::SnapshotTimeline};
 use crate::{drive_loop::RunError, hud::Speedometer, map::RoadMap, scenario::Scenario, time::Tick};
@@ -15,29 +14,29 @@ use std::{
     thread::JoinHandle,
 };
 
-/// What is known before the first tick.
+/// Facts of a recording known before the first tick.
 pub struct ReplayHeader {
-    /// What was driven.
+    /// Recorded scenario, as driven here.
     pub scenario: Scenario,
-    /// Its road.
+    /// Map of the drive.
     pub map: Arc<RoadMap>,
-    /// Its speedometer.
+    /// Speedometer of the drive.
     pub instruments: Speedometer,
-    /// Length of the recording.
+    /// Last tick of the recording.
     pub end: Tick,
 }
 
-/// What has been driven again so far.
+/// Progress of the replay so far.
 pub struct VerificationProgress {
-    /// What there is to be seen.
+    /// Snapshots of the drive for display.
     pub film: SnapshotTimeline,
-    /// What the proof has found.
+    /// Result of the proof so far.
     pub verdict: ReplayReport,
-    /// Why it ended before the recording does.
+    /// Failure that ended the replay before the end of the recording.
     pub failure: Option<RunError>,
 }
 
-/// The thread, and what it knows. Dropped, it ends.
+/// Thread of a replay and its progress. Dropping it ends the thread.
 pub struct Verifier {
     known: Arc<Mutex<VerificationProgress>>,
     stop: Arc<AtomicBool>,
@@ -76,12 +75,12 @@ impl Verifier {
         Ok((Self { known, stop, thread: Some(thread) }, opened))
     }
 
-    /// What is known now. The thread waits while this is held: look, and let it go.
+    /// Locks the progress. The thread waits while the guard is held, so release it soon.
     pub fn known(&self) -> MutexGuard<'_, VerificationProgress> {
         lock(&self.known)
     }
 
-    /// True when nothing more will be known.
+    /// Checks whether the thread has ended.
     pub fn is_over(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
@@ -103,7 +102,7 @@ fn lock(known: &Mutex<VerificationProgress>) -> MutexGuard<'_, VerificationProgr
 fn drive(mut replay: Replay, known: &Mutex<VerificationProgress>, stop: &AtomicBool) {
     let step = replay.world().scenario().step_ticks();
     while !replay.over() && !stop.load(Ordering::Relaxed) {
-        // Driven first: whoever looks meanwhile does not wait for it.
+        // The tick is driven before the lock is taken, so that readers do not wait for it.
         let driven = replay.advance(step);
         let snapshot = replay.world().snapshot().clone();
         let mut known = lock(known);

@@ -1,5 +1,5 @@
-//! What if: a recorded drive with something changed, all else the same: seed, road, traffic, length. In: a recording,
-//! changes. Out: another recording, by a simulated driver, and what differs between the two: a pair.
+//! Recorded drive with changes: the seed, road, traffic and length stay the same unless changed. In: a recording and changes.
+//! Out: another recording, by a simulated driver, and the differences between the two.
 
 use super::{Replay, scenario_here};
 use crate::{
@@ -17,55 +17,55 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-/// The recorded drive and the other.
+/// Summaries of the recorded drive and of the changed one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WhatIfComparison {
-    /// Who drove the recording, and who instead.
+    /// Drivers of both drives: recorded, instead.
     pub drivers: [String; 2],
-    /// Which policy advised, and which instead.
+    /// Policies of both drives: recorded, instead.
     pub policies: [String; 2],
     /// True if the recorded drive could be driven again to the bit.
     pub is_proven: bool,
-    /// What was recorded, as driven again.
+    /// Summary of the recorded drive, as driven again.
     pub recorded: Summary,
-    /// What would have been.
+    /// Summary of the changed drive.
     pub instead: Summary,
 }
 
-/// How changes are asked for, for messages.
+/// Examples of changes, for messages.
 const EXAMPLE: &str = "for example policy=none, driver=perfect, hold_s=5, or none for the baseline without advice";
 
-/// Why a change cannot be made.
+/// Reason why a change cannot be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChangeFault {
-    /// No setting and value.
+    /// Text that is no setting and value.
     #[error("--what-if {}: allowed is SETTING=VALUE, {}", .0, EXAMPLE)]
     NoPair(String),
-    /// No setting of the name.
+    /// Name that no setting has.
     #[error("--what-if {pair}: there is no setting {key}{near}; {}", EXAMPLE)]
     UnknownSetting {
-        /// What was asked for.
+        /// Change that was asked for.
         pair: String,
-        /// The name in it.
+        /// Name of the setting in it.
         key: String,
-        /// The nearest that exists, as a question; empty where none is near.
+        /// Suggestion of the nearest name; empty if none is near.
         near: String,
     },
-    /// A value that the setting does not allow.
+    /// Value that the setting does not allow.
     #[error("--what-if {pair}: {fault}")]
     Value {
-        /// What was asked for.
+        /// Change that was asked for.
         pair: String,
-        /// What is allowed.
+        /// Description of the fault, with the allowed values.
         fault: String,
     },
 }
 
-/// Reads changes such as `policy=none` or `driver=perfect`; `none` alone is the usual baseline, no advice and the
+/// Parses changes such as `policy=none` or `driver=perfect`. `none` alone is the usual baseline: no advice and the
 /// car-following model.
 ///
 /// # Errors
-/// A word that names no setting, or a value that it does not allow.
+/// A text names no setting, or a value is not allowed.
 pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, ChangeFault> {
     let known = Scenario::fields();
     let mut changes = Vec::new();
@@ -91,11 +91,11 @@ pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, ChangeFault> {
     Ok(changes)
 }
 
-/// Drives the recorded scenario with `changes` for as long as it was driven, into the new folder `out`. `driven` is told of
-/// ticks, of both drives; `None` if it was stopped.
+/// Drives the recorded scenario with `changes` into the new folder `out`, for as long as it was driven; then drives the
+/// recording again. Calls `driven` with the number of new ticks of either drive. Returns `None` if it was stopped.
 ///
 /// # Errors
-/// The recording cannot be driven again, the changed scenario cannot be driven, or the disk refuses.
+/// The recording cannot be driven again, the changed scenario cannot be driven, or an I/O error.
 pub fn what_if(
     recording: &Path,
     changes: &[(Field, Value)],
@@ -106,10 +106,10 @@ pub fn what_if(
     let driver = Manifest::load(recording)?.driver;
     let (scenario, is_stand_in) = scenario_here(recording)?;
     let length_s = Tick(record::count(recording, Table::Ego)?).seconds();
-    // As long as the recording, which may have been stopped before its end: both means are over the same time.
+    // The length is that of the recording, which may have been stopped early: both means cover the same time.
     let changed = Scenario { duration_s: length_s, ..scenario.with(changes)? };
-    // SUMO runs once a process: one world goes before the next comes. The changed one first: if it cannot be driven, that
-    // is said at once.
+    // SUMO runs once per process, so one world ends before the next begins. The changed one is first: if it cannot be driven,
+    // the error comes at once.
     let mut run = OfflineDrive::new(&changed, [0.0, f64::INFINITY])?;
     run.record(out)?;
     run.note("what if", &format!("{} of {}", words(changes), recording.file_name().unwrap_or_default().display()));
@@ -135,7 +135,7 @@ pub fn what_if(
     Ok((!stop.load(Ordering::Relaxed)).then_some(pair))
 }
 
-/// `policy=none, driver=idm`.
+/// Returns the changes as text, such as `policy=none, driver=idm`.
 pub fn words(changes: &[(Field, Value)]) -> String {
     let word = |(field, value): &(Field, Value)| match value {
         Value::String(text) => format!("{}={}", field.path, inputs::last(text)),
@@ -145,9 +145,9 @@ pub fn words(changes: &[(Field, Value)]) -> String {
 }
 
 impl WhatIfComparison {
-    /// A line a figure: as recorded, instead, and the difference (recorded less instead).
+    /// Returns a table of key figures: recorded, instead, and the difference (recorded minus instead).
     pub fn table(&self) -> String {
-        /// Name, unit, value.
+        /// Name, unit and value of a figure.
         type Row = (&'static str, &'static str, fn(&Summary) -> Option<f64>);
         let rows: [Row; 5] = [
             ("mean speed, all cars", "m/s", |s| s.mean_speed_mps),
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_says_who_drove_each_and_which_is_taken_from_which() {
+    fn the_table_names_both_drivers_and_the_sign_of_the_difference() {
         let of = |mean_mps: f64| {
             let mut summary = SummaryAccumulator::new([0.0, 1.0]).summary();
             summary.mean_speed_mps = Some(mean_mps);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn changes_are_settings_with_values_that_they_allow() {
+    fn changes_are_settings_with_allowed_values() {
         let read = |text: &str| changes(&[text.to_owned()]).map_err(|fault| fault.to_string());
         assert_eq!(words(&read("none").unwrap()), "policy=none, driver=idm");
         assert_eq!(words(&read("hold=5").unwrap()), "hold_s=5");

@@ -1,6 +1,6 @@
-//! `codrive replay DIR --window`: a recorded drive in any view, at any speed, with a timeline to seek on. In: a recording.
-//! Out: a window; at its end what the proof has found. The world is driven again by a [`Verifier`] beside it, whether the
-//! window is drawn or not.
+//! `codrive replay DIR --window`: a recorded drive in any view, at any speed, with a timeline to seek on. In: a recording. Out:
+//! a window; at its end the result of the proof. A [`Verifier`] drives the world again on its own thread, also while nothing is
+//! drawn.
 
 use super::{
     ReplayReport,
@@ -36,24 +36,24 @@ use winit::{
     window::{Window, WindowId},
 };
 
-/// How the window was asked to open.
+/// Options of the replay window.
 pub struct ReplayOptions {
-    /// The recording.
+    /// Folder of the recording.
     pub recording: PathBuf,
-    /// The view it begins with.
+    /// View at the start.
     pub kind: ViewKind,
-    /// Begin at this time, seconds.
+    /// Time at the start, s.
     pub at_s: f64,
-    /// Becomes true when the program is to end (Ctrl-C).
+    /// Flag that ends the program (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
 
-/// Shows a recording until its window is closed. Returns what was proven until then, and the recording's length in ticks.
+/// Shows a recording until its window is closed. Returns the result of the proof so far, and the recording's length in ticks.
 ///
 /// # Errors
-/// No recording that can be driven again, no display, no graphics adapter, or the engine failed on the way.
+/// The recording cannot be driven again, there is no display or graphics adapter, or the engine failed.
 pub fn run(options: &ReplayOptions) -> Result<(ReplayReport, u64), RunError> {
-    // The recording first: what is wrong with it is said before a window opens.
+    // The recording is opened first, so that its faults are reported before a window opens.
     let (verifier, opened) = Verifier::start(&options.recording)?;
     let marks = SeekBarMarks::read(&options.recording)?;
     let event_loop = event_loop::event_loop()?;
@@ -65,10 +65,10 @@ pub fn run(options: &ReplayOptions) -> Result<(ReplayReport, u64), RunError> {
     Ok((verdict, end.0))
 }
 
-/// So many places on the line are told apart: what a drive of days has more of is thinned to it.
+/// Number of distinct places on the seek bar; longer drives are thinned to it.
 const COLUMNS: u64 = 1000;
 
-/// What stands on the line: times in seconds, speeds in m/s.
+/// Contents of the seek bar: times in s, speeds in m/s.
 #[derive(Debug, Default, PartialEq)]
 pub struct SeekBarMarks {
     advice: Vec<AdviceSince>,
@@ -77,7 +77,7 @@ pub struct SeekBarMarks {
 }
 
 impl SeekBarMarks {
-    /// From the tables of a recording.
+    /// Reads the contents of the seek bar from the tables of a recording.
     ///
     /// # Errors
     /// A table cannot be read.
@@ -91,7 +91,7 @@ impl SeekBarMarks {
             let part = part?;
             for (tick, target) in part.wholes("tick").into_iter().zip(part.numbers("target_mps")) {
                 let is_same_column = column.replace(tick / stride) == Some(tick / stride);
-                // What was advised in one column of the screen replaces what was before it.
+                // The last advice in a column of the screen replaces earlier ones.
                 match advice.last_mut() {
                     Some(last) if is_same_column => last.target_mps = target,
                     _ => advice.push(AdviceSince { time_s: Tick(tick).seconds(), target_mps: target }),
@@ -121,10 +121,10 @@ impl SeekBarMarks {
     }
 }
 
-/// The recording and where it is looked at.
+/// Recording and its playback.
 struct ReplayedDrive {
     verifier: Verifier,
-    /// What was found when it was last looked at, and how far it was driven then, seconds.
+    /// Result of the proof and time driven, s, when last read.
     verdict: ReplayReport,
     known_s: f64,
     playback: Playback,
@@ -157,7 +157,7 @@ impl ReplayedDrive {
         }
     }
 
-    /// Looks what the prover has found.
+    /// Reads the present progress of the verifier.
     fn look(&mut self) -> Result<(), RunError> {
         let mut known = self.verifier.known();
         if let Some(error) = known.failure.take() {
@@ -216,7 +216,7 @@ impl ReplayedDrive {
     }
 }
 
-/// What the proof has found, in words.
+/// Returns the result of the proof as a line of text.
 fn proof(verdict: &ReplayReport, all: u64) -> String {
     if verdict.is_empty {
         return "nothing to compare: the recording has no tick".into();
@@ -236,7 +236,7 @@ fn proof(verdict: &ReplayReport, all: u64) -> String {
     }
 }
 
-/// What a key asks for.
+/// Returns the command of a key.
 fn command_of(key: KeyCode, shift: bool, playback: &Playback) -> Option<SeekBarCommand> {
     let by = |seconds: f64| SeekBarCommand::Tick((seconds / TICK_S) as i64);
     Some(match key {
@@ -266,7 +266,7 @@ fn command_of(key: KeyCode, shift: bool, playback: &Playback) -> Option<SeekBarC
     })
 }
 
-/// Keys of the window, and what they do.
+/// Keys of the window and their meanings.
 const KEYS: [(&str, &str); 11] = [
     ("F1", "this list"),
     ("Space", "play, hold"),
@@ -281,7 +281,7 @@ const KEYS: [(&str, &str); 11] = [
     ("Ctrl+Q", "end"),
 ];
 
-/// The window.
+/// Replay window with its playback.
 struct ReplayWindows<'a> {
     live: &'a mut ReplayedDrive,
     picture: DriverWindow,
@@ -370,7 +370,7 @@ mod tests {
     use crate::record::AlteredFile;
 
     #[test]
-    fn the_proof_is_said_as_far_as_it_goes() {
+    fn the_proof_is_described_as_far_as_it_goes() {
         let verdict = |ticks, first_difference| ReplayReport { ticks, first_difference, ..ReplayReport::default() };
         assert_eq!(proof(&verdict(1200, None), 3000), "proven to 12 s: the same to the bit");
         assert_eq!(proof(&verdict(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_go_by_ticks_seconds_and_to_the_ends() {
+    fn keys_move_by_ticks_by_seconds_and_to_the_ends() {
         let mut playback = Playback::new(60.0);
         playback.seek(20.0);
         let asked = |key, shift| command_of(key, shift, &playback);

@@ -1,5 +1,5 @@
-//! The experimenter's commands in a session. In: a [`SessionCommand`]. Out: the session elsewhere, and the decision with
-//! time and reason in the session, while a drive runs also in its recording.
+//! The experimenter's commands in a session. In: a [`SessionCommand`]. Out: the session's new state, and the decision with time and
+//! reason in the session log; while a drive runs, also in its recording.
 
 use super::{CommandRefusal, DriveBackend, LiveSession, SessionState};
 use crate::{drive_loop::RunError, panel::SessionCommand, study::ItemOutcome};
@@ -11,7 +11,7 @@ impl From<RunError> for CommandRefusal {
 }
 
 impl LiveSession {
-    /// The experimenter decides. What cannot be is said in the panel.
+    /// Carries out a command of the experimenter. A refusal is shown in the panel.
     ///
     /// # Errors
     /// The session cannot be written.
@@ -98,7 +98,7 @@ impl LiveSession {
         Ok(())
     }
 
-    /// Pauses a drive or its countdown, or lets it go on; also everything else that a request to stop has held.
+    /// Pauses or resumes a drive or its countdown. Resuming also clears a participant's request to stop, in any state.
     fn hold(&mut self, held: bool, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
         let asked = !held && std::mem::take(&mut self.asked);
         let was = match &mut self.at {
@@ -117,7 +117,7 @@ impl LiveSession {
         Ok(())
     }
 
-    /// Ends what runs on the road, if anything, with a word in its recording. True if a drive was there.
+    /// Ends the current drive, if there is one, with a note in its recording. Returns true if there was a drive or one was loading.
     pub(super) fn leave(&mut self, kind: &str, reason: &str, backend: &mut dyn DriveBackend) -> Result<bool, RunError> {
         let drives = self.drives() || matches!(self.at, SessionState::Loading(_));
         if matches!(self.at, SessionState::Driving) {

@@ -1,4 +1,4 @@
-//! Drives of a session as its window shows them. In: scenarios, frames. Out: a [`LiveDrive`] while a drive is there, and a [`DriveBackend`]
+//! Drives of a session in the participant's window. In: scenarios, frames. Out: a [`LiveDrive`] for each drive, and a [`DriveBackend`]
 //! for the state machine. Devices stay open from the first screen to the last.
 
 use super::{BackendStatus, DriveBackend, wheel_navigation::WheelNavigation};
@@ -15,40 +15,40 @@ use crate::{
 };
 use std::{path::Path, time::Duration};
 
-/// The file of the room in a recording's folder, and the events that join its samples to the ticks.
+/// File of the room recording in a recording's folder.
 const ROOM_FILE: &str = "room.wav";
 const ROOM_EVENT: &str = "room_recording";
 
-/// What a session has on the road.
+/// Devices and drive of a session.
 pub struct SessionResources {
-    /// The drive, while one is there.
+    /// Drive that is running or about to begin.
     pub live: Option<LiveDrive>,
-    /// The one that is being begun.
+    /// Drive that is loading.
     starting: Option<PendingDrive>,
-    /// The devices while no drive has them.
+    /// Devices, while no drive has them.
     devices: Option<Devices>,
-    /// The laboratory's devices while no drive has them.
+    /// Lab devices, while no drive has them.
     pub lab: LabDevices,
     navigation: WheelNavigation,
     code: ParticipantCode,
     in_range: UnbrokenTime,
-    /// How far the brake pedal was pressed in the last frame before the drive began, 0 to 1.
+    /// Position of the brake pedal in the last frame before the drive begins, 0 to 1.
     brake: f64,
-    /// Time runs, or would if the wheel were not unplugged.
+    /// True once the drive has begun, even while an unplugged wheel holds time.
     began: bool,
-    /// What the experimenter has to know of the devices and the drive.
+    /// Messages for the experimenter about devices and drive.
     news: Vec<String>,
-    /// The room is recorded during drives, and the recording that runs.
+    /// True if drives record the room.
     records_room: bool,
     room: Option<RoomRecording>,
-    /// The start of that recording is in the drive's, or that there is none.
+    /// True once the drive's recording has an event for the start or failure of the room recording.
     room_is_noted: bool,
-    /// Contacts that the session's log does not have yet, in words.
+    /// Descriptions of contacts that are not yet in the session log.
     contacts: Vec<String>,
 }
 
 impl SessionResources {
-    /// Nothing on the road yet.
+    /// Creates the resources without a drive.
     pub fn new(devices: Devices, code: &ParticipantCode) -> Self {
         Self {
             live: None,
@@ -68,17 +68,18 @@ impl SessionResources {
         }
     }
 
-    /// The same that records the room during every drive, where the study asks for it.
+    /// Returns the resources with room recording during drives switched on or off.
     pub fn with_room(self, records_room: bool) -> Self {
         Self { records_room, ..self }
     }
 
-    /// True while the room is recorded.
+    /// Returns true while the room is recorded.
     pub fn hears_room(&self) -> bool {
         self.room.as_ref().is_some_and(|room| matches!(room.status(), RoomStatus::Recording { .. }))
     }
 
-    /// The drive's recording says at which tick the file of the room has how many samples; the experimenter, why there is none.
+    /// Adds an event to the drive's recording that maps the present tick to a sample of the room recording. A failure is also reported to
+    /// the experimenter.
     fn note_room(&mut self, what: &str) {
         let (Some(room), Some(live)) = (&self.room, &mut self.live) else { return };
         match room.status() {
@@ -97,7 +98,7 @@ impl SessionResources {
         }
     }
 
-    /// The devices, wherever they are.
+    /// Returns the devices, from the drive if it has them.
     pub fn devices(&mut self) -> Option<&mut Devices> {
         match &mut self.live {
             Some(live) => Some(&mut live.devices),
@@ -105,13 +106,13 @@ impl SessionResources {
         }
     }
 
-    /// True if a wheel is what the participant holds: one that was unplugged is still the last that was touched.
+    /// Returns true if the last device used is a wheel that is still plugged in.
     pub fn wheel(&mut self) -> bool {
         self.devices()
             .is_some_and(|devices| devices.source() == ControlSource::Wheel && devices.wheel_profile().is_some())
     }
 
-    /// One frame: the drive goes on if there is one, and what hands and feet ask for.
+    /// Runs one frame: advances the drive, if there is one, and returns the participant's input.
     ///
     /// # Errors
     /// The drive cannot go on.
@@ -147,23 +148,23 @@ impl SessionResources {
         Ok((due, live.take_pressed().into_iter().filter_map(WheelNavigation::pressed_driving).collect()))
     }
 
-    /// How long the speed was in the range without a break, in the drive that is there: whole steps.
+    /// Returns the unbroken time in the range in the current drive, in whole steps.
     pub fn in_range(&self) -> UnbrokenTime {
         self.in_range
     }
 
-    /// Contacts since the last call, in words.
+    /// Takes the descriptions of contacts since the last call.
     pub fn take_contacts(&mut self) -> Vec<String> {
         std::mem::take(&mut self.contacts)
     }
 
-    /// What has happened to the devices since the last call.
+    /// Takes the messages about devices and drive since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         std::mem::take(&mut self.news)
     }
 }
 
-/// Devices where no drive has them: buttons and turns are inputs.
+/// Reads the devices at a screen: buttons and turns of the wheel become form input.
 fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &mut Vec<String>) -> Vec<FormInput> {
     let mut inputs = Vec::new();
     for told in devices.poll() {
@@ -181,11 +182,11 @@ fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &m
     inputs
 }
 
-/// The road of a window.
+/// Drive backend of the participant's window.
 pub struct WindowBackend<'a> {
-    /// Shows the pictures.
+    /// Window that shows the pictures.
     pub picture: &'a mut DriverWindow,
-    /// What is on the road.
+    /// Devices and drive of the session.
     pub resources: &'a mut SessionResources,
 }
 
@@ -213,7 +214,7 @@ impl DriveBackend for WindowBackend<'_> {
         let resources = &mut *self.resources;
         if let Some(live) = &mut resources.live {
             live.record_of(folder, self.picture.gpu(), Some(&resources.code))?;
-            // The item of the plan, which has its condition in its name: trial-2-wide.
+            // Name of the item in the plan, which includes the condition: trial-2-wide.
             live.begin_trial(&folder.file_name().unwrap_or_default().to_string_lossy())?;
             live.drive.clock.set_pace(Pace::RealTime);
             resources.began = true;
@@ -227,7 +228,7 @@ impl DriveBackend for WindowBackend<'_> {
         if let Some(live) = self.resources.live.as_mut().filter(|_| self.resources.began) {
             live.hold(held);
         }
-        // Ticks stand while the drive is held, and the room goes on.
+        // Ticks stop while the drive is paused, but the room recording continues.
         self.resources.note_room(if held { "held" } else { "goes on" });
     }
 
@@ -256,13 +257,13 @@ impl DriveBackend for WindowBackend<'_> {
     fn end(&mut self) -> Result<(), RunError> {
         let resources = &mut *self.resources;
         resources.starting = None;
-        // The file is whole before the checksums of the recording are made.
+        // The room file must be complete before the recording's checksums are made.
         resources.note_room("ends");
         resources.room = None;
         let Some(mut live) = resources.live.take() else { return Ok(()) };
         let finished = live.finish_recording();
         resources.lab = live.take_lab();
-        // SUMO lets go of its simulation, for the next drive of this process.
+        // SUMO must release its simulation for the next drive of this process.
         live.drive.world.stop_traffic();
         resources.devices = Some(live.into_devices());
         finished.map(drop)

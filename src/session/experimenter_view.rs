@@ -1,5 +1,5 @@
-//! The experimenter's side of a session: plan and commands on the left, the drive in pictures and numbers beside it. In: the
-//! session, the drive while there is one. Out: [`SessionCommand`]s.
+//! The experimenter's window in a session: plan and commands on the left, pictures and numbers of the drive beside them. In: the session,
+//! and the drive if there is one. Out: [`SessionCommand`]s.
 
 use super::{BackendStatus, LiveSession};
 use crate::{
@@ -17,12 +17,12 @@ use crate::{
 use egui::{TextureId, Ui};
 use std::time::Duration;
 
-/// What the experimenter has before them.
+/// Panels of the experimenter's window.
 pub struct ExperimenterView {
     panel: SettingsPanel,
     experimenter: ExperimenterPanel,
     live_session: SessionPanel,
-    /// The drive so far; stays to be looked at until the next begins.
+    /// Log of the present or last drive, shown until the next drive begins.
     log: Option<DriveLog>,
     loop_health: LoopHealth,
     engine: String,
@@ -31,7 +31,7 @@ pub struct ExperimenterView {
 }
 
 impl ExperimenterView {
-    /// Before the first drive of this study.
+    /// Creates the view before the first drive of a study.
     pub fn new(study: &Study) -> Self {
         Self {
             panel: SettingsPanel::new(&study.base, SettingChoices::default()),
@@ -45,7 +45,7 @@ impl ExperimenterView {
         }
     }
 
-    /// A drive was put in place.
+    /// Resets the view for a new drive.
     pub fn drive_begins(&mut self, live: &LiveDrive) {
         let world = &live.drive.world;
         self.log = Some(DriveLog::new(world));
@@ -53,24 +53,25 @@ impl ExperimenterView {
         self.loop_health = LoopHealth::default();
     }
 
-    /// Sees the world after a tick.
+    /// Logs the world after a tick.
     pub fn watch(&mut self, world: &World) {
         if let Some(log) = &mut self.log {
             log.watch(world);
         }
     }
 
-    /// A frame was shown.
+    /// Counts a frame that was shown, for the health display.
     pub fn frame(&mut self, elapsed: Duration, due: &DueTicks) {
         self.loop_health.frame(elapsed, due.dropped);
     }
 
-    /// Tells the experimenter something.
+    /// Shows a message to the experimenter, at the time of the drive.
     pub fn say(&mut self, now: BackendStatus, words: &str) {
         self.experimenter.notes.say(now.time_s, words);
     }
 
-    /// The whole window. `wheel` is what the participant has in hands between drives, `work` is what goes on beside the session, `picture` what the participant sees and its size.
+    /// Draws the whole window and returns the experimenter's commands. `wheel` is the participant's wheel between drives, `work`
+    /// describes background work, `picture` is the participant's picture with its size.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, from one place")]
     pub fn show(
         &mut self,
@@ -88,7 +89,7 @@ impl ExperimenterView {
             error: live_session.drive_fault().map(str::to_owned),
             ..DriveHealth::default()
         };
-        // Every drive of a session is recorded, from its first tick on.
+        // Every drive of a session is recorded from its first tick.
         let of_drive = |live: &LiveDrive| DriveHealth {
             will_record: live.recorded_in().is_none(),
             ..loop_health.health(live, engine, live_session.drive_fault())

@@ -1,5 +1,5 @@
-//! The experimenter's side of a session as egui draws it, without a window: what stands there before, in and after a drive, and
-//! what its keys ask for.
+//! Tests of the experimenter's window as egui draws it, without a real window: contents before, in and after a drive, and commands by
+//! keys.
 
 use super::*;
 use crate::{
@@ -32,7 +32,7 @@ kind = "trials"
 name = "trial"
 "#;
 
-/// No road: what a session asks of one is done.
+/// Drive backend that accepts everything and does nothing.
 struct NoRoad;
 
 impl DriveBackend for NoRoad {
@@ -88,7 +88,7 @@ impl Sheet {
         Self { _folder: folder, study, live_session, experimenter_view, ctx }
     }
 
-    /// One pass with these keys. All words that are drawn, and what was asked for.
+    /// Runs one egui pass with these keys. Returns all drawn text and the commands.
     fn pass(
         &mut self,
         keys: &[(Modifiers, Key)],
@@ -107,7 +107,7 @@ impl Sheet {
         let mut output = ctx.run_ui(RawInput { screen_rect, events, ..Default::default() }, |ui| {
             asked.extend(experimenter_view.show(ui, live_session, live, now, &wheel, Some("2 of 4 baselines"), None));
         });
-        // There is no device that would take them.
+        // Textures are discarded, as there is no graphics device.
         output.textures_delta.clear();
         let mut words = String::new();
         output.shapes.iter().for_each(|clipped| collect(&clipped.shape, &mut words));
@@ -132,10 +132,10 @@ fn drive(study: &Study) -> LiveDrive {
 }
 
 #[test]
-fn between_drives_it_names_the_person_the_plan_the_wheel_and_what_goes_on_beside() {
+fn between_drives_it_shows_participant_plan_wheel_and_background_work() {
     let mut sheet = Sheet::new();
     let (words, _) = sheet.pass(&[], None, BackendStatus::default());
-    // 30 s of rest and 90 s of driving are two minutes.
+    // 30 s of rest and 90 s of driving take two minutes.
     for part in [
         "P03",
         "A short study",
@@ -155,7 +155,7 @@ fn between_drives_it_names_the_person_the_plan_the_wheel_and_what_goes_on_beside
 }
 
 #[test]
-fn in_a_drive_it_shows_that_drive_its_engine_and_what_is_left_of_it_and_keeps_its_picture_after_the_end() {
+fn a_drive_is_shown_with_engine_and_log_which_stay_after_its_end() {
     let mut sheet = Sheet::new();
     let mut live = drive(&sheet.study);
     sheet.experimenter_view.drive_begins(&live);
@@ -164,14 +164,15 @@ fn in_a_drive_it_shows_that_drive_its_engine_and_what_is_left_of_it_and_keeps_it
     for _ in 0..8 {
         live.advance(Duration::ZERO, |world| experimenter_view.watch(world)).unwrap();
     }
-    // 8 frames of 25 ticks.
+    // 8 frames with 25 ticks each.
     assert_eq!(live.drive.world.snapshot().tick.0, 200);
     let (words, _) = sheet.pass(&[], Some(&live), BackendStatus::default());
     assert!(words.contains(&live.drive.world.traffic_engine()) && !words.contains("no drive yet"), "{words}");
     let log = sheet.experimenter_view.log.as_ref().unwrap();
-    // The first tick, and a sample a step of 0.1 s.
+    // First tick, and one sample per step of 0.1 s.
     assert_eq!(log.history.samples().len(), 1 + 20);
-    // It ended: its road stays to be looked at until the next begins; the lamps of the recorder and of contacts alone say that there is none.
+    // After the end, the road stays visible until the next drive begins. Only the lamps of the recorder and of contacts say that there is
+    // no drive.
     let (words, _) = sheet.pass(&[], None, BackendStatus::default());
     assert_eq!(words.matches("no drive yet").count(), 2, "{words}");
     sheet.experimenter_view.drive_begins(&drive(&sheet.study));
@@ -181,9 +182,9 @@ fn in_a_drive_it_shows_that_drive_its_engine_and_what_is_left_of_it_and_keeps_it
     );
 }
 
-/// A command that was refused is said once, beside the commands: the lamp of the traffic is for drives that could not go on.
+/// A refused command is reported once, beside the commands. The traffic lamp is for drives that could not go on.
 #[test]
-fn what_is_refused_is_no_fault_of_the_traffic() {
+fn a_refused_command_is_not_a_traffic_fault() {
     let mut sheet = Sheet::new();
     let refused = SessionCommand::Repeat { item: "nothing".into(), reason: "x".into() };
     sheet.live_session.command(refused, &mut NoRoad).unwrap();
@@ -193,7 +194,7 @@ fn what_is_refused_is_no_fault_of_the_traffic() {
 }
 
 #[test]
-fn marks_and_notes_beside_the_plan_are_the_visits_and_no_key_of_it_starts_or_holds_the_drive() {
+fn marks_and_notes_are_the_sessions_and_no_key_pauses_the_drive() {
     let mut sheet = Sheet::new();
     let mut live = drive(&sheet.study);
     sheet.experimenter_view.drive_begins(&live);
@@ -213,7 +214,7 @@ fn marks_and_notes_beside_the_plan_are_the_visits_and_no_key_of_it_starts_or_hol
 }
 
 #[test]
-fn what_went_wrong_stands_in_the_plan_until_the_next_command() {
+fn an_error_is_shown_in_the_plan_until_the_next_command() {
     let mut sheet = Sheet::new();
     let late = SessionCommand::Extend { seconds: 7200.0, reason: "t".into() };
     sheet.live_session.command(late, &mut NoRoad).unwrap();

@@ -1,15 +1,16 @@
-//! A participant's session, live: its states (page, questions, countdown, drive, rest) and how one follows another. In: what the participant does ([`FormInput`]), what the
-//! experimenter decides ([`SessionCommand`](crate::panel::SessionCommand)), elapsed time. Out: screens, drives on a [`DriveBackend`], and every step on the disk
-//! (`study::Session`), so that a closed window, a crash or a power cut costs the item that was running and no more.
+//! A participant's session, live: its states (page, questions, countdown, drive, rest) and their transitions. In: the participant's input
+//! ([`FormInput`]), the experimenter's commands ([`SessionCommand`](crate::panel::SessionCommand)), elapsed time. Out: screens, drives on
+//! a [`DriveBackend`], and every step on disk (`study::Session`). A closed window, a crash or a power cut therefore costs only the
+//! running item.
 //!
 //! * [`LiveSession`]: the state machine, without window, devices or clock.
-//! * `overview`: it as the windows show it.
-//! * [`wheel_navigation`]: wheel, pedals and buttons as inputs.
-//! * [`drives`]: drives as the window shows them.
+//! * `overview`: the state as the windows show it.
+//! * [`wheel_navigation`]: wheel, pedals and buttons as form input.
+//! * [`drives`]: drives in the participant's window.
 //! * `rating`: the sickness scale that is asked while driving.
 //! * [`voice`]: spoken instructions.
-//! * `command`: what the experimenter decides. `experimenter_view`: what the experimenter sees.
-//! * [`window`]: the two windows, and the one place that reads the clock.
+//! * `command`: the experimenter's commands. `experimenter_view`: the experimenter's window.
+//! * [`window`]: the two windows, and the only module that reads the clock.
 
 mod command;
 pub mod drives;
@@ -31,123 +32,123 @@ use crate::{
 };
 use std::{path::Path, path::PathBuf, time::Duration};
 
-/// A page is seen for so long at least: who presses twice does not miss one. Seconds.
+/// Minimum time that a page is shown, s, so that a double press does not skip a page.
 const PAGE_S: f64 = 0.4;
-/// The brake is held from this share of its travel on: well above the play of a pedal, and enough against the creep.
+/// Brake position that counts as pressed, 0 to 1: above the free travel of a pedal, and enough to hold the vehicle against creep.
 const BRAKE_HELD: f64 = 0.08;
-/// The most that counts of one frame in the countdown, seconds: it is seen to its end on a slow machine too.
+/// Maximum time that one frame takes off the countdown, s, so that a slow machine also shows the countdown to its end.
 const MOST_FRAME_S: f64 = 0.25;
 
-/// Where drives take place.
+/// Simulation that runs the drives of a session.
 pub trait DriveBackend {
-    /// Puts a drive at its start and holds it there. False while that goes on: it is asked again, until [`DriveBackend::end`] gives
-    /// it up.
+    /// Puts a drive at its start and holds it there. Returns false while it is loading; the caller calls again, or gives up by
+    /// [`DriveBackend::end`].
     ///
     /// # Errors
-    /// It cannot start.
+    /// The drive cannot start.
     fn prepare(&mut self, scenario: &Scenario) -> Result<bool, RunError>;
-    /// Records the drive in `folder` and lets time run.
+    /// Starts time and records the drive in `folder`.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     fn begin(&mut self, folder: &Path) -> Result<(), RunError>;
-    /// Holds time, or lets it run again.
+    /// Pauses or resumes time.
     fn hold(&mut self, held: bool);
-    /// Notes something in the recording.
+    /// Adds an event to the recording.
     fn note(&mut self, kind: &str, detail: &str);
-    /// The same with a number.
+    /// Adds an event with a value to the recording.
     fn note_value(&mut self, kind: &str, detail: &str, value: f64);
-    /// A gentle sound, where there is any: something is asked.
+    /// Plays a gentle sound for a question, if there is an audio device.
     fn chime(&mut self);
-    /// The drive lasts so many seconds longer.
+    /// Extends the drive by this many seconds.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     fn extend(&mut self, seconds: f64) -> Result<(), RunError>;
-    /// Ends the recording, if there is one, and lets go of the drive.
+    /// Ends the recording, if there is one, and the drive.
     ///
     /// # Errors
-    /// The disk refuses; what was recorded can be recovered.
+    /// The recording cannot be finished; its rows so far can be recovered.
     fn end(&mut self) -> Result<(), RunError>;
-    /// How the drive stands.
+    /// Returns the present status of the drive.
     fn now(&self) -> BackendStatus;
 }
 
-/// A moment of a drive.
+/// Status of a drive at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BackendStatus {
-    /// Time since its start, seconds.
+    /// Time since the start of the drive, s.
     pub time_s: f64,
-    /// When it ends, seconds.
+    /// Planned duration of the drive, s.
     pub duration_s: f64,
-    /// How long the speed was in the range without a break.
+    /// Unbroken time of the speed in the range.
     pub in_range: UnbrokenTime,
-    /// How far the brake pedal is pressed, 0 to 1, while the drive has not begun.
+    /// Position of the brake pedal before the drive begins, 0 to 1.
     pub brake: f64,
-    /// Speed of the participant's car, m/s, and the unit that it is read in.
+    /// Signed speed of the ego, m/s.
     pub speed_mps: f64,
-    /// Unit of its speedometer.
+    /// Unit of the ego's speedometer.
     pub unit: SpeedUnit,
-    /// It is over.
+    /// True once the drive is over.
     pub ended: bool,
-    /// Time is held.
+    /// True while time is paused.
     pub held: bool,
 }
 
-/// Where a session is.
+/// State of a session.
 #[derive(Debug)]
 enum SessionState {
-    /// Nothing runs; the experimenter says when it goes on.
+    /// Nothing runs; waits for the experimenter.
     Hold,
-    /// A page of the plan.
+    /// Page of the plan, Markdown.
     Text(String),
-    /// The words before a drive or questions.
+    /// Text before a drive or questions, Markdown.
     Intro(String),
-    /// The drive is being put in place; true once the participant has been told.
+    /// The drive is loading; true once the participant's waiting screen was shown.
     Loading(bool),
-    /// Seconds to the start, and whether they are held.
+    /// Time to the start of the drive, s, and true if the countdown is paused.
     Countdown(f64, bool),
     Driving,
-    /// After a drive.
+    /// Page after a drive.
     Over,
-    /// A rest: words and seconds that are left.
+    /// Rest: its text and the remaining time, s.
     Rest(String, f64),
     Questions(Box<QuestionnaireForm>),
-    /// All is settled.
+    /// All items are settled.
     End,
-    /// Stopped for good: the words that the participant reads.
+    /// Stopped for good; the text for the participant.
     Stopped(String),
 }
 
-/// A session as it goes.
+/// State machine of a session.
 #[derive(Debug)]
 pub struct LiveSession {
     session: Session,
     study: Study,
     at: SessionState,
-    /// Since the program began, and when the screen came, seconds.
+    /// Time since the program began, and the time when the current screen appeared, s.
     elapsed_s: f64,
     seen_s: f64,
-    /// Folder for the recording of what runs.
+    /// Folder for the recording of the running item.
     folder: PathBuf,
     asked: bool,
-    /// The sickness scale of the drive that runs, where its segment asks it.
+    /// Sickness scale of the running drive, if its segment asks it.
     fms: Option<FmsScale>,
     voice: voice::SessionVoice,
-    /// The countdown waits for a foot on the brake.
+    /// True while the countdown waits for the brake pedal.
     lacks_brake: bool,
     error: Option<String>,
-    /// That was a drive which could not go on.
+    /// True if `error` is about a drive that could not go on.
     drive_failed: bool,
-    /// The time of day, UTC.
+    /// Returns the time of day, UTC.
     utc: fn() -> String,
 }
 
 impl LiveSession {
-    /// Goes on where `session` is: a new one begins at once, one that was interrupted when the experimenter says so.
+    /// Continues a session: a new one begins at once, an interrupted one waits for the experimenter.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The session cannot be written.
     pub fn new(study: &Study, session: Session, utc: fn() -> String) -> Result<Self, RunError> {
         let fresh = session.log().passages.is_empty();
         let mut live_session = Self {
@@ -171,32 +172,32 @@ impl LiveSession {
         Ok(live_session)
     }
 
-    /// What is on the disk.
+    /// Returns the session as stored on disk.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// What the study is called.
+    /// Returns the title of the study.
     pub fn title(&self) -> &str {
         &self.study.file.title
     }
 
-    /// True when nothing comes any more.
+    /// Returns true if no more items come.
     pub fn is_over(&self) -> bool {
         matches!(self.at, SessionState::End | SessionState::Stopped(_))
     }
 
-    /// True while the picture of a drive is seen.
+    /// Returns true while the picture of a drive is shown.
     pub fn drives(&self) -> bool {
         matches!(self.at, SessionState::Countdown(..) | SessionState::Driving)
     }
 
-    /// True if the participant asked to stop and nobody has answered.
+    /// Returns true if the participant asked to stop and the experimenter has not decided yet.
     pub fn asked(&self) -> bool {
         self.asked
     }
 
-    /// Time passes.
+    /// Advances the session by the elapsed time.
     ///
     /// # Errors
     /// The session cannot be written.
@@ -204,7 +205,7 @@ impl LiveSession {
         self.elapsed_s += elapsed.as_secs_f64();
         self.write_voice()?;
         if self.asked {
-            // Whatever it is, it waits: the page, the loading, the countdown, the drive, the rest.
+            // A request to stop holds every state: page, loading, countdown, drive, rest.
             return Ok(());
         }
         let frame_s = elapsed.as_secs_f64().min(MOST_FRAME_S);
@@ -247,7 +248,7 @@ impl LiveSession {
         Ok(())
     }
 
-    /// True while a drive that begins at a standstill has no foot on the brake: the countdown begins anew with it.
+    /// Returns true during the countdown to a standing start while the brake is not pressed; the countdown then restarts.
     fn waits_for_brake(&self, now: BackendStatus) -> bool {
         let is_asked_for = match self.running().map(|planned| &planned.item) {
             Some(PlanItem::Drive { scenario, .. }) => scenario.standing_start,
@@ -256,7 +257,7 @@ impl LiveSession {
         is_asked_for && matches!(self.at, SessionState::Countdown(_, false)) && now.brake < BRAKE_HELD
     }
 
-    /// The drive: is its criterion met, is it over?
+    /// Ends the drive if its criterion is met or its time is over.
     fn watch(&mut self, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         let now = backend.now();
         let criterion_s = self.criterion_s().filter(|enough_s| now.in_range.has_reached(*enough_s));
@@ -279,15 +280,15 @@ impl LiveSession {
         }
     }
 
-    /// The drive came to an end by an error: it comes again when the experimenter says so. On a full disk the log cannot be
-    /// written either, until there is room: it is whole in memory, and a window that is gone explains nothing.
+    /// Ends a drive because of an error; it comes again on the experimenter's command. If the disk is full, the log stays complete in
+    /// memory until it can be written. The window stays open to show the error.
     pub fn fail(&mut self, error: &RunError, backend: &mut dyn DriveBackend) {
         let text = error.to_string();
         log::error!("{text}");
         if let Err(also) = backend.end() {
             log::error!("{also}");
         }
-        // The log goes where the data goes: it does not say where that was.
+        // The log must not contain the path of the data folder.
         let reason = match self.folder.to_str() {
             Some(folder) if !folder.is_empty() => text.replace(&format!("{folder}/"), ""),
             _ => text.clone(),
@@ -301,10 +302,10 @@ impl LiveSession {
         self.see(SessionState::Hold);
     }
 
-    /// The program ends before the session: what runs is broken off and comes again.
+    /// Interrupts the running item because the program ends; it comes again.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The session or the recording cannot be written.
     pub fn close(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         self.hush();
         self.write_voice()?;
@@ -312,7 +313,7 @@ impl LiveSession {
         Ok(self.session.end(ItemOutcome::Cut, reason, &(self.utc)())?)
     }
 
-    /// The participant does something. After they asked to stop nothing goes on until the experimenter has decided.
+    /// Handles the participant's input. After a request to stop, only marks are taken until the experimenter has decided.
     ///
     /// # Errors
     /// The session cannot be written.
@@ -326,7 +327,7 @@ impl LiveSession {
         }
         match &mut self.at {
             SessionState::Questions(form) => {
-                // A text is on the disk when the hand goes on, not with each letter.
+                // Text is saved when the participant moves on, not with each letter.
                 let typed = matches!(input, FormInput::Type { .. });
                 form.take(input, self.elapsed_s);
                 if !form.is_over() && !typed {
@@ -343,7 +344,7 @@ impl LiveSession {
                 }
             }
             SessionState::Driving => self.rate(&input, backend)?,
-            // A page has nothing to go back to: that button hears it again.
+            // A page has no previous stop, so the back button plays the spoken text again.
             SessionState::Text(_) | SessionState::Intro(_) | SessionState::Rest(..)
                 if matches!(input, FormInput::Again | FormInput::Back) =>
             {
@@ -359,14 +360,14 @@ impl LiveSession {
         Ok(())
     }
 
-    /// A rule of the study has ended the session.
+    /// Shows the end of the session by a rule of the study.
     fn stopped_by(&mut self, ending: SessionEnding) {
         log::info!("the session ends by a rule: {}", ending.reason);
         self.error = Some(format!("the session has ended by a rule of the study: {}", ending.reason));
         self.see(SessionState::Stopped(ending.words));
     }
 
-    /// What comes after a page, a rest or the end of a drive.
+    /// Continues after a page, a rest or the end of a drive.
     fn turn_page(&mut self) -> Result<(), RunError> {
         match &self.at {
             SessionState::Intro(_) => match self.running().map(|planned| planned.item.clone()) {
@@ -392,7 +393,7 @@ impl LiveSession {
         Ok(())
     }
 
-    /// The next item of the plan begins; after the last the session is over.
+    /// Begins the next item of the plan; after the last, ends the session.
     fn go_on(&mut self) -> Result<(), RunError> {
         let Some((_, planned)) = self.session.next() else {
             self.session.finish(&(self.utc)())?;
@@ -425,7 +426,7 @@ impl LiveSession {
         self.speak();
     }
 
-    /// What runs, as planned.
+    /// Returns the running item as planned.
     fn running(&self) -> Option<&PlannedItem> {
         let name = &self.session.log().running.as_ref()?.item;
         self.session.plan().items.iter().find(|planned| planned.name == *name)
@@ -450,7 +451,7 @@ impl LiveSession {
         self.write("asked", "the participant asks to stop", backend)
     }
 
-    /// A contact with another car marks its moment in the session's log; the recording has it with its speeds.
+    /// Notes a contact with another vehicle in the session log. The recording has the contact with its speeds.
     ///
     /// # Errors
     /// The session cannot be written.
@@ -458,7 +459,7 @@ impl LiveSession {
         Ok(self.session.note("contact", words, &(self.utc)())?)
     }
 
-    /// Writes something down in the session, and in the recording while one runs.
+    /// Writes a note to the session log, and to the recording while a drive runs.
     fn write(&mut self, kind: &str, text: &str, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         if matches!(self.at, SessionState::Driving) {
             backend.note(kind, text);
@@ -476,7 +477,7 @@ impl From<SessionError> for CommandRefusal {
     }
 }
 
-/// Why a command is not obeyed: something to say, or an end.
+/// Reason why a command is not carried out: a message for the experimenter, or an error that ends the session.
 enum CommandRefusal {
     Say(String),
     End(RunError),

@@ -1,5 +1,5 @@
-//! Overview of a session for its windows. In: where it is and how its drive stands. Out: the participant's screen; the
-//! experimenter's plan, phase and words. Nothing is changed here.
+//! Overview of a session for its windows. In: state of the session and status of the drive. Out: the participant's screen; the
+//! experimenter's plan, phase and texts. Nothing is changed here.
 
 use super::{BackendStatus, LiveSession, SessionState};
 use crate::{
@@ -7,7 +7,8 @@ use crate::{
     study::{ItemOutcome, session::SessionLog},
 };
 
-/// What became of an item before what is said of it now: an item that was broken off and then skipped was not skipped twice.
+/// Describes earlier runs of an item, without the last run if the item's present state already shows it: an item that was broken off and
+/// then skipped was not skipped twice.
 fn earlier(log: &SessionLog, item: &str, is_running: bool, is_over: bool) -> String {
     let of_it = log.passages.iter().filter(|passage| passage.item == item);
     let mut words: Vec<&str> = of_it
@@ -29,7 +30,7 @@ fn earlier(log: &SessionLog, item: &str, is_running: bool, is_over: bool) -> Str
 }
 
 impl LiveSession {
-    /// What the participant sees.
+    /// Returns the participant's screen.
     pub fn screen(&self, now: BackendStatus) -> ParticipantScreen<'_> {
         let texts = &self.study.file.texts;
         match &self.at {
@@ -59,26 +60,26 @@ impl LiveSession {
         }
     }
 
-    /// How many points of the plan are behind, and how many there are.
+    /// Returns the number of settled items of the plan, and the number of all items.
     pub fn progress(&self) -> [usize; 2] {
         let items = &self.session.plan().items;
         [items.iter().filter(|planned| self.session.log().is_settled(&planned.name)).count(), items.len()]
     }
 
-    /// True once the participant has given every consent that the plan asks for, and the session goes on.
+    /// Returns true if the participant has given every consent of the plan, and the session is not over.
     pub fn has_consent(&self) -> bool {
         let mut asked = self.session.plan().items.iter().filter(|planned| self.study.is_consent(planned));
         !self.is_over() && asked.all(|planned| self.session.log().done(&planned.name).is_some())
     }
 
-    /// How long what is not yet settled is reckoned to last, seconds; nothing comes after the end.
+    /// Returns the expected duration of the unsettled items, s; 0 after the end.
     pub fn to_come_s(&self) -> f64 {
         let left =
             self.session.plan().items.iter().filter(|p| !self.is_over() && !self.session.log().is_settled(&p.name));
         left.map(|planned| planned.seconds).sum()
     }
 
-    /// The plan with what has become of it.
+    /// Returns the items of the plan with their states.
     pub fn items(&self) -> Vec<SessionItem> {
         let log = self.session.log();
         let running = log.running.as_ref().map(|running| running.item.as_str());
@@ -105,7 +106,7 @@ impl LiveSession {
             .collect()
     }
 
-    /// What the participant sees, in the experimenter's words.
+    /// Describes the participant's screen for the experimenter.
     pub fn sees(&self) -> String {
         let name = self.session.log().running.as_ref().map_or("", |running| running.item.as_str());
         match &self.at {
@@ -127,14 +128,14 @@ impl LiveSession {
         }
     }
 
-    /// How far a drive of practice is from its criterion, in the experimenter's words; `None` where there is none.
+    /// Describes the progress of a practice drive towards its criterion; `None` if there is none.
     pub fn criterion(&self, now: BackendStatus) -> Option<String> {
         let enough_s = self.criterion_s().filter(|_| matches!(self.at, SessionState::Driving))?;
         let [at_s, best_s] = [now.in_range.now_s(), now.in_range.longest_s()];
         Some(format!("in the range without a break for {at_s:.1} s of {enough_s} s, at best {best_s:.1} s"))
     }
 
-    /// What the session waits for.
+    /// Returns the phase of the session, which says what it waits for.
     pub fn phase(&self, now: BackendStatus) -> SessionPhase {
         match &self.at {
             SessionState::End | SessionState::Stopped(_) => SessionPhase::Over,
@@ -148,7 +149,7 @@ impl LiveSession {
         }
     }
 
-    /// Seconds that are left of what ends by itself.
+    /// Returns the remaining time of a drive, countdown or rest, s.
     pub fn left_s(&self, now: BackendStatus) -> Option<f64> {
         match &self.at {
             SessionState::Driving => Some(now.duration_s - now.time_s),
@@ -157,12 +158,12 @@ impl LiveSession {
         }
     }
 
-    /// What ended a drive that could not go on; a command that was refused and the end by a rule are no fault of one.
+    /// Returns the error of a drive that could not go on. Refused commands and ends by a rule are not errors of a drive.
     pub fn drive_fault(&self) -> Option<&str> {
         self.error().filter(|_| self.drive_failed && !self.is_over())
     }
 
-    /// What went wrong last, or why the session ended.
+    /// Returns the last error, or the reason why the session ended.
     pub fn error(&self) -> Option<&str> {
         self.error.as_deref()
     }

@@ -1,6 +1,5 @@
-//! The fast motion sickness scale of a session's drives. In: the time of the drive, what the participant's hand does. Out: the question
-//! in the participant's picture; ratings in the session's log and in the recording; the end of the session where a rating is above its
-//! limit.
+//! The fast motion sickness scale in a session's drives. In: time of the drive and the participant's input. Out: the question in the
+//! participant's picture; ratings in the session log and the recording; the end of the session if a rating is above its limit.
 
 use super::{BackendStatus, DriveBackend, LiveSession, SessionState};
 use crate::{
@@ -12,18 +11,18 @@ use crate::{
     },
 };
 
-/// Ratings that the experimenter sees at a time.
+/// Maximum number of recent ratings shown to the experimenter.
 const SEEN: usize = 8;
 
 impl LiveSession {
-    /// A drive begins: whether and how often it asks is said by its segment; the first question begins at the last answer.
+    /// Prepares the scale for a new drive, if its segment asks for it; the first question starts at the last answer.
     pub(super) fn begin_ratings(&mut self) {
         let every_s = self.running().and_then(|planned| self.study.segment_of(planned)?.fms_every_s);
         let last = self.session.log().fms.iter().rev().find_map(|rated| rated.rating.value);
         self.fms = every_s.map(|every_s| FmsScale::new(every_s, last.unwrap_or(0)));
     }
 
-    /// Time has passed in the drive.
+    /// Advances the scale to the present time of the drive; asks a question or lets one expire.
     pub(super) fn ask_rating(&mut self, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         let now = backend.now();
         let Some(scale) = self.fms.as_mut().filter(|_| !now.ended) else { return Ok(()) };
@@ -41,7 +40,7 @@ impl LiveSession {
         }
     }
 
-    /// The hand does something while the car drives. A drive that is held takes no answer.
+    /// Applies the participant's input to the question while driving; ignored while the drive is paused.
     pub(super) fn rate(&mut self, input: &FormInput, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         let now = backend.now();
         let Some(scale) = self.fms.as_mut().filter(|_| !now.held) else { return Ok(()) };
@@ -57,12 +56,12 @@ impl LiveSession {
         Ok(())
     }
 
-    /// The answer goes into the log, and ends drive and session where it is above its limit.
+    /// Stores a rating in the log; ends drive and session if it is above the limit.
     fn rated(&mut self, rating: FmsRating, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         let ending = self.running().and_then(|planned| self.study.ending_of_rating(planned, &rating));
         if let Some(ending) = &ending {
             backend.note("stopped", &ending.reason);
-            // A disk that refuses is no reason to drive on.
+            // The drive must end even if the recording cannot be finished.
             if let Err(error) = backend.end() {
                 log::error!("{error}");
             }
@@ -74,12 +73,12 @@ impl LiveSession {
         Ok(())
     }
 
-    /// The question that stands in the participant's picture.
+    /// Returns the question to show in the participant's picture.
     pub(super) fn rating_prompt(&self, now: BackendStatus) -> Option<FmsPrompt> {
         self.fms.as_ref().filter(|_| matches!(self.at, SessionState::Driving))?.prompt(now.time_s)
     }
 
-    /// The last ratings in the experimenter's words; `None` before the first.
+    /// Describes the last ratings for the experimenter; `None` before the first.
     pub fn ratings(&self) -> Option<String> {
         let all = &self.session.log().fms;
         let word = |rated: &DriveRating| rated.rating.value.map_or("no answer".into(), |value| value.to_string());

@@ -1,37 +1,37 @@
-//! Spoken instructions of a session's pages. In: which page is seen, how far the device is. Out: what is to be played or ended now; notes
-//! in the session's log of when a text began, and whether it ended or was cut. No device is opened here.
+//! Spoken instructions of a session's pages. In: the current page, and the status of the audio device. Out: orders to play or stop; notes
+//! in the session log for when a text began, and whether it ended or was cut. This module opens no device.
 
 use super::{LiveSession, SessionState};
 use crate::{audio::VoiceStatus, drive_loop::RunError, study::SpokenText};
 
-/// What the window is to do.
+/// Order to the window that owns the audio device.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VoiceOrder {
-    /// Speak this from its beginning; whatever is spoken ends.
+    /// Play this text from its beginning; stops any other text.
     Play(SpokenText),
-    /// End what is spoken.
+    /// Stop the current text.
     Stop,
 }
 
-/// A text that is spoken.
+/// A text that is being spoken.
 #[derive(Debug)]
 struct SpeakingText {
     file: String,
-    /// It is heard.
+    /// True once the device plays it.
     began: bool,
 }
 
-/// The voice of a session.
+/// Voice of a session: pending order, current text, unwritten notes.
 #[derive(Debug, Default)]
 pub(super) struct SessionVoice {
     order: Option<VoiceOrder>,
     speaking: Option<SpeakingText>,
-    /// What the log does not have yet.
+    /// Notes that are not yet in the log.
     notes: Vec<String>,
 }
 
 impl LiveSession {
-    /// Another page is seen, or the same text is wanted again: what is spoken ends, and the page's own text begins.
+    /// Stops the current text and starts the text of the current page; for a new page, or on request to hear it again.
     pub(super) fn speak(&mut self) {
         self.hush();
         if let Some(text) = self.spoken_now().cloned() {
@@ -40,7 +40,7 @@ impl LiveSession {
         }
     }
 
-    /// What is spoken ends.
+    /// Stops the current text.
     pub(super) fn hush(&mut self) {
         let Some(speaking) = self.voice.speaking.take() else { return };
         self.voice.order = Some(VoiceOrder::Stop);
@@ -49,29 +49,29 @@ impl LiveSession {
         }
     }
 
-    /// The text that is spoken on the page that is seen.
+    /// Returns the spoken text of the current page.
     fn spoken_now(&self) -> Option<&SpokenText> {
         let planned = self.running()?;
         let has_page = match &self.at {
             SessionState::Text(_) => true,
-            // The words of a segment stand before its first drive alone.
+            // The text of a segment is shown only before its first drive.
             SessionState::Intro(_) | SessionState::Rest(..) => !planned.text.is_empty(),
             _ => false,
         };
         self.study.spoken.get(&planned.segment).filter(|_| has_page)
     }
 
-    /// True if the page can be heard, once more too.
+    /// Returns true if the current page has a spoken text that may be played.
     pub fn is_spoken(&self) -> bool {
         !self.asked && self.spoken_now().is_some()
     }
 
-    /// What is to be done since the last call.
+    /// Takes the order issued since the last call.
     pub fn take_voice_order(&mut self) -> Option<VoiceOrder> {
         self.voice.order.take()
     }
 
-    /// How far the device is. Returns what the experimenter has to know: a text that is not heard.
+    /// Processes the status of the audio device. Returns a warning for the experimenter if the text cannot be heard.
     pub fn hear_voice(&mut self, status: VoiceStatus) -> Option<String> {
         let SessionVoice { speaking, notes, .. } = &mut self.voice;
         let text = speaking.as_mut()?;
@@ -97,7 +97,7 @@ impl LiveSession {
         }
     }
 
-    /// Writes down what was spoken.
+    /// Writes pending notes to the session log.
     pub(super) fn write_voice(&mut self) -> Result<(), RunError> {
         for text in std::mem::take(&mut self.voice.notes) {
             self.session.note("spoken", &text, &(self.utc)())?;

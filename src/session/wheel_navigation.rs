@@ -1,5 +1,5 @@
-//! Answering screens with wheel, pedals and buttons. In: controls a frame, pressed buttons. Out: [`FormInput`]s. Angles in
-//! radians, positive to the left, as the wheel has them.
+//! Answering screens with wheel, pedals and buttons. In: controls of each frame, pressed buttons. Out: [`FormInput`]s. Angles are those
+//! of the steering wheel in rad, positive to the left.
 
 use crate::{
     controls::Controls,
@@ -7,28 +7,29 @@ use crate::{
     study::FormInput,
 };
 
-/// Turn of the wheel for one place, radians (12 degrees). It counts from the last place that was reached: a trembling hand
-/// between two places moves nothing.
+/// Turn of the wheel for one place, rad (12 degrees). Counted from the last place reached, so that a trembling hand between two places
+/// moves nothing.
 const PLACE_RAD: f64 = 0.21;
-/// A pedal acts when it is pressed this far, and again after it was let go.
+/// Pedal position that counts as pressed, 0 to 1; the pedal must go below `RELEASED` before it counts again.
 const PRESSED: f32 = 0.6;
 const RELEASED: f32 = 0.2;
-/// Turn of a pad's stick that moves one place, and below which it rests, radians at the steering wheel.
+/// Stick deflection that moves one place, as angle of the steering wheel in rad; the stick must return below `STICK_REST_RAD` before it
+/// moves another.
 const STICK_RAD: f64 = 2.0;
 const STICK_REST_RAD: f64 = 0.8;
 
-/// What the hands and feet did last.
+/// State of wheel, pedals and stick in the last frame.
 #[derive(Clone, Debug, Default)]
 pub struct WheelNavigation {
     anchor_rad: Option<f64>,
     source: Option<ControlSource>,
-    /// Accelerator and brake are down.
+    /// True for accelerator and brake that are pressed.
     down: [bool; 2],
     stick: bool,
 }
 
 impl WheelNavigation {
-    /// What a button means at a screen.
+    /// Returns the meaning of a button at a screen.
     pub fn pressed(action: ButtonAction) -> Option<FormInput> {
         match action {
             ButtonAction::Answer | ButtonAction::Start => Some(FormInput::Next),
@@ -41,8 +42,8 @@ impl WheelNavigation {
         }
     }
 
-    /// What a button means while driving: only what does not steer the car or the view. Up is more here: a number is asked, not a
-    /// choice out of a list.
+    /// Returns the meaning of a button while driving, excluding buttons that control vehicle or view. Up means more here, as the question
+    /// asks for a number, not for an option of a list.
     pub fn pressed_driving(action: ButtonAction) -> Option<FormInput> {
         match action {
             ButtonAction::Mark => Some(FormInput::Mark),
@@ -55,12 +56,12 @@ impl WheelNavigation {
         }
     }
 
-    /// The controls of a frame. `pedals` is true for devices without a button that answers: the accelerator then answers
-    /// and the brake goes back.
+    /// Converts the controls of a frame to form input. `pedals` is true for devices without an answer button: the accelerator then
+    /// answers and the brake goes back.
     pub fn inputs_from(&mut self, controls: &Controls, source: ControlSource, pedals: bool) -> Vec<FormInput> {
         let mut inputs = Vec::new();
         if self.source != Some(source) {
-            // Another device is elsewhere; that is no movement, and a pedal that is down was not pressed now.
+            // A change of device is not a movement, and a pedal that is already down was not pressed now.
             let down = [controls.throttle, controls.brake].map(|way| way > RELEASED);
             *self = Self { source: Some(source), down, ..Self::default() };
         }
@@ -123,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn pedals_answer_where_no_button_does_once_a_stroke() {
+    fn pedals_answer_once_per_stroke_if_no_button_does() {
         let mut navigation = WheelNavigation::default();
         let mut pressed = |throttle: f32, brake: f32, pedals: bool| {
             navigation.inputs_from(&Controls { throttle, brake, ..Controls::default() }, ControlSource::Wheel, pedals)
@@ -135,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stick_moves_one_place_a_push() {
+    fn a_stick_moves_one_place_per_push() {
         let mut navigation = WheelNavigation::default();
         let mut pushed = |rad: f32| {
             navigation.inputs_from(
@@ -149,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn at_a_screen_buttons_answer_and_go_back_and_in_a_drive_they_mark_rate_and_ask_for_the_end() {
+    fn buttons_answer_at_a_screen_and_mark_rate_or_ask_to_stop_in_a_drive() {
         let meaning = |of: fn(ButtonAction) -> Option<FormInput>| ButtonAction::ALL.map(|action| (action, of(action)));
         assert_eq!(
             meaning(WheelNavigation::pressed),
@@ -165,7 +166,7 @@ mod tests {
                 (ButtonAction::Abort, Some(FormInput::Stop)),
             ]
         );
-        // The same hand drives: nothing that goes on or back; an answer is that of the scale in the picture.
+        // In a drive, no button goes to the next or previous stop; the answer button answers the scale in the picture.
         let driving =
             meaning(WheelNavigation::pressed_driving).into_iter().filter_map(|(action, input)| Some((action, input?)));
         assert_eq!(
@@ -176,7 +177,7 @@ mod tests {
                 (ButtonAction::Abort, FormInput::Stop)
             ]
         );
-        // Right is on in a list and more on a scale; up is the choice above in a list and more on a scale.
+        // Right is the next option of a list and more on a scale; up is the previous option of a list and more on a scale.
         let dpad = ButtonAction::DPAD.map(|way| (WheelNavigation::pressed(way), WheelNavigation::pressed_driving(way)));
         let [back, on] = [Some(FormInput::Turn(-1)), Some(FormInput::Turn(1))];
         let expected = [(&back, &on), (&on, &back), (&back, &back), (&on, &on)];

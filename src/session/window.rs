@@ -1,6 +1,6 @@
-//! The two windows of a session: the participant's, with screens and the picture of the drive, and the experimenter's. In:
-//! events of winit, Ctrl-C, the clock. Out: frames. The participant's window knows driving keys, those of its screens, F1 for
-//! the list of both and F11 for the whole screen; closing it, or the experimenter's, breaks off the session, and the same command goes on there.
+//! The two windows of a session: the participant's, with screens and the picture of the drive, and the experimenter's. In: winit events,
+//! Ctrl-C, the clock. Out: frames. The participant's window takes driving keys, the keys of its screens, F1 for the list of both, and F11
+//! for full screen. Closing either window interrupts the session; the same command resumes it.
 
 use super::{
     DriveBackend, LiveSession,
@@ -50,42 +50,42 @@ use winit::{
     window::{Window, WindowId},
 };
 
-/// What `codrive study --participant` was asked for.
+/// Options of `codrive study --participant`.
 pub struct SessionOptions {
-    /// The study.
+    /// Study of the session.
     pub study: Study,
-    /// Folder of its data set.
+    /// Folder of the data set.
     pub out: PathBuf,
-    /// Who takes part.
+    /// Code of the participant.
     pub code: ParticipantCode,
-    /// Where the participant's window opens, and whether it fills the screen at once.
+    /// Monitor and mode of the participant's window at the start.
     pub place: WindowPlacement,
-    /// Profile of the wheel; `None` takes the one for the wheel that is found.
+    /// Profile of the wheel; `None` selects one by the wheel that is found.
     pub wheel: Option<WheelProfile>,
-    /// Becomes true when the program is to end (Ctrl-C).
+    /// Set to true to end the program (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
 
-/// How a session was left.
+/// State in which a session was left.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SessionOutcome {
-    /// It is over.
+    /// The session is over.
     Over(Completion),
-    /// Something is left to do: the next item's name.
+    /// The session can be resumed; the name of its next item.
     Open(String),
 }
 
-/// Leads a participant through the plan, from where they are to its end or until a window is closed.
+/// Runs a participant's session from its present item to its end or until a window is closed.
 ///
 /// # Errors
-/// No display or graphics adapter; a participant who has been through, is being run elsewhere, or whose files cannot be
-/// read; a full disk. What was done is kept.
+/// There is no display or graphics adapter. The participant has finished, is run elsewhere, or their files cannot be read. The disk is
+/// full. Completed items are kept in all cases.
 pub fn run(options: SessionOptions) -> Result<SessionOutcome, RunError> {
     if options.out.exists() {
-        // What is refused is refused without a display too, and before anything is made.
+        // Checks for refusals before a display is needed and before any file is made.
         look_ahead(&options, &DataSet::open(&options.out, &options.study)?)?;
     }
-    // Nothing is written for a session that the laboratory is not ready for.
+    // No file is written for a session if the lab devices are not ready.
     let lab = LabDevices::open(&LabSettings::of(&options.study.file))?;
     let event_loop = event_loop::event_loop()?;
     let data = DataSet::open(&options.out, &options.study)?;
@@ -104,8 +104,8 @@ fn open_session(options: &SessionOptions, data: &DataSet) -> Result<Session, Run
     Ok(Session::open(data, &options.study, &options.code, ParticipantKind::Person, index, &recording_manifest::now())?)
 }
 
-/// A rehearsal's folder is no place for people; a session that is over may lack baselines, since its window was closed while
-/// they were driven, and is not run again.
+/// Refuses the data set of a rehearsal. Makes missing baselines of a session that is over, which happens if its window was closed while
+/// they were driven; such a session is then refused.
 fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> {
     if let Some(log) = data.logs()?.iter().find(|log| log.who == ParticipantKind::Simulated) {
         return Err(SessionError::Refused(format!(
@@ -125,14 +125,14 @@ fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> 
     if made > 0 {
         let were = if made == 1 { "baseline was" } else { "baselines were" };
         let text = format!("{made} missing {were} made for participant {}", options.code);
-        // A session goes on where nobody reads that.
+        // The session continues even if standard output is closed.
         let _ = writeln!(std::io::stdout(), "{text}");
     }
     drop(lock);
     open_session(options, data).map(drop)
 }
 
-/// A session in its windows.
+/// A session with its two windows.
 struct SessionWindows<'a> {
     options: &'a SessionOptions,
     picture: DriverWindow,
@@ -141,19 +141,19 @@ struct SessionWindows<'a> {
     resources: SessionResources,
     screens: ScreenPainter,
     experimenter_view: ExperimenterView,
-    /// What is spoken.
+    /// Playback of spoken instructions.
     voice: Option<Voice>,
     making: Option<BaselineJob>,
-    /// Baselines have been made, or there were none to make.
+    /// True once all baselines are made, or if there were none to make.
     made: bool,
     data: DataSet,
-    /// Why the experimenter closes the windows of a session that is not over.
+    /// Reason given by the experimenter for closing the windows of a session that is not over.
     reason: Option<String>,
-    /// The participant reads the list of keys.
+    /// True while the list of keys is shown to the participant.
     help_open: bool,
-    /// When the last frame began; `None` after something that took long and is no part of a drive.
+    /// Start of the last frame; `None` after a long operation that must not count as time of a drive.
     last: Option<Instant>,
-    /// When the drive began, and when rows last went to the disk.
+    /// Start of the drive, and last time that rows were written to disk.
     first: Instant,
     flushed: Instant,
 }
@@ -218,7 +218,7 @@ impl<'a> Windows for SessionWindows<'a> {
 }
 
 impl SessionWindows<'_> {
-    /// One frame: devices and drive, what the participant does, the picture, what the experimenter decides. The end
+    /// Runs one frame: devices and drive, the participant's input, the picture, the experimenter's commands. Returns the end of the loop
     /// when the experimenter closes the session.
     fn draw(&mut self) -> Result<LoopControl, RunError> {
         let elapsed = self.lap();
@@ -244,7 +244,7 @@ impl SessionWindows<'_> {
         self.on_backend(|live_session, backend| live_session.tick(elapsed, backend))?;
         if let (Some(live), false) = (&self.resources.live, prepared) {
             self.experimenter_view.drive_begins(live);
-            // What was loaded took long, and no timer counts it.
+            // Loading took long; that time must not count.
             self.last = None;
         }
         if drove != self.live_session.drives() {
@@ -277,11 +277,11 @@ impl SessionWindows<'_> {
         Ok(LoopControl::GoOn)
     }
 
-    /// The voice does what the session asks, and the session hears how far it is.
+    /// Carries out the session's voice order, and reports the playback status to the session.
     fn speak(&mut self) {
         match self.live_session.take_voice_order() {
             Some(VoiceOrder::Play(text)) => {
-                // The one before lets go of the device first.
+                // The previous playback must release the device first.
                 self.voice = None;
                 self.voice = Some(Voice::play(text.wav));
             }
@@ -294,13 +294,13 @@ impl SessionWindows<'_> {
         }
     }
 
-    /// Something that the session does with its road.
+    /// Runs an action on the session with the window's drive backend.
     fn on_backend<T>(&mut self, act: impl FnOnce(&mut LiveSession, &mut dyn DriveBackend) -> T) -> T {
         let Self { picture, resources, live_session, .. } = self;
         act(live_session, &mut WindowBackend { picture, resources })
     }
 
-    /// The participant's window. Returns what keys and mouse did there.
+    /// Draws the participant's window. Returns the input from its keys and mouse.
     fn draw_picture(&mut self, elapsed: Duration, due: crate::time::DueTicks) -> Vec<FormInput> {
         let now_there = self.on_backend(|_, backend| backend.now());
         let Self { picture, resources, live_session, screens, experimenter_view, options, first, help_open, .. } = self;
@@ -315,7 +315,7 @@ impl SessionWindows<'_> {
         let mut inputs = Vec::new();
         let flash = resources.live.as_ref().map_or(0.0, |live| live.contacts().flash());
         let output = picture.overlay(|ui| {
-            // Esc closes the list before it asks to stop.
+            // Esc closes the list of keys before it counts as a request to stop.
             if *help_open && ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Escape)) {
                 *help_open = false;
             }
@@ -339,7 +339,7 @@ impl SessionWindows<'_> {
         inputs
     }
 
-    /// The experimenter's window, when it is due.
+    /// Draws the experimenter's window if it is due. Returns the experimenter's commands.
     fn draw_experimenter(&mut self) -> Vec<SessionCommand> {
         let now_there = self.on_backend(|_, backend| backend.now());
         for news in self.resources.take_news() {
@@ -376,7 +376,7 @@ impl SessionWindows<'_> {
         commands
     }
 
-    /// When the session is over: the data set's tables, then baselines on their thread, then the tables once more.
+    /// Finishes a session that is over: drives missing baselines on a thread, then publishes the tables of the data set.
     fn after_the_session(&mut self) -> Result<(), RunError> {
         if !self.live_session.is_over() || self.made {
             return Ok(());
@@ -409,7 +409,7 @@ impl SessionWindows<'_> {
         Ok(())
     }
 
-    /// The windows close: what runs is broken off, and comes again with the same command.
+    /// Closes the session with the windows. A running item is interrupted and comes again with the same command.
     fn leave(&mut self, data: &DataSet, options: &SessionOptions) -> Result<SessionOutcome, RunError> {
         let stopped = options.stop.load(Ordering::Relaxed);
         let usual = if stopped { "stopped by Ctrl-C" } else { "the window was closed" };
@@ -426,7 +426,7 @@ impl SessionWindows<'_> {
         })
     }
 
-    /// Time since the last frame.
+    /// Returns the time since the last frame, and starts the next.
     fn lap(&mut self) -> Duration {
         let begin = now();
         self.last.replace(begin).map_or(Duration::ZERO, |before| begin - before)
@@ -438,7 +438,7 @@ impl SessionWindows<'_> {
         }
     }
 
-    /// A key of the participant's window; screens hear theirs through egui.
+    /// Handles a key of the participant's window; screens receive their keys through egui.
     fn key(&mut self, event: &KeyEvent) {
         let PhysicalKey::Code(code) = event.physical_key else { return };
         let down = event.state == ElementState::Pressed;

@@ -1,73 +1,73 @@
-//! Settings as a list, read from the JSON Schema of their struct: doc, unit, limits, kind and default of each. The command
-//! line, the checks of files and the panel are all made from this list.
+//! Settings as a list, read from the JSON Schema of their struct: doc, unit, limits, kind and default of each. The command line, the
+//! checks of files and the panel are generated from this list.
 
 use serde_json::Value;
 
-/// One setting.
+/// One setting of a struct.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// Key in the file; `idm.T` for a key in a table.
     pub path: String,
-    /// Key in the files of earlier versions, which is still read.
+    /// Key in the files of earlier versions, which is still accepted.
     pub formerly: Option<String>,
-    /// What it is, one sentence.
+    /// Description of the setting, one sentence.
     pub doc: String,
-    /// Unit, empty if it has none.
+    /// Unit symbol; empty if the setting has none.
     pub unit: String,
-    /// What it can hold.
+    /// Kind of value and its limits.
     pub kind: SettingKind,
-    /// Value in the struct's own default.
+    /// Value in the default of the struct.
     pub default: Value,
 }
 
-/// What a setting can hold.
+/// Kind of value of a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SettingKind {
-    /// Yes or no.
+    /// Switch, true or false.
     Switch,
-    /// A whole number within limits, both included.
+    /// Integer within limits, both included.
     Whole {
-        /// Smallest.
+        /// Smallest allowed value of the integer.
         min: u64,
-        /// Largest.
+        /// Largest allowed value of the integer.
         max: u64,
     },
-    /// A number within limits, both included.
+    /// Number within limits, both included.
     Number {
-        /// Smallest.
+        /// Smallest allowed value of the number.
         min: f64,
-        /// Largest.
+        /// Largest allowed value of the number.
         max: f64,
     },
-    /// One of a few words.
+    /// One of these words.
     Choice(Vec<String>),
-    /// A name, checked where it is used.
+    /// Text, checked by the code that uses it.
     Text,
 }
 
 impl Field {
-    /// The flag on the command line, without dashes: the key without its unit, `-` for `_`.
+    /// Returns the command-line flag without dashes: the key without its unit, with `-` for `_`.
     pub fn flag(&self) -> String {
         flag_of(&self.path)
     }
 
-    /// The flags of earlier versions, which are still taken: at first those of accelerations had their unit.
+    /// Returns the flags of earlier versions, which are still accepted. The first flags of accelerations included their unit.
     pub fn former_flags(&self) -> Vec<String> {
         let flags = self.formerly.iter().flat_map(|key| [flag_of(key), key.replace('_', "-")]);
         flags.filter(|flag| *flag != self.flag()).collect()
     }
 
-    /// True for its key, of this version or of earlier ones.
+    /// Returns true if `key` is the setting's key, of this version or an earlier one.
     pub fn is_called(&self, key: &str) -> bool {
         self.path == key || self.formerly.as_deref() == Some(key)
     }
 
-    /// The table that the key is in, if any.
+    /// Returns the table of the key, if any.
     pub fn table(&self) -> Option<&str> {
         self.path.split_once('.').map(|(table, _)| table)
     }
 
-    /// What is allowed, as words.
+    /// Describes the allowed values.
     pub fn allowed(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         match &self.kind {
@@ -79,12 +79,12 @@ impl Field {
         }
     }
 
-    /// The setting's value in a struct written as JSON.
+    /// Returns the value of the setting in a struct written as JSON.
     pub fn get<'a>(&self, settings: &'a Value) -> Option<&'a Value> {
         self.path.split('.').try_fold(settings, |value, key| value.get(key))
     }
 
-    /// Puts a value into a struct written as JSON; tables that are missing are made.
+    /// Sets the value in a struct written as JSON; creates missing tables.
     pub fn set(&self, settings: &mut Value, value: Value) {
         let mut place = settings;
         for key in self.path.split('.') {
@@ -93,7 +93,7 @@ impl Field {
         *place = value;
     }
 
-    /// `None` if `value` is allowed, otherwise what is wrong with it.
+    /// Returns `None` if `value` is allowed, otherwise the error message.
     pub fn fault(&self, value: &Value) -> Option<String> {
         let fits = match &self.kind {
             SettingKind::Switch => value.is_boolean(),
@@ -114,7 +114,7 @@ fn flag_of(path: &str) -> String {
     bare.unwrap_or(path).replace('_', "-")
 }
 
-/// All settings of such a struct, in its order.
+/// Returns all settings of a struct, in the order of its fields.
 pub fn fields_of<T: schemars::JsonSchema + serde::Serialize + Default>() -> Vec<Field> {
     let schema = schemars::generate::SchemaSettings::draft2020_12()
         .with(|s| s.inline_subschemas = true)
@@ -127,7 +127,7 @@ pub fn fields_of<T: schemars::JsonSchema + serde::Serialize + Default>() -> Vec<
 }
 
 fn collect(schema: &Value, default: &Value, prefix: &str, list: &mut Vec<Field>) {
-    // The struct's own order is the order of the default's keys (serde_json keeps it).
+    // The order of the default's keys is the order of the fields, which serde_json keeps.
     let Some(keys) = default.as_object() else { return };
     for (key, default) in keys {
         let property = &schema["properties"][key];

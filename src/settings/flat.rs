@@ -1,19 +1,18 @@
-//! Settings that stand in groups in the code and side by side in the file. In: fields with doc, limits and default, each written
-//! once. Out: the struct with its groups; its file, flags and widgets, which know nothing of the groups.
+//! Settings that form groups in the code but a flat list in the file. In: fields with doc, limits and default, each written once. Out:
+//! the struct with its groups; its file, flags and widgets, which have no groups.
 //!
-//! Serde's own `flatten` would do, but for two things that people see: with it an unknown key is no error any more, and an
-//! error no longer has its line.
+//! Serde's `flatten` is not used for two reasons: it no longer rejects an unknown key, and errors lose their line.
 
-/// Makes a struct of settings: fields of its own, groups of fields, and again fields of its own, in the order of the file.
+/// Defines a struct of settings: ungrouped fields, groups of fields, and again ungrouped fields, in the order of the file.
 ///
 /// ```text
 /// flat_settings! {
-///     /// What it is
+///     /// Purpose of the struct
 ///     pub struct Name, written as name_file {
-///         fields { /// Doc, which is the help
+///         fields { /// Doc, which becomes the help text
 ///                  #[schemars(range(min = 1, max = 9))]
 ///                  count: u32 = 3, }
-///         /// What they have in common
+///         /// Purpose of the group
 ///         group display: Display { /// Doc
 ///                                  width_m: f64 = 1.0, }
 ///         fields {}
@@ -69,7 +68,7 @@ macro_rules! flat_settings {
             }
         )*
 
-        /// The same without groups, as it is written.
+        /// Flat form of the struct, as it is written to files.
         mod $file {
             use super::*;
 

@@ -1,6 +1,6 @@
-//! Structs of settings that are a file, flags and widgets at once. In: such a struct with its doc comments and limits, TOML text,
-//! and `(field, value)` pairs of flags or widgets. Out: the list of its [`Field`]s; the struct, checked, or a message that names
-//! file, line, column, value and what is allowed.
+//! Structs of settings that define a file, flags and widgets at once. In: such a struct with its doc comments and limits, TOML text, and
+//! `(field, value)` pairs of flags or widgets. Out: the list of its [`Field`]s; the checked struct, or an error with file, line, column,
+//! value and the allowed values.
 
 mod field;
 mod flat;
@@ -17,26 +17,26 @@ use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
 use std::path::Path;
 
-/// A mistake in what a person wrote; the message is complete.
+/// An error in settings written by a person; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct SettingsError {
-    /// The setting at fault; empty where it is the text as a whole.
+    /// Setting at fault; empty if the error is in the text as a whole.
     pub key: String,
-    /// File, line and column where there is a file; the value; what is allowed.
+    /// File, line and column if there is a file; the value; the allowed values.
     pub message: String,
 }
 
-/// A struct of settings that is read from a file and changed by flags.
+/// Struct of settings that is read from a file and changed by flags.
 pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default {
-    /// What must hold between settings; each alone is within its limits already. The key at fault and what is allowed.
+    /// Checks relations between settings, each of which is already within its limits. The error holds the key at fault and a message.
     ///
     /// # Errors
-    /// The settings do not go together.
+    /// The settings contradict each other.
     fn check(&self) -> Result<(), (&'static str, String)>;
 }
 
-/// Reads settings from a file; those that it does not name keep their default.
+/// Reads settings from a file; missing settings keep their default.
 ///
 /// # Errors
 /// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range.
@@ -48,7 +48,7 @@ pub fn from_file<T: Settings>(path: &Path) -> Result<T, SettingsError> {
     from_toml(&text, &path.display().to_string())
 }
 
-/// The same for text; `name` is what messages call it.
+/// Parses settings from TOML text; `name` is the file's name in messages.
 ///
 /// # Errors
 /// As [`from_file`].
@@ -70,10 +70,10 @@ pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError
     Ok(settings)
 }
 
-/// These settings with some replaced, checked as a whole.
+/// Returns `base` with some settings replaced, checked as a whole.
 ///
 /// # Errors
-/// A value has the wrong type or is out of range, or the settings do not go together.
+/// A value has the wrong type or is out of range, or the settings contradict each other.
 pub fn changed<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, SettingsError> {
     let mut json = serde_json::to_value(base).unwrap_or_default();
     for (field, value) in changes {

@@ -1,4 +1,4 @@
-//! Signatures beside those of OpenSSH's own tool: `tests/data/signing` was made by it.
+//! Tests of signatures against OpenSSH's own tool, which made the files in `tests/data/signing`.
 
 use super::*;
 use std::fs;
@@ -18,12 +18,12 @@ fn list(lines: &str) -> Result<SignerList, SigningError> {
     SignerList::load(&path)
 }
 
-/// As `ssh-keygen -l -f lab-key.pub` prints it.
+/// Fingerprint as printed by `ssh-keygen -l -f lab-key.pub`.
 const FINGERPRINT: &str = "SHA256:vRV0BeQlkER/YP83Y2XcSuIJI6nzl0ll3N0ndaZpBss";
 
 #[test]
-fn a_signature_is_that_of_ssh_keygen_to_the_byte() {
-    // Ed25519 has no chance in it (RFC 8032): the same key and bytes give the same signature.
+fn a_signature_equals_that_of_ssh_keygen_to_the_byte() {
+    // Ed25519 is deterministic (RFC 8032): the same key and bytes give the same signature.
     assert_eq!(sign(&data("lab-key"), b"abc").expect("signed"), text("abc.txt.sig"));
 }
 
@@ -38,7 +38,7 @@ fn a_signature_of_ssh_keygen_is_accepted_with_the_signers_name() {
 }
 
 #[test]
-fn a_signature_of_other_bytes_by_another_key_or_for_another_use_is_refused() {
+fn a_signature_of_other_bytes_key_or_purpose_is_refused() {
     let lab = SignerList::load(&data("allowed_signers")).expect("a list");
     let refused = |signers: &SignerList, bytes: &[u8], signature: &str| {
         signers.verify("p1/manifest.json", bytes, signature).expect_err("not authentic").to_string()
@@ -53,7 +53,7 @@ fn a_signature_of_other_bytes_by_another_key_or_for_another_use_is_refused() {
     assert!(why.contains("made for \"file\"; allowed is \"codrive\""), "{why}");
     let why = refused(&lab, b"abc", "no signature");
     assert!(why.contains("cannot be read"), "{why}");
-    // Its bytes are changed one by one: nothing of it can be.
+    // A change of any single byte of the signature must be detected.
     let line = good.lines().nth(2).expect("three lines");
     for at in 0..line.len() {
         let mut changed = line.to_owned().into_bytes();
@@ -64,7 +64,7 @@ fn a_signature_of_other_bytes_by_another_key_or_for_another_use_is_refused() {
 }
 
 #[test]
-fn a_key_that_cannot_sign_here_is_named_with_the_tool_that_can() {
+fn a_key_that_cannot_sign_here_is_reported_with_a_tool_that_can() {
     for (key, why) in [
         ("locked-key", "has a passphrase"),
         ("ecdsa-key", "is no private key that can be read here"),
@@ -79,7 +79,7 @@ fn a_key_that_cannot_sign_here_is_named_with_the_tool_that_can() {
 }
 
 #[test]
-fn a_list_of_signers_is_read_line_by_line_and_what_is_not_understood_is_named() {
+fn a_list_of_signers_is_read_by_line_and_errors_name_the_line() {
     let key = text("lab-key.pub");
     let key = key.rsplit_once(' ').expect("a comment").0;
     let names = |lines: &str| -> Vec<String> {

@@ -1,5 +1,5 @@
-//! Tables of answers. In: questionnaires, the logs of sessions. Out: for `phenotype/` a row a participant, of a questionnaire
-//! about trials one table a place; for `beh` a row an answer with its time.
+//! Tables of answers. In: questionnaires and the logs of sessions. Out: for `phenotype/`, one row per participant, with a table of its
+//! own for each place of a questionnaire about trials; for `beh`, one row per answer with its time.
 
 use super::{
     PlannedItem, Study,
@@ -8,7 +8,7 @@ use super::{
     session::{self, SessionLog, TimedAnswer},
 };
 
-/// Answers and scores of one questionnaire, one row a participant.
+/// Returns the answers and scores of one questionnaire, one row per participant.
 pub(super) fn phenotype(questionnaire: &Questionnaire, item: &str, logs: &[SessionLog]) -> TsvTable {
     let mut table = TsvTable::new(vec![participant()]);
     table.columns.extend(answer_columns(questionnaire));
@@ -19,8 +19,8 @@ pub(super) fn phenotype(questionnaire: &Questionnaire, item: &str, logs: &[Sessi
     table
 }
 
-/// Answers and scores of a questionnaire about the trial at this place of a segment, one row a participant: BIDS wants no participant
-/// twice in a table.
+/// Returns the answers and scores of a questionnaire about the trial at the place of `like` in its segment, one row per participant. BIDS
+/// allows each participant only once in a table.
 pub(super) fn phenotype_of_trial(
     study: &Study,
     questionnaire: &Questionnaire,
@@ -44,12 +44,12 @@ fn participant() -> TsvColumn {
     TsvColumn::new("participant_id", "code of the participant", "")
 }
 
-/// The place of a trial.
+/// Returns the column for the place of a trial.
 pub(super) fn place() -> TsvColumn {
     TsvColumn::new("place", "place among the trials of the segment, from 1", "")
 }
 
-/// The condition of a trial.
+/// Returns the column for the condition of a trial.
 pub(super) fn condition(study: &Study) -> TsvColumn {
     TsvColumn::new("condition", "condition of the trial: its levels joined by +", "")
         .with(study.conditions.iter().map(|c| (c.name.clone(), format!("condition {} of the study", c.name))))
@@ -68,18 +68,18 @@ fn answer_columns(questionnaire: &Questionnaire) -> Vec<TsvColumn> {
     columns
 }
 
-/// The cells of an item that was done; `None` of another.
+/// Returns the cells of an item that was done; `None` for any other item.
 fn answer_cells(questionnaire: &Questionnaire, item: &str, log: &SessionLog) -> Option<Vec<String>> {
     let answers = session::as_map(log.answers.get(item).filter(|_| log.done(item).is_some())?);
     let names = questionnaire.answer_names().into_iter();
     let mut cells: Vec<String> = names.map(|name| answers.get(&name).map_or(String::new(), bids::value)).collect();
-    // Sums of decimal weights end in 3e-15 otherwise.
+    // Rounding removes floating-point residues such as 3e-15 from sums of decimal weights.
     let round = |figure: f64| (figure * 1e6).round() / 1e6;
     cells.extend(questionnaire.scores(&answers).into_iter().map(|(_, figure)| bids::number(figure.map(round))));
     Some(cells)
 }
 
-/// The columns of a question: one, or one for each row of a matrix.
+/// Returns the columns of a question: one, or one for each row of a matrix.
 fn columns_of(element: &QuestionElement) -> Vec<TsvColumn> {
     let words = |list: &[AnswerChoice]| {
         list.iter().map(|choice| (bids::value(&choice.value), choice.text.clone())).collect::<Vec<_>>()
@@ -89,7 +89,7 @@ fn columns_of(element: &QuestionElement) -> Vec<TsvColumn> {
         ElementKind::Radiogroup => words(&element.choices),
         ElementKind::Matrix => words(&element.columns),
         ElementKind::Boolean => vec![("true".into(), "yes".into()), ("false".into(), "no".into())],
-        // Levels are all values that a cell may have: not the ends of a scale alone, nor the parts of a list.
+        // `Levels` must list all values of a cell. The two ends of a scale, or the single choices of a list, are not all values.
         ElementKind::Rating => {
             let end = |word: &str| if word.is_empty() { String::new() } else { format!(" ({word})") };
             let (low, high) = (end(&element.min_rate_description), end(&element.max_rate_description));
@@ -114,7 +114,7 @@ fn columns_of(element: &QuestionElement) -> Vec<TsvColumn> {
     names.next().map(|name| TsvColumn::new(&name, &title, "").with(levels)).into_iter().collect()
 }
 
-/// Answers with the time that each took; of a questionnaire about a trial with its place and condition.
+/// Returns the table of answers with their response times; for a questionnaire about a trial also its place and condition.
 pub(super) fn timed(study: &Study, planned: &PlannedItem, answers: &[TimedAnswer]) -> TsvTable {
     let mut table = TsvTable::new(vec![
         TsvColumn::new("question", "name of the question", ""),

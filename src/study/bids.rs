@@ -1,37 +1,36 @@
-//! Tables and sidecars as BIDS wants them (`beh`, version 1.10): tab-separated, `n/a` for what is not there, every column
-//! described in JSON with its unit, levels and tags. In: rows. Out: text; what a data set and its derivatives say of themselves.
+//! Tables and sidecars for BIDS (`beh`, version 1.10): tab-separated, `n/a` for missing cells, every column described in JSON with its
+//! unit, levels and tags. In: rows. Out: text, and the descriptions of a data set and its derivatives.
 
 use serde_json::{Map, Value, json};
 
-/// A column: name, meaning, unit (empty for none), words that stand in it with their meanings.
+/// Column of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TsvColumn {
-    /// Name.
     pub name: String,
-    /// What it is.
+    /// Meaning, for the sidecar.
     pub about: String,
-    /// Unit.
+    /// Unit symbol; empty if the column has none.
     pub unit: String,
-    /// Words and what they mean.
+    /// Values of the column and their meanings.
     pub levels: Vec<(String, String)>,
-    /// Tags of HED: a string with # for the value, or an object with a string a word; null for none.
+    /// HED tags: a string with # in place of the value, or an object with one string per level; null for none.
     pub tags: Value,
 }
 
 impl TsvColumn {
-    /// A column without levels.
+    /// Creates a column without levels.
     pub fn new(name: &str, about: &str, unit: &str) -> Self {
         Self { name: name.into(), about: about.into(), unit: unit.into(), ..Self::default() }
     }
 
-    /// The same with levels.
+    /// Returns the column with these levels.
     #[must_use]
     pub fn with(mut self, levels: impl IntoIterator<Item = (String, String)>) -> Self {
         self.levels = levels.into_iter().collect();
         self
     }
 
-    /// The same with tags of HED.
+    /// Returns the column with these HED tags.
     #[must_use]
     pub fn tagged(mut self, tags: Value) -> Self {
         self.tags = tags;
@@ -39,22 +38,22 @@ impl TsvColumn {
     }
 }
 
-/// A table.
+/// Table with described columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TsvTable {
-    /// Columns in order.
+    /// Columns, left to right.
     pub columns: Vec<TsvColumn>,
-    /// A cell for each column; empty is `n/a`.
+    /// Rows with one cell per column; an empty cell is written as `n/a`.
     pub rows: Vec<Vec<String>>,
 }
 
 impl TsvTable {
-    /// A table without rows.
+    /// Creates a table without rows.
     pub fn new(columns: Vec<TsvColumn>) -> Self {
         Self { columns, rows: Vec::new() }
     }
 
-    /// The table's text.
+    /// Returns the table as tab-separated text with a header line.
     pub fn text(&self) -> String {
         let names: Vec<String> = self.columns.iter().map(|c| c.name.clone()).collect();
         let line = |cells: &Vec<String>| {
@@ -64,7 +63,7 @@ impl TsvTable {
         std::iter::once(&names).chain(&self.rows).map(line).collect()
     }
 
-    /// Its sidecar: `more` comes first.
+    /// Returns the sidecar of the table; the entries of `more` come first.
     pub fn sidecar(&self, more: Value) -> String {
         let mut out = more.as_object().cloned().unwrap_or_default();
         for column in &self.columns {
@@ -87,12 +86,12 @@ impl TsvTable {
 }
 
 fn cell_text(cell: &str) -> String {
-    // Readers part lines at more than line feeds.
+    // Some readers split lines at other control characters or separators than a line feed.
     let parts_lines = |c: char| c.is_control() || "\u{2028}\u{2029}".contains(c);
     if cell.is_empty() { "n/a".into() } else { cell.replace(parts_lines, " ") }
 }
 
-/// A text within a line of Markdown, without any markup of its own.
+/// Escapes a text for use within a line of Markdown, so that it contains no markup.
 pub fn markdown(text: &str) -> String {
     let mut plain = String::new();
     for c in text.chars() {
@@ -104,12 +103,12 @@ pub fn markdown(text: &str) -> String {
     plain
 }
 
-/// A number as a cell.
+/// Formats a number as a cell; missing or not finite gives an empty cell.
 pub fn number(value: Option<f64>) -> String {
     value.filter(|v| v.is_finite()).map_or(String::new(), |v| v.to_string())
 }
 
-/// A JSON value as a cell: words without quotes, lists joined by semicolons.
+/// Formats a JSON value as a cell: strings without quotes, lists joined by semicolons.
 pub fn value(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
@@ -119,7 +118,7 @@ pub fn value(value: &Value) -> String {
     }
 }
 
-/// A name of the study as a label of BIDS, letters and digits alone: `ssq-before` is `ssqBefore`.
+/// Converts a name of the study to a BIDS label, which has only letters and digits: `ssq-before` becomes `ssqBefore`.
 pub fn label(name: &str) -> String {
     let mut parts = name.split('-');
     let first = parts.next().unwrap_or_default().to_owned();
@@ -130,10 +129,10 @@ pub fn label(name: &str) -> String {
     })
 }
 
-/// The version of BIDS that data sets keep to.
+/// Version of BIDS that data sets follow.
 pub const VERSION: &str = "1.10.0";
 
-/// Facts of a task for a sidecar.
+/// Returns the facts of a task for a sidecar.
 pub fn task(name: &str, description: &str, instructions: &str, institution: Option<&str>) -> Value {
     let mut facts = json!({
         "TaskName": name,
@@ -150,7 +149,7 @@ pub fn task(name: &str, description: &str, instructions: &str, institution: Opti
     facts
 }
 
-/// Files that make the folder of an analysis a derivative of BIDS: name and text. `title` is the study's.
+/// Returns name and text of the files that make the folder of an analysis a BIDS derivative. `title` is the study's.
 pub fn derived(title: &str) -> [(&'static str, String); 3] {
     let about = json!({
         "Name": format!("{title}: measures by codrive"),
@@ -161,7 +160,7 @@ pub fn derived(title: &str) -> [(&'static str, String); 3] {
             "Version": env!("CARGO_PKG_VERSION"),
             "Description": "codrive analyse: measures of every drive (columns.json defines them), figures, report",
         }],
-        // The data set that this folder is in.
+        // Data set that contains this folder.
         "SourceDatasets": [{ "URL": "../../" }],
     });
     let title = markdown(title);
@@ -170,7 +169,7 @@ pub fn derived(title: &str) -> [(&'static str, String); 3] {
          * `trials.csv`: one row a drive. `columns.json` defines the columns of all tables.\n\
          * `report.html`, `methods.txt`, `figures/`: the report.\n"
     );
-    // Tables with commas, figures and a report are none of BIDS's own files.
+    // CSV tables, figures and the report are not BIDS files.
     let ignored = "*.csv\n*.html\n*.txt\n*.toml\n*.svg\n*.png\ncolumns.json\nmodels.json\nfigures\n";
     [("dataset_description.json", format!("{about:#}\n")), ("README.md", readme), (".bidsignore", ignored.into())]
 }
@@ -180,7 +179,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_keep_to_their_line_and_what_is_missing_says_so() {
+    fn cells_stay_on_one_line_and_missing_cells_are_n_a() {
         let mut table = TsvTable::new(vec![TsvColumn::new("a", "first", "s"), TsvColumn::new("b", "second", "")]);
         table.rows.push(vec!["1\t2\n3\u{2028}\u{b}4".into(), String::new()]);
         assert_eq!(table.text(), "a\tb\n1 2 3  4\tn/a\n");
@@ -204,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_none_is_empty_and_values_are_words_without_quotes() {
+    fn missing_numbers_are_empty_and_strings_have_no_quotes() {
         assert_eq!(number(Some(2.5)), "2.5");
         for none in [None, Some(f64::NAN), Some(f64::INFINITY)] {
             assert_eq!(number(none), "");

@@ -1,9 +1,9 @@
-//! The list of a data set's files with their SHA-256, so that a later change of any of them is found and named. In: the folder.
-//! Out: `SHA256SUMS`, as `sha256sum --check` reads it; and what differs from it.
+//! The list of a data set's files with their SHA-256, which reveals later changes of any file. In: the folder of the data set. Out:
+//! `SHA256SUMS`, as `sha256sum --check` reads it; and the differences from it.
 //!
-//! A participant's files are listed when the session is over; what is published anew after every participant (`participants.tsv`,
-//! `phenotype/`, `erased.tsv`) is listed anew. Figures and tables of an analysis (`derivatives/`) are not: they can be made again. Every
-//! other file must be on the list.
+//! The files of a participant are listed when the session is over. Files published again after every participant (`participants.tsv`,
+//! `phenotype/`, `erased.tsv`) get a new entry each time. Figures and tables of an analysis (`derivatives/`) are not listed, as they can
+//! be made again. Every other file must be on the list.
 
 use super::{
     SessionError, event_table, motion,
@@ -25,25 +25,25 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Name of the list.
+/// File name of the list.
 pub const FILE: &str = "SHA256SUMS";
-/// Folders that hold no data, wherever they are.
+/// Folders that hold no data, at any depth.
 const MADE_AGAIN: [&str; 3] = ["derivatives", "analysis", "report"];
-/// The most that the list may hold, bytes: four hundred thousand files, those of a thousand sessions of twenty drives.
+/// Maximum size of the list, bytes: 400,000 files, as of a thousand sessions of twenty drives.
 const MOST_BYTES: u64 = 64 << 20;
-/// Files that only hold a lock.
+/// File that only holds a lock.
 const LOCK: &str = "lock";
-/// What is there while an erasure goes on.
+/// File that marks an erasure in progress.
 const ERASURE: &str = "erasure.json";
 
-/// SHA-256, hexadecimal, by the file's name from the top with slashes.
+/// SHA-256 in hexadecimal, by file name relative to the data set, with slashes.
 type ChecksumList = BTreeMap<String, String>;
 
-/// Lists a data set after one participant was published: `subject` (`sub-P03`) anew if `is_over`, not at all if not; every
-/// other participant as listed.
+/// Lists the files of a data set after a participant was published. The files of `subject` (`sub-P03`) get new entries if `is_over`, else
+/// none; files of other participants keep their entries.
 pub(super) fn list(root: &Path, subject: &str, is_over: bool) -> Result<(), SessionError> {
     let mut list = read(root)?.unwrap_or_default();
-    // Raw data never change: once listed they stay listed as they were. All else was just made from them.
+    // Raw data never change, so their entries stay. All other files were just made from them.
     list.retain(|name, _| match of_subject(name) {
         Some(of) => of != subject || (is_over && name.starts_with("sourcedata/")),
         None => !is_published_anew(name),
@@ -54,8 +54,7 @@ pub(super) fn list(root: &Path, subject: &str, is_over: bool) -> Result<(), Sess
     write(root, &list)
 }
 
-/// Takes a file, or a folder with all in it, off the list, if there is one: it is about to be made anew. `folder` is its name from the
-/// top.
+/// Removes a file, or a folder with its contents, from the list, if there is a list. `folder` is the name relative to the data set.
 pub(super) fn forget(root: &Path, folder: &str) -> Result<(), SessionError> {
     let Some(mut list) = read(root)? else { return Ok(()) };
     list.retain(|name, _| !name.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/')));
@@ -67,7 +66,7 @@ fn write(root: &Path, list: &ChecksumList) -> Result<(), SessionError> {
     Ok(record::replace(&root.join(FILE), text.as_bytes())?)
 }
 
-/// Lists the parts of a data set that are not as they were listed: a file that differs, is missing, or is not on the list.
+/// Lists the parts of a data set that differ from the list: changed files, missing files, and files not on the list.
 ///
 /// # Errors
 /// A file cannot be read.
@@ -91,7 +90,7 @@ pub fn changes(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
     Ok(found.collect())
 }
 
-/// True if a file of a data set is on its list with the SHA-256 that it has.
+/// Returns true if a file of a data set is on the list with its present SHA-256.
 ///
 /// # Errors
 /// The list or the file cannot be read.
@@ -102,7 +101,7 @@ pub fn lists(root: &Path, file: &Path) -> Result<bool, SessionError> {
     Ok(list.get(&name) == Some(&record::file_sha256(file)?))
 }
 
-/// Participants whose session is not over: their files are listed when it is.
+/// Returns the participants whose session is not over; their files are not listed yet.
 fn sessions_that_go_on(root: &Path) -> Result<BTreeSet<String>, RecordError> {
     let mut folders = record::entries(&root.join("sourcedata"))?;
     folders.retain(|folder| SessionLog::load(&folder.join(session::FILE)).is_ok_and(|log| log.end.is_none()));
@@ -110,14 +109,15 @@ fn sessions_that_go_on(root: &Path) -> Result<BTreeSet<String>, RecordError> {
     Ok(folders.iter().map(name).collect())
 }
 
-/// A signature, a file that systems put into every folder, or one of another drive that `codrive replay --what-if` has put there.
+/// Returns true for files that belong to no list: signatures, files that operating systems create, and recordings by `codrive replay
+/// --what-if`.
 fn is_beside(name: &str) -> bool {
     let last = name.rsplit('/').next().unwrap_or(name);
     let is_signature = last.ends_with(&format!(".{SIGNATURE}"));
     is_signature || OF_SYSTEMS.contains(&last) || name.split('/').any(|part| part.contains(WHAT_IF))
 }
 
-/// The participant that a file is of.
+/// Returns the participant that a file belongs to.
 fn of_subject(name: &str) -> Option<&str> {
     name.split('/').find(|part| part.starts_with("sub-")).filter(|_| name.contains('/'))
 }
@@ -145,7 +145,7 @@ fn read(root: &Path) -> Result<Option<ChecksumList>, SessionError> {
     text.lines().enumerate().map(line).collect::<Result<_, _>>().map(Some)
 }
 
-/// All files of a data set that hold data, by their names from the top, in order.
+/// Returns the names of all data files relative to the data set, sorted.
 pub(super) fn files(root: &Path) -> Result<Vec<String>, SessionError> {
     let mut found = Vec::new();
     let mut folders = vec![PathBuf::new()];

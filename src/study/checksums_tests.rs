@@ -1,12 +1,12 @@
-//! The list of a data set's files: which are on it, which are listed anew, what is found that differs.
+//! Tests of the list of a data set's files: listed files, new entries, reported differences.
 
 use super::*;
 
-/// SHA-256 of nothing and of "abc" (FIPS 180-2, appendix B.1).
+/// SHA-256 of the empty text and of "abc" (FIPS 180-2, appendix B.1).
 const OF_NOTHING: &str = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
 const OF_ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
 
-/// Files of a data set with two participants, in the order of their names.
+/// Files of a data set with two participants, sorted by name.
 const DATA: [&str; 10] = [
     "README.md",
     "participants.tsv",
@@ -25,14 +25,14 @@ fn put(root: &Path, name: &str, text: &str) {
     fs::write(root.join(name), text).unwrap();
 }
 
-/// Those files, empty, in a folder of their own.
+/// Makes a folder with these files, all empty.
 fn data_set() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     DATA.iter().for_each(|name| put(folder.path(), name, ""));
     folder
 }
 
-/// The sum by the file's name, as the list has them.
+/// Reads the list: SHA-256 by file name.
 fn listed(root: &Path) -> ChecksumList {
     read(root).unwrap().expect("a list")
 }
@@ -41,7 +41,7 @@ fn names(root: &Path) -> Vec<String> {
     listed(root).into_keys().collect()
 }
 
-/// What is found: file and the beginning of what is told of it.
+/// Returns each reported file, with true if it is reported as missing.
 fn found(root: &Path) -> Vec<(String, bool)> {
     changes(root).unwrap().into_iter().map(|change| (change.file, change.what == "is missing")).collect()
 }
@@ -63,7 +63,7 @@ fn every_file_that_holds_data_is_listed_and_nothing_else() {
     ] {
         put(root, none, "");
     }
-    // A link's own file is listed where it is, if it is here at all.
+    // A symbolic link is not listed; its target is listed if it lies in the data set.
     std::os::unix::fs::symlink(root.join("README.md"), root.join("link.md")).unwrap();
     assert_eq!(files(root).unwrap(), DATA);
     for subject in ["sub-P1", "sub-P2"] {
@@ -94,13 +94,13 @@ fn a_participant_is_listed_when_the_session_is_over() {
     assert_eq!(names(root), ["README.md", "participants.tsv", "phenotype/ssq.tsv", of_p2[0], of_p2[1]]);
     list(root, "sub-P1", true).unwrap();
     assert_eq!(names(root), DATA);
-    // A session that goes on after all is taken off; the other participant stays.
+    // The entries of a session that is continued are removed; the other participant's stay.
     list(root, "sub-P1", false).unwrap();
     assert_eq!(names(root), ["README.md", "participants.tsv", "phenotype/ssq.tsv", of_p2[0], of_p2[1]]);
 }
 
 #[test]
-fn raw_data_stay_as_they_were_listed_and_what_is_made_from_them_is_listed_anew() {
+fn raw_data_keep_their_checksums_and_published_tables_get_new_ones() {
     let folder = data_set();
     let root = folder.path();
     let sidecars = ["events.json", "tracksys-codrive_channels.json"];
@@ -108,7 +108,7 @@ fn raw_data_stay_as_they_were_listed_and_what_is_made_from_them_is_listed_anew()
     for subject in ["sub-P1", "sub-P2"] {
         list(root, subject, true).unwrap();
     }
-    // Somebody changed every file, and the data set is published once more with another participant.
+    // Every file was changed, and the data set is published again with another participant.
     DATA.iter().chain(&sidecars).for_each(|name| put(root, name, "abc"));
     list(root, "sub-P2", true).unwrap();
     let anew = ["participants.tsv", "phenotype/ssq.tsv", "sub-P2/sub-P2_scans.tsv", sidecars[0], sidecars[1]];
@@ -121,7 +121,7 @@ fn raw_data_stay_as_they_were_listed_and_what_is_made_from_them_is_listed_anew()
 }
 
 #[test]
-fn a_file_that_is_missing_and_one_that_differs_are_told_apart() {
+fn missing_and_changed_files_are_told_apart() {
     let folder = data_set();
     let root = folder.path();
     assert_eq!(found(root), [(FILE.into(), false)], "there is no list");
@@ -139,14 +139,14 @@ fn a_file_that_is_missing_and_one_that_differs_are_told_apart() {
 }
 
 #[test]
-fn a_file_that_is_not_on_the_list_is_found_unless_its_session_goes_on() {
+fn an_unlisted_file_is_reported_unless_its_session_is_open() {
     let folder = data_set();
     let root = folder.path();
     for subject in ["sub-P1", "sub-P2"] {
         list(root, subject, true).unwrap();
     }
     assert_eq!(found(root), []);
-    // What an analysis, a what-if, a signature or a system puts there is no data.
+    // Files of an analysis, a what-if recording, a signature or an operating system are not data.
     for beside in [
         "derivatives/codrive/trials.csv",
         "sourcedata/sub-P1/drive-what-if-none/ego.parquet",
@@ -163,7 +163,7 @@ fn a_file_that_is_not_on_the_list_is_found_unless_its_session_goes_on() {
         assert!(told.len() == 1 && told[0].file == added && told[0].what.contains("is not in SHA256SUMS"), "{told:?}");
         fs::remove_file(root.join(added)).unwrap();
     }
-    // Taken off the list, file by file.
+    // Remove one entry after another from the list.
     let whole = fs::read_to_string(root.join(FILE)).unwrap();
     for name in DATA {
         let text: String =
@@ -172,7 +172,7 @@ fn a_file_that_is_not_on_the_list_is_found_unless_its_session_goes_on() {
         assert_eq!(found(root), [(name.to_owned(), false)]);
     }
     put(root, FILE, &whole);
-    // The session of P1 goes on: its files come and go until it is over; those of others do not.
+    // The session of P1 is open: its files may change until it is over; those of others may not.
     let log = r#"{"participant": "P1", "index": 0, "who": "person", "order": [], "passages": []}"#;
     put(root, "sourcedata/sub-P1/session.json", log);
     forget(root, "sourcedata/sub-P1").unwrap();
@@ -194,13 +194,13 @@ fn a_folder_is_taken_off_the_list_and_its_neighbours_stay() {
     let off = "sourcedata/sub-P1/drive/ego.parquet";
     let left: Vec<String> = before.into_iter().filter(|name| name != off).collect();
     assert_eq!(names(root), left, "drive-baseline begins with the same letters and stays");
-    // Listed again when the participant is published.
+    // Publishing the participant lists the file again.
     list(root, "sub-P1", true).unwrap();
     assert!(names(root).contains(&off.to_owned()));
 }
 
 #[test]
-fn a_file_is_of_the_participant_whose_folder_it_is_in() {
+fn a_file_belongs_to_the_participant_of_its_folder() {
     for (name, of) in [
         ("sub-P1/beh/x.tsv", Some("sub-P1")),
         ("sourcedata/sub-P1/session.json", Some("sub-P1")),
@@ -213,7 +213,7 @@ fn a_file_is_of_the_participant_whose_folder_it_is_in() {
 }
 
 #[test]
-fn a_list_that_is_none_is_refused_with_its_line() {
+fn a_malformed_list_is_refused_with_its_line() {
     let folder = data_set();
     for (line, is_list) in [
         (format!("{OF_ABC}  a"), true),
@@ -227,7 +227,7 @@ fn a_list_that_is_none_is_refused_with_its_line() {
             Err(error) => assert!(!is_list && error.to_string().contains("SHA256SUMS, line 2: allowed is"), "{error}"),
         }
     }
-    // A folder in its place is no missing list.
+    // A folder of that name is an error, not a missing list.
     let folder = data_set();
     fs::create_dir(folder.path().join(FILE)).unwrap();
     assert!(read(folder.path()).is_err());

@@ -1,32 +1,32 @@
-//! How far a session came, as the data set says it. In: a session's log. Out: a [`Completion`].
+//! Completion of a session, as the data set reports it. In: the log of a session. Out: a [`Completion`].
 
 use super::session::{EndCause, ItemOutcome, SessionLog};
 
-/// How far a session came.
+/// Extent to which a session was completed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Completion {
-    /// It is not over.
+    /// The session is not over.
     Open,
     /// Every item of the plan was done to its end.
     Complete,
-    /// It came to the end of the plan, and at least one item was skipped.
+    /// The plan was completed, with at least one item skipped.
     Partial,
-    /// It was stopped for good before the end of the plan.
+    /// The session was stopped for good before the end of the plan.
     Withdrawn,
     /// The participant did not agree to take part.
     Declined,
-    /// Answers with which nobody takes part ended it.
+    /// Answers that exclude the participant from the study ended the session.
     NotEligible,
-    /// The experimenter excluded its data, however far it came.
+    /// The experimenter excluded the data, however far the session got.
     Excluded,
 }
 
 impl Completion {
-    /// All of them.
+    /// All values, in order.
     pub const ALL: [Self; 7] =
         [Self::Open, Self::Complete, Self::Partial, Self::Withdrawn, Self::Declined, Self::NotEligible, Self::Excluded];
 
-    /// That of a session.
+    /// Returns the completion of a session.
     pub fn of(log: &SessionLog) -> Self {
         let Some(end) = &log.end else { return Self::Open };
         let skipped = |item: &str| log.last(item).is_some_and(|last| last.outcome == ItemOutcome::Skipped);
@@ -45,7 +45,7 @@ impl Completion {
         }
     }
 
-    /// The word in `participants.tsv`.
+    /// Returns the word in `participants.tsv`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Open => "open",
@@ -58,7 +58,7 @@ impl Completion {
         }
     }
 
-    /// What the word means.
+    /// Returns the meaning of the word, for the sidecar.
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Open => "the session is not over",

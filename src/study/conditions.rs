@@ -1,5 +1,5 @@
-//! Conditions of a study, and the drive that each makes of a segment. In: the file's base, segments, factors. Out: the
-//! [`Scenario`] of every drive, proven to begin, or the setting at fault, found where it was set.
+//! Conditions of a study, and the drives that result. In: base settings, segments and factors of the study file. Out: the [`Scenario`] of
+//! every drive, tested to start; or the setting at fault, with its place in the file.
 
 use super::{
     Study, StudyError, dial,
@@ -22,18 +22,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// One condition.
+/// One condition of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
-    /// Its name: the names of its levels, joined by `+`.
+    /// Name: the names of its levels, joined by `+`.
     pub name: String,
-    /// Level of each factor by the factor's name; `condition` where there are no factors.
+    /// Level of each factor, by the factor's name. The key is `condition` if there are no factors.
     pub levels: BTreeMap<String, String>,
-    /// Settings that it changes, and where they stand in the file.
+    /// Changed settings, each with its key in the study file.
     changes: Vec<(String, SettingChanges)>,
 }
 
-/// A setting that cannot be used, and where it stands.
+/// A setting that cannot be used, with its key in the study file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct WrongSetting {
     key: String,
@@ -42,25 +42,25 @@ pub(super) struct WrongSetting {
 }
 
 impl WrongSetting {
-    /// The whole message, with file, line and column.
+    /// Returns the whole message, with file, line and column.
     pub(super) fn located(&self, text: &str, name: &str) -> StudyError {
         StudyError(toml_text::at(text, name, &self.key, self.part, &self.message))
     }
 }
 
-/// What a study's drives come to, known since each has been begun once.
+/// Facts about a study's drives, collected by starting each drive once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct ExpectedDrives {
-    /// The highest speed that is to be expected in any trial, m/s.
+    /// Highest speed expected in any trial, m/s.
     pub top_mps: f64,
-    /// The policy that drives by the names of map and policy.
+    /// Resolved policies, by the names of map and policy.
     pub policies: BTreeMap<[String; 2], ResolvedPolicy>,
-    /// Kinds of the conditions by their names.
+    /// Kinds of the conditions, by their names.
     pub kinds: BTreeMap<String, ConditionKind>,
 }
 
 impl Study {
-    /// Every drive of every condition is a scenario that can begin: made once, on the native engine.
+    /// Checks that every drive of every condition can start, by starting each once on the native traffic engine.
     pub(super) fn check_drives(&self, name: &str) -> Result<ExpectedDrives, StudyError> {
         let mut expected = ExpectedDrives::default();
         for (i, segment) in self.file.segment.iter().enumerate() {
@@ -90,10 +90,10 @@ impl Study {
         Ok(expected)
     }
 
-    /// The files that its drives read: those of their maps, and of policies that are files.
+    /// Returns the files that the drives read: those of their maps, and of policies that are files.
     ///
     /// # Errors
-    /// A map is no longer there.
+    /// A map no longer exists.
     pub fn files(&self) -> Result<Vec<PathBuf>, MapError> {
         let mut files = BTreeSet::new();
         for [map, policy] in self.expected.policies.keys() {
@@ -103,7 +103,7 @@ impl Study {
         Ok(files.into_iter().collect())
     }
 
-    /// The scenario of a drive: base, then the segment's settings, then the condition's.
+    /// Returns the scenario of a drive: base settings, then the segment's, then the condition's.
     pub(super) fn drive(&self, segment: usize, condition: Option<&Condition>) -> Result<Scenario, WrongSetting> {
         let set = &self.file.segment[segment].set;
         let mut scenario = changed(&self.base, &format!("segment.{segment}.set"), set, &self.folder)?;
@@ -117,11 +117,11 @@ impl Study {
         Ok(scenario)
     }
 
-    /// Tries whether the drive can begin.
+    /// Starts a drive to test that it can.
     fn begin(&self, segment: usize, condition: Option<&Condition>, scenario: &Scenario) -> Result<World, WrongSetting> {
         let wrong = |keys: &[&str], message: String| self.wrong(segment, condition, keys, message);
         driver::named(&scenario.driver).map_err(|error| wrong(&["driver"], error.to_string()))?;
-        // What takes its time and cannot fail where the rest does not.
+        // Leaves out settings that take long and cannot fail if the others are valid.
         let quiet = Scenario {
             traffic: EngineChoice::Native,
             warm_up_s: 0.0,
@@ -133,7 +133,7 @@ impl Study {
         World::new(&quiet).map_err(|error| wrong(error.settings(), error.to_string()))
     }
 
-    /// A mistake in one of these settings, at the place that had the last word on one of them.
+    /// Returns an error about one of these settings, located where it was last set.
     pub(super) fn wrong(
         &self,
         segment: usize,
@@ -152,7 +152,7 @@ impl Study {
     }
 }
 
-/// All combinations of levels, the last factor fastest; or the conditions as they are.
+/// Returns all combinations of levels, the last factor varying fastest; without factors, the conditions of the file.
 pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
     let condition = |key: String, factor: &str, level: &ConditionLevel| Condition {
         name: level.name.clone(),
@@ -184,7 +184,7 @@ pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
     all
 }
 
-/// Returns `scenario` with settings changed; `key` is where they stand, and `folder` where their paths start.
+/// Returns `scenario` with the changed settings. `key` is their place in the study file; relative paths start in `folder`.
 pub(super) fn changed(
     scenario: &Scenario,
     key: &str,

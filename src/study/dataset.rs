@@ -1,24 +1,21 @@
-//! The folder of a study. In: sessions and their recordings. Out: a data set as BIDS has it, with `participants.tsv` and every
-//! other table.
+//! The folder of a study. In: sessions and their recordings. Out: a BIDS data set, with `participants.tsv` and all other tables.
 //!
 //! ```text
-//! dataset_description.json  README.md  .bidsignore  study.toml (a copy of the study's file)
-//! study-changed.toml        the same of now, where the plan of the analysis was changed after the first session
-//! participants.tsv          one row a participant: number, order, complete, partial, withdrawn or excluded
-//! phenotype/SEGMENT.tsv     one row a participant: answers and scores of one questionnaire
-//! phenotype/SEGMENT_2_NAME.tsv the same of the questionnaire NAME after the second trial, with its condition
-//! events.json               what columns and words of all tables of events mean, with tags of HED
+//! dataset_description.json  README.md  .bidsignore  study.toml (a copy of the study file) study-changed.toml        the present study
+//! file, if the plan of the analysis was changed after the first session participants.tsv          one row per participant: number, kind,
+//! order, state of the session phenotype/SEGMENT.tsv     one row per participant: answers and scores of one questionnaire
+//! phenotype/SEGMENT_2_NAME.tsv as above for the questionnaire NAME after the second trial, with its condition events.json meaning of the
+//! columns and words of all tables of events, with HED tags
 //! tracksys-codrive_channels.json       frames of reference of all motion
-//! sub-CODE/sub-CODE_scans.tsv          its drives and answers: when, condition, levels, where the recording lies
+//! sub-CODE/sub-CODE_scans.tsv          drives and answers: time, condition, levels, folder of the recording
 //! sub-CODE/beh/*_events.tsv, *_beh.tsv advice and events of a drive; answers with their times
-//! sub-CODE/motion/*_motion.tsv         the car's motion and the pedals, 100 rows a second; its events, its channels
-//! erased.tsv                who was erased, when and why: no data (see `erasure`)
-//! SHA256SUMS                all of it but what an analysis makes, for `sha256sum --check` and `codrive analyse`
-//! sourcedata/sub-CODE/session.json     what was when (see `session`)
-//! sourcedata/sub-CODE/date-shift.json  by how many days the dates in its tables are moved (see `scans`)
-//! sourcedata/sub-CODE/ITEM/            the recording of a drive; ITEM-baseline the same without advice
+//! sub-CODE/motion/*_motion.tsv         the ego's motion and pedals, 100 rows per second; its events, its channels erased.tsv erased
+//! participants with reason and time: no data (see `erasure`) SHA256SUMS                all files except those of an analysis, for
+//! `sha256sum --check` and `codrive analyse` sourcedata/sub-CODE/session.json     log of the session (see `session`)
+//! sourcedata/sub-CODE/date-shift.json  number of days by which the dates in the tables are moved (see `scans`) sourcedata/sub-CODE/ITEM/
+//! recording of a drive; ITEM-baseline is the same drive without advice
 //! ```
-//! All but `sourcedata` can be made again from it, and is, after every participant. Files are the user's alone.
+//! Everything except `sourcedata` can be made again from it, and is after every participant. Only the user can read the files.
 
 use super::{
     Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
@@ -42,19 +39,19 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The baseline of a drive lies beside it, under its name and this.
+/// Suffix of the folder of a drive's baseline.
 pub const BASELINE: &str = "-baseline";
-/// Under this name until it is whole.
+/// Suffix of that folder until the baseline is complete.
 pub const BASELINE_PART: &str = "-baseline-part";
-/// What the data set is, by BIDS.
+/// Description of the data set, a file that BIDS requires.
 const DESCRIPTION: &str = "dataset_description.json";
-/// The copy of the study's file.
+/// Copy of the study file.
 pub(super) const STUDY: &str = "study.toml";
 
-/// What a validator of BIDS is not to look at. Of a folder with a slash at its end it ignores the files, and reports the folder.
+/// Files that BIDS validators must ignore. For a folder with a trailing slash, a validator ignores the files and reports the folder.
 const BIDSIGNORE: &str = "study.toml\nstudy-changed.toml\nSHA256SUMS\nreport\nanalysis\n";
 
-/// One of `files`, whole or as a cut left it while the data set was made.
+/// Returns true for one of `files`, complete or as an interrupted creation of the data set left it.
 fn is_begun(path: &Path, files: &[(&str, String)]) -> bool {
     files.iter().any(|(name, text)| {
         let name = Path::new(name);
@@ -64,14 +61,14 @@ fn is_begun(path: &Path, files: &[(&str, String)]) -> bool {
     })
 }
 
-/// A study's folder.
+/// Folder of a study's data.
 #[derive(Clone, Debug)]
 pub struct DataSet {
     root: PathBuf,
 }
 
 impl DataSet {
-    /// Opens the data set in `root`, or makes a new one in a folder that is not there or empty.
+    /// Opens the data set in `root`, or makes a new one if the folder is missing or empty.
     ///
     /// # Errors
     /// The folder holds something else, or another study.
@@ -96,7 +93,7 @@ impl DataSet {
             (DESCRIPTION, description(study)),
             ("README.md", readme(study)),
             (".bidsignore", BIDSIGNORE.to_owned() + erasure::BIDSIGNORE),
-            // Last: with it the data set is there.
+            // Written last: its presence marks a complete data set.
             (STUDY, source::portable(&study.source)),
         ];
         if let Some(other) = record::entries(root)?.iter().find(|path| !is_begun(path, &files)) {
@@ -112,7 +109,7 @@ impl DataSet {
         Ok(data)
     }
 
-    /// Keeps the file of now beside that of the first session where the plan of the analysis is another one.
+    /// Keeps the present study file beside the first session's file if the plan of the analysis differs.
     fn keep_plan(&self, was: &str, study: &Study) -> Result<(), SessionError> {
         let now = source::portable(&study.source);
         if now != source::portable(was) {
@@ -124,17 +121,18 @@ impl DataSet {
         self.remove(plan::CHANGED)
     }
 
-    /// Its folder.
+    /// Returns the folder of the data set.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// Folder of a participant's raw data.
+    /// Returns the folder of a participant's raw data.
     pub fn source(&self, code: &ParticipantCode) -> PathBuf {
         self.root.join("sourcedata").join(code.subject())
     }
 
-    /// Codes that differ only by case would be one folder on some systems.
+    /// Refuses the code of an erased participant, and a code that differs from another one only by case: some systems would share the
+    /// folder.
     pub(super) fn check_new_code(&self, code: &ParticipantCode) -> Result<(), SessionError> {
         let like = |other: &ParticipantCode| other != code && other.as_str().eq_ignore_ascii_case(code.as_str());
         if let Some(was) = erasure::erased(&self.root)?.iter().find(|was| was.code.eq_ignore_ascii_case(code.as_str()))
@@ -152,7 +150,7 @@ impl DataSet {
         }
     }
 
-    /// A participant's folder that is a link leads the data of one person elsewhere, or another's into here.
+    /// Refuses symbolic links in place of participants' folders: they lead data out of the data set, or foreign data into it.
     fn check_links(&self) -> Result<(), SessionError> {
         for folder in [self.root.clone(), self.root.join("sourcedata")] {
             let inner = ["sourcedata", "phenotype"].map(|name| folder.join(name));
@@ -171,10 +169,10 @@ impl DataSet {
         Ok(())
     }
 
-    /// All who have data here, in order.
+    /// Returns the codes of all participants with data, sorted.
     ///
     /// # Errors
-    /// The disk does not say.
+    /// The folder cannot be listed.
     pub(super) fn codes(&self) -> Result<Vec<ParticipantCode>, RecordError> {
         let folders = record::entries(&self.root.join("sourcedata"))?;
         let code = |folder: &PathBuf| ParticipantCode::new(folder.file_name()?.to_str()?.strip_prefix("sub-")?).ok();
@@ -183,10 +181,10 @@ impl DataSet {
         Ok(codes)
     }
 
-    /// All sessions, by number and code.
+    /// Returns all sessions, sorted by number and code.
     ///
     /// # Errors
-    /// One of them cannot be read.
+    /// A session cannot be read.
     pub fn logs(&self) -> Result<Vec<SessionLog>, SessionError> {
         self.check_links()?;
         let mut logs = Vec::new();
@@ -200,8 +198,8 @@ impl DataSet {
         Ok(logs)
     }
 
-    /// The lowest number that no participant has whose data count: the next order of the balanced design. Who comes in the place
-    /// of somebody whose data do not count (excluded, withdrawn, declined, not eligible) takes the same order, so that the design stays
+    /// Returns the lowest number that no counting participant has, which selects the next order of the balanced design. The replacement
+    /// of a participant whose data do not count (excluded, withdrawn, declined, not eligible) takes the same order, so the design stays
     /// balanced.
     ///
     /// # Errors
@@ -227,12 +225,12 @@ impl DataSet {
         self.put(&format!("{name}.json"), &table.sidecar(more))
     }
 
-    /// Makes the tables of the data set from the sessions: of one participant's drives and answers, and of all.
+    /// Makes the tables of the data set from the sessions: the tables of one participant's drives and answers, and the common tables.
     ///
     /// # Errors
-    /// A recording or session cannot be read, or the disk refuses.
+    /// A recording or session cannot be read, or a table cannot be written.
     pub fn publish(&self, study: &Study, code: &ParticipantCode) -> Result<(), SessionError> {
-        // Two programs may end a session in the same moment.
+        // Two programs may end a session at the same moment.
         let path = self.root.join("sourcedata").join("lock");
         let lock = lock::lock_file(&path)?;
         lock.lock().map_err(|why| RecordError::File { path, why })?;
@@ -242,7 +240,7 @@ impl DataSet {
         }
         inherited::settle(&self.root)?;
         self.put_table("participants", &participants(&logs), json!({}))?;
-        // Not everybody is asked the same at the same place: after a drive without advice nothing about it.
+        // Questionnaires at one place differ between participants: after a drive without advice, none asks about advice.
         let plans: Vec<SessionPlan> = logs.iter().map(|log| study.plan(log.index)).chain([study.plan(0)]).collect();
         let mut named = BTreeSet::new();
         for planned in plans.iter().flat_map(|plan| &plan.items) {
@@ -268,7 +266,8 @@ impl DataSet {
         checksums::list(&self.root, &code.subject(), is_over)
     }
 
-    /// The baseline of this recording is about to be made anew: it is listed again when the participant is published.
+    /// Removes the baseline of this recording from the checksum list, because it is about to be made again. Publishing the participant
+    /// lists it again.
     ///
     /// # Errors
     /// The list cannot be read or written.
@@ -276,7 +275,7 @@ impl DataSet {
         checksums::forget(&self.root, &format!("sourcedata/{}/{recording}{BASELINE}", code.subject()))
     }
 
-    /// Drives and answers of one participant.
+    /// Makes the tables of one participant's drives and answers.
     fn publish_one(&self, study: &Study, log: &SessionLog) -> Result<(), SessionError> {
         let subject = log.participant.subject();
         let plan = study.plan(log.index);
@@ -336,8 +335,8 @@ impl DataSet {
         self.put_table(&scans, &table, json!({}))
     }
 
-    /// Removes tables of what was done when they were made and is not any more: a drive that was begun again, and then skipped. `stems`
-    /// are names from the top of the data set, without what kind of table it is.
+    /// Removes tables of items that are no longer done, such as a drive that was begun again and then skipped. `stems` are the names to
+    /// keep, relative to the data set, without the suffix for the kind of table.
     fn remove_others(&self, subject: &str, stems: &BTreeSet<String>) -> Result<(), SessionError> {
         for folder in ["beh", "motion"].map(|kind| format!("{subject}/{kind}")) {
             for path in record::entries(&self.root.join(&folder))? {
@@ -350,19 +349,19 @@ impl DataSet {
         Ok(())
     }
 
-    /// Removes a file of the data set, if it is there.
+    /// Removes a file of the data set, if it exists.
     fn remove(&self, name: &str) -> Result<(), SessionError> {
         Ok(record::remove(&self.root.join(name))?)
     }
 
-    /// Writes a table of events; its columns are described at the top of the data set.
+    /// Writes a table of events; a sidecar at the top of the data set describes its columns.
     fn put_events(&self, name: &str, events: &TsvTable, facts: &Value) -> Result<(), SessionError> {
         self.put(&format!("{name}_events.tsv"), &events.text())?;
         self.put(&format!("{name}_events.json"), &format!("{facts:#}\n"))
     }
 
-    /// Writes the motion of a drive, and its events counted from the first sample. Its name from the participant's folder; `None` of a
-    /// drive without a tick.
+    /// Writes the motion of a drive, and its events counted from the first sample. Returns the name of the motion table relative to the
+    /// participant's folder; `None` for a drive without a tick.
     fn put_motion(
         &self,
         subject: &str,
@@ -383,7 +382,7 @@ impl DataSet {
     }
 }
 
-/// The task as BIDS names it: `trial`, and `trialTrust` for the questionnaire after it.
+/// Returns the BIDS task name: `trial`, and `trialTrust` for the questionnaire after it.
 fn task(planned: &PlannedItem) -> String {
     match &planned.after {
         Some(after) => bids::label(&format!("{}-{}", planned.segment, after.questionnaire)),
@@ -391,13 +390,13 @@ fn task(planned: &PlannedItem) -> String {
     }
 }
 
-/// `sub-P03_task-trial_run-2`.
+/// Returns the stem of a file name in `beh`: `sub-P03_task-trial_run-2`.
 fn file_name(subject: &str, planned: &PlannedItem) -> String {
     let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
     format!("{subject}_task-{}{run}", task(planned))
 }
 
-/// `sub-P03_task-trial_tracksys-codrive_run-2`.
+/// Returns the stem of a file name in `motion`: `sub-P03_task-trial_tracksys-codrive_run-2`.
 fn motion_name(subject: &str, planned: &PlannedItem) -> String {
     let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
     format!("{subject}_task-{}_tracksys-{}{run}", task(planned), motion::TRACKING_SYSTEM)
@@ -408,7 +407,7 @@ fn description(study: &Study) -> String {
         "Name": study.file.title,
         "BIDSVersion": bids::VERSION,
         "DatasetType": "raw",
-        // Also where there are none: some readers stop at a data set without this line.
+        // Written even if empty: some readers stop at a data set without this key.
         "Authors": study.file.authors,
         "HEDVersion": event_table::HED_VERSION,
         "SourceDatasets": [{ "URL": "bids::sourcedata" }],
@@ -441,7 +440,7 @@ fn readme(study: &Study) -> String {
     )
 }
 
-/// Names of the factors, or `condition` for none (left out: the condition has its own column).
+/// Returns the names of the factors; none if the study lists its conditions directly, as the condition has its own column.
 pub(super) fn factors(study: &Study) -> impl Iterator<Item = &String> {
     study.file.factors.keys()
 }

@@ -1,4 +1,4 @@
-//! The tables of a data set: their cells by hand; what is refused; what is listed anew.
+//! Tests of the tables of a data set: cells by hand, refusals, entries of the checksum list.
 
 use super::*;
 use crate::study::{Questionnaire, session::TimedAnswer};
@@ -32,12 +32,12 @@ const QUESTIONS: &str = r#"{ "title": "Three", "pages": [ { "elements": [
              { "name": "mean", "method": "mean", "of": ["a", "b"] }] }"#;
 
 fn study() -> Study {
-    // The map of the author's is not on this machine: only words are made of it.
+    // The author's map does not exist on this machine, and its path is only text here.
     let text = STUDY_TEXT.replace(", map = \"/home/ann/maps/ring.net.xml\"", "");
     Study::parse(text, Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The session of a participant to whom `more` happened.
+/// Returns the log of a participant's session, extended by `more`.
 fn log(code: &str, index: usize, more: Value) -> SessionLog {
     let mut log =
         json!({ "participant": code, "index": index, "who": "person", "order": ["wide", "narrow"], "passages": [] });
@@ -53,7 +53,7 @@ fn passage(item: &str, outcome: &str) -> Value {
     json!({ "item": item, "outcome": outcome, "began": "t0", "ended": "t1" })
 }
 
-/// Writes that session where the data set has it.
+/// Writes a session file to its place in the data set.
 fn save(data: &DataSet, log: &SessionLog) {
     let folder = data.source(&log.participant);
     fs::create_dir_all(&folder).unwrap();
@@ -65,7 +65,7 @@ fn cells(table: &TsvTable) -> Vec<Vec<String>> {
 }
 
 #[test]
-fn answers_and_scores_stand_in_one_row_a_participant_without_the_dust_of_decimals() {
+fn each_participant_has_one_row_of_answers_and_rounded_scores() {
     let questionnaire = Questionnaire::parse(QUESTIONS, "three.json").unwrap();
     let all = [
         answered("a", json!(0.1), 1.0),
@@ -82,7 +82,7 @@ fn answers_and_scores_stand_in_one_row_a_participant_without_the_dust_of_decimal
     };
     let logs = [
         done("P1", 0, "done", &all),
-        // Some answers alone, a session that never came here, and one that skipped it after all.
+        // Only some answers; a session that did not get this far; a session that skipped the questionnaire.
         done("P2", 1, "done", &all[1..2]),
         log("P3", 2, json!({})),
         done("P4", 3, "skipped", &all),
@@ -93,7 +93,7 @@ fn answers_and_scores_stand_in_one_row_a_participant_without_the_dust_of_decimal
         cells(&table),
         [
             row("participant_id a b often.rain often.fog car uses glasses more score_both score_mean"),
-            // Three times 0.1 + 0.2, which a double says is 0.9000000000000001, and half of 0.30000000000000004.
+            // As doubles, three times (0.1 + 0.2) is 0.9000000000000001, and its half is 0.15000000000000002.
             "sub-P1|0.1|0.2|1|0|large|w;h|false|a b|0.9|0.15".split('|').map(str::to_owned).collect(),
             row("sub-P2 n/a 0.2 n/a n/a n/a n/a n/a n/a n/a n/a"),
         ]
@@ -112,8 +112,8 @@ fn answers_and_scores_stand_in_one_row_a_participant_without_the_dust_of_decimal
 }
 
 #[test]
-fn a_score_is_rounded_to_six_places_up_and_down() {
-    // A third and two thirds, of both signs; and one that is exact in six places.
+fn a_score_is_rounded_to_six_decimals() {
+    // One third and two thirds, of both signs; and a value that is exact to six decimals.
     for (answers, expected) in [
         ([1.0, 0.0, 0.0], "0.333333"),
         ([1.0, 1.0, 0.0], "0.666667"),
@@ -143,7 +143,7 @@ fn every_answer_of_a_form_has_its_time() {
 }
 
 #[test]
-fn participants_stand_with_their_number_order_state_and_drawn_numbers_with_their_units() {
+fn participants_are_listed_with_number_order_state_and_traits() {
     let end = |complete: bool| json!({ "end": { "complete": complete, "reason": "", "at": "t" } });
     let mut drawn = end(true);
     let traits = json!({ "level": 0.5, "error_mps": 0.2, "reaction_s": 1.25 });
@@ -174,7 +174,7 @@ fn participants_stand_with_their_number_order_state_and_drawn_numbers_with_their
 }
 
 #[test]
-fn the_levels_of_a_factor_are_told_by_what_they_set_without_folders() {
+fn factor_levels_are_described_by_their_settings_without_folders() {
     let mut study = study();
     study.file = toml::from_str(STUDY_TEXT).unwrap();
     let table = scans::table(&study);
@@ -200,7 +200,7 @@ fn the_lowest_free_number_is_next_and_sessions_come_by_number() {
     let order: Vec<(&str, usize)> = logs.iter().map(|log| (log.participant.as_str(), log.index)).collect();
     assert_eq!(order, [("Z9", 0), ("B2", 1), ("C3", 1), ("A1", 3)]);
     assert_eq!(data.next_index().unwrap(), 2, "nobody has it");
-    // Who replaces somebody that does not count has the same order.
+    // The replacement of a participant who does not count takes the same order.
     let end = |complete: bool| json!({ "end": { "at": "t1", "complete": complete, "reason": "" } });
     let mut excluded = end(true);
     excluded["end"]["excluded"] = "fell asleep".into();
@@ -208,7 +208,7 @@ fn the_lowest_free_number_is_next_and_sessions_come_by_number() {
         save(&data, &log("Z9", 0, more));
         assert_eq!(data.next_index().unwrap(), next);
     }
-    // Two codes that are one folder where capitals do not count.
+    // Two codes share a folder on systems that ignore case.
     let refused = |code: &str| data.check_new_code(&ParticipantCode::new(code).unwrap()).map_err(|e| e.to_string());
     assert_eq!(refused("Z9"), Ok(()), "the same participant goes on");
     assert_eq!(refused("Z8"), Ok(()));
@@ -216,7 +216,7 @@ fn the_lowest_free_number_is_next_and_sessions_come_by_number() {
 }
 
 #[test]
-fn a_baseline_that_is_made_anew_is_off_the_list_until_the_session_is_published() {
+fn a_baseline_being_remade_is_unlisted_until_publication() {
     let folder = tempfile::tempdir().unwrap();
     let study = study();
     let data = DataSet::open(folder.path(), &study).unwrap();
@@ -256,7 +256,7 @@ fn a_session_that_is_not_over_is_not_on_the_list() {
 }
 
 #[test]
-fn a_folder_whose_making_was_cut_is_made_whole_and_a_strangers_is_left_alone() {
+fn a_cut_data_set_is_completed_and_a_foreign_folder_is_refused() {
     let study = study();
     let texts = [("README.md", readme(&study)), ("dataset_description.json", description(&study))];
     let begun = |name: &str, text: &str| {
@@ -270,7 +270,7 @@ fn a_folder_whose_making_was_cut_is_made_whole_and_a_strangers_is_left_alone() {
         let beside = Path::new(name).with_extension(record::BESIDE);
         for name in [*name, beside.to_str().unwrap()] {
             assert!(begun(name, text) && begun(name, &text[..7]) && begun(name, ""), "{name}");
-            // As long, longer, and another.
+            // One byte longer, and of the same length with other bytes.
             assert!(!begun(name, &format!("{text}\n")) && !begun(name, &text.replace(':', ";")), "{name}");
         }
     }
@@ -278,7 +278,7 @@ fn a_folder_whose_making_was_cut_is_made_whole_and_a_strangers_is_left_alone() {
 }
 
 #[test]
-fn links_in_the_place_of_participants_are_refused() {
+fn links_in_place_of_participants_folders_are_refused() {
     let study = study();
     for (link, refused) in
         [("sub-P1", true), ("sourcedata", true), ("phenotype", true), ("sourcedata/sub-P1", true), ("figures", false)]
@@ -298,7 +298,7 @@ fn links_in_the_place_of_participants_are_refused() {
 }
 
 #[test]
-fn answers_of_a_session_have_a_table_of_their_own_with_times_made_for_that_participant_alone() {
+fn publishing_writes_answer_times_for_that_participant_only() {
     let folder = tempfile::tempdir().unwrap();
     let study = study();
     let data = DataSet::open(folder.path(), &study).unwrap();
@@ -312,12 +312,12 @@ fn answers_of_a_session_have_a_table_of_their_own_with_times_made_for_that_parti
     assert!(!table("P2").exists());
     let about: Value = serde_json::from_slice(&fs::read(table("P1").with_extension("json")).unwrap()).unwrap();
     assert_eq!(about["TaskName"], "ssqBefore");
-    // Nothing was driven: the list has the answers alone. When they were asked is unknown here.
+    // Without drives the list holds only the answers. The time of asking is unknown in this log.
     assert_eq!(
         fs::read_to_string(folder.path().join("sub-P1/sub-P1_scans.tsv")).unwrap().lines().nth(1),
         Some("beh/sub-P1_task-ssqBefore_beh.tsv\tn/a\tssq-before\tn/a\tn/a\tn/a\tn/a\tn/a\tn/a")
     );
-    // Both stand in the table of all.
+    // The common table holds both.
     let all = fs::read_to_string(folder.path().join("phenotype/ssq_before.tsv")).unwrap();
     assert_eq!(
         all.lines().map(|line| line.split('\t').next().unwrap()).collect::<Vec<_>>(),
@@ -326,7 +326,7 @@ fn answers_of_a_session_have_a_table_of_their_own_with_times_made_for_that_parti
 }
 
 #[test]
-fn a_data_set_whose_description_names_no_version_of_tags_gets_none_and_its_description_stays() {
+fn a_data_set_without_a_hed_version_gets_no_tags() {
     let folder = tempfile::tempdir().unwrap();
     let study = study();
     let data = DataSet::open(folder.path(), &study).unwrap();
@@ -340,7 +340,7 @@ fn a_data_set_whose_description_names_no_version_of_tags_gets_none_and_its_descr
         fs::read_to_string(folder.path().join("events.json")).unwrap().contains("\"HED\"")
     };
     assert!(has_tags());
-    // As an earlier version wrote it.
+    // The description as an earlier version wrote it.
     let path = folder.path().join(DESCRIPTION);
     let mut about: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     about.as_object_mut().unwrap().remove("HEDVersion").unwrap();
@@ -350,7 +350,7 @@ fn a_data_set_whose_description_names_no_version_of_tags_gets_none_and_its_descr
 }
 
 #[test]
-fn what_was_done_and_is_not_any_more_has_no_tables() {
+fn tables_of_items_that_are_no_longer_done_are_removed() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().join("data");
     let study = study();
@@ -363,13 +363,13 @@ fn what_was_done_and_is_not_any_more_has_no_tables() {
     save(&data, &log("P1", 0, json!({ "passages": passages, "answers": answers })));
     data.publish(&study, &code).unwrap();
     assert!(tables.iter().all(|table| there(table)));
-    // A table of a drive that the session had, and one that is still its own.
+    // A table of a drive that is no longer part of the session.
     fs::create_dir_all(root.join("sub-P1/motion")).unwrap();
     fs::write(root.join("sub-P1/motion/sub-P1_task-trial_tracksys-codrive_run-1_motion.tsv"), "0\n").unwrap();
     data.publish(&study, &code).unwrap();
     assert!(tables.iter().all(|table| there(table)));
     assert!(!there("motion/sub-P1_task-trial_tracksys-codrive_run-1_motion.tsv"));
-    // Begun again, and then left out.
+    // The item was begun again and then skipped.
     save(&data, &log("P1", 0, json!({ "passages": [passage("ssq-before", "skipped")], "answers": answers })));
     data.publish(&study, &code).unwrap();
     assert!(!tables.iter().any(|table| there(table)));

@@ -1,6 +1,6 @@
-//! What the speedometer does to a study. One scale for all trials: one that followed each trial's traffic would be a second factor in
-//! a study of density. And no range that is narrower than the number tells apart. In: the highest speed to be expected in any
-//! trial; the drives. Out: a trial's scenario with that scale; the range at fault, where it was set.
+//! Effect of a study on the speedometer. All trials share one scale, because a scale that followed each trial's traffic would be a second
+//! factor in a study of density. A range narrower than the displayed number resolves is an error. In: the highest speed expected in any
+//! trial; the drives. Out: a trial's scenario with the common scale; or the range at fault, located where it was set.
 
 use super::{Study, StudyError, file::SegmentKind};
 use crate::{
@@ -10,16 +10,16 @@ use crate::{
     sim::ExpectedSpeeds,
 };
 
-/// The highest speed that a driver is to expect, m/s.
+/// Returns the highest speed that a driver must expect, m/s.
 pub(super) fn top_mps(expected: &ExpectedSpeeds) -> f64 {
     hud::expected_top_mps(expected.equilibrium_mps, expected.advised_mps, expected.limit_mps)
 }
 
 impl Study {
-    /// Fails where a drive advises a range that the speedometer cannot show. A study that has begun may go on with one.
+    /// Checks that no drive advises a range that the speedometer cannot show. A study that has begun may continue with such a range.
     ///
     /// # Errors
-    /// File, line, value and what is allowed; `name` is what the file is called.
+    /// A range is too narrow; the message has file, line, value and the allowed values. `name` is the file's name in the message.
     pub fn check_ranges(&self, name: &str) -> Result<(), StudyError> {
         for (i, segment) in self.file.segment.iter().enumerate() {
             let conditions: Vec<_> = match segment.kind {
@@ -39,7 +39,7 @@ impl Study {
         Ok(())
     }
 
-    /// A trial with the scale of all trials, unless its own settings name one.
+    /// Returns a trial with the scale of all trials, unless its own settings have one.
     pub(super) fn with_dial(&self, trial: Scenario) -> Scenario {
         if trial.display.dial_full > 0.0 {
             return trial;

@@ -1,8 +1,8 @@
-//! Takes everything of one participant out of a data set, for good. In: a data set, a code, a reason. Out: no file and no row of
-//! the participant, in raw data, tables and what was derived from them; one line in `erased.tsv`: code, reason, when.
+//! Erasure of one participant from a data set, for good. In: a data set, a code, a reason. Out: no file and no row of the participant
+//! remains in raw data, tables or derived results; one line in `erased.tsv` has code, reason and time.
 //!
-//! `erasure.json` stands in the data set from the first step to the last. Every step can be done twice, so that a cut costs nothing:
-//! whoever opens the data set next finishes what was begun.
+//! `erasure.json` marks an erasure in progress, from the first step to the last. Every step can be repeated, so the next program that
+//! opens the data set can finish an interrupted erasure.
 
 use super::{
     DataSet, ParticipantCode, SessionError,
@@ -20,61 +20,61 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Who was erased, when and why; the name without its ending.
+/// List of erased participants with reason and time; file name without extension.
 pub const LEDGER: &str = "erased";
-/// What is being erased.
+/// File that marks an erasure in progress.
 const BEGUN: &str = "erasure.json";
-/// Folders at the top that hold what was made from the data; `codrive analyse` makes it again.
+/// Folders at the top with results that `codrive analyse` can make again.
 const MADE_AGAIN: [&str; 3] = ["derivatives/codrive", "analysis", "report"];
-/// The most that a table may hold, bytes.
+/// Maximum size of a table, bytes.
 pub(super) const TABLE_BYTES: u64 = 64 << 20;
 
-/// An erasure that has begun.
+/// An erasure in progress.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Erasure {
     participant: ParticipantCode,
     reason: String,
-    /// When it was asked for, UTC.
+    /// Time of the request, UTC.
     at: String,
 }
 
-/// One who was erased.
+/// A participant whose data were erased.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ErasedParticipant {
-    /// The code, without `sub-`.
+    /// Code, without `sub-`.
     pub code: String,
-    /// Why, in the words of who erased.
+    /// Reason, as written by the person who erased the data.
     pub reason: String,
-    /// When, UTC.
+    /// Time of the erasure, UTC.
     pub at: String,
 }
 
-/// Parts that an erasure cannot take away.
+/// Data that an erasure cannot remove.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LeftBehind {
     /// Files outside `derivatives/` that name the participant, written by people.
     pub naming: Vec<PathBuf>,
-    /// Folders of other programs' results, which may be computed with the participant's data.
+    /// Folders of other programs' results, which may be computed from the participant's data.
     pub others: Vec<PathBuf>,
 }
 
 type Step = fn(&Erasure, &Path) -> Result<(), SessionError>;
 
-/// What is done in this order. The mark that it has begun goes last.
+/// Steps of an erasure, in order. The mark of the erasure in progress is removed last.
 const STEPS: [Step; 6] =
     [Erasure::remove_data, Erasure::remove_derived, Erasure::remove_rows, Erasure::note, Erasure::list, Erasure::end];
 
 impl DataSet {
-    /// Erases a participant: recordings, answers, log, rows of every table, and all results that were made with them. `now` is the
-    /// time, UTC. Those whose data were copied elsewhere are not found. Returns what may still hold something of the participant.
+    /// Erases a participant: recordings, answers, log, rows of every table, and all results computed from them. `now` is the time, UTC.
+    /// Copies of the data elsewhere are not found. Returns files and folders that may still hold data of the participant.
     ///
     /// # Errors
-    /// There is no such participant, or the session is being run; the disk refuses, and the next start goes on.
+    /// There is no such participant, the session is running, or a file cannot be removed; in the last case the next start continues.
     pub fn erase(&self, code: &ParticipantCode, reason: &str, now: &str) -> Result<LeftBehind, SessionError> {
         self.check_known(code)?;
         let folder = self.source(code);
-        // Held until all is gone. A folder without a session has no other program either.
+        // Held until all data are removed. Without a session folder, no other program can hold the lock.
         let _lock = folder.is_dir().then(|| lock::lock(&folder, code)).transpose()?;
         let erasure = Erasure { participant: code.clone(), reason: reason.into(), at: now.into() };
         let text = serde_json::to_string_pretty(&erasure).expect("words");
@@ -86,7 +86,7 @@ impl DataSet {
         Ok(LeftBehind { naming: mentions::files(self.root(), code)?, others })
     }
 
-    /// Refuses a code that has no data here; says which there are, and who was erased.
+    /// Refuses a code without data here; the message lists the known codes, or says that the participant was erased.
     pub(super) fn check_known(&self, code: &ParticipantCode) -> Result<(), SessionError> {
         let known = self.codes()?;
         if known.contains(code) {
@@ -108,10 +108,10 @@ impl DataSet {
     }
 }
 
-/// Finishes an erasure in this data set that was cut, if there is one.
+/// Finishes an interrupted erasure in this data set, if there is one.
 ///
 /// # Errors
-/// The mark of it cannot be read, or the disk refuses.
+/// The mark of the erasure cannot be read, or a file cannot be read, written or removed.
 pub fn finish(root: &Path) -> Result<(), SessionError> {
     let path = root.join(BEGUN);
     let text = match read_text(&path, SETTINGS_BYTES) {
@@ -123,7 +123,7 @@ pub fn finish(root: &Path) -> Result<(), SessionError> {
         let path = path.display();
         SessionError::Refused(format!("{path}: is no erasure of this program: {why}; delete it, and erase again"))
     })?;
-    // Nobody publishes tables meanwhile.
+    // The lock keeps other programs from publishing tables during the erasure.
     let path = root.join("sourcedata").join(lock::FILE);
     record::new_private_dir(&root.join("sourcedata"))?;
     let lock = lock::lock_file(&path)?;
@@ -131,7 +131,7 @@ pub fn finish(root: &Path) -> Result<(), SessionError> {
     STEPS.iter().try_for_each(|step| step(&erasure, root))
 }
 
-/// The same for the data set that a folder is of or in: itself, a participant's, a recording's.
+/// Finishes an interrupted erasure in the data set that contains `folder`: its own folder, a participant's or a recording's.
 ///
 /// # Errors
 /// As [`finish`].
@@ -140,7 +140,7 @@ pub fn finish_around(folder: &Path) -> Result<(), SessionError> {
     whole.ancestors().filter(|root| root.join(BEGUN).is_file()).try_for_each(finish)
 }
 
-/// Who was erased from this data set, in the order of time.
+/// Returns the participants erased from this data set, in the order of time.
 ///
 /// # Errors
 /// The list cannot be read.
@@ -172,8 +172,8 @@ impl Erasure {
         remove(&root.join(subject))
     }
 
-    /// Means and figures have the participant in them: all results of this program go. Those of other programs, which it cannot make
-    /// again, lose what names the participant.
+    /// Removes all results of this program, because means and figures include the participant. From results of other programs, which this
+    /// program cannot make again, only the parts that name the participant go.
     fn remove_derived(&self, root: &Path) -> Result<(), SessionError> {
         MADE_AGAIN.iter().try_for_each(|name| remove(&root.join(name)))?;
         mentions::remove_from_derived(root, &self.participant)
@@ -187,7 +187,7 @@ impl Erasure {
                 record::replace(&path, kept.as_bytes())?;
             }
         }
-        // What a cut left of a table that was being written.
+        // Removes temporary files of tables whose writing was interrupted.
         for folder in [root.to_owned(), root.join("phenotype")] {
             let mut begun = record::entries(&folder)?;
             begun.retain(|path| path.extension().is_some_and(|e| e == record::BESIDE));
@@ -212,7 +212,7 @@ impl Erasure {
         let put = |name: PathBuf, text: String| record::replace(&root.join(name), text.as_bytes());
         put(Path::new(LEDGER).with_extension("json"), table.sidecar(serde_json::Value::Null))?;
         put(Path::new(LEDGER).with_extension("tsv"), table.text())?;
-        // Data sets of earlier versions do not name these files.
+        // `.bidsignore` of earlier versions does not list these files.
         let path = root.join(".bidsignore");
         let ignored = read_text(&path, SETTINGS_BYTES).unwrap_or_default();
         let missing: String =
@@ -232,13 +232,13 @@ impl Erasure {
     }
 }
 
-/// Files of an erasure, which BIDS does not know.
+/// Files of an erasure, which are not part of BIDS.
 pub(super) const BIDSIGNORE: &str = "erased.tsv\nerased.json\nerasure.json\n";
 
-/// Tables with a row for each participant: `participants.tsv`, `phenotype/*.tsv`.
+/// Returns the tables with one row per participant: `participants.tsv`, `phenotype/*.tsv`.
 ///
 /// # Errors
-/// The disk does not say which there are.
+/// The folder of the tables cannot be listed.
 pub(super) fn tables(root: &Path) -> Result<Vec<PathBuf>, RecordError> {
     let mut tables = record::entries(&root.join("phenotype"))?;
     tables.retain(|path| path.extension().is_some_and(|e| e == "tsv"));
@@ -248,12 +248,12 @@ pub(super) fn tables(root: &Path) -> Result<Vec<PathBuf>, RecordError> {
     Ok(tables)
 }
 
-/// A table without the rows of one participant.
+/// Returns a table without the rows of one participant.
 fn other_rows(text: &str, subject: &str) -> String {
     text.lines().filter(|line| line.split('\t').next() != Some(subject)).map(|line| format!("{line}\n")).collect()
 }
 
-/// Removes a file or a whole folder, if it is there.
+/// Removes a file or a whole folder, if it exists.
 fn remove(path: &Path) -> Result<(), SessionError> {
     let removed = match fs::symlink_metadata(path) {
         Ok(there) if there.is_dir() => fs::remove_dir_all(path),

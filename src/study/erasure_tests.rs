@@ -1,4 +1,4 @@
-//! A participant is erased: what is gone, what stays, and an erasure that was cut at any step is finished by the next start.
+//! Tests of the erasure of a participant: removed data, remaining data, and completion of an erasure that was cut at any step.
 
 use super::*;
 use crate::study::{Session, Study, session::ParticipantKind};
@@ -24,7 +24,7 @@ fn code(text: &str) -> ParticipantCode {
     ParticipantCode::new(text).unwrap()
 }
 
-/// P1 and P2 have answered; an analysis has been, and a folder of another program is there.
+/// Makes a data set in which P1 and P2 have answered, with results of an analysis and a folder of another program.
 fn place() -> Place {
     let folder = tempfile::tempdir().unwrap();
     let study = Study::parse(STUDY.to_owned(), Path::new("load.toml")).unwrap_or_else(|e| panic!("{e}"));
@@ -66,7 +66,7 @@ fn place() -> Place {
     Place { folder, study, data }
 }
 
-/// Every file of the data set with its text.
+/// Returns every file of the data set with its text.
 fn all(root: &Path) -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
     let mut folders = vec![root.to_owned()];
@@ -88,7 +88,7 @@ fn assert_erased(place: &Place) {
     for (path, text) in all(root) {
         let is_ledger = path.file_name().is_some_and(|name| name == "erased.tsv");
         assert!(is_ledger || !text.replace("P12", "").contains("P1"), "{}: {text}", path.display());
-        // Of the names below the data set: that of a scratch folder is drawn and may be anything.
+        // Checks only names below the data set: the path of the temporary folder is random.
         let name = path.strip_prefix(root).unwrap();
         assert!(!name.to_string_lossy().replace("P12", "").contains("P1"), "{}", name.display());
     }
@@ -97,7 +97,7 @@ fn assert_erased(place: &Place) {
     }
     let ledger = fs::read_to_string(root.join("erased.tsv")).unwrap();
     assert_eq!(ledger, "participant_id\treason\terased_at\nsub-P1\twithdrew consent\tt9\n");
-    // The other one is whole: log, answers, rows, and all that the list names is as listed.
+    // P2 is complete: log, answers, rows, and all files as listed.
     assert!(
         root.join("sourcedata/sub-P2/session.json").exists() && root.join("derivatives/other/sub-P2/x.txt").exists()
     );
@@ -116,12 +116,12 @@ fn assert_erased(place: &Place) {
 }
 
 #[test]
-fn nothing_of_who_is_erased_stays_but_a_line_and_nobody_else_changes() {
+fn erasing_leaves_one_line_and_changes_no_other_participant() {
     let place = place();
     let left = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap();
     assert_eq!(left, LeftBehind { naming: Vec::new(), others: vec![place.data.root().join("derivatives/other")] });
     assert_erased(&place);
-    // A list that cannot be read is no empty one.
+    // An unreadable list is an error, not an empty list.
     let list = place.data.root().join(LEDGER).with_extension("tsv");
     let written = fs::read(&list).unwrap();
     fs::write(&list, [0xff, b'\n']).unwrap();
@@ -142,7 +142,7 @@ fn nothing_of_who_is_erased_stays_but_a_line_and_nobody_else_changes() {
 }
 
 #[test]
-fn an_erasure_that_was_cut_after_any_step_is_finished_by_the_next_start() {
+fn an_erasure_cut_after_any_step_is_finished_by_the_next_start() {
     for done in 0..STEPS.len() {
         for by_analysis in [false, true] {
             let place = place();
@@ -161,7 +161,7 @@ fn an_erasure_that_was_cut_after_any_step_is_finished_by_the_next_start() {
 }
 
 #[test]
-fn wrong_codes_are_refused_with_those_that_are_there_and_a_running_session_too() {
+fn unknown_codes_and_running_sessions_are_refused() {
     let place = place();
     let said = place.data.erase(&code("P7"), "x", "t9").unwrap_err().to_string();
     assert!(said.contains("there is no participant P7") && said.contains("there are: P1, P2"), "{said}");
@@ -174,7 +174,7 @@ fn wrong_codes_are_refused_with_those_that_are_there_and_a_running_session_too()
 }
 
 #[test]
-fn a_file_of_the_laboratory_that_names_who_is_erased_is_told_and_stays() {
+fn a_lab_file_that_names_the_erased_participant_is_reported_and_stays() {
     let place = place();
     let readme = place.data.root().join("NOTES.md");
     fs::write(&readme, "sub-P1 came late.\n").unwrap();
@@ -184,7 +184,7 @@ fn a_file_of_the_laboratory_that_names_who_is_erased_is_told_and_stays() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_listed_stops_an_erasure_which_then_goes_on() {
+fn an_unreadable_folder_stops_an_erasure_that_can_be_resumed() {
     let place = place();
     let (phenotype, aside) = (place.data.root().join("phenotype"), place.folder.path().join("aside"));
     fs::rename(&phenotype, &aside).unwrap();

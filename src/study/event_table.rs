@@ -1,19 +1,19 @@
-//! Advice and events of a drive as a table of BIDS (`_events.tsv`), and what its columns and words mean, in words and in HED
-//! (Hierarchical Event Descriptors, schema 8.4.0). In: a recording. Out: rows; the sidecar at the top of a data set, which all
-//! tables of events inherit.
+//! Advice and events of a drive as a BIDS table (`_events.tsv`), and the meaning of its columns and words as text and as HED tags
+//! (Hierarchical Event Descriptors, schema 8.4.0). In: a recording. Out: rows; the sidecar at the top of a data set, which all tables of
+//! events inherit.
 
 use super::bids::{TsvColumn, TsvTable, number};
 use crate::record::{RecordError, Table as Recorded, TableReader};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// The version of HED whose words the tags are of.
+/// Version of the HED schema that the tags use.
 pub const HED_VERSION: &str = "8.4.0";
 
-/// The sidecar of all tables of events, at the top of a data set.
+/// Sidecar of all tables of events, at the top of a data set.
 pub(super) const SIDECAR: &str = "events.json";
 
-/// What can happen in a drive: word, meaning, tags.
+/// Events of a drive: word, meaning, tags.
 const WORDS: [[&str; 3]; 38] = [
     [
         "advice",
@@ -151,12 +151,12 @@ const WORDS: [[&str; 3]; 38] = [
     ],
 ];
 
-/// Columns of the table.
+/// Returns the columns of the table.
 fn columns() -> Vec<TsvColumn> {
     let speed = |name: &str, about: &str, label: &str| {
         TsvColumn::new(name, about, "m/s").tagged(json!(format!("(Label/{label}, Speed/# m-per-s)")))
     };
-    // In brackets, so that two events of one moment have no tag twice.
+    // The parentheses group the tags, so that two events at one moment do not repeat a tag.
     let tags = WORDS.iter().map(|[word, _, tags]| ((*word).to_owned(), Value::from(format!("({tags})")))).collect();
     vec![
         TsvColumn::new(
@@ -182,8 +182,8 @@ fn columns() -> Vec<TsvColumn> {
     ]
 }
 
-/// The sidecar of all tables of events of a data set. Tags are left out where the data set's description does not name the
-/// version of their words, as in one of an earlier version: there they were a mistake.
+/// Returns the sidecar of all tables of events of a data set. Tags are left out if the data set's description names no HED version, as in
+/// data sets of earlier versions: tags without a version are an error.
 pub(super) fn sidecar(is_tagged: bool) -> String {
     let mut columns = columns();
     if !is_tagged {
@@ -192,18 +192,18 @@ pub(super) fn sidecar(is_tagged: bool) -> String {
     TsvTable::new(columns).sidecar(Value::Null)
 }
 
-/// What happened in a drive, in the order of time.
+/// Events of a drive, in the order of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct DriveEvents {
-    /// Tick, and all cells but the onset.
+    /// Tick, and all cells except the onset.
     rows: Vec<(u64, Vec<String>)>,
 }
 
 impl DriveEvents {
-    /// Reads them from a recording.
+    /// Reads the events from a recording.
     ///
     /// # Errors
-    /// A table of it cannot be read.
+    /// A table of the recording cannot be read.
     pub fn of(recording: &Path) -> Result<Self, RecordError> {
         let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
         let advice = TableReader::parquet(&Recorded::Advice.parquet(recording))?;
@@ -227,7 +227,7 @@ impl DriveEvents {
         Ok(Self { rows })
     }
 
-    /// As a table whose onsets count from this tick.
+    /// Returns the events as a table whose onsets count from tick `first`.
     pub fn since(&self, first: u64) -> TsvTable {
         let mut table = TsvTable::new(columns());
         let row = |(tick, cells): &(u64, Vec<String>)| [vec![onset(*tick, first)], cells.clone()].concat();
@@ -236,7 +236,7 @@ impl DriveEvents {
     }
 }
 
-/// Time from one tick to another, seconds: in hundredths, as ticks are. What is before has a minus.
+/// Formats the time from one tick to another in seconds with two decimals, as ticks are 10 ms; negative before `first`.
 pub(super) fn onset(tick: u64, first: u64) -> String {
     let (sign, ticks) = if tick < first { ("-", first - tick) } else { ("", tick - first) };
     format!("{sign}{}.{:02}", ticks / 100, ticks % 100)

@@ -1,4 +1,4 @@
-//! Tables of events: rows of a recorded drive by hand, and what their sidecar says of every word.
+//! Tests of tables of events: rows of a recorded drive by hand, and the description of every word.
 
 use super::*;
 
@@ -46,11 +46,11 @@ fn advice_and_events_of_a_recording_are_rows_in_the_order_of_time() {
     let ended = of("ended");
     assert_eq!((ended.len(), &ended[0][0], &ended[0][9]), (1, &text("1.20"), &text("duration")));
     let advice = of("advice");
-    // Two or three holds of half a second begin within 1.2 s.
+    // Two or three holds of 0.5 s begin within 1.2 s.
     assert!((2..=3).contains(&advice.len()), "{advice:?}");
     for row in &advice {
         assert_eq!(row[1..3], ["0.5", "advice"]);
-        // A mile is 1609.344 m: the range is 0.44704 m/s to either side.
+        // A mile is 1609.344 m, so the range is 0.44704 m/s to either side.
         let [target, low, high] = [4, 5, 6].map(|i: usize| row[i].parse::<f64>().unwrap());
         assert!(target == 4.0 && (low - 3.552_96).abs() < 1e-9 && (high - 4.447_04).abs() < 1e-9, "{row:?}");
         assert_eq!((row[8].as_str(), row[9].as_str()), ("", ""), "an advice has no value and no words");
@@ -62,7 +62,7 @@ fn advice_and_events_of_a_recording_are_rows_in_the_order_of_time() {
 }
 
 #[test]
-fn onsets_are_hundredths_of_a_second_from_the_first_sample_and_negative_before_it() {
+fn onsets_have_two_decimals_and_are_negative_before_the_first_sample() {
     let onsets =
         [(1205, 0), (7, 0), (0, 0), (0, 1), (1, 1), (101, 1), (0, 250)].map(|(tick, first)| onset(tick, first));
     assert_eq!(onsets, ["12.05", "0.07", "0.00", "-0.01", "0.00", "1.00", "-2.50"]);
@@ -71,7 +71,7 @@ fn onsets_are_hundredths_of_a_second_from_the_first_sample_and_negative_before_i
 }
 
 #[test]
-fn every_word_has_a_meaning_and_tags_unless_the_data_set_names_no_version_of_them() {
+fn every_event_word_has_a_meaning_and_tags_if_a_version_is_named() {
     let told = |is_tagged| serde_json::from_str::<Value>(&sidecar(is_tagged)).unwrap();
     let tagged = told(true);
     let words = |key: &str| tagged["trial_type"][key].as_object().unwrap().keys().cloned().collect::<Vec<_>>();

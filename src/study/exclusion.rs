@@ -1,14 +1,14 @@
-//! Leaves a participant out of a study once the windows are closed. In: a data set, a code, a reason. Out: the reason in the
-//! participant's log, the word `excluded` in `participants.tsv`; nothing is deleted.
+//! Excludes a participant from a study after the session windows are closed. In: a data set, a code, a reason. Out: the reason in the
+//! participant's log, and `excluded` in `participants.tsv`. Nothing is deleted.
 
 use super::{DataSet, ParticipantCode, Session, SessionError, Study, checksums, session};
 
 impl DataSet {
-    /// Excludes the data of a participant; a session that is not over ends by that. `now` is the time, UTC.
+    /// Excludes the data of a participant; ends the session if it is not over. `now` is the time, UTC.
     ///
     /// # Errors
-    /// There is no such participant, the session is being run, the data are excluded already for another reason; the disk
-    /// refuses, and the same call goes on.
+    /// There is no such participant, a program runs the session, or the data are already excluded for another reason. Also if a file
+    /// cannot be read or written; then the same call completes the exclusion.
     pub fn exclude(&self, study: &Study, code: &ParticipantCode, reason: &str, now: &str) -> Result<(), SessionError> {
         self.check_known(code)?;
         let mut session = Session::reopen(self, study, code, now)?;
@@ -17,11 +17,11 @@ impl DataSet {
         }
         let before = session.log().end.as_ref().and_then(|end| end.excluded.clone());
         if before.is_none() {
-            // The log was listed as it was when the session ended.
+            // The checksum list has the log as it was at the end of the session.
             checksums::forget(self.root(), &format!("sourcedata/{}/{}", code.subject(), session::FILE))?;
             session.exclude(reason)?;
         }
-        // A cut between the log and the tables leaves them to be made here.
+        // Publishes in any case: an earlier call may have been cut between the log and the tables.
         self.publish(study, code)?;
         match before {
             Some(before) if before != reason => {

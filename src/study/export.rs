@@ -1,8 +1,8 @@
-//! Gives a participant all data that a data set holds of them. In: a data set, a code, a folder that is new or empty. Out: the folder
-//! with raw data, log, tables with their rows alone, results of an analysis, and a list of checksums; nothing of anybody else.
+//! Export of all data that a data set holds of one participant. In: a data set, a code, a new or empty folder. Out: the folder with raw
+//! data, log, the participant's rows of the tables, results of an analysis, and a list of checksums; nothing about other participants.
 //!
-//! It is made in a folder beside the one asked for, which takes its name when it is whole: a cut leaves nothing that looks like it,
-//! and the same command begins anew.
+//! The export is made in a folder beside the requested one and renamed when it is complete. After a cut, the requested folder is still
+//! absent or empty, and the same command starts again.
 
 use super::{
     DataSet, ParticipantCode, SessionError, checksums,
@@ -18,7 +18,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Files at the top that are about nobody: they say what the rest is.
+/// Files at the top about no participant, which describe the rest.
 const ABOUT: [&str; 6] = [
     "dataset_description.json",
     ".bidsignore",
@@ -27,16 +27,16 @@ const ABOUT: [&str; 6] = [
     event_table::SIDECAR,
     motion::CHANNELS_JSON,
 ];
-/// The same of the folder of an analysis.
+/// Files of an analysis about no participant.
 const ABOUT_DERIVED: [&str; 4] = ["columns.json", "dataset_description.json", "README.md", ".bidsignore"];
-/// In the folder while it is made.
+/// Mark of an incomplete export.
 const BEGUN: &str = "export-is-not-whole";
 
 impl DataSet {
-    /// Copies everything of a participant to the folder `to`. Returns how many files.
+    /// Copies everything about a participant to the folder `to`. Returns the number of files.
     ///
     /// # Errors
-    /// There is no such participant, the session is being run, the folder holds something or is in the data set; the disk refuses.
+    /// There is no such participant, the session is running, the folder is not empty or lies in the data set, or a file cannot be copied.
     pub fn export(&self, code: &ParticipantCode, to: &Path) -> Result<usize, SessionError> {
         self.check_known(code)?;
         let at = |path: &Path| std::path::absolute(path).map_err(|why| RecordError::File { path: path.into(), why });
@@ -98,7 +98,7 @@ impl DataSet {
         Ok(record::replace(&to.join("README.md"), readme(code).as_bytes())?)
     }
 
-    /// The head of a table and the participant's rows; nothing of a table that has none, as one of means.
+    /// Copies the header and the participant's rows of a table; skips a table without such rows, as one of means.
     fn put_rows(&self, path: &Path, separator: char, subject: &str, to: &Path) -> Result<(), SessionError> {
         let text = read_text(path, TABLE_BYTES).map_err(|why| RecordError::File { path: path.into(), why })?;
         let mut rows = rows(&text, separator == ',').into_iter();
@@ -113,7 +113,7 @@ impl DataSet {
     }
 }
 
-/// Rows of a table with their line ends; a line end between quotes is part of a CSV cell.
+/// Splits a table into rows with their line ends. If `quoted`, a line end between quotes is part of a CSV cell.
 fn rows(text: &str, quoted: bool) -> Vec<&str> {
     let mut within = false;
     let ends = text.bytes().enumerate().filter_map(|(i, byte)| {
@@ -128,7 +128,7 @@ fn rows(text: &str, quoted: bool) -> Vec<&str> {
     rows
 }
 
-/// An empty folder beside `to`; what a cut left of an earlier one is removed.
+/// Makes an empty folder beside `to`, after removing what an interrupted export left.
 fn begin(to: &Path) -> Result<PathBuf, SessionError> {
     let mut name = to.file_name().unwrap_or_default().to_owned();
     name.push(".part");
@@ -161,7 +161,7 @@ fn copy_folder(from: &Path, to: &Path) -> Result<(), SessionError> {
     Ok(())
 }
 
-/// Copies a file, private to the user, so that the disk has it.
+/// Copies a file, private to the user, and syncs it to disk.
 fn copy(from: &Path, to: &Path) -> Result<(), SessionError> {
     to.parent().map_or(Ok(()), record::new_private_dir)?;
     record::write_new(to, b"")?;

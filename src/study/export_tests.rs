@@ -1,4 +1,4 @@
-//! A participant's own copy: all of theirs, nothing of others, whole or not there.
+//! Tests of the export: all data of the participant, nothing of others, complete or absent.
 
 use super::*;
 use crate::study::{Session, Study, session::ParticipantKind};
@@ -17,7 +17,7 @@ fn code(text: &str) -> ParticipantCode {
     ParticipantCode::new(text).unwrap()
 }
 
-/// P1 and P2 have answered; there are results of an analysis.
+/// Makes a data set in which P1 and P2 have answered, with results of an analysis.
 fn place() -> (tempfile::TempDir, DataSet) {
     let folder = tempfile::tempdir().unwrap();
     let study = Study::parse(STUDY.to_owned(), Path::new("pages.toml")).unwrap_or_else(|e| panic!("{e}"));
@@ -44,10 +44,10 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
+fn an_export_has_all_data_of_the_participant_and_none_of_others() {
     let (folder, data) = place();
     let to = folder.path().join("for-p1");
-    // Neither locks nor links to elsewhere are a participant's data.
+    // Locks and symbolic links are not data of a participant.
     let own = data.root().join("sourcedata/sub-P1");
     fs::write(own.join(lock::FILE), b"").unwrap();
     #[cfg(unix)]
@@ -93,7 +93,7 @@ fn a_participant_is_given_all_of_theirs_and_nothing_of_others() {
 }
 
 #[test]
-fn an_export_is_whole_or_not_there_and_one_that_was_cut_is_made_anew() {
+fn an_export_is_complete_or_absent_and_restarts_after_a_cut() {
     let (folder, data) = place();
     let to = folder.path().join("mine");
     fs::create_dir(&to).unwrap();
@@ -102,7 +102,7 @@ fn an_export_is_whole_or_not_there_and_one_that_was_cut_is_made_anew() {
     assert!(names(&to).is_empty(), "a cut leaves the place empty");
     data.export(&code("P2"), &to).unwrap();
     assert!(!part.exists() && !to.join("old").exists() && !to.join(BEGUN).exists());
-    // What is there is left alone: a folder that holds something, one that only looks like a cut, one in the data set.
+    // Existing data are left alone: a folder with contents, a folder that only looks like a cut export, a folder in the data set.
     let refused = |to: &Path, has: &str| {
         let said = data.export(&code("P2"), to).unwrap_err().to_string();
         assert!(said.contains(has), "{said}");

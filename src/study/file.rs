@@ -1,5 +1,5 @@
-//! The file of a study. In: TOML (`assets/studies/`). Out: a [`Study`] in which every scenario can be driven, or a message
-//! that names file, line, column, value and what is allowed.
+//! The study file. In: TOML (`assets/studies/`). Out: a [`Study`] in which every scenario can be driven, or an error with file, line,
+//! column, value and the allowed values.
 
 pub use super::segment::{SegmentKind, StudySegment};
 
@@ -26,36 +26,36 @@ use std::{
     sync::Arc,
 };
 
-/// Scenario settings that differ from those before, by their keys.
+/// Scenario settings that differ from the settings they are applied to, by key.
 pub(super) type SettingChanges = Map<String, Value>;
 
-/// What a person writes.
+/// Contents of a study file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
-    /// What the study is called.
+    /// Title of the study.
     pub title: String,
-    /// Who leads the study, in the order of a paper; the data set says so. Participants have no names.
+    /// People who lead the study, in the order of authors; the data set names them. Participants have no names.
     #[serde(default)]
     pub authors: Vec<String>,
-    /// Under which licence the data may be used, such as CC0 or CC-BY-4.0.
+    /// Licence under which the data may be used, such as CC0 or CC-BY-4.0.
     pub licence: Option<String>,
-    /// Where it is led.
+    /// Institution that leads the study.
     pub institution: Option<String>,
-    /// How many participants are planned.
+    /// Planned number of participants.
     #[schemars(range(min = 1, max = 1000))]
     pub participants: u32,
     /// Seed of all orders and drives.
     #[serde(default)]
     pub seed: u64,
-    /// In which order participants meet the conditions.
+    /// Design of the orders in which participants meet the conditions.
     #[serde(default)]
     pub order: order::OrderDesign,
-    /// From the first picture of a road to the start of its drive, seconds.
+    /// Time from the first picture of a road to the start of the drive, s.
     #[serde(default = "countdown_s")]
     #[schemars(range(min = 0.0, max = 60.0))]
     pub countdown_s: f64,
-    /// Settings of every drive that differ from the program's own (keys of a scenario file).
+    /// Settings of every drive that differ from the program's defaults (keys of a scenario file).
     #[serde(default)]
     #[schemars(with = "Scenario")]
     pub base: SettingChanges,
@@ -65,31 +65,31 @@ pub struct StudyFile {
     /// Conditions one by one, instead of factors.
     #[serde(default)]
     pub condition: Vec<ConditionLevel>,
-    /// What is analysed and how, written before the first participant.
+    /// Planned analysis, written before the first participant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub analysis: Option<AnalysisPlan>,
-    /// Streams of other devices that are recorded, and of this program for others (Lab Streaming Layer).
+    /// Lab Streaming Layer: streams of other devices to record, and streams of this program for other devices.
     #[serde(default, skip_serializing_if = "is_default")]
     pub lsl: LslSettings,
-    /// A byte on a serial port for each of named events.
+    /// Bytes on a serial port, one for each named event.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triggers: Option<TriggerSettings>,
-    /// What comes one after the other.
+    /// Segments of the session, in order.
     pub segment: Vec<StudySegment>,
-    /// Sentences that the program says, in any language; what is not here is said in English.
+    /// Texts for the participant, in any language; texts left out are in English.
     #[serde(default)]
     pub texts: ParticipantTexts,
-    /// The language that is spoken, as `spoken` of the segments names it.
+    /// Language of the spoken instructions, as named in `spoken` of the segments.
     pub language: Option<String>,
-    /// Records the room by the microphone during every drive, which a consent must come before.
+    /// Records the room by microphone during every drive; needs a consent segment before the first drive.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub record_room: bool,
-    /// A font (TTF, OTF) beside the study, for letters that the program's own have not: those know Latin, Greek and Cyrillic.
+    /// Font (TTF, OTF) beside the study, for letters outside Latin, Greek and Cyrillic, which the program's own fonts cover.
     pub font: Option<PathBuf>,
 }
 
 impl StudyFile {
-    /// Free texts of one line, by their keys.
+    /// Returns the free texts that must fit on one line, by their keys.
     fn lines(&self) -> Vec<(String, &str)> {
         let authors = self.authors.iter().enumerate().map(|(i, name)| (format!("authors.{i}"), name.as_str()));
         let others = [
@@ -111,89 +111,89 @@ fn countdown_s() -> f64 {
     3.0
 }
 
-/// A level of a factor, or a condition.
+/// Level of a factor, or a condition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConditionLevel {
-    /// Its name, in data and figures.
+    /// Name in data and figures.
     pub name: String,
-    /// Settings that it changes (keys of a scenario file).
+    /// Settings that the level changes (keys of a scenario file).
     #[serde(default)]
     #[schemars(with = "Scenario")]
     pub set: SettingChanges,
 }
 
-/// What the program says to a participant.
+/// Texts that the program shows to a participant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ParticipantTexts {
-    /// Below a page, with a wheel in hands; `{button}` stands for the button that answers.
+    /// Below a page, with a wheel: how to continue. `{button}` stands for the button that confirms.
     pub go_on: String,
     /// Before a drive that begins at a standstill.
     pub ready: String,
-    /// Before one in flowing traffic; `{speed}` stands for the speed with its unit.
+    /// Before a drive that begins in flowing traffic; `{speed}` stands for the speed with its unit.
     pub rolling: String,
     /// Before a drive that begins at a standstill, while the brake is not pressed.
     pub brake: String,
-    /// After a drive.
+    /// Shown after a drive.
     pub drive_over: String,
-    /// In a break.
+    /// Shown during a break.
     pub rest: String,
-    /// When a break is over.
+    /// At the end of a break.
     pub rest_over: String,
-    /// At the end.
+    /// At the end of a complete session.
     pub thanks: String,
-    /// After a session that was stopped before its end.
+    /// After a session that was stopped early.
     pub stopped: String,
-    /// After a consent that was not given.
+    /// After a consent that was declined.
     pub declined: String,
-    /// After answers with which nobody can take part.
+    /// After answers that exclude the participant from the study.
     pub not_eligible: String,
     /// After a score above its limit.
     pub score_limit: String,
-    /// The question of the sickness scale while driving, and what its ends mean.
+    /// Question of the sickness scale, asked while driving.
     pub fms: String,
-    /// Its lower end.
+    /// Label of the lower end of the sickness scale.
     pub fms_low: String,
-    /// Its upper end.
+    /// Label of the upper end of the sickness scale.
     pub fms_high: String,
-    /// What hears a spoken page once more.
+    /// Label of the control that plays a spoken page again.
     pub again: String,
-    /// While the room is recorded.
+    /// Notice while the room is recorded.
     pub room: String,
-    /// While the experimenter has something to do.
+    /// Notice while the experimenter prepares the next step.
     pub wait: String,
-    /// While a drive is held.
+    /// Notice while a drive is paused.
     pub paused: String,
-    /// After the participant asked for an end.
+    /// After the participant asked to stop.
     pub asked: String,
-    /// At a question that has to be answered.
+    /// At a required question without an answer.
     pub required: String,
-    /// What the star at a question means.
+    /// Explanation of the star at a required question.
     pub star: String,
-    /// The answers of a yes-or-no question.
+    /// First answer of a yes-or-no question.
     pub yes: String,
-    /// Its other answer.
+    /// Second answer of a yes-or-no question.
     pub no: String,
-    /// Of a list of which several can be taken: no more of them.
+    /// Entry that ends a multiple choice.
     pub no_more: String,
-    /// On the button to the next page, and what a button does.
+    /// Label of the button for the next page.
     pub next: String,
-    /// On the button to the page before.
+    /// Label of the button for the previous page.
     pub back: String,
-    /// What arrows and wheel do.
+    /// Action of the arrow keys and the wheel.
     pub choose: String,
-    /// What Enter and the answer button do.
+    /// Action of Enter and the answer button.
     pub answer: String,
-    /// The keys that choose.
+    /// Name of the keys that choose.
     pub arrows: String,
-    /// What a hand does with a wheel to choose.
+    /// Gesture that chooses with the wheel.
     pub wheel: String,
-    /// The pad of the wheel whose directions change a rating.
+    /// Name of the wheel's pad whose directions change a rating.
     pub dpad: String,
-    /// The button of the wheel that answers.
+    /// Name of the wheel button that answers.
     pub answer_button: String,
-    /// The button of the wheel that goes back.
+    /// Name of the wheel button that goes back.
     pub back_button: String,
 }
 
@@ -243,21 +243,21 @@ impl Default for ParticipantTexts {
     }
 }
 
-/// The most that a font may hold, bytes: those with all of Chinese, Japanese and Korean have 20 MB.
+/// Maximum size of a font, bytes; fonts with all of Chinese, Japanese and Korean have 20 MB.
 const FONT_BYTES: u64 = 32 << 20;
 
-/// Why a font cannot be used.
+/// Reason why a font cannot be used.
 #[derive(Debug, thiserror::Error)]
 enum FontFault {
-    /// The system does not give it.
+    /// The file cannot be read.
     #[error("the font {} cannot be read: {source}", file.display())]
     Unreadable { file: PathBuf, source: std::io::Error },
-    /// Another kind of file.
+    /// The file is not a font.
     #[error("{} is no font; allowed: a TTF or OTF file", .0.display())]
     NoFont(PathBuf),
 }
 
-/// The bytes of a font.
+/// Reads the bytes of a font.
 fn read_font(path: &Path) -> Result<Arc<[u8]>, FontFault> {
     let bytes = read_bounded(path, FONT_BYTES).map_err(|source| FontFault::Unreadable { file: path.into(), source })?;
     if plot::is_font(&bytes) {
@@ -269,22 +269,22 @@ fn read_font(path: &Path) -> Result<Arc<[u8]>, FontFault> {
 /// A study that can be run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
-    /// As it was written.
+    /// Contents of the study file.
     pub file: StudyFile,
-    /// The scenario that all drives begin from.
+    /// Scenario that all drives begin from.
     pub base: Scenario,
-    /// Conditions: name, level of each factor, settings.
+    /// Conditions of the study, with the level of each factor and the changed settings.
     pub conditions: Vec<Condition>,
-    /// Questionnaires by the word in the file.
+    /// Questionnaires, by their name in the study file.
     pub questionnaires: BTreeMap<String, Questionnaire>,
-    /// The text as it was, for the data set.
+    /// Text of the study file, for the data set.
     pub source: String,
-    /// The bytes of its font.
+    /// Bytes of the study's font.
     pub font: Option<Arc<[u8]>>,
-    /// Spoken instructions by the name of their segment.
+    /// Spoken instructions, by the name of their segment.
     pub spoken: BTreeMap<String, SpokenText>,
     pub(super) expected: ExpectedDrives,
-    /// Folder of its file, where the paths in it start.
+    /// Folder of the study file, in which relative paths start.
     pub(super) folder: PathBuf,
 }
 
@@ -292,7 +292,7 @@ impl Study {
     /// Reads and checks a study: every scenario, map, policy and questionnaire in it.
     ///
     /// # Errors
-    /// What is wrong, where, and what is allowed.
+    /// Something in the study is wrong; the message says where, and what is allowed.
     pub fn load(path: &Path) -> Result<Self, StudyError> {
         let source = read_text(path, SETTINGS_BYTES).map_err(|e| {
             StudyError(format!("{}: cannot be read: {e}{}", path.display(), toml_text::did_you_mean_file(path)))
@@ -300,7 +300,7 @@ impl Study {
         Self::parse(source, path)
     }
 
-    /// The same study with another seed of all orders and drives; `path` is its file's.
+    /// Returns the study with another seed of all orders and drives. `path` is the path of its file.
     ///
     /// # Errors
     /// As [`Study::load`].
@@ -312,7 +312,7 @@ impl Study {
         Self::parse(file.to_string(), path)
     }
 
-    /// The same for text that stands in `path`.
+    /// Parses and checks the text of a study file whose path is `path`.
     ///
     /// # Errors
     /// As [`Study::load`].
@@ -366,12 +366,12 @@ impl Study {
         Ok(study)
     }
 
-    /// JSON Schema of the file, for editors.
+    /// Returns the JSON Schema of the file, for editors.
     pub fn schema() -> Value {
         schemars::schema_for!(StudyFile).to_value()
     }
 
-    /// What does not depend on other files. The key at fault and the message.
+    /// Checks everything that needs no other files. The error holds the key at fault and the message.
     fn check_shape(&self) -> Result<(), (String, String)> {
         let file = &self.file;
         let wrong = |key: String, message: String| Err((key, message));
@@ -440,15 +440,15 @@ impl Study {
     }
 }
 
-/// A name that is no part of a file's name.
+/// A name that cannot be part of a file name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the name \"{word}\" cannot be used; allowed: 1 to 40 small letters, digits and hyphens")]
 pub(super) struct WordFault {
-    /// The name.
+    /// Rejected name, as written in the study file.
     word: String,
 }
 
-/// Names are parts of file names and of data.
+/// Checks that a name can be part of file names and data.
 pub(super) fn check_word(word: &str) -> Result<(), WordFault> {
     let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     if !word.is_empty() && word.len() <= 40 && word.chars().all(fine) {

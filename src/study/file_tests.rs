@@ -1,4 +1,4 @@
-//! Limits of a study's file to their ends, and which keys a segment of each kind may have.
+//! Tests of a study file: limits of numbers, and the keys of each kind of segment.
 
 use super::*;
 
@@ -24,7 +24,7 @@ name = "tlx"
 questionnaire = "raw-tlx"
 "#;
 
-/// What is said of that file with this in the place of that.
+/// Parses the file with `to` in place of `from`.
 fn told(from: &str, to: &str) -> Result<(), String> {
     assert!(GOOD.contains(from), "{from}");
     Study::parse(GOOD.replacen(from, to, 1), Path::new("t.toml")).map(|_| ()).map_err(|e| e.0)
@@ -66,7 +66,7 @@ fn numbers_are_allowed_to_the_ends_of_their_limits() {
 }
 
 #[test]
-fn what_a_file_does_not_say_is_as_the_manual_has_it() {
+fn keys_left_out_have_their_documented_defaults() {
     let study = Study::parse(GOOD.to_owned(), Path::new("t.toml")).unwrap_or_else(|e| panic!("{e}"));
     let file = &study.file;
     assert_eq!((file.countdown_s, file.seed, file.order), (3.0, 0, order::OrderDesign::Williams));
@@ -90,7 +90,7 @@ fn every_kind_of_segment_has_its_own_keys() {
             ("text = \"x\"", "text"),
         ];
         for (line, key) in all {
-            // What stands there already is its own.
+            // Keys that the file has already.
             if [("break", "rest_s"), ("text", "text"), ("questions", "questionnaire")].contains(&(kind, key)) {
                 continue;
             }
@@ -112,7 +112,7 @@ fn every_kind_of_segment_has_its_own_keys() {
 }
 
 #[test]
-fn trials_need_conditions_and_conditions_are_either_factors_or_a_list() {
+fn trials_need_conditions_which_are_factors_or_a_list() {
     let trials = "[[segment]]\nkind = \"trials\"\nname = \"trial\"\n[[segment]]\nkind = \"drive\"";
     let (segment, base) = ("[[segment]]\nkind = \"drive\"", "[base]");
     assert_refused(segment, trials, "there are trials but no [factors] and no [[condition]]");
@@ -154,7 +154,7 @@ fn conditions_are_all_combinations_and_later_settings_win() {
 }
 
 #[test]
-fn a_font_that_is_too_large_or_none_is_refused() {
+fn a_file_that_is_too_large_or_not_a_font_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("big.ttf");
     std::fs::File::create(&path).unwrap().set_len(FONT_BYTES + 1).unwrap();
@@ -178,7 +178,7 @@ fn the_schema_knows_every_key_with_its_limits_and_no_other() {
 }
 
 #[test]
-fn devices_of_a_laboratory_are_checked_with_the_study_and_change_nothing_of_its_drives() {
+fn lab_devices_are_checked_and_leave_the_drives_unchanged() {
     let [lsl, triggers] = ["[lsl]\nwait_s = 0.0\n[base]", "[triggers]\ndevice = \"/dev/ttyS0\"\nbaud = 12\n[base]"];
     assert_refused("[base]", lsl, "wait_s is 0; allowed: a number from 0.1 to 600 s");
     assert_refused("[base]", lsl, "t.toml:4:10");
@@ -192,7 +192,7 @@ fn devices_of_a_laboratory_are_checked_with_the_study_and_change_nothing_of_its_
 }
 
 #[test]
-fn a_map_of_a_study_is_found_from_the_folder_of_its_file() {
+fn map_paths_start_at_the_folder_of_the_study_file() {
     let home = tempfile::tempdir().unwrap();
     std::fs::create_dir(home.path().join("roads")).unwrap();
     let shipped = crate::data_folders::root().join("maps/ring-250/net.xml");
@@ -212,7 +212,7 @@ fn a_map_of_a_study_is_found_from_the_folder_of_its_file() {
 }
 
 #[test]
-fn a_title_is_one_line_that_commands_nothing() {
+fn a_title_is_one_line_without_control_characters() {
     for (bad, said) in
         [("a\\tb", "\\u{9}"), ("a\\u001b[31m", "\\u{1b}"), ("a\\u202eb", "\\u{202e}"), ("a\\nb", "\\u{a}")]
     {

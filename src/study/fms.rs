@@ -1,77 +1,78 @@
-//! The fast motion sickness scale, asked while driving. In: the time of the drive, what the participant's hand does. Out: when to
-//! ask, the number that stands in the picture, a [`FmsRating`] for each question.
+//! The fast motion sickness scale, asked while driving. In: time of the drive and the participant's input. Out: the moments to ask, the
+//! number to show, a [`FmsRating`] for each question.
 //!
-//! One question, 0 (no sickness at all) to 20 (frank sickness), once a minute: Keshavarz and Hecht 2011. Time is that of the
-//! simulation, so that a drive that is held asks nothing.
+//! One question, rated 0 (no sickness at all) to 20 (frank sickness), once a minute (Keshavarz and Hecht 2011). Time is simulation time,
+//! so a paused drive asks nothing.
 
 use serde::{Deserialize, Serialize};
 
-/// The upper end of the scale: frank sickness.
+/// Upper end of the scale: frank sickness.
 pub const HIGHEST: u8 = 20;
-/// A question stands for so long, seconds; then it counts as unanswered.
+/// Time that a question stays on screen, s; then it counts as unanswered.
 pub const ANSWER_S: f64 = 15.0;
 /// Name of the score in `stop_above`.
 pub const SCORE: &str = "fms";
-/// Kinds of events in a recording: asked; answered, with the value; gone without an answer.
+/// Kind of the event in a recording when the question is asked.
 pub const ASKED: &str = "fms_asked";
-/// See [`ASKED`].
+/// Kind of the event in a recording when the question is answered, with the value.
 pub const ANSWERED: &str = "fms";
-/// See [`ASKED`].
+/// Kind of the event in a recording when the question disappears without an answer.
 pub const UNANSWERED: &str = "fms_unanswered";
 
-/// One question and what came of it.
+/// One question and its answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FmsRating {
-    /// When it was asked, seconds since the start of the drive.
+    /// Time of the question since the start of the drive, s.
     pub time_s: f64,
-    /// The answer, 0 to [`HIGHEST`]; `None` where none came.
+    /// Answer, 0 to [`HIGHEST`]; `None` if there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<u8>,
-    /// From the question to the answer, seconds.
+    /// Time from the question to the answer, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub answer_s: Option<f64>,
 }
 
-/// What time brings.
+/// Event that the passing of time causes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FmsEvent {
     /// The question is asked now.
     Asked,
-    /// It has stood long enough.
+    /// The question has timed out.
     Unanswered(FmsRating),
 }
 
-/// The question as it stands in the picture.
+/// Question as shown to the participant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FmsPrompt {
-    /// The number that would be answered now.
+    /// Value that a confirmation would give now.
     pub value: u8,
-    /// How long it still stands, seconds.
+    /// Time until the question disappears, s.
     pub left_s: f64,
 }
 
-/// The scale in one drive.
+/// State of the scale in one drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FmsScale {
     every_s: f64,
-    /// The next question, seconds since the start of the drive.
+    /// Time of the next question since the start of the drive, s.
     due_s: f64,
-    /// The last answer: the next question begins there.
+    /// Last answer, the initial value of the next question.
     last: u8,
-    /// The number that stands.
+    /// Value that is shown now.
     value: u8,
-    /// When the question that stands was asked, seconds.
+    /// Time when the current question was asked, s; `None` while there is none.
     asked_s: Option<f64>,
 }
 
 impl FmsScale {
-    /// Asks every so many seconds; the first question begins at the last answer before the drive.
+    /// Creates a scale with a question every `every_s` seconds. `last` is the last answer before the drive, the initial value of the
+    /// first question.
     pub fn new(every_s: f64, last: u8) -> Self {
         let last = last.min(HIGHEST);
         Self { every_s, due_s: every_s, last, value: last, asked_s: None }
     }
 
-    /// It is `now_s` in a drive that ends at `end_s`: a question that could not stand to its end is not asked.
+    /// Advances to `now_s` in a drive that ends at `end_s`. A question whose time to answer would pass the end is not asked.
     pub fn time(&mut self, now_s: f64, end_s: f64) -> Option<FmsEvent> {
         if let Some(asked_s) = self.asked_s {
             if now_s < asked_s + ANSWER_S {
@@ -93,7 +94,7 @@ impl FmsScale {
         Some(FmsEvent::Asked)
     }
 
-    /// The hand moves the number; without a question nothing moves.
+    /// Changes the value by `by`, within the scale; ignored without a question.
     pub fn turn(&mut self, by: i32) {
         if self.asked_s.is_some() {
             let value = i32::from(self.value).saturating_add(by).clamp(0, HIGHEST.into());
@@ -101,7 +102,7 @@ impl FmsScale {
         }
     }
 
-    /// The hand answers with the number that stands.
+    /// Answers the current question with the value shown.
     pub fn confirm(&mut self, now_s: f64) -> Option<FmsRating> {
         let time_s = self.asked_s.take()?;
         self.last = self.value;
@@ -109,7 +110,7 @@ impl FmsScale {
         Some(FmsRating { time_s, value: Some(self.value), answer_s: Some(answer_s) })
     }
 
-    /// The question that stands.
+    /// Returns the current question.
     pub fn prompt(&self, now_s: f64) -> Option<FmsPrompt> {
         let asked_s = self.asked_s?;
         Some(FmsPrompt { value: self.value, left_s: (asked_s + ANSWER_S - now_s).max(0.0) })
@@ -117,7 +118,7 @@ impl FmsScale {
 }
 
 impl FmsRating {
-    /// In words, for recordings: `12 of 20 after 3.4 s`.
+    /// Describes the rating for recordings: `12 of 20 after 3.4 s`.
     pub fn words(&self) -> String {
         match (self.value, self.answer_s) {
             (Some(value), Some(answer_s)) => format!("{value} of {HIGHEST} after {answer_s} s"),
@@ -132,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_asked_once_a_minute_and_not_where_the_drive_would_end_before_the_answer() {
+    fn a_question_comes_each_minute_unless_the_drive_ends_first() {
         let mut scale = FmsScale::new(60.0, 0);
         let mut asked = Vec::new();
         for tick in 1..=30_000_u32 {
@@ -142,7 +143,7 @@ mod tests {
                 scale.confirm(now_s + 1.0);
             }
         }
-        // 300 s are the end of a drive of five minutes.
+        // A drive of five minutes ends at 300 s.
         assert_eq!(asked, [60.0, 120.0, 180.0, 240.0]);
         let mut scale = FmsScale::new(60.0, 0);
         assert_eq!((scale.time(60.0, 74.9), scale.time(61.0, 75.0)), (None, None), "it is not asked late either");
@@ -150,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn the_number_begins_at_the_last_answer_stays_on_the_scale_and_goes_after_fifteen_seconds() {
+    fn the_rating_starts_at_the_last_answer_and_expires_after_15_s() {
         let mut scale = FmsScale::new(20.0, 3);
         scale.turn(5);
         assert_eq!((scale.prompt(1.0), scale.confirm(1.0)), (None, None), "nothing is asked");

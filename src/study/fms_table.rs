@@ -1,5 +1,5 @@
-//! The table of a participant's ratings of sickness while driving, for `beh`. In: the session's log. Out: a row a question, also of
-//! drives that were broken off: whoever was stopped by a rating has the highest one there.
+//! The table of a participant's sickness ratings while driving, for `beh`. In: the log of the session. Out: one row per question, also of
+//! drives that were broken off, because a rating that stops a session is its highest.
 
 use super::{
     SessionPlan, Study, answer_tables,
@@ -7,13 +7,13 @@ use super::{
     session::{DriveRating, SessionLog},
 };
 
-/// The task as BIDS names it.
+/// Name of the task in BIDS.
 pub(super) const TASK: &str = "fmsRatings";
-/// What was asked, for the sidecar.
+/// Description of the scale, for the sidecar.
 pub(super) const ABOUT: &str = "Fast motion sickness scale (Keshavarz and Hecht 2011, Human Factors 53(4), 415-426), asked while driving: \
                                 0 no sickness at all to 20 frank sickness";
 
-/// The ratings of one participant.
+/// Returns the table of one participant's ratings.
 pub(super) fn table(study: &Study, plan: &SessionPlan, log: &SessionLog) -> TsvTable {
     let mut table = TsvTable::new(vec![
         TsvColumn::new("recording", "folder of the recording in sourcedata; a drive that came again has several", ""),

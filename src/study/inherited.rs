@@ -1,5 +1,5 @@
-//! Sidecars at the top of a data set, which tables of all participants inherit. In: a data set. Out: each is there while a table is that
-//! it describes: BIDS takes one without a table for a mistake.
+//! Sidecars at the top of a data set, which the tables of all participants inherit. In: a data set. Out: each sidecar exists while a
+//! table exists that it describes; for BIDS, a sidecar without a table is an error.
 
 use super::{SessionError, event_table, motion};
 use crate::{
@@ -9,10 +9,10 @@ use crate::{
 use serde_json::Value;
 use std::{fs, io::ErrorKind, path::Path};
 
-/// Writes the sidecars that describe something, and removes the others.
+/// Writes the sidecars that describe a table, and removes the others.
 ///
 /// # Errors
-/// The disk refuses.
+/// A file cannot be read, written or removed.
 pub(super) fn settle(root: &Path) -> Result<(), SessionError> {
     let about = read_text(&root.join("dataset_description.json"), SETTINGS_BYTES).unwrap_or_default();
     let about: Value = serde_json::from_str(&about).unwrap_or_default();
@@ -32,7 +32,7 @@ fn put(root: &Path, name: &str, text: Option<String>) -> Result<(), SessionError
     }
 }
 
-/// True if any participant has a table whose name ends so.
+/// Returns true if any participant has a table whose name ends in `ending`.
 fn has_table(root: &Path, ending: &str) -> Result<bool, RecordError> {
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     for person in record::entries(root)?.into_iter().filter(|path| path.is_dir() && name(path).starts_with("sub-")) {

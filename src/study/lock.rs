@@ -1,5 +1,4 @@
-//! Keeps a second program away from a participant. In: the participant's folder. Out: a file that is locked for as long as
-//! it is open.
+//! Keeps a second program away from a participant. In: the participant's folder. Out: a file that stays locked while it is open.
 
 use super::{ParticipantCode, SessionError};
 use crate::{private, record::RecordError};
@@ -8,13 +7,13 @@ use std::{
     path::Path,
 };
 
-/// Name of the lock's file.
+/// Name of the lock file.
 pub(super) const FILE: &str = "lock";
 
-/// Keeps other programs away from a participant for as long as the file is held.
+/// Locks a participant's folder against other programs until the returned file is dropped.
 ///
 /// # Errors
-/// Another program has it, or the system refuses.
+/// Another program holds the lock, or the file system refuses.
 pub fn lock(folder: &Path, code: &ParticipantCode) -> Result<File, SessionError> {
     let path = folder.join(FILE);
     let file = lock_file(&path)?;
@@ -27,7 +26,7 @@ pub fn lock(folder: &Path, code: &ParticipantCode) -> Result<File, SessionError>
     }
 }
 
-/// An empty file, private to the user, that a lock is held on.
+/// Opens the lock file, empty and private to the user.
 pub(super) fn lock_file(path: &Path) -> Result<File, RecordError> {
     private::lock_file(path).map_err(|why| RecordError::File { path: path.into(), why })
 }

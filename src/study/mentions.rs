@@ -1,5 +1,5 @@
-//! Files that name a participant, for an erasure. In: a data set, a code. Out: `derivatives/` of other programs without the
-//! participant's folders, rows and files; and which other files still name the participant.
+//! Files that name a participant, for an erasure. In: a data set, a participant code. Out: `derivatives/` of other programs without the
+//! participant's folders, rows and files; and the list of other files that still name the participant.
 
 use super::{ParticipantCode, SessionError, erasure::TABLE_BYTES};
 use crate::{
@@ -12,18 +12,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Columns of tables in which a participant may stand without `sub-`.
+/// Table columns that may hold a participant code without `sub-`.
 const PARTICIPANT_COLUMNS: [&str; 4] = ["participant", "participant_id", "subject", "sub"];
-/// Endings of recordings' own files, which name nobody.
+/// Extensions of a recording's own files, which never name a participant.
 const NAMELESS: [&str; 3] = ["parquet", "blocks", "wav"];
-/// Bytes that are searched at once.
+/// Bytes that are searched at a time.
 const PIECE: usize = 1 << 20;
 
-/// Takes a participant out of what programs have made from the data: folders and files whose name or bytes have `sub-CODE` go, tables
-/// lose the rows.
+/// Removes a participant from the results of other programs: deletes folders and files whose name has `sub-CODE`, removes the
+/// participant's rows of tables, and deletes other files whose content has `sub-CODE`.
 ///
 /// # Errors
-/// The disk refuses.
+/// A file or folder cannot be read, written or removed.
 pub(super) fn remove_from_derived(root: &Path, code: &ParticipantCode) -> Result<(), SessionError> {
     let derived = root.join("derivatives");
     if !derived.is_dir() {
@@ -40,10 +40,10 @@ pub(super) fn remove_from_derived(root: &Path, code: &ParticipantCode) -> Result
     })
 }
 
-/// Files of a data set that name a participant, but the list of who was erased.
+/// Lists the files and folders of a data set that name a participant, except the list of erased participants.
 ///
 /// # Errors
-/// The disk refuses.
+/// A file or folder cannot be read.
 pub(super) fn files(root: &Path, code: &ParticipantCode) -> Result<Vec<PathBuf>, SessionError> {
     let mut found = Vec::new();
     each_file(root, &mut |path, is_folder| {
@@ -60,7 +60,7 @@ pub(super) fn files(root: &Path, code: &ParticipantCode) -> Result<Vec<PathBuf>,
     Ok(found)
 }
 
-/// Visits every file and folder below `folder`, no links; `visit` says of a folder whether it is done with.
+/// Visits every file and folder below `folder`, except symbolic links. `visit` returns true for a folder that must not be entered.
 fn each_file(
     folder: &Path,
     visit: &mut dyn FnMut(&Path, bool) -> Result<bool, SessionError>,
@@ -80,12 +80,12 @@ fn each_file(
     Ok(())
 }
 
-/// True if a text has `sub-CODE` as a whole word.
+/// Returns true if the text contains `sub-CODE` as a whole word.
 fn names(text: &str, code: &ParticipantCode) -> bool {
     first_of(text.as_bytes(), code).is_some()
 }
 
-/// Places at which bytes have `sub-CODE` with no letter or digit after it.
+/// Returns the first position of `sub-CODE` with no letter or digit after it.
 fn first_of(bytes: &[u8], code: &ParticipantCode) -> Option<usize> {
     let subject = code.subject().into_bytes();
     let mut from = 0;
@@ -104,7 +104,7 @@ fn is_named_in(path: &Path, code: &ParticipantCode) -> Result<bool, SessionError
     let fault = |why: io::Error| SessionError::from(RecordError::File { path: path.into(), why });
     let mut file = match open_regular(path) {
         Ok(file) => file,
-        // A pipe or a socket holds nothing.
+        // A pipe or a socket holds no stored data.
         Err(why) if why.kind() == io::ErrorKind::InvalidInput => return Ok(false),
         Err(why) => return Err(fault(why)),
     };
@@ -115,7 +115,7 @@ fn is_named_in(path: &Path, code: &ParticipantCode) -> Result<bool, SessionError
         bytes.drain(..bytes.len() - kept);
         let read = file.by_ref().take(PIECE as u64).read_to_end(&mut bytes).map_err(fault)?;
         let is_last = read < PIECE;
-        // A code at the very end of a piece may go on in the next.
+        // A code at the very end of a piece may continue in the next piece.
         let end = if is_last { bytes.len() } else { bytes.len() - 1 };
         if first_of(&bytes, code).is_some_and(|at| is_last || at + overlap <= end + 1) {
             return Ok(true);
@@ -126,7 +126,7 @@ fn is_named_in(path: &Path, code: &ParticipantCode) -> Result<bool, SessionError
     }
 }
 
-/// Separator of the cells of a table, by the ending of its name.
+/// Returns the cell separator of a table, by the extension of its name.
 fn separator(path: &Path) -> Option<char> {
     match path.extension()?.to_str()? {
         "tsv" => Some('\t'),
@@ -135,7 +135,7 @@ fn separator(path: &Path) -> Option<char> {
     }
 }
 
-/// Takes the rows of a participant out of a table. False if it is none that can be read, or still names the participant.
+/// Removes the rows of a participant from a table. Returns false if the file is not a readable table or still names the participant.
 fn without_rows(path: &Path, code: &ParticipantCode) -> Result<bool, SessionError> {
     let Some(separator) = separator(path) else { return Ok(false) };
     let Ok(text) = read_text(path, TABLE_BYTES) else { return Ok(false) };
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_code_is_found_as_a_whole_wherever_a_piece_ends() {
+    fn a_code_is_found_as_a_whole_word_across_piece_borders() {
         let code = ParticipantCode::new("P1").unwrap();
         let place = tempfile::NamedTempFile::new().unwrap();
         let found = |bytes: &[u8]| {
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_a_participant_leave_a_table_and_those_of_others_stay() {
+    fn only_the_rows_of_the_participant_leave_a_table() {
         let code = ParticipantCode::new("P1").unwrap();
         let folder = tempfile::tempdir().unwrap();
         for (name, text, kept) in [

@@ -1,29 +1,29 @@
-//! A study as one file: segments in order, conditions and their balance, questionnaires. In: TOML and JSON. Out: for every
-//! participant a plan of what comes when, checked whole before anything starts.
+//! A study as one file: segments in order, conditions with their balanced orders, questionnaires. In: TOML and JSON. Out: the plan of
+//! each participant's session, checked whole before anything starts.
 //!
-//! * [`mod@file`]: what a person writes, and every mistake with its line.
-//! * [`conditions`]: what a condition changes, and the drives that it makes.
-//! * [`order`]: who meets the conditions in which order.
-//! * [`segment`]: one segment of that file. [`stop_rule`]: answers that end a session.
+//! * [`mod@file`]: the study file; errors name the line.
+//! * [`conditions`]: the settings that a condition changes, and the drives that result.
+//! * [`order`]: the order of the conditions for each participant.
+//! * [`segment`]: one segment of the study file. [`stop_rule`]: answers that end a session.
 //! * [`fms`]: the fast motion sickness scale, asked while driving.
 //! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
-//! * `reckoning`: how long pages and questionnaires take.
-//! * [`practice`]: when a drive of practice has been enough.
-//! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON; answers. [`scores`]: what is computed from them.
+//! * `reckoning`: expected durations of pages and questionnaires.
+//! * [`practice`]: the criterion that ends a practice drive.
+//! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON, and answers. [`scores`]: scores computed from answers.
 //! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
-//! * [`participant_code`]: what a participant is called in files.
-//! * [`session`]: one participant's session as it goes: what comes next, what was done; on the disk after every step.
-//! * [`session_log`]: what that file holds.
-//! * [`completion`]: how far a session came. [`lock`]: one program a participant.
-//! * `exclusion`: leaves a participant out once the windows are closed. [`erasure`]: nothing of them stays. `export`: all of
-//!   it for themselves.
-//! * [`dataset`]: the folder of a study, as BIDS has it; [`bids`]: its tables and sidecars; `answer_tables`: those of answers,
-//!   `event_table` of events, `motion` of the car's motion, `scans` of all files with shifted dates.
-//! * `source`: what a data set keeps of the study's file.
-//! * [`checksums`]: the list of a data set's files with their SHA-256. [`places`]: whether each recording lies where it belongs.
+//! * [`participant_code`]: the code that names a participant in files.
+//! * [`session`]: one participant's session: the next item, and everything done so far; written to disk after every step.
+//! * [`session_log`]: contents of the session file.
+//! * [`completion`]: how far a session got. [`lock`]: keeps a second program away from a participant.
+//! * `exclusion`: excludes a participant after the session windows are closed. [`erasure`]: removes all data of a participant. `export`:
+//!   copies all data of a participant for them.
+//! * [`dataset`]: the folder of a study, in BIDS layout; [`bids`]: its tables and sidecars; `answer_tables`: tables of answers;
+//!   `event_table`: tables of events; `motion`: the ego's motion; `scans`: all files with shifted dates.
+//! * `source`: the copy of the study file that a data set keeps.
+//! * [`checksums`]: the list of a data set's files with their SHA-256. [`places`]: checks that each recording lies where it belongs.
 //! * [`preregistration`]: the plan of study and analysis as a text to register, with the power.
-//! * [`spoken`]: instructions that are heard.
-//! * [`simulated`]: participants that nobody has to invite, for a rehearsal.
+//! * [`spoken`]: spoken instructions.
+//! * [`simulated`]: simulated participants, for a rehearsal.
 
 mod answer_tables;
 pub mod bids;
@@ -78,18 +78,18 @@ pub use session::Session;
 pub use session_log::ItemOutcome;
 pub use spoken::SpokenText;
 
-/// A mistake in a study, a questionnaire or a participant's code; the message is complete.
+/// An error in a study, a questionnaire or a participant code; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct StudyError(pub String);
 
-/// Why a session cannot begin or go on.
+/// Reason why a session cannot begin or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// It must not; the message says why and what to do.
+    /// A rule forbids it; the message says why and what to do.
     #[error("{0}")]
     Refused(String),
-    /// The disk refuses.
+    /// A file cannot be read or written.
     #[error(transparent)]
     Record(#[from] crate::record::RecordError),
 }

@@ -1,7 +1,7 @@
-//! The motion of the participant's car as BIDS has it (Motion-BIDS [Jeung 2024]): a table without
-//! a head, a row a tick. In: a recording. Out: `_motion.tsv`, what its channels are, and in which frames of reference.
+//! The ego's motion for BIDS (Motion-BIDS [Jeung 2024]): a table without a header line, one row per tick. In: a recording. Out:
+//! `_motion.tsv`, the description of its channels, and their frames of reference.
 //!
-//! No row is made that was not recorded, and none is left out. What was lost of a recording leaves a step in the channel `latency`.
+//! Every row was recorded, and no recorded row is left out. Ticks missing from a recording show as a step in the channel `latency`.
 
 use super::event_table::onset;
 use crate::{
@@ -11,16 +11,16 @@ use crate::{
 use serde_json::{Value, json};
 use std::{io::Write, path::Path};
 
-/// The system that tracks, in names of files.
+/// Name of the tracking system in file names.
 pub(super) const TRACKING_SYSTEM: &str = "codrive";
-/// The sidecar of all tables of channels, at the top of a data set.
+/// Sidecar of all tables of channels, at the top of a data set.
 pub(super) const CHANNELS_JSON: &str = "tracksys-codrive_channels.json";
-/// Frames of reference.
+/// Frames of reference: the map's, the ego's own, none.
 const WORLD: &str = "world";
 const CAR: &str = "car";
 const NONE: &str = "n/a";
 
-/// A channel: a column of the table.
+/// Channel: one column of the table.
 struct MotionChannel {
     name: &'static str,
     component: &'static str,
@@ -31,7 +31,7 @@ struct MotionChannel {
     about: &'static str,
     /// Column of the recording; empty for the time.
     source: &'static str,
-    /// Digits after the point: finer than the car can be said to be anywhere. The recording has all.
+    /// Digits after the decimal point, finer than the precision of the simulation. The recording has all digits.
     digits: i32,
 }
 
@@ -44,7 +44,7 @@ const fn channel(
     MotionChannel { name, component, kind, tracked_point, units, reference_frame, about, source, digits }
 }
 
-/// All channels, in the order of columns. Types and components are words of BIDS, units are CMIXF's.
+/// All channels, in the order of the columns. Types and components are BIDS terms; units follow CMIXF.
 const CHANNELS: [MotionChannel; 14] = [
     channel(["latency", NONE, "LATENCY", NONE, "s", NONE], "time since the first sample, in simulation", "", 2),
     channel(["position_x", "x", "POS", "car", "m", WORLD], "centre of the car, to the east", "x_m", 4),
@@ -72,10 +72,10 @@ const CHANNELS: [MotionChannel; 14] = [
     ),
 ];
 
-/// What a table of motion holds.
+/// Range of ticks in a table of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct MotionSpan {
-    /// Rows.
+    /// Number of rows, one per tick.
     pub samples: u64,
     /// Tick of the first row.
     pub first: u64,
@@ -84,17 +84,17 @@ pub(super) struct MotionSpan {
 }
 
 impl MotionSpan {
-    /// Samples a second, those that were lost counted; `None` of a single sample.
+    /// Returns the samples per second over the whole span, lost ticks included in the time; `None` for a single sample.
     fn effective_hz(self) -> Option<f64> {
         let duration_s = (self.last - self.first) as f64 * TICK_S;
         (self.samples > 1).then(|| ((self.samples - 1) as f64 / duration_s * 1e6).round() / 1e6)
     }
 }
 
-/// Writes the motion of a recorded drive to `path`, part by part; `None`, and no file, of a drive that has no tick.
+/// Writes the motion of a recorded drive to `path`, part by part. Returns `None` and writes no file for a drive without a tick.
 ///
 /// # Errors
-/// The recording cannot be read, or the disk refuses.
+/// The recording cannot be read, or the file cannot be written.
 pub(super) fn write(recording: &Path, path: &Path) -> Result<Option<MotionSpan>, RecordError> {
     let columns: Vec<&str> = std::iter::once("tick").chain(CHANNELS.iter().map(|c| c.source)).collect();
     let mut parts = TableReader::parts(&Table::Ego.parquet(recording), &columns)?.peekable();
@@ -124,7 +124,7 @@ fn write_part(part: &TableReader, span: &mut Option<MotionSpan>, out: &mut dyn W
         out.write_all(onset(tick, span.first).as_bytes())?;
         for (scale, column) in &values {
             match column[row].filter(|value| value.is_finite()) {
-                // Adding zero makes a zero of minus zero.
+                // Adding zero turns minus zero into zero.
                 Some(value) => write!(out, "\t{}", (value * scale).round() / scale + 0.0)?,
                 None => out.write_all(b"\tn/a")?,
             }
@@ -134,7 +134,7 @@ fn write_part(part: &TableReader, span: &mut Option<MotionSpan>, out: &mut dyn W
     Ok(())
 }
 
-/// The sidecar of a table of motion: `facts` of its task, and how it was sampled.
+/// Returns the sidecar of a table of motion: the `facts` of its task, and how it was sampled.
 pub(super) fn sidecar(span: MotionSpan, mut facts: Value) -> Value {
     let count = |kind: &str| CHANNELS.iter().filter(|c| c.kind == kind).count();
     let mut points: Vec<&str> = CHANNELS.iter().map(|c| c.tracked_point).filter(|point| *point != NONE).collect();
@@ -162,7 +162,7 @@ pub(super) fn sidecar(span: MotionSpan, mut facts: Value) -> Value {
         "LATENCYChannelCount": count("LATENCY"),
         "MISCChannelCount": count("MISC"),
         "MissingValues": NONE,
-        // A car in a simulation has no artefacts of a body.
+        // A simulated vehicle has no artefacts of a body.
         "SubjectArtefactDescription": NONE,
     });
     if let (Some(facts), Value::Object(more)) = (facts.as_object_mut(), more) {
@@ -171,7 +171,7 @@ pub(super) fn sidecar(span: MotionSpan, mut facts: Value) -> Value {
     facts
 }
 
-/// The table of channels, `_channels.tsv`.
+/// Returns the table of channels, `_channels.tsv`.
 pub(super) fn channels() -> String {
     let head = "name\tcomponent\ttype\ttracked_point\tunits\treference_frame\tdescription\n".to_owned();
     CHANNELS.iter().fold(head, |table, c| {
@@ -180,9 +180,9 @@ pub(super) fn channels() -> String {
     })
 }
 
-/// The sidecar of all tables of channels: what the frames of reference are.
+/// Returns the sidecar of all tables of channels, which describes the frames of reference.
 pub(super) fn reference_frames() -> String {
-    // Roll turns first, then pitch, then yaw, each about an axis that stands still.
+    // Rotations about fixed axes: roll first, then pitch, then yaw.
     let frame = |about: &str| json!({ "SpatialAxes": "ALS", "RotationOrder": "XYZ", "RotationRule": "right-hand", "Description": about });
     let world = "the road network's: x east, y north, z up from the ground, metres of the simulated world; the origin is that of the map. \
                  A car of heading 0 stands along x: ahead, left and up are then the axes";

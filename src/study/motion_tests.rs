@@ -1,4 +1,4 @@
-//! Motion: every row of a recorded drive, rounded; gaps; what the channels and frames are.
+//! Tests of motion tables: every row of a recorded drive, rounded; gaps; channels and frames of reference.
 
 use super::*;
 use crate::{
@@ -11,8 +11,8 @@ use crate::{
 use glam::{Mat3, Quat};
 use std::{fs, path::PathBuf};
 
-/// A drive of so many ticks that turns and brakes; ticks of which `is_lost` says so are missing in its recording. Its folder, and the
-/// rotation of the car at the end.
+/// Records a drive of `ticks` ticks that accelerates, brakes and turns. Ticks for which `is_lost` is true are missing from the recording.
+/// Returns its folder, and the rotation of the ego at the end.
 fn drive(folder: &Path, ticks: u64, is_lost: fn(u64) -> bool) -> (PathBuf, Quat) {
     let scenario = Scenario { traffic: EngineChoice::Native, ..Scenario::default() };
     let mut world = World::new(&scenario).unwrap();
@@ -37,7 +37,7 @@ fn rows(path: &Path) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn every_tick_is_a_row_and_every_cell_is_the_recordings_to_the_last_digit_that_is_written() {
+fn every_tick_is_a_row_with_the_recorded_values_rounded() {
     let folder = tempfile::tempdir().unwrap();
     let (recording, rotation) = drive(folder.path(), 350, |_| false);
     let path = folder.path().join("motion.tsv");
@@ -46,7 +46,7 @@ fn every_tick_is_a_row_and_every_cell_is_the_recordings_to_the_last_digit_that_i
     let rows = rows(&path);
     assert_eq!(rows.len(), 350);
     let ego = TableReader::parquet(&Table::Ego.parquet(&recording)).unwrap();
-    // A column of the recording beside each of the table, and half of its last digit: 0.1 mm, 1 urad.
+    // Column of the recording for each column of the table, and half a unit of its last digit: 0.1 mm, 1 urad.
     let columns = [
         ("x_m", 5e-5),
         ("y_m", 5e-5),
@@ -71,7 +71,7 @@ fn every_tick_is_a_row_and_every_cell_is_the_recordings_to_the_last_digit_that_i
     for (i, row) in rows.iter().enumerate() {
         assert!((row.len(), row[0]) == (14, i as f64 / 100.0), "{row:?}");
     }
-    // About the standing axes, first x, then y, then z. Another order is off by a hundredth.
+    // Rotations about fixed axes: x first, then y, then z. Another order is off by about 0.01.
     let frames: Value = serde_json::from_str(&reference_frames()).unwrap();
     assert_eq!(frames["reference_frame"]["Levels"]["world"]["RotationOrder"], "XYZ");
     let [roll, pitch, yaw] = [4, 5, 6].map(|i: usize| rows[349][i] as f32);
@@ -83,7 +83,7 @@ fn every_tick_is_a_row_and_every_cell_is_the_recordings_to_the_last_digit_that_i
 }
 
 #[test]
-fn what_was_lost_is_a_step_in_the_time_and_lowers_the_effective_rate_and_no_row_is_made_up() {
+fn lost_ticks_leave_a_time_step_and_lower_the_effective_rate() {
     let folder = tempfile::tempdir().unwrap();
     let (recording, _) = drive(folder.path(), 101, |tick| (41..=60).contains(&tick));
     let path = folder.path().join("motion.tsv");
@@ -91,13 +91,13 @@ fn what_was_lost_is_a_step_in_the_time_and_lowers_the_effective_rate_and_no_row_
     let rows = rows(&path);
     assert_eq!((rows.len(), rows[39][0], rows[40][0], rows[80][0]), (81, 0.39, 0.6, 1.0));
     let told = sidecar(span, json!({ "TaskName": "trial" }));
-    // 80 steps from the first sample to the last, in one second.
+    // 80 steps from the first sample to the last, in 1 s.
     assert_eq!((&told["SamplingFrequency"], &told["SamplingFrequencyEffective"]), (&json!(100.0), &json!(80.0)));
     assert_eq!((&told["RecordingDuration"], &told["TaskName"]), (&json!(0.81), &json!("trial")));
 }
 
 #[test]
-fn a_drive_without_a_tick_leaves_no_table_and_an_unreadable_one_leaves_that_which_was_there() {
+fn no_ticks_give_no_table_and_an_unreadable_recording_changes_none() {
     let folder = tempfile::tempdir().unwrap();
     let (recording, _) = drive(folder.path(), 3, |_| true);
     let path = folder.path().join("motion.tsv");
@@ -113,10 +113,10 @@ fn a_drive_without_a_tick_leaves_no_table_and_an_unreadable_one_leaves_that_whic
 }
 
 #[test]
-fn channels_are_counted_by_type_and_each_names_a_frame_that_is_described() {
+fn channels_are_counted_by_type_and_each_names_a_described_frame() {
     let text = channels();
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split('\t').collect()).collect();
-    // The order that BIDS wants (Motion-BIDS, channels description).
+    // Order of columns that BIDS requires (Motion-BIDS, channels description).
     assert_eq!(rows[0][..6], ["name", "component", "type", "tracked_point", "units", "reference_frame"]);
     let told = sidecar(MotionSpan { samples: 2, first: 1, last: 2 }, json!({}));
     for kind in ["POS", "ORNT", "VEL", "ACCEL", "ANGACCEL", "GYRO", "JNTANG", "MAGN", "LATENCY", "MISC"] {

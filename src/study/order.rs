@@ -1,30 +1,30 @@
-//! In which order a participant meets the conditions. In: a design, how many conditions, the participant's number. Out: a
-//! permutation. Balanced designs repeat after a whole square: then every order has come equally often.
+//! Orders of the conditions. In: a design, the number of conditions, the participant's number. Out: a permutation. A balanced design
+//! repeats after a whole square, in which every order has come equally often.
 
 use crate::rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How orders are made.
+/// Design of the orders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OrderDesign {
-    /// Balanced Latin square (Williams 1949): every condition as often at every place, and as often right after every other.
+    /// Balanced Latin square (Williams 1949): each condition equally often at each place, and equally often right after each other one.
     #[default]
     Williams,
     /// All orders in turn (full counterbalance).
     Full,
-    /// Blocks of as many participants as there are conditions; within a block every condition stands once at every place.
+    /// Blocks of as many participants as there are conditions; within a block, each condition comes once at each place.
     Block,
-    /// As the file has them, for everyone.
+    /// Order of the study file, for every participant.
     Fixed,
 }
 
-/// The most conditions of a full counterbalance: 720 orders.
+/// Maximum number of conditions of a full counterbalance: 720 orders.
 pub const MOST_FULL: usize = 6;
 
 impl OrderDesign {
-    /// After how many participants every order has come equally often.
+    /// Returns the number of participants after which every order has come equally often.
     pub fn period(self, conditions: usize) -> usize {
         match self {
             Self::Williams if conditions < 3 => conditions.max(1),
@@ -35,14 +35,14 @@ impl OrderDesign {
         }
     }
 
-    /// The order for participant number `index` (from 0): a permutation of `0..conditions`.
+    /// Returns the order for participant number `index` (from 0): a permutation of `0..conditions`.
     pub fn order(self, conditions: usize, index: usize, seed: u64) -> Vec<usize> {
         match self {
             Self::Fixed => (0..conditions).collect(),
             Self::Williams => williams(conditions, index % self.period(conditions)),
             Self::Full => nth_permutation(conditions, index % self.period(conditions)),
             Self::Block => {
-                // A cyclic square whose rows and words are drawn anew for each block.
+                // A cyclic square; its rows and the labels of the conditions are drawn anew for each block.
                 let (block, row) = (index / conditions.max(1), index % conditions.max(1));
                 let mut random = rng::stream(seed, &format!("order {block}"));
                 let words = random.permutation(conditions);
@@ -53,7 +53,7 @@ impl OrderDesign {
     }
 }
 
-/// Row of Williams' square: 0, 1, n-1, 2, n-2, ... shifted by the row; for an odd number each row also backwards.
+/// Returns a row of Williams' square: 0, 1, n-1, 2, n-2, ... plus the row number, modulo n. For odd n, rows from n on are reversed.
 fn williams(n: usize, row: usize) -> Vec<usize> {
     let shift = row % n.max(1);
     let zigzag = (0..n).map(|place| if place % 2 == 1 { place.div_ceil(2) } else { (n - place / 2) % n });
@@ -61,7 +61,7 @@ fn williams(n: usize, row: usize) -> Vec<usize> {
     if row < n { order } else { order.into_iter().rev().collect() }
 }
 
-/// The permutations in lexical order.
+/// Returns the permutation number `index` in lexical order.
 fn nth_permutation(n: usize, mut index: usize) -> Vec<usize> {
     let mut left: Vec<usize> = (0..n).collect();
     (0..n)
@@ -83,7 +83,7 @@ mod tests {
         (0..participants).map(|index| design.order(n, index, 7)).collect()
     }
 
-    /// How often each condition stands at each place.
+    /// Counts how often each condition comes at each place.
     fn places(orders: &[Vec<usize>]) -> BTreeMap<(usize, usize), usize> {
         let mut counts = BTreeMap::new();
         for order in orders {
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn williams_square_is_balanced_for_place_and_for_what_comes_before() {
+    fn williams_square_balances_places_and_predecessors() {
         for n in 2..=9 {
             let period = OrderDesign::Williams.period(n);
             let orders = orders(OrderDesign::Williams, n, period);
@@ -109,12 +109,12 @@ mod tests {
             assert!(after.len() == n * (n - 1) && after.values().all(|count| Some(*count) == every), "{n}: {after:?}");
         }
         assert_eq!((OrderDesign::Williams.period(3), OrderDesign::Williams.period(4)), (6, 4));
-        // The square of four that textbooks print.
+        // Square of order four as printed in textbooks.
         assert_eq!(orders(OrderDesign::Williams, 4, 4), [[0, 1, 3, 2], [1, 2, 0, 3], [2, 3, 1, 0], [3, 0, 2, 1]]);
     }
 
     #[test]
-    fn everybody_meets_every_condition_once_by_every_design() {
+    fn every_participant_meets_every_condition_once_in_every_design() {
         for design in [OrderDesign::Williams, OrderDesign::Full, OrderDesign::Block, OrderDesign::Fixed] {
             for n in 1..=6 {
                 for mut order in orders(design, n, 4 * n) {
@@ -146,12 +146,12 @@ mod tests {
     }
 
     #[test]
-    fn one_condition_and_a_fixed_order_are_what_they_are() {
+    fn one_condition_or_a_fixed_order_gives_one_order_for_all() {
         for design in [OrderDesign::Williams, OrderDesign::Full, OrderDesign::Block, OrderDesign::Fixed] {
             assert_eq!(design.order(1, 5, 1), [0]);
         }
         assert_eq!(OrderDesign::Fixed.order(3, 8, 1), [0, 1, 2]);
-        // One order alone, also of nothing: every participant has it.
+        // With one condition or none there is a single order, the same for every participant.
         let periods = |n| {
             [OrderDesign::Williams, OrderDesign::Full, OrderDesign::Block, OrderDesign::Fixed]
                 .map(|design| design.period(n))

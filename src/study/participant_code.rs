@@ -1,5 +1,5 @@
-//! What a participant is called in files. In: what an experimenter types. Out: a [`ParticipantCode`] that cannot leave the data
-//! folder and that every system and BIDS can keep as a name; or a message with what is allowed.
+//! The code that names a participant in files. In: text typed by an experimenter. Out: a [`ParticipantCode`] that cannot lead out of the
+//! data folder and that every operating system and BIDS accept as a name; or a message with the allowed codes.
 
 use super::SessionError;
 use serde::{Deserialize, Serialize};
@@ -10,18 +10,18 @@ use std::fmt;
 #[serde(try_from = "String", into = "String")]
 pub struct ParticipantCode(String);
 
-/// Longest code.
+/// Maximum length of a code.
 const MOST: usize = 16;
-/// Names that Windows keeps for devices.
+/// Names that Windows reserves for devices.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
-/// Words that BIDS and this program use where a code could stand.
+/// Words that BIDS and this program use in the place of a code.
 const WORDS: [&str; 4] = ["emptyroom", "all", "none", "na"];
 
 impl ParticipantCode {
-    /// Takes a code.
+    /// Checks a code.
     ///
     /// # Errors
-    /// It is empty, too long, has other characters, or is a reserved word.
+    /// The code is empty, too long, has other characters, or is a reserved word.
     pub fn new(text: &str) -> Result<Self, SessionError> {
         let refused = |why: String| {
             Err(SessionError::Refused(format!(
@@ -51,12 +51,12 @@ impl ParticipantCode {
         Ok(Self(text.into()))
     }
 
-    /// As BIDS names participants: `sub-P03`.
+    /// Returns the BIDS name of the participant: `sub-P03`.
     pub fn subject(&self) -> String {
         format!("sub-{}", self.0)
     }
 
-    /// The code itself.
+    /// Returns the code without `sub-`.
     pub fn as_str(&self) -> &str {
         &self.0
     }

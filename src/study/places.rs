@@ -1,5 +1,5 @@
-//! Check that each recording of a data set lies where it belongs. In: the folder, with the logs of its sessions, its plan and its tables. Out:
-//! every recording whose participant, trial, condition or time is not that of its place, and every table that says otherwise than the log.
+//! Check that each recording of a data set lies where it belongs. In: the folder, with the logs of its sessions, its plan and its tables.
+//! Out: every recording with the wrong participant, trial, condition or time for its place, and every table that contradicts the log.
 
 use super::{
     Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
@@ -20,12 +20,12 @@ use std::{
     path::Path,
 };
 
-/// Ending of a baseline that is being made.
+/// Suffix of a baseline folder that is still being written.
 const PART: &str = "-part";
-/// Between the name of a recording and what was changed in another that `codrive replay --what-if` has put beside it.
+/// Separator between the name of a recording and a changed setting, in a recording by `codrive replay --what-if` beside the original.
 pub(super) const WHAT_IF: &str = "-what-if-";
 
-/// A row of `participants.tsv` or of a list of scans, by the names of its columns.
+/// Row of `participants.tsv` or of a list of scans: cells by column name.
 type Row = BTreeMap<String, String>;
 
 /// Lists the parts of a data set that are not where they belong.
@@ -54,7 +54,7 @@ pub fn misplaced(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
     Ok(places.found)
 }
 
-/// Names of the participants' folders in a folder.
+/// Returns the names of the participants' folders in a folder.
 fn folders(folder: &Path) -> Result<BTreeSet<String>, SessionError> {
     Ok(entries(folder)?.into_iter().filter(|name| name.starts_with("sub-") && folder.join(name).is_dir()).collect())
 }
@@ -68,7 +68,7 @@ fn entries(folder: &Path) -> Result<BTreeSet<String>, SessionError> {
     Ok(entries.into_iter().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
 }
 
-/// Rows of a table; none of one that is not there.
+/// Returns the rows of a table; none if the table does not exist.
 fn rows(path: &Path) -> Result<Vec<Row>, SessionError> {
     if !is_there(path)? {
         return Ok(Vec::new());
@@ -91,7 +91,7 @@ impl Places<'_> {
         self.found.push(AlteredFile { file: file.into(), what });
     }
 
-    /// One participant: log, row of `participants.tsv`, recordings, list of scans.
+    /// Checks one participant: log, row of `participants.tsv`, recordings, list of scans.
     fn check_participant(&mut self, subject: &str, people: &[Row]) -> Result<(), SessionError> {
         let source = format!("sourcedata/{subject}");
         let file = format!("{source}/{}", session::FILE);
@@ -144,7 +144,7 @@ impl Places<'_> {
         }
     }
 
-    /// A passage through an item that was recorded.
+    /// Checks one run of an item, if it was recorded.
     fn check_passage(
         &mut self,
         source: &str,
@@ -157,7 +157,7 @@ impl Places<'_> {
         let is_done = passage.outcome == ItemOutcome::Done;
         let manifest = match Manifest::load(&self.root.join(&name)) {
             Ok(manifest) => manifest,
-            // Cut before its first file was there.
+            // The run was cut before its first file was written.
             Err(RecordError::Absent(_)) if !is_done => return Ok(()),
             Err(why) => {
                 self.say(&name, format!("there is no recording that can be read: {why}"));
@@ -166,7 +166,7 @@ impl Places<'_> {
         };
         self.check_owner(&name, code, &manifest);
         let [began, ended] = [&passage.began, &passage.ended];
-        // A clock that was set back meanwhile says nothing.
+        // Times say nothing if the clock was set back during the run.
         if began <= ended && !(began..=ended).contains(&&manifest.began) && !manifest.began.is_empty() {
             let at = &manifest.began;
             self.say(
@@ -224,7 +224,7 @@ impl Places<'_> {
         Ok(())
     }
 
-    /// The scenario of a recording; says what is wrong where it cannot be read.
+    /// Returns the scenario of a recording. If it cannot be read, reports why and returns `None`.
     fn scenario(&mut self, name: &str) -> Result<Option<Scenario>, SessionError> {
         match inputs::scenario(&self.root.join(name)) {
             Ok(scenario) => Ok(Some(scenario)),
@@ -235,7 +235,7 @@ impl Places<'_> {
         }
     }
 
-    /// A baseline is the same drive without advice.
+    /// Checks that a baseline is the same drive without advice.
     fn check_baseline(&mut self, trial: &str, baseline: &str, code: &ParticipantCode) -> Result<(), SessionError> {
         let manifest = match Manifest::load(&self.root.join(baseline)) {
             Ok(manifest) => manifest,
@@ -255,7 +255,7 @@ impl Places<'_> {
         Ok(())
     }
 
-    /// Every folder beside the log is one that the log names.
+    /// Checks that the log names every folder beside it.
     fn check_folders(&mut self, source: &str, log: &SessionLog) -> Result<(), SessionError> {
         let passages = log.passages.iter().filter_map(|passage| passage.recording.as_deref());
         let known: BTreeSet<&str> =
@@ -273,10 +273,10 @@ impl Places<'_> {
         Ok(())
     }
 
-    /// The list of scans, by which an analysis finds the drives, is that of the log and the plan.
+    /// Checks the list of scans, by which an analysis finds the drives, against the log and the plan.
     fn check_scans(&mut self, subject: &str, log: &SessionLog, plan: &SessionPlan) -> Result<(), SessionError> {
         let name = format!("{subject}/{subject}_scans.tsv");
-        // A session that goes on is listed when it is over.
+        // The list of a session that is not over does not exist yet.
         if log.end.is_none() {
             return Ok(());
         }
@@ -322,7 +322,8 @@ impl Places<'_> {
     }
 }
 
-/// The first setting by which a drive is not as planned, in words. Files have other places in a recording; a drive may have been extended.
+/// Returns the first setting in which a drive differs from the plan, as text. Ignores map, policy and demand, which have other paths in a
+/// recording, and the duration, which may have been extended.
 fn difference(planned: &Scenario, driven: &Scenario) -> Option<String> {
     let bare = |scenario: &Scenario| Scenario {
         map: String::new(),

@@ -1,5 +1,5 @@
-//! One participant's session, step by step. In: a study and the participant's number. Out: a [`SessionPlan`] in which each drive is
-//! a complete scenario with a seed of its own.
+//! One participant's session, step by step. In: a study and the participant's number. Out: a [`SessionPlan`] in which each drive is a
+//! complete scenario with a seed of its own.
 
 use super::{
     Study,
@@ -13,71 +13,71 @@ use crate::{
 };
 use std::{collections::BTreeMap, fmt::Write};
 
-/// What comes at one point of a session.
+/// Content of one item of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlanItem {
-    /// A page, Markdown.
+    /// Page to read, Markdown.
     Text(String),
-    /// A drive.
+    /// Drive with or without advice.
     Drive {
-        /// What is driven.
+        /// Scenario that is driven.
         scenario: Box<Scenario>,
-        /// The policy that drives, which the scenario may leave open (`auto`).
+        /// Resolved policy, which the scenario may leave open (`auto`).
         policy: ResolvedPolicy,
-        /// Level of each factor; empty for a drive that is the same for everyone.
+        /// Level of each factor; empty for a drive that is the same for every participant.
         levels: BTreeMap<String, String>,
-        /// Ends sooner once the speed was this long in the range, seconds.
+        /// Time in s that the speed must stay in the range without a break; the drive then ends early.
         until_in_range_s: Option<f64>,
     },
-    /// A questionnaire: the word in the study's file.
+    /// Questionnaire, by its name in the study file.
     Questions(String),
-    /// A rest of this many seconds.
+    /// Rest of this many seconds.
     Break(f64),
 }
 
-/// One point of a session.
+/// One item of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedItem {
     /// Name, unique in the plan: `familiarisation`, `trial-2-wide`.
     pub name: String,
-    /// Name of its segment: `familiarisation`, `trial`.
+    /// Name of the segment: `familiarisation`, `trial`.
     pub segment: String,
-    /// Place among the trials of its segment, from 1; `None` for what is no trial.
+    /// Place among the trials of the segment, from 1; `None` if the item is not about a trial.
     pub run: Option<usize>,
-    /// Name of its condition, if it has one.
+    /// Name of the condition, if the item has one.
     pub condition: Option<String>,
-    /// The drive that it asks about, of a questionnaire that comes after one.
+    /// Drive that a questionnaire asks about; `None` for other items.
     pub after: Option<AskedAfter>,
-    /// What is shown before it, Markdown; may be empty.
+    /// Markdown that is shown before the item; may be empty.
     pub text: String,
-    /// What it is.
+    /// Content of the item.
     pub item: PlanItem,
-    /// How long it is reckoned to last, what is read before it included, seconds.
+    /// Expected duration, including reading the text before it, s.
     pub seconds: f64,
 }
 
-/// Of a questionnaire that comes after a drive.
+/// Link from a questionnaire to the drive before it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AskedAfter {
     /// Name of the drive in the plan: `trial-2-wide`.
     pub drive: String,
-    /// The questionnaire's name in data: `trust`.
+    /// Name of the questionnaire in the data: `trust`.
     pub questionnaire: String,
 }
 
-/// A whole session.
+/// Plan of a whole session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionPlan {
-    /// The participant's number in the study, from 0.
+    /// Number of the participant in the study, from 0.
     pub index: usize,
-    /// The conditions' names in the participant's order.
+    /// Names of the conditions in the participant's order.
     pub order: Vec<String>,
-    /// What comes, in order.
+    /// Items in the order of the session.
     pub items: Vec<PlannedItem>,
 }
 
 impl Study {
-    /// The session of participant number `index`, from 0. The same file and number give the same plan.
+    /// Returns the session plan of participant number `index`, from 0. The same file and number give the same plan.
     pub fn plan(&self, index: usize) -> SessionPlan {
         let order = self.file.order.order(self.conditions.len(), index, self.file.seed);
         let mut items = Vec::new();
@@ -154,7 +154,7 @@ impl Study {
         SessionPlan { index, order, items }
     }
 
-    /// How long an item is reckoned to last with the text before it, seconds; that of a break is read in the break.
+    /// Returns the expected duration of an item, including the text before it, s. The text of a break is read during the break.
     fn seconds(&self, item: &PlanItem, text: &str) -> f64 {
         let read_s = reckoning::page_s(text);
         match item {
@@ -165,7 +165,7 @@ impl Study {
         }
     }
 
-    /// No two items of anybody's plan, and no two tables of the data set, may have one name.
+    /// Checks that no two items of a plan, and no two tables of the data set, can have the same name.
     pub(super) fn check_item_names(&self) -> Result<(), (String, String)> {
         let segments = &self.file.segment;
         let conditions = conditions(&self.file);
@@ -209,12 +209,12 @@ impl Study {
         Ok(())
     }
 
-    /// A seed for each drive of each participant, below 2^53 so that every reader keeps it exactly.
+    /// Returns the seed of one drive of one participant, below 2^53 so that every JSON reader keeps it exactly.
     fn seed_of(&self, index: usize, drive: u64) -> u64 {
         (self.file.seed % 1_000_000) * 1_000_000 + (index as u64 % 10_000) * 100 + drive
     }
 
-    /// The plan for `participants` people as a table: order of conditions, drives, reckoned minutes.
+    /// Returns the plan for `participants` people as text: items with expected minutes, and the order of conditions of each participant.
     pub fn table(&self, participants: usize) -> String {
         let mut out = format!("{}\n", self.file.title);
         let period = self.file.order.period(self.conditions.len());
@@ -263,14 +263,14 @@ impl Study {
 }
 
 impl SessionPlan {
-    /// How long the session is reckoned to last, minutes.
+    /// Returns the expected duration of the session, minutes.
     pub fn minutes(&self) -> f64 {
         self.items.iter().map(|planned| planned.seconds).sum::<f64>() / 60.0
     }
 }
 
 impl PlanItem {
-    /// What it is, in words.
+    /// Describes the item in a few words.
     pub fn words(&self) -> String {
         match self {
             Self::Text(_) => "a page to read".into(),
@@ -291,7 +291,7 @@ impl PlanItem {
     }
 }
 
-/// What is advised in a drive.
+/// Describes the advice of a drive.
 fn advice_words(scenario: &Scenario, policy: &ResolvedPolicy) -> String {
     if policy.name == policy::NAMES[0] {
         return "no advice".into();

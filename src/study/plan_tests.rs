@@ -1,9 +1,9 @@
-//! A session step by step: seeds, rests, texts, and what is reckoned, by hand.
+//! Tests of a session plan: seeds, rests, texts, expected durations, by hand.
 
 use super::*;
 use std::path::Path;
 
-/// A study of two conditions in the file's order; `trials` are keys of its trials.
+/// Parses a study of two conditions in fixed order; `trials` has keys of its trials.
 fn study(seed: u64, trials: &str) -> Study {
     let text = format!(
         r#"title = "Two"
@@ -50,7 +50,7 @@ fn seeds(plan: &SessionPlan) -> Vec<u64> {
 }
 
 #[test]
-fn trials_rest_between_each_other_and_not_where_the_rest_has_no_length() {
+fn rests_come_between_trials_unless_their_length_is_zero() {
     let with = study(1, "rest_s = 10.0").plan(0);
     assert_eq!(names(&with), ["practice", "pause", "trial-1-a", "trial-rest-1", "trial-2-b"]);
     assert_eq!(with.items[3].item, PlanItem::Break(10.0));
@@ -60,7 +60,7 @@ fn trials_rest_between_each_other_and_not_where_the_rest_has_no_length() {
 }
 
 #[test]
-fn a_segment_named_as_a_rest_between_trials_is_refused_where_there_is_one() {
+fn a_segment_named_like_a_rest_between_trials_is_refused() {
     let parsed = |rest: &str| {
         let text = study(1, rest).source.replace("\"pause\"", "\"trial-rest-1\"");
         Study::parse(text, Path::new("two.toml"))
@@ -71,7 +71,7 @@ fn a_segment_named_as_a_rest_between_trials_is_refused_where_there_is_one() {
 }
 
 #[test]
-fn the_text_of_trials_stands_before_the_first_alone() {
+fn the_text_of_trials_is_shown_only_before_the_first() {
     let plan = study(1, "text = \"Drive.\"\nrest_s = 5.0").plan(0);
     let texts: Vec<&str> = plan.items.iter().map(|planned| planned.text.as_str()).collect();
     assert_eq!(texts, ["Try it.", "Sit back.", "Drive.", "", ""]);
@@ -83,19 +83,19 @@ fn the_text_of_trials_stands_before_the_first_alone() {
 }
 
 #[test]
-fn a_seed_is_the_studys_the_participants_and_the_drives_number_side_by_side() {
-    // Six digits of the study, four of the participant, two of the drive, from 1.
+fn a_seed_joins_the_numbers_of_study_participant_and_drive() {
+    // Six digits of the study's seed, four of the participant's number, two of the drive's number from 1.
     assert_eq!(seeds(&study(7, "").plan(0)), [7_000_001, 7_000_002, 7_000_003]);
     assert_eq!(seeds(&study(7, "").plan(31)), [7_003_101, 7_003_102, 7_003_103]);
     assert_eq!(seeds(&study(999_999, "").plan(9_999)), [999_999_999_901, 999_999_999_902, 999_999_999_903]);
-    // More digits than there is room for are left out.
+    // Leading digits that do not fit are dropped.
     assert_eq!(seeds(&study(2_000_007, "").plan(10_031)), seeds(&study(7, "").plan(31)));
 }
 
 #[test]
-fn a_session_is_as_long_as_its_parts() {
+fn a_session_lasts_as_long_as_its_parts() {
     let plan = study(1, "rest_s = 10.0").plan(0);
-    // Three drives of a minute, two words to read before the first (238 a minute, and 3 s for the page), rests of 45 s and 10 s.
+    // Three drives of a minute; two words before the first (238 words per minute, plus 3 s for the page); rests of 45 s and 10 s.
     let seconds: Vec<f64> = plan.items.iter().map(|planned| planned.seconds).collect();
     let read_s = 3.0 + 2.0 * 60.0 / 238.0;
     assert_eq!(seconds, [60.0 + read_s, 45.0, 60.0, 10.0, 60.0]);
@@ -111,7 +111,7 @@ fn a_session_is_as_long_as_its_parts() {
 }
 
 #[test]
-fn a_plan_names_the_policy_that_drives_where_its_file_leaves_it_open() {
+fn a_plan_names_the_policy_that_auto_selects() {
     let text = study(1, "").source.replace("[base]", "[base]\npolicy = \"auto\"");
     let plan = Study::parse(text, Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}")).plan(0);
     let own = "policy ring-250-speed (auto: the policy that is shipped for ring-250)";
@@ -119,8 +119,8 @@ fn a_plan_names_the_policy_that_drives_where_its_file_leaves_it_open() {
 }
 
 #[test]
-fn all_trials_have_one_scale_on_the_dial_unless_a_condition_names_its_own() {
-    // Ring of 250 m: 22 cars flow at 4.4 m/s, 8 cars at many times that.
+fn all_trials_share_a_dial_scale_unless_a_condition_sets_its_own() {
+    // On the ring of 250 m, 22 vehicles flow at 4.4 m/s; 8 vehicles drive several times as fast.
     let text = |own: &str| {
         format!(
             r#"title = "Density"
@@ -155,13 +155,13 @@ name = "trial"
     };
     let [practice, dense, loose] = scales("")[..] else { panic!("three drives") };
     assert_eq!((practice, dense), (0.0, loose), "a practice has the scale that suits it");
-    // The scale is in mph and holds the speed of an even ring of 8 cars of 5 m: its IDM drives more than 10 m/s (22 mph).
+    // The scale is in mph and includes the equilibrium speed of 8 vehicles of 5 m on the ring, more than 10 m/s (22 mph) by the IDM.
     assert!(dense > 22.0, "{dense}");
     assert_eq!(scales(", dial_full = 100.0"), [0.0, dense, 100.0]);
 }
 
 #[test]
-fn questionnaires_come_after_every_trial_with_its_place_and_condition_and_before_the_rest() {
+fn questionnaires_follow_each_trial_before_the_rest() {
     let plan = study(1, "rest_s = 10.0\nafter = [\"raw-tlx\", \"acceptance\"]").plan(0);
     let after = |drive: &str| [format!("{drive}-raw-tlx"), format!("{drive}-acceptance")];
     let [[a1, a2], [b1, b2]] = [after("trial-1-a"), after("trial-2-b")];
@@ -172,7 +172,7 @@ fn questionnaires_come_after_every_trial_with_its_place_and_condition_and_before
     let about = AskedAfter { drive: "trial-2-b".into(), questionnaire: "acceptance".into() };
     assert_eq!((&asked.after, &asked.item), (&Some(about), &PlanItem::Questions("acceptance".into())));
     assert!(plan.items[6].after.is_none() && plan.items[5].after.is_none(), "the drive and the rest ask nothing");
-    // Two questionnaires, twice each, more than without. The first has 86 words, six questions and two pages.
+    // Two questionnaires after each of two trials lengthen the session. The first has 86 words, six questions and two pages.
     let without = study(1, "rest_s = 10.0").plan(0);
     let [tlx_s, other_s] = [plan.items[3].seconds, plan.items[4].seconds];
     assert!((tlx_s - (86.0 * 60.0 / 238.0 + 6.0 * 4.0 + 2.0 * 3.0)).abs() < 1e-9, "{tlx_s}");
@@ -181,7 +181,7 @@ fn questionnaires_come_after_every_trial_with_its_place_and_condition_and_before
 }
 
 #[test]
-fn a_drive_that_is_the_same_for_everyone_is_asked_about_too() {
+fn a_drive_without_a_condition_can_have_questionnaires() {
     let text = r#"title = "One"
 participants = 1
 [base]
@@ -198,7 +198,7 @@ after = ["ssq"]
 }
 
 #[test]
-fn questions_about_advice_come_after_drives_with_advice_alone() {
+fn questions_about_advice_come_only_after_drives_with_advice() {
     let plan = study(1, "rest_s = 10.0\nafter = [\"raw-tlx\"]\nafter_advice = [\"trust\"]").plan(0);
     for drive in ["trial-1-a", "trial-2-b"] {
         assert!(names(&plan).contains(&format!("{drive}-trust").as_str()), "{drive}");

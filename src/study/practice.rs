@@ -1,12 +1,12 @@
-//! When practice has been enough: the speed was in the acceptable range for a stated time without a break. In: whether it was, step by
-//! step. Out: the longest unbroken time, seconds. The window and the rehearsal count by this one rule.
+//! Criterion of a practice drive: the speed stays in the acceptable range for a given time without a break. In: for each step, whether
+//! the speed was in the range. Out: the longest unbroken time, s. The session window and the rehearsal both use this rule.
 //!
-//! There is no grace: a step out of the range, or one without advice, sets the time back to nothing. The number on the
-//! speedometer turns from green to white at the same edge, so that participant and criterion see one rule; a grace would need a
-//! length and a number of its own, and a participant who drives along an edge would meet the criterion without holding the range.
-//! Advice that changes sets nothing back while the speed is in the new range.
+//! There is no grace period: a step out of the range, or one without advice, resets the time to zero. The number on the speedometer turns
+//! from green to white at the same edge, so the participant sees the rule that the criterion applies. A grace period would need a length
+//! of its own, and a participant at the edge of the range could meet the criterion without holding the range. A change of advice resets
+//! nothing while the speed is in the new range.
 
-/// The time in the range without a break, and the longest so far.
+/// Unbroken time in the range, current and longest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UnbrokenTime {
     now_s: f64,
@@ -14,23 +14,23 @@ pub struct UnbrokenTime {
 }
 
 impl UnbrokenTime {
-    /// A step of this length was in the range, or was not.
+    /// Adds a step of this length, in or out of the range.
     pub fn add(&mut self, is_in_range: bool, step_s: f64) {
         self.now_s = if is_in_range { self.now_s + step_s } else { 0.0 };
         self.longest_s = self.longest_s.max(self.now_s);
     }
 
-    /// How long the speed has been in the range without a break until now, seconds.
+    /// Returns the current unbroken time in the range, s.
     pub fn now_s(&self) -> f64 {
         self.now_s
     }
 
-    /// The longest of these so far, seconds: a criterion that was met within a frame stays met.
+    /// Returns the longest unbroken time so far, s. A criterion that was met for a single frame stays met.
     pub fn longest_s(&self) -> f64 {
         self.longest_s
     }
 
-    /// True once `enough_s` seconds were reached; sums of steps are off by rounding.
+    /// Returns true once `enough_s` seconds were reached, with 1 ns of tolerance for rounding.
     pub fn has_reached(&self, enough_s: f64) -> bool {
         self.longest_s >= enough_s - 1e-9
     }
@@ -41,9 +41,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn leaving_the_range_sets_the_time_back_and_a_sum_of_parts_is_not_enough() {
+    fn leaving_the_range_resets_the_time() {
         let mut time = UnbrokenTime::default();
-        // Twice 1.9 s with one step between them: 3.8 s in all, and never 2 s on end.
+        // Twice 1.9 s with one step between them: 3.8 s in total, but never 2 s without a break.
         for k in 0..39 {
             time.add(k != 19, 0.1);
         }

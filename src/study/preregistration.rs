@@ -1,5 +1,5 @@
-//! What a study plans, as a text to register before the first participant. In: a study with its `[analysis]`, how many take part,
-//! and the spread of the primary outcome, of a rehearsal or unknown. Out: Markdown. The same file gives the same text.
+//! Preregistration text of a study, to register before the first participant. In: a study with its `[analysis]`, the number of
+//! participants, and the spread of the primary outcome, from a rehearsal or unknown. Out: Markdown. The same input gives the same text.
 
 use super::{PlanItem, PlannedItem, Study, bids::markdown, order::OrderDesign};
 use crate::{
@@ -16,63 +16,63 @@ use crate::{
 };
 use std::fmt::Write;
 
-/// Simulated studies for each number of participants: the share has an error of 1.3 points at 80 %.
+/// Simulated studies for each number of participants; at a power of 80 % the standard error is 1.3 percentage points.
 const STUDIES: usize = 1000;
-/// Residuals whose W is less probable than this in normal samples are told of: t tests bear smaller departures.
+/// Level of p below which the text reports non-normal residuals; t tests tolerate smaller departures.
 const FAR_FROM_NORMAL: f64 = 0.001;
-/// Smallest effects in residual standard deviations, where no rehearsal is given (Cohen 1988).
+/// Smallest effects in residual standard deviations, if no rehearsal is given (Cohen 1988).
 const CONVENTIONAL: [f64; 3] = [0.2, 0.5, 0.8];
-/// Whole squares of orders up to which the power is reckoned, at least, and the participants.
+/// Maximum number of steps of the power curve; each step is one or more whole squares of orders.
 const MOST_SQUARES: usize = 8;
 const MOST_PARTICIPANTS: usize = 96;
 
-/// Why there is no text.
+/// Reason why there is no text.
 #[derive(Debug, thiserror::Error)]
 pub enum PreregistrationError {
-    /// The file has no plan of the analysis.
+    /// The study file has no plan of the analysis.
     #[error(
         "the study \"{0}\" has no [analysis]\n  remedy: write one into its file: primary, smallest_effect and contrasts (docs/studies.md)"
     )]
     NoPlan(String),
-    /// The rehearsal's data cannot be read.
+    /// The data of the rehearsal cannot be read.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
-    /// The rehearsal tells no spread.
+    /// The rehearsal gives no estimate of the spread.
     #[error(
         "the rehearsal tells nothing of {measure}: {why}\n  remedy: rehearse with more participants (codrive study FILE --rehearse)"
     )]
     NoSpread {
-        /// The primary outcome.
+        /// Name of the primary outcome.
         measure: String,
-        /// Why.
+        /// Fault of the model that was fitted.
         why: ModelFault,
     },
 }
 
-/// What is known of the primary outcome's spread.
+/// Known spread of the primary outcome.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OutcomeSpread {
-    /// Nothing: the power is given for effects in residual standard deviations.
+    /// Unknown: the power is given for effects in residual standard deviations.
     Unknown,
-    /// That of a data set.
+    /// Estimated from a data set.
     Rehearsed {
-        /// Its title.
+        /// Title of the data set.
         title: String,
-        /// Participants and trials in the model.
+        /// Numbers of participants and trials in the model.
         counts: [usize; 2],
-        /// Nobody drove.
+        /// True if all participants were simulated.
         is_simulated: bool,
-        /// Standard deviations between and within participants.
+        /// Standard deviations between and within participants, in the unit of the outcome.
         deviations: [f64; 2],
-        /// The change from place to place.
+        /// Change from one place to the next, in the unit of the outcome.
         per_place: f64,
-        /// Normality of the residuals.
+        /// Normality test of the residuals.
         residuals: Option<NormalityTest>,
     },
 }
 
 impl OutcomeSpread {
-    /// Of the drives of a rehearsal or a pilot, by the model that the study plans.
+    /// Estimates the spread from the drives of a rehearsal or pilot, by the model that the study plans.
     ///
     /// # Errors
     /// There is no plan, or no model can be fitted.
@@ -108,7 +108,7 @@ fn planned(study: &Study) -> Result<&AnalysisPlan, PreregistrationError> {
     study.file.analysis.as_ref().ok_or_else(|| PreregistrationError::NoPlan(study.file.title.clone()))
 }
 
-/// The text, for so many participants.
+/// Returns the text for this number of participants.
 ///
 /// # Errors
 /// The study has no plan of its analysis.
@@ -161,7 +161,7 @@ fn design(out: &mut String, study: &Study, participants: usize) {
     out.push('\n');
 }
 
-/// What an item is, without what differs between participants.
+/// Describes an item without the parts that differ between participants.
 fn item_words(item: &PlanItem, run: Option<usize>) -> String {
     match (item, run) {
         (PlanItem::Drive { scenario, .. }, Some(place)) => {
@@ -242,7 +242,7 @@ fn exclusion(out: &mut String, plan: &AnalysisPlan) {
     );
 }
 
-/// The rules by which a session ends before its time, and what is asked for them while driving.
+/// Writes the rules that end a session early, and the ratings asked for them while driving.
 fn early_ends(out: &mut String, study: &Study) {
     let rules: Vec<String> = study.file.segment.iter().flat_map(|segment| segment.early_end_words()).collect();
     out.push_str("## When a session ends early\n\nA participant may stop at any moment.\n\n");
@@ -289,7 +289,7 @@ fn model(out: &mut String, study: &Study, plan: &AnalysisPlan) {
     );
 }
 
-/// What each covariate is, in sentences.
+/// Returns sentences that define the covariates.
 fn covariates(plan: &AnalysisPlan) -> String {
     let measure = |name: &String| MEASURES.iter().find(|measure| measure.name == name);
     let say = |name: &String| measure(name).map(|measure| format!(" `{name}` is a number: {}.", measure.about));
@@ -387,7 +387,7 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
     }
 }
 
-/// Numbers of participants of the curve: whole squares of orders, and the planned one.
+/// Returns the numbers of participants on the power curve: whole squares of orders, and the planned number.
 fn numbers(study: &Study, participants: usize) -> Vec<usize> {
     let period = study.file.order.period(study.conditions.len());
     let step = period.max(6usize.next_multiple_of(period.max(1)));
@@ -400,7 +400,7 @@ fn numbers(study: &Study, participants: usize) -> Vec<usize> {
     all
 }
 
-/// Three digits that count.
+/// Formats a number with three decimals and a typographic minus.
 fn figures(value: f64) -> String {
     minus(&format!("{value:.3}"))
 }

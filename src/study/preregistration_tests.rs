@@ -1,4 +1,4 @@
-//! A preregistration against what its study's file says, and its power against theory.
+//! Tests of the preregistration against the study file, and of its power against theory.
 
 use super::*;
 use crate::{
@@ -11,7 +11,7 @@ fn study(more: &str) -> Study {
     study_with(more, "")
 }
 
-/// `trial` are lines of its only segment.
+/// Parses a study; `trial` has lines of its only segment.
 fn study_with(more: &str, trial: &str) -> Study {
     let text = format!(
         "title = \"Ranges\"\nparticipants = 12\n[base]\ntraffic = \"native\"\nduration_s = 60.0\n{more}\n[factors]\nrange = [{{ name = \
@@ -26,7 +26,7 @@ const PLAN: &str = "[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 
                     [analysis.exclude]\nmost_contacts = 0\n";
 
 #[test]
-fn the_text_says_design_order_rules_model_and_power() {
+fn the_text_states_design_order_rules_model_and_power() {
     let study = study(PLAN);
     let spread = OutcomeSpread::Rehearsed {
         title: "Rehearsed".into(),
@@ -57,8 +57,8 @@ fn the_text_says_design_order_rules_model_and_power() {
         assert!(text.contains(part), "{part}\n{text}");
     }
     assert_eq!(text, written(&study, 12, &spread, 200).unwrap());
-    // Theory (R: pt with noncentrality 0.3/0.4 sqrt(48/2), 93 degrees of freedom) has 0.953 for 48 participants; three errors of 200
-    // studies are 4.6 points.
+    // In theory the power is 0.953 for 48 participants (R: pt with noncentrality 0.3/0.4 sqrt(48/2), 93 degrees of freedom). Three
+    // standard errors of 200 studies are 4.6 points.
     let row = text.lines().find(|line| line.starts_with("| 48 |")).unwrap();
     let share: f64 = row.split('|').nth(3).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
     assert!((share - 95.3).abs() < 4.6, "{row}");
@@ -72,7 +72,7 @@ fn the_text_says_design_order_rules_model_and_power() {
 }
 
 #[test]
-fn questionnaires_are_no_trials_and_a_measure_of_advice_is_not_tested_where_there_is_none() {
+fn questionnaires_are_not_trials_and_absent_advice_is_not_tested() {
     let none = "set = { policy = \"none\" }";
     let text = study(PLAN).source.replace("set = { range_mph = 0.5 }", none).replace("reaction_s", "time_in_range")
         + "after = [\"raw-tlx\"]\n";
@@ -106,7 +106,7 @@ fn the_rules_that_end_a_session_are_planned() {
 }
 
 #[test]
-fn an_unbalanced_number_is_told_with_the_next_and_without_a_rehearsal_effects_are_conventional() {
+fn an_unbalanced_number_is_reported_and_default_effects_are_cohens() {
     let text = written(&study(PLAN), 10, &OutcomeSpread::Unknown, 20).unwrap();
     assert!(text.contains("**Not every order comes equally often with 10 participants; with 12 it does.**"), "{text}");
     assert!(text.contains("Cohen (1988)") && text.contains("| **10** | 0.8 residual SD | "), "{text}");
@@ -114,7 +114,7 @@ fn an_unbalanced_number_is_told_with_the_next_and_without_a_rehearsal_effects_ar
     assert!(none.contains("has no [analysis]") && none.contains("remedy"), "{none}");
 }
 
-/// Trials of a study as it plans them, with numbers drawn for every outcome.
+/// Returns the planned trials of a study with random values for every outcome.
 fn driven(study: &Study, participants: usize) -> Vec<AnalysedRecording> {
     let mut stream = rng::stream(7, "driven");
     let mut drives = Vec::new();
@@ -158,7 +158,7 @@ fn driven(study: &Study, participants: usize) -> Vec<AnalysedRecording> {
 }
 
 #[test]
-fn the_tests_and_trials_of_a_shipped_plan_are_those_that_its_analysis_makes() {
+fn a_shipped_plan_announces_the_tests_that_its_analysis_makes() {
     for (name, tests, trials) in [("congestion", 21, 16), ("congestion-short", 9, 3)] {
         let file = crate::data_folders::root().join(format!("assets/studies/{name}.toml"));
         let study = Study::load(&file).unwrap_or_else(|e| panic!("{e}"));
@@ -177,7 +177,7 @@ fn the_tests_and_trials_of_a_shipped_plan_are_those_that_its_analysis_makes() {
 }
 
 #[test]
-fn a_plan_says_every_rule_outcome_contrast_covariate_and_level() {
+fn the_text_states_every_rule_outcome_contrast_covariate_and_level() {
     let rules = "least_recorded_share = 0.9\nmost_contacts = 1\nmost_dropped_share = 0.05\nleast_trials = 2\nonly_complete_sessions = true";
     let plan = PLAN
         .replace("most_contacts = 0", rules)
@@ -195,7 +195,7 @@ fn a_plan_says_every_rule_outcome_contrast_covariate_and_level() {
         "    measure ~ condition + place + hand_over_sd_mps + (1 | participant)\n",
         "`hand_over_sd_mps` is a number: ",
         "* Level: alpha = 0.01 over all 4 tests of the plan",
-        // 0.01 over four tests, 0.0025, in four figures after the point.
+        // 0.01 divided by four tests, with four decimals.
         "at 0.0025 as the strictest step",
     ] {
         assert!(text.contains(part), "{part}\n{text}");

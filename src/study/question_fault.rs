@@ -1,63 +1,63 @@
-//! What can be wrong with a questionnaire's questions and scores, by kind.
+//! Errors in the questions and scores of a questionnaire, by kind.
 
-/// Why a questionnaire cannot be asked.
+/// Reason why a questionnaire cannot be asked.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QuestionFault {
-    /// A question with nothing to choose from.
+    /// A question without options.
     #[error("\"{name}\" has no {what}")]
     Empty {
-        /// The question.
+        /// Name of the question.
         name: String,
-        /// What it lacks.
+        /// Missing list: choices, columns or rows.
         what: &'static str,
     },
     /// A scale without whole steps, or with too many.
     #[error("\"{name}\" rates from {from} to {to} by {by}; allowed: 1 to 100 whole steps")]
     Scale {
-        /// The question.
+        /// Name of the question.
         name: String,
-        /// Lowest rating.
+        /// Lowest rating of the scale.
         from: f64,
-        /// Highest rating.
+        /// Highest rating of the scale.
         to: f64,
-        /// From one rating to the next.
+        /// Step between ratings, `rateStep`.
         by: f64,
     },
-    /// Two questions of one name.
+    /// Two questions with the same name.
     #[error("the name \"{0}\" comes twice")]
     Twice(String),
-    /// A condition on what is not asked.
+    /// A condition on an unknown question.
     #[error("visibleIf asks for \"{name}\", which no question before or beside it has{near}")]
     UnknownCondition {
-        /// The name in the condition.
+        /// Unknown name in the condition.
         name: String,
-        /// The nearest that exists, as a question; empty where none is near.
+        /// Nearest known name, as a question ("did you mean ...?"); empty if none is near.
         near: String,
     },
-    /// A score of what is not asked.
+    /// A score of an unknown question.
     #[error("the score \"{score}\" is of \"{name}\", which no question has{near}")]
     UnknownScore {
-        /// The score.
+        /// Name of the score.
         score: String,
-        /// The name in it.
+        /// Unknown name in the score.
         name: String,
-        /// The nearest that exists, as a question; empty where none is near.
+        /// Nearest known name, as a question ("did you mean ...?"); empty if none is near.
         near: String,
     },
-    /// Weights that nothing asks for, or that are missing.
+    /// Weights in a score without weighting, or missing weights in a weighted score.
     #[error("the score \"{0}\" has `by` where it is not weighted, or is weighted without `by`; they go together")]
     Weights(String),
-    /// An answer whose scale cannot be turned.
+    /// A reversed item whose scale cannot be reversed.
     #[error(
         "the score \"{score}\" turns \"{name}\"; allowed: a rating or a row of a matrix of numbers that is in its `of`"
     )]
     Turned {
-        /// The score.
+        /// Name of the score.
         score: String,
-        /// The name in it.
+        /// Name of the item in `turned`.
         name: String,
     },
-    /// A condition that is none.
+    /// A condition that cannot be parsed.
     #[error("visibleIf has \"{0}\"; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains")]
     Comparison(String),
 }

@@ -1,9 +1,9 @@
-//! A questionnaire being answered. In: what a hand does, from any device ([`FormInput`]), and the time. Out: where the hand
-//! stands, what is missing, in the end each answer with its time since the page was seen. Times in seconds.
+//! A questionnaire being answered. In: the participant's input from any device ([`FormInput`]), and the time in s. Out: the focus,
+//! missing answers, and finally each answer with its time since its page was shown, in s.
 //!
-//! A page is a row of **stops**: each question is one, each row of a matrix too, and the last is the button that goes on.
-//! One gesture moves the choice within a stop, one answers and goes to the next, one goes back: enough for two arrows,
-//! Enter and Backspace, and for a wheel with two buttons.
+//! A page is a sequence of **stops**: each question, each row of a matrix, and last the button to the next page. One gesture moves the
+//! choice within a stop, one answers and goes to the next stop, one goes back. Two arrow keys, Enter and Backspace are therefore enough,
+//! as is a wheel with two buttons.
 
 use super::{
     Questionnaire,
@@ -13,67 +13,66 @@ use super::{
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// What a participant does at a screen.
+/// Input of a participant at a screen.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FormInput {
-    /// Answer, confirm, go on.
+    /// Answer or confirm, and go to the next stop.
     Next,
-    /// One stop back; from the first to the page before.
+    /// One stop back; from the first stop to the previous page.
     Back,
-    /// Move the choice by so many places: right and down are positive.
+    /// Move the choice by this many places; right and down are positive.
     Turn(i32),
-    /// Go to a stop without answering; the stop after the last is the button that goes on.
+    /// Go to a stop without answering; the index after the last stop is the button to the next page.
     Focus(usize),
-    /// Take an option of a stop, as a mouse does.
+    /// Choose an option of a stop, as with a mouse.
     Pick {
-        /// Which stop.
+        /// Index of the stop.
         stop: usize,
-        /// Which option of it.
+        /// Index of the option.
         option: usize,
     },
-    /// A text stands in a stop now.
+    /// Set the text of a stop.
     Type {
-        /// Which stop.
+        /// Index of the stop.
         stop: usize,
-        /// The whole text.
+        /// Whole text, replacing the previous one.
         text: String,
     },
-    /// The page is done.
+    /// Go to the next page.
     PageOn,
-    /// The page before.
+    /// Go to the previous page.
     PageBack,
-    /// Hear the page once more.
+    /// Play the spoken page again.
     Again,
-    /// Mark this moment.
+    /// Mark this moment in the recording.
     Mark,
-    /// Ask for the end of the drive, or of the session.
+    /// Ask to end the drive or the session.
     Stop,
 }
 
-/// A question, or a row of one.
+/// Stop on a page: a question, or one row of a matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FormPosition<'a> {
-    /// The question.
+    /// Question of the stop.
     pub element: &'a QuestionElement,
-    /// Its row, of a matrix.
+    /// Row of a matrix; `None` for other questions.
     pub row: Option<&'a AnswerChoice>,
 }
 
 impl FormPosition<'_> {
-    /// Name of its answer in the data.
+    /// Returns the name of the answer in the data.
     pub fn name(&self) -> String {
         let names = self.element.answer_names();
         let place = self.row.and_then(|row| self.element.rows.iter().position(|other| std::ptr::eq(row, other)));
         names.into_iter().nth(place.unwrap_or(0)).unwrap_or_default()
     }
 
-    /// True if words are typed here.
+    /// Returns true if the participant types text here.
     pub fn is_typed(&self) -> bool {
         matches!(self.element.kind, ElementKind::Text | ElementKind::Comment)
     }
 
-    /// What can be chosen, as it stands in the data. A boolean's first option is yes; several of a list are chosen one by
-    /// one.
+    /// Returns the options as values in the data. Yes is the first option of a boolean; the options of a checkbox are chosen one by one.
     pub fn options(&self) -> Vec<Value> {
         let values = |choices: &[AnswerChoice]| choices.iter().map(|choice| choice.value.clone()).collect();
         match self.element.kind {
@@ -85,12 +84,13 @@ impl FormPosition<'_> {
         }
     }
 
-    /// Places at which a hand can stand: the options, and after those of a list of several the one that goes on.
+    /// Returns the number of cursor places: the options, and for a checkbox one more to continue.
     fn places(&self) -> usize {
         self.options().len() + usize::from(self.element.kind == ElementKind::Checkbox)
     }
 
-    /// Where the first move leads: a scale begins in its middle, so that neither end is nearer; a list at its end.
+    /// Returns the cursor place after the first move. A scale begins in its middle, so that neither end is nearer; a list begins at one
+    /// end.
     fn first_place(&self, by: i32) -> usize {
         let last = self.places().saturating_sub(1);
         match self.element.kind {
@@ -101,7 +101,7 @@ impl FormPosition<'_> {
     }
 }
 
-/// Whole numbers without a point, as people write them.
+/// Converts to a JSON number, without a decimal point if whole.
 fn number(value: f64) -> Value {
     if value.fract() == 0.0 { json!(value as i64) } else { json!(value) }
 }
@@ -113,16 +113,16 @@ fn equal(a: &Value, b: &Value) -> bool {
     }
 }
 
-/// A questionnaire that is being answered.
+/// State of a questionnaire that is being answered.
 #[derive(Clone, Debug)]
 pub struct QuestionnaireForm {
     questionnaire: Questionnaire,
-    /// Place of the page in the questionnaire.
+    /// Index of the page in the questionnaire.
     page: usize,
     focus: usize,
     cursor: Option<usize>,
     answers: Answers,
-    /// When each answer was given, seconds since its page was seen.
+    /// Time of each answer since its page was seen, s.
     times_s: BTreeMap<String, f64>,
     seen_s: f64,
     missing: Vec<String>,
@@ -130,7 +130,7 @@ pub struct QuestionnaireForm {
 }
 
 impl QuestionnaireForm {
-    /// Begins at the first page, which is seen from `now_s` on.
+    /// Begins at the first visible page, seen from `now_s` on.
     pub fn new(questionnaire: &Questionnaire, now_s: f64) -> Self {
         let mut form = Self {
             questionnaire: questionnaire.clone(),
@@ -150,8 +150,7 @@ impl QuestionnaireForm {
         form
     }
 
-    /// Goes on with a questionnaire of which this was answered before it was cut: at the first page on which something was
-    /// not. Times of what is answered now count from `now_s`.
+    /// Resumes an interrupted questionnaire at the first page with an unanswered question. Times of new answers count from `now_s`.
     pub fn resume(questionnaire: &Questionnaire, answered: &[TimedAnswer], now_s: f64) -> Self {
         let mut form = Self::new(questionnaire, now_s);
         for TimedAnswer { question, answer, time_s } in answered {
@@ -170,28 +169,28 @@ impl QuestionnaireForm {
         form
     }
 
-    /// The questionnaire's title.
+    /// Returns the title of the questionnaire.
     pub fn title(&self) -> &str {
         &self.questionnaire.title
     }
 
-    /// The page that is seen.
+    /// Returns the current page.
     pub fn page(&self) -> &QuestionnairePage {
         &self.questionnaire.pages[self.page]
     }
 
-    /// Its number from 0 among those that are to be seen with these answers, and how many they are.
+    /// Returns the index of the page among the pages visible with these answers, from 0, and the number of those pages.
     pub fn progress(&self) -> (usize, usize) {
         let visible = self.visible();
         (visible.iter().position(|page| *page == self.page).unwrap_or(0), visible.len())
     }
 
-    /// Everything on the page that is to be seen with these answers, html too.
+    /// Returns all elements of the page that are visible with these answers, including html.
     pub fn elements(&self) -> impl Iterator<Item = &QuestionElement> {
         self.page().visible_elements(&self.answers)
     }
 
-    /// The page's stops.
+    /// Returns the stops of the page.
     pub fn stops(&self) -> Vec<FormPosition<'_>> {
         let stops = self.elements().flat_map(|element| -> Vec<FormPosition<'_>> {
             match element.kind {
@@ -205,27 +204,27 @@ impl QuestionnaireForm {
         stops.collect()
     }
 
-    /// The stop at which the hand is; as many as there are stops means the button that goes on.
+    /// Returns the index of the focused stop; the number of stops stands for the button to the next page.
     pub fn focus(&self) -> usize {
         self.focus
     }
 
-    /// Place of the hand within the stop, not yet an answer; `None` before the first move.
+    /// Returns the cursor place within the stop, which is not yet an answer; `None` before the first move.
     pub fn cursor(&self) -> Option<usize> {
         self.cursor
     }
 
-    /// True if words are typed at the stop where the hand is.
+    /// Returns true if the participant types text at the focused stop.
     pub fn typing(&self) -> bool {
         self.stops().get(self.focus).is_some_and(FormPosition::is_typed)
     }
 
-    /// The answer of that name.
+    /// Returns the answer of this name.
     pub fn answer(&self, name: &str) -> Option<&Value> {
         self.answers.get(name)
     }
 
-    /// True if this option of a stop is an answer.
+    /// Returns true if this option of a stop is chosen.
     pub fn is_chosen(&self, stop: &FormPosition<'_>, option: &Value) -> bool {
         match self.answers.get(&stop.name()) {
             Some(Value::Array(list)) => list.iter().any(|one| equal(one, option)),
@@ -234,17 +233,17 @@ impl QuestionnaireForm {
         }
     }
 
-    /// True if that answer is missing and was asked for.
+    /// Returns true if this answer is marked as missing.
     pub fn is_missing(&self, name: &str) -> bool {
         self.missing.iter().any(|missing| missing == name)
     }
 
-    /// True when the last page is done.
+    /// Returns true when the last page is done.
     pub fn is_over(&self) -> bool {
         self.over
     }
 
-    /// What was answered, of the pages and questions that are to be seen with these answers, in their order.
+    /// Returns the answers to all pages and questions visible with these answers, in order.
     pub fn answered(&self) -> Vec<TimedAnswer> {
         let names = self
             .questionnaire
@@ -260,7 +259,7 @@ impl QuestionnaireForm {
             .collect()
     }
 
-    /// A hand does something at this time.
+    /// Applies an input at this time.
     pub fn take(&mut self, input: FormInput, now_s: f64) {
         if self.over {
             return;
@@ -291,7 +290,7 @@ impl QuestionnaireForm {
         }
     }
 
-    /// Pages that are to be seen, as places in the questionnaire.
+    /// Returns the indices of the visible pages in the questionnaire.
     fn visible(&self) -> Vec<usize> {
         let seen = |page: &QuestionnairePage| {
             self.questionnaire.visible_pages(&self.answers).any(|other| std::ptr::eq(page, other))
@@ -302,7 +301,7 @@ impl QuestionnaireForm {
     fn go_to(&mut self, stop: usize) {
         let stops = self.stops();
         let focus = stop.min(stops.len());
-        // Who comes back finds the choice where the answer is.
+        // On return to an answered stop, the cursor is on the answer.
         let at = stops.get(focus).and_then(|stop| {
             let several = stop.element.kind == ElementKind::Checkbox;
             stop.options().iter().position(|option| !several && self.is_chosen(stop, option))
@@ -327,7 +326,7 @@ impl QuestionnaireForm {
         self.cursor = Some(to);
     }
 
-    /// The gesture that answers.
+    /// Applies [`FormInput::Next`]: answers the focused stop and goes to the next one.
     fn next(&mut self, now_s: f64) {
         let stops = self.stops();
         let Some(stop) = stops.get(self.focus) else { return self.turn_on(now_s) };
@@ -338,7 +337,7 @@ impl QuestionnaireForm {
             Some(at) if kind == ElementKind::Checkbox => return self.choose(at, now_s),
             Some(at) => self.choose(at, now_s),
             None if kind == ElementKind::Checkbox && !required && !self.answers.contains_key(&name) => {
-                // Seen and passed by: none of them.
+                // Passed without a choice: the answer is an empty list.
                 self.give(name.clone(), Some(json!([])), now_s);
             }
             None => {}
@@ -352,7 +351,7 @@ impl QuestionnaireForm {
         self.go_to(self.focus + 1);
     }
 
-    /// Takes an option of the stop where the hand is; one of several is taken or given back.
+    /// Chooses an option of the focused stop; for a checkbox, toggles it.
     fn choose(&mut self, option: usize, now_s: f64) {
         let stops = self.stops();
         let Some(stop) = stops.get(self.focus) else { return };
@@ -382,7 +381,7 @@ impl QuestionnaireForm {
         }
     }
 
-    /// To the next page, if nothing is missing on this one.
+    /// Goes to the next page, or to the first missing answer of this one.
     fn turn_on(&mut self, now_s: f64) {
         self.missing = self.page().missing(&self.answers);
         if let Some(first) = self.missing.first() {

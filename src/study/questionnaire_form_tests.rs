@@ -1,4 +1,4 @@
-//! A form answered with wheel, keys and mouse; what is missing; branches; times.
+//! Tests of a form answered with wheel, keys and mouse; missing answers; branches; times.
 
 use super::*;
 
@@ -34,7 +34,7 @@ fn a_wheel_and_two_buttons_answer_every_kind_of_question() {
     form.take(FormInput::Next, 102.5);
     assert_eq!((form.answer("licence"), form.focus()), (Some(&json!(true)), 1));
     assert_eq!(names(&form), ["licence", "effort", "car"], "the answer brings a question to sight");
-    // The first move leads to the middle of the scale, the next ones count from there.
+    // The first move leads to the middle of the scale; later moves count from there.
     form.take(FormInput::Turn(1), 103.0);
     assert_eq!(form.cursor(), Some(10));
     form.take(FormInput::Turn(-3), 103.5);
@@ -51,7 +51,7 @@ fn a_wheel_and_two_buttons_answer_every_kind_of_question() {
         form.take(FormInput::Next, 108.0);
     }
     assert_eq!((form.answer("often.rain"), form.answer("often.night")), (Some(&json!("never")), Some(&json!("often"))));
-    // Of several each is taken and given back; the place after the last goes on.
+    // Options of a checkbox are toggled; the place after the last option continues.
     for input in [
         FormInput::Turn(1),
         FormInput::Next,
@@ -86,7 +86,7 @@ fn a_wheel_and_two_buttons_answer_every_kind_of_question() {
 }
 
 #[test]
-fn what_is_required_is_asked_for_where_it_stands_and_the_page_waits() {
+fn a_page_waits_for_required_answers_and_focuses_the_first_missing() {
     let mut form = form();
     form.take(FormInput::Next, 101.0);
     assert!(form.is_missing("licence") && form.focus() == 0, "a press without a choice is no answer");
@@ -94,7 +94,7 @@ fn what_is_required_is_asked_for_where_it_stands_and_the_page_waits() {
     assert_eq!((form.page().name.as_str(), form.focus()), ("one", 0));
     form.take(FormInput::Pick { stop: 0, option: 1 }, 102.0);
     assert!(!form.is_missing("licence") && form.answer("licence") == Some(&json!(false)));
-    // No licence: the second page is left out.
+    // Without a licence, the second page is left out.
     form.take(FormInput::PageOn, 103.0);
     assert_eq!((form.page().name.as_str(), form.progress()), ("three", (1, 2)));
     form.take(FormInput::Type { stop: 0, text: "  ".into() }, 104.0);
@@ -103,7 +103,7 @@ fn what_is_required_is_asked_for_where_it_stands_and_the_page_waits() {
 }
 
 #[test]
-fn going_back_keeps_answers_and_what_is_hidden_again_is_not_handed_in() {
+fn going_back_keeps_answers_and_hidden_ones_are_not_reported() {
     let mut form = form();
     form.take(FormInput::Pick { stop: 0, option: 0 }, 101.0);
     form.take(FormInput::Pick { stop: 2, option: 0 }, 102.0);
@@ -123,7 +123,7 @@ fn going_back_keeps_answers_and_what_is_hidden_again_is_not_handed_in() {
 }
 
 #[test]
-fn every_answer_of_every_shipped_questionnaire_is_one_that_its_kind_accepts() {
+fn shipped_questionnaires_yield_only_answers_that_their_kinds_accept() {
     for name in ["ssq", "raw-tlx", "acceptance", "driving-experience"] {
         let questionnaire = Questionnaire::find(name, std::path::Path::new(".")).unwrap();
         let mut form = QuestionnaireForm::new(&questionnaire, 0.0);
@@ -150,7 +150,7 @@ fn every_answer_of_every_shipped_questionnaire_is_one_that_its_kind_accepts() {
 }
 
 #[test]
-fn who_was_cut_off_goes_on_at_the_first_question_without_an_answer() {
+fn a_resumed_form_starts_at_the_first_question_without_an_answer() {
     let questionnaire = Questionnaire::parse(EVERY_KIND, "every.json").unwrap();
     let mut form = QuestionnaireForm::new(&questionnaire, 100.0);
     assert_eq!(QuestionnaireForm::resume(&questionnaire, &[], 100.0).answered(), form.answered());
@@ -174,7 +174,7 @@ fn who_was_cut_off_goes_on_at_the_first_question_without_an_answer() {
 }
 
 #[test]
-fn who_had_answered_all_stands_at_the_button_of_the_last_page() {
+fn a_fully_answered_form_resumes_at_the_button_of_the_last_page() {
     let questionnaire = Questionnaire::parse(EVERY_KIND, "every.json").unwrap();
     let answer = |question: &str, answer: Value| TimedAnswer { question: question.into(), answer, time_s: 1.0 };
     // Without a licence there is no second page.
@@ -192,7 +192,7 @@ fn who_had_answered_all_stands_at_the_button_of_the_last_page() {
 }
 
 #[test]
-fn several_of_a_list_are_taken_and_one_at_least_where_it_is_required() {
+fn a_checkbox_takes_several_options_and_needs_one_if_required() {
     let form = |required: bool| {
         let text = format!(
             r#"{{"title":"Uses","pages":[{{"elements":[{{"type":"checkbox","name":"uses","title":"?","isRequired":{required},"choices":["work","fun"]}}]}}]}}"#
@@ -209,7 +209,7 @@ fn several_of_a_list_are_taken_and_one_at_least_where_it_is_required() {
         free.take(FormInput::Pick { stop: 0, option }, 2.0);
     }
     assert_eq!(free.answer("uses"), Some(&json!([])), "none of them is an answer here");
-    // Passed by: none of them.
+    // Passed without a choice: an empty list.
     let mut passed = form(false);
     passed.take(FormInput::Turn(9), 1.0);
     passed.take(FormInput::Next, 1.0);
@@ -226,21 +226,21 @@ fn several_of_a_list_are_taken_and_one_at_least_where_it_is_required() {
 }
 
 #[test]
-fn a_hand_that_rests_moves_nothing() {
+fn a_turn_of_zero_moves_nothing() {
     let mut form = form();
     form.take(FormInput::Turn(0), 101.0);
     assert_eq!(form.cursor(), None);
     form.take(FormInput::Turn(1), 101.0);
     form.take(FormInput::Turn(0), 101.0);
     assert_eq!(form.cursor(), Some(0));
-    // Backwards a list begins at its end.
+    // A first move backwards starts at the end of a list.
     let mut back = self::form();
     back.take(FormInput::Turn(-1), 101.0);
     assert_eq!(back.cursor(), Some(1));
 }
 
 #[test]
-fn who_types_at_another_question_is_there() {
+fn typing_moves_the_focus_to_that_question() {
     let mut form = form();
     form.take(FormInput::Pick { stop: 0, option: 1 }, 101.0);
     form.take(FormInput::PageOn, 102.0);
@@ -251,7 +251,7 @@ fn who_types_at_another_question_is_there() {
     assert_eq!((form.focus(), form.answer("more"), form.answered()[1].time_s), (1, Some(&json!("more")), 2.5));
     form.take(FormInput::Type { stop: 1, text: String::new() }, 105.0);
     assert_eq!((form.answer("more"), form.answered().len()), (None, 1), "what is rubbed out is no answer");
-    // Nothing is typed where something is chosen, or nothing asked.
+    // Typing is ignored at a stop with options and beyond the last stop.
     form.take(FormInput::PageBack, 106.0);
     for stop in [0, 9] {
         form.take(FormInput::Type { stop, text: "yes".into() }, 107.0);
@@ -260,10 +260,10 @@ fn who_types_at_another_question_is_there() {
 }
 
 #[test]
-fn who_comes_back_to_a_scale_finds_the_hand_at_the_number_that_was_given() {
+fn returning_to_a_scale_puts_the_cursor_on_the_given_answer() {
     let mut form = form();
     form.take(FormInput::Pick { stop: 0, option: 1 }, 101.0);
-    // 35 of 0 to 100 by 5 is the eighth.
+    // 35 on a scale of 0 to 100 in steps of 5 is the eighth option.
     form.take(FormInput::Pick { stop: 1, option: 7 }, 102.0);
     assert_eq!(form.answer("effort"), Some(&json!(35)));
     form.take(FormInput::Focus(0), 103.0);
@@ -276,7 +276,7 @@ fn who_comes_back_to_a_scale_finds_the_hand_at_the_number_that_was_given() {
 }
 
 #[test]
-fn turning_moves_nothing_where_words_are_typed_or_at_the_button() {
+fn turning_moves_nothing_at_a_text_field_or_the_button() {
     let mut form = form();
     form.take(FormInput::Pick { stop: 0, option: 1 }, 101.0);
     form.take(FormInput::PageOn, 102.0);
@@ -291,7 +291,7 @@ fn turning_moves_nothing_where_words_are_typed_or_at_the_button() {
 }
 
 #[test]
-fn of_several_that_are_missing_the_first_is_gone_to_and_each_is_missing_until_it_is_given() {
+fn missing_answers_stay_marked_and_the_first_gets_the_focus() {
     let mut form = form();
     form.take(FormInput::Pick { stop: 0, option: 0 }, 101.0);
     form.take(FormInput::PageOn, 102.0);
@@ -303,14 +303,14 @@ fn of_several_that_are_missing_the_first_is_gone_to_and_each_is_missing_until_it
     assert_eq!(missing(&form), [true, false]);
     form.take(FormInput::Pick { stop: 0, option: 0 }, 105.0);
     assert_eq!(missing(&form), [false, false]);
-    // Only the second of a page is missing.
+    // Only the second answer of a page is missing.
     let mut second = self::form();
     second.take(FormInput::Pick { stop: 0, option: 0 }, 101.0);
     second.take(FormInput::PageOn, 102.0);
     second.take(FormInput::Pick { stop: 0, option: 0 }, 103.0);
     second.take(FormInput::PageOn, 103.0);
     assert_eq!((second.page().name.as_str(), second.focus(), missing(&second)), ("two", 1, [false, true]));
-    // Back from the last page is the one before it, not the first.
+    // Back from the last page leads to the page before it, not to the first.
     form.take(FormInput::PageOn, 106.0);
     assert_eq!(form.page().name, "three");
     form.take(FormInput::PageBack, 107.0);

@@ -1,11 +1,10 @@
-//! Questionnaires: a strict subset of SurveyJS JSON. In: a file, or one that is shipped (`assets/questionnaires/`); answers.
-//! Out: which questions are to be seen, what is still missing, scores.
+//! Questionnaires: a strict subset of SurveyJS JSON. In: a file, or a shipped questionnaire (`assets/questionnaires/`); answers. Out:
+//! visible questions, missing answers, scores.
 //!
-//! Elements: `radiogroup`, `checkbox`, `rating`, `boolean`, `matrix`, `text`, `comment`, `html`. Of each: `name`, `title`,
-//! `description`, `isRequired`, `visibleIf`, `choices`, `rateMin`, `rateMax`, `rateStep`, `minRateDescription`,
-//! `maxRateDescription`, `columns`, `rows`, `html`. `visibleIf` compares `{name}` with a word or number by `=`, `<>`, `<`,
-//! `<=`, `>`, `>=` or `contains`, joined by `and` or `or` (`and` binds stronger). One thing is our own: `scores`, sums and
-//! means of answers with a weight.
+//! Elements: `radiogroup`, `checkbox`, `rating`, `boolean`, `matrix`, `text`, `comment`, `html`. Their keys: `name`, `title`,
+//! `description`, `isRequired`, `visibleIf`, `choices`, `rateMin`, `rateMax`, `rateStep`, `minRateDescription`, `maxRateDescription`,
+//! `columns`, `rows`, `html`. `visibleIf` compares `{name}` with a word or number by `=`, `<>`, `<`, `<=`, `>`, `>=` or `contains`,
+//! joined by `and` or `or` (`and` binds stronger). One key is an extension: `scores`, weighted sums and means of answers.
 
 pub use super::scores::{ScoreDefinition, ScoreMethod};
 
@@ -22,88 +21,88 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Answers by the name of the question; of a matrix by `name.row`.
+/// Answers by name of the question; by `name.row` for a matrix.
 pub type Answers = BTreeMap<String, Value>;
 
-/// A questionnaire.
+/// Questionnaire with its scores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Questionnaire {
-    /// Shown above.
+    /// Title, shown above the questions.
     pub title: String,
-    /// Where it is from: source and licence, for the data set.
+    /// Source and licence, for the data set.
     #[serde(default)]
     pub description: String,
-    /// One page after the other.
+    /// Pages in the order of presentation.
     pub pages: Vec<QuestionnairePage>,
-    /// Figures that are computed from the answers.
+    /// Scores computed from the answers.
     #[serde(default)]
     pub scores: Vec<ScoreDefinition>,
 }
 
-/// What is on the screen at once.
+/// Page: the elements shown together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "camelCase")]
 pub struct QuestionnairePage {
-    /// Its name.
+    /// Name of the page, an identifier.
     #[serde(default)]
     pub name: String,
-    /// Shown above.
+    /// Title, shown above the page.
     #[serde(default)]
     pub title: String,
-    /// Shown only if this holds.
+    /// Condition under which the page is shown.
     #[serde(default)]
     pub visible_if: Option<VisibilityCondition>,
-    /// Questions.
+    /// Questions and texts of the page.
     pub elements: Vec<QuestionElement>,
 }
 
-/// A question.
+/// Question, or a text between questions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "camelCase")]
 pub struct QuestionElement {
-    /// Kind.
+    /// Kind of the question.
     #[serde(rename = "type")]
     pub kind: ElementKind,
     /// Name in the data.
     pub name: String,
-    /// The question.
+    /// Text of the question.
     #[serde(default)]
     pub title: String,
-    /// What explains it.
+    /// Explanation of the question.
     #[serde(default)]
     pub description: String,
-    /// Must be answered.
+    /// True if the question must be answered.
     #[serde(default)]
     pub is_required: bool,
-    /// Shown only if this holds.
+    /// Condition under which the question is shown.
     #[serde(default)]
     pub visible_if: Option<VisibilityCondition>,
-    /// Words to choose from (radiogroup, checkbox).
+    /// Options to choose from (radiogroup, checkbox).
     #[serde(default)]
     pub choices: Vec<AnswerChoice>,
-    /// Ends and step of a rating.
+    /// Lowest value of a rating.
     #[serde(default = "one")]
     pub rate_min: f64,
-    /// Largest.
+    /// Highest value of a rating.
     #[serde(default = "five")]
     pub rate_max: f64,
-    /// Step.
+    /// Step between the values of a rating.
     #[serde(default = "one")]
     pub rate_step: f64,
-    /// Word at its lower end.
+    /// Label of the lowest value of a rating.
     #[serde(default)]
     pub min_rate_description: String,
-    /// Word at its upper end.
+    /// Label of the highest value of a rating.
     #[serde(default)]
     pub max_rate_description: String,
-    /// Answers of a matrix.
+    /// Options of a matrix, the same for each row.
     #[serde(default)]
     pub columns: Vec<AnswerChoice>,
-    /// Questions of a matrix.
+    /// Questions of a matrix, one per row.
     #[serde(default)]
     pub rows: Vec<AnswerChoice>,
-    /// Text of an html element: shown as it is, without tags.
+    /// Text of an html element, shown verbatim and without tags.
     #[serde(default)]
     pub html: String,
 }
@@ -116,39 +115,39 @@ fn five() -> f64 {
     5.0
 }
 
-/// Kinds of questions.
+/// Kind of a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ElementKind {
-    /// One of several.
+    /// One of several options.
     Radiogroup,
-    /// Any of several.
+    /// Any number of several options.
     Checkbox,
     /// A number on a scale.
     Rating,
-    /// Yes or no.
+    /// Yes or no, stored as a boolean.
     Boolean,
-    /// One of several for each row.
+    /// One of several options for each row.
     Matrix,
-    /// A line.
+    /// One line of text.
     Text,
-    /// Several lines.
+    /// Several lines of text.
     Comment,
-    /// Nothing is asked.
+    /// A text without a question.
     Html,
 }
 
-/// A word to choose, and what is written for it in the data.
+/// Option to choose, with its value in the data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AnswerChoice {
-    /// In the data.
+    /// Value in the data.
     pub value: Value,
-    /// On the screen.
+    /// Text on the screen.
     pub text: String,
 }
 
 impl<'de> Deserialize<'de> for AnswerChoice {
-    /// A word, a number, or both as `{ "value": 3, "text": "severe" }`.
+    /// Accepts a word, a number, or both as `{ "value": 3, "text": "severe" }`.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -171,11 +170,11 @@ impl<'de> Deserialize<'de> for AnswerChoice {
     }
 }
 
-/// `{name} = 'word' and {other} > 3`.
+/// Condition on answers: `{name} = 'word' and {other} > 3`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VisibilityCondition {
     text: String,
-    /// Any of these, each of which is all of its parts.
+    /// Alternatives, each a list of comparisons that must all hold.
     any: Vec<Vec<AnswerComparison>>,
 }
 
@@ -218,21 +217,21 @@ fn comparison(text: &str) -> Result<AnswerComparison, QuestionFault> {
 }
 
 impl VisibilityCondition {
-    /// From its text.
+    /// Parses the text of a condition.
     ///
     /// # Errors
-    /// A part of it is no comparison.
+    /// A part of the text is not a comparison.
     pub fn parse(text: &str) -> Result<Self, QuestionFault> {
         let any = text.split(" or ").map(|all| all.split(" and ").map(comparison).collect());
         Ok(Self { text: text.into(), any: any.collect::<Result<_, _>>()? })
     }
 
-    /// True if it holds; what is not answered equals nothing.
+    /// Returns true if the condition holds. A missing answer satisfies only `<>`.
     pub fn holds(&self, answers: &Answers) -> bool {
         self.any.iter().any(|all| all.iter().all(|one| one.holds(answers)))
     }
 
-    /// Names of the questions that it asks for.
+    /// Returns the names of the questions in the condition.
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
         self.any.iter().flatten().map(|one| one.name.as_str())
     }
@@ -259,7 +258,7 @@ impl AnswerComparison {
 }
 
 impl QuestionElement {
-    /// Names under which its answers stand in the data.
+    /// Returns the names of the question's answers in the data.
     pub fn answer_names(&self) -> Vec<String> {
         match self.kind {
             ElementKind::Html => Vec::new(),
@@ -268,13 +267,13 @@ impl QuestionElement {
         }
     }
 
-    /// The numbers of a rating, lowest first.
+    /// Returns the values of a rating, lowest first.
     pub fn rates(&self) -> Vec<f64> {
         let n = ((self.rate_max - self.rate_min) / self.rate_step).round() as usize;
         (0..=n).map(|i| self.rate_min + self.rate_step * i as f64).collect()
     }
 
-    /// Whether this is an answer that its kind allows.
+    /// Checks whether the kind of question allows this answer.
     pub fn accepts(&self, answer: &Value) -> bool {
         let one_of = |choices: &[AnswerChoice], value: &Value| choices.iter().any(|choice| choice.value == *value);
         match self.kind {
@@ -309,19 +308,19 @@ impl QuestionElement {
     }
 }
 
-/// A value as a part of a name.
+/// Converts a value to a part of a name.
 fn word(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
-/// Folder of those that are shipped, below the project's root.
+/// Folder of the shipped questionnaires, below the project's root.
 const SHIPPED: &str = "assets/questionnaires";
 
 impl Questionnaire {
-    /// By a file's name beside the study, or by the word of one that is shipped.
+    /// Loads a questionnaire by its file name beside the study, or by the name of a shipped one.
     ///
     /// # Errors
-    /// There is none, or it has a mistake; both with place and remedy.
+    /// The questionnaire does not exist or has an error; the message says where, and what to do.
     pub fn find(name: &str, beside: &Path) -> Result<Self, StudyError> {
         let own = beside.join(name);
         let shipped = data_folders::root().join(SHIPPED);
@@ -344,10 +343,10 @@ impl Questionnaire {
         Self::parse(&text, &path.display().to_string())
     }
 
-    /// From JSON text; `name` is what messages call it.
+    /// Parses JSON text; `name` is the file's name in messages.
     ///
     /// # Errors
-    /// What is wrong, with line and column where the JSON itself is at fault.
+    /// The text is not a valid questionnaire; the message has line and column if the JSON itself is at fault.
     pub fn parse(text: &str, name: &str) -> Result<Self, StudyError> {
         let found: Self = serde_json::from_str(text).map_err(|e| {
             let message = e.to_string();
@@ -381,12 +380,12 @@ impl Questionnaire {
         self.check_scores()
     }
 
-    /// Names of all answers, in order.
+    /// Returns the names of all answers, in order.
     pub fn answer_names(&self) -> Vec<String> {
         self.pages.iter().flat_map(|page| &page.elements).flat_map(QuestionElement::answer_names).collect()
     }
 
-    /// True if it has a yes-or-no question of this name that everybody is asked and has to answer.
+    /// Returns true if there is a boolean question of this name that is required and always visible.
     pub(super) fn asks_agreement(&self, name: &str) -> bool {
         let pages = self.pages.iter().filter(|page| page.visible_if.is_none());
         pages.flat_map(|page| &page.elements).any(|element| {
@@ -397,7 +396,7 @@ impl Questionnaire {
         })
     }
 
-    /// Pages that are to be seen with these answers.
+    /// Returns the pages visible with these answers.
     pub fn visible_pages<'a>(&'a self, answers: &'a Answers) -> impl Iterator<Item = &'a QuestionnairePage> {
         self.pages.iter().filter(move |page| {
             page.visible_if.as_ref().is_none_or(|c| c.holds(answers)) && page.visible_elements(answers).next().is_some()
@@ -406,12 +405,12 @@ impl Questionnaire {
 }
 
 impl QuestionnairePage {
-    /// Questions of it that are to be seen with these answers.
+    /// Returns the page's elements visible with these answers.
     pub fn visible_elements<'a>(&'a self, answers: &'a Answers) -> impl Iterator<Item = &'a QuestionElement> {
         self.elements.iter().filter(move |e| e.visible_if.as_ref().is_none_or(|condition| condition.holds(answers)))
     }
 
-    /// Names of required answers that are missing.
+    /// Returns the names of required answers that are missing.
     pub fn missing(&self, answers: &Answers) -> Vec<String> {
         self.visible_elements(answers)
             .filter(|element| element.is_required)
@@ -421,7 +420,7 @@ impl QuestionnairePage {
     }
 }
 
-/// Names of the questionnaires in a folder, sorted.
+/// Returns the names of the questionnaires in a folder, sorted.
 fn words(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let files =

@@ -1,9 +1,9 @@
-//! Questions one by one: what is an answer, what a scale has, what is refused, what is to be seen.
+//! Tests of single questions: accepted answers, scales, refused definitions, visibility.
 
 use super::*;
 use serde_json::json;
 
-/// A question with these keys.
+/// Parses a question with these keys.
 fn element(keys: &str) -> QuestionElement {
     serde_json::from_str(&format!(r#"{{ "name": "q", {keys} }}"#)).unwrap_or_else(|e| panic!("{keys}: {e}"))
 }
@@ -45,7 +45,7 @@ fn each_kind_accepts_its_own_answers_alone() {
 }
 
 #[test]
-fn a_scale_goes_from_end_to_end_in_its_steps_and_from_1_to_5_if_nothing_is_said() {
+fn a_scale_has_its_steps_and_goes_from_1_to_5_by_default() {
     assert_eq!(element(r#""type": "rating""#).rates(), [1.0, 2.0, 3.0, 4.0, 5.0]);
     let rates = element(r#""type": "rating", "rateMin": -1, "rateMax": 0.5, "rateStep": 0.5"#).rates();
     assert_eq!(rates, [-1.0, -0.5, 0.0, 0.5]);
@@ -66,7 +66,7 @@ fn a_scale_goes_from_end_to_end_in_its_steps_and_from_1_to_5_if_nothing_is_said(
 }
 
 #[test]
-fn lists_that_have_nothing_to_choose_are_refused() {
+fn questions_without_choices_are_refused() {
     for (keys, has) in [
         (r#""type": "radiogroup""#, "no choices"),
         (r#""type": "checkbox""#, "no choices"),
@@ -116,7 +116,7 @@ fn answers(list: &[(&str, Value)]) -> Answers {
 }
 
 #[test]
-fn a_page_is_seen_if_its_condition_holds_and_there_is_something_on_it() {
+fn a_page_is_visible_if_its_condition_holds_and_it_has_elements() {
     let q = Questionnaire::parse(TWO_PAGES, "two.json").unwrap();
     let seen = |list: &[(&str, Value)]| -> Vec<String> {
         let answers = answers(list);
@@ -126,7 +126,7 @@ fn a_page_is_seen_if_its_condition_holds_and_there_is_something_on_it() {
     assert_eq!(seen(&[("a", json!(true))]), ["one", "two"]);
     assert_eq!(seen(&[("a", json!(false)), ("b", json!(3))]), ["one"]);
     assert_eq!(seen(&[("a", json!(true)), ("b", json!(4))]), ["one", "two", "three"]);
-    // What was asked for and is not there, of what is to be seen.
+    // Missing required answers, of visible questions only.
     assert_eq!(q.pages[0].missing(&answers(&[])), ["a"]);
     assert_eq!(q.pages[0].missing(&answers(&[("a", json!(false))])), Vec::<String>::new());
     assert_eq!(q.pages[2].missing(&answers(&[("b", json!(3))])), Vec::<String>::new());
@@ -134,7 +134,7 @@ fn a_page_is_seen_if_its_condition_holds_and_there_is_something_on_it() {
 }
 
 #[test]
-fn a_score_is_a_weighted_sum_or_mean_where_yes_is_one_and_empty_while_an_answer_is_missing() {
+fn a_score_is_a_weighted_sum_or_mean_and_empty_without_an_answer() {
     let q = Questionnaire::parse(TWO_PAGES, "two.json").unwrap();
     let scores =
         |list: &[(&str, Value)]| q.scores(&answers(list)).into_iter().map(|(_, score)| score).collect::<Vec<_>>();
@@ -145,7 +145,7 @@ fn a_score_is_a_weighted_sum_or_mean_where_yes_is_one_and_empty_while_an_answer_
 }
 
 #[test]
-fn a_condition_may_ask_for_what_stands_before_or_beside_it_alone() {
+fn a_condition_may_use_only_earlier_or_same_page_questions() {
     let with = |first: &str, second: &str| {
         let text = format!(
             r#"{{ "title": "T", "pages": [ {{ "elements": [ {{ "type": "boolean", "name": "a" {first} }} ] }},
@@ -161,7 +161,7 @@ fn a_condition_may_ask_for_what_stands_before_or_beside_it_alone() {
 }
 
 #[test]
-fn questionnaires_that_are_shipped_are_listed_in_order() {
+fn shipped_questionnaires_are_listed_in_order() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["b.json", "a.json", "notes.txt", "c.json.new"] {
         std::fs::write(folder.path().join(name), "").unwrap();

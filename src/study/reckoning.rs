@@ -1,28 +1,28 @@
-//! How long a person is reckoned to take for pages and questionnaires. In: what they read and answer. Out: seconds, for the printed
-//! plan and the experimenter's clock; nothing is driven or analysed by them.
+//! Expected durations of pages and questionnaires. In: texts and questions. Out: seconds, for the printed plan and the experimenter's
+//! clock only; drives and analysis do not use them.
 //!
-//! Reading goes at 238 words a minute (Brysbaert 2019, silent reading of English). To judge and to answer takes 4 s a question, a row of
-//! a matrix being one: this project's number, by nobody measured with this program; a data set has the true times (`response_time`).
+//! Reading speed is 238 words per minute (Brysbaert 2019, silent reading of English). Each answer takes 4 s, with one answer per matrix
+//! row. The 4 s are this project's assumption, not a measurement; a data set has the true times (`response_time`).
 
 use super::questions::{AnswerChoice, QuestionElement, Questionnaire};
 
 const WORDS_PER_MIN: f64 = 238.0;
 const ANSWER_S: f64 = 4.0;
-/// To see that there is a page, and to go on.
+/// Time to notice a new page and to continue, s.
 const PAGE_S: f64 = 3.0;
 
-/// How long a page is read, seconds; nothing without words.
+/// Returns the expected reading time of a page, s; 0 for a page without text.
 pub(super) fn page_s(text: &str) -> f64 {
     if text.trim().is_empty() { 0.0 } else { PAGE_S + reading_s(text) }
 }
 
 fn reading_s(text: &str) -> f64 {
-    // A number sign or a bullet is no word.
+    // A number sign or a bullet is not a word.
     let words = text.split_whitespace().filter(|word| word.contains(char::is_alphanumeric)).count();
     words as f64 * 60.0 / WORDS_PER_MIN
 }
 
-/// How long a questionnaire takes, seconds: all of its pages, also those that some never see.
+/// Returns the expected duration of a questionnaire, s, counting all pages, even those that some participants do not see.
 pub(super) fn questionnaire_s(questionnaire: &Questionnaire) -> f64 {
     let page = |title: &str, elements: &[QuestionElement]| {
         PAGE_S + reading_s(title) + elements.iter().map(element_s).sum::<f64>()
@@ -45,15 +45,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_is_read_at_238_words_a_minute_and_a_question_answered_in_four_seconds() {
-        // 238 words are a minute, and the page is turned.
+    fn pages_are_read_at_238_words_a_minute_and_answers_take_4_s() {
+        // 238 words take a minute, plus 3 s for the page.
         assert!((page_s(&"word ".repeat(238)) - 63.0).abs() < 1e-9);
         assert_eq!((page_s(" \n"), page_s("# * -")), (0.0, 3.0), "marks are no words");
         let text = r#"{ "title": "t", "pages": [{ "name": "p", "title": "How are you?", "elements": [
             { "type": "matrix", "name": "m", "title": "Now", "columns": ["None", "Some"], "rows": ["Ache", "Sweat"] },
             { "type": "rating", "name": "r", "title": "Hard?", "rateMin": 0, "rateMax": 10, "minRateDescription": "not at all" }] }] }"#;
         let questionnaire = Questionnaire::parse(text, "t.json").unwrap();
-        // Words by hand: 3 on the page, 1 + 2 + 2 of the matrix, 1 + 3 of the rating; three answers; one page.
+        // Words counted by hand: 3 on the page, 1 + 2 + 2 of the matrix, 1 + 3 of the rating; three answers; one page.
         let expected = 12.0 * 60.0 / 238.0 + 3.0 * 4.0 + 3.0;
         assert!((questionnaire_s(&questionnaire) - expected).abs() < 1e-9, "{}", questionnaire_s(&questionnaire));
     }

@@ -1,10 +1,11 @@
-//! The list of a participant's files, `sub-CODE_scans.tsv`: drives and answers, with their conditions and when each was begun. In: what
-//! was done. Out: rows with dates that are shifted by a number of days of the participant's own.
+//! The list of a participant's files, `sub-CODE_scans.tsv`: drives and answers, with their conditions and start times. In: completed
+//! items. Out: rows with dates shifted by a number of days of the participant's own.
 //!
-//! Dates of sessions tell who was where on which day, so the tables have others, as BIDS advises: all times of a participant are moved
-//! by the same whole number of days, drawn once, to the years 1902 to 1920. Intervals stay as they were to the second, and so does the
-//! time of day, on which drowsiness depends. The number of days lies with the raw data, whose log has the true times anyway: whoever is
-//! given the tables alone cannot undo it, a new publication has the same dates, and erasing the participant takes it away.
+//! Session dates reveal where a person was on which day, so the tables have shifted dates, as BIDS advises. All times of a participant
+//! are moved by the same whole number of days, drawn once, to the years 1902 to 1920. Intervals keep their length to the second. The time
+//! of day, on which drowsiness depends, also stays. The number of days lies with the raw data, whose log has the true times. A reader of
+//! the tables alone therefore cannot undo the shift, a new publication has the same dates, and erasing the participant removes the
+//! number.
 
 use super::{
     PlannedItem, SessionError, Study, answer_tables,
@@ -26,13 +27,13 @@ use std::{
     path::Path,
 };
 
-/// The file with the shift, beside the session's.
+/// File with the shift, beside the session file.
 pub(super) const SHIFT_FILE: &str = "date-shift.json";
 
-/// Columns that a drive's place in the plan gives.
+/// Columns that follow from a drive's place in the plan.
 pub(super) const OF_DRIVE: [&str; 5] = ["segment", "place", "condition", "seed", "baseline"];
 
-/// By how many days a participant's dates are moved.
+/// Number of days by which a participant's dates are moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DateShift {
@@ -40,8 +41,8 @@ pub(super) struct DateShift {
 }
 
 impl DateShift {
-    /// The shift of the participant whose raw data are in `folder`: as it was drawn once, or drawn now and kept. `None` while no time
-    /// is known.
+    /// Returns the shift of the participant whose raw data are in `folder`: the stored one, or one that is drawn now and stored. `None`
+    /// while the log has no time.
     ///
     /// # Errors
     /// The file cannot be read or written.
@@ -67,19 +68,19 @@ impl DateShift {
         Ok(Some(shift))
     }
 
-    /// A shift that moves `first` to a day of the years 1902 to 1920, each equally likely by `random`. BIDS marks dates as shifted by
-    /// years up to 1925: a session that goes on years later stays below. Programs that count seconds in 32 bits begin in 1901.
+    /// Returns a shift that moves `first` to a day of the years 1902 to 1920, each equally likely by `random`. BIDS marks shifted dates
+    /// by years up to 1925, and a session that continues years later stays below. Programs that count seconds in 32 bits begin in 1901.
     fn drawn(first: Timestamp, random: u64) -> Option<Self> {
         let (begin, end) = (date(1902, 1, 1), date(1921, 1, 1));
         let days = |until: jiff::civil::Date| begin.until(until).map(|span| i64::from(span.get_days()));
         let count = days(end).ok()?;
-        // Of 6940 days none is more likely than another by more than one part in 10^15.
+        // The modulo bias over 6940 days is below one part in 10^15.
         let day = i64::try_from(random % u64::try_from(count).ok()?).ok()?;
         let now = days(first.to_zoned(TimeZone::UTC).date()).ok()?;
         Some(Self { days: day - now })
     }
 
-    /// A time, UTC, on its other day; empty for what is no time.
+    /// Returns a time, UTC, on its shifted day; empty if `at` is not a time.
     pub fn shifted(self, at: &str) -> String {
         let moved =
             at.parse::<Timestamp>().ok().and_then(|at| at.checked_add(SignedDuration::from_hours(24 * self.days)).ok());
@@ -89,29 +90,29 @@ impl DateShift {
 
 /// A file of a participant.
 pub(super) struct ScannedFile<'a> {
-    /// Its name from the participant's folder.
+    /// Name relative to the participant's folder.
     pub name: String,
-    /// When it was begun, UTC.
+    /// Time at which the file was begun, UTC.
     pub began: &'a str,
-    /// The item of the plan that it is of.
+    /// Item of the plan that the file belongs to.
     pub planned: &'a PlannedItem,
-    /// Of a drive.
+    /// Data of a drive; `None` for answers.
     pub drive: Option<ScannedDrive<'a>>,
 }
 
-/// What is known of a drive alone.
+/// Columns that only a drive has.
 pub(super) struct ScannedDrive<'a> {
     /// Level of each factor.
     pub levels: &'a BTreeMap<String, String>,
-    /// Seed of everything random.
+    /// Seed of all random streams of the drive.
     pub seed: u64,
-    /// Folder of the recording, from the top of the data set.
+    /// Folder of the recording, relative to the data set.
     pub recording: String,
-    /// Folder of the baseline; empty where there is none.
+    /// Folder of the baseline; empty if there is none.
     pub baseline: String,
 }
 
-/// A row.
+/// Returns the row of a file.
 pub(super) fn row(study: &Study, file: ScannedFile<'_>, shift: Option<DateShift>) -> Vec<String> {
     let planned = file.planned;
     let at = shift.map_or(String::new(), |shift| shift.shifted(file.began));
@@ -124,7 +125,7 @@ pub(super) fn row(study: &Study, file: ScannedFile<'_>, shift: Option<DateShift>
     row
 }
 
-/// The table without rows.
+/// Returns the table without rows.
 pub(super) fn table(study: &Study) -> TsvTable {
     let mut columns = vec![
         TsvColumn::new("filename", "motion of a drive, or answers", ""),

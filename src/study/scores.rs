@@ -1,4 +1,4 @@
-//! Scores of questionnaires. In: definitions from a questionnaire's file, answers. Out: figures; none while an answer is missing.
+//! Scores of questionnaires. In: definitions from a questionnaire's file, answers. Out: numbers; none while an answer is missing.
 
 use super::{
     question_fault::QuestionFault,
@@ -7,27 +7,27 @@ use super::{
 use crate::toml_text;
 use serde::{Deserialize, Serialize};
 
-/// A figure computed from answers: `weight` times the sum, mean or weighted mean of the answers to `of`, and `offset` added; empty
-/// while one is missing.
+/// Score computed from answers: `weight` times the sum, mean or weighted mean of the answers to `of`, plus `offset`. Missing while one of
+/// the answers is missing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScoreDefinition {
-    /// Its name in the data.
+    /// Name of the score in the data.
     pub name: String,
-    /// Sum, mean or weighted.
+    /// Sum, mean or weighted mean.
     pub method: ScoreMethod,
-    /// Names of questions, `name.row` for those of a matrix.
+    /// Names of questions; `name.row` for a row of a matrix.
     pub of: Vec<String>,
-    /// Those of `of` whose scale runs the other way: they count as its lowest plus its highest point less the answer.
+    /// Reverse-scored items of `of`: each counts as the scale's lowest plus highest point minus the answer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turned: Vec<String>,
-    /// Questions whose answers are names of questions in `of` (weighted): each counts once for the one that it names.
+    /// Questions whose answers are names of questions in `of` (weighted only): each answer adds one to the weight of that question.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by: Vec<String>,
-    /// Factor.
+    /// Factor of the sum or mean.
     #[serde(default = "one")]
     pub weight: f64,
-    /// What is added last.
+    /// Constant that is added last.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub offset: f64,
 }
@@ -37,21 +37,21 @@ fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
-/// How answers make a score.
+/// Method that combines the answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ScoreMethod {
-    /// All added.
+    /// Sum of the answers.
     Sum,
-    /// All added, over how many they are.
+    /// Mean of the answers.
     Mean,
-    /// Each times how often the answers to `by` name it, all added, over how many questions `by` has: a mean with the participant's own
-    /// weights.
+    /// Mean weighted by the participant: each answer times the number of `by` answers that name its question, summed, divided by the
+    /// number of questions in `by`.
     Weighted,
 }
 
 impl ScoreDefinition {
-    /// How it is computed, in words.
+    /// Describes the computation, for a sidecar.
     pub fn words(&self) -> String {
         let how = match self.method {
             ScoreMethod::Sum => "sum",
@@ -73,7 +73,7 @@ impl ScoreDefinition {
 }
 
 impl Questionnaire {
-    /// Whether every score can be computed.
+    /// Checks that every score can be computed.
     pub(super) fn check_scores(&self) -> Result<(), QuestionFault> {
         let answers = self.answer_names();
         for score in &self.scores {
@@ -92,7 +92,7 @@ impl Questionnaire {
         Ok(())
     }
 
-    /// The lowest and the highest point of the scale of an answer; `None` if it has no numbers.
+    /// Returns the lowest and highest point of an answer's scale; `None` if the scale has no numbers.
     fn ends(&self, name: &str) -> Option<[f64; 2]> {
         let mut elements = self.pages.iter().flat_map(|page| &page.elements);
         let element = elements.find(|element| element.answer_names().iter().any(|answer| answer == name))?;
@@ -107,7 +107,7 @@ impl Questionnaire {
         }
     }
 
-    /// Figures from these answers; `None` while an answer is missing or no number.
+    /// Returns the scores of these answers by name; `None` while an answer is missing or not a number.
     pub fn scores(&self, answers: &Answers) -> Vec<(String, Option<f64>)> {
         self.scores.iter().map(|score| (score.name.clone(), self.score(score, answers))).collect()
     }

@@ -1,5 +1,5 @@
-//! One segment of a study's file. In: TOML tables. Out: a [`StudySegment`] whose keys fit its kind and their limits, or the key at
-//! fault and a message. What questionnaires and drives it names is checked where they are read (`file`, `conditions`).
+//! One segment of a study file. In: TOML tables. Out: a [`StudySegment`] with keys that fit its kind and values within their limits, or
+//! the key at fault and a message. The questionnaires and drives that it names are checked elsewhere (`file`, `conditions`).
 
 use super::{
     file::{SettingChanges, check_word},
@@ -11,83 +11,83 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The questionnaire of a consent where its segment names no other.
+/// Questionnaire of a consent segment that names no other.
 pub const CONSENT: &str = "consent";
 
-/// Kinds of segments.
+/// Kind of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SegmentKind {
     /// A page to read.
     Text,
-    /// What the participant must agree to; who declines is thanked, and the session ends.
+    /// Consent of the participant. If they decline, the session ends with a text of thanks.
     Consent,
-    /// A drive that is the same for everyone: familiarisation, a baseline.
+    /// A drive that is the same for every participant: familiarisation, a baseline.
     Drive,
-    /// A trial for each condition, in the participant's own order.
+    /// One trial per condition, in the participant's own order.
     Trials,
-    /// A questionnaire.
+    /// A questionnaire, asked once.
     Questions,
     /// A rest with a timer.
     Break,
 }
 
-/// One segment. Which keys it needs is by its kind.
+/// One segment. The kind decides which keys it needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudySegment {
-    /// What it is.
+    /// Kind of the segment.
     pub kind: SegmentKind,
-    /// Its name, in data: small letters, digits, hyphens.
+    /// Name in the data: lower-case letters, digits, hyphens.
     pub name: String,
-    /// Markdown that is shown (text, break) or shown before (consent, drive, trials, questions).
+    /// Markdown that is shown during the segment (text, break) or before it (consent, drive, trials, questions).
     #[serde(default)]
     pub text: String,
-    /// A WAV file beside the study that speaks `text`, or one a language; it plays when the page opens.
+    /// WAV file beside the study that speaks `text`, or one file per language. It plays when the page opens.
     pub spoken: Option<SpokenFiles>,
-    /// Settings of its drives (drive, trials).
+    /// Settings of the segment's drives (drive, trials).
     #[serde(default)]
     #[schemars(with = "Scenario")]
     pub set: SettingChanges,
-    /// A drive ends sooner once the speed was in the range for this long without a break, seconds (drive).
+    /// Time in s that the speed must stay in the range without a break; the drive then ends early (drive).
     #[schemars(range(min = 1.0, max = 3600.0))]
     pub until_in_range_s: Option<f64>,
-    /// Rest between two trials (trials), or length of the break, seconds.
+    /// Rest between two trials (trials), or length of the break (break), s.
     #[schemars(range(min = 0.0, max = 3600.0))]
     pub rest_s: Option<f64>,
-    /// Questionnaire: a file beside the study, or the name of one that is shipped (questions, consent).
+    /// Questionnaire: a file beside the study, or the name of a shipped one (questions, consent).
     pub questionnaire: Option<String>,
-    /// Questionnaires that come after every drive of it, named as in `questionnaire` (drive, trials).
+    /// Questionnaires after every drive of the segment, named as in `questionnaire` (drive, trials).
     #[serde(default)]
     pub after: Vec<String>,
-    /// The same after those of its drives alone that give advice, sham advice too (drive, trials).
+    /// Questionnaires only after drives that give advice, sham advice included (drive, trials).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub after_advice: Vec<String>,
-    /// Asks the fast motion sickness scale (0 to 20) every so many seconds of its drives (drive, trials).
+    /// Time between two questions of the fast motion sickness scale (0 to 20) in a drive, s (drive, trials).
     #[schemars(range(min = 20.0, max = 3600.0))]
     pub fms_every_s: Option<f64>,
-    /// A score above its value ends the session (questions; drive and trials for the questionnaires in `after`, `"ssq.total"`, and for
-    /// `"fms"`).
+    /// Score limit; a higher score ends the session. Allowed in questions; in drive and trials for the questionnaires in `after`
+    /// (`"ssq.total"`) and for `"fms"`.
     pub stop_above: Option<ScoreLimit>,
-    /// Answers that end the session, each written as in a questionnaire's `visibleIf` (questions).
+    /// Answers that end the session, each written like `visibleIf` of a questionnaire (questions).
     #[serde(default)]
     pub ends_if: Vec<String>,
-    /// What the participant reads where this segment ends the session, instead of the program's own words.
+    /// Text for the participant if this segment ends the session, instead of the program's own.
     pub stop_text: Option<String>,
 }
 
-/// The name in data of a questionnaire as a study's file names it: `trust` for `trust` and for `forms/trust.json`.
+/// Returns the name in the data of a questionnaire that a study file names: `trust` for `trust` and for `forms/trust.json`.
 pub fn short_name(questionnaire: &str) -> String {
     Path::new(questionnaire).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 impl StudySegment {
-    /// True if it has drives.
+    /// Returns true if the segment has drives.
     pub fn has_drives(&self) -> bool {
         matches!(self.kind, SegmentKind::Drive | SegmentKind::Trials)
     }
 
-    /// The questionnaire of the segment itself, if it is one.
+    /// Returns the segment's own questionnaire (consent, questions).
     pub fn own_questionnaire(&self) -> Option<&str> {
         match self.kind {
             SegmentKind::Consent => Some(self.questionnaire.as_deref().unwrap_or(CONSENT)),
@@ -96,24 +96,25 @@ impl StudySegment {
         }
     }
 
-    /// Every questionnaire that it asks, with the key that names it, from the segment.
+    /// Returns every questionnaire that the segment asks, each with its key relative to the segment.
     pub(super) fn questionnaires(&self) -> Vec<(String, &str)> {
         let own = self.own_questionnaire().map(|word| ("questionnaire".to_owned(), word));
         own.into_iter().chain(self.asked_after().map(|(key, word)| (key, word.as_str()))).collect()
     }
 
-    /// The questionnaires that come after its drives, those about advice last, with the key that names each, from the segment.
+    /// Returns the questionnaires after the segment's drives, those about advice last, each with its key relative to the segment.
     fn asked_after(&self) -> impl Iterator<Item = (String, &String)> {
         let always = self.after.iter().enumerate().map(|(i, word)| (format!("after.{i}"), word));
         always.chain(self.after_advice.iter().enumerate().map(|(i, word)| (format!("after_advice.{i}"), word)))
     }
 
-    /// The questionnaires that come after a drive with advice or without.
+    /// Returns the questionnaires after a drive with or without advice.
     pub(super) fn after_drive(&self, has_advice: bool) -> impl Iterator<Item = &String> {
         self.after.iter().chain(self.after_advice.iter().filter(move |_| has_advice))
     }
 
-    /// Keys that its kind needs and those that it has no use for; the limits of their values.
+    /// Checks that the segment has the keys its kind needs and no others, and that values are within their limits. The error holds the
+    /// key and a message.
     pub(super) fn check(&self) -> Result<(), (String, String)> {
         let drives = self.has_drives();
         let asks = matches!(self.kind, SegmentKind::Questions | SegmentKind::Consent);
@@ -156,7 +157,7 @@ impl StudySegment {
         let numbers = [
             ("until_in_range_s", self.until_in_range_s, 1.0),
             ("rest_s", self.rest_s, 0.0),
-            // A question stands for up to 15 s.
+            // A question stays on screen for up to 15 s.
             ("fms_every_s", self.fms_every_s, 20.0),
         ];
         for (key, value, low) in numbers {

@@ -1,10 +1,9 @@
-//! One participant's session as it goes. In: the plan, what the participant did, what the experimenter decides, and the time
-//! as whoever has a clock reads it. Out: what comes next; a small file that says so after every step, so that a session
-//! goes on at the right place after a crash, a power cut or a closed window.
+//! One participant's session in progress. In: the plan, the participant's results, the experimenter's decisions, and the time as text
+//! from the caller. Out: the next item; and a small file, saved after every step, so that the session resumes at the right place after a
+//! crash, a power cut or a closed window.
 //!
-//! The file is `sourcedata/sub-CODE/session.json`; recordings lie beside it, each attempt in a folder of its own. An item
-//! is settled when its last passage was done or skipped; the first that is not settled comes next. A lock keeps a second
-//! program away.
+//! The file is `sourcedata/sub-CODE/session.json`; recordings lie beside it, each attempt in a folder of its own. An item is settled if
+//! its last run was done or skipped; the first unsettled item comes next. A lock keeps a second program away.
 
 pub use super::session_log::{
     DriveRating, EndCause, ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog,
@@ -23,25 +22,25 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Name of the file.
+/// Name of the session file.
 pub const FILE: &str = "session.json";
 
-/// A session.
+/// Session of one participant.
 #[derive(Debug)]
 pub struct Session {
     folder: PathBuf,
     plan: SessionPlan,
     log: SessionLog,
-    /// Held as long as the session is open; the system lets go of it when the program is gone.
+    /// Held while the session is open; the system releases it when the program ends.
     _lock: File,
 }
 
 impl Session {
-    /// Opens a participant's session, a new one or one that was interrupted. `index` is the place in the study's orders
-    /// that a new participant takes. What a cut left running is noted as cut and its recording is made whole.
+    /// Opens a participant's session, new or interrupted. `index` is the number in the study's orders for a new participant. An item left
+    /// running by a cut is logged as cut, and its recording is repaired.
     ///
     /// # Errors
-    /// The session is over, another program runs it, or its files are not of this study.
+    /// The session is over, another program runs it, or its files do not belong to this study.
     pub fn open(
         data: &DataSet,
         study: &Study,
@@ -80,10 +79,10 @@ impl Session {
         Ok(session)
     }
 
-    /// Opens a session that has begun, over or not, while its windows are closed.
+    /// Opens an existing session, over or not, while no window runs it.
     ///
     /// # Errors
-    /// There is none, or a program runs it; it cannot be read.
+    /// The session does not exist, a program runs it, or it cannot be read.
     pub(super) fn reopen(
         data: &DataSet,
         study: &Study,
@@ -98,7 +97,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Notes what a cut left running, and makes its recording whole.
+    /// Logs an item left running by a cut, and repairs its recording.
     fn mend(&mut self, now: &str) -> Result<(), SessionError> {
         if let Some(running) = self.log.running.take() {
             let recording = self.folder.join(&running.recording);
@@ -107,7 +106,7 @@ impl Session {
                 Err(RecordError::Absent(_)) => record::remove_unbegun(&recording)?,
                 Err(error) => return Err(error.into()),
             }
-            // Of half a baseline nothing is used: the item is driven again under its next name.
+            // An incomplete baseline is never used: the item is driven again under its next name.
             record::remove(&self.folder.join(format!("{}{BASELINE_PART}", running.recording)))?;
             let recording = record::is_there(&recording)?.then_some(running.recording);
             let RunningItem { item, began, answers, .. } = running;
@@ -125,7 +124,7 @@ impl Session {
         who: ParticipantKind,
         index: usize,
     ) -> Result<SessionLog, SessionError> {
-        // Cut while it was saved for the first time, it is there under the name of a file that is not whole.
+        // A cut during the first save leaves only the temporary file.
         let unfinished = Path::new(FILE).with_extension(record::BESIDE);
         let is_ours = |path: &&PathBuf| path.ends_with(lock::FILE) || path.ends_with(&unfinished);
         if let Some(left) = record::entries(folder)?.iter().find(|path| !is_ours(path)) {
@@ -155,37 +154,37 @@ impl Session {
         Ok(record::replace(&self.folder.join(FILE), (text + "\n").as_bytes())?)
     }
 
-    /// What was so far.
+    /// Returns the log so far.
     pub fn log(&self) -> &SessionLog {
         &self.log
     }
 
-    /// The whole session.
+    /// Returns the plan of the session.
     pub fn plan(&self) -> &SessionPlan {
         &self.plan
     }
 
-    /// Folder of the participant's recordings.
+    /// Returns the folder of the participant's recordings.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// What comes next, and its place in the plan; `None` when all is settled.
+    /// Returns the next item and its index in the plan; `None` if all items are settled.
     pub fn next(&self) -> Option<(usize, &PlannedItem)> {
         self.plan.items.iter().enumerate().find(|(_, planned)| !self.log.is_settled(&planned.name))
     }
 
-    /// The next item begins. Returns the folder for its recording, which is not there yet.
+    /// Begins the next item. Returns the folder for its recording, which does not exist yet.
     ///
     /// # Errors
-    /// Nothing is left to do, or the disk refuses.
+    /// Nothing is left to do, or the file cannot be written.
     pub fn begin(&mut self, now: &str) -> Result<PathBuf, SessionError> {
         let Some((_, planned)) = self.next() else { return Err(nothing_left(&self.log.participant)) };
         let item = planned.name.clone();
         let before = self.log.passages.iter().filter(|p| p.item == item && p.recording.is_some()).count();
         let recording = if before == 0 { item.clone() } else { format!("{item}-again-{before}") };
         let folder = self.folder.join(&recording);
-        // What was answered before a cut is not lost by another one before the first new answer.
+        // Answers from before a cut must survive a second cut before the first new answer.
         let cut = self.log.last(&item).filter(|passage| passage.outcome == ItemOutcome::Cut);
         let answers = cut.map_or(Vec::new(), |passage| passage.answers.clone());
         self.log.running = Some(RunningItem { item, recording, began: now.into(), answers });
@@ -194,10 +193,10 @@ impl Session {
         Ok(folder)
     }
 
-    /// The running item has ended.
+    /// Ends the running item.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The file cannot be written.
     pub fn end(&mut self, outcome: ItemOutcome, reason: &str, now: &str) -> Result<(), SessionError> {
         if self.pass(outcome, reason, now) {
             self.save()?;
@@ -205,7 +204,7 @@ impl Session {
         Ok(())
     }
 
-    /// The same in memory alone. False if nothing runs.
+    /// Ends the running item in memory only. Returns false if nothing runs.
     fn pass(&mut self, outcome: ItemOutcome, reason: &str, now: &str) -> bool {
         let Some(running) = self.log.running.take() else { return false };
         let recording = self.folder.join(&running.recording).exists().then_some(running.recording);
@@ -221,10 +220,10 @@ impl Session {
         true
     }
 
-    /// What has been answered of the running questionnaire; it is on the disk at once, if it is new.
+    /// Stores the answers to the running questionnaire so far; writes the file if they changed.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The file cannot be written.
     pub fn keep(&mut self, answers: Vec<TimedAnswer>) -> Result<(), SessionError> {
         match &mut self.log.running {
             Some(running) if running.answers != answers => running.answers = answers,
@@ -233,16 +232,16 @@ impl Session {
         self.save()
     }
 
-    /// What has been answered of the running questionnaire, also before it was cut: the participant goes on with it.
+    /// Returns the answers to the running questionnaire so far, including those from before a cut.
     pub fn kept(&self) -> &[TimedAnswer] {
         self.log.running.as_ref().map_or(&[], |running| &running.answers)
     }
 
-    /// The running questionnaire was answered; with an `ending` the session is over by that. Both are one step on the disk:
-    /// a cut between them would go on with somebody who is to stop.
+    /// Ends the running questionnaire with its answers; an `ending` also ends the session. Both are written in one step, as a cut between
+    /// them would continue a session that must end.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The file cannot be written.
     pub fn end_answered(
         &mut self,
         answers: Vec<TimedAnswer>,
@@ -260,11 +259,11 @@ impl Session {
         self.end(ItemOutcome::Done, "", now)
     }
 
-    /// A question of the running drive was answered, or gone without an answer. With an `ending` the drive is broken off and the session
-    /// over; both are one step on the disk, as in [`Session::end_answered`].
+    /// Stores a rating of the running drive, answered or not. An `ending` breaks off the drive and ends the session, in one write as in
+    /// [`Session::end_answered`].
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The file cannot be written.
     pub fn rate(&mut self, rating: FmsRating, ending: Option<&SessionEnding>, now: &str) -> Result<(), SessionError> {
         let Some(RunningItem { item, recording, .. }) = self.log.running.clone() else { return Ok(()) };
         self.log.fms.push(DriveRating { item, recording, rating });
@@ -275,10 +274,10 @@ impl Session {
         self.save()
     }
 
-    /// The experimenter leaves out what comes next, or what runs; with a drive also the questionnaires about it.
+    /// Skips the running or else the next item; with a drive also the questionnaires about it.
     ///
     /// # Errors
-    /// Nothing is left to do, or the disk refuses.
+    /// Nothing is left to do, or the file cannot be written.
     pub fn skip(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
         if self.log.running.is_none() {
             self.begin(now)?;
@@ -290,13 +289,13 @@ impl Session {
         self.end(ItemOutcome::Skipped, reason, now)
     }
 
-    /// Questionnaires about a drive, those that are settled or those that are not.
+    /// Returns the questionnaires about a drive that are settled, or those that are not.
     fn asked_about(&self, drive: &str, settled: bool) -> Vec<String> {
         let about = self.plan.items.iter().filter(|planned| planned.after.as_ref().is_some_and(|a| a.drive == drive));
         about.map(|planned| planned.name.clone()).filter(|name| self.log.is_settled(name) == settled).collect()
     }
 
-    /// Notes a decision about an item that does not run; in memory alone.
+    /// Logs a decision about an item that is not running, in memory only.
     fn settle(&mut self, item: &str, outcome: ItemOutcome, reason: &str, now: &str) {
         self.log.passages.push(SegmentRecord {
             item: item.into(),
@@ -309,10 +308,10 @@ impl Session {
         });
     }
 
-    /// The experimenter wants an item of the plan once more; it comes next, and after a drive the questionnaires about it.
+    /// Repeats an item of the plan, which becomes the next one; after a drive also the questionnaires about it.
     ///
     /// # Errors
-    /// There is no such item, it has not been yet, or the disk refuses.
+    /// There is no such item, it is not settled, or the file cannot be written.
     pub fn repeat(&mut self, item: &str, reason: &str, now: &str) -> Result<(), SessionError> {
         if !self.log.is_settled(item) {
             let done: Vec<&str> =
@@ -327,29 +326,29 @@ impl Session {
         self.save()
     }
 
-    /// The experimenter writes something down: `kind` is note, mark, extend or another word.
+    /// Adds a note by the experimenter: `kind` is note, mark, extend or another word.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The file cannot be written.
     pub fn note(&mut self, kind: &str, text: &str, now: &str) -> Result<(), SessionError> {
         let item = self.log.running.as_ref().map(|running| running.item.clone());
         self.log.notes.push(SessionNote { at: now.into(), item, kind: kind.into(), text: text.into() });
         self.save()
     }
 
-    /// Numbers of a simulated participant.
+    /// Stores the parameters of a simulated participant.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The file cannot be written.
     pub fn set_parameters(&mut self, traits: BTreeMap<String, f64>) -> Result<(), SessionError> {
         self.log.traits = traits;
         self.save()
     }
 
-    /// All is settled: the session is over.
+    /// Ends a session whose items are all settled.
     ///
     /// # Errors
-    /// Something is left to do, or the disk refuses.
+    /// Something is left to do, or the file cannot be written.
     pub fn finish(&mut self, now: &str) -> Result<(), SessionError> {
         if let Some((_, planned)) = self.next() {
             return Err(SessionError::Refused(format!("\"{}\" is left to do", planned.name)));
@@ -357,10 +356,10 @@ impl Session {
         self.close(true, "", None, now)
     }
 
-    /// The session is over before its end and cannot go on, as after sickness. What runs is aborted.
+    /// Ends the session early and for good, as after sickness. Aborts the running item.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The file cannot be written.
     pub fn stop(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
         self.end(ItemOutcome::Aborted, reason, now)?;
         self.close(false, reason, None, now)
@@ -371,10 +370,10 @@ impl Session {
         self.save()
     }
 
-    /// The data of a session that is over are not to be used.
+    /// Excludes the data of a session that is over.
     ///
     /// # Errors
-    /// It is not over, or they are excluded already; the disk refuses.
+    /// The session is not over, the data are already excluded, or the file cannot be written.
     pub fn exclude(&mut self, reason: &str) -> Result<(), SessionError> {
         match &mut self.log.end {
             Some(SessionEnd { excluded: excluded @ None, .. }) => *excluded = Some(reason.into()),
@@ -385,7 +384,7 @@ impl Session {
     }
 }
 
-/// Answers as scores want them.
+/// Converts answers to a map by question, as scores and conditions need it.
 pub fn as_map(answered: &[TimedAnswer]) -> Answers {
     answered.iter().map(|a| (a.question.clone(), a.answer.clone())).collect()
 }

@@ -1,5 +1,4 @@
-//! What a session's file holds, and how it is read. In: `session.json`. Out: what was done, answered and noted so far
-//! ([`SessionLog`]).
+//! Contents of a session file, and how it is read. In: `session.json`. Out: all runs, answers and notes so far ([`SessionLog`]).
 
 use super::{FmsRating, ParticipantCode, SessionError};
 use crate::file;
@@ -7,22 +6,22 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path};
 
-/// The most that is read of it, bytes: a note every ten seconds of a day takes less.
+/// Maximum size of the file, bytes; a note every ten seconds for a day takes less.
 const MOST_BYTES: u64 = 8 << 20;
 
-/// How a passage through an item ended.
+/// End of one run of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ItemOutcome {
-    /// To its end.
+    /// Completed to its end.
     Done,
     /// Broken off; the item comes again.
     Aborted,
-    /// The program or the power went away; the item comes again.
+    /// Interrupted by the end of the program or a power cut; the item comes again.
     Cut,
-    /// Left out by the experimenter.
+    /// Skipped by the experimenter.
     Skipped,
-    /// It was done, and the experimenter wants it once more.
+    /// Called back by the experimenter after it was done; the item comes again.
     Repeat,
 }
 
@@ -32,156 +31,155 @@ impl ItemOutcome {
     }
 }
 
-/// One passage through an item.
+/// One run of an item.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SegmentRecord {
     /// Name of the item in the plan.
     pub item: String,
-    /// How it ended.
+    /// End of the run.
     pub outcome: ItemOutcome,
-    /// Why, in the experimenter's words; empty where nothing is to be said.
+    /// Reason in the experimenter's words; may be empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
-    /// When it began and ended, UTC.
+    /// Start of the run, UTC.
     pub began: String,
-    /// When it ended, UTC.
+    /// End of the run, UTC.
     pub ended: String,
-    /// Folder of its recording, beside the file.
+    /// Folder of the run's recording, relative to the session file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
-    /// What had been answered of a questionnaire that did not come to its end.
+    /// Answers to a questionnaire that was not completed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<TimedAnswer>,
 }
 
-/// What happens now.
+/// Item that is running now.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunningItem {
-    /// Name of the item.
+    /// Name of the item in the plan.
     pub item: String,
-    /// Folder for its recording, beside the file.
+    /// Folder for the recording, relative to the session file.
     pub recording: String,
-    /// When it began, UTC.
+    /// Start of the run, UTC.
     pub began: String,
-    /// What has been answered, of a questionnaire.
+    /// Answers so far, if the item is a questionnaire.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<TimedAnswer>,
 }
 
-/// Something that an experimenter writes down: a note, a mark, an extension.
+/// Note by the experimenter: a text, a mark, an extension.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SessionNote {
-    /// When, UTC.
+    /// Time of the note, UTC.
     pub at: String,
-    /// The item that was running.
+    /// Item that was running.
     pub item: Option<String>,
-    /// note, mark, extend, ...
+    /// Kind of the note: `note`, `mark`, `extend` or another word.
     pub kind: String,
-    /// In words.
+    /// Text of the note.
     pub text: String,
 }
 
-/// One answer.
+/// Answer to one question, with its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimedAnswer {
-    /// Name of the question; of a matrix `name.row`.
+    /// Name of the question; `name.row` for a matrix.
     pub question: String,
-    /// The answer.
+    /// Answer as a JSON value.
     pub answer: Value,
-    /// From seeing the page to this answer, seconds.
+    /// Time from first sight of the page to this answer, s.
     pub time_s: f64,
 }
 
-/// A rating of sickness while driving.
+/// Rating of sickness while driving.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriveRating {
-    /// The drive's name in the plan.
+    /// Name of the drive in the plan.
     pub item: String,
-    /// Folder of its recording, beside the file.
+    /// Folder of the drive's recording, relative to the session file.
     pub recording: String,
-    /// When it was asked, and the answer.
+    /// Time of the question, and the rating.
     #[serde(flatten)]
     pub rating: FmsRating,
 }
 
-/// How a session ended.
+/// End of a session.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SessionEnd {
-    /// All items are settled, done or skipped; false: stopped before, as after sickness.
+    /// True if all items are done or skipped; false if the session was stopped before, as after sickness.
     pub complete: bool,
-    /// Why it was stopped.
+    /// Reason why the session was stopped; empty if it was completed.
     pub reason: String,
-    /// When, UTC.
+    /// Time of the end, UTC.
     pub at: String,
-    /// The rule of the study that stopped it; none where the experimenter did, and in logs of earlier versions.
+    /// Rule of the study that stopped the session; `None` if the experimenter stopped it, and in logs of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cause: Option<EndCause>,
-    /// Why its data are excluded from the study, where they are.
+    /// Reason for excluding the data from the study, if they are excluded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excluded: Option<String>,
 }
 
-/// Rules of a study that end a session.
+/// Kind of rule that ends a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndCause {
     /// The participant did not agree to take part.
     Declined,
-    /// Answers with which nobody takes part.
+    /// The answers exclude the participant from the study.
     NotEligible,
     /// A score was above its limit.
     ScoreLimit,
 }
 
-/// Who drives.
+/// Person or simulated participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ParticipantKind {
-    /// A person.
     Person,
-    /// A simulated participant.
+    /// A simulated participant of a rehearsal.
     Simulated,
 }
 
-/// What the file holds.
+/// Contents of the session file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SessionLog {
-    /// Whose session.
+    /// Code of the participant.
     pub participant: ParticipantCode,
-    /// The participant's number in the study, from 0: which order of conditions.
+    /// Number of the participant in the study, from 0; selects the order of conditions.
     pub index: usize,
-    /// A person, or a rehearsal.
+    /// Kind of participant: a person, or a simulated one of a rehearsal.
     pub who: ParticipantKind,
-    /// Numbers of a simulated participant, by name with unit.
+    /// Parameters of a simulated participant, by name with unit.
     #[serde(default)]
     pub traits: BTreeMap<String, f64>,
     /// Conditions in this participant's order.
     pub order: Vec<String>,
-    /// Now running; what stands here when the file is opened was cut.
+    /// Item that is running; an item found here when the file is opened was cut.
     #[serde(default)]
     pub running: Option<RunningItem>,
-    /// What was, in order.
+    /// Runs of items, in order.
     pub passages: Vec<SegmentRecord>,
-    /// What was written down.
+    /// Notes of the experimenter.
     #[serde(default)]
     pub notes: Vec<SessionNote>,
-    /// Answers by the item's name: of its last passage.
+    /// Answers of the last completed run, by the item's name.
     #[serde(default)]
     pub answers: BTreeMap<String, Vec<TimedAnswer>>,
-    /// Ratings of sickness while driving, in order; also of drives that were broken off.
+    /// Ratings of sickness while driving, in order, including drives that were broken off.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fms: Vec<DriveRating>,
-    /// Set once the session is over for good.
+    /// End of the session; `None` while it can go on.
     #[serde(default)]
     pub end: Option<SessionEnd>,
 }
 
 impl SessionLog {
-    /// Reads a file.
+    /// Reads a session file.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read or is not a session file.
     pub fn load(path: &Path) -> Result<Self, SessionError> {
         let refused = |why: String| {
             SessionError::Refused(format!(
@@ -193,17 +191,17 @@ impl SessionLog {
         serde_json::from_str(&text).map_err(|e| refused(format!("is no session of this program: {e}")))
     }
 
-    /// The last passage through an item.
+    /// Returns the last run of an item.
     pub fn last(&self, item: &str) -> Option<&SegmentRecord> {
         self.passages.iter().rfind(|passage| passage.item == item)
     }
 
-    /// True if the item was done or skipped and not called back.
+    /// Returns true if the item was done or skipped and not called back.
     pub fn is_settled(&self, item: &str) -> bool {
         self.last(item).is_some_and(|passage| passage.outcome.settles())
     }
 
-    /// The last passage through an item that went to its end, unless it was called back or skipped.
+    /// Returns the last run of an item if it was completed, and neither called back nor skipped.
     pub fn done(&self, item: &str) -> Option<&SegmentRecord> {
         self.last(item).filter(|passage| passage.outcome == ItemOutcome::Done)
     }

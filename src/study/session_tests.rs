@@ -1,4 +1,4 @@
-//! A session on the disk: what is written when, what is taken up again, what is refused.
+//! Tests of a session on disk: saved data, resumption, refusals.
 
 use super::{
     Completion, DataSet, ItemOutcome, ParticipantCode, Session, SessionError, Study,
@@ -50,13 +50,13 @@ fn on_disk(session: &Session) -> SessionLog {
 }
 
 #[test]
-fn answers_are_on_the_disk_at_once_and_those_that_are_there_are_not_written_again() {
+fn answers_are_saved_at_once_and_unchanged_ones_are_not_rewritten() {
     let place = place();
     let mut session = place.open("P1", ParticipantKind::Person).unwrap();
     session.keep(answers(1)).unwrap();
     assert!(on_disk(&session).running.is_none(), "nothing runs that they could be of");
     session.begin("t1").unwrap();
-    // A file that is replaced is another one.
+    // A replaced file has another inode.
     let file = |session: &Session| fs::metadata(session.folder().join(FILE)).unwrap().ino();
     session.keep(answers(1)).unwrap();
     let written = (file(&session), on_disk(&session).running.unwrap().answers);
@@ -69,7 +69,7 @@ fn answers_are_on_the_disk_at_once_and_those_that_are_there_are_not_written_agai
 }
 
 #[test]
-fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
+fn answers_survive_a_cut_but_not_an_abort() {
     let place = place();
     let mut session = place.open("P1", ParticipantKind::Person).unwrap();
     session.begin("t1").unwrap();
@@ -84,7 +84,7 @@ fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
     );
     session.begin("t2").unwrap();
     assert_eq!((session.kept(), on_disk(&session).running.unwrap().answers), (&answers(2)[..], answers(2)));
-    // Cut once more before there was anything to answer: nothing is lost by that.
+    // Cut again before any new answer: the earlier answers remain.
     drop(session);
     let mut session = place.open("P1", ParticipantKind::Person).unwrap();
     session.begin("t2").unwrap();
@@ -105,7 +105,7 @@ fn who_was_cut_goes_on_with_what_was_answered_and_who_broke_off_begins_anew() {
 }
 
 #[test]
-fn a_session_belongs_to_one_participant_one_program_and_a_folder_that_is_its_own() {
+fn a_session_belongs_to_one_participant_program_and_folder() {
     let place = place();
     let told = |found: Result<Session, SessionError>| found.map(drop).map_err(|e| e.to_string());
     let session = place.open("P1", ParticipantKind::Person).unwrap();
@@ -114,12 +114,12 @@ fn a_session_belongs_to_one_participant_one_program_and_a_folder_that_is_its_own
     assert!(told(place.open("P1", ParticipantKind::Simulated)).unwrap_err().contains("participant P1 is a person"));
     drop(place.open("R1", ParticipantKind::Simulated).unwrap());
     assert!(told(place.open("R1", ParticipantKind::Person)).unwrap_err().contains("participant R1 is simulated"));
-    // Another's file in the place of one's own.
+    // The session file of another participant in this folder.
     let [p1, p2] = ["P1", "P2"].map(|code| place.data.source(&ParticipantCode::new(code).unwrap()));
     fs::create_dir_all(&p2).unwrap();
     fs::copy(p1.join(FILE), p2.join(FILE)).unwrap();
     assert!(told(place.open("P2", ParticipantKind::Person)).unwrap_err().contains("is of participant P1"));
-    // What a cut left of the first save is no stranger's; a recording without its session is.
+    // The temporary file of an interrupted first save is accepted; a recording without its session file is not.
     fs::remove_file(p2.join(FILE)).unwrap();
     fs::write(p2.join("session.new"), "{").unwrap();
     assert_eq!(told(place.open("P2", ParticipantKind::Person)), Ok(()));
@@ -129,7 +129,7 @@ fn a_session_belongs_to_one_participant_one_program_and_a_folder_that_is_its_own
 }
 
 #[test]
-fn how_far_a_session_came_follows_its_last_passages_and_an_exclusion_is_told_once() {
+fn completion_follows_the_last_run_of_each_item() {
     let place = place();
     let is = |session: &Session| Completion::of(&on_disk(session));
     let whole = |code: &str, skip: bool| {
@@ -159,7 +159,7 @@ fn how_far_a_session_came_follows_its_last_passages_and_an_exclusion_is_told_onc
     let mut partial = whole("P2", true);
     partial.finish("t3").unwrap();
     assert_eq!(is(&partial), Completion::Partial);
-    // What was skipped and done after all is done.
+    // An item that was skipped and then done counts as done.
     let mut after_all = whole("P3", true);
     for item in ["before", "thanks"] {
         after_all.repeat(item, "there is time", "t3").unwrap();
@@ -171,7 +171,7 @@ fn how_far_a_session_came_follows_its_last_passages_and_an_exclusion_is_told_onc
     let mut withdrawn = place.open("P4", ParticipantKind::Person).unwrap();
     withdrawn.stop("sick", "t1").unwrap();
     assert_eq!(is(&withdrawn), Completion::Withdrawn);
-    // With the windows closed: those who are over, and those who never came back.
+    // With the windows closed: sessions that are over, and sessions that were left open.
     drop((complete, partial));
     let mut left = place.open("P5", ParticipantKind::Person).unwrap();
     left.begin("t1").unwrap();

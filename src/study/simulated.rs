@@ -1,18 +1,18 @@
-//! Simulated participants. In: the study's seed and the participant's number. Out: how one drives, and answers to questions.
-//! A model for rehearsing a study and its analysis, not for what people would say.
+//! Simulated participants. In: the study's seed and the participant's number. Out: the driver's parameters, and answers to questions. The
+//! model serves to rehearse a study and its analysis; it does not predict people's answers.
 //!
-//! Driving (`driver`), each number drawn for the participant: reaction to advice uniform in 0.6 to 1.6 s, to the leader 0.7
-//! of that; tracking error uniform in 0.1 to 0.6 m/s; steady over- or under-speeding normal with 0.25 m/s, at most 0.6;
-//! wander in the lane uniform in 0.03 to 0.10 m. Numbers that were found of a person ([`FittedDriver`]) take the place of drawn ones,
-//! or all of the driver is drawn from a [`Population`]: then reaction, error, bias, time gap and compliance differ as its do.
+//! Driving (`driver`), each parameter drawn per participant: reaction time to advice uniform in 0.6 to 1.6 s, to the leader 0.7 times
+//! that; tracking error uniform in 0.1 to 0.6 m/s; constant over- or under-speeding normal with SD 0.25 m/s, clamped to 0.6 m/s; lateral
+//! wander uniform in 0.03 to 0.10 m. Parameters fitted to a person ([`FittedDriver`]) replace drawn ones. Alternatively, the whole driver
+//! is drawn from a [`Population`]; then reaction time, error, bias, time gap and compliance vary as defined there.
 //!
-//! Answers: a participant has a level u, uniform in 0 to 1. A rating is the scale's nearest point to u with a normal error
-//! of 0.15 of the scale; an answer of a matrix the column at 0.5 u^2 with an error of 0.12, so that most symptoms are none;
-//! a choice is uniform; each of several is taken with 0.3; yes with 0.7; lines say "rehearsed". Reading and answering takes
-//! 1.5 s and an exponential time of mean 2 s.
+//! Answers: a participant has a level u, uniform in 0 to 1. A rating is the point of the scale nearest to u plus a normal error with SD
+//! 0.15 of the scale. An answer to a matrix row is the column at 0.5 u^2 plus an error with SD 0.12, so that most symptoms are "none". A
+//! choice is uniform; each option of a checkbox is taken with probability 0.3; yes has probability 0.7; text fields get "rehearsed".
+//! Reading and answering takes 1.5 s plus an exponential time of mean 2 s.
 //!
-//! Sickness: a rating rises with the minutes that were driven, by a slope drawn for the participant (exponential, mean 0.1 a minute),
-//! with a normal error of 0.5; an answer takes as long as above, and one that would take longer than the question stands does not come.
+//! Sickness: a rating rises with the minutes driven, by a slope drawn per participant (exponential, mean 0.1 per minute), plus a normal
+//! error with SD 0.5. The answer takes as long as above; without an answer in time, the question stays unanswered.
 
 use super::{
     FmsRating, PlanItem, PlannedItem, SessionPlan, Study, fms,
@@ -26,13 +26,13 @@ use crate::{
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// How often answers are drawn: a screening that one in a thousand would pass by chance is passed with 99 %.
+/// Maximum number of draws of an answer; a screening that one in a thousand passes by chance is then passed with 99 %.
 const MOST_DRAWS: usize = 5000;
 
-/// A simulated participant.
+/// Simulated participant of a rehearsal.
 #[derive(Clone, Debug)]
 pub struct SimulatedParticipant {
-    /// How they drive where the other cars' time gap is the model's own.
+    /// Driver parameters in traffic whose desired time gap is the model's default.
     pub driver: DriverParams,
     known: FittedDriver,
     level: f64,
@@ -42,7 +42,7 @@ pub struct SimulatedParticipant {
 }
 
 impl SimulatedParticipant {
-    /// Participant number `index` of a study with this seed; always the same.
+    /// Draws participant number `index` of a study with this seed; reproducible.
     pub fn draw(seed: u64, index: usize) -> Self {
         let mut stream = rng::stream(seed, &format!("participant {index}"));
         let reaction_s = stream.uniform(0.6, 1.6);
@@ -64,7 +64,7 @@ impl SimulatedParticipant {
         }
     }
 
-    /// The same whose driving is drawn from a population, anew for each seed and number.
+    /// Replaces the driver by one drawn from a population, by seed and number of the participant.
     pub fn out_of(mut self, population: Population) -> Self {
         let mut stream = rng::stream(self.seed, &format!("{} {}", population.name(), self.index));
         let usual_time_gap_s = self.driver.idm.t;
@@ -76,19 +76,19 @@ impl SimulatedParticipant {
         self
     }
 
-    /// The same who drives as somebody was found to drive: what was found takes the place of what was drawn.
+    /// Replaces drawn driver parameters by those fitted to a person.
     pub fn who_drives_as(mut self, known: &FittedDriver) -> Self {
         self.known = known.clone();
         self.driver = known.applied_to(&self.driver, self.driver.idm.t);
         self
     }
 
-    /// How they drive among cars whose desired time gap is `usual_time_gap_s`.
+    /// Returns the driver parameters in traffic whose desired time gap is `usual_time_gap_s`, s.
     pub fn driver_among(&self, usual_time_gap_s: f64) -> DriverParams {
         self.known.applied_to(&self.driver, usual_time_gap_s)
     }
 
-    /// The numbers that were drawn, by name with unit.
+    /// Returns the drawn parameters, by name with unit.
     pub fn parameters(&self) -> BTreeMap<String, f64> {
         let d = &self.driver;
         let list = [
@@ -112,8 +112,8 @@ impl SimulatedParticipant {
             .collect()
     }
 
-    /// The rating of sickness for a question that is asked at `time_s` of a drive of the plan. The minutes are those of the plan, so that a
-    /// rehearsal that was stopped goes on alike.
+    /// Returns the sickness rating for a question asked at `time_s` of a drive of the plan. Minutes driven count by the plan, so that a
+    /// resumed rehearsal gives the same ratings.
     pub fn rate(&self, plan: &SessionPlan, drive: &str, time_s: f64) -> FmsRating {
         let slope_per_min =
             -0.1 * (1.0 - rng::stream(self.seed, &format!("fms {}", self.index)).uniform(0.0, 1.0)).ln();
@@ -128,13 +128,13 @@ impl SimulatedParticipant {
         let felt = slope_per_min * (before_s + time_s) / 60.0 + 0.5 * stream.normal();
         let answer_s = 1.5 - 2.0 * (1.0 - stream.uniform(0.0, 1.0)).ln();
         let value = felt.round().clamp(0.0, fms::HIGHEST.into()) as u8;
-        // To the step in which it comes.
+        // Rounded up to the end of the 0.1 s step in which the answer comes.
         let answer_s = (10.0 * answer_s).ceil() / 10.0;
         let in_time = answer_s < fms::ANSWER_S;
         FmsRating { time_s, value: in_time.then_some(value), answer_s: in_time.then_some(answer_s) }
     }
 
-    /// Answers to a questionnaire that comes under this name: every question that is to be seen, page by page.
+    /// Returns answers to every visible question of a questionnaire, page by page; `item` is its name in the plan.
     pub fn answer(&self, questionnaire: &Questionnaire, item: &str) -> Vec<TimedAnswer> {
         let mut stream = rng::stream(self.seed, &format!("answers {} {item}", self.index));
         let mut answered: Vec<TimedAnswer> = Vec::new();
@@ -144,7 +144,7 @@ impl SimulatedParticipant {
                 continue;
             }
             for element in &page.elements {
-                // An answer on the same page may bring a question to sight.
+                // An answer on the same page may make a question visible.
                 if element.visible_if.as_ref().is_some_and(|condition| !condition.holds(&as_map(&answered))) {
                     continue;
                 }
@@ -159,8 +159,8 @@ impl SimulatedParticipant {
         answered
     }
 
-    /// Answers to an item of the plan as somebody gives them who was invited: who would be turned away by a consent or a screening
-    /// is not rehearsed, so the answers are drawn again until they let the session go on, at most `MOST_DRAWS` times.
+    /// Returns answers that pass a consent or a screening. Draws again until the answers let the session continue, at most `MOST_DRAWS`
+    /// times; then the first answers are used. A score above its limit is not avoided.
     pub fn answer_as_invited(&self, study: &Study, word: &str, planned: &PlannedItem) -> Vec<TimedAnswer> {
         let questionnaire = &study.questionnaires[word];
         let first = self.answer(questionnaire, &planned.name);

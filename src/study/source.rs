@@ -1,10 +1,10 @@
-//! The copy of a study's file that its data set keeps. In: the file as its author wrote it. Out: the same without the folders
-//! in which the author keeps things: they say who that is, and are on no other machine.
+//! The copy of a study file that its data set keeps. In: the file as its author wrote it. Out: the same text without the folders of
+//! absolute paths: they reveal the author and exist on no other machine.
 
 use crate::record::inputs;
 use toml::{Spanned, de::DeValue};
 
-/// The text with the name of its file or folder in the place of each absolute path; what is not TOML stays as it is.
+/// Returns the text with each absolute path replaced by its last part. Text that is not TOML stays unchanged.
 pub fn portable(text: &str) -> String {
     let Ok(document) = toml::de::DeTable::parse(text) else { return text.into() };
     let mut places = Vec::new();
@@ -19,7 +19,7 @@ pub fn portable(text: &str) -> String {
     out + &text[at..]
 }
 
-/// True if two files are of one study: they may differ in the plan of the analysis alone, which a data set keeps both of.
+/// Returns true if two files are of one study. They may differ only in the plan of the analysis, of which a data set keeps both versions.
 pub fn is_same_study(was: &str, now: &str) -> bool {
     let (was, now) = (portable(was), portable(now));
     let rest = |text: &str| -> Option<toml::Table> {
@@ -27,12 +27,12 @@ pub fn is_same_study(was: &str, now: &str) -> bool {
         table.remove("analysis");
         Some(table)
     };
-    // Without a plan a file is kept to the letter, as ever.
+    // Without a plan of the analysis, the texts must be identical.
     let has_plan = |text: &str| text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("analysis"));
     was == now || ((has_plan(&was) || has_plan(&now)) && rest(&was).is_some() && rest(&was) == rest(&now))
 }
 
-/// Where absolute paths begin and end, with their names.
+/// Collects start, end and last part of absolute paths.
 fn absolute(value: &Spanned<DeValue>, places: &mut Vec<(usize, usize, String)>) {
     match value.get_ref() {
         DeValue::String(text) => {
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_one_study_differ_in_the_plan_of_the_analysis_alone() {
+    fn files_of_one_study_may_differ_only_in_the_plan_of_the_analysis() {
         let study = "title = \"a\"\nseed = 1\n";
         let plan = |effect: &str| format!("{study}[analysis]\nsmallest_effect = {effect}\n");
         assert!(
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_is_absolute_as_any_system_writes_it() {
+    fn absolute_paths_of_all_systems_are_recognised() {
         let kept = |path: &str| portable(&format!("a = [1, '{path}']\n"));
         for (path, name) in [
             ("/x/y.xml", "y.xml"),

@@ -1,6 +1,6 @@
-//! Spoken instructions. In: WAV files beside the study, one or one a language. Out: a [`SpokenText`] that a device can play, with its
-//! length; or why a file cannot be used. The words that it speaks are the segment's `text`, which is shown at the same time: whoever does
-//! not hear reads the same.
+//! Spoken instructions. In: WAV files beside the study, a single one or one per language. Out: a [`SpokenText`] that a device can play,
+//! with its length; or the reason why a file cannot be used. The spoken words are those of the segment's `text`, which is shown at the
+//! same time for participants who do not hear.
 
 use crate::file::read_bounded;
 use schemars::JsonSchema;
@@ -11,68 +11,68 @@ use std::{
     sync::Arc,
 };
 
-/// The most that a file may hold, bytes: five minutes in stereo at 48 kHz and 16 bits take 58 MB.
+/// Maximum size of a file, bytes; five minutes in stereo at 48 kHz and 16 bits take 58 MB.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// What a segment says of its instructions.
+/// Files of a segment's spoken instructions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SpokenFiles {
-    /// A file beside the study.
+    /// Single file beside the study.
     One(PathBuf),
-    /// One a language; the study's `language` chooses.
+    /// One file per language; the study's `language` selects one.
     ByLanguage(BTreeMap<String, PathBuf>),
 }
 
 /// Instructions that can be played.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpokenText {
-    /// The file's name, without folders.
+    /// File name, without folders.
     pub file: String,
-    /// Its length, seconds.
+    /// Length of the audio, s.
     pub length_s: f64,
-    /// Samples a second.
+    /// Sample rate of the audio, Hz.
     pub rate_hz: u32,
-    /// 1 or 2.
+    /// Number of channels, 1 or 2.
     pub channels: u16,
-    /// The file.
+    /// Contents of the WAV file.
     pub wav: Arc<[u8]>,
 }
 
-/// Why instructions cannot be spoken.
+/// Reason why instructions cannot be spoken.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SpokenFault {
-    /// Several languages, and none is chosen.
+    /// The instructions come in several languages, and none is selected.
     #[error("the instructions come in {0}; say at the top of the file which is spoken: language = \"...\"")]
     NoLanguage(String),
-    /// The language that is chosen is not among them.
+    /// The instructions do not come in the selected language.
     #[error("the study's language is \"{language}\"; the instructions come in {known}")]
     OtherLanguage {
-        /// The study's.
+        /// Language of the study.
         language: String,
-        /// Those that there are.
+        /// Languages of the instructions.
         known: String,
     },
-    /// The system does not give it.
+    /// The file cannot be read.
     #[error("{} cannot be read: {source}", file.display())]
     Unreadable {
-        /// Which file.
+        /// Path of the file.
         file: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Another kind of file.
+    /// The file is not a PCM WAV file.
     #[error("{} is no WAV file of PCM samples ({why}); allowed: PCM of 8, 16, 24 or 32 bits, one or two channels", file.display())]
     NoWav {
-        /// Which file.
+        /// Path of the file.
         file: PathBuf,
-        /// What is wrong.
+        /// First fault in the file's header.
         why: &'static str,
     },
 }
 
 impl SpokenFiles {
-    /// The file that is spoken in this language.
+    /// Returns the file for this language.
     fn chosen(&self, language: Option<&str>) -> Result<&Path, SpokenFault> {
         let files = match self {
             Self::One(file) => return Ok(file),
@@ -84,7 +84,7 @@ impl SpokenFiles {
         files.get(language).map(PathBuf::as_path).ok_or_else(other)
     }
 
-    /// Reads the file that is spoken, out of the study's folder.
+    /// Reads the file for this language from the study's folder.
     pub(super) fn read(&self, folder: &Path, language: Option<&str>) -> Result<SpokenText, SpokenFault> {
         let name = self.chosen(language)?;
         let file = folder.join(name);
@@ -102,25 +102,25 @@ impl SpokenFiles {
 }
 
 impl SpokenText {
-    /// In words: `welcome.wav, 12.3 s, 48000 Hz, mono`.
+    /// Describes the audio: `welcome.wav, 12.3 s, 48000 Hz, mono`.
     pub fn words(&self) -> String {
         let channels = if self.channels == 1 { "mono" } else { "stereo" };
         format!("{}, {:.1} s, {} Hz, {channels}", self.file, self.length_s, self.rate_hz)
     }
 }
 
-/// What a WAV file says of itself.
+/// Format and length of a WAV file.
 struct WavHeader {
     rate_hz: u32,
     channels: u16,
-    /// Samples of each channel.
+    /// Number of samples per channel.
     frames: u64,
 }
 
 impl WavHeader {
     /// Reads the chunks of a RIFF file up to its samples.
     fn of(bytes: &[u8]) -> Result<Self, &'static str> {
-        /// WAVE_FORMAT_PCM, and WAVE_FORMAT_EXTENSIBLE whose subformat begins with it.
+        /// Format tags: WAVE_FORMAT_PCM, and WAVE_FORMAT_EXTENSIBLE, whose subformat GUID starts with the former.
         const PCM: u16 = 1;
         const EXTENSIBLE: u16 = 0xfffe;
         if bytes.get(..4) != Some(b"RIFF") || bytes.get(8..12) != Some(b"WAVE") {
@@ -158,7 +158,7 @@ impl WavHeader {
                 }
                 _ => {}
             }
-            // Chunks begin at even places.
+            // Chunks start at even offsets.
             at = body + size as usize + (size % 2) as usize;
         }
         Err("it has no samples")
@@ -169,7 +169,7 @@ impl WavHeader {
 mod tests {
     use super::*;
 
-    /// A WAV file by the letter of the format: a chunk that nobody needs, the format, so many samples.
+    /// Returns a WAV file with an unrelated chunk, the format, and `frames` silent samples per channel.
     fn wav(tag: u16, channels: u16, rate_hz: u32, bits: u16, frames: u32) -> Vec<u8> {
         let frame = channels * bits / 8;
         let size = frames * u32::from(frame);
@@ -189,8 +189,8 @@ mod tests {
     }
 
     #[test]
-    fn a_pcm_file_has_the_length_of_its_samples_and_another_file_is_refused_with_its_reason() {
-        // 66,150 samples at 44.1 kHz are a second and a half.
+    fn a_pcm_file_has_its_length_and_other_files_are_refused() {
+        // 66,150 samples at 44.1 kHz last 1.5 s.
         let said = read(&wav(1, 2, 44_100, 16, 66_150)).unwrap();
         assert_eq!((said.words().as_str(), said.channels), ("it.wav, 1.5 s, 44100 Hz, stereo", 2));
         assert_eq!(read(&wav(1, 1, 8000, 24, 4000)).unwrap().length_s, 0.5);

@@ -1,6 +1,6 @@
-//! Rules by which answers end a session: consent that is not given, a screening that is not passed, a score above its limit. In:
-//! a segment's keys, answers. Out: a [`SessionEnding`] with its reason for the log and the words that the participant reads; or a
-//! mistake in a rule, when the study is read.
+//! Rules by which answers end a session: consent declined, screening not passed, a score above its limit. In: the keys of a segment, and
+//! answers. Out: a [`SessionEnding`] with the reason for the log and the text for the participant; or an error in a rule, when the study
+//! is read.
 
 use super::{
     FmsRating, PlanItem, PlannedItem, Study,
@@ -18,64 +18,64 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScoreLimit {
-    /// The score's name in its questionnaire (questions), `QUESTIONNAIRE.SCORE` for a questionnaire in `after` (drive, trials), or `fms`
-    /// for the scale that is asked while driving (`fms_every_s`).
+    /// Name of the score: in its questionnaire (questions), `QUESTIONNAIRE.SCORE` for a questionnaire in `after` (drive, trials), or
+    /// `fms` for the scale that is asked while driving (`fms_every_s`).
     pub score: String,
-    /// The highest value with which the session goes on, in the score's own unit.
+    /// Highest value at which the session continues, in the score's own unit.
     pub value: f64,
 }
 
-/// An end of a session by a rule of the study.
+/// End of a session by a rule of the study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionEnding {
-    /// Which kind of rule.
+    /// Kind of the rule.
     pub cause: EndCause,
-    /// Why, for the log and the experimenter.
+    /// Reason, for the log and the experimenter.
     pub reason: String,
-    /// What the participant reads.
+    /// Text for the participant.
     pub words: String,
 }
 
-/// Why a rule cannot be followed.
+/// Reason why a rule cannot be applied.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(super) enum RuleFault {
-    /// A limit of a score that nothing has.
+    /// A limit on an unknown score.
     #[error("the score is \"{score}\"; allowed here: {}{near}", list(.known))]
     UnknownScore {
-        /// As it is written.
+        /// Score as written in the study file.
         score: String,
-        /// Scores of the segment's questionnaires.
+        /// Known scores of the segment.
         known: Vec<String>,
-        /// The nearest that exists, as a question; empty where none is near.
+        /// Nearest known name, as a question ("did you mean ...?"); empty if none is near.
         near: String,
     },
-    /// A limit of the scale that is asked while driving, which is not asked.
+    /// A limit on the fast motion sickness scale in a segment that does not ask it.
     #[error(
         "the score is \"fms\", and nothing asks for it here; give the segment fms_every_s = 60, or name another score"
     )]
     FmsNotAsked,
-    /// A limit that no answer of the scale is above.
+    /// A limit that no rating of the scale can exceed.
     #[error("value is {0}; allowed: a number from 0 to below {highest}, the upper end of the scale", highest = fms::HIGHEST)]
     FmsValue(f64),
-    /// A limit that is no number.
+    /// A limit that is not a finite number.
     #[error("value is {0}; allowed: a finite number")]
     Value(f64),
-    /// A condition that is none.
+    /// A condition that cannot be parsed.
     #[error("\"{0}\" is no condition; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains")]
     Condition(String),
-    /// A condition on what is not asked.
+    /// A condition on an unknown question.
     #[error("\"{condition}\" asks for \"{name}\", which no question of \"{questionnaire}\" has{near}")]
     UnknownQuestion {
-        /// As it is written.
+        /// Condition as written in the study file.
         condition: String,
-        /// The name in it.
+        /// Unknown name in the condition.
         name: String,
-        /// The segment's questionnaire.
+        /// Questionnaire of the segment.
         questionnaire: String,
-        /// The nearest that exists, as a question; empty where none is near.
+        /// Nearest known name, as a question ("did you mean ...?"); empty if none is near.
         near: String,
     },
-    /// A consent whose questionnaire does not ask for it.
+    /// A consent questionnaire without the question that asks for agreement.
     #[error("the questionnaire \"{0}\" of a consent has no required question \"agree\" of type boolean")]
     NoAgreement(String),
 }
@@ -84,11 +84,11 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none, for no questionnaire here has scores".into() } else { names.join(", ") }
 }
 
-/// The question of a consent.
+/// Name of the consent question.
 const AGREE: &str = "agree";
 
 impl ScoreLimit {
-    /// The limit as it stands for the questionnaire `word`: the name of the score in it.
+    /// Returns the score's name within the questionnaire `word`; `None` if the limit is about another questionnaire.
     fn score_of<'a>(&'a self, segment: &StudySegment, word: &str) -> Option<&'a str> {
         if segment.has_drives() {
             self.score.strip_prefix(&short_name(word))?.strip_prefix('.')
@@ -99,7 +99,7 @@ impl ScoreLimit {
 }
 
 impl StudySegment {
-    /// What ends a session here, and what is asked for it while driving, in sentences for a plan.
+    /// Returns sentences for a plan: the rules that end a session in this segment, and the ratings asked while driving.
     pub fn early_end_words(&self) -> Vec<String> {
         let mut all = Vec::new();
         let mut say = |what: String| all.push(format!("`{}`: {what}", self.name));
@@ -126,7 +126,7 @@ impl StudySegment {
 }
 
 impl Study {
-    /// Whether the rules of every segment can be followed. The key at fault and what is wrong.
+    /// Checks that the rules of every segment can be applied. The error holds the key at fault.
     pub(super) fn check_rules(&self) -> Result<(), (String, RuleFault)> {
         for (i, segment) in self.file.segment.iter().enumerate() {
             let fault = |key: &str, fault: RuleFault| (format!("segment.{i}.{key}"), fault);
@@ -180,17 +180,17 @@ impl Study {
         Ok(())
     }
 
-    /// The segment of an item.
+    /// Returns the segment of an item.
     pub fn segment_of(&self, planned: &PlannedItem) -> Option<&StudySegment> {
         self.file.segment.iter().find(|segment| segment.name == planned.segment)
     }
 
-    /// True if the item asks for consent: the experimenter cannot leave it out.
+    /// Returns true if the item asks for consent, which the experimenter cannot skip.
     pub fn is_consent(&self, planned: &PlannedItem) -> bool {
         self.segment_of(planned).is_some_and(|segment| segment.kind == SegmentKind::Consent)
     }
 
-    /// The end of the session that an answer while driving means, if it means one.
+    /// Returns the end of the session if this rating is above the segment's limit.
     pub fn ending_of_rating(&self, planned: &PlannedItem, rating: &FmsRating) -> Option<SessionEnding> {
         let segment = self.segment_of(planned)?;
         let limit = segment.stop_above.as_ref().filter(|limit| limit.score == fms::SCORE)?;
@@ -200,7 +200,7 @@ impl Study {
         Some(SessionEnding { cause: EndCause::ScoreLimit, reason, words })
     }
 
-    /// The end of the session that these answers to an item mean, if they mean one.
+    /// Returns the end of the session if these answers to an item meet a rule.
     pub fn ending(&self, planned: &PlannedItem, answers: &Answers) -> Option<SessionEnding> {
         let segment = self.segment_of(planned)?;
         let PlanItem::Questions(word) = &planned.item else { return None };
@@ -226,7 +226,7 @@ impl Study {
         if value <= limit.value {
             return None;
         }
-        // Sums of decimal weights end in 3e-15 otherwise.
+        // Rounding removes floating-point residues such as 3e-15 from sums of decimal weights.
         let value = (value * 1e6).round() / 1e6;
         let reason = format!("{}: {} is {value}, above {} (stop_above)", planned.name, limit.score, limit.value);
         ending(EndCause::ScoreLimit, reason, &texts.score_limit)

@@ -1,4 +1,4 @@
-//! Rules that end a session: which answers do, what is said, and mistakes in a rule with their place.
+//! Tests of the rules that end a session: answers that end it, texts, and errors in a rule with their place.
 
 use super::*;
 use serde_json::json;
@@ -44,7 +44,7 @@ fn ending(study: &Study, item: &str, answers: &[(&str, serde_json::Value)]) -> O
     study.ending(planned, &answers.iter().map(|(name, answer)| ((*name).to_owned(), answer.clone())).collect())
 }
 
-/// The sixteen symptoms, all of this strength.
+/// Returns answers in which all sixteen symptoms have this strength.
 fn symptoms(study: &Study, strength: u8) -> Vec<(&str, serde_json::Value)> {
     let element = |e: &super::super::questions::QuestionElement| e.answer_names();
     let names = study.questionnaires["ssq"].pages.iter().flat_map(|page| &page.elements).flat_map(element);
@@ -52,7 +52,7 @@ fn symptoms(study: &Study, strength: u8) -> Vec<(&str, serde_json::Value)> {
 }
 
 #[test]
-fn who_does_not_agree_does_not_take_part_and_is_thanked() {
+fn declined_consent_ends_the_session_with_thanks() {
     let study = parsed("participants = 2", "participants = 2").unwrap();
     assert_eq!(ending(&study, "consent", &[("agree", json!(true))]), None);
     for answers in [vec![("agree", json!(false))], vec![]] {
@@ -80,7 +80,7 @@ fn each_condition_of_a_screening_ends_the_session_and_is_named() {
 
 #[test]
 fn a_score_above_its_limit_ends_the_session_and_one_at_it_does_not() {
-    // All symptoms alike count 21 times in the total: strength s makes 3.74 * 21 s = 78.54 s (Kennedy et al. 1993).
+    // Equal symptoms count 21 times in the total: strength s gives 3.74 * 21 s = 78.54 s (Kennedy et al. 1993).
     let study = parsed("value = 20.0", "value = 78.54").unwrap();
     assert_eq!(ending(&study, "before", &symptoms(&study, 1)), None, "at the limit");
     let above = ending(&study, "before", &symptoms(&study, 2)).expect("157.08 is above");
@@ -88,7 +88,7 @@ fn a_score_above_its_limit_ends_the_session_and_one_at_it_does_not() {
     assert_eq!(above.reason, "before: total is 157.08, above 78.54 (stop_above)");
     assert_eq!(above.words, study.file.texts.score_limit);
     assert_eq!(ending(&study, "before", &symptoms(&study, 2)[1..]), None, "a score that lacks an answer is none");
-    // After a trial the limit is that of one questionnaire alone.
+    // The limit of a trial applies only to the named questionnaire.
     let trial = ending(&study, "trial-1-a-ssq", &symptoms(&study, 1)).expect("78.54 is above 30");
     assert_eq!(trial.reason, "trial-1-a-ssq: ssq.total is 78.54, above 30 (stop_above)");
     assert_eq!(ending(&study, "trial-1-a-raw-tlx", &[("mental", json!(100))]), None);
@@ -132,7 +132,7 @@ fn a_mistake_in_a_rule_is_named_with_its_line() {
 const RATED: &str = "fms_every_s = 60\nstop_above = { score = \"fms\", value = 10.0 }";
 
 #[test]
-fn a_rating_while_driving_above_its_limit_ends_the_session_with_the_words_of_any_other_score() {
+fn a_rating_above_its_limit_while_driving_ends_the_session() {
     let study = parsed("stop_above = { score = \"ssq.total\", value = 30.0 }", RATED).unwrap();
     let plan = study.plan(0);
     let trial = plan.items.iter().find(|planned| planned.name == "trial-1-a").unwrap();
@@ -144,7 +144,7 @@ fn a_rating_while_driving_above_its_limit_ends_the_session_with_the_words_of_any
     let above = ending(Some(11)).expect("11 is above 10");
     assert_eq!((above.cause, &above.words), (EndCause::ScoreLimit, &study.file.texts.score_limit));
     assert_eq!(above.reason, "trial-1-a: fms is 11, above 10 (stop_above)");
-    // The limit is not one of the questionnaires after the trial.
+    // The limit does not apply to the questionnaires after the trial.
     assert_eq!(answered(&study), None);
     for (rule, line, has) in [
         ("stop_above = { score = \"fms\", value = 10.0 }", 27, "give the segment fms_every_s = 60"),

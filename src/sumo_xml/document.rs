@@ -1,22 +1,23 @@
-//! Files of other formats before SUMO's converter reads them: OpenStreetMap and OpenDRIVE. In: the bytes. Out: nothing, or the line that the
-//! converter's parser would follow to another file: a document type, entities, an include. They are not copied, for netconvert only reads
-//! roads from them; what it writes is given by its command line alone.
+//! Check of files in other formats before SUMO's converter reads them: OpenStreetMap and OpenDRIVE. In: the bytes. Out:
+//! nothing, or the line at which the converter's parser would follow a reference to another file: a document type,
+//! entities, an include. The files are not copied, because netconvert only reads roads from them; its command line
+//! alone determines what it writes.
 
 use std::io::{self, BufRead};
 
-/// Something that is refused in a file.
+/// Part of a file that is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reference {
-    /// `<!DOCTYPE` or `<!ENTITY`.
+    /// Markup that begins with `<!DOCTYPE` or `<!ENTITY`.
     DocumentType,
-    /// `<include`, in any case and with any prefix.
+    /// Element `<include`, in any case and with any prefix.
     Include,
-    /// Bytes that are no text in an encoding that has ASCII in it, so that nobody can look for the others.
+    /// Bytes that are no text in an ASCII-compatible encoding, in which references could not be found.
     Encoding,
 }
 
 impl Reference {
-    /// The part of the file that is refused, and why.
+    /// Returns a description of the refused part, with the reason.
     pub fn in_words(self) -> &'static str {
         match self {
             Self::DocumentType => {
@@ -35,11 +36,11 @@ const ENCODINGS: [&str; 5] = ["utf-8", "utf8", "us-ascii", "iso-8859-", "windows
 /// Finds the first reference to another file, and its line from 1.
 ///
 /// # Errors
-/// The system's.
+/// The document cannot be read.
 pub fn first_reference(mut document: impl BufRead) -> io::Result<Option<(u32, Reference)>> {
     let (mut line, mut is_first) = (1, true);
     let mut piece = Vec::new();
-    // Markup by markup: a file may be one line, and larger than what is wanted in memory.
+    // One markup at a time: a file may be a single line that is too large for the memory.
     while document.read_until(b'<', &mut piece)? > 0 {
         let found = match is_first {
             true if !is_text_start(&piece) => Some(Reference::Encoding),
@@ -56,13 +57,13 @@ pub fn first_reference(mut document: impl BufRead) -> io::Result<Option<(u32, Re
     Ok(None)
 }
 
-/// Text before the first `<`: nothing, or the mark of UTF-8, and spaces.
+/// Checks the text before the first `<`: it may hold a UTF-8 byte order mark and white space.
 fn is_text_start(piece: &[u8]) -> bool {
     let piece = piece.strip_prefix("\u{feff}".as_bytes()).unwrap_or(piece);
     piece.strip_suffix(b"<").is_some_and(|before| before.iter().all(u8::is_ascii_whitespace))
 }
 
-/// Reference in a markup: its text from behind `<` to the next one.
+/// Returns the reference in a markup, given its text from after `<` to the next one.
 fn reference(markup: &[u8]) -> Option<Reference> {
     let begins = |with: &str| markup.get(..with.len()).is_some_and(|head| head.eq_ignore_ascii_case(with.as_bytes()));
     let is_end = |byte: &u8| byte.is_ascii_whitespace() || b">/<".contains(byte);
@@ -90,11 +91,11 @@ mod tests {
     }
 
     #[test]
-    fn references_to_other_files_are_found_wherever_they_stand() {
+    fn references_to_other_files_are_found_at_any_position() {
         assert_eq!(found(b"<?xml version='1.0' encoding='UTF-8'?>\n<osm><node id='1'/></osm>"), None);
         assert_eq!(found(b"\xef\xbb\xbf<osm/>"), None);
         assert_eq!(found(b"<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><osm><tag v='\xe4'/></osm>"), None);
-        // A comment with a tag in it hid what follows from the first look.
+        // A former fault: a comment with a tag in it hid the following markup from the check.
         let hidden = b"<!-- <a> -->\n<!DOCTYPE osm SYSTEM 'http://127.0.0.1/x.dtd'>\n<osm/>";
         assert_eq!(found(hidden), Some((2, Reference::DocumentType)));
         assert_eq!(found(b"<osm>\n<node/>\n<include href='/etc/x.xml'/></osm>"), Some((3, Reference::Include)));

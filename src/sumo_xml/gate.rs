@@ -1,6 +1,7 @@
-//! The gate itself. In: the elements of a document, one after the other. Out: the canonical document, what was dropped, or the first element that
-//! is refused. One element a line, indented; attributes in their order; no comments, no text, no processing instructions, no
-//! namespaces. The canonical document passes again with the same bytes.
+//! The gate: copies a document from an allow-list. In: the elements of a document, one after the other. Out: the
+//! canonical document and what was dropped, or the first element that is refused. The copy has one element per line,
+//! indented, and keeps the order of attributes. It has no comments, text, processing instructions or namespaces. A
+//! canonical document passes again with the same bytes.
 
 use super::{
     DECLARATION, Vocabulary, first_bad_character, is_plain,
@@ -15,26 +16,26 @@ use std::{
     io::{self, Write},
 };
 
-/// The most different names of dropped parts that are kept: a hostile file has a million.
+/// Largest number of different names of dropped parts that are kept: a hostile file may have a million.
 const MOST_DROPPED_NAMES: usize = 1000;
-/// Names of dropped parts in a message.
+/// Number of names of dropped parts in a message.
 const NAMES_SHOWN: usize = 3;
-/// The longest name in a message, characters.
+/// Largest length of a name in a message, characters.
 const NAME_CHARACTERS: usize = 60;
 const REMEDY: &str = "\n  remedy: take it out of the file";
-/// A projection that SUMO does without.
+/// Value for no projection.
 const NO_PROJECTION: &str = "!";
 
-/// An element that is refused.
+/// Refused element and the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// The element with its id, for example `edgeData "x"`.
+    /// Element with its id, for example `edgeData "x"`.
     pub element: String,
-    /// The fault, what is allowed and the remedy.
+    /// Problem, allowed values and remedy.
     pub problem: String,
 }
 
-/// Why a document was not copied.
+/// Error that prevented the copy of a document.
 #[derive(Debug)]
 pub enum GateError {
     /// An element is refused.
@@ -55,7 +56,7 @@ impl From<io::Error> for GateError {
     }
 }
 
-/// Parts without effect on a drive that a copy leaves out, by name, with their number.
+/// Dropped parts without effect on a drive, by name, with their numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Dropped(BTreeMap<String, usize>);
 
@@ -65,12 +66,12 @@ impl Dropped {
         *self.0.entry(name).or_default() += 1;
     }
 
-    /// True if nothing was left out.
+    /// Checks whether nothing was dropped.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Names and numbers, the name first.
+    /// Returns names and numbers of the dropped parts, sorted by name.
     pub fn names(&self) -> impl Iterator<Item = (&str, usize)> {
         self.0.iter().map(|(name, count)| (name.as_str(), *count))
     }
@@ -89,30 +90,30 @@ impl fmt::Display for Dropped {
     }
 }
 
-/// An open element of the copy.
+/// Open element of the copy.
 struct Open<'v> {
-    /// `None` of a parameter that is dropped, and of all in it.
+    /// Rule of the element; `None` for a parameter and for all within it.
     rule: Option<&'v Rule>,
     has_children: bool,
 }
 
-/// Copies one document.
+/// Copier of one document.
 pub struct Gate<'v, W> {
     vocabulary: &'v Vocabulary,
     out: W,
     open: Vec<Open<'v>>,
     is_begun: bool,
-    /// Parts that were left out so far.
+    /// Parts that were dropped so far.
     pub dropped: Dropped,
 }
 
 impl<'v, W: Write> Gate<'v, W> {
-    /// A gate that writes its copy to `out`.
+    /// Creates a gate that writes its copy to `out`.
     pub fn new(vocabulary: &'v Vocabulary, out: W) -> Self {
         Self { vocabulary, out, open: Vec::new(), is_begun: false, dropped: Dropped::default() }
     }
 
-    /// Takes the start of an element: its name, and the names and values of its attributes.
+    /// Processes the start of an element: its name, and the names and values of its attributes.
     ///
     /// # Errors
     /// The element is refused, or cannot be written.
@@ -162,7 +163,7 @@ impl<'v, W: Write> Gate<'v, W> {
         Ok(())
     }
 
-    /// Takes the end of the element that was opened last.
+    /// Processes the end of the element that was opened last.
     ///
     /// # Errors
     /// The copy cannot be written.
@@ -177,17 +178,17 @@ impl<'v, W: Write> Gate<'v, W> {
         Ok(())
     }
 
-    /// Elements that are open: 1 within the outermost one.
+    /// Returns the number of open elements: 1 within the outermost one.
     pub fn depth(&self) -> usize {
         self.open.len()
     }
 
-    /// The copy, once the document is over.
+    /// Returns the writer and the dropped parts, at the end of the document.
     pub fn into_inner(self) -> (W, Dropped) {
         (self.out, self.dropped)
     }
 
-    /// Writes what stands before the attributes of an element.
+    /// Writes the start of an element up to its attributes.
     fn begin(&mut self, name: &str) -> io::Result<()> {
         if !self.is_begun {
             self.out.write_all(DECLARATION.as_bytes())?;
@@ -232,23 +233,23 @@ impl<'v, W: Write> Gate<'v, W> {
     }
 }
 
-/// The spaces before an element.
+/// Returns the spaces before an element.
 fn indent(depth: usize) -> &'static str {
     const SPACES: &str = "                                        ";
     &SPACES[..SPACES.len().min(4 * depth)]
 }
 
-/// An attribute at the gate.
+/// Decision on an attribute.
 pub enum Pass<'a> {
-    /// The attribute passes, perhaps with another value.
+    /// The attribute passes, possibly with another value.
     Value(Cow<'a, str>),
-    /// The attribute is left out.
+    /// The attribute is dropped.
     Dropped,
-    /// The document is refused for it.
+    /// The document is refused.
     Refused,
 }
 
-/// Decides on an attribute.
+/// Decides on an attribute of an element.
 pub fn passes<'a>(rule: &Rule, name: &str, value: &'a str) -> Pass<'a> {
     match () {
         () if rule.has_attribute(name) => Pass::Value(match name {
@@ -260,13 +261,13 @@ pub fn passes<'a>(rule: &Rule, name: &str, value: &'a str) -> Pass<'a> {
     }
 }
 
-/// True if a key or an attribute asks for a file, an output or a device. Any other that is unknown has no effect.
+/// Checks whether a key or an attribute names a file, an output or a device. Any other unknown one has no effect.
 fn speaks_of_files(key: &str) -> bool {
     const WORDS: [&str; 6] = ["device", "devices", "file", "files", "output", "outputs"];
     words_of(key).iter().any(|word| WORDS.contains(&word.as_str()))
 }
 
-/// The words of a key in small letters: they end at what is no letter, and before a capital letter.
+/// Splits a key into words in small letters, at characters that are not alphanumeric and before capital letters.
 fn words_of(key: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     for c in key.chars() {
@@ -280,7 +281,8 @@ fn words_of(key: &str) -> Vec<String> {
     words
 }
 
-/// True of a projection of numbers and plain words. Grids, `+init` and others name files, which the library of projections reads.
+/// Checks whether a projection consists of numbers and plain words. Grids, `+init` and others name files, which the
+/// projection library reads.
 fn is_plain_projection(value: &str) -> bool {
     const PARAMETERS: &str = "proj zone south ellps datum units no_defs type lat_0 lat_1 lat_2 lat_ts lon_0 lon_1 lon_2 lonc k k_0 x_0 y_0 a b rf f \
                               R gamma alpha towgs84 vunits axis pm over to_meter";
@@ -321,7 +323,7 @@ fn misplaced<'a>(
     Problem { element, problem }
 }
 
-/// True of elements of SUMO's additional files that write, read or steer.
+/// Checks for elements of SUMO's additional files that write, read or control the traffic.
 fn is_writer(name: &str) -> bool {
     const WRITERS: &str = "edgeData laneData timedEvent e1Detector inductionLoop e2Detector laneAreaDetector e3Detector entryExitDetector \
                            instantInductionLoop vTypeProbe routeProbe calibrator rerouter variableSpeedSign vaporizer include WAUT \
@@ -329,14 +331,14 @@ fn is_writer(name: &str) -> bool {
     WRITERS.split_whitespace().any(|writer| writer == name)
 }
 
-/// An element with what it is known by.
+/// Returns an element's name with its id, key or file.
 pub fn label<'a>(name: &str, mut attributes: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     let by = if name == PARAMETER { "key" } else { "id" };
     let known = attributes.find(|(key, _)| *key == by || *key == "href");
     known.map_or_else(|| short(name), |(_, value)| format!("{} \"{}\"", short(name), short(value)))
 }
 
-/// A name of a message: its beginning, without characters that control a terminal.
+/// Shortens a name for a message, without control characters.
 fn short(name: &str) -> String {
     let mut text: String = name.chars().filter(|c| !c.is_control()).take(NAME_CHARACTERS).collect();
     if name.chars().count() > NAME_CHARACTERS {

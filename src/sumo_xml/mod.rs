@@ -1,10 +1,12 @@
-//! The gate in front of SUMO. In: a network or a file of demand that somebody wrote. Out: a canonical copy that holds only what [`vocabulary`]
-//! lists, which is all that SUMO is ever given; or the first part that is refused, with file, line and remedy.
+//! The gate in front of SUMO. In: a network or a demand file from outside. Out: a canonical copy that holds only what
+//! [`vocabulary`] lists, which is all that SUMO is ever given; or the first part that is refused, with file, line and
+//! remedy.
 //!
-//! SUMO obeys its input: `<edgeData file=..>` in a network and `<param key="device.ssm.file" ..>` in a demand write to any file, and
-//! `<include>` reads any. So a copy is made element by element ([`gate`]) from an allow-list: what is not on it is refused by name, or dropped and
-//! counted ([`Dropped`]) where it changes no drive. Networks pass it as a tree (`map`), files of demand as a stream (`stream`).
-//! [`document`] looks at files for netconvert, which are not copied.
+//! SUMO obeys its input: `<edgeData file=..>` in a network and `<param key="device.ssm.file" ..>` in a demand write to
+//! any file, and `<include>` reads any. So a copy is made element by element ([`gate`]) from an allow-list. Parts that
+//! are not on it are refused by name, or dropped and counted ([`Dropped`]) if they have no effect on a drive. Networks
+//! pass the gate as a tree (`map`), demand files as a stream (`stream`). [`document`] checks files for netconvert,
+//! which are not copied.
 
 pub mod document;
 pub mod gate;
@@ -22,7 +24,7 @@ use std::io::{self, Write};
 /// Beginning of all canonical documents.
 pub const DECLARATION: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
 
-/// Writes a value of an attribute so that it reads as it was.
+/// Writes an attribute's value with escapes, so that it is read back unchanged.
 ///
 /// # Errors
 /// Errors of `out`.
@@ -45,12 +47,13 @@ pub fn write_escaped(out: &mut impl Write, value: &str) -> io::Result<()> {
     out.write_all(rest.as_bytes())
 }
 
-/// True of a value that is written as it reads: almost all values of a network are.
+/// Checks whether a value needs no escapes, as almost all values of a network do.
 fn is_plain(value: &str) -> bool {
     value.bytes().all(|byte| matches!(byte, b' '..=b'~') && !matches!(byte, b'&' | b'<' | b'>' | b'"'))
 }
 
-/// Finds the first character that XML cannot hold: control characters but tab and line ends, and two that are none. Bytes from the start.
+/// Finds the first character that XML cannot hold, as a byte position: a control character other than tab and line
+/// ends, or one of two noncharacters.
 pub fn first_bad_character(text: &str) -> Option<usize> {
     let control = |byte: u8| byte < b' ' && !matches!(byte, b'\t' | b'\n' | b'\r');
     text.bytes().position(control).or_else(|| text.find(['\u{fffe}', '\u{ffff}']))

@@ -1,5 +1,5 @@
-//! Files of demand as they are read. In: a path, or one that an `<include>` names. Out: their text through a meter that ends what is too
-//! large. Compressed files (`.gz`) are read like others: the bounds hold for what is in them.
+//! Reading of demand files. In: a path, or one that an `<include>` names. Out: the text, through a reader that fails
+//! when too much is read. Compressed files (`.gz`) are read like others; the limits apply to their content.
 
 use crate::file::{open_regular, size_text};
 use std::{
@@ -10,12 +10,12 @@ use std::{
     rc::Rc,
 };
 
-/// The most bytes of one file with all that it includes, unpacked: room for what is too many vehicles to be counted.
+/// Largest size of a file with all its includes, unpacked, bytes: enough for more vehicles than are allowed.
 pub const MOST_BYTES: u64 = 256 << 20;
-/// The most bytes of one tag, comment or text: a route over 100,000 edges.
+/// Largest size of one tag, comment or text, bytes: a route over 100,000 edges.
 pub const MOST_TAG_BYTES: u64 = 4 << 20;
 
-/// Bytes that may still be read.
+/// Numbers of bytes that may still be read.
 #[derive(Debug)]
 pub(super) struct Budget {
     bytes: Cell<u64>,
@@ -27,13 +27,13 @@ impl Budget {
         Rc::new(Self { bytes: Cell::new(MOST_BYTES), tag: Cell::new(MOST_TAG_BYTES) })
     }
 
-    /// The next tag begins.
+    /// Resets the limit for the next tag.
     pub fn next_tag(&self) {
         self.tag.set(MOST_TAG_BYTES);
     }
 }
 
-/// A text that is counted as it is read.
+/// Text that is counted as it is read.
 pub(super) struct Metered {
     inner: BufReader<Box<dyn Read>>,
     budget: Rc<Budget>,
@@ -77,7 +77,7 @@ fn too_large() -> String {
 /// Opens a file, compressed or not.
 ///
 /// # Errors
-/// The system's, and that it is no regular file or too large.
+/// The file cannot be opened, is no regular file, or is too large.
 pub(super) fn open(path: &Path, budget: &Rc<Budget>) -> io::Result<Metered> {
     let mut file = open_regular(path)?;
     if file.metadata()?.len() > budget.bytes.get() {
@@ -90,7 +90,7 @@ pub(super) fn open(path: &Path, budget: &Rc<Budget>) -> io::Result<Metered> {
     Ok(Metered { inner: BufReader::new(inner), budget: Rc::clone(budget) })
 }
 
-/// True of a file that begins as gzip writes it, whatever its name.
+/// Checks whether a file begins like gzip, whatever its name is.
 fn is_compressed(file: &mut File) -> io::Result<bool> {
     let mut head = Vec::new();
     file.by_ref().take(2).read_to_end(&mut head)?;
@@ -98,10 +98,10 @@ fn is_compressed(file: &mut File) -> io::Result<bool> {
     Ok(head == [0x1f, 0x8b])
 }
 
-/// The file that an `<include>` in a file of `folder` names. `folder` is one without links in its path.
+/// Returns the path of the file that an `<include>` in a file of `folder` names. The path of `folder` has no links.
 ///
 /// # Errors
-/// In words: the name leads out of the folder, or there is no such file.
+/// The name leads out of the folder, or there is no such file; as text.
 pub(super) fn included(folder: &Path, href: &str) -> Result<PathBuf, String> {
     let remedy =
         "\n  remedy: put the file beside the one that includes it, or its elements in the place of the include";

@@ -1,5 +1,6 @@
-//! Files of demand at the gate, read tag by tag: they may be larger than the memory. In: a file, and somebody who looks at each element. Out:
-//! the canonical copy with all included files in it, or the first part that is refused, with its file and line.
+//! Demand files at the gate, read tag by tag, because they may be larger than the memory. In: a file, and a check for
+//! each element. Out: the canonical copy with all included files in it, or the first part that is refused, with its
+//! file and line.
 
 use super::{
     Dropped, Gate, GateError, Problem, Vocabulary, gate,
@@ -18,31 +19,32 @@ use std::{
 
 pub use source::{MOST_BYTES, MOST_TAG_BYTES};
 
-/// The most elements of one file with all that it includes: a route, a stop and some parameters for each of 200,000 vehicles.
+/// Largest number of elements of a file with all its includes: a route, a stop and some parameters for each of 200,000
+/// vehicles.
 pub const MOST_ELEMENTS: u64 = 2_000_000;
-/// The most files that include each other.
+/// Largest depth of nested includes.
 pub const MOST_INCLUDE_DEPTH: usize = 8;
-/// The most files that one includes, directly or not.
+/// Largest number of files that a file includes, directly or not.
 pub const MOST_INCLUDES: usize = 256;
 
-/// An element as it is read.
+/// Element as it is read.
 #[derive(Debug)]
 pub struct Tag {
     /// Name of the element.
     pub name: String,
-    /// Names and values of its attributes.
+    /// Names and values of the attributes.
     pub attributes: Vec<(String, String)>,
-    /// Elements around it: 1 right in the outermost one.
+    /// Number of enclosing elements: 1 directly within the outermost one.
     pub depth: usize,
 }
 
 impl Tag {
-    /// The value of an attribute.
+    /// Returns the value of an attribute.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
-    /// The element with its id, for messages.
+    /// Returns the element with its id, for messages.
     pub fn label(&self) -> String {
         gate::label(&self.name, self.pairs())
     }
@@ -52,32 +54,32 @@ impl Tag {
     }
 }
 
-/// Why a file was not copied.
+/// Error that prevented the copy of a file.
 #[derive(Debug)]
 pub enum StreamError {
-    /// The file as a whole.
+    /// Problem with the file as a whole.
     File {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// Words on the fault.
+        /// Description of the problem.
         problem: String,
     },
-    /// An element.
+    /// Problem with an element.
     Element {
-        /// The file, which another one may include.
+        /// Path of the file, which may be an included one.
         file: PathBuf,
-        /// Line, from 1.
+        /// Line number, from 1.
         line: u32,
-        /// Words on the fault.
+        /// Description of the problem.
         problem: Problem,
     },
 }
 
-/// Copies `file` to `out`, with all files that it includes in the place of the includes. `look` sees every element that passes by name, before it
-/// is written.
+/// Copies `file` to `out`, with all included files in place of the includes. `look` is called with every element that
+/// passes the gate.
 ///
 /// # Errors
-/// The first part that is refused, by the gate or by `look`, or what cannot be read or written.
+/// The first part that is refused, by the gate or by `look`, or a file that cannot be read or written.
 pub fn copy<W: Write>(
     file: &Path,
     vocabulary: &Vocabulary,
@@ -99,7 +101,7 @@ pub fn copy<W: Write>(
     Ok((out.out, dropped))
 }
 
-/// A copy that is no larger than what is read again.
+/// Writer that limits the copy to the size that can be read again.
 struct Bounded<W> {
     out: W,
     left: u64,
@@ -123,7 +125,7 @@ fn of_file(file: &Path, problem: impl ToString) -> StreamError {
     StreamError::File { file: file.into(), problem: problem.to_string() }
 }
 
-/// The element that includes a file.
+/// Name of the element that includes a file.
 const INCLUDE: &str = "include";
 
 struct Copy<'a, W> {
@@ -133,19 +135,19 @@ struct Copy<'a, W> {
     budget: Rc<Budget>,
     elements: u64,
     includes: usize,
-    /// The files that are being read, each included by the one before.
+    /// Files that are being read, each included by the one before.
     open_files: Vec<PathBuf>,
 }
 
-/// A file that is read.
+/// Position in a file that is read.
 struct Place<'f> {
     file: &'f Path,
     line: u32,
-    /// Elements that are open in this file.
+    /// Number of open elements in this file.
     depth: usize,
     has_root: bool,
     is_included: bool,
-    /// The last tag was an `<include>` that is not closed yet.
+    /// True while the last tag is an `<include>` that is not closed yet.
     is_in_include: bool,
 }
 
@@ -157,7 +159,7 @@ impl Place<'_> {
 }
 
 impl<W: Write> Copy<'_, W> {
-    /// Copies one file, called `name` in messages.
+    /// Copies one file; `name` is its name for messages.
     fn file(&mut self, name: &Path, path: PathBuf, is_included: bool) -> Result<(), StreamError> {
         let text = source::open(&path, &self.budget).map_err(|error| of_file(name, error))?;
         self.open_files.push(path);
@@ -172,7 +174,7 @@ impl<W: Write> Copy<'_, W> {
         Ok(())
     }
 
-    /// Takes the next part of a file; false at its end.
+    /// Processes the next part of a file. Returns false at its end.
     fn event(
         &mut self,
         reader: &mut Reader<Metered>,
@@ -223,7 +225,7 @@ impl<W: Write> Copy<'_, W> {
         place.has_root = true;
         place.depth += 1;
         if is_root && place.is_included {
-            // Its elements stand in the place of the include.
+            // The elements of an included file take the place of the include.
             let roots = [&[self.vocabulary.root], self.vocabulary.other_roots].concat();
             let problem = || format!("allowed as the outermost element of an included file: {}", roots.join(", "));
             return if roots.contains(&tag.name.as_str()) { Ok(()) } else { Err(place.fault(tag.label(), problem())) };
@@ -275,7 +277,7 @@ fn at(error: GateError, place: &Place) -> StreamError {
     }
 }
 
-/// Reads a tag. Names with a prefix belong to no vocabulary of SUMO's.
+/// Reads a tag. Attributes with a prefix belong to no vocabulary of SUMO and are left out.
 fn read_tag(tag: &BytesStart, depth: usize, place: &Place) -> Result<Tag, StreamError> {
     let no_text =
         |error: std::str::Utf8Error| place.fault("this is no UTF-8 text", format!("{error}; save it as UTF-8"));

@@ -1,4 +1,5 @@
-//! Tests of the gate over documents of a few lines. What is expected is written by hand, from SUMO's schemas and from its rules for XML.
+//! Tests of the gate with documents of a few lines. The expected results are written by hand, from SUMO's schemas and
+//! the rules of XML.
 
 use super::{gate::label, stream, *};
 use std::{
@@ -7,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A folder with files; the first is copied as a demand.
+/// Writes files into a folder and copies the first as a demand.
 fn copied(files: &[(&str, &[u8])]) -> Result<(String, Dropped), String> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files {
@@ -34,7 +35,7 @@ fn one(text: &str) -> Result<(String, Dropped), String> {
 }
 
 #[test]
-fn a_canonical_document_holds_the_same_in_one_form_and_passes_unchanged() {
+fn a_canonical_document_keeps_the_content_and_passes_unchanged() {
     let text = "\u{feff}<?xml version='1.0'?><!-- by somebody -->\n<routes xmlns:xsi='http://www.w3.org/2001/XMLSchema-instance' \
                 xsi:noNamespaceSchemaLocation='http://example.org/x.xsd'>\n<vType id='a&amp;b' tau='1'  vClass=\"passenger\">words\
                 <param value='1' key='junctionModel.ignoreIDs'/></vType><?do this?>\n\
@@ -49,7 +50,7 @@ fn a_canonical_document_holds_the_same_in_one_form_and_passes_unchanged() {
 }
 
 #[test]
-fn what_writes_reads_or_runs_is_refused_with_file_line_and_remedy() {
+fn unsafe_parts_are_refused_with_file_line_and_remedy() {
     for (text, expected) in [
         (
             "<routes>\n<vType id='t'>\n<param key='device.ssm.file' value='/x'/></vType></routes>",
@@ -90,7 +91,7 @@ fn what_writes_reads_or_runs_is_refused_with_file_line_and_remedy() {
 }
 
 #[test]
-fn what_changes_no_drive_is_dropped_and_listed_by_name() {
+fn parts_without_effect_are_dropped_and_listed_by_name() {
     let text = "<routes><trip id='a' depart='0' weather='fine'><param key='osm.profile' value='x'/></trip>\
                 <trip id='b' depart='1' weather='bad'/></routes>";
     let (copy, dropped) = one(text).unwrap();
@@ -98,7 +99,7 @@ fn what_changes_no_drive_is_dropped_and_listed_by_name() {
     let names: BTreeMap<&str, usize> = dropped.names().collect();
     assert_eq!(names, BTreeMap::from([("weather of trip", 2), ("param osm.profile of trip", 1)]));
     assert_eq!(dropped.to_string(), "2 x weather of trip, 1 x param osm.profile of trip");
-    // A parameter holds nothing.
+    // A parameter has no child elements.
     let error = one("<routes><trip id='a'><param key='x'><edgeData/></param></trip></routes>").unwrap_err();
     assert!(error.contains("edgeData: SUMO writes or reads files"), "{error}");
     let error = one("<routes><trip id='a'><param key='x'><param key='device.ssm.file'/></param></trip></routes>");
@@ -106,10 +107,10 @@ fn what_changes_no_drive_is_dropped_and_listed_by_name() {
 }
 
 #[test]
-fn no_element_of_the_lists_holds_another_without_end() {
+fn elements_of_the_lists_nest_to_a_limited_depth() {
     for vocabulary in [network(), demand()] {
         let mut depth = BTreeMap::from([("", 0)]);
-        // Each round adds one level: after as many rounds as are allowed nothing may be new.
+        // Each round adds one level: after the largest allowed number of rounds nothing may be new.
         for round in 1..=8 {
             for rule in vocabulary.rules() {
                 if rule.parents().iter().any(|parent| depth.get(parent) == Some(&(round - 1))) {
@@ -124,10 +125,10 @@ fn no_element_of_the_lists_holds_another_without_end() {
 }
 
 #[test]
-fn no_name_of_the_lists_speaks_of_files() {
+fn no_allowed_name_refers_to_files() {
     for rule in network().rules().chain(demand().rules()) {
         for name in rule.attributes().iter().chain(rule.keys()) {
-            // Numbers of a curve, no file.
+            // `accelProfile` is a curve of numbers, not a file.
             let lower = name.to_lowercase().replace("accelprofile", "");
             assert!(
                 !["file", "output", "device", "href", "freq"].iter().any(|word| lower.contains(word)),
@@ -140,7 +141,7 @@ fn no_name_of_the_lists_speaks_of_files() {
 }
 
 #[test]
-fn included_files_stand_in_the_place_of_the_include() {
+fn included_elements_take_the_place_of_the_include() {
     let types = b"<additional><vType id='mine' maxSpeed='9'/></additional>";
     let (copy, _) = copied(&[
         ("a.rou.xml", b"<routes><include href='sub/types.xml'/><trip id='a' type='mine' depart='3'/></routes>"),
@@ -154,7 +155,7 @@ fn included_files_stand_in_the_place_of_the_include() {
 }
 
 #[test]
-fn includes_never_leave_the_folder_and_never_go_on_without_end() {
+fn includes_stay_in_the_folder_and_are_limited_in_depth_and_number() {
     let routes = |body: &str| format!("<routes>\n{body}</routes>");
     for href in ["../b.xml", "/etc/passwd", "sub/../../b.xml", "", "file:b.xml", "http://127.0.0.1/b.xml", "..\\b.xml"]
     {
@@ -193,7 +194,7 @@ fn includes_never_leave_the_folder_and_never_go_on_without_end() {
         ),
         "{deep}"
     );
-    // Each of eight files includes the next one thrice: 3^8 files.
+    // Each of eight files includes the next one three times: 3^8 files.
     let many: Vec<(String, String)> =
         (0..8).map(|k| (format!("{k}.xml"), routes(&format!("<include href='{}.xml'/>", k + 1).repeat(3)))).collect();
     let mut files: Vec<(&str, &[u8])> = many.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
@@ -204,7 +205,7 @@ fn includes_never_leave_the_folder_and_never_go_on_without_end() {
 
 #[cfg(unix)]
 #[test]
-fn an_include_by_a_link_that_leads_out_of_the_folder_is_refused() {
+fn an_include_through_a_link_out_of_the_folder_is_refused() {
     let (inside, outside) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let place = |name: &str| inside.path().join(name);
     fs::write(outside.path().join("secret.xml"), "<routes/>").unwrap();
@@ -226,7 +227,7 @@ fn an_include_by_a_link_that_leads_out_of_the_folder_is_refused() {
 }
 
 #[test]
-fn a_compressed_file_is_read_like_any_other_and_bounded_when_unpacked() {
+fn a_compressed_file_is_read_and_limited_by_its_unpacked_size() {
     use flate2::{Compression, write::GzEncoder};
     let packed = |text: &[u8], times: usize| {
         let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
@@ -235,7 +236,7 @@ fn a_compressed_file_is_read_like_any_other_and_bounded_when_unpacked() {
     };
     let text = "<routes><trip id='a' depart='0'/></routes>";
     assert_eq!(copied(&[("a.rou.xml.gz", &packed(text.as_bytes(), 1))]).unwrap(), one(text).unwrap());
-    // A mebibyte of spaces, 257 times, in a megabyte.
+    // A mebibyte of spaces, 257 times, in a compressed file of a megabyte.
     let mut bomb = packed(b"<routes>", 1);
     bomb.extend(packed(&vec![b' '; 1 << 20], 257));
     let error = copied(&[("a.rou.xml", &bomb)]).unwrap_err();
@@ -249,7 +250,7 @@ fn a_compressed_file_is_read_like_any_other_and_bounded_when_unpacked() {
 }
 
 #[test]
-fn more_elements_than_are_read_are_refused() {
+fn a_file_with_too_many_elements_is_refused() {
     let text = format!("<routes>{}</routes>", "<trip/>".repeat(stream::MOST_ELEMENTS as usize));
     let error = one(&text).unwrap_err();
     assert_eq!(error, "a.rou.xml: it holds more than 2000000 elements with what it includes, the most that is read");

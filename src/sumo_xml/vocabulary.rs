@@ -1,12 +1,13 @@
-//! The vocabulary that SUMO may be given: elements, where they stand, their attributes and the keys of their parameters. In: names. Out: whether they pass.
-//! Taken by hand from SUMO 1.28's schemas (net_file.xsd, routes_file.xsd) without all that writes, opens, runs or connects.
+//! The vocabulary that SUMO may be given: elements, their parents, their attributes and the keys of their parameters.
+//! In: names. Out: whether they pass. Compiled by hand from SUMO 1.28's schemas (net_file.xsd, routes_file.xsd),
+//! without anything that writes, opens, runs or connects.
 
 use std::{collections::BTreeMap, sync::LazyLock};
 
-/// A row: element, the elements that may hold it, its attributes, and the keys of its parameters. Words are separated by spaces.
+/// Row of a table: element, possible parents, attributes, and keys of parameters. Words are separated by spaces.
 type Row = (&'static str, &'static str, &'static str, &'static str);
 
-/// An element that may pass.
+/// Rule of an allowed element.
 #[derive(Debug)]
 pub struct Rule {
     /// Name of the element.
@@ -17,47 +18,47 @@ pub struct Rule {
 }
 
 impl Rule {
-    /// True if the element may stand in one of this name; the root in none (`""`).
+    /// Checks whether the element may have this parent; the root's parent is `""`.
     pub fn may_stand_in(&self, parent: &str) -> bool {
         self.parents.contains(&parent)
     }
 
-    /// True if an attribute passes.
+    /// Checks whether an attribute passes.
     pub fn has_attribute(&self, name: &str) -> bool {
         self.attributes.binary_search(&name).is_ok()
     }
 
-    /// True if a parameter passes. What follows a colon is the id of a lane.
+    /// Checks whether a parameter passes. The part after a colon is the id of a lane.
     pub fn has_key(&self, key: &str) -> bool {
         self.keys.contains(&key.split_once(':').map_or(key, |(name, _)| name))
     }
 
-    /// The elements that may hold it; none of the root.
+    /// Returns the possible parents of the element; `""` for the root.
     pub fn parents(&self) -> &[&'static str] {
         &self.parents
     }
 
-    /// Keys of its parameters.
+    /// Returns the keys of the allowed parameters.
     pub fn keys(&self) -> &[&'static str] {
         &self.keys
     }
 
-    /// Attributes that pass.
+    /// Returns the allowed attributes, sorted.
     pub fn attributes(&self) -> &[&'static str] {
         &self.attributes
     }
 }
 
-/// The element of parameters, which may stand in every other one.
+/// Name of the parameter element, which every other element may hold.
 pub const PARAMETER: &str = "param";
 
-/// All elements of a kind of file.
+/// Allowed elements of a kind of file.
 pub struct Vocabulary {
-    /// Name of what such a file is, for messages.
+    /// Name of the kind of file, for messages.
     pub title: &'static str,
-    /// Name of the element around all others.
+    /// Name of the outermost element.
     pub root: &'static str,
-    /// Names that SUMO's own files may have for it.
+    /// Other names that SUMO's own files may have for the outermost element.
     pub other_roots: &'static [&'static str],
     rules: BTreeMap<&'static str, Rule>,
 }
@@ -74,36 +75,37 @@ impl Vocabulary {
         Self { title, root, other_roots: others, rules: rows.iter().map(rule).collect() }
     }
 
-    /// The rule of an element.
+    /// Returns the rule of an element.
     pub fn rule(&self, name: &str) -> Option<&Rule> {
         self.rules.get(name)
     }
 
-    /// All rules, by name.
+    /// Returns all rules, sorted by name.
     pub fn rules(&self) -> impl Iterator<Item = &Rule> {
         self.rules.values()
     }
 
-    /// Names of what may stand in an element.
+    /// Returns the names of the elements that an element may hold.
     pub fn within(&self, parent: &str) -> Vec<&'static str> {
         self.rules().filter(|rule| rule.may_stand_in(parent)).map(|rule| rule.name).collect()
     }
 }
 
-/// Road networks (`net.xml`).
+/// Returns the vocabulary of road networks (`net.xml`).
 pub fn network() -> &'static Vocabulary {
     static NETWORK: LazyLock<Vocabulary> = LazyLock::new(|| Vocabulary::new("a network", "net", &[], NETWORK_ROWS));
     &NETWORK
 }
 
-/// Demand (`rou.xml`).
+/// Returns the vocabulary of demand files (`rou.xml`).
 pub fn demand() -> &'static Vocabulary {
     static DEMAND: LazyLock<Vocabulary> =
         LazyLock::new(|| Vocabulary::new("a demand", "routes", &["additional", "route-alternatives"], DEMAND_ROWS));
     &DEMAND
 }
 
-/// Keys of actuated, delay-based and NEMA signals. `file`, `freq` and `whetherOutputState` write, so they are absent.
+/// Keys of actuated, delay-based and NEMA signals. `file`, `freq` and `whetherOutputState` cause output, so they are
+/// absent.
 const SIGNAL_KEYS: &str = "max-gap min-gap jam-threshold passing-time detector-gap inactive-threshold detectorRange minTimeLoss extendMaxDur \
      detector-length detector-length-leftTurnLane total-cycle-length ring1 ring2 barrierPhases barrier2Phases coordinatePhases minRecall maxRecall \
      fixForceOff controllerType cabinetType";
@@ -192,7 +194,7 @@ macro_rules! departure {
          arrivalSpeed departPosLat arrivalPosLat line personNumber containerNumber speedFactor insertionChecks parkingBadges "
     };
 }
-/// Attributes of ways from place to place.
+/// Attributes of the origin and the destination of a trip.
 macro_rules! ends {
     () => {
         "from to fromTaz toTaz fromXY toXY fromLonLat toLonLat fromJunction toJunction viaJunctions busStop trainStop parkingArea containerStop \
@@ -205,7 +207,7 @@ macro_rules! plan {
         "id arrival type departPos arrivalPos color modes vTypes speedFactor "
     };
 }
-/// Attributes of flows.
+/// Attributes of flows, for the number and the rate of vehicles.
 macro_rules! rate {
     () => {
         "begin end period perHour probability number "

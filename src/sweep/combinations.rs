@@ -1,18 +1,18 @@
-//! What a table of a plan varies. In: its lists and its fixed settings, as TOML. Out: all combinations, with the key of each setting
-//! for messages.
+//! Combinations of the varied settings of a plan's table. In: its lists and its fixed settings, as TOML. Out: all combinations, with the
+//! key of each setting for messages.
 
 use serde_json::{Map, Value};
 
-/// Settings of one combination by name, and where each stands in the file.
+/// Settings of one combination by name, with their keys in the plan.
 pub(super) struct Combination {
-    /// Name, value, and the key in the file, fixed ones first.
+    /// Name, value and key in the plan, fixed settings first.
     pub settings: Vec<(String, Value, String)>,
-    /// Those that are varied.
+    /// Varied settings of this combination.
     pub varied: Map<String, Value>,
 }
 
 impl Combination {
-    /// Takes a setting out.
+    /// Removes a setting and returns its value and key.
     pub fn take(&mut self, name: &str) -> Option<(Value, String)> {
         let at = self.settings.iter().position(|setting| setting.0 == name)?;
         let (_, value, key) = self.settings.remove(at);
@@ -20,10 +20,11 @@ impl Combination {
     }
 }
 
-/// All combinations of the table at the key `at`: those of `each`, the last name changing fastest, each with `settings`; `most` at most.
+/// Returns all combinations of the lists in `each` for the table at key `at`, the last name changing fastest, each with `settings`; fails
+/// if there are more than `most`.
 ///
 /// # Errors
-/// The key of what is wrong, and why.
+/// The key of the faulty entry and the reason.
 pub(super) fn combinations(
     at: &str,
     settings: &toml::Table,
@@ -63,7 +64,7 @@ pub(super) fn combinations(
     Ok((0..count).map(combination).collect())
 }
 
-/// Settings in tables as names with dots, in the order of the alphabet.
+/// Returns the settings of nested tables as dotted names in alphabetical order.
 fn flat(table: &toml::Table, before: &str) -> Vec<(String, toml::Value)> {
     let mut settings = Vec::new();
     for (name, value) in table {
@@ -77,7 +78,7 @@ fn flat(table: &toml::Table, before: &str) -> Vec<(String, toml::Value)> {
     settings
 }
 
-/// The values of a list, or of a range in words: `"1-20"`.
+/// Returns the values of a list, or of a range such as `"1-20"`.
 fn listed(value: &toml::Value, most: usize) -> Result<Vec<Value>, String> {
     let range = |text: &str| {
         let (from, to) = text.split_once('-')?;

@@ -1,5 +1,5 @@
-//! One run, here and now. In: a [`SweepRun`]. Out: its part, a table in Parquet as bytes. It asks for no clock and keeps nothing in the
-//! process, so that the bytes are the same on every machine of one kind.
+//! Execution of one run in this process. In: a [`SweepRun`]. Out: its part, a Parquet table as bytes. It reads no clock and keeps no
+//! state in the process, so that the bytes are the same on every machine of one kind.
 
 use super::{
     SweepError, SweepRun,
@@ -23,14 +23,14 @@ use crate::{
 };
 use std::{path::Path, sync::atomic::AtomicBool};
 
-/// Random numbers of rings: those of `codrive evaluate`.
+/// Random stream of the rings, the same as in `codrive evaluate`.
 const STREAM: &str = "evaluate";
 
 impl SweepRun {
-    /// Does what is to be done and gives its part. A part says in its metadata what it is of.
+    /// Executes the run and returns its part, whose metadata identifies the run.
     ///
     /// # Errors
-    /// A file is not there or was changed meanwhile, or a drive cannot start or go on.
+    /// A file is missing or was changed meanwhile, or a drive cannot start or continue.
     pub fn execute(&self) -> Result<Vec<u8>, SweepError> {
         let identity = self.identity()?.to_string();
         let run = fingerprint_of(&identity);
@@ -49,7 +49,7 @@ impl SweepRun {
                 parquet_bytes(&rehearsal_columns(), &rehearsal(task, &head(task.seed))?, &about)?
             }
         };
-        // Its name would say another thing than its rows.
+        // Otherwise the part's name would not match its rows.
         if self.fingerprint()? != run {
             return Err(SweepError::Run("a file that it reads was changed while it ran".into()));
         }
@@ -57,7 +57,7 @@ impl SweepRun {
     }
 }
 
-/// A policy on rings, as `codrive evaluate` drives it.
+/// Evaluates a policy on rings, as `codrive evaluate` does.
 fn rings(task: &RingsTask, head: &RowHead) -> Result<Vec<DriveRow>, SweepError> {
     let config = task.follower().map_err(SweepError::Plan)?;
     let source = PolicySource::for_rings(&task.policy, &config.policy_settings(task.aim_mps))
@@ -76,7 +76,7 @@ fn rings(task: &RingsTask, head: &RowHead) -> Result<Vec<DriveRow>, SweepError> 
     Ok((0..).zip(results).map(row).collect())
 }
 
-/// A whole drive.
+/// Evaluates one whole drive.
 fn drive(scenario: &Scenario, head: RowHead) -> Result<DriveRow, SweepError> {
     Ok(DriveRow {
         head,
@@ -90,12 +90,12 @@ fn drive(scenario: &Scenario, head: RowHead) -> Result<DriveRow, SweepError> {
     })
 }
 
-/// A name, or that of a file without its folder: the same on every machine.
+/// Returns the last component of a name or path, which is the same on every machine.
 fn bare(name: &str) -> String {
     Path::new(name).file_name().map_or_else(|| name.into(), |last| last.to_string_lossy().into_owned())
 }
 
-/// A training to its end.
+/// Runs a training to its end.
 fn training(config: &TrainConfig, head: &RowHead) -> Result<Vec<TrainingRow>, SweepError> {
     let corrected = config.corrected_advice().map_err(SweepError::Plan)?;
     let mut learner = Learner::beside(config, corrected);
@@ -112,7 +112,7 @@ fn training(config: &TrainConfig, head: &RowHead) -> Result<Vec<TrainingRow>, Sw
     Ok(learner.curve().iter().map(row).collect())
 }
 
-/// A rehearsal in a folder of its own that is gone afterwards, and its planned analysis.
+/// Runs a rehearsal in a temporary folder and returns its planned analysis.
 fn rehearsal(task: &RehearsalTask, head: &RowHead) -> Result<Vec<RehearsalRow>, SweepError> {
     let study = Study::load(&task.study).and_then(|study| study.with_seed(task.seed, &task.study));
     let study = study.map_err(|why| SweepError::Plan(why.to_string()))?;
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn rings_come_to_what_evaluate_says_and_to_the_same_bytes_each_time() {
+    fn rings_give_the_results_of_evaluate_and_the_same_bytes_each_time() {
         let text = "[[rings]]\nrings = 4\n[rings.settings]\nwarm_up_s = 5\nhorizon_s = 20\ndriver = \"follow\"\n\
                     [rings.each]\npolicy = [\"pi\"]\nseed = [7]\n";
         let (run, bytes) = parts(text).remove(0);

@@ -1,5 +1,5 @@
-//! SHA-256 of the files that runs read. In: a path. Out: the fingerprint of what is in the file. A file is read once a process, however many
-//! runs name it, and again when it is no longer the file that was read.
+//! SHA-256 of the files that runs read. In: a path. Out: the fingerprint of the file's content. Each process reads a file once, however
+//! many runs name it, and again after the file has changed.
 
 use crate::record::{RecordError, file_sha256};
 use std::{
@@ -10,20 +10,19 @@ use std::{
     time::{Duration, SystemTime},
 };
 
-/// By the path as it was given; whether an entry still holds is seen by the file, so that plans share them.
+/// Known files by path as given. Each entry is validated against the file, so that plans can share them.
 static KNOWN: LazyLock<Mutex<BTreeMap<PathBuf, KnownFile>>> = LazyLock::new(Mutex::default);
-/// A file that was written to so recently may be written to again without a new time: the clocks of file systems go in steps, of two
-/// seconds at the most (FAT).
+/// Age below which a file may change again without a new modification time: clocks of file systems have steps of up to two seconds (FAT).
 const STEP: Duration = Duration::from_secs(2);
 
-/// A file that was read.
+/// A file that has been read.
 #[derive(Clone)]
 struct KnownFile {
     stamp: FileStamp,
     sha256: String,
 }
 
-/// What changes when a file does.
+/// Size and modification time, used to detect a change of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct FileStamp {
     bytes: u64,
@@ -31,23 +30,23 @@ struct FileStamp {
 }
 
 impl FileStamp {
-    /// `None` where the system does not say.
+    /// Returns the stamp of a file; `None` if the system does not provide it.
     fn of(path: &Path) -> Option<Self> {
         let about = fs::metadata(path).ok()?;
         Some(Self { bytes: about.len(), modified: about.modified().ok()? })
     }
 
-    /// True if whatever is written from now on gets another time.
+    /// Returns true if any later write gets another modification time.
     #[allow(clippy::disallowed_methods, reason = "the age of a file is a matter of wall time, and no run knows of it")]
     fn is_settled(&self) -> bool {
         SystemTime::now().duration_since(self.modified).is_ok_and(|age| age > STEP)
     }
 }
 
-/// SHA-256 of a file, hexadecimal.
+/// Returns the SHA-256 of a file in hexadecimal.
 ///
 /// # Errors
-/// It cannot be read.
+/// The file cannot be read.
 pub(super) fn sha256_of(path: &Path) -> Result<String, RecordError> {
     let stamp = FileStamp::of(path);
     let known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned();
@@ -55,7 +54,7 @@ pub(super) fn sha256_of(path: &Path) -> Result<String, RecordError> {
         return Ok(known.sha256);
     }
     let sha256 = file_sha256(path)?;
-    // Taken before it was read: what was written meanwhile is seen the next time.
+    // The stamp was taken before reading, so that a write in between is noticed the next time.
     if let Some(stamp) = stamp.filter(FileStamp::is_settled) {
         let known = KnownFile { stamp, sha256: sha256.clone() };
         KNOWN.lock().unwrap_or_else(PoisonError::into_inner).insert(path.into(), known);
@@ -67,7 +66,7 @@ pub(super) fn sha256_of(path: &Path) -> Result<String, RecordError> {
 mod tests {
     use super::*;
 
-    /// SHA-256 of "abc" and of "abd": FIPS 180-2, appendix B.1; the other by sha256sum.
+    /// SHA-256 of "abc" (FIPS 180-2, appendix B.1) and of "abd" (sha256sum).
     const ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
     const ABD: &str = "a52d159f262b2c6ddb724a61840befc36eb30c88877a4030b65cbe86298449c9";
 
@@ -84,7 +83,7 @@ mod tests {
         let path = folder.path().join("policy.toml");
         put(&path, "abc", 100);
         assert_eq!(sha256_of(&path).expect("a file"), ABC);
-        // Another text of the same length under the same time: whoever reads the file again sees it.
+        // Another text of the same length and modification time: a second read of the file would reveal it.
         let modified = fs::metadata(&path).and_then(|about| about.modified()).expect("a time");
         fs::write(&path, "abd").expect("written");
         let again = fs::File::options().write(true).open(&path).expect("a file");

@@ -1,5 +1,6 @@
-//! What a run is made of, and its fingerprint. In: a [`SweepRun`]. Out: JSON with every setting and the fingerprint of every file that it
-//! reads, and SHA-256 of that. It has no path of a machine and no place in a plan: a run that stands in two plans is one run.
+//! Identity of a run and its fingerprint. In: a [`SweepRun`]. Out: JSON with every setting and the fingerprint of every file that it
+//! reads, and the SHA-256 of that JSON. It contains no path of a machine and no position in a plan, so that equal runs of two plans are
+//! one run.
 
 use super::{SweepError, SweepRun, file_fingerprints::sha256_of, plan::SweepTask};
 use crate::{map::RoadMap, policy, scenario::Scenario, train::TrainConfig};
@@ -7,16 +8,16 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
-/// Raised when the same settings come to other numbers, or a run to other columns.
+/// Version of the identity; raised when equal settings give other numbers or a run has other columns.
 const FORMAT: u32 = 2;
-/// Letters of a fingerprint: half of SHA-256, which no two of a million runs share.
+/// Length of a fingerprint in hexadecimal digits: half of SHA-256, unique among a million runs.
 const LETTERS: usize = 32;
 
 impl SweepRun {
-    /// All that decides what the run comes to.
+    /// Returns everything that determines the result of the run.
     ///
     /// # Errors
-    /// A file that it reads is not there.
+    /// A file that the run reads is missing.
     pub fn identity(&self) -> Result<Value, SweepError> {
         let task = match &self.task {
             SweepTask::Rings(task) => json!({
@@ -43,33 +44,33 @@ impl SweepRun {
         }))
     }
 
-    /// The fingerprint of that, as files are named by it.
+    /// Returns the fingerprint of the identity, which names the run's file.
     ///
     /// # Errors
-    /// As [`SweepRun::identity`].
+    /// The errors of [`SweepRun::identity`].
     pub fn fingerprint(&self) -> Result<String, SweepError> {
         Ok(fingerprint_of(&self.identity()?.to_string()))
     }
 }
 
-/// The fingerprint of an identity.
+/// Returns the fingerprint of an identity.
 pub(super) fn fingerprint_of(identity: &str) -> String {
     let hex: String = Sha256::digest(identity.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
     hex[..LETTERS].to_owned()
 }
 
-/// A policy: its name, or the fingerprint of its files.
+/// Returns the name of a policy, or the fingerprints of its files.
 fn of_policy(name: &str) -> Result<Value, SweepError> {
     let Some(file) = policy::file_of(name) else { return Ok(json!(name)) };
     Ok(json!({ "files": of_files(&policy::files_of(&file))? }))
 }
 
-/// Files in their order.
+/// Returns the fingerprints of files in the given order.
 fn of_files(files: &[PathBuf]) -> Result<Vec<Value>, SweepError> {
     files.iter().map(|file| of_file(file)).collect()
 }
 
-/// The same whose order is that of their places on this machine.
+/// Returns the sorted fingerprints of files, since the order of their paths depends on the machine.
 fn in_any_order(files: &[PathBuf]) -> Result<Vec<String>, SweepError> {
     let mut files = files.iter().map(|file| sha256_of(file)).collect::<Result<Vec<_>, _>>()?;
     files.sort();
@@ -77,12 +78,12 @@ fn in_any_order(files: &[PathBuf]) -> Result<Vec<String>, SweepError> {
     Ok(files)
 }
 
-/// A file by what is in it.
+/// Returns the fingerprint of a file's content.
 fn of_file(path: &Path) -> Result<Value, SweepError> {
     Ok(json!({ "sha256": sha256_of(path)? }))
 }
 
-/// A scenario, with what is in the files that it names in place of their names.
+/// Returns a scenario with the names of its files replaced by the files' fingerprints.
 fn of_scenario(scenario: &Scenario) -> Result<Value, SweepError> {
     let map = RoadMap::files(&scenario.map).map_err(|why| SweepError::Plan(why.to_string()))?;
     let mut settings = serde_json::to_value(scenario).unwrap_or_default();
@@ -94,7 +95,7 @@ fn of_scenario(scenario: &Scenario) -> Result<Value, SweepError> {
     Ok(settings)
 }
 
-/// A training, with what it corrects in place of its name.
+/// Returns a training with the name of the corrected policy replaced by its fingerprint.
 fn of_training(config: &TrainConfig) -> Result<Value, SweepError> {
     let mut settings = serde_json::to_value(config).unwrap_or_default();
     if config.is_residual() {
@@ -114,12 +115,12 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_known_by_what_is_run_and_not_by_its_place() {
+    fn a_run_is_identified_by_its_content_and_not_by_its_place_in_a_plan() {
         let one = "[[drives]]\n[drives.settings]\ntraffic = \"native\"\n[drives.each]\nseed = [1, 2]\n";
         let [first, second] = fingerprints(one).try_into().expect("two runs");
         assert_ne!(first, second);
         assert_eq!(first.len(), LETTERS);
-        // The other way round, under another name, with the default written out.
+        // The seeds in reverse order, with another name and the default written out.
         let other = "[[drives]]\nname = \"waves\"\n[drives.settings]\ntraffic = \"native\"\nvehicles = 22\n[drives.each]\nseed = [2, 1]\n";
         assert_eq!(fingerprints(other), [second, first.clone()]);
         for setting in ["hold_s = 2", "policy = \"pi\"", "driver = \"sloppy\"", "map = \"practice\"", "vehicles = 21"] {
@@ -153,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_drives_of_a_study_read_counts() {
+    fn files_that_a_studys_drives_read_are_part_of_the_fingerprint() {
         let folder = tempfile::tempdir().expect("a folder");
         let policy = folder.path().join("calm.toml");
         let aim = |mps: f64| {
@@ -179,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_in_a_file_counts_and_not_what_the_file_is_called() {
+    fn the_content_of_a_file_counts_and_not_its_name() {
         let dir = tempfile::tempdir().expect("a folder");
         let put = |name: &str, aim: &str| {
             let text = format!("format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = {aim}\n");

@@ -1,14 +1,14 @@
-//! Many runs from one plan. In: a plan file, which names drives, rings, trainings and rehearsals with all combinations of what is varied.
-//! Out: for each run a table of its own (Parquet), under a name that says what was run; and all of them in one table a kind.
+//! Many runs from one plan. In: a plan file that names drives, rings, trainings and rehearsals, with all combinations of the varied
+//! settings. Out: one Parquet table per run, named after the run's fingerprint, and one combined table per kind.
 //!
-//! * [`plan`]: the file and the runs that it names; [`identity`]: what a run is made of, and its fingerprint, with those of the files that it
-//!   reads, `file_fingerprints`.
-//! * [`execute`]: one run, here and now; [`rows`]: what is written of it.
-//! * [`results`]: the folder of a sweep: what is done, what is missing, all of it in tables.
+//! * [`plan`]: the file and its runs; [`identity`]: the identity of a run and its fingerprint, with the fingerprints of the files that it
+//!   reads in `file_fingerprints`.
+//! * [`execute`]: execution of one run in this process; [`rows`]: its rows.
+//! * [`results`]: the folder of a sweep: finished runs, missing runs, and combined tables.
 //!
-//! Who carries the runs out is decided elsewhere: this program's own workers (`codrive sweep`), an array of jobs by `--part`, or Ray
-//! by way of the Python package. A run is the same bytes wherever it is made: it has no clock in it, and its random numbers come from its
-//! own seed (docs/decisions.md: 30).
+//! Other code distributes the runs: this program's own workers (`codrive sweep`), an array of jobs by `--part`, or Ray through the Python
+//! package. A run gives the same bytes on every machine: it reads no clock, and its random numbers come from its own seed
+//! (docs/decisions.md: 30).
 
 mod combinations;
 pub mod execute;
@@ -22,19 +22,19 @@ pub use plan::{SweepPlan, SweepRun};
 
 use crate::{drive_loop::RunError, record::RecordError};
 
-/// Why a sweep does not do what was asked; the message is complete.
+/// Reasons that a sweep fails; the message is complete.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
-    /// The plan, or a file that it names, has to be mended.
+    /// The plan, or a file that it names, is faulty.
     #[error("{0}")]
     Plan(String),
-    /// A run failed.
+    /// A run failed, with its message.
     #[error("{0}")]
     Run(String),
-    /// A drive failed.
+    /// A drive could not start or continue.
     #[error(transparent)]
     Drive(#[from] RunError),
-    /// The disk, or a table on it.
+    /// A file or a table on disk could not be read or written.
     #[error(transparent)]
     Record(#[from] RecordError),
 }

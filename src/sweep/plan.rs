@@ -1,5 +1,5 @@
-//! The plan of a sweep. In: a TOML file. Out: its runs, each with all its settings, checked. Each table of the file is all combinations of
-//! the lists below `each`, the last name of the alphabet changing fastest; `settings` are the same for all of them.
+//! The plan of a sweep. In: a TOML file. Out: its runs, each with all its settings, checked. Each table of the file gives all
+//! combinations of the lists below `each`, the alphabetically last name changing fastest; `settings` are common to all of them.
 
 use super::{
     SweepError,
@@ -22,47 +22,47 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The most runs of a plan: their list alone takes half a gigabyte.
+/// Largest number of runs in a plan; their list takes half a gigabyte.
 pub const MOST_RUNS: usize = 1_000_000;
-/// Rings of a run on the fast ring where nothing else is said: as many as are moved at once.
+/// Default number of rings of a run on the fast ring: one block.
 const RINGS: u32 = 16;
-/// Names below `settings` and `each` of rings that are not among the settings of a training.
+/// Names allowed below `settings` and `each` of rings in addition to the settings of a training.
 const OF_RINGS: [&str; 3] = ["policy", "driver", "aim_mps"];
-/// Those below `each` of rehearsals.
+/// Names allowed below `settings` and `each` of rehearsals.
 const OF_REHEARSALS: [&str; 3] = ["seed", "participants", "population"];
-/// How long a run may be allowed to take, s: a hundred days at the most.
+/// Allowed range of a run's time limit, s; the upper end is a hundred days.
 const LIMITS_S: (f64, f64) = (0.1, 8_640_000.0);
 
-/// One run.
+/// One run of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepRun {
-    /// Its place in the plan, from 0.
+    /// Index of the run in the plan, from 0.
     pub number: usize,
-    /// The table of the plan that it is of: its name, or its kind and number.
+    /// Name of the run's table in the plan, or its kind and number.
     pub table: String,
-    /// What is varied in that table, as this run has it.
+    /// Varied settings of the table with this run's values.
     pub varied: Map<String, Value>,
-    /// How long it may take, s of the clock on the wall; `None`: as long as it wants. It does not decide what the run comes to.
+    /// Time limit of the run, s of wall time; `None`: no limit. It does not affect the result.
     pub limit_s: Option<f64>,
-    /// What is run.
+    /// Task of the run.
     pub task: SweepTask,
 }
 
-/// What is run.
+/// Task of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SweepTask {
     /// A policy on rings of the fast engine.
     Rings(Box<RingsTask>),
-    /// A whole drive.
+    /// A whole drive with its scenario.
     Drive(Box<Scenario>),
-    /// A training.
+    /// A training with its configuration.
     Training(Box<TrainConfig>),
     /// A rehearsal of a study, with its analysis.
     Rehearsal(RehearsalTask),
 }
 
 impl SweepTask {
-    /// What kind it is, as tables and files are named.
+    /// Returns the kind as used in the names of tables and files.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Rings(_) => "rings",
@@ -76,43 +76,43 @@ impl SweepTask {
 /// A policy on rings of the fast engine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingsTask {
-    /// The rings, the hold and the driver that the configuration has.
+    /// Configuration of the rings, the hold and the driver.
     pub config: TrainConfig,
     /// Name or file of the policy.
     pub policy: String,
-    /// Who follows: a driver's or a population's name, or numbers; empty: as the configuration says.
+    /// Driver that follows: the name of a driver or a population, or a driver's numbers; empty: the configuration's driver.
     pub driver: String,
-    /// Aim of built-in policies, m/s; 0: automatic.
+    /// Target speed of built-in policies, m/s; 0: automatic.
     pub aim_mps: f64,
-    /// How many rings.
+    /// Number of rings, 1 to 1,000,000.
     pub rings: u32,
 }
 
-/// A rehearsal.
+/// A rehearsal of a study with simulated participants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RehearsalTask {
-    /// The study's file.
+    /// Path of the study's file.
     pub study: PathBuf,
-    /// The files that its drives read.
+    /// Files that the study's drives read.
     pub reads: Vec<PathBuf>,
-    /// Its seed, from which orders, drivers and drives come.
+    /// Seed of the study's orders, drivers and drives.
     pub seed: u64,
-    /// How many participants.
+    /// Number of simulated participants.
     pub participants: usize,
-    /// Whom they are drawn from.
+    /// Population from which the participants are drawn.
     pub population: Population,
 }
 
-/// All runs of a file.
+/// All runs of a plan file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepPlan {
-    /// The file.
+    /// Path of the plan file.
     pub path: PathBuf,
-    /// In the order of the file.
+    /// Runs in the order of the file.
     pub runs: Vec<SweepRun>,
 }
 
-/// The file.
+/// Content of a plan file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlanFile {
@@ -126,7 +126,7 @@ struct PlanFile {
     rehearsals: Vec<RehearsalsTable>,
 }
 
-/// `[[rings]]`.
+/// A `[[rings]]` table of the plan.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RingsTable {
@@ -140,7 +140,7 @@ struct RingsTable {
     each: toml::Table,
 }
 
-/// `[[drives]]`.
+/// A `[[drives]]` table of the plan.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DrivesTable {
@@ -153,7 +153,7 @@ struct DrivesTable {
     each: toml::Table,
 }
 
-/// `[[trainings]]`.
+/// A `[[trainings]]` table of the plan.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TrainingsTable {
@@ -166,7 +166,7 @@ struct TrainingsTable {
     each: toml::Table,
 }
 
-/// `[[rehearsals]]`.
+/// A `[[rehearsals]]` table of the plan.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RehearsalsTable {
@@ -180,7 +180,7 @@ struct RehearsalsTable {
 }
 
 impl SweepPlan {
-    /// Reads a plan and checks every run of it: settings, policies, maps, drivers. Files that it names are beside it.
+    /// Reads a plan and checks the settings, policies, maps and drivers of every run. Paths in it are relative to its folder.
     ///
     /// # Errors
     /// [`SweepError::Plan`], naming file, line and remedy.
@@ -191,10 +191,10 @@ impl SweepPlan {
         Self::from_text(&text, path)
     }
 
-    /// The same for text that stands in the file at `path`.
+    /// Parses the text of the plan at `path`.
     ///
     /// # Errors
-    /// As [`SweepPlan::read`].
+    /// The errors of [`SweepPlan::read`].
     pub fn from_text(text: &str, path: &Path) -> Result<Self, SweepError> {
         let name = path.display().to_string();
         let file: PlanFile = toml_text::parse(text, &name).map_err(|why| SweepError::Plan(why.to_string()))?;
@@ -212,26 +212,25 @@ impl SweepPlan {
     }
 }
 
-/// The table of a plan that a run is of: what it is called, and the limit of its runs.
+/// Name of a run's table in the plan, and the time limit of its runs.
 #[derive(Clone)]
 struct RunOrigin {
     table: String,
     limit_s: Option<f64>,
 }
 
-/// A plan that is being read.
+/// State while a plan is read.
 struct PlanReader<'a> {
     text: &'a str,
     name: String,
     folder: &'a Path,
     runs: Vec<SweepRun>,
-    /// Map, path, policy and driver of drives that were looked at, and the policy that the name stands for: reading them takes longer
-    /// than all the rest.
+    /// Resolved policy of each map, path, policy and driver checked so far; the checks take longer than everything else.
     checked: BTreeMap<[String; 4], String>,
 }
 
 impl PlanReader<'_> {
-    /// What is wrong with the value at a key.
+    /// Returns an error for the value at a key.
     fn wrong(&self, key: &str, fault: &str) -> SweepError {
         SweepError::Plan(toml_text::at(self.text, &self.name, key, KeyPart::Value, fault))
     }
@@ -305,7 +304,7 @@ impl PlanReader<'_> {
         Ok(())
     }
 
-    /// The policy that a drive's name stands for; its map, policy and driver are there.
+    /// Checks a drive's map, policy and driver; returns the resolved policy.
     fn checked_policy(&self, scenario: &Scenario, key: impl Fn(&str) -> String) -> Result<String, SweepError> {
         let map = scenario.load_map().map_err(|why| self.wrong(&key("map"), &why.to_string()))?;
         driver::named(&scenario.driver).map_err(|why| self.wrong(&key("driver"), &why.to_string()))?;
@@ -356,7 +355,7 @@ impl PlanReader<'_> {
         Ok(())
     }
 
-    /// What all runs of the table at a key such as `drives.0` have in common.
+    /// Returns the common data of all runs of the table at a key such as `drives.0`.
     fn origin(&self, at: &str, name: Option<&str>, limit_s: Option<f64>) -> Result<RunOrigin, SweepError> {
         if let Some(limit) = limit_s.filter(|limit| !(LIMITS_S.0..=LIMITS_S.1).contains(limit)) {
             let text = format!("limit_s is {limit}; allowed: a number from {} to {} s", LIMITS_S.0, LIMITS_S.1);
@@ -380,7 +379,7 @@ impl PlanReader<'_> {
         Ok(())
     }
 
-    /// All combinations of a table.
+    /// Returns all combinations of a table.
     fn combinations(
         &self,
         at: &str,
@@ -390,17 +389,17 @@ impl PlanReader<'_> {
         combinations(at, settings, each, MOST_RUNS).map_err(|(key, fault)| self.wrong(&key, &fault))
     }
 
-    /// A file of settings that the plan names.
+    /// Reads a file of settings that the plan names.
     fn settings_file<T: Settings>(&self, key: &str, file: &Path) -> Result<T, SweepError> {
         settings::from_file(&self.folder.join(file)).map_err(|why| self.wrong(key, &why.message))
     }
 
-    /// A policy's name, or its path from the plan's folder.
+    /// Returns the policy's name, or its path relative to the plan's folder.
     fn policy(&self, name: &str) -> String {
         scenario::path_from(self.folder, "policy", name)
     }
 
-    /// A word, and where it stands; else what stands for none.
+    /// Returns a word and its key in the plan; the default and an empty key if it is not set.
     fn word(&self, found: Option<(Value, String)>, default: &str) -> Result<(String, String), SweepError> {
         match found {
             None => Ok((default.to_owned(), String::new())),
@@ -409,7 +408,7 @@ impl PlanReader<'_> {
         }
     }
 
-    /// A whole number within limits.
+    /// Returns a whole number within limits, or the default if it is not set.
     fn whole(&self, found: Option<(Value, String)>, default: u64, limits: [u64; 2]) -> Result<u64, SweepError> {
         let Some((value, key)) = found else { return Ok(default) };
         let [low, high] = limits;
@@ -421,7 +420,7 @@ impl PlanReader<'_> {
         SweepError::Plan(toml_text::at(self.text, &self.name, key, KeyPart::Key, &unknown_key(name, known)))
     }
 
-    /// Settings with those of a combination.
+    /// Returns the base settings with the changes of a combination; `beside` are further names for the error message.
     fn changed<T: Settings>(&self, base: &T, combination: &Combination, beside: &[&str]) -> Result<T, SweepError> {
         let fields = fields_of::<T>();
         let mut changes: Vec<(Field, Value)> = Vec::new();
@@ -445,10 +444,10 @@ impl PlanReader<'_> {
 }
 
 impl RingsTask {
-    /// The configuration with whoever follows.
+    /// Returns the configuration with the task's driver or population.
     ///
     /// # Errors
-    /// Nobody has that name.
+    /// No driver and no population has that name.
     pub fn follower(&self) -> Result<TrainConfig, String> {
         if self.driver.is_empty() {
             return Ok(self.config.clone());

@@ -1,4 +1,4 @@
-//! Tests of the plan: combinations and settings against a hand count, and mistakes where they stand.
+//! Tests of the plan: combinations and settings against a count by hand, and errors with their position.
 
 use super::*;
 
@@ -15,7 +15,7 @@ fn a_table_is_all_combinations_of_its_lists() {
     let text = "[[drives]]\nname = \"holds\"\n[drives.settings]\ntraffic = \"native\"\nduration_s = 60\nidm.T = 1.2\n\
                 [drives.each]\nhold_s = [1, 2.5]\npolicy = [\"none\", \"pi\"]\nseed = \"3-5\"\n";
     let plan = plan(text);
-    // Two holds, two policies, three seeds, the seed changing fastest.
+    // Two holds, two policies and three seeds, the seed changing fastest.
     assert_eq!(plan.runs.len(), 12);
     let all: Vec<(f64, String, u64)> = plan
         .runs
@@ -36,7 +36,7 @@ fn a_table_is_all_combinations_of_its_lists() {
 }
 
 #[test]
-fn every_kind_is_read_with_settings_of_its_own() {
+fn every_kind_is_read_with_its_own_settings() {
     let plan = plan(
         "[[rings]]\nrings = 32\n[rings.each]\npolicy = [\"pi\"]\ndriver = [\"follow\", \"people\"]\naim_mps = [4.0]\n\
          [[trainings]]\n[trainings.settings]\niterations = 5\n[trainings.each]\nseed = [1, 2]\n\
@@ -54,7 +54,7 @@ fn every_kind_is_read_with_settings_of_its_own() {
 }
 
 #[test]
-fn a_mistake_is_shown_where_it_stands() {
+fn a_mistake_is_reported_with_line_and_column() {
     let drives =
         |each: &str| fault(&format!("[[drives]]\n[drives.settings]\ntraffic = \"native\"\n[drives.each]\n{each}\n"));
     assert!(fault("").contains("there is nothing to run; allowed: tables [[rings]]"), "{}", fault(""));
@@ -110,7 +110,7 @@ fn files_that_a_plan_names_lie_beside_it() {
 }
 
 #[test]
-fn a_limit_is_of_its_table_and_does_not_make_another_run() {
+fn a_limit_holds_for_its_table_and_leaves_the_fingerprint_unchanged() {
     let text = "[[drives]]\nlimit_s = 90\n[drives.settings]\ntraffic = \"native\"\n[[drives]]\n[drives.settings]\ntraffic = \"native\"\n";
     let plan = plan(text);
     assert_eq!(plan.runs.iter().map(|run| run.limit_s).collect::<Vec<_>>(), [Some(90.0), None]);

@@ -1,13 +1,13 @@
-//! The folder of a sweep. In: a plan and a folder. Out: which of its runs are there; a part for each that is made, written once; all of
-//! them in one table a kind.
+//! The folder of a sweep. In: a plan and a folder. Out: finished and missing runs; one part per finished run, written once; and one
+//! combined table per kind.
 //!
 //! ```text
-//! parts/drives-FINGERPRINT.parquet     a run, whole or not there; its metadata (codrive.run) say what it is of
+//! parts/drives-FINGERPRINT.parquet     one run, complete or absent; its metadata (codrive.run) identify the run
 //! drives.parquet  rings.parquet  trainings.parquet  rehearsals.parquet     all runs of a plan, in its order
 //! policies/FINGERPRINT.toml            the best policy of each training
 //! ```
-//! A part is known by what was run alone, so that a second start makes what is missing, plans may share a folder, and machines may,
-//! too: whoever comes second writes the same bytes.
+//! A part is identified by the run alone. So a second start makes only what is missing, and plans and machines can share a folder: two
+//! processes that make the same run write the same bytes.
 
 use super::{SweepError, SweepPlan, SweepRun};
 use crate::record::{self, RecordError, TableReader, parts};
@@ -16,70 +16,70 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Folder of the parts.
+/// Name of the folder of parts.
 const PARTS: &str = "parts";
-/// Folder of trained policies.
+/// Name of the folder of trained policies.
 const POLICIES: &str = "policies";
 
-/// A folder of results.
+/// The folder of a sweep's results.
 #[derive(Clone, Debug)]
 pub struct SweepFolder {
     root: PathBuf,
 }
 
-/// A table of all runs of a kind.
+/// A combined table of all runs of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollectedTable {
-    /// Its file.
+    /// Path of the table.
     pub path: PathBuf,
-    /// How many runs are in it.
+    /// Number of runs in the table.
     pub runs: usize,
-    /// How many rows.
+    /// Number of rows in the table.
     pub rows: u64,
 }
 
 impl SweepRun {
-    /// Name of its part, in the folder of parts.
+    /// Returns the file name of the run's part.
     ///
     /// # Errors
-    /// A file that it reads is not there.
+    /// A file that the run reads is missing.
     pub fn part_name(&self) -> Result<String, SweepError> {
         Ok(format!("{}-{}.parquet", self.task.kind(), self.fingerprint()?))
     }
 }
 
 impl SweepFolder {
-    /// Opens a folder, or makes it.
+    /// Opens a folder, creating it if necessary.
     ///
     /// # Errors
-    /// The system refuses.
+    /// The folder cannot be created.
     pub fn open(root: &Path) -> Result<Self, SweepError> {
         record::new_private_dir(&root.join(PARTS))?;
         Ok(Self { root: root.into() })
     }
 
-    /// Where it is.
+    /// Returns the path of the folder.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// Where a part is, or would be.
+    /// Returns the path of a part, existing or not.
     pub fn part(&self, name: &str) -> PathBuf {
         self.root.join(PARTS).join(name)
     }
 
-    /// Writes a part: it is there whole or not at all, also after a power cut.
+    /// Writes a part atomically: it is complete or absent, also after a power failure.
     ///
     /// # Errors
-    /// The system refuses.
+    /// The file cannot be written.
     pub fn put(&self, name: &str, bytes: &[u8]) -> Result<(), SweepError> {
         Ok(record::replace(&self.part(name), bytes)?)
     }
 
-    /// Which runs of a plan are not there. Fingerprints are taken of all of them.
+    /// Returns the runs without a part. Computes the fingerprints of all runs.
     ///
     /// # Errors
-    /// A file that a run reads is not there.
+    /// A file that a run reads is missing.
     pub fn missing<'a>(&self, runs: &'a [SweepRun]) -> Result<Vec<&'a SweepRun>, SweepError> {
         let mut missing = Vec::new();
         for run in runs {
@@ -90,10 +90,10 @@ impl SweepFolder {
         Ok(missing)
     }
 
-    /// Puts all runs of a plan that are there into one table a kind, and the policies of trainings into files.
+    /// Combines all finished runs of a plan into one table per kind, and writes the policies of trainings to files.
     ///
     /// # Errors
-    /// A part cannot be read, or the system refuses.
+    /// A part cannot be read, or a file cannot be written.
     pub fn collect(&self, plan: &SweepPlan) -> Result<Vec<CollectedTable>, SweepError> {
         let mut kinds: BTreeMap<&str, Vec<PathBuf>> = BTreeMap::new();
         for run in &plan.runs {
@@ -115,7 +115,7 @@ impl SweepFolder {
         Ok(tables)
     }
 
-    /// The best policy of a training as a file.
+    /// Writes the best policy of a training to a file.
     fn put_policy(&self, part: &Path) -> Result<(), RecordError> {
         let table = TableReader::parquet(part)?;
         let folder = self.root.join(POLICIES);
@@ -134,14 +134,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_there_is_not_missing_and_the_table_is_in_the_order_of_the_plan() {
+    fn finished_runs_are_not_missing_and_tables_follow_the_plans_order() {
         let dir = tempfile::tempdir().expect("a folder");
         let text =
             "[[rings]]\nrings = 1\n[rings.settings]\nwarm_up_s = 1\nhorizon_s = 2\n[rings.each]\nseed = \"1-3\"\n";
         let plan = SweepPlan::from_text(text, Path::new("plan.toml")).expect("a plan");
         let folder = SweepFolder::open(&dir.path().join("out")).expect("a folder");
         assert_eq!(folder.missing(&plan.runs).expect("files").len(), 3);
-        // The last comes first.
+        // The last two runs, in reverse order.
         for run in plan.runs.iter().rev().take(2) {
             folder.put(&run.part_name().expect("a name"), &run.execute().expect("it runs")).expect("written");
         }

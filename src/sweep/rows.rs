@@ -1,4 +1,4 @@
-//! What is written of a run. In: results. Out: rows with their columns, one list a kind: the only place that names a column.
+//! Rows of a run. In: results. Out: rows with their columns, one list per kind. Column names are defined here only.
 
 use crate::{
     metrics::EvaluationResult,
@@ -9,71 +9,68 @@ use crate::{
     train::LearningCurveRow,
 };
 
-/// What every row begins with.
+/// Common fields of all rows.
 #[derive(Clone, Debug, Default)]
 pub struct RowHead {
     /// Fingerprint of the run.
     pub run: String,
-    /// Table of the plan.
+    /// Name of the plan's table.
     pub table: String,
-    /// What is varied in it, as JSON.
+    /// Varied settings as JSON.
     pub varied: String,
-    /// Seed.
+    /// Seed of all random numbers of the run.
     pub seed: u64,
 }
 
 /// A drive, or one ring of a run on rings.
 #[derive(Clone, Debug)]
 pub struct DriveRow {
-    /// The run.
     pub head: RowHead,
-    /// Which of its rings; 0 of a drive.
+    /// Index of the ring in the run, from 0; 0 for a drive.
     pub ring: u64,
-    /// Where it was driven.
+    /// Name of the map; empty for rings.
     pub map: String,
-    /// What moved the cars.
+    /// Traffic engine: `ring`, `native` or `sumo`.
     pub engine: String,
-    /// Policy.
+    /// Name of the advising policy.
     pub policy: String,
-    /// Who followed.
+    /// Name of the driver who followed the advice.
     pub driver: String,
-    /// Hold, seconds.
+    /// Hold of each advice, s.
     pub hold_s: f64,
-    /// What came of it.
+    /// Evaluation of the drive.
     pub result: EvaluationResult,
 }
 
-/// An update of a training.
+/// One update of a training.
 #[derive(Clone, Debug)]
 pub struct TrainingRow {
-    /// The run.
     pub head: RowHead,
-    /// The update.
+    /// Learning-curve entry of the update.
     pub update: LearningCurveRow,
-    /// The best policy (its file's text) in the row of the update that it is of; else empty.
+    /// Text of the best policy's file in the row of its update; empty in the other rows.
     pub policy: String,
 }
 
-/// A number of a rehearsal: a measure of a trial, or a planned difference.
+/// One number of a rehearsal: a measure of a trial, or a planned contrast.
 #[derive(Clone, Debug)]
 pub struct RehearsalRow {
-    /// The run.
     pub head: RowHead,
-    /// `trial` or `contrast`.
+    /// Kind of the number: `trial` or `contrast`.
     pub kind: &'static str,
-    /// Participant of the trial.
+    /// Participant of the trial; empty for a contrast.
     pub participant: String,
-    /// Place of the trial.
+    /// Place of the trial among the trials; empty for a contrast.
     pub place: String,
-    /// Condition of the trial, or that of the difference.
+    /// Condition of the trial, or the compared condition of the contrast.
     pub condition: String,
-    /// What it is compared with.
+    /// Reference condition of the contrast; empty for a trial.
     pub reference: String,
     /// Name of the measure.
     pub measure: String,
-    /// The measure, or the difference, in its unit.
+    /// Measure or difference, in the unit of the measure.
     pub value: Option<f64>,
-    /// Probability of such a difference without an effect, and by Holm's correction.
+    /// p-value of the contrast, and its p-value after Holm's correction over the plan; `None` for a trial.
     pub p: [Option<f64>; 2],
 }
 
@@ -81,7 +78,7 @@ fn column<R>(name: &'static str, unit: &'static str, about: &'static str, get: C
     TableColumn { name, unit, about, get }
 }
 
-/// Columns of what every row begins with.
+/// Columns of the common fields.
 macro_rules! head {
     ($row:ty) => {
         vec![
@@ -93,7 +90,7 @@ macro_rules! head {
     };
 }
 
-/// Columns of drives and of rings.
+/// Returns the columns of drives and rings.
 pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
     let mut columns = head!(DriveRow);
     columns.extend([
@@ -143,7 +140,7 @@ pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
     columns
 }
 
-/// Columns of trainings.
+/// Returns the columns of trainings.
 pub fn training_columns() -> Vec<TableColumn<TrainingRow>> {
     let mut columns = head!(TrainingRow);
     columns.extend([
@@ -176,7 +173,7 @@ pub fn training_columns() -> Vec<TableColumn<TrainingRow>> {
     columns
 }
 
-/// Columns of rehearsals.
+/// Returns the columns of rehearsals.
 pub fn rehearsal_columns() -> Vec<TableColumn<RehearsalRow>> {
     let mut columns = head!(RehearsalRow);
     columns.extend([

@@ -1,12 +1,12 @@
-//! Adam (Kingma and Ba 2015). In: parameters and the derivative of what is to be least by them. Out: the parameters a step on.
+//! The optimiser Adam (Kingma and Ba 2015). In: parameters, and the gradient of the loss. Out: the parameters after one step.
 
 use serde::{Deserialize, Serialize};
 
-/// Decays of the first and second moment, and what keeps the division finite.
+/// Decay rates of the first and second moment, and the constant that keeps the division finite.
 const DECAY: [f64; 2] = [0.9, 0.999];
 const EPSILON: f64 = 1e-8;
 
-/// Its state.
+/// State of the optimiser: both moments and the step count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adam {
     moments: [Vec<f32>; 2],
@@ -14,12 +14,12 @@ pub struct Adam {
 }
 
 impl Adam {
-    /// Nothing is known yet of so many parameters.
+    /// Returns the initial state for this number of parameters.
     pub fn new(parameters: usize) -> Self {
         Self { moments: [vec![0.0; parameters], vec![0.0; parameters]], steps: 0 }
     }
 
-    /// One step of size `rate` down the sum of `gradients`, each multiplied by `scale`.
+    /// Takes one step with learning rate `rate` against the sum of `gradients` times `scale`.
     pub fn step<'a>(
         &mut self,
         theta: &mut [f32],

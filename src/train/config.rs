@@ -1,5 +1,5 @@
-//! Everything that makes one training. This struct **is** the file, the flags and their help: doc comments are the
-//! help, the ranges the limits. Defaults are those of the field (docs/references.md: learning) where the field agrees.
+//! Complete configuration of a training. This struct **is** the file, the flags and their help: doc comments are the help, ranges are the
+//! limits. Defaults follow the field (docs/references.md: learning) where the field agrees.
 
 use super::{inputs::inputs, lessons::EstimatorKind};
 use crate::{
@@ -13,116 +13,117 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 flat_settings! {
-    /// One training, complete.
+    /// Complete configuration of one training.
     pub struct TrainConfig, written as config_file {
         fields {}
-        /// What the policy puts out, and how long it stands.
+        /// Kind of advice and its hold.
         group advice: AdviceConfig {
-            /// What the policy puts out
+            /// Quantity that the policy advises
             action: ActionKind = ActionKind::Acceleration,
-            /// Number of levels between the limits of the action; 0 is continuous
+            /// Number of levels between the limits of the action; 0: continuous
             #[schemars(range(min = 0, max = 1000))]
             levels: u32 = 0,
             /// Advice that the policy corrects: a controller or a speed policy, by name or by its FILE.toml; empty: none
             residual_over: String = String::new(),
-            /// Largest correction, either way
+            /// Largest correction in either direction
             #[schemars(range(min = 0.1, max = 20.0), extend("unit" = "m/s"))]
             residual_mps: f64 = 2.0,
-            /// Largest acceleration, either way, of acceleration advice
+            /// Largest advised acceleration and deceleration
             #[schemars(range(min = 0.05, max = 5.0), extend("unit" = "m/s2"))]
             accel_limit_mps2: f64 = 0.5,
-            /// Highest speed of speed advice; the lowest is 0
+            /// Highest advised speed; the lowest is 0
             #[schemars(range(min = 1.0, max = 60.0), extend("unit" = "m/s"))]
             top_speed_mps: f64 = 10.0,
-            /// Largest change of speed, either way, that an acceleration leads to in one hold; 0 sets no bound
+            /// Largest change of speed that an advised acceleration causes within one hold; 0: no bound
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
             speed_change_mps: f64 = 0.0,
-            /// How long one action stands, a whole number of steps
+            /// Hold of an action, a whole number of steps
             #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
             hold_s: f64 = 1.0,
-            /// Longest hold: blocks of rings then have holds from hold_s to this, in even ratios; 0 is hold_s
+            /// Longest hold: blocks of rings have holds from hold_s to this in a geometric series; 0: hold_s
             #[schemars(range(min = 0.0, max = 600.0), extend("unit" = "s"))]
             hold_max_s: f64 = 0.0,
         }
-        /// The rings that are drawn, and an episode on one.
+        /// Distribution of the rings, and an episode on one of them.
         group ring: RingConfig {
-            /// Fewest cars of a ring, the ego included
+            /// Smallest number of vehicles on a ring, the ego included
             #[schemars(range(min = 2, max = 200))]
             vehicles_min: u32 = 22,
-            /// Most cars of a ring
+            /// Largest number of vehicles on a ring, the ego included
             #[schemars(range(min = 2, max = 200))]
             vehicles_max: u32 = 22,
-            /// Shortest ring
+            /// Length of the shortest ring
             #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
             circumference_min_m: f64 = 200.0,
-            /// Longest ring
+            /// Length of the longest ring
             #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
             circumference_max_m: f64 = 300.0,
-            /// Road for each car below which the policy withholds advice, because advice would slow the ring; such rings are drawn longer
+            /// Road per vehicle below which the policy withholds advice because it would slow the ring; shorter rings are lengthened to
+            /// it
             #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
             least_spacing_m: f64 = 0.0,
-            /// Car-following model of the other cars
+            /// Car-following model of the other vehicles
             idm: IdmParams = IdmParams::default(),
-            /// Share by which the model's parameters differ from ring to ring, either way
+            /// Largest relative deviation of a ring's model parameters, in either direction
             #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
             idm_spread: f64 = 0.0,
-            /// Share by which each other car's parameters differ from those of its ring, either way
+            /// Largest relative deviation of a vehicle's parameters from its ring's, in either direction
             #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
             car_spread: f64 = 0.0,
-            /// Share of trucks among the other cars: 7.1 m long, half the acceleration
+            /// Share of trucks among the other vehicles: 7.1 m long, half the acceleration
             #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
             truck_share: f64 = 0.0,
-            /// Share of the rings whose cars start close together, so that the wave is there after the warm-up
+            /// Share of rings whose vehicles start close together, so that the wave exists after the warm-up
             #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
             bunched_share: f64 = 1.0,
-            /// Length of a step
+            /// Duration of a step
             #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
             step_s: f64 = 0.1,
-            /// Traffic runs this long before the policy acts
+            /// Duration of traffic before the policy acts
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
             warm_up_s: f64 = 120.0,
-            /// Length of an episode, the warm-up not included
+            /// Duration of an episode without the warm-up
             #[schemars(range(min = 1.0, max = 36000.0), extend("unit" = "s"))]
             horizon_s: f64 = 800.0,
         }
-        /// What is rewarded and what is taken from it.
+        /// Reward of a step and its penalties.
         group reward: RewardConfig {
-            /// Whose speed is the reward
+            /// Speed that is rewarded
             #[serde(rename = "reward")]
             kind: RewardKind = RewardKind::All,
-            /// Taken from the reward for each unit of action (a share of its limit)
+            /// Penalty per unit of acceleration advice, as a share of its limit; none for speed advice
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
             action_penalty: f64 = 0.0,
-            /// Taken from the reward in proportion to the missing part of a time gap of 1 s
+            /// Penalty for a time gap below 1 s, in proportion to the missing part
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
             headway_penalty: f64 = 0.0,
-            /// Taken from the reward for each m/s by which the ego misses the range of the advised speed
+            /// Penalty per m/s by which the ego misses the acceptable range of the advised speed
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
             range_penalty: f64 = 0.0,
-            /// Half width of that range
+            /// Half width of the acceptable range
             #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "m/s"))]
             // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
             range_mps: f64 = 0.447,
-            /// Taken once when cars collide; from then on all stand
+            /// Penalty for a collision, subtracted once; the episode ends, and its vehicles count as stopped forever
             #[schemars(range(min = 0.0, max = 10000.0), extend("unit" = "m/s"))]
             collision_penalty: f64 = 100.0,
         }
-        /// Who follows the advice.
+        /// The driver who follows the advice.
         group driver: DriverConfig {
-            /// How the ego follows the advice
+            /// Driver model of the ego
             follow: FollowKind = FollowKind::Exact,
-            /// Largest acceleration that the ego uses to reach an advised speed
+            /// Largest acceleration of the ego towards an advised speed
             #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
             ego_accel_mps2: f64 = 1.5,
-            /// Largest deceleration that it uses
+            /// Largest deceleration of the ego towards an advised speed
             #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
             ego_decel_mps2: f64 = 4.5,
-            /// Time in which an ego that follows to the letter closes a difference to the advised speed; 0 is one step
+            /// Time in which an exactly following ego closes a difference to the advised speed; 0: one step
             #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "s"))]
             ego_response_s: f64 = 0.0,
-            /// The ego brakes before it would hit its leader, whatever the advice (a simulated driver always keeps its distance)
+            /// Emergency braking of the ego before it hits its leader, whatever the advice (a simulated driver always keeps its distance)
             brakes_for_leader: bool = false,
-            /// Largest deceleration with which the ego brakes before it would hit its leader
+            /// Largest deceleration of this emergency braking
             #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m/s2"))]
             guard_decel_mps2: f64 = 8.0,
             /// Simulated driver: time from a new advice to the first response
@@ -141,100 +142,101 @@ flat_settings! {
             #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s", "formerly" = "trait_mps"))]
             #[serde(alias = "trait_mps")]
             speed_bias_mps: f64 = 0.0,
-            /// Simulated driver: half width of the band around the target in which the speed is not corrected
+            /// Simulated driver: half width of the band around the target within which the speed is not corrected
             #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s", "formerly" = "slack_mps"))]
             #[serde(alias = "slack_mps")]
             deadband_mps: f64 = 0.0,
-            /// Simulated driver: share of the time in which the advice is followed, decided anew every 20 s
+            /// Simulated driver: share of time in which the advice is followed, drawn again every 20 s
             #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
             compliance: f64 = 1.0,
-            /// Simulated driver: time in which this share fades to 1/e of itself; 0: it does not
+            /// Simulated driver: time in which compliance decays to 1/e; 0: no decay
             #[schemars(range(min = 0.0, max = 1000000.0), extend("unit" = "s"))]
             compliance_fade_s: f64 = 0.0,
-            /// Simulated driver: advice slower than the leader by this much, on average of half a minute, lowers this share to 1/e; 0: none does
+            /// Simulated driver: half-minute mean of the leader's speed minus the advice that lowers compliance to 1/e; 0: no effect
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
             patience_mps: f64 = 0.0,
-            /// Simulated driver: spells without a look at the dial, each minute
+            /// Simulated driver: periods without a glance at the speedometer, per minute
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "1/min"))]
             inattention_per_min: f64 = 0.0,
-            /// Simulated driver: length of such a spell
+            /// Simulated driver: duration of such a period
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "s"))]
             inattention_s: f64 = 0.0,
-            /// A driver is drawn from this population in each episode: people, perp or anyone; none takes the settings above
+            /// Population from which each episode draws its driver: people, perp or anyone; none: the settings above
             population: Population = Population::None,
-            /// Simulated driver: reaction and error are drawn from 0 to their value, the deviation from - to +, in each episode
+            /// Simulated driver: in each episode, draw reaction and error from 0 to their value and the deviation from minus to plus its
+            /// value
             random_driver: bool = true,
         }
-        /// What the policy sees, and the network that it is.
+        /// Inputs of the policy and its network.
         group network: NetworkConfig {
-            /// What the policy sees, of speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
-            /// log_hold, controller_speed, and of who drives: reaction, speed_bias, tracking_error, time_gap_factor, willingness, or
-            /// latent_1 to latent_4 (estimator "variational")
+            /// Inputs of the policy. Traffic: speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
+            /// log_hold, controller_speed. Driver: reaction, speed_bias, tracking_error, time_gap_factor, willingness, or latent_1 to
+            /// latent_4 (estimator "variational")
             sees: String = "speed,leader_speed,gap,circumference".into(),
-            /// How it is scaled
+            /// Scaling of the inputs
             scaling: Scaling = Scaling::default(),
-            /// Units of each hidden layer
+            /// Units per hidden layer
             #[schemars(range(min = 1, max = 1024))]
             hidden_width: u32 = 64,
-            /// Hidden layers
+            /// Number of hidden layers
             #[schemars(range(min = 1, max = 8))]
             hidden_layers: u32 = 2,
         }
-        /// How much is driven and learned from.
+        /// Amount of driving and learning.
         group run: RunConfig {
-            /// Updates of the policy
+            /// Number of policy updates
             #[schemars(range(min = 1, max = 1000000))]
             iterations: u32 = 500,
-            /// Decisions per update
+            /// Number of decisions per update
             #[schemars(range(min = 64, max = 10000000))]
             batch: u32 = 16_000,
-            /// Rings side by side, a multiple of 16
+            /// Rings simulated in parallel, a multiple of 16
             #[schemars(range(min = 16, max = 65536))]
             rings: u32 = 64,
         }
-        /// Who tells the policy who drives: a student that watches the driver, after the policy has learned from a teacher who knows,
-        /// or, if he tells latents that no teacher has names for, after it has learned without asking.
+        /// The driver estimator and the policy updates that use it. With traits, the policy first learns from the true traits; with
+        /// latents, it first learns without them.
         group student: StudentConfig {
-            /// What the estimator of the driver learns to tell
+            /// Quantities that the driver estimator learns
             estimator: EstimatorKind = EstimatorKind::Traits,
-            /// Rounds in which an estimator of the driver learns; 0: none, and what the policy sees of the driver is the truth
+            /// Training rounds of the driver estimator; 0: none, and the policy sees the driver's true traits
             #[schemars(range(min = 0, max = 100000))]
             estimator_rounds: u32 = 0,
-            /// Units of its state
+            /// Units of the estimator's recurrent state
             #[schemars(range(min = 1, max = 512))]
             estimator_units: u32 = 48,
-            /// Step of Adam for it at the beginning; it falls to a tenth of it
+            /// Initial learning rate of Adam for the estimator; falls to a tenth
             #[schemars(range(min = 0.0000001, max = 1.0), extend("unit" = ""))]
             estimator_rate: f64 = 3e-3,
-            /// Length of a round, each of the rings
+            /// Duration of a round on each ring
             #[schemars(range(min = 10.0, max = 3600.0), extend("unit" = "s"))]
             estimator_round_s: f64 = 100.0,
-            /// Latents of a variational estimator
+            /// Number of latents of a variational estimator
             #[schemars(range(min = 1, max = 4))]
             latents: u32 = 2,
-            /// What a nat of the latents' KL divergence from N(0, 1) counts beside a nat of what one second of driving surprises
+            /// Weight of the latents' KL divergence from N(0, 1) relative to the prediction loss of one second of driving
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
-            // A latent speaks for about 20 s, the window of docs/references.md: perp.
+            // A latent describes about 20 s, the window of docs/references.md: perp.
             kl_weight: f64 = 0.05,
-            /// How often rounds of the estimator and updates on it begin anew; the numbers of both are shared among these turns
+            /// Repetitions of estimator rounds and policy updates after the first; the numbers of both are divided among all turns
             #[schemars(range(min = 0, max = 100))]
             estimator_refits: u32 = 0,
-            /// Updates of the policy after that, on what the estimator says
+            /// Policy updates after the estimator's rounds, on the estimates
             #[schemars(range(min = 0, max = 1000000))]
             student_iterations: u32 = 0,
         }
-        /// Where nothing is advised: learned at the end, from drives with the policy's advice and without any.
+        /// Withheld advice: learned at the end, from drives with the policy's advice and drives without any.
         group silence: SilenceConfig {
-            /// Rings that are driven twice, a multiple of 16, to learn where advice would slow them; 0: advice always stands
+            /// Rings driven with and without advice to learn where advice slows them, a multiple of 16; 0: never withhold advice
             #[schemars(range(min = 0, max = 1000000))]
             silence_rings: u32 = 0,
-            /// Expected gain of advice below which nothing is advised
+            /// Expected gain of advice below which advice is withheld
             #[schemars(range(min = -10.0, max = 10.0), extend("unit" = "m/s"))]
             silent_below_mps: f64 = 0.0,
         }
-        /// How it is learned: TRPO for the policy, Adam for the value.
+        /// Optimisers: TRPO for the policy, Adam for the value network.
         group optimiser: OptimiserConfig {
-            /// Time after which a reward counts 1/e: the paper's gamma of 0.999 a step of 0.1 s is 100 s
+            /// Time after which a reward counts 1/e; the paper's gamma of 0.999 per 0.1 s step is 100 s
             #[schemars(range(min = 1.0, max = 100000.0), extend("unit" = "s"))]
             discount_s: f64 = 100.0,
             /// Lambda of generalised advantage estimation
@@ -243,30 +245,30 @@ flat_settings! {
             /// Bound on the mean KL divergence of an update
             #[schemars(range(min = 0.000001, max = 1.0), extend("unit" = "nat"))]
             max_kl: f64 = 0.01,
-            /// Share of that bound that is left at the last update; it falls in even ratios
+            /// Share of that bound left at the last update; the bound falls geometrically
             #[schemars(range(min = 0.001, max = 1.0), extend("unit" = ""))]
             max_kl_falls_to: f64 = 1.0,
-            /// Steps of the conjugate gradient
+            /// Number of conjugate-gradient steps
             #[schemars(range(min = 1, max = 100))]
             cg_steps: u32 = 10,
             /// Damping of the Fisher matrix
             #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ""))]
             damping: f64 = 0.1,
-            /// That matrix is taken from every so manieth decision; the step that it leads to is checked with all of them
+            /// Stride of the decisions used for the Fisher matrix; all decisions check the resulting step
             #[schemars(range(min = 1, max = 1000))]
             fisher_every: u32 = 5,
-            /// Halvings that the line search tries
+            /// Largest number of halvings in the line search
             #[schemars(range(min = 1, max = 50))]
             backtracks: u32 = 10,
-            /// Standard deviation of the first policy, as a share of the limit of a continuous action
+            /// Initial standard deviation of the policy, as a share of the limit of a continuous action
             #[schemars(range(min = 0.01, max = 10.0), extend("unit" = ""))]
             first_sd: f64 = 1.0,
-            /// The value knows the whole ring and its driver, which the policy does not see
+            /// Input of the whole ring and of the driver's traits to the value network; the policy does not see them
             value_sees_all: bool = false,
-            /// Step of Adam for the value
+            /// Learning rate of Adam for the value network
             #[schemars(range(min = 0.0000001, max = 1.0), extend("unit" = ""))]
             value_rate: f64 = 1e-3,
-            /// Passes over the batch for the value
+            /// Passes over the batch for the value network
             #[schemars(range(min = 1, max = 1000))]
             value_epochs: u32 = 5,
             /// Decisions per step of Adam
@@ -274,43 +276,43 @@ flat_settings! {
             value_batch: u32 = 1000,
         }
         fields {
-            /// The policy is judged without noise, on rings of its own, every so many updates
+            /// Updates between evaluations of the policy without noise, on separate rings
             #[schemars(range(min = 1, max = 1000000))]
             judge_every: u32 = 10,
-            /// Seed of everything random
+            /// Seed of all random numbers
             #[schemars(range(min = 0, max = 9007199254740991_u64))]
             seed: u64 = 1,
         }
     }
 }
 
-/// What becomes 1 in the network's input (and -1, where it is not 0).
+/// Values that the network's inputs map to 1 (and to -1, where that is not 0).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scaling {
-    /// Speed that becomes 1; standing is -1
+    /// Speed that maps to 1; standstill maps to -1
     #[schemars(range(min = 0.1, max = 100.0), extend("unit" = "m/s"))]
     pub speed_to_mps: f64,
-    /// Gap that becomes 1; none is -1
+    /// Gap that maps to 1; a gap of 0 maps to -1
     #[schemars(range(min = 0.1, max = 10000.0), extend("unit" = "m"))]
     pub gap_to_m: f64,
-    /// Circumference that becomes -1
+    /// Circumference that maps to -1
     #[schemars(range(min = 0.0, max = 100000.0), extend("unit" = "m"))]
     pub circumference_from_m: f64,
-    /// Circumference that becomes 1
+    /// Circumference that maps to 1
     #[schemars(range(min = 1.0, max = 100000.0), extend("unit" = "m"))]
     pub circumference_to_m: f64,
-    /// Length of road for a car that becomes -1
+    /// Road per vehicle that maps to -1
     #[schemars(range(min = 0.0, max = 10000.0), extend("unit" = "m"))]
     pub spacing_from_m: f64,
-    /// Length of road for a car that becomes 1
+    /// Road per vehicle that maps to 1
     #[schemars(range(min = 0.1, max = 10000.0), extend("unit" = "m"))]
     pub spacing_to_m: f64,
 }
 
 impl Default for Scaling {
-    /// As docs/references.md: learning has it, but for the gap: the field's 300 m leaves a gap of 6 m and one of 12 m
-    /// 0.04 apart; with 30 m the best of 150 updates was judged 4.59 against 4.46 m/s.
+    /// Returns the scaling of docs/references.md: learning, but for the gap. The field's 300 m separates gaps of 6 m and 12 m by 0.04
+    /// only; with 30 m the best of 150 updates was evaluated at 4.59 instead of 4.46 m/s.
     fn default() -> Self {
         Self {
             speed_to_mps: 10.0,
@@ -323,43 +325,43 @@ impl Default for Scaling {
     }
 }
 
-/// What a policy puts out.
+/// Quantity that a policy advises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ActionKind {
-    /// An acceleration, kept for the hold
+    /// Acceleration, kept for the hold
     #[default]
     Acceleration,
-    /// A speed, driven for the hold
+    /// Speed, driven for the hold
     Speed,
 }
 
-/// Whose speed is rewarded.
+/// Speed that is rewarded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum RewardKind {
-    /// The mean speed of all cars
+    /// Mean speed of all vehicles
     #[default]
     All,
-    /// The ego's speed
+    /// Speed of the ego
     Ego,
 }
 
-/// How the ego follows the advice.
+/// Driver model of the ego.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FollowKind {
-    /// To the letter, within the ego's acceleration (HC22's training)
+    /// Exact compliance within the ego's acceleration (HC22's training)
     #[default]
     Exact,
-    /// As a simulated driver: late, with an error and a habit
+    /// Simulated driver with a delay, an error and a bias
     Driver,
-    /// Not at all: the car-following model drives
+    /// No compliance: the car-following model drives
     Ignore,
 }
 
 impl TrainConfig {
-    /// HC22's ring with the wave on it, for what names no configuration.
+    /// Returns HC22's ring with the wave on it, the default if no configuration is named.
     pub fn paper_ring() -> Self {
         Self {
             ring: RingConfig {
@@ -372,7 +374,7 @@ impl TrainConfig {
         }
     }
 
-    /// The larger of the shipped rings: 40 cars, scaled as its shipped policies see it.
+    /// Returns the configuration of the larger shipped ring: 40 vehicles, scaled as its shipped policies see it.
     pub fn larger_ring() -> Self {
         let paper = Self::paper_ring();
         Self {
@@ -401,7 +403,7 @@ impl TrainConfig {
         }
     }
 
-    /// What built-in policies are built from: the middle of these rings, and an aim in m/s, 0 for the automatic one.
+    /// Returns the settings from which built-in policies are built: the mean ring, and a target speed in m/s (0: automatic).
     pub fn policy_settings(&self, aim_mps: f64) -> PolicySettings {
         let length_m = (self.ring.circumference_min_m + self.ring.circumference_max_m) / 2.0;
         let cars = f64::from(self.ring.vehicles_min + self.ring.vehicles_max) / 2.0;
@@ -409,49 +411,49 @@ impl TrainConfig {
         PolicySettings { aim_mps, equilibrium_mps, step_s: self.ring.step_s }
     }
 
-    /// The same with this one hold, seconds.
+    /// Returns a copy with this single hold, s.
     pub fn held(&self, hold_s: f64) -> Self {
         Self { advice: AdviceConfig { hold_s, hold_max_s: 0.0, ..self.advice.clone() }, ..self.clone() }
     }
 
-    /// The shortest hold.
+    /// Returns the shortest hold.
     pub fn hold(&self) -> Hold {
         Hold::nearest(self.advice.hold_s, self.ring.step_s)
     }
 
-    /// Shortest and longest hold, seconds.
+    /// Returns the shortest and the longest hold, s.
     pub fn holds_s(&self) -> [f64; 2] {
         [self.advice.hold_s, self.advice.hold_max_s.max(self.advice.hold_s)]
     }
 
-    /// The hold of block `index` of so many.
+    /// Returns the hold of block `index` of `blocks`, in a geometric series.
     pub fn hold_of(&self, index: usize, blocks: usize) -> Hold {
         let [low, high] = self.holds_s();
         let share = index as f64 / (blocks as f64 - 1.0).max(1.0);
         Hold::nearest(low * (high / low).powf(share), self.ring.step_s)
     }
 
-    /// Decisions of each ring in a batch, at least 1.
+    /// Returns the number of decisions per ring in a batch, at least 1.
     pub fn decisions(&self) -> usize {
         ((self.run.batch as f64 / f64::from(self.run.rings)).round() as usize).max(1)
     }
 
-    /// Decisions in an episode of such holds, at least 1.
+    /// Returns the number of decisions in an episode with such holds, at least 1.
     pub fn horizon_decisions(&self, hold: Hold) -> u32 {
         (self.ring.horizon_s / hold.seconds()).round().max(1.0) as u32
     }
 
-    /// Discount of a hold.
+    /// Returns the discount factor of one hold.
     pub fn gamma(&self, hold: Hold) -> f64 {
         (-hold.seconds() / self.optimiser.discount_s).exp()
     }
 
-    /// True where the policy corrects another advice.
+    /// Returns true if the policy corrects other advice.
     pub fn is_residual(&self) -> bool {
         !self.advice.residual_over.is_empty()
     }
 
-    /// Lowest and highest action, m/s2 or m/s.
+    /// Returns the lowest and the highest action, m/s² or m/s.
     pub fn action_limits(&self) -> [f64; 2] {
         match self.advice.action {
             ActionKind::Acceleration => [-self.advice.accel_limit_mps2, self.advice.accel_limit_mps2],
@@ -460,12 +462,12 @@ impl TrainConfig {
         }
     }
 
-    /// What the policy sees, scaled; unknown names are left out (its check refuses them).
+    /// Returns the scaled inputs of the policy; unknown names are skipped (the configuration's check refuses them).
     pub fn inputs(&self) -> Vec<NetworkInput> {
         inputs(&self.network.sees, &self.network.scaling)
     }
 
-    /// Sizes of a network's layers with `outputs` outputs.
+    /// Returns the layer sizes of a network with `outputs` outputs, inputs first.
     pub fn layers(&self, outputs: usize) -> Vec<usize> {
         let hidden = vec![self.network.hidden_width as usize; self.network.hidden_layers as usize];
         [vec![self.inputs().len()], hidden, vec![outputs]].concat()
@@ -478,7 +480,7 @@ mod tests {
     use crate::settings;
 
     #[test]
-    fn the_file_knows_nothing_of_the_groups() {
+    fn the_file_has_no_groups() {
         let reward = RewardConfig { kind: RewardKind::Ego, ..RewardConfig::default() };
         let text = toml::to_string(&TrainConfig { reward, ..TrainConfig::default() }).expect("a file");
         let tables: Vec<&str> = text.lines().filter(|line| line.starts_with('[')).collect();

@@ -1,5 +1,5 @@
-//! Which configurations can be trained. In: a [`TrainConfig`]. Out: the key of the first setting that does not fit the others, and
-//! why.
+//! Checks of a training's configuration. In: a [`TrainConfig`]. Out: the key of the first setting that does not fit the others, and the
+//! reason.
 
 use super::{TrainConfig, config::ActionKind, drawn_ring::TRUCK_LENGTH_M, inputs::check_names};
 use crate::{
@@ -90,7 +90,7 @@ impl Settings for TrainConfig {
 }
 
 impl TrainConfig {
-    /// What the policy sees of the driver must be something that its estimator tells.
+    /// Checks that the estimator provides every driver input of the policy.
     fn check_of_driver(&self) -> Result<(), (&'static str, String)> {
         let known = self.known_of_driver();
         let names = known.iter().map(|feature| feature.name()).collect::<Vec<_>>().join(", ");

@@ -1,15 +1,15 @@
-//! What a policy in training corrects, in each ring of a block. In: an observation a step. Out: at each decision the speed that is
-//! corrected, as the drive has it.
+//! The advice that a policy in training corrects, for each ring of a block. In: an observation each step. Out: the corrected speed at
+//! each decision, as in a drive.
 
 use super::{config::TrainConfig, simd::LANES};
 use crate::policy::{Controller, CorrectedAdvice, EngagedController, Network, NetworkOutput, Observation, Policy};
 use serde::{Deserialize, Serialize};
 
 impl TrainConfig {
-    /// What the policy is to correct, if anything.
+    /// Returns the advice that the policy corrects, if any.
     ///
     /// # Errors
-    /// Why that cannot be corrected, and what can.
+    /// The reason that the advice cannot be corrected, and what can be.
     pub fn corrected_advice(&self) -> Result<Option<CorrectedAdvice>, String> {
         if !self.is_residual() {
             return Ok(None);
@@ -27,16 +27,16 @@ impl TrainConfig {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CorrectedLanes {
     advisors: LaneAdvisors,
-    /// What each advised at its last decision, m/s; it stands until the next.
+    /// Advice of each lane at its last decision, m/s, in force until the next.
     advised_mps: [f64; LANES],
 }
 
-/// Who advises.
+/// Source of the corrected advice.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum LaneAdvisors {
-    /// A controller for each ring, with its memory.
+    /// One controller per ring, with its memory.
     Controllers(LaneControllers),
-    /// A network has no memory: one serves all rings.
+    /// One network for all rings, since it has no memory.
     Network(Box<Network>),
 }
 
@@ -45,12 +45,12 @@ struct LaneControllers {
     controller: Controller,
     step_s: f64,
     engaged: Vec<EngagedController>,
-    /// Steps since each was engaged.
+    /// Steps since each controller was engaged.
     steps: [u32; LANES],
 }
 
 impl CorrectedLanes {
-    /// Sixteen of this one, shown an observation each `step_s` seconds; each is to be engaged before it is asked.
+    /// Returns the advice for sixteen rings with steps of `step_s` seconds; each lane must be engaged before it is asked.
     pub fn new(advice: &CorrectedAdvice, step_s: f64) -> Self {
         let advisors = match advice {
             CorrectedAdvice::Controller(controller) => LaneAdvisors::Controllers(LaneControllers {
@@ -64,7 +64,7 @@ impl CorrectedLanes {
         Self { advisors, advised_mps: [0.0; LANES] }
     }
 
-    /// A fresh one for lane `l`, which begins and advises with this observation.
+    /// Engages a new controller in lane `l` and makes its first decision with this observation.
     pub fn engage(&mut self, l: usize, seen: &Observation) {
         if let LaneAdvisors::Controllers(lanes) = &mut self.advisors {
             lanes.engaged[l] = EngagedController::new(&lanes.controller, lanes.step_s);
@@ -74,12 +74,12 @@ impl CorrectedLanes {
         self.decide(l, seen);
     }
 
-    /// True where it must see every step, and not only those in which it decides.
+    /// Returns true if the advice needs every step and not only those with a decision.
     pub fn watches(&self) -> bool {
         matches!(self.advisors, LaneAdvisors::Controllers(_))
     }
 
-    /// A step has passed in lane `l`.
+    /// Observes one step in lane `l`.
     pub fn watch(&mut self, l: usize, seen: &Observation) {
         if let LaneAdvisors::Controllers(lanes) = &mut self.advisors {
             lanes.steps[l] += 1;
@@ -87,7 +87,7 @@ impl CorrectedLanes {
         }
     }
 
-    /// Lane `l` decides anew.
+    /// Makes a new decision in lane `l`.
     pub fn decide(&mut self, l: usize, seen: &Observation) {
         self.advised_mps[l] = match &self.advisors {
             LaneAdvisors::Controllers(lanes) => {
@@ -97,7 +97,7 @@ impl CorrectedLanes {
         };
     }
 
-    /// What it advised in lane `l` at its last decision, m/s.
+    /// Returns the advice of lane `l` at its last decision, m/s.
     pub fn advised_mps(&self, l: usize) -> f64 {
         self.advised_mps[l]
     }

@@ -1,6 +1,6 @@
-//! How a policy draws its action from the network's outputs: a normal distribution whose mean is the output (its spread
-//! is a parameter of its own), or one of a number of levels. In: outputs of one row. Out: probabilities, divergences and
-//! their derivatives. Actions are in units of -1..1 (continuous) or a level's number.
+//! Distribution of a policy's action given the network's outputs: normal around the output with a separate spread parameter, or
+//! categorical over levels. In: the outputs of one row. Out: probabilities, divergences and their derivatives. Actions are in -1..1
+//! (continuous) or level indices.
 
 use super::scalar::Real;
 use std::f64::consts::{E, PI};
@@ -8,14 +8,14 @@ use std::f64::consts::{E, PI};
 /// A family of distributions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
-    /// Normal, one output; the logarithm of its standard deviation is the last parameter of the policy.
+    /// Normal with one output as mean; the logarithm of its standard deviation is the last parameter of the policy.
     Normal,
-    /// One of so many levels; an output for each, the logarithm of its odds.
+    /// Categorical over this many levels, with one logit per level as outputs.
     Levels(usize),
 }
 
 impl Family {
-    /// Outputs that the network needs.
+    /// Returns the number of network outputs.
     pub fn outputs(self) -> usize {
         match self {
             Self::Normal => 1,
@@ -23,12 +23,12 @@ impl Family {
         }
     }
 
-    /// Parameters of the policy beside the network's.
+    /// Returns the number of policy parameters in addition to the network's.
     pub fn extra(self) -> usize {
         usize::from(self == Self::Normal)
     }
 
-    /// Logarithm of the probability (density) of `action`.
+    /// Returns the logarithm of the probability (density) of `action`.
     pub fn log_probability<T: Real>(self, output: &[T], log_sd: T, action: T) -> f64 {
         match self {
             Self::Normal => {
@@ -39,7 +39,8 @@ impl Family {
         }
     }
 
-    /// Adds `weight` times the derivative of [`Family::log_probability`] to `by_output`; returns that by `log_sd`.
+    /// Adds `weight` times the derivative of [`Family::log_probability`] to `by_output`; returns the derivative by `log_sd`, also
+    /// weighted.
     pub fn score<T: Real>(self, output: &[T], log_sd: T, action: T, weight: f64, by_output: &mut [T]) -> f64 {
         match self {
             Self::Normal => {
@@ -58,7 +59,7 @@ impl Family {
         }
     }
 
-    /// KL divergence of `new` from `old`: D(old || new).
+    /// Returns the KL divergence D(old || new).
     pub fn kl<T: Real>(self, old: (&[T], T), new: (&[T], T)) -> f64 {
         match self {
             Self::Normal => {
@@ -73,8 +74,8 @@ impl Family {
         }
     }
 
-    /// The Fisher matrix of the distribution itself times `tangent` (the second derivative of the KL divergence), in
-    /// place; returns that of `log_sd`.
+    /// Multiplies `tangent` in place by the Fisher matrix of the distribution (the second derivative of the KL divergence); returns the
+    /// component of `log_sd`.
     pub fn fisher<T: Real>(self, output: &[T], log_sd: T, tangent: &mut [T], log_sd_tangent: T) -> f64 {
         match self {
             Self::Normal => {
@@ -91,7 +92,7 @@ impl Family {
         }
     }
 
-    /// Entropy, nats.
+    /// Returns the entropy, nat.
     pub fn entropy<T: Real>(self, output: &[T], log_sd: T) -> f64 {
         match self {
             Self::Normal => 0.5 * (2.0 * PI * E).ln() + log_sd.f64(),
@@ -99,7 +100,7 @@ impl Family {
         }
     }
 
-    /// An action drawn with one normal and one uniform random number.
+    /// Returns an action drawn with one normal and one uniform random number.
     pub fn draw(self, output: &[f32], log_sd: f32, normal: f32, uniform: f32) -> f32 {
         match self {
             Self::Normal => output[0] + log_sd.exp() * normal,

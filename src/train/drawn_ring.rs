@@ -1,5 +1,5 @@
-//! Rings as training and judging draw them. In: a configuration and the random numbers of an episode. Out: the layout and the
-//! models of a ring's cars.
+//! Random rings for training and evaluation. In: a configuration and the random numbers of an episode. Out: the layout and the models of
+//! a ring's vehicles.
 
 use super::{
     config::{RingConfig, TrainConfig},
@@ -11,50 +11,51 @@ use crate::{
     space::CAR_LENGTH_M,
 };
 
-/// Length of a truck, metres, and its acceleration as a share of a car's: 7.1 m, and 1.3 of 2.6 m/s2 (docs/references.md: trucks).
+/// Length of a truck, m, and its acceleration as a share of a car's: 7.1 m, and 1.3 of 2.6 m/s² (docs/references.md: trucks).
 pub const TRUCK_LENGTH_M: f64 = 7.1;
 const TRUCK_ACCEL_SHARE: f64 = 0.5;
 
-/// The model of ring `ring` of those that [`super::evaluate()`] drives for the same arguments, and the gap of its even flow, metres.
+/// Returns the model and the equilibrium gap, m, of ring `ring` in [`super::evaluate()`] with the same arguments.
 pub fn drawn_ring(config: &TrainConfig, stream: &str, ring: usize) -> (IdmParams, f64) {
     let drawn = draw_ring(config, &mut episode_stream(config.seed, stream, ring as u64));
     (drawn.start.idm, drawn.even_gap_m)
 }
 
-/// The random numbers of one episode.
+/// Returns the random stream of one episode.
 pub fn episode_stream(seed: u64, stream: &str, number: u64) -> Stream {
     rng::stream(seed, &format!("{stream}/episode/{number}"))
 }
 
-/// A ring as it was drawn.
+/// A ring drawn at random.
 pub struct DrawnRing {
-    /// Gaps and models of its cars.
+    /// Gaps and models of the vehicles.
     pub start: RingStart,
-    /// Metres.
+    /// Length of the ring, m.
     pub length_m: f64,
-    /// Gap of each car in even flow, metres.
+    /// Gap of each vehicle at equilibrium, m.
     pub even_gap_m: f64,
 }
 
-/// A ring drawn from the configuration.
+/// Draws a ring from the configuration.
 pub fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> DrawnRing {
     let rings = &config.ring;
     let span = (rings.vehicles_max - rings.vehicles_min + 1) as usize;
     let cars = rings.vehicles_min as usize + stream.index(span);
     let drawn_m = stream.uniform(rings.circumference_min_m, rings.circumference_max_m);
-    // There is nothing to learn where the policy withholds advice.
+    // Nothing can be learned on a ring where the policy withholds advice.
     let length_m = drawn_m.max(cars as f64 * rings.least_spacing_m);
     let idm = vary(&rings.idm, rings.idm_spread, stream);
     let layout = if stream.uniform(0.0, 1.0) < rings.bunched_share { RingStart::bunched } else { RingStart::even };
     let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
     let (own_idm, trucks) = draw_cars(rings, &idm, cars, stream);
-    // The layouts know cars alone; what trucks are longer is no road for gaps.
+    // The layouts assume cars only, so the extra length of trucks is subtracted from the road.
     let room_m = length_m - trucks as f64 * (TRUCK_LENGTH_M - CAR_LENGTH_M);
     let even_gap_m = room_m / cars as f64 - CAR_LENGTH_M;
     DrawnRing { start: RingStart { own_idm, ..layout(cars, room_m, idm, seed) }, length_m, even_gap_m }
 }
 
-/// The model of each car where they differ, the ego first, who keeps that of the ring; and how many of them are trucks.
+/// Draws the model of each vehicle, the ego first with the ring's own model, and counts the trucks. The list is empty if vehicles do not
+/// differ.
 fn draw_cars(rings: &RingConfig, idm: &IdmParams, cars: usize, stream: &mut Stream) -> (Vec<IdmParams>, usize) {
     if rings.car_spread == 0.0 && rings.truck_share == 0.0 {
         return (Vec::new(), 0);
@@ -71,7 +72,7 @@ fn draw_cars(rings: &RingConfig, idm: &IdmParams, cars: usize, stream: &mut Stre
     (own_idm, trucks)
 }
 
-/// A model whose parameters differ by a share of `spread` at most, either way.
+/// Draws a model whose parameters deviate by at most the share `spread` in either direction.
 fn vary(idm: &IdmParams, spread: f64, stream: &mut Stream) -> IdmParams {
     let mut vary = |x: f64| x * (1.0 + spread * stream.uniform(-1.0, 1.0));
     IdmParams {

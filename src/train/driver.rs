@@ -1,11 +1,10 @@
-//! How the ego follows the advice in training: to the letter, or as a person would. In: an action for each ring, then
-//! once a step the rings. Out: the ego's speed at the end of the step, m/s.
+//! The ego's response to advice in training: exact, or like a person's. In: an action for each ring, then the rings at each step. Out:
+//! the ego's speed at the end of the step, m/s.
 //!
-//! A simulated driver responds `reaction_s` late, tracks with an error that wanders (Ornstein and Uhlenbeck 1930) and has
-//! a habit of driving faster or slower; what it follows is the speed on the dial (docs/decisions.md: 2), also where the
-//! policy puts out an acceleration. It keeps the model's distance to its leader; an ego that follows to the letter
-//! brakes, if it is set so, where it must to avoid a collision. Who drives is said by the [`DriverParams`] of whole
-//! drives.
+//! A simulated driver responds `reaction_s` late, tracks with a wandering error (Ornstein and Uhlenbeck 1930) and has a habit of driving
+//! faster or slower. They follow the speed on the speedometer (docs/decisions.md: 2), also if the policy advises an acceleration, and
+//! keep the model's distance to their leader. An exactly following ego can be set to brake only where a collision must be avoided. The
+//! driver is described by the [`DriverParams`] of whole drives.
 
 use super::{
     config::{DriverConfig, FollowKind, TrainConfig},
@@ -21,26 +20,26 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Time in which a driver closes the difference to the target, seconds (`driver`'s presets).
+/// Time constant with which a driver closes the difference to the target, s (`driver`'s presets).
 const SPEED_RELAXATION_S: f32 = 1.5;
 
-/// Gap that an ego guarded against collisions keeps when it stops, metres.
+/// Gap that a guarded ego keeps when it stops, m.
 const SAFE_GAP_M: f32 = 1.0;
 
-/// What stands for a ring.
+/// Current advice of a ring.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum StandingAdvice {
-    /// The ego's model drives.
+    /// No advice yet: the ego's model drives.
     Model,
-    /// Nothing is advised any more, which a driver notices as late as an advice.
+    /// Withdrawn advice, which a driver notices as late as a new one.
     Silence,
-    /// An acceleration, m/s2.
+    /// Advised acceleration, m/s².
     Acceleration,
-    /// A speed, m/s.
+    /// Advised speed, m/s.
     Speed,
 }
 
-/// The egos' followers of advice, one a lane.
+/// Drivers of the egos, one per lane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdviceFollower {
     step_s: f32,
@@ -53,38 +52,38 @@ pub struct AdviceFollower {
     guard_mps2: f32,
     response_s: f32,
     mode: [StandingAdvice; LANES],
-    /// What is advised, m/s2 or m/s.
+    /// Advised acceleration, m/s², or speed, m/s.
     advised: SimdLanes,
-    /// Advised speeds of the last steps, newest at `newest`; -1 where there was none.
+    /// Advised speeds of the last steps, a ring buffer with the latest at `newest`; -1 for a step without advice.
     shown_mps: Vec<SimdLanes>,
     newest: usize,
     delay: [u32; LANES],
     habit_mps: SimdLanes,
     error_mps: SimdLanes,
     deadband_mps: SimdLanes,
-    /// What is kept of the error in a step, and what is new.
+    /// Share of the error kept per step, and standard deviation of the random change per step.
     keep: f32,
     fresh_mps: SimdLanes,
     rng: LaneRng,
     view: LateView,
-    /// Time gap to the leader as a multiple of the ring's.
+    /// Time gap to the leader as a multiple of the ring's time gap.
     gap_factor: SimdLanes,
     compliance: [Compliance; LANES],
     all_comply: bool,
-    /// Steps since the first advice.
+    /// Steps under advice so far.
     advised_steps: [u32; LANES],
     held_back_mps: SimdLanes,
     follows: [bool; LANES],
     looks: [bool; LANES],
-    /// The advice that is in mind, m/s: what the dial showed when it was last looked at.
+    /// Advice in the driver's memory, m/s: the speed shown at the last glance at the speedometer.
     in_mind_mps: SimdLanes,
     driven_by: [DrivenBy; LANES],
-    /// Who drives; whether he is willing now is asked of `compliance`.
+    /// Traits of each driver; the current willingness comes from `compliance`.
     traits: [DriverTraits; LANES],
 }
 
 impl TrainConfig {
-    /// The same rings with this driver in each. How hard the ego can accelerate and brake stays the configuration's.
+    /// Returns the same rings with this driver in each. The ego's acceleration and deceleration limits still come from the configuration.
     pub fn driven_by(&self, driver: &DriverParams) -> Self {
         let brakes_for_leader = driver.leader_rule == LeaderRule::Guard;
         let follow = match driver.leader_rule {
@@ -113,13 +112,13 @@ impl TrainConfig {
         Self { driver, ..self.clone() }
     }
 
-    /// The same rings, each with a driver drawn from this population.
+    /// Returns the same rings, each with a driver drawn from this population.
     pub fn driven_by_some_of(&self, population: Population) -> Self {
         let driver = DriverConfig { follow: FollowKind::Driver, population, ..self.driver.clone() };
         Self { driver, ..self.clone() }
     }
 
-    /// The driver of these rings by name, where they all have the same.
+    /// Returns the driver of these rings by name, if all rings have the same one.
     pub fn named_driver(&self) -> Option<NamedDriver> {
         let driver = &self.driver;
         match driver.follow {
@@ -137,7 +136,7 @@ impl TrainConfig {
         }
     }
 
-    /// The driver of one episode.
+    /// Draws the driver of one episode.
     pub fn draw_driver(&self, stream: &mut Stream) -> DriverParams {
         let driver = &self.driver;
         let set = DriverParams {
@@ -171,7 +170,7 @@ impl TrainConfig {
 }
 
 impl AdviceFollower {
-    /// Followers without habits; [`AdviceFollower::draw`] gives them some.
+    /// Returns drivers without traits; [`AdviceFollower::draw`] sets them.
     pub fn new(config: &TrainConfig) -> Self {
         let driver = &config.driver;
         let longest_s = match driver.population {
@@ -213,7 +212,7 @@ impl AdviceFollower {
         }
     }
 
-    /// A new driver in lane `l`.
+    /// Draws a new driver for lane `l`.
     pub fn draw(&mut self, l: usize, config: &TrainConfig, stream: &mut Stream) {
         let driver = config.draw_driver(stream);
         self.mode[l] = StandingAdvice::Model;
@@ -226,7 +225,7 @@ impl AdviceFollower {
         self.fresh_mps[l] = (driver.error_mps * (1.0 - keep * keep).sqrt()) as f32;
         let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
         self.rng.seed(l, seed);
-        // Only a driver sees late; a machine follows to the letter.
+        // Only a simulated driver perceives with a delay; an exactly following ego does not.
         self.view.set(l, if self.is_driver { driver.leader_reaction_s } else { 0.0 });
         self.gap_factor[l] = (driver.idm.t / config.ring.idm.t) as f32;
         self.compliance[l] = if self.is_driver { Compliance::of(&driver, seed) } else { Compliance::full() };
@@ -234,14 +233,14 @@ impl AdviceFollower {
         self.sit_down(l);
     }
 
-    /// Who drives ring `l`, and how willing he is now: what only a teacher knows.
+    /// Returns the traits of the driver on ring `l` with the current willingness, as a teacher sees them.
     pub fn traits(&self, l: usize) -> DriverTraits {
         let time_s = f64::from(self.advised_steps[l]) * f64::from(self.step_s);
         let willingness = self.compliance[l].willingness(time_s, f64::from(self.held_back_mps[l]));
         DriverTraits { willingness, ..self.traits[l] }
     }
 
-    /// Nothing has been advised to the driver of lane `l` yet.
+    /// Resets the driver of lane `l` to the state before any advice.
     fn sit_down(&mut self, l: usize) {
         self.advised_steps[l] = 0;
         self.held_back_mps[l] = 0.0;
@@ -255,7 +254,7 @@ impl AdviceFollower {
     pub fn copy_lane(&mut self, l: usize, from: &Self, from_lane: usize) {
         self.mode[l] = from.mode[from_lane];
         self.advised[l] = from.advised[from_lane];
-        // A fresh driver has seen nothing yet, so that the place in the ring buffer does not matter.
+        // A new driver has seen nothing yet, so the position in the ring buffer does not matter.
         self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
         self.delay[l] = from.delay[from_lane];
         self.habit_mps[l] = from.habit_mps[from_lane];
@@ -270,7 +269,7 @@ impl AdviceFollower {
         self.sit_down(l);
     }
 
-    /// New advice for ring `l`, whose ego drives at `ego_mps`, to stand for `hold`; `None` advises nothing.
+    /// Issues advice for ring `l`, whose ego drives at `ego_mps`, in force for `hold`; `None` withdraws the advice.
     pub fn advise(&mut self, l: usize, action: Option<Action>, ego_mps: f32, hold: Hold) {
         if self.ignores {
             return;
@@ -283,7 +282,7 @@ impl AdviceFollower {
         let before = (self.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.advised[l]));
         (self.mode[l], self.advised[l]) = match action {
             Action::Speed(speed) => (StandingAdvice::Speed, speed.max(0.0) as f32),
-            // What a driver sees is the speed that it leads to.
+            // A driver sees the speed to which the acceleration leads.
             Action::Acceleration(a) if self.is_driver => {
                 (StandingAdvice::Speed, shown_mps(before, f64::from(ego_mps), a, hold.seconds()) as f32)
             }
@@ -291,13 +290,12 @@ impl AdviceFollower {
         };
     }
 
-    /// The speed that is advised to the driver of lane `l`, m/s.
+    /// Returns the speed advised to the driver of lane `l`, m/s.
     pub fn advised_mps(&self, l: usize) -> Option<f64> {
         (self.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.advised[l]))
     }
 
-    /// By how much speeds lie outside of the range around the advised ones, m/s; 0 where an acceleration is followed to
-    /// the letter.
+    /// Returns the distance of speeds from the range around the advised ones, m/s; 0 if no speed is advised.
     #[inline(always)]
     pub fn missed_mps(&self, ego_mps: &SimdLanes, range_mps: f32) -> SimdLanes {
         lane(|l| {
@@ -306,12 +304,12 @@ impl AdviceFollower {
         })
     }
 
-    /// What drove each ego in the last step.
+    /// Returns the source of each ego's speed in the last step.
     pub fn driven_by(&self) -> &[DrivenBy; LANES] {
         &self.driven_by
     }
 
-    /// The egos' speeds at the end of this step, m/s.
+    /// Returns the egos' speeds at the end of this step, m/s.
     #[inline(always)]
     pub fn step(&mut self, ring: &VectorizedRing) -> SimdLanes {
         let speed = ring.ego_mps();
@@ -346,7 +344,7 @@ impl AdviceFollower {
         driven
     }
 
-    /// What each driver's own model would do, by what he sees, m/s2.
+    /// Returns the acceleration of each driver's own model from what they perceive, m/s².
     #[inline(always)]
     fn own_model(&mut self, ring: &VectorizedRing) -> SimdLanes {
         if self.view.is_prompt() && self.gap_factor == splat(1.0) {
@@ -357,7 +355,7 @@ impl AdviceFollower {
         ring.ego_idm_seen(&gap_m, &leader_mps, &time_gap_s)
     }
 
-    /// Who looks and who follows, once a second; and how far the advice holds each back.
+    /// Decides once a second which drivers look and which follow; updates each step how far the advice holds each driver back.
     fn decide(&mut self, leader_mps: &SimdLanes) {
         let steps_per_s = (1.0 / self.step_s).round().max(1.0) as u32;
         let fresh = self.step_s / HELD_BACK_S as f32;
@@ -376,9 +374,9 @@ impl AdviceFollower {
         }
     }
 
-    /// The highest speed from which the ego can still stop behind its leader if that brakes as hard as the ego can (the
-    /// safe speed of Krauss 1998 with one step of delay; SUMO, and with it Flow, guards its cars alike). Unlike the
-    /// model's own distance it binds only where it must.
+    /// Returns the highest speed from which the ego can stop behind its leader if the leader brakes as hard as the ego can, m/s. This is
+    /// the safe speed of Krauss 1998 with one step of delay, as in SUMO and Flow. Unlike the model's own distance it acts only where it
+    /// must.
     #[inline(always)]
     fn safe_mps(&self, gap_m: f32, leader_mps: f32) -> f32 {
         let (b, delay_mps) = (self.decel_mps2, self.decel_mps2 * self.step_s);
@@ -413,11 +411,11 @@ impl AdviceFollower {
         });
         lane(|l| {
             let seen = seen_mps[l];
-            // Until an advice is perceived, and once silence is, the ego is driven by its model alone.
+            // Before an advice is perceived, and after its withdrawal is, the model alone drives the ego.
             if seen < 0.0 {
                 return f32::INFINITY;
             }
-            // Bias and error fade below 1 m/s: nobody errs about a standstill.
+            // Bias and error fade below 1 m/s: a driver makes no error about standing still.
             let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);
             let off = target.max(0.0) - speed[l];
             let felt = off - off.max(-self.deadband_mps[l]).min(self.deadband_mps[l]);

@@ -1,4 +1,4 @@
-//! Drivers of the fast ring: who follows, who drives, who sees late.
+//! Drivers of the fast ring: compliance, sources of the ego's speed and late perception.
 
 use super::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig, environment::VecEnv, evaluate,
@@ -35,7 +35,7 @@ fn driven(config: &TrainConfig, advice_mps: Option<f64>) -> Vec<EvaluationResult
 }
 
 #[test]
-fn whoever_refuses_drives_as_without_advice_to_the_bit() {
+fn a_refusing_driver_drives_bit_for_bit_as_without_advice() {
     let config = config(DriverConfig { compliance: 0.0, ..prompt() });
     let (with, without) = (driven(&config, Some(2.0)), driven(&config, None));
     let speeds = |results: &[EvaluationResult]| results.iter().map(|r| r.mean_mps.to_bits()).collect::<Vec<_>>();
@@ -44,15 +44,15 @@ fn whoever_refuses_drives_as_without_advice_to_the_bit() {
 }
 
 #[test]
-fn whoever_follows_half_of_the_time_is_driven_by_advice_half_of_the_time() {
+fn a_driver_with_compliance_of_one_half_follows_half_of_the_time() {
     let results = driven(&config(DriverConfig { compliance: 0.5, ..prompt() }), Some(1.0));
     let share = results.iter().filter_map(|r| r.conflicts?.advice_share).sum::<f64>() / results.len() as f64;
-    // 16 drivers of 10 stretches each: a standard error of 0.04; a few steps are spent behind a standing leader.
+    // 16 drivers of 10 stretches each: a standard error of 0.04; a few steps are spent behind a stopped leader.
     assert!((share - 0.5).abs() < 0.13, "{share}");
 }
 
 #[test]
-fn it_is_said_what_drove() {
+fn the_source_of_the_egos_speed_is_reported() {
     let config = config(prompt());
     let mut block = VecEnv::new(&config, "driver test", 0, config.hold());
     block.step();
@@ -62,7 +62,7 @@ fn it_is_said_what_drove() {
         let mean = |of: fn(&EvaluationResult) -> Option<f64>| results.iter().filter_map(of).sum::<f64>() / LANES as f64;
         [mean(|r| r.conflicts?.advice_share), mean(|r| r.conflicts?.distance_share), mean(|r| r.conflicts?.guard_share)]
     };
-    // Far below the others' speed the road ahead is free; far above it nothing but the distance counts.
+    // Far below the others' speed the road ahead is free; far above it only the distance to the leader counts.
     let [slow, fast] = [1.0, 30.0].map(shares);
     assert!(slow[0] > 0.8 && fast[1] > 0.8, "{slow:?} {fast:?}");
     assert!(slow[2] == 0.0 && (slow[0] + slow[1] - 1.0).abs() < 1e-9, "{slow:?}");
@@ -81,7 +81,7 @@ fn a_guard_that_brakes_too_weakly_crashes_and_a_strong_one_does_not() {
 }
 
 #[test]
-fn lateness_towards_the_leader_asks_for_harder_braking_and_slows_all() {
+fn a_late_response_to_the_leader_needs_harder_braking_and_slows_all() {
     let of = |leader_reaction_s: f64| {
         let results = driven(&config(DriverConfig { leader_reaction_s, ..prompt() }), None);
         let drac_mps2 = results.iter().map(|r| r.conflicts.unwrap().most_drac_mps2).sum::<f64>() / results.len() as f64;
@@ -99,7 +99,7 @@ fn people_drive_and_differ() {
     assert!((2.0..4.6).contains(&mean_mps), "{mean_mps}");
     let same = results.iter().filter(|r| r.mean_mps == results[0].mean_mps).count();
     assert_eq!(same, 1);
-    // The same people for another advice: whoever refuses here refuses there.
+    // The same people under other advice: the same drivers refuse.
     let refuses = |results: &[EvaluationResult]| {
         results.iter().map(|r| r.conflicts.unwrap().advice_share == Some(0.0)).collect::<Vec<bool>>()
     };

@@ -1,9 +1,8 @@
-//! The ring as a reinforcement-learning environment. In: an [`Action`] for each ring, held for a hold. Out: what the
-//! policy may know next, the reward of the hold, and how it ended. One [`VecEnv`] is [`LANES`] rings; blocks know
-//! nothing of each other, so that threads change no bit.
+//! The ring as a reinforcement-learning environment. In: an [`Action`] per ring and hold. Out: the next observation, the reward of the
+//! hold and its ending. One [`VecEnv`] is a block of [`LANES`] rings. Blocks are independent, so the number of threads changes no bit.
 //!
-//! An episode is a ring drawn from the configuration, warmed up by the model alone, then driven for the horizon. A ring
-//! that ends takes a warmed-up one from the block's own stock, which is made sixteen at a time.
+//! An episode is a ring drawn from the configuration, warmed up by the model alone, then driven for the horizon. A ring whose episode
+//! ends is replaced by a warmed-up one from the block's stock, which is made sixteen at a time.
 
 use super::{
     config::{RewardKind, TrainConfig},
@@ -21,56 +20,56 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// How a hold ended.
+/// Ending of a hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// The episode goes on.
+    /// The episode continues after the hold.
     None,
-    /// The horizon is reached; the ring would go on.
+    /// The episode reached its horizon; the traffic itself would continue.
     Horizon,
-    /// Cars collided.
+    /// Two vehicles collided, and the episode is over.
     Crash,
 }
 
-/// What one hold brought to one ring.
+/// Result of one hold on one ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Mean over the steps, m/s, penalties taken.
+    /// Mean reward over the steps, m/s, after penalties.
     pub reward: f32,
-    /// Mean speed of all cars over the steps, m/s.
+    /// Mean speed of all vehicles over the steps, m/s.
     pub mean_mps: f32,
-    /// How it ended.
+    /// Ending of the hold.
     pub ending: Ending,
-    /// What the policy would have seen next in the ring that has just ended; else what it sees next.
+    /// Next observation of the ring; of an episode that has just ended, its final observation.
     pub last_seen: Observation,
-    /// The whole state of the ring then.
+    /// Whole state of the ring at `last_seen`.
     pub last_state: WholeState,
 }
 
-/// Numbers of [`VecEnv::whole_state`].
+/// Number of entries of [`VecEnv::whole_state`].
 pub const STATE_NUMBERS: usize = 10;
 
-/// What the value knows of a ring beyond what the policy sees, numbers of about -1 to 1.
+/// Inputs of the value network beyond the policy's inputs, each about -1 to 1.
 pub type WholeState = [f32; STATE_NUMBERS];
 
-/// Sixteen rings and their egos.
+/// A block of sixteen rings and their egos.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct VecEnv {
     config: TrainConfig,
-    /// Number of the first ring, and which episode each lane will take next.
+    /// Index of the block's first ring among all rings.
     first_ring: u64,
     stream: String,
     ring: VectorizedRing,
     follower: AdviceFollower,
     circumference_m: SimdLanes,
-    /// Speed at which each ring flows evenly, m/s.
+    /// Equilibrium speed of each ring, m/s.
     #[serde(default)]
     equilibrium_mps: SimdLanes,
     hold_steps: u32,
-    /// Own mean speed as the policy may see it, m/s.
+    /// Moving mean of the ego's speed as the policy may see it, m/s.
     mean_ego_mps: SimdLanes,
     elapsed: [u32; LANES],
-    /// Warmed-up rings, their lengths, and how many of them are used.
+    /// Warmed-up rings in stock; `stock_m` are their lengths and `used` counts those taken.
     stock: VectorizedRing,
     stock_follower: AdviceFollower,
     stock_m: SimdLanes,
@@ -78,20 +77,20 @@ pub struct VecEnv {
     stock_equilibrium_mps: SimdLanes,
     used: usize,
     batches: u64,
-    /// What is seen of the drivers, where somebody asks; and steps since the last sample.
+    /// Samples of the drivers, if kept; `unsampled_steps` counts steps since the last sample.
     samples: Option<Vec<BlockSample>>,
     unsampled_steps: u32,
-    /// Rings whose episodes count; those beyond go on for ever and take nothing from the stock.
+    /// Number of rings with episodes; rings beyond it never end and take nothing from the stock.
     #[serde(default = "all_lanes")]
     rings: usize,
-    /// What the policy corrects, where it does.
+    /// Advice that the policy corrects, if any.
     #[serde(default)]
     corrected: Option<CorrectedLanes>,
 }
 
 impl VecEnv {
-    /// Block `index` of those of `config`, every ring at the end of its warm-up. `stream` names the random numbers:
-    /// training and judging have rings of their own. An action stands for `hold`.
+    /// Returns block `index` of `config` with every ring at the end of its warm-up. `stream` names the random numbers: training and
+    /// evaluation have separate rings. Each action is held for `hold`.
     pub fn new(config: &TrainConfig, stream: &str, index: usize, hold: Hold) -> Self {
         let room = config.ring.vehicles_max as usize;
         let ring = VectorizedRing::new(room, config.ring.step_s);
@@ -122,27 +121,27 @@ impl VecEnv {
         block
     }
 
-    /// The same block of which only the first `rings` count: the episodes of the others never end.
+    /// Returns the block with episodes on the first `rings` rings only; the others never end.
     #[must_use]
     pub fn with_rings(self, rings: usize) -> Self {
         Self { rings, ..self }
     }
 
-    /// Lets each ring begin at another part of its horizon, so that a batch has all parts of an episode.
+    /// Starts each ring at a random point of its horizon, so that a batch covers all parts of an episode.
     pub fn spread(&mut self) {
         let horizon = self.config.horizon_decisions(self.hold_length());
         let mut stream = self.named(&format!("spread/{}", self.first_ring));
         self.elapsed.iter_mut().for_each(|elapsed| *elapsed = stream.index(horizon as usize) as u32);
     }
 
-    /// What the policy of ring `l` may know now.
+    /// Returns the complete observation of ring `l`, the driver's traits included.
     #[inline(always)]
     pub fn observe(&self, l: usize) -> Observation {
         let corrected_mps = self.corrected.as_ref().map(|lanes| lanes.advised_mps(l));
         Observation { driver: Some(self.follower.traits(l)), corrected_mps, ..self.traffic(l) }
     }
 
-    /// What it sees of the traffic.
+    /// Returns the part of the observation that describes traffic.
     #[inline(always)]
     fn traffic(&self, l: usize) -> Observation {
         Observation {
@@ -158,13 +157,13 @@ impl VecEnv {
         }
     }
 
-    /// From now on actions correct this advice.
+    /// Sets the advice that actions correct from now on.
     pub fn correct(&mut self, advice: &CorrectedAdvice) {
         self.corrected = Some(CorrectedLanes::new(advice, self.config.ring.step_s));
         (0..LANES).for_each(|l| self.tell_corrected(l, CorrectedLanes::engage));
     }
 
-    /// Shows ring `l` to what is corrected in it.
+    /// Passes the current observation of ring `l` to the corrected advice.
     fn tell_corrected(&mut self, l: usize, tell: fn(&mut CorrectedLanes, usize, &Observation)) {
         if self.corrected.is_some() {
             let seen = self.traffic(l);
@@ -172,8 +171,8 @@ impl VecEnv {
         }
     }
 
-    /// What the value may know and the policy may not: how all cars drive, how they could, and who the ego's driver is (an
-    /// asymmetric critic, Pinto 2018). Nothing where the value sees what the policy does.
+    /// Returns the state that the value network sees and the policy does not: speeds of all vehicles, equilibrium speed and the driver's
+    /// traits (an asymmetric critic, Pinto 2018). All zeros unless `value_sees_all` is set.
     pub fn whole_state(&self, l: usize) -> WholeState {
         if !self.config.optimiser.value_sees_all {
             return WholeState::default();
@@ -189,39 +188,38 @@ impl VecEnv {
         std::array::from_fn(|k| if k < 5 { of_traffic[k] } else { of_driver[k - 5] })
     }
 
-    /// How long an action stands.
+    /// Returns the hold of an action.
     pub fn hold_length(&self) -> Hold {
         Hold::of_steps(self.hold_steps, self.config.ring.step_s)
     }
 
-    /// The configuration that the block keeps says so too.
+    /// Sets the number of iterations in the block's copy of the configuration.
     pub(super) fn set_iterations(&mut self, iterations: u32) {
         self.config.run.iterations = iterations;
     }
 
-    /// What drove each ego in the last step.
+    /// Returns the source of each ego's speed in the last step.
     pub fn driven_by(&self) -> &[DrivenBy; LANES] {
         self.follower.driven_by()
     }
 
-    /// The rings themselves.
+    /// Returns the simulated rings.
     pub fn rings(&self) -> &VectorizedRing {
         &self.ring
     }
 
-    /// New advice for the ego of ring `l`, to stand for `hold`: what is advised, no correction of anything. Before the first, and
-    /// where there is none, its model drives it.
+    /// Issues advice to the ego of ring `l` for `hold`; `action` is the advice itself, not a correction. Before the first advice, and
+    /// with `None`, the car-following model drives the ego.
     pub fn advise(&mut self, l: usize, action: Option<Action>, hold: Hold) {
         self.follower.advise(l, action, self.ring.ego_mps()[l], hold);
     }
 
-    /// One step under the advice that stands; no episode ends.
+    /// Runs one step under the current advice; no episode ends.
     pub fn step(&mut self) {
         in_wide_vectors(AdvisedStep(self));
     }
 
-    /// One hold under these actions, which correct an advice where one is corrected; rings whose episode ended
-    /// begin another.
+    /// Runs one hold with these actions, or corrections if an advice is corrected. Rings whose episode ended begin another.
     pub fn hold(&mut self, actions: &[Action; LANES]) -> [Outcome; LANES] {
         let (last_seen, last_state) = (Observation::default(), WholeState::default());
         let mut outcomes = [Outcome { reward: 0.0, mean_mps: 0.0, ending: Ending::None, last_seen, last_state }; LANES];
@@ -229,8 +227,8 @@ impl VecEnv {
         outcomes
     }
 
-    /// The same, told ring by ring; one that ended has begun its next episode when it is told. Nothing is gathered, which
-    /// takes longer than a step of the rings.
+    /// Runs one hold and passes the outcome of each ring to `each`; an ended ring has already begun its next episode. Avoids collecting
+    /// the outcomes, which takes longer than a step of the rings.
     #[inline(always)]
     pub fn hold_each(&mut self, actions: &[Action; LANES], mut each: impl FnMut(&Self, usize, Outcome)) {
         let (steps, hold) = (self.hold_steps, self.hold_length());
@@ -248,17 +246,17 @@ impl VecEnv {
         }
     }
 
-    /// From now on what is seen of the drivers is kept; see [`VecEnv::take_samples`].
+    /// Starts to keep samples of the drivers; see [`VecEnv::take_samples`].
     pub fn keep_samples(&mut self) {
         self.samples = Some(Vec::new());
     }
 
-    /// What has been seen of the drivers since the last call, a sample each [`SAMPLE_S`].
+    /// Returns the samples of the drivers since the last call, one per [`SAMPLE_S`].
     pub fn take_samples(&mut self) -> Vec<BlockSample> {
         self.samples.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Who drives each ring.
+    /// Returns the driver's traits on each ring.
     pub fn drivers(&self) -> [DriverTraits; LANES] {
         std::array::from_fn(|l| self.follower.traits(l))
     }
@@ -276,7 +274,7 @@ impl VecEnv {
         }
     }
 
-    /// Reward and ending of a hold of ring `l`, whose episode has `horizon` of them; one that ended is renewed.
+    /// Returns the outcome of a hold on ring `l`, whose episodes last `horizon` holds, and begins a new episode if this one ended.
     #[inline(always)]
     fn settle(&mut self, l: usize, action: Action, horizon: u32, totals: &Totals) -> Outcome {
         let share = 1.0 / self.hold_steps as f32;
@@ -314,7 +312,7 @@ impl VecEnv {
         (self.config.reward.action_penalty * size) as f32
     }
 
-    /// Begins another episode in ring `l`, whatever became of the one in it.
+    /// Begins another episode on ring `l`, discarding the current one.
     pub fn begin_episode(&mut self, l: usize) {
         if self.used == LANES {
             self.restock();
@@ -351,12 +349,12 @@ impl VecEnv {
     }
 }
 
-/// What checkpoints of blocks say that were written before a block could have fewer.
+/// Default for checkpoints written before a block could have fewer rings.
 fn all_lanes() -> usize {
     LANES
 }
 
-/// What a hold adds up to, lane by lane.
+/// Sums over a hold for each lane.
 struct Totals {
     mean_mps: SimdLanes,
     ego_mps: SimdLanes,
@@ -365,7 +363,7 @@ struct Totals {
     missed_mps: SimdLanes,
 }
 
-/// One step of a block under the advice that stands.
+/// One step of a block under the current advice.
 struct AdvisedStep<'a>(&'a mut VecEnv);
 
 impl VectorWork for AdvisedStep<'_> {
@@ -379,12 +377,12 @@ impl VectorWork for AdvisedStep<'_> {
     }
 }
 
-/// The steps of a hold, with what is counted in them.
+/// Steps of a hold with their sums.
 struct AdvisedHold<'a> {
     block: &'a mut VecEnv,
     steps: u32,
     range_mps: f32,
-    /// Share of a step in the mean of the ego's speed.
+    /// Weight of one step in the mean of the ego's speed.
     fresh: f32,
 }
 
@@ -426,8 +424,7 @@ impl Default for Totals {
 }
 
 impl Totals {
-    /// The cars that can collide are the ego with its leader and its follower with it: the others keep behind theirs by
-    /// their model.
+    /// Adds one step. Only the ego can hit its leader and be hit by its follower: the model keeps all other vehicles apart.
     #[inline(always)]
     fn add(&mut self, ring: &VectorizedRing, missed_mps: &SimdLanes) {
         for (l, missed) in missed_mps.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Episodes, rewards and followers of advice.
+//! Episodes, rewards and drivers that follow advice.
 
 use super::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, Learner, NetworkConfig, RewardConfig, RewardKind, RingConfig,
@@ -26,7 +26,7 @@ fn all(action: Action) -> [Action; LANES] {
 }
 
 #[test]
-fn an_acceleration_is_kept_to_the_letter_for_the_hold() {
+fn an_acceleration_is_kept_exactly_for_the_hold() {
     let mut block = block(&config());
     let before = block.observe(3).speed_mps;
     let outcomes = block.hold(&all(Action::Acceleration(0.25)));
@@ -36,7 +36,7 @@ fn an_acceleration_is_kept_to_the_letter_for_the_hold() {
 }
 
 #[test]
-fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
+fn rings_too_dense_for_advice_are_lengthened_and_others_unchanged() {
     let dense = TrainConfig {
         ring: RingConfig { vehicles_min: 18, vehicles_max: 26, horizon_s: 60.0, warm_up_s: 1.0, ..config().ring },
         ..config()
@@ -58,7 +58,7 @@ fn rings_too_dense_for_advice_are_drawn_longer_and_others_stay_as_they_were() {
 }
 
 #[test]
-fn trucks_take_road_from_the_gaps_and_rings_without_them_are_drawn_as_before() {
+fn trucks_shorten_the_gaps_and_rings_without_trucks_are_unchanged() {
     let ring = RingConfig { circumference_min_m: 290.0, circumference_max_m: 290.0, warm_up_s: 0.0, ..config().ring };
     let of = |ring: RingConfig| block(&TrainConfig { ring, ..config() });
     let room_m = |block: &VecEnv, l: usize| -> f32 { (0..22).map(|k| block.rings().gaps_m(k)[l]).sum() };
@@ -69,12 +69,12 @@ fn trucks_take_road_from_the_gaps_and_rings_without_them_are_drawn_as_before() {
     assert!((0..LANES).all(|l| (room_m(&all_trucks, l) - (290.0 - 21.0 * 7.1 - 5.0)).abs() < 0.01));
     let some = of(RingConfig { truck_share: 0.3, ..ring });
     let taken: f32 = (0..LANES).map(|l| (290.0 - 110.0 - room_m(&some, l)) / 2.1).sum();
-    // 336 cars, of which 101 are expected to be trucks: within four standard deviations.
+    // 336 vehicles, of which 101 are expected to be trucks: within four standard deviations.
     assert!((taken - 100.8).abs() < 34.0, "{taken}");
 }
 
 #[test]
-fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a_drive() {
+fn a_controller_without_correction_advises_in_training_as_in_a_drive() {
     let config = TrainConfig {
         advice: AdviceConfig { action: ActionKind::Speed, hold_s: 2.0, ..config().advice },
         driver: DriverConfig { follow: FollowKind::Driver, ..config().driver },
@@ -106,7 +106,7 @@ fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a
             training.hold(&all(Action::Speed(0.0)));
         }
         assert_eq!(training.rings().ego_mps(), drive.rings().ego_mps(), "{kind:?}");
-        // The minute is over: a ring that begins again has a controller that begins again.
+        // The minute is over: a ring that starts again has a newly engaged controller.
         let outcomes = training.hold(&all(Action::Speed(0.0)));
         assert_eq!(outcomes[0].ending, Ending::Horizon);
         if kind == ControllerKind::TwoPhase {
@@ -117,13 +117,13 @@ fn a_controller_that_is_corrected_by_nothing_advises_in_training_as_it_does_in_a
 }
 
 #[test]
-fn a_corrected_network_advises_in_training_as_it_does_in_a_drive() {
+fn a_corrected_network_advises_in_training_as_in_a_drive() {
     let config = TrainConfig {
         advice: AdviceConfig { action: ActionKind::Speed, hold_s: 2.0, ..config().advice },
         driver: DriverConfig { follow: FollowKind::Driver, ..config().driver },
         ..config()
     };
-    // What it advises depends on all that moves, on the hold, and on the mean speed, which the drive keeps itself.
+    // Its advice depends on everything that moves, on the hold, and on the mean speed, which the drive computes itself.
     let alone = TrainConfig {
         network: NetworkConfig {
             sees: "speed,leader_speed,gap,spacing,mean_speed,log_hold".into(),
@@ -133,7 +133,7 @@ fn a_corrected_network_advises_in_training_as_it_does_in_a_drive() {
     };
     let mut corrected = Learner::new(&alone).best().0;
     for (i, weights) in corrected.layers[2].weights.iter_mut().enumerate() {
-        // The first weights of the last layer are small: the advice would hardly move.
+        // The initial weights of the last layer are so small that the advice would hardly change.
         weights.iter_mut().for_each(|w| *w = if i % 2 == 0 { 0.15 } else { -0.1 });
     }
     let advice = CorrectedAdvice::Network(Box::new(corrected));
@@ -151,7 +151,7 @@ fn a_corrected_network_advises_in_training_as_it_does_in_a_drive() {
                 let now = Tick((decision * 20 + step) * 10);
                 if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
                     let trained_mps = training.observe(l).corrected_mps.unwrap();
-                    // The drive keeps the mean speed in other bits.
+                    // The drive computes the mean speed in double precision.
                     let apart_mps = trained_mps + f64::from(correction) - advice.target_mps;
                     assert!(apart_mps.abs() < 1e-3, "{decision}: {trained_mps}, {}", advice.target_mps);
                     seen_mps.push(trained_mps);
@@ -166,7 +166,7 @@ fn a_corrected_network_advises_in_training_as_it_does_in_a_drive() {
     assert!(seen_mps.len() == 29 * LANES && spread > 0.5, "{spread}");
     let apart = training.rings().ego_mps().iter().zip(drive.rings().ego_mps()).map(|(a, b)| (a - b).abs());
     assert!(apart.clone().all(|apart| apart < 1e-3), "{:?}", apart.collect::<Vec<_>>());
-    // The minute is over: what is corrected in a ring that begins again is asked of that ring.
+    // The minute is over: the corrected network sees the ring that starts again.
     let CorrectedAdvice::Network(network) = &advice else { unreachable!("made above") };
     let outcomes = training.hold(&all(Action::Speed(0.0)));
     for (l, outcome) in outcomes.iter().enumerate() {
@@ -178,7 +178,7 @@ fn a_corrected_network_advises_in_training_as_it_does_in_a_drive() {
     assert!((0..LANES).any(|l| outcomes[l].last_seen.corrected_mps != training.observe(l).corrected_mps));
 }
 
-/// A policy that always adds `correction_mps` to what it corrects.
+/// Returns a policy that always adds `correction_mps` to the corrected advice.
 fn constant_correction(config: &TrainConfig, correction_mps: f32) -> Network {
     let advice = AdviceConfig { residual_over: "set below".into(), ..config.advice.clone() };
     let mut network = Learner::new(&TrainConfig { advice, ..config.clone() }).best().0;
@@ -204,7 +204,7 @@ fn a_speed_is_reached_within_the_egos_acceleration() {
 }
 
 #[test]
-fn whoever_stands_is_followed_and_whoever_charges_crashes_unless_the_ego_is_guarded() {
+fn an_accelerating_ego_crashes_unless_guarded_and_a_braking_one_never() {
     let endings = |brakes_for_leader: bool, action: Action| {
         let mut block =
             block(&TrainConfig { driver: DriverConfig { brakes_for_leader, ..config().driver }, ..config() });
@@ -231,8 +231,8 @@ fn an_episode_ends_at_its_horizon_and_another_ring_takes_its_place() {
 }
 
 #[test]
-fn of_a_block_with_fewer_rings_the_others_end_nothing_and_take_no_episode() {
-    // All crash: to the letter and full ahead.
+fn unused_rings_of_a_block_never_end_and_take_no_episode() {
+    // All vehicles crash: exact compliance at full acceleration.
     let ahead = all(Action::Acceleration(0.5));
     let lengths_m = |rings: usize| {
         let mut block = block(&config()).with_rings(rings);
@@ -253,13 +253,13 @@ fn of_a_block_with_fewer_rings_the_others_end_nothing_and_take_no_episode() {
         assert!((seen - drawn).abs() < 1e-4, "{seen} is not {drawn}");
     }
     assert_eq!(lengths_m(LANES)[0], alone[0]);
-    // Whoever begins another episode gets the next of the stock.
+    // Each new episode takes the next ring of the stock.
     let mut block = block(&config()).with_rings(1);
     block.begin_episode(0);
     assert!((block.observe(0).circumference_m - drawn(1 << 32)).abs() < 1e-4);
 }
 
-/// Length of the ring of episode `number` of the block, metres.
+/// Returns the length of the ring of episode `number` of the block, m.
 fn drawn_m(config: &TrainConfig, number: u64) -> f64 {
     draw_ring(config, &mut episode_stream(config.seed, "test", number)).length_m
 }
@@ -286,13 +286,13 @@ fn the_reward_is_the_speed_less_the_penalties() {
     assert!(headway.reward <= plain.reward);
 }
 
-/// Speeds of ring 0's ego under one speed advice, step by step as holds of 0.1 s.
+/// Returns the speeds of ring 0's ego under one speed advice, one per step, with holds of 0.1 s.
 fn driven(change: TrainConfig, advice_mps: f64, steps: usize) -> Vec<f64> {
     let base = TrainConfig {
         advice: AdviceConfig { action: ActionKind::Speed, hold_s: 0.1, ..change.advice },
         driver: DriverConfig { follow: FollowKind::Driver, random_driver: false, ..change.driver },
         ring: RingConfig {
-            // Two cars on a long ring: nobody is in the way.
+            // Two vehicles on a long ring do not get in each other's way.
             vehicles_min: 2,
             vehicles_max: 2,
             circumference_min_m: 1000.0,
@@ -312,14 +312,14 @@ fn a_simulated_driver_responds_after_the_reaction_time() {
     let change =
         TrainConfig { driver: DriverConfig { reaction_s: 1.5, error_mps: 0.0, ..config().driver }, ..config() };
     let speeds = driven(change.clone(), 0.0, 400);
-    // Until the advice to stand is perceived the model drives: 15 steps.
+    // The model drives until the advice to stop is perceived: 15 steps.
     let fastest = speeds.iter().position(|v| *v >= speeds[14] - 1e-9).unwrap();
     assert_eq!(fastest, 14, "{:?}", &speeds[..20]);
     assert!(speeds[15] < speeds[14] && speeds[399] < 1e-3);
 }
 
 #[test]
-fn a_simulated_driver_notices_silence_after_the_reaction_time_and_drives_on_as_without_advice() {
+fn a_driver_notices_withdrawn_advice_after_the_reaction_time() {
     let config = TrainConfig {
         ring: RingConfig { warm_up_s: 0.0, horizon_s: 3000.0, ..config().ring },
         advice: AdviceConfig { action: ActionKind::Speed, hold_s: 0.1, ..config().advice },
@@ -345,13 +345,13 @@ fn a_simulated_driver_notices_silence_after_the_reaction_time_and_drives_on_as_w
         })
         .collect();
     assert_eq!(block.observe(0).advised_mps, None);
-    // The car stands with open road ahead: for 15 steps as advised, then with about the model's 1 m/s2.
+    // The ego is stopped with an open road ahead: for 15 steps as advised, then with about the model's 1 m/s².
     assert!(speeds[14] < 1e-3 && (speeds[15] - 0.1).abs() < 0.03, "{speeds:?}");
     assert!(block.driven_by()[0] == DrivenBy::Model);
 }
 
 #[test]
-fn a_simulated_driver_wanders_about_the_target_and_keeps_the_habit() {
+fn a_simulated_driver_wanders_around_the_target_with_a_constant_bias() {
     let change = TrainConfig {
         driver: DriverConfig {
             error_mps: 0.4,
@@ -367,12 +367,12 @@ fn a_simulated_driver_wanders_about_the_target_and_keeps_the_habit() {
     let mean = settled.iter().sum::<f64>() / settled.len() as f64;
     let sd = (settled.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / settled.len() as f64).sqrt();
     assert!((mean - 5.5).abs() < 0.08, "{mean}");
-    // The car smooths an error of 5 s by its 1.5 s: sqrt(5 / 6.5) of 0.4.
+    // The vehicle smooths an error with a time constant of 5 s by its own 1.5 s: sqrt(5 / 6.5) of 0.4.
     assert!((sd - 0.351).abs() < 0.04, "{sd}");
 }
 
 #[test]
-fn drivers_differ_from_ring_to_ring_where_they_are_drawn() {
+fn drawn_drivers_differ_from_ring_to_ring() {
     let config = TrainConfig {
         driver: DriverConfig { follow: FollowKind::Driver, speed_bias_mps: 1.0, ..config().driver },
         advice: AdviceConfig { action: ActionKind::Speed, ..config().advice },

@@ -1,6 +1,6 @@
-//! Evaluates a policy over whole episodes on the fast ring. In: a configuration's rings and a policy for each. Out: an
-//! [`EvaluationResult`] on each: the whole horizon, transients included; or a [`Trajectories`] of one. The policy acts through the drive's
-//! own [`Advisor`], so that hold and observation are those of a drive.
+//! Evaluation of a policy over whole episodes on the fast ring. In: a configuration's rings and a policy for each. Out: an
+//! [`EvaluationResult`] for each, over the whole horizon with its transients; or the [`Trajectories`] of one. The policy acts through a
+//! drive's own [`Advisor`], so that hold and observation are the same as in a drive.
 
 use super::{
     config::{RingConfig, TrainConfig},
@@ -17,8 +17,8 @@ use crate::{
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Drives `rings` rings drawn from `config` by the random numbers named `stream`, each with a policy of its own from
-/// `make` (`None`: the ego's model drives).
+/// Evaluates `rings` rings drawn from `config` with the random stream `stream`, each with its own policy from `make` (`None`: the ego's
+/// model drives).
 pub fn evaluate(
     config: &TrainConfig,
     stream: &str,
@@ -28,8 +28,7 @@ pub fn evaluate(
     evaluate_part(config, stream, 0..rings, rings, make)
 }
 
-/// Some of the `of` rings of [`evaluate`], so that whoever waits for many can look up in between. `rings` begins with a whole block:
-/// at a multiple of 16.
+/// Evaluates some of the `of` rings of [`evaluate`], so that a caller can act between parts. `rings` must start at a multiple of 16.
 pub fn evaluate_part(
     config: &TrainConfig,
     stream: &str,
@@ -49,7 +48,7 @@ pub fn evaluate_part(
     verdicts.into_iter().flatten().take(rings.len()).collect()
 }
 
-/// A block of [`evaluate`]'s rings on the way through its horizon.
+/// A block of [`evaluate`]'s rings in progress.
 pub(super) struct EvaluatedBlock {
     pub env: VecEnv,
     pub advisors: Advisors,
@@ -58,7 +57,7 @@ pub(super) struct EvaluatedBlock {
 }
 
 impl EvaluatedBlock {
-    /// Block `index`, each ring with a policy of its own from `make`, which is asked every `hold`.
+    /// Returns block `index`, each ring with its own policy from `make`, asked every `hold`.
     pub fn new(
         config: &TrainConfig,
         stream: &str,
@@ -72,7 +71,7 @@ impl EvaluatedBlock {
         Self { advisors: Advisors::new(config, hold, make), env, metrics, step: 0 }
     }
 
-    /// One step: what is due is advised, and what comes of it is counted.
+    /// Runs one step: issues due advice and updates the metrics.
     pub fn step(&mut self) {
         self.advisors.advise(&mut self.env, self.step);
         self.step += 1;
@@ -94,23 +93,23 @@ impl EvaluatedBlock {
         }
     }
 
-    /// What came of the rings so far.
+    /// Returns the results of the rings so far.
     pub fn results(&self) -> impl Iterator<Item = EvaluationResult> + '_ {
         self.metrics.iter().map(EpisodeMetrics::verdict)
     }
 }
 
-/// A driver and what a policy makes of him.
+/// A driver's true traits and a policy's estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IdentifiedDriver {
-    /// Who drives.
+    /// True traits of the driver.
     pub truth: DriverTraits,
-    /// Who the policy thinks drives, or what its latents say of him.
+    /// Traits estimated by the policy, or derived from its latents.
     pub estimate: DriverEstimate,
 }
 
-/// Drives the rings of [`evaluate`] for `after_s` and asks each policy who drives; empty where it does not say. What latents say of
-/// traits is learned from as many other rings, named `stream` and `/latents`, by `LatentTraits`.
+/// Runs the rings of [`evaluate`] for `after_s` and returns the true and estimated traits; rings whose policy has no estimator are left
+/// out. Latents are converted to traits by `LatentTraits`, fitted to as many other rings with the stream `stream` and `/latents`.
 pub fn identified(
     config: &TrainConfig,
     stream: &str,
@@ -134,7 +133,7 @@ pub fn identified(
     told.into_iter().filter_map(of).collect()
 }
 
-/// Who drives each of these rings, and what its policy says of him after `after_s`.
+/// Returns the true traits of each ring's driver and the policy's estimate after `after_s`.
 fn told(
     config: &TrainConfig,
     stream: &str,
@@ -158,12 +157,12 @@ fn told(
     drivers.into_iter().flatten().take(rings).flatten().collect()
 }
 
-/// Steps in a time.
+/// Returns the number of steps in a time.
 pub(super) fn steps(config: &TrainConfig, time_s: f64) -> u64 {
     (time_s / config.ring.step_s).round() as u64
 }
 
-/// An advisor for each ring of a block.
+/// Advisors of a block, one per ring.
 pub(super) struct Advisors {
     of: Vec<Advisor>,
     ticks: u64,
@@ -171,7 +170,7 @@ pub(super) struct Advisors {
 }
 
 impl Advisors {
-    /// Each with a policy of its own from `make`, which is asked every `hold`.
+    /// Returns advisors with separate policies from `make`, asked every `hold`.
     pub fn new(config: &TrainConfig, hold: Hold, mut make: impl FnMut() -> Option<Box<dyn Policy>>) -> Self {
         let advisor = |_| Advisor::new(make(), hold, config.reward.range_mps);
         Self {
@@ -181,17 +180,17 @@ impl Advisors {
         }
     }
 
-    /// The advice that stands in ring `l`.
+    /// Returns the current advice of ring `l`.
     pub fn standing(&self, l: usize) -> Option<Advice> {
         self.of[l].standing()
     }
 
-    /// What the policy of ring `l` makes of the driver now, if it asks.
+    /// Returns the current estimate of the driver by the policy of ring `l`, if it has an estimator.
     pub fn who_drives(&self, l: usize) -> Option<WhoDrives> {
         self.of[l].who_drives()
     }
 
-    /// Step number `step` begins: what is due is advised.
+    /// Begins step number `step`: issues due advice.
     pub fn advise(&mut self, block: &mut VecEnv, step: u64) {
         for (l, advisor) in self.of.iter_mut().enumerate() {
             let seen = block.observe(l);
@@ -208,7 +207,8 @@ impl Advisors {
     }
 }
 
-/// Ring 0 of [`evaluate`]'s for the same arguments, from `before_s` before the first advice to `after_s` after it.
+/// Returns the trajectories on ring 0 of [`evaluate`] with the same arguments, from `before_s` before the first advice to `after_s` after
+/// it.
 pub fn trajectories(
     config: &TrainConfig,
     stream: &str,

@@ -1,37 +1,37 @@
-//! A network fitted to numbers by Adam: the value of a state to returns, the gain of advice to what it gained. In: observations and
-//! what followed. Out: estimates, in the learner's own unit (see [`super::learner`]).
+//! A network fitted by Adam: the value of states to returns, or the gain of advice to observed gains. In: observations and targets. Out:
+//! estimates in the learner's unit (see [`super::learner`]).
 
 use super::{adam::Adam, net::Shape, trpo::CHUNK};
 use crate::{policy::NetworkLayer, rng::Stream};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Parameters and the state of Adam.
+/// Parameters of the network and state of Adam.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedNetwork {
     theta: Vec<f32>,
     adam: Adam,
 }
 
-/// How the value is fitted.
+/// Settings of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// Step of Adam.
+    /// Learning rate of Adam.
     pub rate: f64,
     /// Passes over the batch.
     pub epochs: u32,
-    /// Rows a step.
+    /// Rows per step of Adam.
     pub batch: usize,
 }
 
 impl FittedNetwork {
-    /// A fresh value of this shape.
+    /// Returns a network of this shape with random weights.
     pub fn new(shape: &Shape, stream: &mut Stream) -> Self {
         let theta: Vec<f32> = shape.orthogonal(1.0, stream);
         Self { adam: Adam::new(theta.len()), theta }
     }
 
-    /// Values of rows of observations.
+    /// Returns the network's outputs for rows of observations.
     pub fn estimate(&self, shape: &Shape, inputs: &[f32]) -> Vec<f32> {
         let parts: Vec<Vec<f32>> = inputs
             .par_chunks(CHUNK * shape.inputs())
@@ -40,18 +40,19 @@ impl FittedNetwork {
         parts.concat()
     }
 
-    /// Its layers, as a policy's file has them.
+    /// Returns the layers in the format of a policy's file.
     pub fn layers(&self, shape: &Shape) -> Vec<NetworkLayer> {
         shape.network_layers(&self.theta)
     }
 
-    /// Fits the value to `returns`; `stream` shuffles. Returns the mean square error before the last pass's steps.
+    /// Fits the network to `returns`; `stream` shuffles the rows. Returns the mean square error of the last pass, each row before its
+    /// step.
     pub fn fit(&mut self, shape: &Shape, inputs: &[f32], returns: &[f32], how: &Fit, stream: &mut Stream) -> f64 {
         let n = shape.inputs();
         let mut order: Vec<usize> = (0..returns.len()).collect();
         let mut error = 0.0;
         for _ in 0..how.epochs {
-            // Fisher and Yates.
+            // Fisher-Yates shuffle.
             (1..order.len()).rev().for_each(|i| order.swap(i, stream.index(i + 1)));
             error = 0.0;
             for rows in order.chunks(how.batch) {

@@ -1,5 +1,5 @@
-//! What a policy sees and how it is scaled: on the rings of training and in whole drives alike. In: names of features and a [`Scaling`].
-//! Out: [`NetworkInput`]s, or why these names cannot be seen.
+//! Inputs of a policy and their scaling, for training rings and whole drives. In: names of features and a [`Scaling`]. Out:
+//! [`NetworkInput`]s, or the reason that a name is refused.
 
 use super::config::Scaling;
 use crate::{
@@ -8,20 +8,20 @@ use crate::{
     toml_text::did_you_mean,
 };
 
-/// The curvature that becomes 1, and -1 to the right, 1/m: a turn at a crossing, with a radius of 10 m.
+/// Curvature scaled to 1 (and to -1 to the right), 1/m: a turn at an intersection with a radius of 10 m.
 const TIGHT_BEND_PER_M: f64 = 0.1;
-/// How far ahead of a line it becomes 1, seconds at the speed that becomes 1: from 10 m/s a driver who brakes with 1 m/s2 stands in 50 m.
+/// Time ahead of a line that is scaled to 1, s, at the speed scaled to 1: from 10 m/s a driver braking with 1 m/s² stops in 50 m.
 const LINE_AHEAD_S: f64 = 10.0;
 
-/// What these names, with commas between them, stand for, scaled; unknown names are left out ([`check_names`] refuses them).
+/// Returns the scaled inputs for comma-separated names; unknown names are skipped ([`check_names`] refuses them).
 pub fn inputs(sees: &str, scaling: &Scaling) -> Vec<NetworkInput> {
     names(sees).filter_map(Feature::named).map(|feature| input(feature, scaling)).collect()
 }
 
-/// Fails at a name that no feature has.
+/// Checks that every name is a feature.
 ///
 /// # Errors
-/// What is wrong with `sees`, and what is allowed.
+/// The unknown name in `sees`, and the known ones.
 pub fn check_names(sees: &str) -> Result<(), String> {
     let known = || FEATURES.map(Feature::name);
     match names(sees).find(|name| Feature::named(name).is_none()) {
@@ -69,11 +69,11 @@ fn input(feature: Feature, s: &Scaling) -> NetworkInput {
         | Feature::PathLeft => (0.0, LINE_AHEAD_S * s.speed_to_mps),
         Feature::SignalGreen => (0.0, 1.0),
         Feature::Reaction => (0.0, LONGEST_REACTION_S),
-        // PeRP's drivers go beyond it; people do not.
+        // PeRP's drivers exceed this range; people do not.
         Feature::SpeedBias => (-2.0, 2.0),
         Feature::TrackingError | Feature::Willingness => (0.0, 1.0),
         Feature::TimeGapFactor => (0.5, 1.5),
-        // 19 of 20 drivers: latents are spread about as N(0, 1).
+        // Covers 19 of 20 drivers: latents are distributed about as N(0, 1).
         Feature::Latent1 | Feature::Latent2 | Feature::Latent3 | Feature::Latent4 => (-2.0, 2.0),
     };
     NetworkInput { feature, from, to }
@@ -85,7 +85,7 @@ mod tests {
     use crate::policy::{Observation, RoadAhead, SignalAhead};
 
     #[test]
-    fn every_feature_has_a_scale_and_a_wrong_name_is_answered_with_all_of_them() {
+    fn every_feature_has_a_scale_and_a_wrong_name_is_refused_with_all_names() {
         let all = FEATURES.map(Feature::name).join(", ");
         let scaled = inputs(&all, &Scaling::default());
         assert_eq!(scaled.len(), FEATURES.len());
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_whole_drives_have_is_scaled_as_its_like() {
+    fn features_of_whole_drives_are_scaled_like_similar_features() {
         let road = RoadAhead {
             speed_limit_mps: 15.0,
             bend_per_m: -0.05,
@@ -105,7 +105,7 @@ mod tests {
         };
         let seen = Observation { road, ..Observation::default() };
         let of = |name: &str| inputs(name, &Scaling::default())[0].scaled(&seen);
-        // 15 of 10 m/s; half of a turn's curvature to the right; 25 of 100 m; red; nobody behind: 1 km of 30 m.
+        // 15 of 10 m/s; half of a turn's curvature to the right; 25 of 100 m; red; no follower: 1 km of 30 m.
         let expected = [2.0, -0.5, -0.5, -1.0];
         assert_eq!(["speed_limit", "bend_ahead", "signal_distance", "signal_green"].map(of), expected);
         assert!((of("follower_gap") - (2.0 * 1000.0 / 30.0 - 1.0)).abs() < 1e-4);

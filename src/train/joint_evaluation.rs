@@ -1,5 +1,6 @@
-//! Evaluates a policy that answers for many rings at once, as one of another program does for which a call is dear. In: a
-//! configuration's rings and who is asked. Out: what [`super::evaluate()`] would say of a policy with these answers, to the bit.
+//! Evaluation of a policy that decides for many rings in one call, such as one in another program with costly calls. In: a
+//! configuration's rings and the function to ask. Out: bit for bit the results of [`super::evaluate()`] for a policy with the same
+//! actions.
 
 use super::{
     config::TrainConfig,
@@ -13,14 +14,14 @@ use crate::{
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What is known of one ring between the question and the advisor that wants the answer.
+/// State of one ring shared between the joint call and the ring's advisor.
 #[derive(Clone, Copy, Debug, Default)]
 struct Answer {
     mean_speed: MeanSpeed,
     action: Option<Action>,
 }
 
-/// Gives the answer that was given already.
+/// A policy that returns the action of the joint call.
 struct Answered {
     answer: Arc<Mutex<Answer>>,
     step_s: f64,
@@ -33,12 +34,12 @@ impl Policy for Answered {
 
     fn act(&mut self, _time_s: f64, _observation: &Observation) -> Action {
         let answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner).action;
-        // Nothing was answered: as an answer that is no number, for which the advisor has its own rule.
+        // A missing action counts as NaN, for which the advisor has its own rule.
         answer.unwrap_or(Action::Speed(f64::NAN))
     }
 }
 
-/// A block and the answers to its rings.
+/// A block with the actions for its rings.
 struct AskedBlock {
     driven: EvaluatedBlock,
     answers: Vec<Arc<Mutex<Answer>>>,
@@ -55,7 +56,7 @@ impl AskedBlock {
         Self { driven: EvaluatedBlock::new(config, stream, index, config.hold(), policy), answers }
     }
 
-    /// What the advisor of ring `l` is about to show its policy.
+    /// Returns the observation that the advisor of ring `l` is about to give its policy.
     fn observation(&self, l: usize, config: &TrainConfig) -> Observation {
         let seen = self.driven.env.observe(l);
         let mut mean_speed = self.answers[l].lock().unwrap_or_else(PoisonError::into_inner).mean_speed;
@@ -68,11 +69,11 @@ impl AskedBlock {
     }
 }
 
-/// Drives the rings of [`super::evaluate()`] for the same arguments side by side. Each hold `ask` is shown one observation for each
-/// ring and answers with one action for each. All rings have the shortest hold.
+/// Evaluates the rings of [`super::evaluate()`] with the same arguments side by side. Each hold `ask` gets one observation per ring and
+/// returns one action per ring. All rings have the shortest hold.
 ///
 /// # Errors
-/// That of `ask`, which ends the drives.
+/// The error of `ask`, which ends the evaluation.
 pub fn evaluate_jointly<E>(
     config: &TrainConfig,
     stream: &str,
@@ -103,7 +104,7 @@ mod tests {
     use crate::train::{RingConfig, evaluate, evaluate_part};
     use std::convert::Infallible;
 
-    /// A policy whose answer depends on all that an advisor adds to what is seen of the traffic.
+    /// A policy whose action depends on everything that an advisor adds to the observation of traffic.
     fn answer(seen: &Observation) -> Action {
         let advised_mps = seen.advised_mps.unwrap_or(2.0);
         Action::Speed(0.4 * seen.mean_speed_mps + 0.3 * seen.leader_speed_mps + 0.2 * advised_mps + 0.1 * seen.hold_s)
@@ -119,12 +120,12 @@ mod tests {
 
     fn config() -> TrainConfig {
         let paper = TrainConfig::paper_ring();
-        // 25.5 s is no whole number of holds.
+        // 25.5 s is not a whole number of holds.
         TrainConfig { ring: RingConfig { warm_up_s: 20.0, horizon_s: 25.5, ..paper.ring.clone() }, ..paper }
     }
 
     #[test]
-    fn who_is_asked_for_all_rings_drives_as_one_who_is_asked_for_each() {
+    fn a_joint_evaluation_equals_one_ring_by_ring() {
         let ask = |seen: &[Observation]| Ok::<_, Infallible>(seen.iter().map(answer).collect());
         let Ok(jointly) = evaluate_jointly(&config(), "test", 20, ask);
         let one_by_one = evaluate(&config(), "test", 20, || Some(Box::new(OneByOne)));
@@ -133,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_who_is_asked_ends_the_drives() {
+    fn an_error_of_the_asked_policy_ends_the_evaluation() {
         let mut questions = 0;
         let ask = |seen: &[Observation]| {
             questions += 1;
@@ -144,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn an_evaluation_in_parts_is_that_of_the_whole() {
+    fn an_evaluation_in_parts_equals_the_whole() {
         let part = |rings| evaluate_part(&config(), "test", rings, 37, || Some(Box::new(OneByOne)));
         let whole = evaluate(&config(), "test", 37, || Some(Box::new(OneByOne)));
         assert_eq!([part(0..16), part(16..37)].concat(), whole);

@@ -1,33 +1,33 @@
-//! The leaders as late drivers see them. In: gaps and speeds of sixteen rings, step by step. Out: gaps and leaders' speeds by
-//! which each ego acts: what was a reaction time ago, carried on to now as a driver anticipates it (Treiber, Kesting, Helbing
-//! 2006), as [`crate::driver`] does in whole drives. Metres, m/s.
+//! Delayed perception of the leaders. In: gaps and speeds of sixteen rings, step by step. Out: the gaps and leaders' speeds on which each
+//! ego acts. They are the values of a reaction time ago, extrapolated to now as a driver anticipates them (Treiber, Kesting, Helbing
+//! 2006), as in [`crate::driver`] in whole drives. Metres, m/s.
 
 use super::simd::{LANES, SimdLanes, lane, splat};
 use serde::{Deserialize, Serialize};
 
-/// Span over which a leader's braking is judged, s.
+/// Time span over which a leader's braking is estimated, s.
 const JUDGED_S: f32 = 0.2;
-/// Hardest braking that is believed, m/s2.
+/// Largest deceleration assumed for a leader, m/s².
 const HARDEST_MPS2: f32 = 9.0;
 
-/// One step, as it was.
+/// Past state of one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Moment {
     gap_m: SimdLanes,
     leader_mps: SimdLanes,
-    /// Way of the ego until then.
+    /// Distance driven by the ego up to this step, m.
     way_m: SimdLanes,
 }
 
-/// What the egos' drivers remember of the leaders.
+/// Memory of the egos' drivers of their leaders.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LateView {
     step_s: f32,
     judged_steps: usize,
-    /// A ring buffer; the newest stands at `newest`.
+    /// Ring buffer of past states, with the latest at `newest`.
     moments: Vec<Moment>,
     newest: usize,
-    /// Steps by which each driver is late.
+    /// Delay of each driver, steps.
     late: [u32; LANES],
     /// Steps that each driver has seen.
     seen: [u32; LANES],
@@ -35,7 +35,7 @@ pub struct LateView {
 }
 
 impl LateView {
-    /// Drivers who are late by at most `longest_s`, in steps of `step_s`; none is yet.
+    /// Returns drivers without delay, with room for delays of up to `longest_s` in steps of `step_s`.
     pub fn new(longest_s: f64, step_s: f64) -> Self {
         let judged_steps = (f64::from(JUDGED_S) / step_s).round().max(1.0) as usize;
         let room = (longest_s / step_s).round() as usize + judged_steps + 1;
@@ -51,14 +51,14 @@ impl LateView {
         }
     }
 
-    /// A driver in lane `l` who is late by `late_s` and has seen nothing yet.
+    /// Sets a driver with a delay of `late_s` and an empty memory in lane `l`.
     pub fn set(&mut self, l: usize, late_s: f64) {
         let most = self.moments.len() - self.judged_steps - 1;
         self.late[l] = ((late_s / f64::from(self.step_s)).round() as u32).min(most as u32);
         self.forget(l);
     }
 
-    /// Takes over the driver of another block's lane, who has seen nothing yet.
+    /// Copies the delay of a driver from another block's lane, with an empty memory.
     pub fn copy_lane(&mut self, l: usize, from: &Self, from_lane: usize) {
         self.late[l] = from.late[from_lane];
         self.forget(l);
@@ -69,12 +69,12 @@ impl LateView {
         self.way_m[l] = 0.0;
     }
 
-    /// True if nobody is late.
+    /// Returns true if no driver has a delay.
     pub fn is_prompt(&self) -> bool {
         self.late == [0; LANES]
     }
 
-    /// The egos drive a step at these speeds.
+    /// Advances the egos by one step at these speeds.
     #[inline(always)]
     pub fn drive(&mut self, ego_mps: &SimdLanes) {
         for (way_m, speed_mps) in self.way_m.iter_mut().zip(ego_mps) {
@@ -82,13 +82,13 @@ impl LateView {
         }
     }
 
-    /// Takes in the present; returns gaps and leaders' speeds as the drivers have them in mind.
+    /// Stores the present state; returns the gaps and the leaders' speeds that the drivers perceive.
     #[inline(always)]
     pub fn see(&mut self, gap_m: &SimdLanes, leader_mps: &SimdLanes) -> [SimdLanes; 2] {
         let size = self.moments.len();
         self.newest = if self.newest + 1 == size { 0 } else { self.newest + 1 };
         self.moments[self.newest] = Moment { gap_m: *gap_m, leader_mps: *leader_mps, way_m: self.way_m };
-        // Gathered lane by lane: each driver remembers another moment.
+        // Gathered lane by lane, since each driver remembers another step.
         let mut then = Moment { gap_m: *gap_m, leader_mps: *leader_mps, way_m: self.way_m };
         let (mut before_mps, mut late_s) = (*leader_mps, splat(0.0));
         for l in 0..LANES {
@@ -100,27 +100,27 @@ impl LateView {
             then.leader_mps[l] = moment.leader_mps[l];
             then.way_m[l] = moment.way_m[l];
             let judged = late + self.judged_steps;
-            // What was seen before is one more than `late` once this step is counted.
+            // `seen` already counts this step, so it must exceed `judged`.
             before_mps[l] =
                 if self.seen[l] as usize > judged { self.past(judged).leader_mps[l] } else { then.leader_mps[l] };
         }
         self.anticipated(&then, &before_mps, &late_s)
     }
 
-    /// What was `back` steps ago.
+    /// Returns the state `back` steps ago.
     #[inline(always)]
     fn past(&self, back: usize) -> &Moment {
-        // Without a division, which takes longer than all the rest.
+        // Avoids a division, which takes longer than everything else here.
         let at = self.newest + self.moments.len() - back;
         &self.moments[if at >= self.moments.len() { at - self.moments.len() } else { at }]
     }
 
-    /// Where the leaders are now if they go on as they did then, `late_s` ago; only their braking since the moment before is carried on.
+    /// Extrapolates gaps and leaders' speeds by `late_s`; only the braking since `before_mps` is continued.
     #[inline(always)]
     fn anticipated(&self, then: &Moment, before_mps: &SimdLanes, late_s: &SimdLanes) -> [SimdLanes; 2] {
         let span_s = self.judged_steps as f32 * self.step_s;
         let brake_mps2 = lane(|l| ((before_mps[l] - then.leader_mps[l]) / span_s).clamp(0.0, HARDEST_MPS2));
-        // He brakes until now, or until he stands.
+        // The leader brakes until now or until it has stopped.
         let braked_s = lane(|l| {
             let until_he_stands_s = late_s[l].min(then.leader_mps[l] / brake_mps2[l]);
             if brake_mps2[l] > 0.0 { until_he_stands_s } else { late_s[l] }
@@ -143,11 +143,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_steadily_braking_leader_is_anticipated_exactly_and_a_prompt_driver_sees_what_is() {
+    fn steady_braking_is_anticipated_exactly_and_seen_at_once_without_delay() {
         let mut view = LateView::new(2.0, 0.1);
         view.set(3, 1.0);
         assert!(!view.is_prompt());
-        // The ego drives 10 m/s; the leader brakes with 2 m/s2 from 10 m/s, 20 m ahead at the start.
+        // The ego drives at 10 m/s; the leader brakes with 2 m/s² from 10 m/s, 20 m ahead at the start.
         let at = |t: f32| (splat(20.0 - t * t), splat(10.0 - 2.0 * t));
         for k in 0..30 {
             let (gap_m, leader_mps) = at(k as f32 * 0.1);
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leader_who_begins_to_brake_is_noticed_a_reaction_time_later() {
+    fn a_leaders_braking_is_noticed_one_reaction_time_later() {
         let mut view = LateView::new(2.0, 0.1);
         view.set(0, 0.7);
         let noticed = (0..40).find(|k| {
@@ -171,12 +171,12 @@ mod tests {
             view.drive(&splat(10.0));
             leaders_mps[0] < 9.99
         });
-        // Braking begins after step 20 and is first to be seen in step 21: 7 steps later.
+        // Braking begins after step 20 and is first visible in step 21; it is noticed 7 steps later.
         assert_eq!(noticed, Some(28));
     }
 
     #[test]
-    fn whoever_has_just_sat_down_knows_nothing_of_before() {
+    fn a_new_driver_remembers_nothing_of_the_previous_one() {
         let mut view = LateView::new(2.0, 0.1);
         view.set(0, 1.5);
         (0..50).for_each(|_| {

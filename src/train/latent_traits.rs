@@ -1,27 +1,27 @@
-//! What latents tell of traits, for whoever judges an encoder that was never told any. In: drivers with their traits and their
-//! latents. Out: the linear function of the latents that comes nearest to each trait, with what it misses.
+//! Relation between latents and traits, used to evaluate an encoder trained without traits. In: drivers with their traits and latents.
+//! Out: the linear function of the latents that fits each trait best, with its residual.
 
 use crate::policy::{
     DriverEstimate, DriverTraits, LatentEstimate,
     identification::{MOST_LATENTS, TRAITS},
 };
 
-/// Added to the variance of each latent, so that one that is always the same does no harm.
+/// Variance added to each latent, so that a constant latent does no harm.
 const LEAST_VARIANCE: f64 = 1e-9;
 
-/// A linear function of the latents for each trait, by least squares.
+/// A linear function of the latents for each trait, fitted by least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatentTraits {
     centre: [f64; MOST_LATENTS],
     mean: [f64; TRAITS],
-    /// What each trait gains with each latent.
+    /// Change of each trait per unit of each latent.
     slopes: [[f64; MOST_LATENTS]; TRAITS],
-    /// Standard deviation of what is missed.
+    /// Standard deviation of each trait's residual.
     sd: [f64; TRAITS],
 }
 
 impl LatentTraits {
-    /// Fitted to these drivers.
+    /// Returns the least-squares fit to these drivers.
     pub fn of(drivers: &[(DriverTraits, LatentEstimate)]) -> Self {
         let n = drivers.len().max(1) as f64;
         let over = |of: &dyn Fn(&(DriverTraits, LatentEstimate)) -> f64| drivers.iter().map(of).sum::<f64>() / n;
@@ -52,13 +52,13 @@ impl LatentTraits {
         })
     }
 
-    /// The traits that these latents speak for.
+    /// Returns the traits that these latents predict.
     pub fn traits(&self, latents: &LatentEstimate) -> DriverEstimate {
         DriverEstimate { mean: DriverTraits::of(self.numbers(latents)), sd: DriverTraits::of(self.sd) }
     }
 }
 
-/// `x` of `a x = b` for a positive definite `a` (Gauss; such a matrix needs no pivots).
+/// Solves `a x = b` for a positive definite `a` by Gaussian elimination (such a matrix needs no pivots).
 fn solved(mut a: [[f64; MOST_LATENTS]; MOST_LATENTS], mut b: [f64; MOST_LATENTS]) -> [f64; MOST_LATENTS] {
     for i in 0..MOST_LATENTS {
         for j in i + 1..MOST_LATENTS {
@@ -81,12 +81,12 @@ mod tests {
     use crate::rng;
 
     #[test]
-    fn a_linear_relation_is_found_and_what_is_unrelated_is_not() {
+    fn a_linear_relation_is_found_and_an_unrelated_trait_stays_unexplained() {
         let mut stream = rng::stream(1, "latents");
         let driver = |_| {
             let (x, y) = (stream.normal(), 0.5 * stream.normal());
             let latents = LatentEstimate { count: 2, mean: [x + 3.0, y - x, 0.0, 0.0], sd: [0.1; MOST_LATENTS] };
-            // Of the first latent and of both; the error has nothing to do with either.
+            // Traits depend on the first latent or on both; the error depends on neither.
             let error_mps = 0.2 * stream.normal();
             let traits = DriverTraits {
                 reaction_s: 1.0 + 0.3 * y,

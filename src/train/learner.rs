@@ -1,8 +1,8 @@
-//! The loop around TRPO. In: a [`TrainConfig`]. Out: after each [`Learner::iterate`] a better policy and a [`LearningCurveRow`] of the
-//! learning curve. A learner written to a file and read back goes on with the same bits.
+//! The training loop around TRPO. In: a [`TrainConfig`]. Out: after each [`Learner::iterate`] an updated policy and a
+//! [`LearningCurveRow`]. A learner written to a file and read back continues with the same bits.
 //!
-//! Rewards are centred on the first batch's mean and multiplied by 1 - gamma, so that a value is a speed above or below
-//! that mean and the value's network has numbers near 1 to learn. Cars that collided stand for ever.
+//! Rewards are centred on the first batch's mean and multiplied by 1 - gamma. So a value is a speed above or below that mean, and the
+//! value network learns numbers near 1. Vehicles that collided count as stopped forever.
 
 use super::{
     config::{ActionKind, TrainConfig},
@@ -26,7 +26,7 @@ use crate::{
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Blocks of rings on which a policy is judged during training: of one hold, and of a range of holds.
+/// Blocks of rings on which a policy is evaluated during training: for one hold, and for a range of holds.
 const JUDGED_BLOCKS: [usize; 2] = [2, 6];
 
 /// One update in the learning curve.
@@ -34,28 +34,28 @@ const JUDGED_BLOCKS: [usize; 2] = [2, 6];
 pub struct LearningCurveRow {
     /// Number of the update, from 1.
     pub iteration: u32,
-    /// Steps of rings so far.
+    /// Ring steps so far.
     pub env_steps: u64,
-    /// Mean speed of all cars in the batch, with the policy's noise, m/s.
+    /// Mean speed of all vehicles in the batch, with the policy's noise, m/s.
     pub mean_mps: f64,
     /// Mean reward, m/s.
     pub reward: f64,
     /// Episodes of the batch that ended in a crash.
     pub crashes: u32,
-    /// KL divergence of the step.
+    /// KL divergence of the step, nat.
     pub kl: f64,
-    /// Entropy of the policy before it, nats.
+    /// Entropy of the policy before the update, nat.
     pub entropy: f64,
-    /// Mean square error of the value.
+    /// Mean square error of the value network.
     pub value_error: f64,
-    /// Mean speed without noise over whole horizons, m/s, where the policy was judged.
+    /// Mean speed without noise over whole horizons, m/s, if the policy was evaluated.
     pub judged_mps: Option<f64>,
-    /// Where the estimator of the driver learned: its loss for each trait and second, nats.
+    /// Loss of the driver estimator, nat (per trait and second for traits, per second for latents), in rounds in which it learns.
     #[serde(default)]
     pub estimator_loss: Option<f64>,
 }
 
-/// The best policy so far.
+/// Best policy so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct BestPolicy {
     judged_mps: f64,
@@ -63,7 +63,7 @@ struct BestPolicy {
     theta: Vec<f32>,
 }
 
-/// A training, running.
+/// A training in progress.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Learner {
     config: TrainConfig,
@@ -76,21 +76,21 @@ pub struct Learner {
     curve: Vec<LearningCurveRow>,
     #[serde(default)]
     student: Option<EstimatorLearner>,
-    /// What the policy corrects, where its configuration says so.
+    /// Advice that the policy corrects, if the configuration names one.
     #[serde(default)]
     corrected: Option<CorrectedAdvice>,
-    /// What advice is expected to gain, once that was learned.
+    /// Predictor of the gain from advice, once learned.
     #[serde(default)]
     expected_gain: Option<ExpectedGain>,
 }
 
 impl Learner {
-    /// A training from the beginning, of a policy that stands alone.
+    /// Returns a new training of a policy that corrects no other advice.
     pub fn new(config: &TrainConfig) -> Self {
         Self::beside(config, None)
     }
 
-    /// A training from the beginning, of a policy that corrects this advice, which the configuration calls `residual_over`.
+    /// Returns a new training of a policy that corrects this advice, which the configuration calls `residual_over`.
     pub fn beside(config: &TrainConfig, corrected: Option<CorrectedAdvice>) -> Self {
         let shape = policy_shape(config);
         let mut stream = rng::stream(config.seed, "train/first weights");
@@ -112,34 +112,34 @@ impl Learner {
         Self { config, theta, value, blocks, centre_mps, best, curve, student, corrected, expected_gain }
     }
 
-    /// Its configuration.
+    /// Returns the configuration of the training.
     pub fn config(&self) -> &TrainConfig {
         &self.config
     }
 
-    /// The learning curve so far.
+    /// Returns the learning curve so far.
     pub fn curve(&self) -> &[LearningCurveRow] {
         &self.curve
     }
 
-    /// Updates so far.
+    /// Returns the number of updates so far.
     pub fn iteration(&self) -> u32 {
         self.curve.len() as u32
     }
 
-    /// Goes on for so many updates in all; the rest of a configuration cannot change under way.
-    /// Once a student learns, the teacher's are over.
+    /// Sets the total number of updates; the rest of the configuration cannot change during a training. No effect once a student learns,
+    /// because the teacher's updates are over.
     pub fn set_iterations(&mut self, iterations: u32) {
         if self.student.is_some() {
             return;
         }
-        // Another policy has other gains.
+        // The further trained policy has other gains.
         self.expected_gain = None;
         self.config.run.iterations = iterations;
         self.blocks.iter_mut().for_each(|actor| actor.env.set_iterations(iterations));
     }
 
-    /// One batch and one update of what is learned now.
+    /// Runs one batch and one update of the current lesson.
     pub fn iterate(&mut self) -> LearningCurveRow {
         let row = match self.config.lesson_after(self.iteration()).0 {
             Lesson::Teacher | Lesson::Student => self.update_policy(),
@@ -149,12 +149,12 @@ impl Learner {
         row
     }
 
-    /// True where the policy is to be judged after this iteration.
+    /// Returns true if the policy is evaluated after this iteration.
     fn is_judged(&self, iteration: u32) -> bool {
         iteration.is_multiple_of(self.config.judge_every) || self.config.ends_lesson(iteration)
     }
 
-    /// The estimator learns from what the drivers do under the policy that the teacher made.
+    /// Runs one round of the estimator on drives under the best policy of the lessons before.
     fn update_estimator(&mut self) -> LearningCurveRow {
         let config = self.config.clone();
         if config.lesson_after(self.iteration()).1
@@ -169,7 +169,7 @@ impl Learner {
         }
         let Some(mut student) = self.student.take() else { unreachable!("made above") };
         let shape = policy_shape(&config);
-        // Without noise, as it will be used.
+        // Without noise, as in a drive.
         let mut theta = self.theta.clone();
         if shape.family == Family::Normal {
             theta[shape.parameters() - 1] = f32::NEG_INFINITY;
@@ -190,14 +190,14 @@ impl Learner {
         let means = Means::of(&rollouts);
         let iteration = self.iteration() + 1;
         let row = LearningCurveRow { estimator_loss: Some(loss), ..self.row(&means) };
-        // Only what the finished estimator makes of the policy can be compared with what comes after.
+        // Only an evaluation with the finished estimator is comparable with later ones.
         if config.ends_lesson(iteration) {
             self.keep_best(&row);
         }
         row
     }
 
-    /// The next row of the curve, of a batch with these means in which nothing was learned.
+    /// Returns the next row of the curve for a batch with these means and no learning.
     fn row(&self, means: &Means) -> LearningCurveRow {
         let (iteration, last) = (self.iteration() + 1, self.curve.last());
         LearningCurveRow {
@@ -214,7 +214,7 @@ impl Learner {
         }
     }
 
-    /// One batch and one update of the policy.
+    /// Runs one batch and one update of the policy.
     fn update_policy(&mut self) -> LearningCurveRow {
         let shape = policy_shape(&self.config);
         let rollouts = self.collect(&shape);
@@ -234,7 +234,7 @@ impl Learner {
         let iteration = self.iteration() + 1;
         let mut stream = rng::stream(c.seed, &format!("train/value/{iteration}"));
         let (seen, value_shape) = (self.value_rows(&rollouts), value_shape(c));
-        // Side by side: neither needs the other, and each has moments in which it keeps one thread busy.
+        // In parallel: the two are independent, and each has phases that occupy one thread only.
         let Self { theta, value, .. } = self;
         let (update, value_error) = rayon::join(
             || shape.update(theta, &batch, &region),
@@ -245,7 +245,7 @@ impl Learner {
         row
     }
 
-    /// What is left of the bound on the KL divergence.
+    /// Returns the current share of the bound on the KL divergence.
     fn share_of_kl(&self) -> f64 {
         self.config.optimiser.max_kl_falls_to.powf(self.config.share_of_updates(self.iteration()))
     }
@@ -257,7 +257,7 @@ impl Learner {
         }
     }
 
-    /// Mean speed of the present policy without noise, m/s.
+    /// Returns the mean speed of the current policy without noise, m/s.
     fn evaluate(&self) -> f64 {
         let network = self.network(&self.theta);
         let [low, high] = self.config.holds_s();
@@ -266,7 +266,7 @@ impl Learner {
         mean_and_interval(&verdicts).0
     }
 
-    /// The best policy so far and its update and judged speed; the present one if none was judged yet.
+    /// Returns the best policy so far, its update and its evaluated speed; the current policy if none was evaluated yet.
     pub fn best(&self) -> (Network, u32, Option<f64>) {
         match &self.best {
             Some(best) => (self.network(&best.theta), best.iteration, Some(best.judged_mps)),
@@ -274,7 +274,7 @@ impl Learner {
         }
     }
 
-    /// A policy's parameters as the drive uses them, with the student if there is one.
+    /// Returns the network of a drive for these parameters, with the student if there is one.
     fn network(&self, theta: &[f32]) -> Network {
         Network {
             estimator: self.student.as_ref().map(EstimatorLearner::estimator),
@@ -284,7 +284,7 @@ impl Learner {
         }
     }
 
-    /// Learns where the best policy is to be silent, once all updates are done and if the configuration says so.
+    /// Learns when the best policy should withhold advice, after all updates and if the configuration asks for it.
     pub fn learn_silence(&mut self) -> Option<LearnedSilence> {
         let is_over = self.iteration() >= self.config.all_iterations();
         if self.config.silence.silence_rings == 0 || self.expected_gain.is_some() || !is_over {
@@ -300,12 +300,12 @@ impl Learner {
         self.blocks.par_iter_mut().map(|actor| actor.live(config, shape, theta, config.decisions(), None)).collect()
     }
 
-    /// What the value sees at each decision of a batch.
+    /// Returns the inputs of the value network at each decision of a batch.
     fn value_rows(&self, rollouts: &[Rollout]) -> Vec<f32> {
         rollouts.iter().flat_map(|rollout| value_inputs(&self.config, &rollout.inputs, &rollout.states)).collect()
     }
 
-    /// Rows for the update, and the returns that the value shall learn.
+    /// Returns the rows of the update, and the returns that the value network is fitted to.
     fn batch(&self, rollouts: &[Rollout], centre_mps: f64) -> (Batch<f32>, Vec<f32>) {
         let config = &self.config;
         let shape = value_shape(config);
@@ -331,7 +331,7 @@ impl Learner {
                         next_value: match outcome.ending {
                             Ending::None => f64::from(values[row + LANES]),
                             Ending::Horizon => f64::from(last_values[row]),
-                            // Standing for ever.
+                            // The vehicles count as stopped forever.
                             Ending::Crash => -centre_mps,
                         },
                         last: outcome.ending != Ending::None,
@@ -344,7 +344,7 @@ impl Learner {
             returns.extend(of_rows.iter().zip(&values).map(|(a, v)| *a as f32 + v));
             batch.inputs.extend_from_slice(&rollout.inputs);
             batch.actions.extend_from_slice(&rollout.actions);
-            // A long hold does more than a short one: each block's advantages are brought to one size.
+            // A long hold has a larger effect than a short one, so each block's advantages are standardised.
             if config.advice.hold_max_s > config.advice.hold_s {
                 standardise(&mut of_rows);
             }
@@ -355,13 +355,13 @@ impl Learner {
     }
 }
 
-/// The shape of the policy that a configuration asks for.
+/// Returns the shape of the policy for a configuration.
 pub fn policy_shape(config: &TrainConfig) -> PolicyShape {
     let family = if config.advice.levels == 0 { Family::Normal } else { Family::Levels(config.advice.levels as usize) };
     PolicyShape { net: Shape::new(&config.layers(family.outputs())), family }
 }
 
-/// Latents come to a policy that has learned without them: at first it makes nothing of them.
+/// Sets the first-layer weights of latents to 0, because the policy first learns without them.
 fn ignore_latents(config: &TrainConfig, theta: &mut [f32]) {
     let rows = theta.chunks_exact_mut(config.network.hidden_width as usize);
     let seen = config.inputs();
@@ -376,7 +376,7 @@ fn value_shape(config: &TrainConfig) -> Shape {
     Shape::new(&layers)
 }
 
-/// What the value sees: rows of observations, with the whole states behind each where it may know them.
+/// Returns the inputs of the value network: rows of observations, each followed by the whole state if it is used.
 fn value_inputs(config: &TrainConfig, seen: &[f32], states: &[WholeState]) -> Vec<f32> {
     if !config.optimiser.value_sees_all {
         return seen.to_vec();
@@ -385,13 +385,13 @@ fn value_inputs(config: &TrainConfig, seen: &[f32], states: &[WholeState]) -> Ve
     rows.zip(states).flat_map(|(row, state)| row.iter().chain(state)).copied().collect()
 }
 
-/// A policy's parameters as the drive uses them.
+/// Returns the network of a drive for these parameters.
 fn network(config: &TrainConfig, theta: &[f32]) -> Network {
     let shape = policy_shape(config);
     network_of(config, shape.net.network_layers(shape.split(theta).0))
 }
 
-/// Layers that were trained with this configuration, wherever that was, as the drive uses them; [`Network::check`] says if they fit it.
+/// Returns the network of a drive for layers trained with this configuration in any program; [`Network::check`] checks that they fit.
 pub fn network_of(config: &TrainConfig, layers: Vec<NetworkLayer>) -> Network {
     Network {
         format: FORMAT.into(),
@@ -412,7 +412,7 @@ pub fn network_of(config: &TrainConfig, layers: Vec<NetworkLayer>) -> Network {
     }
 }
 
-/// Brings numbers to mean 0 and standard deviation 1.
+/// Scales numbers to mean 0 and standard deviation 1.
 fn standardise(xs: &mut [f64]) {
     let n = xs.len().max(1) as f64;
     let mean = xs.iter().sum::<f64>() / n;

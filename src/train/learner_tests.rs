@@ -1,4 +1,4 @@
-//! The loop: it learns, its bits depend on nothing but the seed, and a copy through a file goes on alike.
+//! The training loop: it learns, its bits depend on the seed only, and a copy through a file continues with the same bits.
 
 use super::{
     ActionKind, AdviceConfig, DriverConfig, EstimatorKind, FollowKind, Learner, NetworkConfig, OptimiserConfig,
@@ -10,7 +10,7 @@ use crate::{
     settings::Settings,
 };
 
-/// A training small enough for a test: rings of 8 cars on 100 m, episodes of a minute.
+/// A training small enough for a test: rings of 7 or 8 vehicles on about 100 m, episodes of a minute.
 fn small() -> TrainConfig {
     TrainConfig {
         judge_every: 2,
@@ -29,7 +29,7 @@ fn small() -> TrainConfig {
     }
 }
 
-/// The same with a policy that is told who drives: two lessons of a teacher, two of the student alone, one of both.
+/// A small training of a policy with the driver's traits as inputs: two teacher updates, two estimator rounds and one student update.
 fn taught() -> TrainConfig {
     TrainConfig {
         advice: AdviceConfig { action: ActionKind::Speed, ..small().advice },
@@ -47,7 +47,7 @@ fn taught() -> TrainConfig {
     }
 }
 
-/// The same with latents that nobody is told: two lessons without any, then twice one of the student alone and one of both.
+/// A small training with latents: two updates without any, then twice one estimator round and one student update.
 fn encoded() -> TrainConfig {
     let student = StudentConfig {
         estimator: EstimatorKind::Variational,
@@ -62,7 +62,7 @@ fn encoded() -> TrainConfig {
     }
 }
 
-/// A policy that corrects PI, with a value that knows more than it.
+/// A policy that corrects PI, with a value network that sees the whole state.
 fn residual() -> TrainConfig {
     let advice = AdviceConfig { action: ActionKind::Speed, residual_over: "pi".into(), ..small().advice };
     TrainConfig {
@@ -78,13 +78,13 @@ fn bits(learner: &Learner) -> String {
     serde_json::to_string(learner).unwrap()
 }
 
-/// A policy that corrects a network that has learned for two updates.
+/// A policy that corrects a network trained for two updates.
 fn residual_over_network() -> TrainConfig {
     let advice = AdviceConfig { residual_over: "network".into(), ..residual().advice };
     TrainConfig { advice, ..residual() }
 }
 
-/// What a configuration calls `residual_over`.
+/// Returns the advice that the configuration names in `residual_over`.
 fn corrected(config: &TrainConfig) -> Option<CorrectedAdvice> {
     match config.advice.residual_over.as_str() {
         "" => None,
@@ -105,7 +105,7 @@ fn trained(config: &TrainConfig, iterations: u32) -> Learner {
 }
 
 #[test]
-fn a_training_has_the_same_bits_whatever_the_number_of_threads() {
+fn a_training_has_the_same_bits_with_any_number_of_threads() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| bits(&trained(&small(), 3)))
@@ -117,7 +117,7 @@ fn a_training_has_the_same_bits_whatever_the_number_of_threads() {
 }
 
 #[test]
-fn a_training_resumed_from_its_file_goes_on_with_the_same_bits() {
+fn a_training_resumed_from_its_file_continues_with_the_same_bits() {
     for config in [
         small(),
         TrainConfig {
@@ -140,7 +140,7 @@ fn a_training_resumed_from_its_file_goes_on_with_the_same_bits() {
 }
 
 #[test]
-fn a_teacher_comes_before_the_student_and_the_policy_takes_the_student_along() {
+fn a_teacher_precedes_the_student_and_the_policy_includes_the_student() {
     let config = taught();
     assert_eq!(config.all_iterations(), 5);
     let teacher = trained(&config, 2);
@@ -150,7 +150,7 @@ fn a_teacher_comes_before_the_student_and_the_policy_takes_the_student_along() {
     assert_eq!(losses, [false, false, true, true, false]);
     let judged: Vec<bool> = learner.curve().iter().map(|row| row.judged_mps.is_some()).collect();
     assert_eq!(judged, [false, true, false, true, true]);
-    // What the teacher's policy came to does not count: nobody tells the finished policy the truth.
+    // The teacher's evaluation does not count: the finished policy is not given the true traits.
     let (network, iteration, best_mps) = learner.best();
     assert!(network.estimator.is_some() && iteration >= 4);
     let since = learner.curve()[3..].iter().filter_map(|row| row.judged_mps);
@@ -160,14 +160,14 @@ fn a_teacher_comes_before_the_student_and_the_policy_takes_the_student_along() {
 }
 
 #[test]
-fn a_policy_makes_nothing_of_latents_before_there_are_any_and_something_afterwards() {
+fn a_policy_ignores_latents_until_the_estimator_has_learned() {
     let config = encoded();
     let bits_on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| bits(&trained(&config, 6)))
     };
     assert_eq!(bits_on(1), bits_on(3));
-    // Rows 2 and 3 of the first layer, of 16 units.
+    // Rows 2 and 3 of the first layer, with 16 units.
     let of_latents = |learner: &Learner| -> Vec<f64> {
         let theta = serde_json::to_value(learner).unwrap()["theta"].clone();
         serde_json::from_value::<Vec<f64>>(theta).unwrap()[32..64].to_vec()
@@ -185,7 +185,7 @@ fn a_policy_makes_nothing_of_latents_before_there_are_any_and_something_afterwar
 }
 
 #[test]
-fn what_a_policy_sees_of_the_driver_must_be_told_by_its_estimator() {
+fn a_policys_driver_inputs_must_be_provided_by_its_estimator() {
     let refused = |config: TrainConfig| config.check().expect_err("it does not fit");
     let seeing = |sees: &str| NetworkConfig { sees: sees.into(), ..small().network };
     assert_eq!(encoded().check(), Ok(()));
@@ -213,8 +213,8 @@ fn what_a_policy_sees_of_the_driver_must_be_told_by_its_estimator() {
 }
 
 #[test]
-fn a_policy_that_has_learned_nothing_yet_is_as_good_as_the_controller_that_it_corrects() {
-    // Its first weights are a hundredth of the usual: corrections of centimetres a second.
+fn an_untrained_policy_is_as_good_as_the_controller_it_corrects() {
+    // The initial weights of the last layer are a hundredth of the usual: corrections are centimetres per second.
     let config = residual();
     let (network, ..) = trained(&config, 0).best();
     let file = policy::Network::from_toml(&network.to_toml()).expect("its own file");
@@ -227,7 +227,7 @@ fn a_policy_that_has_learned_nothing_yet_is_as_good_as_the_controller_that_it_co
 }
 
 #[test]
-fn a_policy_that_has_learned_nothing_yet_is_as_good_as_the_network_that_it_corrects() {
+fn an_untrained_policy_is_as_good_as_the_network_it_corrects() {
     let config = residual_over_network();
     let Some(CorrectedAdvice::Network(alone)) = corrected(&config) else { panic!("a network") };
     let (network, ..) = trained(&config, 0).best();
@@ -252,7 +252,7 @@ fn every_update_keeps_its_bound_and_the_best_is_kept() {
 
 #[test]
 fn learning_makes_the_ego_faster_where_its_own_speed_is_the_reward() {
-    // Few cars and much room: whoever learns at all learns to use it.
+    // Few vehicles and much space: any learning uses it.
     let config = TrainConfig {
         ring: RingConfig { vehicles_min: 2, vehicles_max: 2, ..small().ring },
         reward: RewardConfig { kind: super::RewardKind::Ego, ..small().reward },
@@ -265,7 +265,7 @@ fn learning_makes_the_ego_faster_where_its_own_speed_is_the_reward() {
     assert!(curve[24].reward > curve[0].reward + 0.3, "{} {}", curve[0].reward, curve[24].reward);
 }
 
-/// A baseline on the paper's ring, 16 rings over the whole horizon.
+/// Returns the mean speed and calm of a baseline on the paper's ring, 16 rings over the whole horizon.
 fn baseline(name: &str) -> (f64, bool) {
     let config = TrainConfig {
         ring: RingConfig {
@@ -284,8 +284,8 @@ fn baseline(name: &str) -> (f64, bool) {
 }
 
 #[test]
-fn baselines_are_judged_as_the_field_has_them() {
-    // docs/references.md: ring and advice: 3.00 without advice; two-phase to 4.0 calms every ring, after a slow minute.
+fn baselines_are_evaluated_as_in_the_field() {
+    // docs/references.md: ring and advice: 3.00 without advice; two-phase to 4.0 calms every ring after a slow minute.
     let (none, calm) = baseline("none");
     assert!((none - 3.0).abs() < 0.05 && !calm, "{none}");
     let (two_phase, calm) = baseline("two-phase");

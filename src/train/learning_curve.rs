@@ -1,11 +1,11 @@
-//! The learning curve as files. In: the rows of a training. Out: CSV with one line an update, and a picture (SVG) of mean
-//! speed, KL divergence and entropy over the updates.
+//! The learning curve as files. In: the rows of a training. Out: CSV with one line per update, and a picture (SVG) of mean speed, KL
+//! divergence and entropy over the updates.
 
 use super::learner::LearningCurveRow;
 use crate::plot::{Axis, COLOURS, Chart, LineStyle, PlotLine, picture};
 use std::fmt::Write;
 
-/// One line an update, with a head; numbers as they are, empty where there is none.
+/// Returns the CSV with a header and one line per update; missing numbers are empty.
 pub fn csv(rows: &[LearningCurveRow]) -> String {
     let mut text = String::from(
         "iteration,env_steps,mean_speed_mps,reward_mps,crashes,kl,entropy_nat,value_error,judged_speed_mps,estimator_loss_nat\n",
@@ -22,7 +22,7 @@ pub fn csv(rows: &[LearningCurveRow]) -> String {
     text
 }
 
-/// Three panels one above the other: speed, KL divergence, entropy.
+/// Returns the SVG with three panels from top to bottom: speed, KL divergence, entropy.
 pub fn svg(rows: &[LearningCurveRow], title: &str) -> String {
     let noisy = line("batches, with the policy's noise", "#9aa5ad", rows, |r| Some(r.mean_mps));
     let judged = line("judged without noise over whole horizons", COLOURS[1], rows, |r| r.judged_mps);

@@ -1,43 +1,43 @@
-//! The timetable of a training. In: a [`TrainConfig`] and how many iterations are done. Out: what is learned next.
+//! The schedule of a training. In: a [`TrainConfig`] and the number of iterations done. Out: the next lesson.
 //!
-//! First the policy learns: of traits from a teacher who knows them, of latents nothing, for nobody can tell it any. Then the
-//! estimator learns, then the policy on what the estimator says, and so on in turn.
+//! First the policy learns: with traits from a teacher that is given the true ones, with latents without any, as they do not exist yet.
+//! Then the estimator learns, then the policy with its estimates, and so on alternately.
 
 use super::TrainConfig;
 use crate::policy::{FEATURES, Feature, LATENTS};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What an estimator of the driver learns to tell.
+/// Quantities that a driver estimator learns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum EstimatorKind {
-    /// Traits with a name, from drivers whose traits are known
+    /// Named traits, from drivers with known traits
     #[default]
     Traits,
-    /// Latents of a variational encoder, from nothing but what drivers do next
+    /// Latents of a variational encoder, learned only from what drivers do next
     Variational,
 }
 
-/// What an iteration is about.
+/// Subject of an iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lesson {
-    /// The policy learns; a teacher tells it who drives, or nobody does.
+    /// An update of the policy with the true traits as inputs, or without any estimate.
     Teacher,
-    /// A student learns to tell who drives.
+    /// A round of the driver estimator.
     Estimator,
-    /// The policy learns; the student tells it who drives.
+    /// An update of the policy with the estimates as inputs.
     Student,
 }
 
 impl TrainConfig {
-    /// All lessons and their iterations, in order.
+    /// Returns all lessons with their numbers of iterations, in order.
     pub fn lessons(&self) -> Vec<(Lesson, u32)> {
         let mut lessons = vec![(Lesson::Teacher, self.run.iterations)];
         let student = &self.student;
         if student.estimator_rounds > 0 {
             let turns = student.estimator_refits + 1;
-            // What cannot be shared evenly goes to the later ones.
+            // Later turns get what cannot be divided evenly.
             let of_turn = |all: u32, k: u32| {
                 let up_to = |k: u32| (u64::from(all) * u64::from(k) / u64::from(turns)) as u32;
                 up_to(k + 1) - up_to(k)
@@ -50,12 +50,12 @@ impl TrainConfig {
         lessons
     }
 
-    /// Updates and rounds of all lessons together.
+    /// Returns the number of updates and rounds of all lessons.
     pub fn all_iterations(&self) -> u32 {
         self.lessons().iter().map(|(_, iterations)| iterations).sum()
     }
 
-    /// The lesson after so many iterations, and whether it begins with the next. Whoever goes on after the last stays with it.
+    /// Returns the lesson after `done` iterations, and true if it begins with the next one. After the end the last lesson continues.
     pub fn lesson_after(&self, done: u32) -> (Lesson, bool) {
         let mut begins = 0;
         for (lesson, iterations) in self.lessons() {
@@ -68,7 +68,7 @@ impl TrainConfig {
         (last, false)
     }
 
-    /// True of the last iteration of a lesson, counted from 1.
+    /// Returns true for the last iteration of a lesson; iterations count from 1.
     pub fn ends_lesson(&self, iteration: u32) -> bool {
         let mut end = 0;
         self.lessons().iter().any(|(_, iterations)| {
@@ -77,7 +77,7 @@ impl TrainConfig {
         })
     }
 
-    /// Iterations of such lessons among the first `done`.
+    /// Returns the iterations of lesson kind `of` among the first `done`.
     pub fn done_of(&self, of: Lesson, done: u32) -> u32 {
         let mut left = done;
         let mut count = 0;
@@ -89,8 +89,8 @@ impl TrainConfig {
         count
     }
 
-    /// Share of the updates of a policy that is done after so many iterations, by which the bound on an update falls. A policy
-    /// that had a teacher has learned most when the student comes, and goes on with the bound that it ended with.
+    /// Returns the share of policy updates done, by which the bound on an update falls. A policy with a teacher has learned most before
+    /// the student begins, and keeps the final bound after that.
     pub fn share_of_updates(&self, done: u32) -> f64 {
         let all = match self.student.estimator {
             EstimatorKind::Traits => return (f64::from(done) / f64::from(self.run.iterations)).min(1.0),
@@ -101,7 +101,7 @@ impl TrainConfig {
         (f64::from(updates) / f64::from(all)).min(1.0)
     }
 
-    /// What of the driver the policy may see with this kind of estimator.
+    /// Returns the driver inputs that a policy may have with this kind of estimator.
     pub fn known_of_driver(&self) -> Vec<Feature> {
         match self.student.estimator {
             EstimatorKind::Traits => FEATURES.into_iter().filter(|f| f.is_of_driver() && !f.is_latent()).collect(),
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_falls_with_the_teacher_or_with_all_updates_of_a_policy_that_had_none() {
+    fn the_bound_falls_with_teacher_updates_or_all_updates_without_a_teacher() {
         let share = |kind, done| config(kind, 1).share_of_updates(done);
         let traits = [0, 2, 4, 15].map(|done| share(EstimatorKind::Traits, done));
         assert_eq!(traits, [0.0, 0.5, 1.0, 1.0]);

@@ -1,20 +1,20 @@
 //! Products of the small matrices of a small network: hundreds of rows by 64 columns. In and out: row-major slices.
 //!
-//! Blocks of rows by `COLUMNS` results stay in registers while the sum runs. A library for large matrices spends
-//! three quarters of its time here on copying blocks into place (measured: matrixmultiply 0.3 at 500 x 64 x 64). Nothing
-//! is fused or reordered by machine, so that the bits are the same on all.
+//! Blocks of rows by `COLUMNS` results stay in registers during the sum. A library for large matrices spends three quarters of its time
+//! on copying blocks here (measured: matrixmultiply 0.3 at 500 x 64 x 64). Operations are neither fused nor reordered by machine, so that
+//! the bits are the same on all machines.
 
 use super::scalar::Real;
 
 /// Columns of a block of results: one register of AVX-512 in `f32`, two of AVX2.
 const COLUMNS: usize = 16;
-/// Rows of it, so that half of AVX2's sixteen registers hold sums.
+/// Rows of a block, so that half of AVX2's sixteen registers hold sums.
 const ROWS: usize = 4;
-/// The same where there is AVX-512, which has twice as many registers, each twice as wide.
+/// Rows of a block with AVX-512, which has twice as many registers, each twice as wide.
 #[cfg(target_arch = "x86_64")]
 const ROWS_AVX512: usize = 12;
 
-/// A row-major matrix, or the transpose of one.
+/// A row-major matrix or its transpose.
 #[derive(Clone, Copy, Debug)]
 pub struct Matrix<'a, T> {
     data: &'a [T],
@@ -24,36 +24,36 @@ pub struct Matrix<'a, T> {
 }
 
 impl<'a, T: Real> Matrix<'a, T> {
-    /// A matrix whose rows have `columns` numbers.
+    /// Returns a matrix whose rows have `columns` numbers.
     pub fn new(data: &'a [T], columns: usize) -> Self {
         Self { rows: data.len() / columns, data, columns, transposed: false }
     }
 
-    /// Its transpose.
+    /// Returns the transpose without copying.
     pub fn t(self) -> Self {
         Self { rows: self.columns, columns: self.rows, transposed: !self.transposed, ..self }
     }
 
-    /// Its numbers with contiguous rows.
+    /// Copies the numbers into contiguous rows.
     fn copied(self) -> Vec<T> {
         let (down, right) = self.strides();
         (0..self.rows * self.columns).map(|i| self.data[i / self.columns * down + i % self.columns * right]).collect()
     }
 
-    /// Steps between neighbours in a column and in a row.
+    /// Returns the strides between neighbours in a column and in a row.
     fn strides(&self) -> (usize, usize) {
         if self.transposed { (1, self.rows) } else { (self.columns, 1) }
     }
 }
 
-/// `c += a b`.
+/// Computes `c += a b`.
 ///
 /// # Panics
-/// If the sizes do not fit together.
+/// Panics if the sizes do not fit together.
 pub fn add_product<T: Real>(a: Matrix<'_, T>, b: Matrix<'_, T>, c: &mut [T]) {
     assert!(a.columns == b.rows && a.rows * b.columns == c.len(), "{} x {}: {}", a.rows, b.columns, c.len());
     if a.transposed && b.columns < COLUMNS && a.rows >= COLUMNS {
-        // Few columns, such as a gradient by the last layer's weights: the transpose of the product has long rows.
+        // For few columns, such as a gradient by the last layer's weights, the transposed product has longer rows.
         let mut turned = vec![T::default(); c.len()];
         add_product(b.t(), a.t(), &mut turned);
         for (i, x) in turned.into_iter().enumerate() {
@@ -71,8 +71,7 @@ pub fn add_product<T: Real>(a: Matrix<'_, T>, b: Matrix<'_, T>, c: &mut [T]) {
     multiply_wide(a, right, b.columns, c);
 }
 
-/// [`multiply`] compiled for the widest vectors that this machine has. Not through [`super::simd::in_wide_vectors`], which knows
-/// no AVX-512.
+/// Runs [`multiply`] compiled for the widest vectors of this machine. [`super::simd::in_wide_vectors`] does not support AVX-512.
 fn multiply_wide<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
     #[cfg(target_arch = "x86_64")]
     {
@@ -85,12 +84,12 @@ fn multiply_wide<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]
             multiply::<T, ROWS>(a, b, columns, c);
         }
         if std::arch::is_x86_feature_detected!("avx512f") {
-            // SAFETY: the machine has just been asked whether it has AVX-512.
+            // SAFETY: AVX-512 has just been detected.
             unsafe { avx512(a, b, columns, c) };
             return;
         }
         if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the machine has just been asked whether it has AVX2.
+            // SAFETY: AVX2 has just been detected.
             unsafe { avx2(a, b, columns, c) };
             return;
         }
@@ -119,13 +118,13 @@ fn multiply<T: Real, const R: usize>(a: Matrix<'_, T>, b: &[T], columns: usize, 
     }
 }
 
-/// `R` rows from `i` and `COLUMNS` columns from `j`.
+/// Adds `R` rows from `i` and `COLUMNS` columns from `j`.
 #[inline(always)]
 fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: usize, j: usize, c: &mut [T]) {
     let mut sums = [[T::default(); COLUMNS]; R];
-    // Indices, neither iterators nor functions over arrays: whether `zip` or `from_fn` is inlined here is for the compiler to say,
-    // and without it this takes six to ten times as long (measured without link-time optimisation between the parts of a
-    // package). Slices are cut to their length outside of the loop: an index that is checked in it takes as long as the sums.
+    // Indices instead of iterators or array functions: the compiler may not inline `zip` or `from_fn` here, which takes six to ten times
+    // as long (measured without link-time optimisation between crates). Slices are cut to length outside of the loop, because an index
+    // check in it takes as long as the sums.
     if a.transposed {
         for k in 0..a.columns {
             let row: &[T; COLUMNS] = b[k * columns + j..].first_chunk().expect("a whole block of columns");
@@ -159,11 +158,11 @@ fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: 
     }
 }
 
-/// One column, each of its numbers a sum of `COLUMNS` partial sums, so that it too runs in vectors.
+/// Adds one column; each element is a sum of `COLUMNS` partial sums, so that it is vectorised as well.
 #[inline(always)]
 fn column<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, j: usize, c: &mut [T]) {
     let right: Vec<T> = (0..a.columns).map(|k| b[k * columns + j]).collect();
-    // Indices here too, as in `block`.
+    // Indices for the same reason as in `block`.
     if a.transposed {
         for i in 0..a.rows {
             let mut sum = T::default();
@@ -203,7 +202,7 @@ mod tests {
     use crate::rng;
 
     #[test]
-    fn products_of_all_shapes_and_turns_are_those_of_the_definition() {
+    fn products_of_all_shapes_and_transposes_equal_the_definition() {
         let mut stream = rng::stream(1, "matrix");
         for (m, k, n) in [(1, 1, 1), (9, 5, 16), (7, 64, 33), (64, 21, 1), (4, 50, 64), (6, 3, 20), (17, 17, 5)] {
             let a: Vec<f64> = (0..m * k).map(|_| stream.normal()).collect();

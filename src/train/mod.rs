@@ -1,10 +1,9 @@
-//! Training of policies on the fast ring. In: a [`TrainConfig`]. Out: a [`crate::policy::Network`], and its learning
-//! curve. SI units.
+//! Training of policies on the fast ring. In: a [`TrainConfig`]. Out: a [`crate::policy::Network`] and its learning curve. SI units.
 //!
-//! [`ring`] moves sixteen rings at once; [`inputs`] says what policies see; [`environment`] makes episodes of them, [`driver`] lets their egos follow the
-//! advice; [`net`] is the network, [`distribution`] the randomness of its actions, [`trpo`] the update, [`learner`] the
-//! loop around them; [`evaluate()`] drives any policy over the horizon and says how fast all cars went; `tuning` searches the
-//! parameters of a controller (feature `tune`); [`silence`] learns where a policy had better advise nothing.
+//! [`ring`] simulates sixteen rings at once, [`inputs`] defines the policies' inputs, [`environment`] makes episodes and [`driver`] lets
+//! the egos follow the advice. [`net`] is the network, [`distribution`] the distribution of its actions, [`trpo`] the update and
+//! [`learner`] the training loop. [`evaluate()`] evaluates any policy over the horizon. `tuning` searches the parameters of a controller
+//! (feature `tune`); [`silence`] learns when a policy should withhold advice.
 
 pub mod adam;
 pub mod config;

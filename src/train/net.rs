@@ -1,8 +1,8 @@
-//! A multi-layer perceptron with tanh on all layers but the last, on one flat array of parameters. In: rows of inputs.
-//! Out: rows of outputs, gradients (VJP) and directional derivatives (JVP). Generic over `f32`, which trains, and `f64`,
-//! in which the tests compare with finite differences.
+//! A multi-layer perceptron with tanh on all layers but the last, on one flat array of parameters. In: rows of inputs. Out: rows of
+//! outputs, gradients (VJP) and directional derivatives (JVP). Generic over `f32` for training and `f64` for tests with finite
+//! differences.
 //!
-//! Parameters lie layer by layer: the weights, one row for each input, then the biases. All matrices are row-major.
+//! Parameters are stored layer by layer: the weights, one row per input, then the biases. All matrices are row-major.
 
 use super::{
     matrix::{Matrix, add_product},
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{policy::NetworkLayer, rng::Stream};
 
-/// The shape of a network.
+/// Layer sizes of a network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shape {
     sizes: Vec<usize>,
@@ -23,34 +23,34 @@ pub struct Activations<T> {
 }
 
 impl<T> Activations<T> {
-    /// The last layer's output.
+    /// Returns the last layer's output.
     pub fn output(&self) -> &[T] {
         &self.layers[self.layers.len() - 1]
     }
 }
 
 impl Shape {
-    /// A network with these numbers of inputs, hidden units and outputs.
+    /// Returns a network with these numbers of inputs, hidden units and outputs.
     pub fn new(sizes: &[usize]) -> Self {
         Self { sizes: sizes.to_vec() }
     }
 
-    /// Number of parameters.
+    /// Returns the number of parameters.
     pub fn parameters(&self) -> usize {
         self.sizes.windows(2).map(|pair| pair[0] * pair[1] + pair[1]).sum()
     }
 
-    /// Number of inputs.
+    /// Returns the number of inputs.
     pub fn inputs(&self) -> usize {
         self.sizes[0]
     }
 
-    /// Number of outputs.
+    /// Returns the number of outputs.
     pub fn outputs(&self) -> usize {
         self.sizes[self.sizes.len() - 1]
     }
 
-    /// Inputs, outputs and place of the weights of each layer.
+    /// Returns the inputs, the outputs and the index of the first weight of each layer.
     fn layers(&self) -> impl DoubleEndedIterator<Item = (usize, usize, usize)> + ExactSizeIterator {
         let mut place = 0;
         let layers: Vec<_> = self
@@ -65,12 +65,12 @@ impl Shape {
         layers.into_iter()
     }
 
-    /// Weights and biases of each layer, one row of weights for each input.
+    /// Returns the weights, the biases and the number of outputs of each layer; weights have one row per input.
     pub fn parts<'a, T>(&self, theta: &'a [T]) -> Vec<(&'a [T], &'a [T], usize)> {
         self.layers().map(|(n, m, at)| (&theta[at..at + n * m], &theta[at + n * m..at + n * m + m], m)).collect()
     }
 
-    /// The layers as a policy's file has them.
+    /// Returns the layers in the format of a policy's file.
     pub fn network_layers(&self, theta: &[f32]) -> Vec<NetworkLayer> {
         let layers = self.parts(theta).into_iter().map(|(weights, bias, outputs)| NetworkLayer {
             bias: bias.to_vec(),
@@ -79,8 +79,8 @@ impl Shape {
         layers.collect()
     }
 
-    /// Orthogonal weights, gain sqrt 2 in hidden layers and `last_gain` in the last, no biases (Saxe et al. 2014; the
-    /// habit of the field, docs/references.md: learning).
+    /// Returns orthogonal weights with gain sqrt 2 in hidden layers and `last_gain` in the last, and zero biases (Saxe et al. 2014; usual
+    /// in the field, docs/references.md: learning).
     pub fn orthogonal<T: Real>(&self, last_gain: f64, stream: &mut Stream) -> Vec<T> {
         let mut theta = vec![T::default(); self.parameters()];
         let layers = self.layers();
@@ -94,7 +94,7 @@ impl Shape {
         theta
     }
 
-    /// Runs the network over rows of inputs.
+    /// Runs the network on rows of inputs.
     pub fn forward<T: Real>(&self, theta: &[T], inputs: &[T]) -> Activations<T> {
         let rows = inputs.len() / self.inputs();
         let mut layers = vec![inputs.to_vec()];
@@ -112,17 +112,17 @@ impl Shape {
         Activations { layers }
     }
 
-    /// Vector-Jacobian product: given the derivative of a number by the outputs, its derivative by the parameters.
+    /// Returns the vector-Jacobian product: the gradient of a scalar by the parameters, given its gradient by the outputs.
     pub fn vjp<T: Real>(&self, theta: &[T], at_rows: &Activations<T>, by_output: &[T]) -> Vec<T> {
         self.backward(theta, at_rows, by_output, false).0
     }
 
-    /// The same, and the derivative by the inputs, row by row.
+    /// Returns the vector-Jacobian product by the parameters and by the inputs, row by row.
     pub fn vjp_with_inputs<T: Real>(&self, theta: &[T], at_rows: &Activations<T>, by_output: &[T]) -> (Vec<T>, Vec<T>) {
         self.backward(theta, at_rows, by_output, true)
     }
 
-    /// Derivatives by the parameters and, if they are asked for, by the inputs.
+    /// Returns the gradient by the parameters and, if requested, by the inputs.
     fn backward<T: Real>(
         &self,
         theta: &[T],
@@ -153,7 +153,7 @@ impl Shape {
         (gradient, delta)
     }
 
-    /// Jacobian-vector product: how the outputs change as the parameters move along `direction`.
+    /// Returns the Jacobian-vector product: the change of the outputs as the parameters move along `direction`.
     pub fn jvp<T: Real>(&self, theta: &[T], at_rows: &Activations<T>, direction: &[T]) -> Vec<T> {
         let rows = at_rows.layers[0].len() / self.inputs();
         let mut tangent: Vec<T> = Vec::new();
@@ -178,13 +178,13 @@ impl Shape {
     }
 }
 
-/// A random `n` by `m` matrix whose rows, or whose columns if there are fewer, are orthonormal.
+/// Returns a random `n` by `m` matrix with orthonormal rows, or orthonormal columns if there are fewer columns.
 fn orthogonal_matrix(n: usize, m: usize, stream: &mut Stream) -> Vec<f64> {
     let (few, many) = (n.min(m), n.max(m));
     let mut basis: Vec<Vec<f64>> = Vec::new();
     while basis.len() < few {
         let mut vector: Vec<f64> = (0..many).map(|_| stream.normal()).collect();
-        // Twice, so that rounding leaves no trace (Gram and Schmidt).
+        // Two passes of Gram-Schmidt remove the rounding error.
         for _ in 0..2 {
             for other in &basis {
                 let dot: f64 = vector.iter().zip(other).map(|(a, b)| a * b).sum();
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gradient_is_that_of_finite_differences() {
+    fn the_gradient_equals_finite_differences() {
         let (shape, theta, inputs) = network();
         let weight = numbers(3 * 6, "weights");
         let value = |theta: &[f64]| dot(shape.forward(theta, &inputs).output(), &weight);
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn the_directional_derivative_is_that_of_finite_differences_and_the_adjoint_of_the_gradient() {
+    fn the_jvp_equals_finite_differences_and_is_the_adjoint_of_the_vjp() {
         let (shape, theta, inputs) = network();
         let direction = numbers(theta.len(), "direction");
         let at = |d: f64| {
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fast_tanh_is_that_of_the_library() {
+    fn the_fast_tanh_equals_that_of_the_library() {
         let mut xs: Vec<f32> = (-40_000..=40_000).map(|i| i as f32 * 3e-4).collect();
         let exact: Vec<f64> = xs.iter().map(|x| f64::from(*x).tanh()).collect();
         f32::tanh_all(&mut xs);

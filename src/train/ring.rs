@@ -1,42 +1,42 @@
-//! The fast ring: [`LANES`] independent closed lanes of IDM cars side by side. In: a layout and a model for each ring,
-//! then once a step the speed that the ego shall have. Out: speeds, gaps, mean speed, crashes. Metres, m/s, m/s2.
+//! The fast ring: [`LANES`] independent closed lanes of IDM vehicles in one SIMD block. In: a layout and a model for each ring, then the
+//! ego's speed at each step. Out: speeds, gaps and the mean speed. Metres, m/s, m/s².
 //!
-//! The update is that of `traffic::native` (docs/references.md: idm): all accelerations from one state, `v' = max(v + a
-//! dt, 0)`, `x' = x + v' dt`, then noise. The state is the gap ahead of each car, not its place: nothing wraps, and `f32`
-//! keeps its digits. Slot 0 is the ego and slot `k` the `k`-th car **behind** it, so that rings of different numbers of
-//! cars share one loop: slots beyond a ring's last car hold ghosts that follow it and that nobody sees.
+//! The update is the same as in `traffic::native` (docs/references.md: idm): all accelerations from one state, `v' = max(v + a dt, 0)`,
+//! `x' = x + v' dt`, then noise. The state is the gap ahead of each vehicle instead of its position, so nothing wraps and `f32` keeps its
+//! precision. Slot 0 is the ego and slot `k` the `k`-th vehicle **behind** it, so that rings with different numbers of vehicles share one
+//! loop. Slots beyond a ring's last vehicle hold ghosts, which follow it and affect no vehicle.
 
 use super::simd::{LANES, LaneRng, SimdLanes, VectorWork, in_wide_vectors, lane, splat};
 use crate::{idm::IdmParams, space::CAR_LENGTH_M, traffic};
 use serde::{Deserialize, Serialize};
 
-/// The native engine's bounds, in this ring's precision.
+/// Bounds of the native engine in single precision.
 const EMERGENCY_BRAKING_MPS2: f32 = traffic::EMERGENCY_BRAKING_MPS2 as f32;
 const CREEP_MPS2: f32 = traffic::CREEP_MPS2 as f32;
-/// Ghosts stay this far behind, metres.
+/// Initial gap ahead of each ghost, m.
 const GHOST_GAP_M: f32 = 100.0;
 
-/// One ring at its start.
+/// Initial state of one ring.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingStart {
-    /// Gap ahead of each car, the ego first, then its follower and so on backwards, metres.
+    /// Gap ahead of each vehicle, m: the ego first, then backwards from its follower.
     pub gaps_m: Vec<f32>,
-    /// Model of all cars.
+    /// Car-following model of all vehicles.
     pub idm: IdmParams,
-    /// Models of cars that differ from it, the ego first, then backwards; empty where none does.
+    /// Individual model of each vehicle, the ego first, then backwards; empty if all vehicles use `idm`.
     pub own_idm: Vec<IdmParams>,
-    /// Seed of the noise.
+    /// Seed of the acceleration noise.
     pub seed: u64,
 }
 
 impl RingStart {
-    /// `cars` evenly spaced over `length_m`.
+    /// Returns `cars` vehicles evenly spaced over `length_m`.
     pub fn even(cars: usize, length_m: f64, idm: IdmParams, seed: u64) -> Self {
         let gap_m = (length_m / cars as f64 - CAR_LENGTH_M) as f32;
         Self { gaps_m: vec![gap_m; cars], idm, own_idm: Vec::new(), seed }
     }
 
-    /// `cars` close together with one hole half-way round from the ego, as [`traffic::start::bunched`] has them.
+    /// Returns `cars` vehicles close together with one hole halfway round from the ego, as in [`traffic::start::bunched`].
     pub fn bunched(cars: usize, length_m: f64, idm: IdmParams, seed: u64) -> Self {
         let spacing_m = traffic::start::bunch_spacing_m(cars, length_m, idm.s0).min(length_m / cars as f64);
         let mut gaps_m = vec![(spacing_m - CAR_LENGTH_M) as f32; cars];
@@ -45,24 +45,24 @@ impl RingStart {
     }
 }
 
-/// The model of each ring, as the inner loop needs it.
+/// Car-following model of each ring, in the form that the inner loop needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Model {
     inverse_v0: SimdLanes,
     delta: SimdLanes,
     time_gap_s: SimdLanes,
     accel: SimdLanes,
-    /// 1 / (2 sqrt(a b)).
+    /// 1 / (2 sqrt(a b)), s²/m.
     approach: SimdLanes,
     s0_m: SimdLanes,
-    /// Standard deviation of the change of speed in a step, m/s.
+    /// Standard deviation of the change of speed per step, m/s.
     noise_mps: SimdLanes,
-    /// All exponents are 4: two multiplications instead of a power.
+    /// True if all exponents are 4: two multiplications replace the power.
     fourth_power: bool,
 }
 
 impl Model {
-    /// Of rings that have none yet.
+    /// Returns placeholder values for lanes without a ring.
     fn new() -> Self {
         let one = splat(1.0);
         Self {
@@ -77,7 +77,7 @@ impl Model {
         }
     }
 
-    /// The model of lane `l`, for steps of `step_s`.
+    /// Sets the model of lane `l` for steps of `step_s`.
     fn set(&mut self, l: usize, idm: &IdmParams, step_s: f64) {
         let IdmParams { v0, t, a, b, delta, s0, noise } = *idm;
         self.inverse_v0[l] = (1.0 / v0) as f32;
@@ -90,7 +90,7 @@ impl Model {
         self.fourth_power = self.delta.iter().all(|d| *d == 4.0);
     }
 
-    /// Copies lane `from_lane` of another into lane `l`.
+    /// Copies lane `from_lane` of another model into lane `l`.
     fn copy_lane(&mut self, l: usize, from: &Self, from_lane: usize) {
         for (to, from) in [
             (&mut self.inverse_v0, &from.inverse_v0),
@@ -107,7 +107,7 @@ impl Model {
     }
 }
 
-/// A block of rings. See the head of the file for its slots.
+/// A block of rings; the head of the file explains the slots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VectorizedRing {
     step_s: f32,
@@ -115,7 +115,7 @@ pub struct VectorizedRing {
     gap_m: Vec<SimdLanes>,
     speed_mps: Vec<SimdLanes>,
     model: Model,
-    /// The model of each slot, where cars of a ring differ; otherwise empty.
+    /// Model of each slot; empty unless vehicles of a ring differ.
     #[serde(default)]
     own_models: Vec<Model>,
     rng: LaneRng,
@@ -127,7 +127,7 @@ pub struct VectorizedRing {
 }
 
 impl VectorizedRing {
-    /// Empty rings with room for `cars` each and steps of `step_s`; every lane has to be set before the first step.
+    /// Returns empty rings with room for `cars` vehicles each and steps of `step_s`; every lane must be set before the first step.
     pub fn new(cars: usize, step_s: f64) -> Self {
         Self {
             step_s: step_s as f32,
@@ -143,10 +143,10 @@ impl VectorizedRing {
         }
     }
 
-    /// Puts a ring at a standstill into lane `l`.
+    /// Sets lane `l` to a ring at a standstill.
     ///
     /// # Panics
-    /// If it has more cars than the block has room for, or fewer than 2.
+    /// Panics if the ring has more vehicles than the block has room for, or fewer than 2.
     pub fn set(&mut self, l: usize, start: &RingStart) {
         assert!((2..=self.speed_mps.len()).contains(&start.gaps_m.len()), "{} cars", start.gaps_m.len());
         self.cars[l] = start.gaps_m.len() as u32;
@@ -167,7 +167,7 @@ impl VectorizedRing {
         self.mean_mps[l] = 0.0;
     }
 
-    /// Gives each slot a model of its own.
+    /// Gives each slot its own model.
     fn let_cars_differ(&mut self) {
         if self.own_models.is_empty() {
             self.own_models = vec![self.model.clone(); self.speed_mps.len()];
@@ -191,58 +191,58 @@ impl VectorizedRing {
         self.rng.copy_lane(l, &from.rng, from_lane);
     }
 
-    /// Cars of ring `l`.
+    /// Returns the number of vehicles on ring `l`.
     pub fn cars(&self, l: usize) -> usize {
         self.cars[l] as usize
     }
 
-    /// Speed of the ego, m/s.
+    /// Returns the ego's speed on each ring, m/s.
     #[inline(always)]
     pub fn ego_mps(&self) -> &SimdLanes {
         &self.speed_mps[0]
     }
 
-    /// Speed of the ego's leader, m/s.
+    /// Returns the speed of the ego's leader on each ring, m/s.
     #[inline(always)]
     pub fn leader_mps(&self) -> &SimdLanes {
         &self.leader_mps
     }
 
-    /// Speed of the car behind the ego, m/s.
+    /// Returns the speed of the vehicle behind the ego on each ring, m/s.
     #[inline(always)]
     pub fn follower_mps(&self) -> &SimdLanes {
         &self.speed_mps[1]
     }
 
-    /// Gap ahead of the ego, metres.
+    /// Returns the gap ahead of the ego on each ring, m.
     #[inline(always)]
     pub fn gap_m(&self) -> &SimdLanes {
         &self.gap_m[0]
     }
 
-    /// Gap between the ego and its follower, metres.
+    /// Returns the gap between the ego and its follower on each ring, m.
     #[inline(always)]
     pub fn gap_behind_m(&self) -> &SimdLanes {
         &self.gap_m[1]
     }
 
-    /// Gaps ahead of the `k`-th car behind the ego, metres.
+    /// Returns the gap ahead of the `k`-th vehicle behind the ego on each ring, m.
     pub fn gaps_m(&self, k: usize) -> &SimdLanes {
         &self.gap_m[k]
     }
 
-    /// Mean speed of all cars, the ego included, m/s.
+    /// Returns the mean speed of all vehicles, the ego included, on each ring, m/s.
     #[inline(always)]
     pub fn mean_mps(&self) -> &SimdLanes {
         &self.mean_mps
     }
 
-    /// Speeds of the cars of ring `l`, the ego first, then backwards, m/s.
+    /// Returns the speeds of the vehicles on ring `l`, m/s, the ego first, then backwards.
     pub fn speeds_mps(&self, l: usize) -> impl Iterator<Item = f32> + '_ {
         self.speed_mps[..self.cars(l)].iter().map(move |speed| speed[l])
     }
 
-    /// What the model would have the ego do now, m/s2.
+    /// Returns the ego's acceleration by the car-following model of its ring, m/s².
     #[inline(always)]
     pub fn ego_idm(&self) -> SimdLanes {
         let (speed, leader, gap) = (&self.speed_mps[0], &self.leader_mps, &self.gap_m[0]);
@@ -253,7 +253,7 @@ impl VectorizedRing {
         }
     }
 
-    /// The same for drivers who keep a time gap of their own, seconds, from leaders as they see them.
+    /// Returns the ego's acceleration with its own time gap, s, and with the gap and leader's speed that its driver perceives.
     #[inline(always)]
     pub fn ego_idm_seen(&self, gap_m: &SimdLanes, leader_mps: &SimdLanes, time_gap_s: &SimdLanes) -> SimdLanes {
         let (speed, m) = (&self.speed_mps[0], &self.model);
@@ -264,17 +264,17 @@ impl VectorizedRing {
         }
     }
 
-    /// Time gap of each ring's model, seconds.
+    /// Returns the time gap of each ring's model, s.
     pub fn time_gap_s(&self) -> &SimdLanes {
         &self.model.time_gap_s
     }
 
-    /// `steps` steps in which the model drives every car, the ego too: the warm-up, and the road without advice.
+    /// Runs `steps` steps in which the model drives every vehicle, the ego included: the warm-up and the baseline without advice.
     pub fn run(&mut self, steps: usize) {
         in_wide_vectors(UndisturbedSteps { ring: self, steps });
     }
 
-    /// One step. At its end the ego has the speed `ego_mps`; without one its own model drives it.
+    /// Runs one step. The ego ends it at the speed `ego_mps`; with `None` its car-following model drives it.
     #[inline(always)]
     pub fn step(&mut self, ego_mps: Option<&SimdLanes>) {
         match (self.model.fourth_power, self.own_models.is_empty()) {
@@ -293,7 +293,7 @@ impl VectorizedRing {
         let leader_mps = self.leader_mps;
         let (mut tail_chosen, mut tail_after) = (splat(0.0), splat(0.0));
         let (mut sum, mut behind_chosen) = (splat(0.0), splat(0.0));
-        // From the last slot to the ego, so that the speed ahead is still that of the present state.
+        // From the last slot to the ego, so that the speed ahead is still that of the old state.
         for k in (0..slots).rev() {
             let mut ahead_mps = leader_mps;
             if k > 0 {
@@ -318,7 +318,7 @@ impl VectorizedRing {
                 tail_after[l] = if last { speed[l] } else { tail_after[l] };
                 sum[l] += if (k as u32) < self.cars[l] { speed[l] } else { 0.0 };
             }
-            // The gap of the car behind changes by what this one and that one drive; slot `slots` is nobody's.
+            // The gap behind this vehicle changes by the difference of the two displacements; slot `slots` belongs to no vehicle.
             let behind = &mut self.gap_m[k + 1];
             for l in 0..LANES {
                 behind[l] += (chosen[l] - behind_chosen[l]) * dt;
@@ -344,7 +344,7 @@ impl VectorizedRing {
     }
 }
 
-/// Steps in which the model drives every car.
+/// Steps in which the model drives every vehicle.
 struct UndisturbedSteps<'a> {
     ring: &'a mut VectorizedRing,
     steps: usize,
@@ -361,13 +361,13 @@ impl VectorWork for UndisturbedSteps<'_> {
     }
 }
 
-/// The IDM (see [`crate::idm`]) in lane `l`.
+/// Returns the IDM acceleration in lane `l`, m/s² (see [`crate::idm`]).
 #[inline(always)]
 fn accel<const FOURTH: bool>(m: &Model, l: usize, speed: f32, leader: f32, gap: f32) -> f32 {
     accel_at::<FOURTH>(m, l, [speed, leader, gap, m.time_gap_s[l]])
 }
 
-/// The same with another time gap: speed, leader's speed, gap, time gap.
+/// Returns the IDM acceleration for speed, leader's speed, gap and time gap, m/s².
 #[inline(always)]
 fn accel_at<const FOURTH: bool>(m: &Model, l: usize, [speed, leader, gap, time_gap_s]: [f32; 4]) -> f32 {
     let approach = speed * (speed - leader) * m.approach[l];

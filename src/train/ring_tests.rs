@@ -1,4 +1,4 @@
-//! The fast ring against the native engine and against the field's figures.
+//! The fast ring against the native engine and against figures of the field.
 
 use super::{
     ring::{RingStart, VectorizedRing},
@@ -16,7 +16,7 @@ fn quiet() -> IdmParams {
     IdmParams { noise: 0.0, ..IdmParams::default() }
 }
 
-/// Sixteen rings of equal layout and different noise.
+/// Returns sixteen rings of equal layout and different noise.
 fn block(start: &RingStart) -> VectorizedRing {
     let mut ring = VectorizedRing::new(start.gaps_m.len(), 0.1);
     for l in 0..LANES {
@@ -26,14 +26,14 @@ fn block(start: &RingStart) -> VectorizedRing {
 }
 
 #[test]
-fn cars_that_differ_flow_at_the_speed_at_which_the_gaps_of_their_models_fill_the_ring() {
-    // Quick cars that keep much distance: small disturbances die out.
+fn different_vehicles_flow_at_the_speed_at_which_their_gaps_fill_the_ring() {
+    // Fast-accelerating vehicles with long gaps: small disturbances die out.
     let calm = IdmParams { v0: 15.0, a: 2.5, t: 1.8, ..quiet() };
     let own = |k: u32| IdmParams { t: 1.5 + 0.1 * f64::from(k), s0: 2.0 + 0.2 * f64::from(k % 3), ..calm };
     let own_idm: Vec<IdmParams> = (0..10).map(own).collect();
     let start = RingStart { own_idm: own_idm.clone(), ..RingStart::even(10, 300.0, calm, 0) };
     let mut ring = block(&start);
-    // A ring whose cars are all alike in the same block: it drives as it would alone.
+    // A ring of identical vehicles in the same block behaves as it would alone.
     ring.set(3, &RingStart::even(10, 300.0, calm, 1));
     ring.run(9000);
     let room_m = 300.0 - 10.0 * CAR_LENGTH_M;
@@ -50,7 +50,7 @@ fn cars_that_differ_flow_at_the_speed_at_which_the_gaps_of_their_models_fill_the
     }
     let alike = calm.equilibrium_speed_mps(room_m / 10.0);
     assert!(ring.speeds_mps(3).all(|speed| (f64::from(speed) - alike).abs() < 1e-3), "{alike}");
-    // What is copied drives on alike.
+    // A copy continues in the same way.
     let mut copy = VectorizedRing::new(10, 0.1);
     (0..LANES).for_each(|l| copy.copy_lane(l, &ring, l));
     copy.run(50);
@@ -92,7 +92,7 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
             largest = largest.max((car.speed_mps - f64::from(speed)).abs());
         }
     }
-    // f32 beside f64 through a growing wave; 2 minutes.
+    // f32 against f64 through a growing wave of 2 minutes.
     assert!(largest < 0.002, "{largest} m/s");
 }
 
@@ -105,8 +105,8 @@ fn an_even_ring_without_noise_stays_at_its_equilibrium() {
 }
 
 #[test]
-fn saturated_rings_flow_as_fast_as_the_field_has_it() {
-    // docs/references.md: ring: by length with 22 cars, saturated, Euler, noise 0.2.
+fn saturated_rings_flow_at_the_speeds_of_the_field() {
+    // docs/references.md: ring: by length with 22 vehicles, saturated, Euler, noise 0.2.
     for (length_m, expected) in
         [(220.0, 2.10), (230.0, 2.40), (240.0, 2.70), (250.0, 3.00), (260.0, 3.30), (270.0, 3.60)]
     {
@@ -133,7 +133,7 @@ fn the_length_of_a_ring_is_kept() {
 }
 
 #[test]
-fn a_ring_is_the_same_whoever_is_beside_it() {
+fn a_ring_does_not_depend_on_the_other_rings_of_its_block() {
     let mine = RingStart::bunched(22, 250.0, IdmParams::default(), 7);
     let mut alone = block(&mine);
     let mut mixed = VectorizedRing::new(22, 0.1);

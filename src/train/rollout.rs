@@ -1,5 +1,5 @@
-//! What blocks of rings live through under a policy that is learning. In: its parameters. Out: a [`Rollout`] of each block, row by
-//! row what was seen, done and earned.
+//! Experience of blocks of rings under a policy in training. In: the policy's parameters. Out: a [`Rollout`] for each block, with rows of
+//! observations, actions and outcomes.
 
 use super::{
     config::{ActionKind, TrainConfig},
@@ -14,46 +14,46 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// A block of rings and the random numbers of their actions.
+/// A block of rings with the random numbers of its actions.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RolloutWorker {
     pub env: VecEnv,
     rng: LaneRng,
-    /// The student beside it, once there is one.
+    /// Student beside the block, if there is one.
     #[serde(default)]
     pub watcher: Option<Watcher>,
 }
 
-/// What a block lived through: rows are decisions in order of time, lane by lane within each.
+/// Experience of a block: rows are decisions in order of time, lane by lane within each.
 pub struct Rollout {
-    /// What was seen, scaled.
+    /// Scaled observations, one row per decision.
     pub inputs: Vec<f32>,
-    /// What was done, as the policy's family calls it.
+    /// Actions as the policy's family draws them.
     pub actions: Vec<f32>,
-    /// What came of it.
+    /// Outcome of each decision.
     pub outcomes: Vec<Outcome>,
-    /// How long each decision stood.
+    /// Hold of each decision.
     pub hold: Hold,
-    /// The observation after the last decision.
+    /// Scaled observation after the last decision.
     pub after: Vec<f32>,
-    /// The whole state of the rings at each decision, and after the last.
+    /// Whole state of the rings at each decision and after the last one.
     pub states: Vec<WholeState>,
 }
 
-/// Means of a batch. A long hold counts for more than a short one: they are over time.
+/// Means of a batch over time, so that a long hold has more weight than a short one.
 pub struct Means {
-    /// Steps of rings.
+    /// Number of ring steps.
     pub steps: f64,
-    /// Speed of all cars, m/s.
+    /// Mean speed of all vehicles, m/s.
     pub mean_mps: f64,
-    /// Reward, m/s.
+    /// Mean reward, m/s.
     pub reward: f64,
     /// Episodes that ended in a crash.
     pub crashes: u32,
 }
 
 impl Means {
-    /// Of these rollouts.
+    /// Returns the means of these rollouts.
     pub fn of(rollouts: &[Rollout]) -> Self {
         let timed = || rollouts.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold.steps()), o)));
         let steps: f64 = timed().map(|(steps, _)| steps).sum();
@@ -64,7 +64,7 @@ impl Means {
 }
 
 impl RolloutWorker {
-    /// Block `index` of so many, each ring at another part of its episode.
+    /// Returns block `index` of `count`, each ring at a random point of its episode.
     pub fn new(config: &TrainConfig, index: usize, count: usize) -> Self {
         let mut env = VecEnv::new(config, "train", index, config.hold_of(index, count));
         env.spread();
@@ -76,13 +76,13 @@ impl RolloutWorker {
         Self { env, rng, watcher: None }
     }
 
-    /// From now on a student watches its drivers.
+    /// Adds a student that observes the block's drivers from now on.
     pub fn is_watched_by(&mut self, student: &EstimatorLearner) {
         self.env.keep_samples();
         self.watcher = Some(Watcher::new(student));
     }
 
-    /// So many decisions of this block; `log` keeps what the student learns from.
+    /// Runs `decisions` decisions of this block; `log` collects the seconds from which the student learns.
     pub fn live(
         &mut self,
         config: &TrainConfig,
@@ -125,7 +125,7 @@ impl RolloutWorker {
         rollout
     }
 
-    /// Lets the student see what came of a hold, and says in `outcomes` what he makes of the drivers.
+    /// Passes the samples of a hold to the student, and writes its estimates into `outcomes`.
     fn tell_student(
         &mut self,
         outcomes: &mut [Outcome; LANES],
@@ -142,7 +142,7 @@ impl RolloutWorker {
         }
     }
 
-    /// What the policy sees, scaled, a row for each ring.
+    /// Returns the scaled inputs of the policy, one row per ring.
     pub fn see(&self, inputs: &[NetworkInput]) -> Vec<f32> {
         let seen = |l| {
             let mut observation = self.env.observe(l);
@@ -155,7 +155,7 @@ impl RolloutWorker {
     }
 }
 
-/// The action that the policy's family calls `drawn`, to stand for `hold`.
+/// Converts the family's draw into an action for a hold.
 pub fn action(config: &TrainConfig, drawn: f32, hold: Hold) -> Action {
     let [low, high] = match config.advice.action {
         ActionKind::Acceleration => bounded(config.action_limits(), config.advice.speed_change_mps, hold.seconds()),

@@ -1,4 +1,4 @@
-//! The arithmetic of a network in `f32`, which trains, and in `f64`, in which tests compare with finite differences.
+//! Arithmetic of a network in `f32` for training and in `f64` for tests with finite differences.
 
 use super::simd::{VectorWork, in_wide_vectors};
 use std::{
@@ -23,13 +23,13 @@ pub trait Real:
     + Sum
     + 'static
 {
-    /// The nearest number of this kind.
+    /// Converts to the nearest number of this type.
     fn of(x: f64) -> Self;
-    /// This number as `f64`.
+    /// Converts this number to `f64`.
     fn f64(self) -> f64;
-    /// The exponential function.
+    /// Returns the exponential function.
     fn exp(self) -> Self;
-    /// tanh of every number.
+    /// Replaces every number by its tanh.
     fn tanh_all(xs: &mut [Self]);
 }
 
@@ -69,12 +69,12 @@ impl Real for f64 {
     }
 }
 
-/// tanh x = 1 - 2/(exp(2x) + 1) in vectors; error below 2e-7. The library's takes ten times as long.
+/// Computes tanh x = 1 - 2/(exp(2x) + 1) in vectors with an error below 2e-7. The library's tanh takes ten times as long.
 fn tanh_f32(xs: &mut [f32]) {
     in_wide_vectors(TanhOfAll(xs));
 }
 
-/// The numbers that become their tanh.
+/// Numbers to be replaced by their tanh.
 struct TanhOfAll<'a>(&'a mut [f32]);
 
 impl VectorWork for TanhOfAll<'_> {
@@ -83,9 +83,9 @@ impl VectorWork for TanhOfAll<'_> {
     #[inline(always)]
     fn run(self) {
         for x in self.0 {
-            // Beyond 9 tanh is 1 but for the last bit. A NaN stays a NaN.
+            // Beyond 9, tanh is 1 except for the last bit. A NaN stays a NaN.
             let z = x.clamp(-9.0, 9.0) * (2.0 * std::f32::consts::LOG2_E);
-            // 2^z = 2^n 2^f: adding and taking 1.5 * 2^23 rounds to the nearest whole number.
+            // 2^z = 2^n 2^f: adding and subtracting 1.5 * 2^23 rounds to the nearest integer.
             let shifted = z + 12_582_912.0;
             let n = shifted - 12_582_912.0;
             let f = (z - n) * std::f32::consts::LN_2;

@@ -1,9 +1,9 @@
-//! Where a policy is to be silent. In: a configuration and a policy. Out: an [`ExpectedGain`], learned from drives in pairs that
-//! are one until a moment, and from there have the policy's advice or none: what the advice gained from then on, by what the
-//! policy knew at that moment of the road, the hold and the driver.
+//! Learning when a policy should withhold advice. In: a configuration and a policy. Out: an [`ExpectedGain`], learned from paired drives.
+//! A pair is one drive up to a moment, and continues from there once with the policy's advice and once without any. The target is the
+//! gain of advice from that moment on; the inputs are the policy's knowledge of the road, the hold and the driver at that moment.
 //!
-//! Silence as one more action of the policy is a trap: whoever is silent misses no advised speed, changes nothing, and learns
-//! nothing. Tried so, seed 1 ended at 3.72 m/s instead of 4.06.
+//! Withholding as an additional action of the policy is a trap: without advice no advised speed is missed, nothing changes, and nothing
+//! is learned. Seed 1 ended at 3.72 m/s that way instead of 4.06.
 
 use super::{
     config::TrainConfig,
@@ -19,40 +19,40 @@ use crate::{
 };
 use rayon::prelude::*;
 
-/// When pairs part, s after the first advice: the view of the driver is still forming in the first minute.
+/// Moments at which pairs split, s after the first advice; the estimate of the driver is still forming in the first minute.
 const LOOKS_S: [f64; 7] = [0.0, 15.0, 30.0, 60.0, 120.0, 240.0, 480.0];
 /// Units of each of the two hidden layers.
 const UNITS: usize = 32;
-/// Steps of Adam, one after the other, and passes over the data with each.
+/// Learning rates of Adam in sequence, and passes over the data with each.
 const RATES: [f64; 3] = [3e-3, 1e-3, 3e-4];
 const EPOCHS: u32 = 12;
-/// Steps of a pass, where there are few rows; rows a step, where there are many.
+/// Steps per pass if there are few rows; rows per step if there are many.
 const STEPS: usize = 32;
 const MOST_ROWS: usize = 512;
 
-/// What was learned of silence.
+/// Result of learning when to withhold advice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedSilence {
-    /// What advice is expected to gain.
+    /// Predictor of the gain from advice.
     pub expected_gain: ExpectedGain,
-    /// Drives in pairs that it rests on.
+    /// Number of paired drives.
     pub pairs: usize,
-    /// Share of the rows on which the policy is silent.
+    /// Share of the rows on which the policy withholds advice.
     pub silent_share: f64,
-    /// Root mean square of what the expectation misses of one ring's gain, m/s: mostly chance.
+    /// Root mean square error of the prediction of one ring's gain, m/s; mostly chance.
     pub error_mps: f64,
 }
 
-/// What was seen in a pair of drives, and what advice gained.
+/// Observations and gains of paired drives.
 #[derive(Clone, Debug, Default)]
 struct PairedDrives {
     /// Rows of scaled inputs.
     seen: Vec<f32>,
-    /// One for each row, m/s.
+    /// Gain of advice for each row, m/s.
     gain_mps: Vec<f32>,
 }
 
-/// True of what may tell where to be silent: what advice and silence themselves do not change from moment to moment.
+/// Returns true for features that may predict the gain: those that advice itself does not change from moment to moment.
 fn is_lasting(feature: Feature) -> bool {
     match feature {
         Feature::Circumference | Feature::Spacing | Feature::LogHold => true,
@@ -61,13 +61,13 @@ fn is_lasting(feature: Feature) -> bool {
 }
 
 impl TrainConfig {
-    /// What an expectation of gain sees, scaled: that of the policy's inputs which lasts.
+    /// Returns the scaled inputs of the predictor: the lasting ones among the policy's inputs.
     pub fn lasting_inputs(&self) -> Vec<NetworkInput> {
         self.inputs().into_iter().filter(|input| is_lasting(input.feature)).collect()
     }
 }
 
-/// Drives `config`'s rings in pairs and learns from them. `network` is the policy without an expectation.
+/// Runs paired drives on `config`'s rings and fits the predictor to them. `network` is the policy without a predictor.
 pub fn learn(config: &TrainConfig, network: &Network) -> LearnedSilence {
     let inputs = config.lasting_inputs();
     let blocks = config.silence.silence_rings as usize / LANES;
@@ -94,11 +94,11 @@ pub fn learn(config: &TrainConfig, network: &Network) -> LearnedSilence {
     }
 }
 
-/// One block of rings: with advice to a look, and from there twice, with advice and without any.
+/// Runs one block of rings with advice up to a moment, and from there once with advice and once without.
 fn drive_pair(config: &TrainConfig, network: &Network, inputs: &[NetworkInput], index: usize) -> PairedDrives {
     let step_s = config.ring.step_s;
     let steps = |time_s: f64| (time_s / step_s).round() as u64;
-    // Blocks lie in order of their hold: neighbours have other looks.
+    // Blocks are in order of their hold, so neighbours split at different moments.
     let look = steps(LOOKS_S[index % LOOKS_S.len()].min(config.ring.horizon_s / 2.0));
     let hold = config.hold_of(index, config.silence.silence_rings as usize / LANES);
     let mut advised = VecEnv::new(config, "silence", index, hold);
@@ -126,7 +126,7 @@ fn drive_pair(config: &TrainConfig, network: &Network, inputs: &[NetworkInput], 
     pair
 }
 
-/// Mean speeds of all cars of sixteen rings; cars that have collided stand.
+/// Mean speeds of all vehicles on sixteen rings; after a collision the vehicles count as stopped.
 #[derive(Default)]
 struct MeanSpeeds {
     sums_mps: [f32; LANES],
@@ -135,7 +135,7 @@ struct MeanSpeeds {
 }
 
 impl MeanSpeeds {
-    /// One step of the rings.
+    /// Runs one step of the rings.
     fn step(&mut self, block: &mut VecEnv) {
         block.step();
         let ring = block.rings();
@@ -163,7 +163,7 @@ mod tests {
         },
     };
 
-    /// Advice of one speed to drivers who always follow, on rings of 9 to 13 m of road for each car.
+    /// Advice for drivers who always comply, on rings with 9 to 13 m of road per vehicle.
     fn config() -> TrainConfig {
         TrainConfig {
             advice: AdviceConfig { action: ActionKind::Speed, hold_s: 5.0, ..AdviceConfig::default() },
@@ -185,7 +185,7 @@ mod tests {
         }
     }
 
-    /// The policy that always advises `speed_mps`.
+    /// Returns the policy that always advises `speed_mps`.
     fn constant(config: &TrainConfig, speed_mps: f32) -> Network {
         let mut network = Learner::new(config).best().0;
         let [low, high] = network.limits.map(|limit| limit as f32);
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_that_slows_a_ring_is_withheld_there_and_advice_that_binds_nobody_is_worth_nothing() {
+    fn advice_that_slows_a_ring_is_withheld_and_out_of_reach_advice_gains_0() {
         let config = config();
         let on = |length_m: f64| Observation {
             circumference_m: length_m,
@@ -203,13 +203,13 @@ mod tests {
             hold_s: 5.0,
             ..Observation::default()
         };
-        // `codrive evaluate --policy constant --aim 2.5 --driver reaction=1 --holds 5 --horizon 300` on 285 m: 2.62 m/s, 4.08
-        // without; and a ring that was calmed flows faster than that once it is left alone.
+        // `codrive evaluate --policy constant --aim 2.5 --driver reaction=1 --holds 5 --horizon 300` on 285 m: 2.62 m/s, 4.08 without
+        // advice. A calmed ring flows even faster than that once advice is withdrawn.
         let learned = learn(&config, &constant(&config, 2.5));
         let gain_mps = learned.expected_gain.gain_mps(&on(285.0));
         assert!(gain_mps < -1.4 && learned.expected_gain.asks_for_silence(&on(285.0)), "{gain_mps}");
         assert!(learned.pairs == 256 && learned.silent_share > 0.5, "{}", learned.silent_share);
-        // Nobody reaches 9 m/s on such rings: both drives of a pair are the same.
+        // No vehicle reaches 9 m/s on such rings, so both drives of a pair are the same.
         let learned = learn(&config, &constant(&config, 9.0));
         for length_m in [205.0, 245.0, 285.0] {
             let gain_mps = learned.expected_gain.gain_mps(&on(length_m));
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_lasts_is_seen() {
+    fn the_predictor_has_lasting_inputs_only() {
         let sees = "speed,gap,spacing,mean_speed,controller_speed,log_hold,speed_bias";
         let config =
             TrainConfig { network: NetworkConfig { sees: sees.into(), ..NetworkConfig::default() }, ..config() };

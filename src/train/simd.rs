@@ -1,24 +1,24 @@
 //! Arithmetic on many rings at once. In: a seed per ring. Out: [`SimdLanes`] arrays of uniform and normal numbers.
 //!
-//! A lane is one ring. All arithmetic is on arrays of [`LANES`] `f32`, written as plain loops that the compiler turns
-//! into vector instructions. `f32` because a vector register then holds twice as many rings, and its rounding (1e-7 of
-//! a speed) is far below the noise of the model (6e-3 m/s a step). Only IEEE operations that every machine rounds
-//! alike are used, so that the bits do not depend on the instruction set that was found at run time.
+//! A lane is one ring. All arithmetic is on arrays of [`LANES`] `f32`, written as plain loops that the compiler turns into vector
+//! instructions. A vector register holds twice as many `f32` as `f64`, and the rounding error (1e-7 of a speed) is far below the noise of
+//! the model (6e-3 m/s per step). Only IEEE operations with the same rounding on every machine are used, so that the bits do not depend
+//! on the instruction set detected at run time.
 
 use serde::{Deserialize, Serialize};
 
-/// Rings side by side: two registers of AVX2, which hides the latency of one behind the other.
+/// Rings per block: two registers of AVX2, so that the latency of one is hidden behind the other.
 pub const LANES: usize = 16;
 
 /// One number for each ring of a block.
 pub type SimdLanes = [f32; LANES];
 
-/// A lane of equal numbers.
+/// Returns a lane of equal numbers.
 pub fn splat(x: f32) -> SimdLanes {
     [x; LANES]
 }
 
-/// A lane computed ring by ring.
+/// Returns a lane computed ring by ring.
 #[inline(always)]
 pub fn lane(mut f: impl FnMut(usize) -> f32) -> SimdLanes {
     let mut out = [0.0; LANES];
@@ -28,19 +28,18 @@ pub fn lane(mut f: impl FnMut(usize) -> f32) -> SimdLanes {
     out
 }
 
-/// Work on many numbers that is worth compiling for the widest vectors that a machine has.
+/// Work on many numbers that is worth compiling for the machine's widest vectors.
 pub trait VectorWork {
-    /// What comes of it.
+    /// Result of the work.
     type Output;
 
-    /// Does it. To be marked `#[inline(always)]`, as all that it calls: what is not inlined is compiled for narrow vectors. A
-    /// trait and not a closure, for the compiler inlines a closure or does not, and what takes part in its choice is how the
-    /// package happens to be divided (six times slower training, measured).
+    /// Does the work. Mark it and everything it calls `#[inline(always)]`: code that is not inlined is compiled for narrow vectors. It is
+    /// a trait because the compiler may not inline a closure, depending on the division into codegen units (six times slower training,
+    /// measured).
     fn run(self) -> Self::Output;
 }
 
-/// Does `work` compiled for the widest vectors that this machine has. The bits are the same on all: nothing is fused or
-/// reordered.
+/// Runs `work` compiled for the machine's widest vectors. The bits are the same on all machines: no operation is fused or reordered.
 #[inline]
 pub fn in_wide_vectors<W: VectorWork>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
@@ -50,29 +49,28 @@ pub fn in_wide_vectors<W: VectorWork>(work: W) -> W::Output {
             work.run()
         }
         if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the machine has just been asked whether it has AVX2.
+            // SAFETY: AVX2 has just been detected.
             return unsafe { avx2(work) };
         }
     }
     work.run()
 }
 
-/// A random stream for each lane: xoshiro128++ (Blackman and Vigna 2019), whose steps are 32-bit additions, shifts and
-/// exclusive ors.
+/// A random stream for each lane: xoshiro128++ (Blackman and Vigna 2019), whose steps are 32-bit additions, shifts and exclusive ors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LaneRng {
     state: [[u32; LANES]; 4],
 }
 
 impl LaneRng {
-    /// Streams that still have to be seeded, lane by lane.
+    /// Returns streams that must be seeded lane by lane before use.
     pub fn new() -> Self {
         Self { state: [[1; LANES]; 4] }
     }
 
-    /// Starts the stream of one lane anew.
+    /// Seeds the stream of one lane.
     pub fn seed(&mut self, lane: usize, seed: u64) {
-        // SplitMix64 spreads the seed, so that near seeds give unrelated streams.
+        // SplitMix64 spreads the seed, so that similar seeds give unrelated streams.
         let mut x = seed;
         for word in &mut self.state {
             x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -110,14 +108,14 @@ impl LaneRng {
         out
     }
 
-    /// Numbers in `[0, 1)`.
+    /// Returns uniform numbers in `[0, 1)`.
     #[inline(always)]
     pub fn uniform(&mut self) -> SimdLanes {
         let bits = self.next();
         lane(|l| (bits[l] >> 8) as f32 * (1.0 / 16_777_216.0))
     }
 
-    /// Two independent lanes of normal numbers, mean 0 and standard deviation 1 (Box and Muller 1958).
+    /// Returns two independent lanes of normal numbers with mean 0 and standard deviation 1 (Box and Muller 1958).
     #[inline(always)]
     pub fn normal_pair(&mut self) -> (SimdLanes, SimdLanes) {
         let (a, b) = (self.next(), self.next());
@@ -144,10 +142,10 @@ impl Default for LaneRng {
     }
 }
 
-/// Natural logarithm of a positive normal number, absolute error below 1e-6.
+/// Returns the natural logarithm of a positive normal number, with an absolute error below 1e-6.
 #[inline(always)]
 fn ln(x: f32) -> f32 {
-    // Mantissa into [1/sqrt2, sqrt2): then ln m = 2 artanh((m-1)/(m+1)), four terms.
+    // Mantissa in [1/sqrt2, sqrt2): then ln m = 2 artanh((m-1)/(m+1)), four terms.
     let shifted = x.to_bits().wrapping_sub(0x3f35_04f3);
     let exponent = (shifted as i32) >> 23;
     let m = f32::from_bits((shifted & 0x007f_ffff).wrapping_add(0x3f35_04f3));
@@ -157,7 +155,7 @@ fn ln(x: f32) -> f32 {
     exponent as f32 * std::f32::consts::LN_2 + series
 }
 
-/// Sine and cosine of an angle within 45 degrees of 0, by their series; error below 4e-7.
+/// Returns sine and cosine of an angle within 45 degrees of 0 by their series, with an error below 4e-7.
 #[inline(always)]
 fn sin_cos(x: f32) -> (f32, f32) {
     let x2 = x * x;
@@ -177,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn the_logarithm_and_the_circle_are_those_of_the_library() {
+    fn logarithm_sine_and_cosine_equal_those_of_the_library() {
         for i in 1..=4096 {
             let x = i as f32 / 4096.0;
             assert!((ln(x) - x.ln()).abs() < 1e-6, "{x}");

@@ -1,9 +1,9 @@
-//! Trust-region policy optimisation. In: a batch of observations, actions and advantages. Out: a better policy whose mean
-//! KL divergence from the old one is within its bound. Equations: **S15** = Schulman, Levine, Moritz, Jordan, Abbeel,
-//! "Trust Region Policy Optimization" (2015); **S16** = Schulman, Moritz, Levine, Jordan, Abbeel, "High-Dimensional
-//! Continuous Control Using Generalized Advantage Estimation" (2016).
+//! Trust-region policy optimisation. In: a batch of observations, actions and advantages. Out: an updated policy whose mean KL divergence
+//! from the old one is within its bound. Equations: **S15** = Schulman, Levine, Moritz, Jordan, Abbeel, "Trust Region Policy
+//! Optimization" (2015); **S16** = Schulman, Moritz, Levine, Jordan, Abbeel, "High-Dimensional Continuous Control Using Generalized
+//! Advantage Estimation" (2016).
 //!
-//! Sums run over chunks of [`CHUNK`] rows, in parallel, and are added in order: the number of threads changes no bit.
+//! Sums run over chunks of [`CHUNK`] rows in parallel and are added in order, so that the number of threads changes no bit.
 
 use super::{
     distribution::Family,
@@ -12,24 +12,24 @@ use super::{
 };
 use rayon::prelude::*;
 
-/// Rows that one thread takes at a time: 500 rows of 64 fit in its cache.
+/// Rows per task of a thread: 500 rows of 64 numbers fit in its cache.
 pub const CHUNK: usize = 500;
 
-/// One decision's part in the advantages.
+/// Data of one decision for the advantages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
     /// Reward of the hold.
     pub reward: f64,
-    /// Value of the state in which it was taken.
+    /// Value of the state before the decision.
     pub value: f64,
-    /// Value of the state that followed; that of the last state seen where the episode was cut, of the end where it ended.
+    /// Value of the next state: of the last observed state if the episode was cut off, of the terminal state if it ended.
     pub next_value: f64,
     /// True if another episode follows.
     pub last: bool,
 }
 
-/// Generalised advantages of the decisions of one ring in order of time (S16 eq. 16): with the residual
-/// `delta_t = r_t + gamma V(s_t+1) - V(s_t)` (S16 eq. 10), `A_t = delta_t + gamma lambda A_t+1` within an episode.
+/// Returns the generalised advantages of one ring's decisions in order of time (S16 eq. 16): with the residual `delta_t = r_t + gamma
+/// V(s_t+1) - V(s_t)` (S16 eq. 10), `A_t = delta_t + gamma lambda A_t+1` within an episode.
 pub fn advantages(decisions: &[Decision], gamma: f64, lambda: f64) -> Vec<f64> {
     let mut advantages = vec![0.0; decisions.len()];
     let mut next = 0.0;
@@ -41,29 +41,29 @@ pub fn advantages(decisions: &[Decision], gamma: f64, lambda: f64) -> Vec<f64> {
     advantages
 }
 
-/// A stochastic policy: a network and a family of distributions. Its parameters are the network's and, for the normal
-/// distribution, the logarithm of the standard deviation behind them.
+/// A stochastic policy: a network and a family of distributions. Its parameters are the network's, followed for the normal distribution
+/// by the logarithm of the standard deviation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PolicyShape {
-    /// The network.
+    /// Shape of the network.
     pub net: Shape,
-    /// The distribution of its actions.
+    /// Distribution of the actions.
     pub family: Family,
 }
 
-/// What an update learns from. Rows in any order.
+/// Data of an update, with rows in any order.
 #[derive(Clone, Debug)]
 pub struct Batch<T> {
-    /// Observations, one row after another.
+    /// Observations, row by row.
     pub inputs: Vec<T>,
-    /// Actions, as their family counts them.
+    /// Actions as their family represents them.
     pub actions: Vec<T>,
-    /// Advantages, brought to mean 0 and standard deviation 1.
+    /// Advantages with mean 0 and standard deviation 1.
     pub advantages: Vec<f64>,
 }
 
 impl<T: Real> Batch<T> {
-    /// Every `n`-th row, from the first on; `inputs` numbers make a row of observations.
+    /// Returns every `n`-th row starting with the first; `inputs` is the length of a row of observations.
     fn every(&self, n: usize, inputs: usize) -> Self {
         Self {
             inputs: self.inputs.chunks_exact(inputs).step_by(n).flatten().copied().collect(),
@@ -73,35 +73,35 @@ impl<T: Real> Batch<T> {
     }
 }
 
-/// How far and how carefully to go.
+/// Settings of an update.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustRegion {
     /// Bound on the mean KL divergence, delta of S15 eq. 12.
     pub max_kl: f64,
-    /// Steps of the conjugate gradient.
+    /// Largest number of conjugate-gradient steps.
     pub cg_steps: u32,
-    /// Added to the diagonal of the Fisher matrix.
+    /// Damping added to the diagonal of the Fisher matrix.
     pub damping: f64,
-    /// The Fisher matrix is that of every so manieth row, from the first on (S15 appendix C takes a part of the data, too).
+    /// Stride of the rows used for the Fisher matrix, starting with the first (S15 appendix C also uses a part of the data).
     pub fisher_every: usize,
-    /// Halvings that the line search tries.
+    /// Largest number of halvings in the line search.
     pub backtracks: u32,
 }
 
-/// What an update did.
+/// Result of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Update {
     /// Mean KL divergence of the new policy from the old; 0 if no step was accepted.
     pub kl: f64,
-    /// By how much the surrogate objective grew.
+    /// Increase of the surrogate objective.
     pub gain: f64,
-    /// Mean entropy of the old policy, nats.
+    /// Mean entropy of the old policy, nat.
     pub entropy: f64,
-    /// Halvings until a step was accepted; `None` if none was.
+    /// Halvings before a step was accepted; `None` if none was.
     pub halvings: Option<u32>,
 }
 
-/// A part of the batch with what is known of it under the old policy.
+/// A part of the batch with the old policy's activations.
 struct Chunk<'a, T> {
     inputs: &'a [T],
     actions: &'a [T],
@@ -109,7 +109,7 @@ struct Chunk<'a, T> {
     old: Activations<T>,
 }
 
-/// A batch under a policy: the quantities of S15 at the old parameters.
+/// A batch under a policy, with the quantities of S15 at the old parameters.
 pub struct Region<'a, T> {
     shape: &'a PolicyShape,
     theta: &'a [T],
@@ -118,18 +118,18 @@ pub struct Region<'a, T> {
 }
 
 impl PolicyShape {
-    /// Number of parameters.
+    /// Returns the number of parameters.
     pub fn parameters(&self) -> usize {
         self.net.parameters() + self.family.extra()
     }
 
-    /// The parameters of the network, and the logarithm of the standard deviation.
+    /// Splits the parameters into the network's and the logarithm of the standard deviation (0 without one).
     pub fn split<'a, T: Real>(&self, theta: &'a [T]) -> (&'a [T], T) {
         let (net, extra) = theta.split_at(self.net.parameters());
         (net, extra.first().copied().unwrap_or_default())
     }
 
-    /// One update: parameters `theta` are replaced if the line search accepts a step (S15 section 6 and appendix C).
+    /// Runs one update; `theta` is replaced if the line search accepts a step (S15 section 6 and appendix C).
     pub fn update<T: Real>(&self, theta: &mut Vec<T>, batch: &Batch<T>, region: &TrustRegion) -> Update {
         let old = theta.clone();
         let here = Region::new(self, &old, batch);
@@ -161,7 +161,7 @@ impl PolicyShape {
 }
 
 impl<'a, T: Real> Region<'a, T> {
-    /// Runs the old policy over the batch.
+    /// Runs the old policy on the batch.
     pub fn new(shape: &'a PolicyShape, theta: &'a [T], batch: &'a Batch<T>) -> Self {
         let net = shape.split(theta).0;
         let chunks: Vec<Chunk<'a, T>> = batch
@@ -177,7 +177,7 @@ impl<'a, T: Real> Region<'a, T> {
         Self { shape, theta, chunks, rows: batch.actions.len() as f64 }
     }
 
-    /// Mean over the batch of what `of` gives for each chunk's sum, added in order.
+    /// Returns the mean over the batch, given the sum over each chunk by `of`; chunks are added in order.
     fn mean(&self, of: impl Fn(&Chunk<'a, T>) -> Vec<f64> + Send + Sync) -> Vec<f64> {
         let parts: Vec<Vec<f64>> = self.chunks.par_iter().map(of).collect();
         let mut sum = vec![0.0; parts.first().map_or(0, Vec::len)];
@@ -193,14 +193,14 @@ impl<'a, T: Real> Region<'a, T> {
         outputs.zip(chunk.actions).zip(chunk.advantages).map(|((output, action), a)| (output, *action, *a))
     }
 
-    /// Mean entropy, nats.
+    /// Returns the mean entropy, nat.
     pub fn entropy(&self) -> f64 {
         let log_sd = self.shape.split(self.theta).1;
         self.mean(|chunk| vec![self.rows(chunk).map(|(out, ..)| self.shape.family.entropy(out, log_sd)).sum()])[0]
     }
 
-    /// Gradient of the surrogate objective at the old policy, where the ratio of S15 eq. 14 is 1:
-    /// the mean of A grad log pi(a|s).
+    /// Returns the gradient of the surrogate objective at the old policy, where the ratio of S15 eq. 14 is 1: the mean of A grad log
+    /// pi(a|s).
     pub fn gradient(&self) -> Vec<f64> {
         let (net, log_sd) = self.shape.split(self.theta);
         self.mean(|chunk| {
@@ -214,8 +214,8 @@ impl<'a, T: Real> Region<'a, T> {
         })
     }
 
-    /// The Fisher matrix times `v`, plus `damping` times `v` (S15 appendix C.1): J^T M J v, where J is the Jacobian of the
-    /// outputs (one JVP, one VJP) and M the Fisher matrix of the distribution.
+    /// Returns the Fisher matrix times `v` plus `damping` times `v` (S15 appendix C.1): J^T M J v, where J is the Jacobian of the outputs
+    /// (one JVP, one VJP) and M the Fisher matrix of the distribution.
     pub fn fisher_product(&self, v: &[f64], damping: f64) -> Vec<f64> {
         let (net, log_sd) = self.shape.split(self.theta);
         let direction: Vec<T> = v.iter().map(|x| T::of(*x)).collect();
@@ -239,7 +239,7 @@ impl<'a, T: Real> Region<'a, T> {
         all
     }
 
-    /// Growth of the surrogate objective (S15 eq. 14) and mean KL divergence (S15 eq. 12) of other parameters.
+    /// Returns the increase of the surrogate objective (S15 eq. 14) and the mean KL divergence (S15 eq. 12) for other parameters.
     pub fn compare(&self, theta: &[T]) -> (f64, f64) {
         let (net, log_sd) = self.shape.split(theta);
         let old_log_sd = self.shape.split(self.theta).1;

@@ -1,4 +1,4 @@
-//! The update against finite differences and against its own promise.
+//! The update against finite differences and against its bound.
 
 use super::{
     distribution::Family,
@@ -40,7 +40,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn the_policy_gradient_is_that_of_finite_differences() {
+fn the_policy_gradient_equals_finite_differences() {
     for family in [Family::Normal, Family::Levels(5)] {
         let (shape, theta, batch) = policy::<f64>(family);
         let region = Region::new(&shape, &theta, &batch);
@@ -68,7 +68,7 @@ fn the_fisher_product_is_the_second_difference_of_the_divergence() {
         for pair in ways.windows(2) {
             let (u, v) = (&pair[0], &pair[1]);
             let both: Vec<f64> = u.iter().zip(v).map(|(a, b)| a + b).collect();
-            // Polarisation: u F v from three squares, so that the product is tested off its diagonal too.
+            // Polarisation: u F v from three squares, which tests the product off its diagonal as well.
             let expected = (divergence(&both) - divergence(u) - divergence(v)) / 2.0;
             let product = dot(u, &region.fisher_product(v, 0.0));
             let scale = divergence(u) + divergence(v);
@@ -109,7 +109,7 @@ fn every_accepted_step_keeps_the_bound_and_gains() {
 }
 
 #[test]
-fn a_part_of_the_batch_gives_the_fisher_matrix_where_it_says_all_that_the_batch_does() {
+fn a_part_of_the_batch_with_all_its_distinct_rows_gives_the_same_update() {
     let (shape, theta, batch) = policy::<f64>(Family::Normal);
     let three_times = Batch {
         inputs: batch.inputs.chunks(4).flat_map(|row| row.repeat(3)).collect(),
@@ -130,7 +130,7 @@ fn a_part_of_the_batch_gives_the_fisher_matrix_where_it_says_all_that_the_batch_
 }
 
 #[test]
-fn an_update_has_the_same_bits_whatever_the_number_of_threads() {
+fn an_update_has_the_same_bits_with_any_number_of_threads() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
@@ -146,7 +146,7 @@ fn an_update_has_the_same_bits_whatever_the_number_of_threads() {
 }
 
 #[test]
-fn advantages_are_discounted_sums_of_residuals_and_stop_at_the_end_of_an_episode() {
+fn advantages_are_discounted_sums_of_residuals_within_an_episode() {
     let d = |reward, value, next_value, last| Decision { reward, value, next_value, last };
     let decisions = [d(1.0, 0.5, 0.7, false), d(2.0, 0.7, 0.2, true), d(3.0, 0.1, 0.4, false)];
     let (gamma, lambda) = (0.9, 0.8);
@@ -155,7 +155,7 @@ fn advantages_are_discounted_sums_of_residuals_and_stop_at_the_end_of_an_episode
     assert!((found[2] - delta[2]).abs() < 1e-12);
     assert!((found[1] - delta[1]).abs() < 1e-12);
     assert!((found[0] - (delta[0] + 0.72 * delta[1])).abs() < 1e-12);
-    // Lambda 1: the discounted return less the value, whatever the values between.
+    // With lambda 1 the advantage is the discounted return minus the value, for any values in between.
     let found = advantages(&[d(1.0, 0.5, 0.7, false), d(2.0, 0.7, 0.0, true)], gamma, 1.0);
     assert!((found[0] - (1.0 + 0.9 * 2.0 - 0.5)).abs() < 1e-12);
 }

@@ -1,8 +1,8 @@
-//! Triggers: a byte on a wire for each of named events, for amplifiers that record no network stream. In: events by name. Out: bytes
-//! on a serial port or on a device that stands in for a parallel port, written by a thread of their own, and when each was.
+//! Triggers: one byte on a wire for each named event, for amplifiers that record no network stream. In: events by name. Out: bytes on a
+//! serial port, or on an adapter that emulates a parallel port, written by a thread of their own; and the time of each.
 //!
-//! A device that stands in for a parallel port holds a byte on its eight lines until another comes: there the byte returns to 0
-//! after a stated time, and the next waits for that.
+//! A parallel-port adapter holds a byte on its eight lines until the next byte comes. For such a device the byte returns to 0 after a set
+//! time, and the next byte waits for that.
 
 mod port;
 
@@ -12,20 +12,20 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// The table `[triggers]` of a study.
+/// Table `[triggers]` of a study file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TriggerSettings {
-    /// The device's file, such as /dev/ttyUSB0.
+    /// Device file, such as /dev/ttyUSB0.
     pub device: PathBuf,
-    /// Its speed, bits a second, of those that serial ports have.
+    /// Baud rate, bit/s; one of the standard rates from 9600 to 921600.
     #[serde(default = "baud")]
     pub baud: u32,
-    /// The byte returns to 0 after so long, milliseconds; 0 for a device that makes a pulse of each byte by itself.
+    /// Time after which the byte returns to 0, ms; 0 for a device that makes a pulse of each byte.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub return_to_zero_ms: f64,
-    /// The byte of each event; an event without one has no trigger.
+    /// Byte of each event; an event without a byte has no trigger.
     #[serde(default)]
     pub codes: TriggerCodes,
 }
@@ -38,19 +38,19 @@ fn baud() -> u32 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TriggerCodes {
-    /// A new advice.
+    /// Byte for a new advice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<u8>,
-    /// A drive begins.
+    /// Byte for the start of a drive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trial_start: Option<u8>,
-    /// It is over.
+    /// Byte for the end of a drive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trial_end: Option<u8>,
-    /// A mark of the experimenter or of the participant.
+    /// Byte for a mark of the experimenter or the participant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mark: Option<u8>,
-    /// A contact with another car.
+    /// Byte for a contact with another vehicle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<u8>,
 }
@@ -67,31 +67,31 @@ impl TriggerCodes {
         ]
     }
 
-    /// The byte of an event; `None` where it has none.
+    /// Returns the byte of an event; `None` if it has none.
     pub fn of(self, event: &str) -> Option<u8> {
         self.named().into_iter().find(|(name, _)| *name == event)?.1
     }
 }
 
-/// A setting that cannot be.
+/// A trigger setting that is not allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TriggerSettingsFault {
-    /// No serial port has it.
+    /// A baud rate that serial ports do not support.
     #[error("baud is {0}; allowed: 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600")]
     Baud(u32),
-    /// It is no such time.
+    /// A time out of range.
     #[error("return_to_zero_ms is {0}; allowed: a number from 0 to 1000 ms")]
     Return(f64),
-    /// 0 is the state between triggers.
+    /// A byte of 0, which is the state between triggers.
     #[error("the code of {0} is 0; allowed: 1 to 255, for 0 is what stands between triggers")]
     Zero(&'static str),
-    /// An analysis could not tell them apart.
+    /// Two events with the same byte, which an analysis could not tell apart.
     #[error("{0} and {1} have the same code {2}; each event needs its own")]
     Twice(&'static str, &'static str, u8),
 }
 
 impl TriggerSettingsFault {
-    /// The key of the setting.
+    /// Returns the key of the setting at fault.
     pub fn key(&self) -> &'static str {
         match self {
             Self::Baud(_) => "baud",
@@ -102,10 +102,10 @@ impl TriggerSettingsFault {
 }
 
 impl TriggerSettings {
-    /// Checks the values.
+    /// Checks baud rate, return time and bytes.
     ///
     /// # Errors
-    /// The first that cannot be.
+    /// The first setting that is not allowed.
     pub fn check(&self) -> Result<(), TriggerSettingsFault> {
         if !port::BAUDS.contains(&self.baud) {
             return Err(TriggerSettingsFault::Baud(self.baud));
@@ -127,7 +127,7 @@ impl TriggerSettings {
     }
 }
 
-/// Why there are no triggers.
+/// Reason why there are no triggers.
 #[derive(Debug, thiserror::Error)]
 pub enum TriggerError {
     /// The device cannot be opened.
@@ -135,31 +135,31 @@ pub enum TriggerError {
         "the trigger device {device}: {why}\n  remedy: plug it in, name its file, and let this user write to it (on Debian: the group dialout)"
     )]
     Open {
-        /// Its file.
+        /// Device file of the settings.
         device: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         why: std::io::Error,
     },
-    /// The system gives no thread.
+    /// The thread cannot be started.
     #[error("the thread of the triggers: {0}")]
     Thread(std::io::Error),
-    /// This system has no serial ports that the program knows.
+    /// The operating system is not supported.
     #[error("triggers are written on Linux only; leave [triggers] out")]
     System,
 }
 
-/// A trigger that was due.
+/// A trigger, with the time at which it was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WrittenTrigger {
-    /// Its event.
+    /// Name of the event.
     pub event: String,
-    /// Its byte.
+    /// Byte of the event.
     pub code: u8,
-    /// When the event was, seconds on the clock of [`crate::lsl::local_clock_s`].
+    /// Time of the event, s, on the clock of [`crate::lsl::local_clock_s`].
     pub due_s: f64,
-    /// When the system had taken the byte, on the same clock; `None` if it did not.
+    /// Time when the operating system had taken the byte, s, on the same clock; `None` if writing failed.
     pub written_s: Option<f64>,
-    /// Why it did not.
+    /// Error message if writing failed.
     pub why: Option<String>,
 }
 

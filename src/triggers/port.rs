@@ -1,5 +1,5 @@
-//! The device: a serial port, raw, 8 bits, no parity, 1 stop bit. In: bytes with the time of their event. Out: they are written by a
-//! thread of their own, at once; when each was written.
+//! The trigger device: a serial port in raw mode, 8 bits, no parity, 1 stop bit. In: bytes with the time of their event. Out: the bytes,
+//! written by a thread without delay; and the time of each.
 
 use super::{TriggerCodes, TriggerError, TriggerSettings, WrittenTrigger};
 use std::{
@@ -7,24 +7,24 @@ use std::{
     thread::JoinHandle,
 };
 
-/// Speeds, bits a second.
+/// Supported baud rates, bit/s.
 pub(super) const BAUDS: [u32; 8] = [9_600, 19_200, 38_400, 57_600, 115_200, 230_400, 460_800, 921_600];
 
-/// A device that triggers go to. Dropped, it writes what is due and a last 0.
+/// Device that receives the triggers. When dropped, it writes all pending bytes and, with a return time, a last 0.
 pub struct TriggerPort {
     codes: TriggerCodes,
     due: Option<Sender<WrittenTrigger>>,
     written: Receiver<WrittenTrigger>,
-    /// Triggers that were due and are not told of yet.
+    /// Number of triggers that were sent to the thread and not yet returned to the caller.
     waiting: usize,
     thread: Option<JoinHandle<()>>,
 }
 
 impl TriggerPort {
-    /// Opens the device and sets its lines to 0 where they are to return there.
+    /// Opens the device and sets its lines to 0 if bytes return to 0.
     ///
     /// # Errors
-    /// It cannot be opened, or is no serial port.
+    /// The device cannot be opened, or is not a serial port.
     pub fn open(settings: &TriggerSettings) -> Result<Self, TriggerError> {
         let device = system::open(settings)?;
         let (due, to_write) = mpsc::channel::<WrittenTrigger>();
@@ -43,24 +43,24 @@ impl TriggerPort {
         Ok(Self { codes: settings.codes, due: Some(due), written, waiting: 0, thread: Some(thread) })
     }
 
-    /// An event has happened at `due_s` on the clock of [`crate::lsl::local_clock_s`]: its byte is written, if it has one. Does not
+    /// Writes the byte of an event that happened at `due_s` on the clock of [`crate::lsl::local_clock_s`], if the event has one. Does not
     /// wait.
     pub fn event(&mut self, event: &str, due_s: f64) {
         if let (Some(code), Some(due)) = (self.codes.of(event), &self.due) {
-            // The thread lives as long as this does.
+            // The thread lives until this port is dropped.
             let sent = due.send(WrittenTrigger { event: event.into(), code, due_s, written_s: None, why: None });
             self.waiting += usize::from(sent.is_ok());
         }
     }
 
-    /// What was written since the last call.
+    /// Takes the triggers written since the last call.
     pub fn take_written(&mut self) -> Vec<WrittenTrigger> {
         let written: Vec<_> = self.written.try_iter().collect();
         self.waiting -= written.len();
         written
     }
 
-    /// The same, when all that is due was written.
+    /// Waits until all pending triggers are written, and takes them.
     pub fn wait_written(&mut self) -> Vec<WrittenTrigger> {
         let written: Vec<_> = self.written.iter().take(self.waiting).collect();
         self.waiting -= written.len();
@@ -79,7 +79,7 @@ impl Drop for TriggerPort {
 
 #[cfg(target_os = "linux")]
 mod system {
-    //! Serial ports as Linux has them.
+    //! Serial ports on Linux.
 
     use super::{TriggerError, TriggerSettings, WrittenTrigger};
     use crate::lsl::local_clock_s;
@@ -105,7 +105,7 @@ mod system {
 
     pub fn open(settings: &TriggerSettings) -> Result<File, TriggerError> {
         let fault = |why: Error| TriggerError::Open { device: settings.device.clone(), why };
-        // Without waiting for a modem's carrier, and never as the terminal of this program.
+        // `O_NONBLOCK`: does not wait for a modem's carrier. `O_NOCTTY`: never becomes the controlling terminal.
         let flags = nix::libc::O_NOCTTY | nix::libc::O_NONBLOCK;
         let file =
             OpenOptions::new().read(true).write(true).custom_flags(flags).open(&settings.device).map_err(fault)?;
@@ -128,7 +128,7 @@ mod system {
         }
     }
 
-    /// A device that is gone has said so at the byte before.
+    /// Sets the lines to 0. Errors are ignored, because a lost device was already reported for the byte before.
     pub fn zero(mut device: &File) {
         let _ = device.write_all(&[0]);
     }
@@ -136,7 +136,7 @@ mod system {
 
 #[cfg(not(target_os = "linux"))]
 mod system {
-    //! Other systems: no triggers.
+    //! Other systems have no triggers.
 
     use super::{TriggerError, TriggerSettings, WrittenTrigger};
 

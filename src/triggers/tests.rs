@@ -1,4 +1,4 @@
-//! Triggers on a pseudo-terminal: what its other end reads, and when.
+//! Tests of triggers on a pseudo-terminal: bytes read at its other end, and their times.
 
 use super::*;
 use crate::lsl::local_clock_s;
@@ -13,14 +13,14 @@ fn settings(device: PathBuf, return_to_zero_ms: f64) -> TriggerSettings {
     TriggerSettings { device, baud: 115_200, return_to_zero_ms, codes }
 }
 
-/// A pseudo-terminal: the end of the amplifier, and the file of the other.
+/// Opens a pseudo-terminal: the amplifier's end, both ends, and the device file of the program's end.
 fn terminal() -> (std::fs::File, nix::pty::OpenptyResult, PathBuf) {
     let ends = nix::pty::openpty(None, None).unwrap();
     let device = std::fs::read_link(format!("/proc/self/fd/{}", ends.slave.as_raw_fd())).unwrap();
     (ends.master.try_clone().unwrap().into(), ends, device)
 }
 
-/// So many bytes, each with the time at which it was read; fails where one does not come within 5 s.
+/// Reads `count` bytes, each with its time of arrival; fails if a byte does not come within 5 s.
 fn read(mut from: &std::fs::File, count: usize) -> Vec<(u8, f64)> {
     let mut byte = [0];
     let mut next = || {
@@ -52,7 +52,7 @@ fn each_event_has_its_byte_and_the_time_of_writing() {
 }
 
 #[test]
-fn lines_return_to_zero_after_the_pulse_and_the_next_byte_waits_for_that() {
+fn lines_return_to_zero_after_the_pulse_and_the_next_byte_waits() {
     let (amplifier, _ends, device) = terminal();
     let mut port = TriggerPort::open(&settings(device, 20.0)).unwrap();
     let due = local_clock_s();
@@ -61,12 +61,12 @@ fn lines_return_to_zero_after_the_pulse_and_the_next_byte_waits_for_that() {
     let read = read(&amplifier, 5);
     assert_eq!(read.iter().map(|(byte, _)| *byte).collect::<Vec<_>>(), [0, 1, 0, 200, 0], "0 from the start");
     let written: Vec<f64> = port.wait_written().iter().map(|w| w.written_s.unwrap()).collect();
-    // A pulse is never shorter than it was asked for; how much longer is the system's business.
+    // A pulse is never shorter than requested; the operating system may lengthen it.
     assert!(written[1] - written[0] >= 0.020 && read[4].1 - written[1] >= 0.019, "{written:?} {read:?}");
 }
 
 #[test]
-fn what_is_no_device_is_told_by_its_name() {
+fn a_missing_or_wrong_device_is_named_in_the_error() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let told = TriggerPort::open(&settings(file.path().into(), 0.0)).err().unwrap().to_string();
     assert!(told.contains("is no serial port") && told.contains(file.path().to_str().unwrap()), "{told}");
@@ -75,7 +75,7 @@ fn what_is_no_device_is_told_by_its_name() {
 }
 
 #[test]
-fn settings_that_cannot_be_are_refused() {
+fn invalid_settings_are_refused() {
     let with = |text: &str| toml::from_str::<TriggerSettings>(text).unwrap().check();
     assert_eq!(with("device = '/dev/ttyUSB0'\ncodes = { advice = 1, mark = 2 }"), Ok(()));
     assert_eq!(with("device = 'a'\nbaud = 1234"), Err(TriggerSettingsFault::Baud(1234)));

@@ -1,8 +1,9 @@
-//! Lines across a road, and who passes them. In: a place that a person names, or a road; where a vehicle was from row to row. Out: a
-//! [`CrossSection`], and counts. Metres, ticks.
+//! Lines across a road, and counts of vehicles that cross them. In: a place named by the user, or a road; the places of a
+//! vehicle from row to row. Out: a [`CrossSection`], and counts. Metres, ticks.
 //!
-//! A vehicle has passed a line on an edge if it was before it and is beyond it: on the edge, or on the next. Of a lane alone it is the lane of
-//! the row that is nearer to the line. Between two rows a vehicle must not pass the whole edge unseen: edges too short for that have no line.
+//! A vehicle has crossed a line on an edge if one row is before the line and the next is beyond it, on the edge or on the next
+//! edge. For a line on one lane, the lane of the row nearer to the line counts. Between two rows a vehicle must not drive the
+//! whole edge unseen: edges too short for that have no line.
 
 use super::trips::seconds;
 use crate::{
@@ -15,18 +16,18 @@ use crate::{
 };
 use std::{path::Path, str::FromStr};
 
-/// An edge with a line takes so long at its speed limit at least, seconds: rows are up to a second apart, and some drive faster than the
-/// limit.
+/// Minimum time on an edge with a line, at its speed limit, seconds: rows are up to a second apart, and some vehicles drive
+/// faster than the limit.
 const LEAST_PASSAGE_S: f64 = 1.5;
-/// Between two rows a vehicle gets so much farther than its speed says, at most: a share and metres.
+/// Largest distance between two rows: a multiple of speed times time, plus metres.
 const REACH: [f64; 2] = [1.5, 5.0];
 
-/// A line as a person names it: `LANE_OR_EDGE:METRES`.
+/// A line as the user names it: `LANE_OR_EDGE:METRES`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinePlace {
     /// SUMO's id of a lane or an edge.
     pub name: String,
-    /// From its start, metres.
+    /// Distance from the start of the lane or edge, metres.
     pub at_m: f64,
 }
 
@@ -46,10 +47,10 @@ impl FromStr for LinePlace {
 }
 
 impl LinePlace {
-    /// The line in a network; `recording` is whose it is, for messages.
+    /// Finds the line in a network; `recording` is named in messages.
     ///
     /// # Errors
-    /// There is no such edge or lane, it ends before the line, or it is so short that vehicles pass it unseen.
+    /// There is no such edge or lane, it ends before the line, or it is so short that vehicles may pass it unseen.
     pub fn resolve(&self, network: &Network, recording: &Path) -> Result<CrossSection, AnalysisError> {
         let Self { name, at_m } = self;
         let fault = |why: String, remedy: &str| {
@@ -82,7 +83,7 @@ impl LinePlace {
     }
 }
 
-/// How long the fastest lane of an edge takes at its speed limit, seconds.
+/// Returns the shortest time over the lanes of an edge at their speed limits, seconds.
 fn passage_s(network: &Network, edge: EdgeId) -> f64 {
     let lanes = network.edge(edge).lanes().map(|lane| network.lane(lane));
     lanes.map(|lane| lane.length_m / lane.speed_limit_mps.max(0.1)).fold(f64::INFINITY, f64::min)
@@ -91,9 +92,9 @@ fn passage_s(network: &Network, edge: EdgeId) -> f64 {
 /// A line across an edge, or across one of its lanes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossSection {
-    /// Where: `LANE_OR_EDGE:METRES`.
+    /// Name in the form `LANE_OR_EDGE:METRES`.
     pub name: String,
-    /// Nobody named it: it is at the middle of the ego's path.
+    /// True for the default line at the middle of the ego's path, false for a line that was asked for.
     pub is_default: bool,
     edge: EdgeId,
     lane: Option<LaneId>,
@@ -101,7 +102,8 @@ pub struct CrossSection {
 }
 
 impl CrossSection {
-    /// All lanes of the street nearest to the middle of the ego's path that is long enough; `None` if there is no such street.
+    /// Returns the line across all lanes of the street that is nearest to the middle of the ego's path and long enough; `None`
+    /// if there is none.
     pub fn middle_of_path(map: &RoadMap) -> Option<Self> {
         let (net, middle_m) = (&map.network, map.route.length_m() / 2.0);
         let is_street = |lane: &&RouteLane| {
@@ -117,43 +119,39 @@ impl CrossSection {
         Some(Self { name, is_default: true, edge: net.edge_named(&street.edge)?, lane: None, at_m })
     }
 
-    /// The lanes that it crosses.
+    /// Iterates over the lanes that the line crosses.
     fn lanes<'a>(&'a self, network: &'a Network) -> impl Iterator<Item = LaneId> + 'a {
         network.edge(self.edge).lanes().filter(|lane| self.lane.is_none_or(|own| own == *lane))
     }
 }
 
-/// Where a vehicle was in a row.
+/// Place of a vehicle in a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowPlace {
-    /// When.
     pub tick: u64,
-    /// Its lane.
     pub lane: LaneId,
-    /// Front bumper along it, metres.
+    /// Position of the front bumper along the lane, metres.
     pub s_m: f64,
-    /// Its speed, m/s.
     pub speed_mps: f64,
 }
 
-/// How many have passed a line.
+/// Number of vehicles that crossed a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LineCount {
-    /// Which.
     pub line: CrossSection,
-    /// Vehicles, the ego among them.
+    /// Vehicles that crossed, the ego included.
     pub vehicles: u64,
-    /// Longest time between the two rows of a passage, seconds: so exactly its moment is known.
+    /// Longest time between the two rows of a crossing, seconds: the precision of its moment.
     pub resolution_s: f64,
 }
 
 impl LineCount {
-    /// Nobody yet.
+    /// Starts a count of zero.
     pub fn new(line: CrossSection) -> Self {
         Self { line, vehicles: 0, resolution_s: 0.0 }
     }
 
-    /// A vehicle was there, and is here at its next row.
+    /// Counts a vehicle if it crosses the line from one row to its next.
     pub fn pass(&mut self, network: &Network, before: &RowPlace, now: &RowPlace) {
         if self.passes(network, before, now) {
             self.vehicles += 1;
@@ -165,7 +163,7 @@ impl LineCount {
         let at_m = self.line.at_m;
         let is_on = |place: &RowPlace| network.lane(place.lane).edge == self.line.edge;
         let seconds = seconds(now.tick - before.tick);
-        // Who comes to the edge, or leaves it, in any other way than over its ends has not passed it.
+        // A vehicle that enters or leaves the edge elsewhere than over its ends has not crossed the line.
         let reach_m = REACH[0] * before.speed_mps.max(now.speed_mps) * seconds + REACH[1];
         let lane = match (is_on(before), is_on(now)) {
             (true, true) if before.s_m < at_m && now.s_m >= at_m => {

@@ -1,4 +1,4 @@
-//! Passages of lines, of rows written by hand on the grid: B0B1 is 69.2 m long, then comes the junction B1.
+//! Line crossings of rows written by hand on the grid: B0B1 is 69.2 m long and ends at the junction B1.
 
 use super::*;
 
@@ -8,7 +8,7 @@ fn row(net: &Network, tick: u64, lane: &str, s_m: f64, speed_mps: f64) -> RowPla
     RowPlace { tick, lane: net.lane_named(lane).expect(lane), s_m, speed_mps }
 }
 
-/// How many of these pairs of rows a second apart, at 13 m/s, pass the line.
+/// Counts the pairs of rows that cross the line, a second apart at 13 m/s.
 fn passages(net: &Network, line: &str, pairs: &[[(&str, f64); 2]]) -> u64 {
     let place: LinePlace = line.parse().expect("a place");
     let mut count = LineCount::new(place.resolve(net, Path::new("p1")).expect("a line"));
@@ -24,17 +24,17 @@ fn a_line_on_an_edge_is_passed_on_it_over_its_end_and_over_its_start() {
     let on = |a: f64, b: f64| [("B0B1_0", a), ("B0B1_0", b)];
     assert_eq!(passages(&net, "B0B1:30", &[on(20.0, 30.0), on(29.9, 42.0)]), 2, "the front on the line is past it");
     assert_eq!(passages(&net, "B0B1:30", &[on(30.0, 42.0), on(10.0, 29.9), on(42.0, 20.0), on(20.0, 20.0)]), 0);
-    // It is on the next lane, inside the junction, by its next row.
+    // The next row is on the next lane, inside the junction.
     assert_eq!(passages(&net, "B0B1:65", &[[("B0B1_0", 60.0), (":B1_11_0", 4.0)]]), 1);
     assert_eq!(passages(&net, "B0B1:55", &[[("B0B1_0", 60.0), (":B1_11_0", 4.0)]]), 0, "it was past it before");
     assert_eq!(passages(&net, "B1C1:5", &[[(":B1_16_0", 15.0), ("B1C1_1", 7.0)]]), 1);
     assert_eq!(passages(&net, "B1C1:9", &[[(":B1_16_0", 15.0), ("B1C1_1", 7.0)]]), 0);
-    // Neither 60 m in a second, as one that crosses to the other direction would.
+    // Not counted: 60 m in a second, as for a vehicle that changes to the other direction.
     assert_eq!(passages(&net, "B0B1:30", &[[("B0B1_0", 10.0), ("B1B0_0", 60.0)]]), 0);
 }
 
 #[test]
-fn a_lane_has_those_alone_who_pass_in_it_and_the_edge_has_them_all() {
+fn a_lane_counts_its_own_vehicles_and_an_edge_those_of_all_lanes() {
     let net = Network::load(GRID).expect("a network");
     // From the outer to the inner lane: nearer to the line before the change, and after it.
     let pairs = [
@@ -47,7 +47,7 @@ fn a_lane_has_those_alone_who_pass_in_it_and_the_edge_has_them_all() {
 }
 
 #[test]
-fn a_line_that_nobody_passed_has_no_time_between_rows() {
+fn a_line_without_vehicles_has_no_time_between_rows() {
     let net = Network::load(GRID).expect("a network");
     let place: LinePlace = "B0B1:30".parse().expect("a place");
     let mut drives = crate::analysis::page_tests::mixed_drives();
@@ -77,7 +77,7 @@ fn the_moment_of_a_passage_is_known_to_the_time_between_its_rows() {
 }
 
 #[test]
-fn lines_that_are_no_place_of_the_network_are_told_with_a_remedy() {
+fn lines_outside_the_network_are_errors_with_a_remedy() {
     let net = Network::load(GRID).expect("a network");
     for (text, told) in [
         ("B0B1", "no metres; wanted is LANE_OR_EDGE:METRES"),
@@ -103,7 +103,7 @@ fn lines_that_are_no_place_of_the_network_are_told_with_a_remedy() {
 
 #[test]
 fn the_line_of_a_path_is_at_its_middle_on_the_nearest_street() {
-    // 69.2 m, 20.8 m through the junction, 69.2 m: the middle is in the junction, and both streets are as near.
+    // 69.2 m, 20.8 m through the junction, 69.2 m: the middle is in the junction, equally far from both streets.
     let map = RoadMap::load_along(GRID, &["B0B1", "B1B2"]).expect("a path");
     let line = CrossSection::middle_of_path(&map).expect("a line");
     assert!(line.is_default && (line.name == "B0B1:69" || line.name == "B1B2:0"), "{line:?}");

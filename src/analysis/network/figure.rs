@@ -8,13 +8,13 @@ use crate::{
     plot::{Axis, Chart, ChartSheet, ColourKey, LineStyle, PlotLine, PlotShape, PrintWidth},
 };
 
-/// What a signal may show, told apart by width, too: name, colour and width of its bar.
+/// Bars of signals by light, which differ in width as well as colour: name, colour and width.
 const LIGHTS: [(&str, &str, f64); 3] =
     [("signal red", "#d7191c", 3.4), ("signal yellow", "#f2b705", 2.4), ("signal green", "#1a9850", 1.4)];
-/// Height of the field.
+/// Height of a field, units of the picture.
 const HEIGHT: f64 = 300.0;
 
-/// Positions along the ego's path of all vehicles on it, and what the signals at its lines showed: as driven, and without advice.
+/// Draws the positions of all vehicles along the ego's path and the signals at its lines: as driven, and without advice.
 pub fn space_time(title: &str, drive: &PathTraces, baseline: Option<&PathTraces>) -> String {
     let top_mps = baseline.map_or(0.0, |baseline| baseline.top_speed_mps).max(drive.top_speed_mps);
     let key = ColourKey::up_to("speed, m/s; ego vehicle outlined", top_mps.max(4.0));
@@ -25,7 +25,7 @@ pub fn space_time(title: &str, drive: &PathTraces, baseline: Option<&PathTraces>
     let drawn = [(title, Some(drive)), ("The same without advice", baseline)];
     let drawn: Vec<(String, &PathTraces)> =
         drawn.into_iter().filter_map(|(title, of)| Some((named(title, of?), of?))).collect();
-    // One axis for all: the same moment stands above the same moment.
+    // One time axis for all charts, so that equal times are above each other.
     let end_s = drawn.iter().map(|(_, of)| of.ends_s.unwrap_or(of.span_s[1])).fold(0.0, f64::max);
     let shown = |k: usize, least: fn(f64, f64) -> f64| {
         drawn.iter().map(|(_, of)| of.shown_m[k]).reduce(least).unwrap_or_default()
@@ -42,7 +42,7 @@ pub fn space_time(title: &str, drive: &PathTraces, baseline: Option<&PathTraces>
     ChartSheet { charts: &charts, width: PrintWidth::Page, key: Some(&key), note: "" }.svg()
 }
 
-/// The signals, the other vehicles above them, and the ego above all.
+/// Returns the shapes in drawing order: signals, other vehicles, ego.
 fn shapes(traces: &PathTraces, key: &ColourKey) -> Vec<PlotShape> {
     let coloured = |pieces: &[TracePiece], width: f64| {
         let mut classes = vec![Vec::new(); key.colours.len()];
@@ -65,7 +65,7 @@ fn shapes(traces: &PathTraces, key: &ColourKey) -> Vec<PlotShape> {
     [bars.collect(), coloured(&traces.others, 1.2), vec![edge], coloured(&traces.ego, 3.0)].concat()
 }
 
-/// Which of [`LIGHTS`] a light is; one that is off is none.
+/// Returns the index of a light in [`LIGHTS`]; `None` for a signal that is off.
 fn kind(light: SignalLight) -> Option<usize> {
     match light {
         SignalLight::Red | SignalLight::RedYellow => Some(0),
@@ -75,7 +75,7 @@ fn kind(light: SignalLight) -> Option<usize> {
     }
 }
 
-/// Names of the lights that are drawn, once for all charts.
+/// Returns the legend of the lights that are drawn, below the last chart only.
 fn legend(signals: &[SignalBar], is_last: bool) -> Vec<PlotLine> {
     let is_shown = |k: &usize| signals.iter().flat_map(|bar| &bar.spans).any(|span| kind(span.1) == Some(*k));
     let line = |k: usize| PlotLine {
@@ -87,7 +87,8 @@ fn legend(signals: &[SignalBar], is_last: bool) -> Vec<PlotLine> {
     (0..LIGHTS.len()).filter(|_| is_last).filter(is_shown).map(line).collect()
 }
 
-/// Speed of the ego, advice with its range and the mean of all vehicles over time; contacts, red lights and marks where they were.
+/// Draws the ego's speed, the advice with its range and the mean of all vehicles over time, with contacts, red lights and
+/// marks.
 pub fn speeds(title: &str, drive: &PathTraces, trial: &RecordedTrial) -> String {
     let range_mps = trial.first_advice.map_or(0.0, |advice| advice.range_mps[1] - advice.target_mps);
     figures::speeds(title, &drive.speeds, range_mps, of_drives::TIME, "", of_drives::moments(trial))

@@ -1,4 +1,4 @@
-//! What is measured on networks alone. In: the sums of a drive. Out: numbers with their definitions. SI units.
+//! Measures of drives on networks. In: the sums of a drive. Out: numbers with their definitions. SI units.
 
 use super::{NetworkTotals, RoadEvents};
 use crate::{
@@ -19,7 +19,7 @@ const fn measure(
     MeasureDefinition::new(name, title, unit, about, of).on_networks_alone()
 }
 
-/// In the order of the tables.
+/// Measures in the order of the tables.
 pub const OF_NETWORKS: &[MeasureDefinition] = &[
     measure(
         "space_mean_speed_mps",

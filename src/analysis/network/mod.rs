@@ -1,13 +1,14 @@
-//! Drives on road networks, where vehicles come and go. In: a [`RecordedTrial`](super::RecordedTrial) and its vehicles by their numbers.
-//! Out: travel times, who passes a line, what the ego did against the rules of the road, and all that drives on its path over time. SI units.
+//! Drives on road networks, where vehicles enter and leave. In: a [`RecordedTrial`](super::RecordedTrial) and its vehicles by
+//! their numbers. Out: travel times, counts at lines, violations of traffic rules by the ego, and all vehicles on its path over
+//! time. SI units.
 //!
-//! Vehicles far from the ego have a row each second. So what is told of all vehicles is taken at full seconds, at which all have one, or from
-//! row to row of each; of the ego, at every step.
+//! Vehicles far from the ego have a row each second. Values of all vehicles are therefore taken at full seconds, at which all
+//! have a row, or from row to row of each; values of the ego at every step.
 //!
-//! * `trips`: who came and went, and how long that took; `cross_section`: lines across a road, and who passes them.
-//! * `totals`: one drive in sums; `measures`: what is measured on networks alone; `road_events`: red lights, speeding and the like.
-//! * `path_traces`: positions along the ego's path over time, and what its signals showed; `figure`: drawn.
-//! * `tables`: `trips.csv` and `lines.csv`; `words`: what the report says of such drives.
+//! * `trips`: departures, arrivals and travel times; `cross_section`: lines across a road, and the vehicles that cross them.
+//! * `totals`: sums of one drive; `measures`: measures of networks only; `road_events`: red lights, speeding and the like.
+//! * `path_traces`: positions along the ego's path over time, and its signals; `figure`: their pictures.
+//! * `tables`: `trips.csv` and `lines.csv`; `words`: sentences of the report about such drives.
 
 mod cross_section;
 mod figure;

@@ -1,8 +1,9 @@
-//! All vehicles on the ego's path over time. In: a [`RecordedTrial`] on a network. Out: [`PathTraces`]: a piece from each full second to the
-//! next of each vehicle that is on the path at both, and what the signals along it showed. Seconds, metres along the path, m/s.
+//! All vehicles on the ego's path over time. In: a [`RecordedTrial`] on a network. Out: [`PathTraces`]: a piece from each full
+//! second to the next for each vehicle on the path at both, and the signals along the path. Seconds, metres along the path,
+//! m/s.
 //!
-//! A vehicle is on the path in a lane that the path goes along (as the simulation has it: `s_m` of the table of the cars); where it turns
-//! off there is a gap. So is one where the ego leaves its path.
+//! A vehicle is on the path in a lane of the path (as in the simulation: `s_m` of the table of the vehicles). Its trace has a
+//! gap where it turns off. The ego's has one where it leaves its path.
 
 use crate::{
     analysis::{
@@ -22,65 +23,65 @@ use crate::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Pieces that are kept at the most: a picture of more is gigabytes long, and black.
+/// Largest number of pieces: a picture of more would be gigabytes large, and black.
 const MOST_PIECES: usize = 150_000;
-/// Positions are shown for so long, seconds.
+/// Longest time for which positions are shown, seconds.
 const SHOWN_S: f64 = 3600.0;
-/// Speeds that are kept at the most.
+/// Largest number of speeds.
 const MOST_SPEEDS: usize = 100_000;
-/// From one step of the speeds to the next, ticks.
+/// Interval of the speeds, ticks.
 const SPEED_TICKS: u64 = 10;
-/// In a second a vehicle gets farther than its speed says by no more than this, metres; what does came to the path anew.
+/// Allowance beyond twice the distance at the current speed, metres; a vehicle that moved farther came to the path anew.
 const JUMP_M: f64 = 10.0;
-/// Backwards no more than this, metres.
+/// Largest move backwards, metres.
 const BACK_M: f64 = 5.0;
-/// Of the path, so much is shown before and beyond what the ego drove, metres.
+/// Length of path shown before and beyond the part that the ego drove, metres.
 const AROUND_M: f64 = 100.0;
 
-/// From one second to the next.
+/// Piece of a trace, from one second to the next; at the start and end of the ego's trace also shorter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TracePiece {
-    /// Seconds and metres along the path, of its start and its end.
+    /// Start and end: seconds and metres along the path.
     pub ends: [[f64; 2]; 2],
-    /// Speed at its start, m/s.
+    /// Speed at the start, m/s.
     pub speed_mps: f64,
 }
 
-/// What a signal on the path showed.
+/// Lights of a signal on the path over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalBar {
-    /// Where its line is on the path, metres.
+    /// Position of the stop line along the path, metres.
     pub s_m: f64,
-    /// From when to when which light, seconds.
+    /// Start and end of each light, seconds.
     pub spans: Vec<([f64; 2], SignalLight)>,
 }
 
 /// All vehicles on the ego's path over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathTraces {
-    /// The drive, seconds.
+    /// Start and end of the drive, seconds.
     pub span_s: [f64; 2],
-    /// What of the path is shown, metres.
+    /// Range of the path that is shown, metres.
     pub shown_m: [f64; 2],
-    /// When positions end, seconds; `None` if they are those of the whole drive.
+    /// End of the positions, seconds; `None` if they cover the whole drive.
     pub ends_s: Option<f64>,
-    /// The others.
+    /// Pieces of the other vehicles.
     pub others: Vec<TracePiece>,
-    /// The ego.
+    /// Pieces of the ego.
     pub ego: Vec<TracePiece>,
     /// Signals along the path, in driving order.
     pub signals: Vec<SignalBar>,
-    /// Fastest of all that is shown, m/s.
+    /// Highest speed of the pieces, m/s.
     pub top_speed_mps: f64,
-    /// Speed of the ego, advice and mean speed of all.
+    /// Speed of the ego, advice and mean speed of all vehicles.
     pub speeds: SpeedTrace,
 }
 
 impl PathTraces {
-    /// Reads a drive; `None` where its road is not here any more, or its ego was on its path for less than two seconds.
+    /// Reads a drive; `None` if its map is missing, or if there is no piece of the ego on its path.
     ///
     /// # Errors
-    /// A table cannot be read, or is not as this program writes it.
+    /// A table cannot be read, or does not have this program's format.
     pub fn of(trial: &RecordedTrial) -> Result<Option<Self>, AnalysisError> {
         let Some(map) = &trial.map else { return Ok(None) };
         let mut collector = TraceCollector::new(map);
@@ -101,7 +102,7 @@ impl PathTraces {
     }
 }
 
-/// Speed of the ego, advice and mean speed of all vehicles, ten times a second or less often.
+/// Reads the ego's speed, the advice and the mean speed of all vehicles, at most ten times a second.
 fn speeds(trial: &RecordedTrial) -> Result<SpeedTrace, RecordError> {
     let mut kept = ThinnedValues::new(MOST_SPEEDS);
     for ego in trial.ego()? {
@@ -120,14 +121,15 @@ fn speeds(trial: &RecordedTrial) -> Result<SpeedTrace, RecordError> {
     Ok(trace)
 }
 
-/// Takes in the steps of a drive.
+/// Collects traces from the steps of a drive.
 struct TraceCollector<'a> {
     map: &'a RoadMap,
-    /// Edges that the path goes along.
+    /// Edges along the path.
     edges: BTreeSet<EdgeId>,
-    /// Who was where at the full second before: seconds, metres, m/s. The ego from its first step on.
+    /// Time, position (m) and speed (m/s) of each vehicle on the path at the last full second; of the ego from its first step
+    /// on.
     before: BTreeMap<u32, (f64, f64, f64)>,
-    /// The ego at the last step on its path that was no full second: seconds and metres.
+    /// Time and position of the ego at the last step on its path between full seconds.
     ego_last: Option<[f64; 2]>,
     traces: PathTraces,
 }
@@ -162,7 +164,7 @@ impl<'a> TraceCollector<'a> {
         }
     }
 
-    /// The ego has a row at every step: its line begins with the drive, and goes to its end.
+    /// Follows the ego between full seconds: it has a row at every step, so that its trace starts and ends with the drive.
     fn add_ego(&mut self, step: &TrafficStep, time_s: f64) {
         let Some(ego) = step.vehicles.first().filter(|vehicle| vehicle.id == EGO.0) else { return };
         let place = self.on_path(ego);
@@ -173,7 +175,7 @@ impl<'a> TraceCollector<'a> {
         }
     }
 
-    /// Where a vehicle is on the path; the ego is always told a place along it, and is on it where its lane is one of its edges'.
+    /// Returns the position of a vehicle on the path. The ego always has one, but is on the path only in lanes of its edges.
     fn on_path(&self, vehicle: &StepVehicle) -> Option<f64> {
         let is_beside = || {
             let edge = vehicle.lane.map(|(lane, _)| self.map.network.lane(lane).edge);
@@ -196,7 +198,7 @@ impl<'a> TraceCollector<'a> {
             pieces.push(TracePiece { ends: [[since_s, from_m], [time_s, to_m]], speed_mps });
         };
         put(from_m, from_m + moved_m);
-        // What runs over the end of a closed route comes in again at its beginning.
+        // A piece over the end of a closed route is repeated from its start.
         if route.is_closed() && from_m + moved_m > route.length_m() {
             put(from_m - route.length_m(), from_m + moved_m - route.length_m());
         }
@@ -222,7 +224,7 @@ impl<'a> TraceCollector<'a> {
     }
 }
 
-/// What the signals of the path showed until `end_s`.
+/// Reads the lights of the signals on the path until `end_s`.
 fn signal_bars(trial: &RecordedTrial, map: &RoadMap, end_s: f64) -> Result<Vec<SignalBar>, RecordError> {
     let lines = stop_lines(map);
     let path = Table::Signals.parquet(&trial.recording);
@@ -249,7 +251,7 @@ fn signal_bars(trial: &RecordedTrial, map: &RoadMap, end_s: f64) -> Result<Vec<S
 }
 
 impl SignalBar {
-    /// From now on it shows this.
+    /// Sets the light from `time_s` on; `None` if it is unknown.
     fn show(&mut self, time_s: f64, light: Option<SignalLight>) {
         if let Some(last) = self.spans.last_mut().filter(|last| last.0[1].is_infinite()) {
             if light == Some(last.1) {

@@ -1,4 +1,4 @@
-//! Traces along a path and their picture, of vehicles made up by hand.
+//! Traces along a path and their picture, for vehicles made up by hand.
 
 use super::*;
 use crate::analysis::network::space_time;
@@ -9,7 +9,7 @@ fn path() -> RoadMap {
     RoadMap::load_along(GRID, &["A0B0", "B0B1", "B1C1"]).expect("a path")
 }
 
-/// At a full second: number, metres along the path, m/s, lane.
+/// Returns a step at a full second; vehicles are number, metres along the path, m/s, lane.
 fn step(map: &RoadMap, second: u64, vehicles: &[(u32, Option<f64>, f64, &str)]) -> TrafficStep {
     let vehicle = |(id, s_m, speed_mps, lane): &(u32, Option<f64>, f64, &str)| StepVehicle {
         id: *id,
@@ -25,17 +25,17 @@ fn ends(pieces: &[TracePiece]) -> Vec<[[f64; 2]; 2]> {
 }
 
 #[test]
-fn a_trace_has_a_gap_where_a_vehicle_is_beside_the_path_or_comes_to_it_from_elsewhere() {
+fn a_trace_has_a_gap_beside_the_path_and_at_jumps() {
     let map = path();
     let mut collector = TraceCollector::new(&map);
     let other = [Some(10.0), Some(20.0), None, Some(40.0), Some(50.0), Some(130.0), Some(100.0)];
-    // The ego is always told a place along its path; from 4 to 5 s it is in another street.
+    // The ego always has a position along its path; from 4 to 5 s it is in another street.
     let lanes = ["A0B0_0", "A0B0_0", "A0B0_0", "B0C0_0", "B0C0_0", "B0B1_0", "B0B1_0"];
     for (k, (s_m, lane)) in other.into_iter().zip(lanes).enumerate() {
         let ego = (0, Some(5.0 + 10.0 * k as f64), 10.0, lane);
         collector.add(&step(&map, 1 + k as u64, &[ego, (7, s_m, 10.0, "A0B0_0")]));
     }
-    // Between full seconds there are those near the ego alone; the ego's line goes to the end of the drive.
+    // Between full seconds only vehicles near the ego have rows; the ego's trace goes to the end of the drive.
     let last = [(0, Some(70.0), 10.0, "B0B1_0"), (7, Some(101.0), 10.0, "A0B0_0")];
     collector.add(&TrafficStep { tick: 750, ..step(&map, 0, &last) });
     let traces = collector.finish();
@@ -44,13 +44,13 @@ fn a_trace_has_a_gap_where_a_vehicle_is_beside_the_path_or_comes_to_it_from_else
     let wanted =
         [[[1.0, 5.0], [2.0, 15.0]], [[2.0, 15.0], [3.0, 25.0]], [[6.0, 55.0], [7.0, 65.0]], [[7.0, 65.0], [7.5, 70.0]]];
     assert_eq!(ends(&traces.ego), wanted);
-    // What the ego drove and 100 m around it, within the path.
+    // The part driven by the ego and 100 m around it, within the path.
     assert_eq!(traces.shown_m, [0.0, 170.0]);
     assert!(map.route.length_m() > 170.0 && traces.ends_s.is_none());
 }
 
 #[test]
-fn a_picture_of_hours_has_the_first_of_them() {
+fn a_picture_of_hours_shows_the_first_hour() {
     let map = path();
     let mut collector = TraceCollector::new(&map);
     for second in 1..=4000 {
@@ -64,7 +64,7 @@ fn a_picture_of_hours_has_the_first_of_them() {
 fn a_signal_shows_each_light_until_the_next_and_nothing_while_it_is_off() {
     let mut bar = SignalBar { s_m: 60.0, spans: Vec::new() };
     let (red, green) = (SignalLight::Red, SignalLight::GreenMajor);
-    // Letters of other links change, too: those rows change nothing here.
+    // Rows for changes of other links change nothing here.
     for (time_s, light) in [(0.0, Some(red)), (3.0, Some(red)), (8.0, Some(green)), (20.0, None), (30.0, Some(red))] {
         bar.show(time_s, light);
     }
@@ -76,7 +76,7 @@ fn a_signal_shows_each_light_until_the_next_and_nothing_while_it_is_off() {
 }
 
 #[test]
-fn the_picture_has_the_ego_outlined_above_all_and_bars_at_the_lines_of_signals() {
+fn the_picture_has_the_outlined_ego_on_top_and_bars_at_signals() {
     let piece = |from_s: f64, s_m: f64| TracePiece { ends: [[from_s, s_m], [from_s + 1.0, s_m + 5.0]], speed_mps: 5.0 };
     let lights = [([0.0, 4.0], SignalLight::Red), ([4.0, 10.0], SignalLight::GreenMinor)];
     let traces = PathTraces {
@@ -93,7 +93,7 @@ fn the_picture_has_the_ego_outlined_above_all_and_bars_at_the_lines_of_signals()
     let paths: Vec<_> = document.descendants().filter(|node| node.has_tag_name("path")).collect();
     let of_width = |width: &str| -> Vec<String> {
         let of = paths.iter().filter(|path| path.attribute("stroke-width") == Some(width));
-        // Those of the legend go sideways by a fixed length.
+        // Lines of the legend are horizontal with a fixed length.
         of.map(|path| path.attribute("d").unwrap_or_default().to_owned()).filter(|d| !d.contains('h')).collect()
     };
     assert_eq!((of_width("1.2").len(), of_width("5.4").len(), of_width("3").len()), (1, 1, 1));
@@ -111,7 +111,7 @@ fn the_picture_has_the_ego_outlined_above_all_and_bars_at_the_lines_of_signals()
         assert!(svg.contains(words), "{words}: {svg}");
     }
     assert!(!svg.contains(">signal yellow<"), "it was never shown");
-    // Without signals there is nothing about them.
+    // Without signals there is no entry about them.
     let none = space_time("", &PathTraces { signals: Vec::new(), ..traces }, None);
     assert!(!none.contains("signal"));
 }

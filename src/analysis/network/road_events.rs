@@ -1,15 +1,15 @@
-//! What the ego did against the rules of the road. In: the rows of the table of events, in order. Out: counts, and how long it lasted.
+//! Violations of traffic rules by the ego. In: the rows of the table of events, in order. Out: counts and durations.
 
 use crate::time::Tick;
 
-/// Something that begins and ends, maybe more than once.
+/// Episodes of one kind of violation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lapses {
-    /// How often it began.
+    /// Number of episodes that began.
     pub count: usize,
-    /// Ticks of those that are over.
+    /// Length of the episodes that are over, ticks.
     ticks: u64,
-    /// When the one began that is not over.
+    /// Start of the open episode, tick.
     since: Option<u64>,
 }
 
@@ -23,28 +23,28 @@ impl Lapses {
         self.ticks += self.since.take().map_or(0, |since| tick.saturating_sub(since));
     }
 
-    /// How long it lasted in all, seconds, in a drive that ends at `end_s`.
+    /// Returns the total duration, seconds, in a drive that ends at `end_s`.
     pub fn total_s(&self, end_s: f64) -> f64 {
         let open_s = self.since.map_or(0.0, |since| (end_s - Tick(since).seconds()).max(0.0));
         Tick(self.ticks).seconds() + open_s
     }
 }
 
-/// What the ego did against the rules of the road, and how near it came to others.
+/// Violations of traffic rules by the ego, and its near misses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoadEvents {
-    /// Red lights that it drove over.
+    /// Red lights that the ego drove over.
     pub red_lights: usize,
-    /// Vehicles with which it would have collided within 1.5 s.
+    /// Vehicles with which the ego would have collided within 1.5 s.
     pub near_misses: usize,
-    /// Against the direction of its lane.
+    /// Drives against the direction of the lane.
     pub wrong_way: Lapses,
-    /// Faster than the limit.
+    /// Drives faster than the speed limit.
     pub speeding: Lapses,
 }
 
 impl RoadEvents {
-    /// The next event.
+    /// Adds the next event; other kinds have no effect.
     pub fn add(&mut self, tick: u64, kind: &str) {
         match kind {
             "red_light" => self.red_lights += 1,
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_lasts_is_counted_when_it_begins_and_timed_to_its_end_or_that_of_the_drive() {
+    fn episodes_are_counted_at_their_start_and_timed_to_their_end() {
         let mut events = RoadEvents::default();
         let told = [
             (100, "speeding"),

@@ -1,4 +1,5 @@
-//! What there is of drives on networks alone, as CSV. In: analysed drives. Out: `trips.csv` (a row a vehicle) and `lines.csv` (a row a line).
+//! Tables of drives on networks, as CSV. In: analysed drives. Out: `trips.csv` (a row per vehicle) and `lines.csv` (a row per
+//! line).
 
 use super::trips::{Trip, seconds};
 use crate::analysis::{
@@ -7,12 +8,12 @@ use crate::analysis::{
     tables::{cell, key, line},
 };
 
-/// Name of the table of vehicles.
+/// File name of the table of vehicles.
 pub const TRIPS_FILE: &str = "trips.csv";
-/// Name of the table of lines.
+/// File name of the table of lines.
 pub const LINES_FILE: &str = "lines.csv";
 
-/// Columns of a vehicle.
+/// Columns of the table of vehicles.
 pub const TRIPS: [ColumnTexts; 8] = [
     ("vehicle", "Vehicle", "", "number of the vehicle, as in the tables of the recording"),
     ("kind", "Kind", "", "car, van, truck, bus, motorcycle or bicycle"),
@@ -28,7 +29,7 @@ pub const TRIPS: [ColumnTexts; 8] = [
         "travel time less that of the same way at the speed limit of each lane; below zero for one that drove faster",
     ),
 ];
-/// Columns of a line.
+/// Columns of the table of lines.
 pub const LINES: [ColumnTexts; 6] = [
     ("line", "Line", "", "id of the lane or the edge, and metres from its start"),
     (
@@ -43,7 +44,7 @@ pub const LINES: [ColumnTexts; 6] = [
     ("resolution_s", "Resolution", "s", "longest time between the two rows of a vehicle by which a passage was told"),
 ];
 
-/// A row a vehicle of each drive on a network.
+/// Returns `trips.csv`: a row per vehicle of each drive on a network.
 pub fn trips(drives: &[AnalysedRecording]) -> String {
     let mut text = line(names(drives, TRIPS_FILE));
     for drive in drives {
@@ -69,7 +70,7 @@ fn trip_cells(vehicle: u32, trip: &Trip) -> [String; 8] {
     ]
 }
 
-/// A row a line of each drive on a network.
+/// Returns `lines.csv`: a row per line of each drive on a network.
 pub fn lines(drives: &[AnalysedRecording]) -> String {
     let mut text = line(names(drives, LINES_FILE));
     for drive in drives {

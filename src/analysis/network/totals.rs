@@ -1,5 +1,6 @@
-//! A drive on a network in sums. In: its steps in order. Out: [`NetworkTotals`]: way and time of all vehicles, their trips, who passes lines, and
-//! what the ego loses against the speed limits. SI units. It grows with the number of vehicles, not with the time that they take.
+//! Sums of a drive on a network. In: its steps in order. Out: [`NetworkTotals`]: distance and time of all vehicles, their
+//! trips, counts at lines, and the ego's time loss against the speed limits. SI units. The size grows with the number of
+//! vehicles, not with their time.
 
 use super::{
     cross_section::{CrossSection, LineCount, LinePlace, RowPlace},
@@ -19,41 +20,41 @@ use std::{
     sync::Arc,
 };
 
-/// A drive on a network in sums.
+/// Sums of a drive on a network.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NetworkTotals {
-    /// Vehicles that came and went, by number.
+    /// Trips by vehicle number, without the ego.
     pub trips: BTreeMap<u32, Trip>,
-    /// Who passed which line, the ego among them.
+    /// Counts at the lines, the ego included.
     pub lines: Vec<LineCount>,
-    /// What cannot be told of this recording, and why: sentences.
+    /// Sentences on what this recording lacks, and why.
     pub missing: Vec<String>,
-    /// Vehicles that were there, the ego among them.
+    /// Number of vehicles at any time, the ego included.
     pub vehicles: usize,
-    /// Time of the ego less that of its way at the speed limits, seconds; `None` without the network.
+    /// Time of the ego less the time for its path at the speed limits, seconds; `None` without the network.
     pub ego_time_loss_s: Option<f64>,
-    /// Speeds of all vehicles at full seconds together, m/s: their way in metres.
+    /// Sum of the speeds of all vehicles at full seconds, m/s: their distance in metres.
     way_m: f64,
-    /// So many of them: their time in seconds.
+    /// Number of these speeds: the vehicles' time in seconds.
     time_s: u64,
-    /// Both are let go at the end.
+    /// Network and tracks, released by `finish`.
     network: Option<Arc<Network>>,
     tracks: BTreeMap<u32, VehicleTrack>,
 }
 
-/// A vehicle up to its last row.
+/// State of a vehicle at its last row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct VehicleTrack {
-    /// Where it was in the last row in which it was in a lane.
+    /// Place in the last row with a lane.
     place: Option<RowPlace>,
-    /// When its speed was known last, and how large a share of the limit it was.
+    /// Tick of the last known speed, and that speed as a share of the limit.
     pace: Option<(u64, f64)>,
-    /// Time less that of the same way at the limits, seconds.
+    /// Time less the time for the same path at the limits, seconds.
     loss_s: f64,
 }
 
 impl VehicleTrack {
-    /// A vehicle that has no row yet: from its departure on.
+    /// Starts the track of a vehicle without a row yet, at its departure.
     fn departed(trip: &Trip, network: &Network) -> Self {
         let (tick, speed_mps) = (trip.departed.tick, trip.departed_mps);
         let mut track = Self::default();
@@ -66,10 +67,10 @@ impl VehicleTrack {
 }
 
 impl NetworkTotals {
-    /// Nothing yet of this drive; `lines` are those that were asked for, or else the one of its path.
+    /// Opens the sums of a drive; `lines` are the lines that were asked for, else the default line of its path is taken.
     ///
     /// # Errors
-    /// A table of it cannot be read, or a line is no place of its network.
+    /// A table cannot be read, or a line is not on the network.
     pub fn open(trial: &RecordedTrial, lines: &[LinePlace]) -> Result<Self, AnalysisError> {
         let table = TripTable::read(&trial.recording)?;
         let mut totals = Self { trips: table.trips, ..Self::default() };
@@ -105,7 +106,7 @@ impl NetworkTotals {
         Ok(totals)
     }
 
-    /// The vehicles that have a row at the next step.
+    /// Adds the vehicles with a row at the next step.
     pub fn add_step(&mut self, step: &TrafficStep) {
         if step.has_all() {
             self.way_m += step.speeds_mps().map(|speed_mps| speed_mps.max(0.0)).sum::<f64>();
@@ -116,7 +117,7 @@ impl NetworkTotals {
         }
     }
 
-    /// A vehicle from its last row, or its departure, to this one.
+    /// Moves a vehicle from its last row, or its departure, to this row.
     fn follow(&mut self, tick: u64, vehicle: &StepVehicle) {
         let Some(network) = self.network.clone() else {
             self.tracks.insert(vehicle.id, VehicleTrack::default());
@@ -140,7 +141,7 @@ impl NetworkTotals {
         speed_mps: f64,
         network: &Network,
     ) {
-        // Beside all lanes the limit is that of the lane where it was last.
+        // Beside all lanes, the limit of the vehicle's last lane holds.
         let lane = now.or(track.place).map(|place| place.lane);
         let pace = lane.map(|lane| speed_mps / network.lane(lane).speed_limit_mps.max(0.1));
         if let (Some((since, before)), Some(pace)) = (track.pace, pace) {
@@ -154,7 +155,7 @@ impl NetworkTotals {
         track.place = Some(now);
     }
 
-    /// All steps have been added, each `step_ticks` after the one before: trips are followed to their ends.
+    /// Ends the sums after all steps, which are `step_ticks` apart: trips are followed to their ends.
     pub fn finish(&mut self, step_ticks: u64) {
         self.vehicles = self.trips.keys().chain(self.tracks.keys()).chain([&EGO.0]).collect::<BTreeSet<_>>().len();
         if let Some(network) = self.network.take() {
@@ -168,7 +169,7 @@ impl NetworkTotals {
         for (id, mut trip) in std::mem::take(&mut self.trips) {
             if let Some(arrived) = &trip.arrived {
                 let mut track = self.tracks.get(&id).copied().unwrap_or_else(|| VehicleTrack::departed(&trip, network));
-                // The table has its place one step before it went; its speed is that of its last row.
+                // The table has the place one step before the arrival; the speed is that of the last row.
                 let last_tick = arrived.tick.saturating_sub(step_ticks);
                 let speed_mps = track.place.map_or(0.0, |place| place.speed_mps);
                 let lane = network.lane_named(&arrived.lane).zip(arrived.lane_s_m);
@@ -182,25 +183,25 @@ impl NetworkTotals {
         }
     }
 
-    /// Way of all vehicles over their time, m/s (Edie 1963); `None` without a full second.
+    /// Returns the distance of all vehicles over their time, m/s (Edie 1963); `None` without a full second.
     pub fn space_mean_speed_mps(&self) -> Option<f64> {
         (self.time_s > 0).then(|| self.way_m / self.time_s as f64)
     }
 
-    /// Travel times of the trips that are whole, seconds, from the shortest on.
+    /// Returns the travel times of complete trips, seconds, sorted.
     pub fn travel_times_s(&self) -> Vec<f64> {
         let mut times: Vec<f64> = self.trips.values().filter_map(Trip::travel_time_s).collect();
         times.sort_by(f64::total_cmp);
         times
     }
 
-    /// Mean time lost on trips that are whole, seconds.
+    /// Returns the mean time loss of complete trips, seconds.
     pub fn mean_time_loss_s(&self) -> Option<f64> {
         let losses: Vec<f64> = self.trips.values().filter_map(|trip| trip.time_loss_s).collect();
         (!losses.is_empty()).then(|| losses.iter().sum::<f64>() / losses.len() as f64)
     }
 
-    /// Vehicles that departed in the drive, and that arrived.
+    /// Returns the number of vehicles that departed in the drive, and the number that arrived.
     pub fn departures_and_arrivals(&self) -> [usize; 2] {
         let departed = self.trips.values().filter(|trip| !trip.was_there_before()).count();
         let arrived = self.trips.values().filter(|trip| trip.arrived.is_some()).count();

@@ -1,4 +1,4 @@
-//! Sums of a drive on a network against values by hand. The limit on B0B1 is 13.89 m/s, its length 69.2 m.
+//! Sums of a drive on a network against values computed by hand. The limit on B0B1 is 13.89 m/s, its length 69.2 m.
 
 use super::*;
 use crate::analysis::network::TripEnd;
@@ -26,7 +26,7 @@ fn end(tick: u64, lane_s_m: f64) -> TripEnd {
     TripEnd { tick, lane: "B0B1_0".into(), lane_s_m: Some(lane_s_m) }
 }
 
-/// A step with vehicles on the outer lane of B0B1: number, metres along it, speed.
+/// Returns a step with vehicles on the outer lane of B0B1: number, metres along it, speed.
 fn step(net: &Network, tick: u64, vehicles: &[(u32, f64, f64)]) -> TrafficStep {
     let lane = net.lane_named("B0B1_0").expect("a lane");
     let vehicle = |(id, s_m, speed_mps): &(u32, f64, f64)| StepVehicle {
@@ -39,12 +39,12 @@ fn step(net: &Network, tick: u64, vehicles: &[(u32, f64, f64)]) -> TrafficStep {
 }
 
 #[test]
-fn the_mean_speed_is_the_way_of_all_over_their_time_at_full_seconds() {
+fn space_mean_speed_is_distance_over_time_at_full_seconds() {
     let net = grid();
     let mut totals = totals(&net, &[], &[]);
     assert_eq!(totals.space_mean_speed_mps(), None);
     totals.add_step(&step(&net, 100, &[(0, 1.0, 10.0), (4, 50.0, 0.0)]));
-    // Between full seconds there are those near the ego alone, who count for nothing here.
+    // Between full seconds only vehicles near the ego have rows; they do not count here.
     totals.add_step(&step(&net, 110, &[(0, 2.0, 30.0)]));
     totals.add_step(&step(&net, 200, &[(0, 12.0, 4.0)]));
     assert_eq!(totals.space_mean_speed_mps(), Some(14.0 / 3.0));
@@ -62,9 +62,9 @@ fn time_is_lost_against_the_limit_from_departure_to_arrival() {
         (1, trip(end(150, 0.0), half_mps, Some(end(1150, 69.0)))),
         // From 0 to the limit in the first second, then at the limit: half a second.
         (2, trip(end(100, 0.0), 0.0, Some(end(400, 40.0)))),
-        // A tenth above the limit for 2 s: 0.2 s are won.
+        // A tenth above the limit for 2 s: a gain of 0.2 s.
         (3, trip(end(100, 0.0), 1.1 * LIMIT_MPS, Some(end(300, 30.0)))),
-        // Neither is whole.
+        // Incomplete trips.
         (4, trip(end(0, 0.0), half_mps, Some(end(300, 30.0)))),
         (5, trip(end(100, 0.0), half_mps, None)),
     ];
@@ -91,13 +91,13 @@ fn time_is_lost_against_the_limit_from_departure_to_arrival() {
 }
 
 #[test]
-fn who_departs_and_arrives_between_two_seconds_passes_the_lines_on_its_way() {
+fn vehicles_that_depart_and_arrive_between_seconds_pass_lines() {
     let net = grid();
     let trip = |departed, arrived| Trip { departed, departed_mps: 12.0, arrived: Some(arrived), ..Trip::default() };
     let trips = [
         // From 3 to 60 m; its rows are at 10 and 50 m.
         (1, trip(end(120, 3.0), end(520, 60.0))),
-        // It departs beyond the first line and arrives before the last.
+        // Departs beyond the first line and arrives before the last.
         (2, trip(end(120, 8.0), end(420, 52.0))),
     ];
     let mut totals = totals(&net, &["B0B1:5", "B0B1:30", "B0B1:55"], &trips);
@@ -109,11 +109,11 @@ fn who_departs_and_arrives_between_two_seconds_passes_the_lines_on_its_way() {
 }
 
 #[test]
-fn a_vehicle_far_away_that_goes_before_its_first_row_passes_lines_and_loses_time_all_the_same() {
+fn a_vehicle_gone_before_its_first_row_passes_lines_and_loses_time() {
     let net = grid();
     let (half_mps, arrived) = (LIMIT_MPS / 2.0, Some(end(490, 64.0)));
     let trip = |departed| Trip { departed, departed_mps: half_mps, arrived: arrived.clone(), ..Trip::default() };
-    // One came 0.8 s before it went, the other was there before the drive; neither at a full second.
+    // One enters 0.8 s before it leaves, the other was present before the drive; neither is there at a full second.
     let trips = [(1, trip(end(410, 58.0))), (2, trip(end(0, 20.0)))];
     let mut totals = totals(&net, &["B0B1:60", "B0B1:30"], &trips);
     totals.finish(10);

@@ -1,4 +1,4 @@
-//! Who came and went. In: the tables of departures and arrivals. Out: one [`Trip`] a vehicle, the ego left out. SI units.
+//! Departures and arrivals. In: the tables of both. Out: one [`Trip`] per vehicle, without the ego. SI units.
 
 use crate::{
     record::{RecordError, Table, TableReader},
@@ -6,70 +6,70 @@ use crate::{
 };
 use std::{collections::BTreeMap, path::Path};
 
-/// Where and when a vehicle came or went.
+/// Place and time of a departure or arrival.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TripEnd {
-    /// When.
     pub tick: u64,
-    /// SUMO's id of its lane; empty beside all lanes. Of one that went, where it was one step before.
+    /// SUMO's id of the lane; empty beside all lanes. Of an arrival, the lane one step before.
     pub lane: String,
-    /// Front bumper along that lane, metres.
+    /// Front bumper along the lane, metres.
     pub lane_s_m: Option<f64>,
 }
 
-/// A vehicle from its departure to its arrival, as far as both are in the drive.
+/// Trip of a vehicle from departure to arrival, as far as both are in the drive.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trip {
-    /// Car, van, truck and so on.
+    /// Kind of vehicle: car, van, truck and so on.
     pub kind: String,
     /// Length of the vehicle, metres.
     pub length_m: Option<f64>,
-    /// Where it came; at tick 0 those that were there before the drive began.
+    /// Departure; at tick 0 for vehicles that were present before the drive began.
     pub departed: TripEnd,
-    /// Its speed then, m/s.
+    /// Speed at departure, m/s.
     pub departed_mps: f64,
-    /// Where it went; `None` of one that is there at the end.
+    /// Arrival; `None` for a vehicle that is present at the end.
     pub arrived: Option<TripEnd>,
-    /// Travel time less that of the same way at the speed limits, seconds; `None` of a trip that is not whole, and without the network.
+    /// Travel time less the time for the same path at the speed limits, seconds; `None` for an incomplete trip, and without the
+    /// network.
     pub time_loss_s: Option<f64>,
 }
 
 impl Trip {
-    /// True if it was there when the drive began: when it departed is not known.
+    /// Checks whether the vehicle was present when the drive began; its departure time is then unknown.
     pub fn was_there_before(&self) -> bool {
         self.departed.tick == 0
     }
 
-    /// From departure to arrival, seconds; `None` if either is not in the drive.
+    /// Returns the time from departure to arrival, seconds; `None` if either is not in the drive.
     pub fn travel_time_s(&self) -> Option<f64> {
         let arrived = self.arrived.as_ref().filter(|_| !self.was_there_before())?;
         Some(seconds(arrived.tick.saturating_sub(self.departed.tick)))
     }
 }
 
-/// Ticks as seconds, with no more digits in a table than hundredths need.
+/// Converts ticks to seconds by division, so that tables show no more than two decimals.
 pub fn seconds(ticks: u64) -> f64 {
     ticks as f64 / f64::from(TICKS_PER_S)
 }
 
-/// Columns of both tables, and those of departures besides.
+/// Columns read from both tables, and from the table of departures.
 const BOTH: [&str; 4] = ["tick", "vehicle", "lane", "lane_s_m"];
 const DEPARTURES: [&str; 7] = ["tick", "vehicle", "lane", "lane_s_m", "kind", "length_m", "speed_mps"];
 
-/// The vehicles of a recording that came and went.
+/// Trips of the vehicles of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TripTable {
-    /// By the numbers of the vehicles.
+    /// Trips by vehicle number.
     pub trips: BTreeMap<u32, Trip>,
-    /// Arrivals of vehicles without a departure: a recording that lost rows has them.
+    /// Number of arrivals without a departure, which occur if a recording lost rows.
     pub stray_arrivals: usize,
 }
 
 impl TripTable {
-    /// Reads the tables of a recording that has them.
+    /// Reads both tables of a recording of a network.
     ///
     /// # Errors
-    /// A table cannot be read, or is not as this program writes it.
+    /// A table cannot be read, or does not have this program's format.
     pub fn read(recording: &Path) -> Result<Self, RecordError> {
         let mut table = Self::default();
         let path = Table::Departures.parquet(recording);
@@ -99,7 +99,7 @@ impl TripTable {
     }
 }
 
-/// The rows of a part: who, where and when.
+/// Returns the rows of a part: vehicle, place and time.
 fn ends(part: &TableReader, path: &Path) -> Result<Vec<(u32, TripEnd)>, RecordError> {
     let (ticks, vehicles, lanes) = (part.wholes("tick"), part.ids("vehicle"), part.words("lane"));
     if [ticks.len(), vehicles.len(), lanes.len()] != [part.rows(); 3] || vehicles.iter().any(Option::is_none) {
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_travel_time_is_known_of_those_alone_who_came_and_went_in_the_drive() {
+    fn only_trips_within_the_drive_have_a_travel_time() {
         let end = |tick| TripEnd { tick, ..TripEnd::default() };
         let trip = |departed, arrived: Option<u64>| {
             Trip { departed: end(departed), arrived: arrived.map(end), ..Trip::default() }.travel_time_s()

@@ -1,4 +1,4 @@
-//! What the report says of drives on networks. In: analysed drives. Out: sentences.
+//! Sentences of the report about drives on networks. In: analysed drives. Out: text.
 
 use crate::analysis::{
     AnalysedRecording, MEASURES, RoadKinds,
@@ -6,7 +6,7 @@ use crate::analysis::{
     setup::{SetupValue, joined_values, joined_words},
 };
 
-/// What is not measured on these roads though it is on others; empty where closed routes are among them.
+/// Returns the sentence on measures of closed routes that networks lack; empty if there are closed routes.
 pub fn not_measured(roads: RoadKinds) -> String {
     if roads.closed || !roads.networks {
         return String::new();
@@ -19,7 +19,7 @@ pub fn not_measured(roads: RoadKinds) -> String {
     )
 }
 
-/// The road and the traffic of drives on networks, for the methods; empty without any.
+/// Returns the sentences on road and traffic of drives on networks, for the methods; empty without any.
 pub fn traffic(drives: &[&AnalysedRecording]) -> String {
     let drives: Vec<&&AnalysedRecording> = drives.iter().filter(|drive| drive.network.is_some()).collect();
     if drives.is_empty() {

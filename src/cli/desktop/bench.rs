@@ -8,7 +8,7 @@ use crate::scene::ViewKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 
-/// Seconds of simulation over which the force thread is watched.
+/// Simulated time over which the force thread is measured, s.
 const FORCE_S: f64 = 3.0;
 
 pub(super) fn command() -> Command {
@@ -52,7 +52,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let scenario = flags::scenario(matches)?;
     let count = matches.get_one::<u32>("frames").copied().unwrap_or(20);
     let sizes: &[[u32; 2]] = if matches.get_flag("small") { &bench::SIZES[..1] } else { &bench::SIZES };
-    // Start-up first: later the shader cache and the map are warm.
+    // Start-up is measured first: later the shader cache and the map are warm.
     let (startup, mut picture) = bench::startup(&scenario)?;
     let wanted = matches.get_one::<String>("view");
     let views: Vec<_> =
@@ -94,7 +94,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Drives on, with a bar where someone watches.
+/// Draws the drive for some minutes behind a progress bar.
 fn drive(picture: &mut bench::DrawnDrive, minutes: u32, size: [u32; 2]) -> Result<DriveTimes, CliError> {
     let bar = crate::cli::progress(1000, format!("{minutes} min of driving"));
     let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;

@@ -1,4 +1,4 @@
-//! `codrive calibrate`: learns a wheel by asking, with wheel and pedals alone, and saves its profile.
+//! `codrive calibrate`: measures the axes of a wheel by prompts on the terminal and saves its profile.
 
 use crate::cli::CliError;
 #[cfg(target_os = "linux")]
@@ -94,12 +94,12 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Axis events of a file of evemu-record: seconds, code, value. The other lines are the device's own.
+/// Returns the axis events of a file of evemu-record: seconds, code, value. Other lines describe the device and are skipped.
 #[cfg(target_os = "linux")]
 fn events(path: &std::path::Path) -> Result<Vec<(f64, u16, i32)>, CliError> {
     /// Type of axis events.
     const EV_ABS: u16 = 3;
-    /// The most that a recording of a wheel may hold, bytes: a quarter of an hour of turning it.
+    /// Maximum size of a recording of a wheel, bytes: about a quarter of an hour of turning.
     const EVENTS_BYTES: u64 = 64 << 20;
     let shown = path.display();
     let text = crate::file::read_text(path, EVENTS_BYTES).map_err(|e| {
@@ -123,7 +123,7 @@ fn events(path: &std::path::Path) -> Result<Vec<(f64, u16, i32)>, CliError> {
     Ok(found)
 }
 
-/// The questions, and bars that live where someone watches.
+/// Terminal output of the calibration: questions, and live bars if the output is a terminal.
 #[cfg(target_os = "linux")]
 struct CalibrationScreen {
     question: &'static str,
@@ -150,14 +150,14 @@ impl CalibrationScreen {
     }
 }
 
-/// Ten places, filled from the left.
+/// Returns a bar of ten characters, filled from the left; `share` is 0..1.
 #[cfg(target_os = "linux")]
 fn bar(share: f64) -> String {
     let full = (share.clamp(0.0, 1.0) * 10.0).round() as usize;
     format!("{}{}", "#".repeat(full), ".".repeat(10 - full))
 }
 
-/// What was learnt, with the curve of each pedal at quarters of its way.
+/// Returns the measured profile as text, with each pedal's curve at quarters of its travel.
 #[cfg(target_os = "linux")]
 fn summary(profile: &crate::input::WheelProfile) -> String {
     let s = &profile.steering;

@@ -1,4 +1,4 @@
-//! `codrive doctor`: is this rig fit for a study, on one page.
+//! `codrive doctor`: checks whether this rig is fit for a study, and prints the findings on one page.
 
 use super::drive;
 use crate::cli::{CliError, flags, out};

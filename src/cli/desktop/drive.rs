@@ -1,4 +1,4 @@
-//! `codrive drive`: the window.
+//! `codrive drive`: a drive in a window.
 
 use crate::cli::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
@@ -38,7 +38,7 @@ pub(super) fn command() -> Command {
         )
 }
 
-/// What a drive has to do with other devices.
+/// Returns the flags for lab devices: LSL streams and triggers.
 fn lab_arguments() -> [Arg; 3] {
     let outlets = Arg::new("lsl")
         .long("lsl")
@@ -67,7 +67,7 @@ fn lab(matches: &ArgMatches) -> Result<LabSettings, CliError> {
     Ok(lab)
 }
 
-/// `--monitor N` and `--refresh HZ`.
+/// Returns `--monitor N` and `--refresh HZ`.
 pub(super) fn place_arguments() -> [Arg; 2] {
     let monitor = Arg::new("monitor")
         .long("monitor")
@@ -82,7 +82,7 @@ pub(super) fn place_arguments() -> [Arg; 2] {
     [monitor, refresh]
 }
 
-/// Where the window is to open.
+/// Returns the placement of the window.
 pub(super) fn place(matches: &ArgMatches, fullscreen: bool) -> Result<WindowPlacement, CliError> {
     let refresh_hz = matches.get_one::<f64>("refresh").copied();
     if refresh_hz.is_some() && !fullscreen {

@@ -1,5 +1,5 @@
-//! Commands that need a window, a graphics card or devices, and what other commands show with them. In: arguments. Out: an
-//! exit code. Without the feature `desktop`, `headless.rs` stands here.
+//! Commands that need a window, a graphics card or devices, and the desktop parts of other commands. In: arguments. Out: an
+//! exit code. A build without the feature `desktop` has `headless.rs` instead.
 
 mod bench;
 mod calibrate;
@@ -12,10 +12,10 @@ pub(super) mod session;
 use super::{CliError, HelpListing, flags};
 use clap::{ArgMatches, Command};
 
-/// Kinds of files that a figure becomes.
+/// Image formats of figures.
 pub(super) const FIGURES: &str = "SVG, PNG";
 
-/// The commands, in the order of the help.
+/// Returns the commands in the order of the help.
 pub(super) fn commands(listing: HelpListing) -> Vec<Command> {
     let add = |command: Command| flags::add(command, listing);
     vec![
@@ -27,7 +27,7 @@ pub(super) fn commands(listing: HelpListing) -> Vec<Command> {
     ]
 }
 
-/// Runs a command, if it is one of these.
+/// Runs a command of [`commands`]; `None` for every other.
 pub(super) fn run(name: &str, matches: &ArgMatches) -> Option<Result<(), CliError>> {
     match name {
         "drive" => Some(drive::main(matches)),
@@ -39,7 +39,7 @@ pub(super) fn run(name: &str, matches: &ArgMatches) -> Option<Result<(), CliErro
     }
 }
 
-/// A figure as PNG; `None` where the program draws none.
+/// Draws a figure as PNG. Always `Some` here; `None` in a build without the feature `desktop`.
 pub(super) fn png(svg: &str) -> Option<Result<Vec<u8>, crate::plot::PngError>> {
     Some(crate::plot::png(svg))
 }

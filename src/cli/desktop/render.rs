@@ -36,7 +36,7 @@ pub(super) fn command() -> Command {
         )
 }
 
-/// `--view` and `--size` of commands that draw.
+/// Returns `--view` and `--size` of the commands that draw.
 pub(super) fn picture_arguments() -> [Arg; 2] {
     let view = Arg::new("view")
         .long("view")
@@ -53,7 +53,7 @@ pub(super) fn picture_arguments() -> [Arg; 2] {
     [view, size]
 }
 
-/// A size as the command line has it, for example 1280x720.
+/// Parses a size such as 1280x720.
 fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides
@@ -61,12 +61,12 @@ fn size(text: &str) -> Result<[u32; 2], String> {
         .ok_or(format!("allowed: WIDTHxHEIGHT in pixels, each from 1 to {MAX_SIDE}, for example 1280x720"))
 }
 
-/// The view of this name; names are checked by the command line.
+/// Returns the view of this name; the command line has checked it.
 pub(super) fn view_kind(name: &str) -> ViewKind {
     ViewKind::NAMED.iter().find(|(known, _)| *known == name).map_or(ViewKind::Driver, |(_, kind)| *kind)
 }
 
-/// Writes a picture as PNG, for the user alone; one of this name is replaced.
+/// Writes a picture as PNG, readable by the user only; replaces a file of this name.
 pub(super) fn save(picture: &RgbaImage, file: &Path) -> Result<(), CliError> {
     let failed = |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", file.display()));
     let mut bytes = Vec::new();
@@ -84,7 +84,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return Ok(());
     };
     let kind = view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str));
-    // The picture is wanted even after the drive's own end.
+    // The picture may lie after the end of the scenario's drive.
     scenario.duration_s = 0.0;
     let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
     let mut pictures = DrivePictures::new(run.world().map(), &scenario).map_err(RunError::from)?;

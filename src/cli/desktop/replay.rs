@@ -1,4 +1,4 @@
-//! What `codrive replay` shows and writes of a drive beside the proof: pictures, a video, its sound, or a window to play it in.
+//! Outputs of `codrive replay` beside the proof: pictures, a video, the sound, or a window to play the drive in.
 
 use super::render;
 use crate::{
@@ -16,7 +16,7 @@ use std::{
 pub(in crate::cli) const ABOUT: &str =
     "Drive a recording again from its inputs and prove that every tick is the same; draw it";
 
-/// What the help says last.
+/// Last sentence of the help.
 pub(in crate::cli) const DRAWS: &str = " Without --png, --frames and --video nothing is drawn.";
 
 pub(in crate::cli) fn arguments() -> Vec<Arg> {
@@ -51,7 +51,7 @@ pub(in crate::cli) fn arguments() -> Vec<Arg> {
     arguments
 }
 
-/// Plays a recording in a window, if that is what was asked for. Out: what was found, and how many ticks there are.
+/// Plays a recording in a window, if `--window` is given. Returns the result of the proof and the number of recorded ticks.
 pub(in crate::cli) fn play(recording: &Path, matches: &ArgMatches) -> Option<Result<(ReplayReport, u64), CliError>> {
     matches.get_flag("window").then(|| {
         let at_s = matches.get_one::<f64>("at").copied().unwrap_or_default();
@@ -69,16 +69,16 @@ fn view_kind(matches: &ArgMatches) -> crate::scene::ViewKind {
     render::view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str))
 }
 
-/// What is written while a drive is driven again.
+/// Files written during a replay.
 pub(in crate::cli) struct Outputs {
     png: Option<(PathBuf, Tick)>,
     frames: Option<PathBuf>,
     video: Option<(PathBuf, VideoEncoder)>,
     sound: Option<(PathBuf, SoundTrack)>,
     renderer: Option<ReplayRenderer>,
-    /// Frames per second of simulation.
+    /// Frames per second of simulated time.
     rate: u32,
-    /// Pictures that were written.
+    /// Number of frames written.
     written: u64,
 }
 
@@ -99,14 +99,14 @@ impl Outputs {
         Ok(Self { png, frames, video, sound, renderer, rate, written: 0 })
     }
 
-    /// After each tick of the replay.
+    /// Writes what is due at a tick; called after each tick of the replay.
     pub(in crate::cli) fn tick(&mut self, replay: &Replay) -> Result<(), CliError> {
         if let Some((_, track)) = &mut self.sound {
             track.tick(replay)?;
         }
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
         let tick = replay.world().snapshot().tick;
-        // The last tick of each picture's time.
+        // A frame is due at the last tick of its interval.
         let is_due = tick.0 * u64::from(self.rate) / 100 > self.written;
         if is_due && (self.video.is_some() || self.frames.is_some()) {
             let picture = renderer.draw(replay)?;
@@ -124,7 +124,7 @@ impl Outputs {
         }
     }
 
-    /// After the last tick.
+    /// Finishes the files; called after the last tick.
     pub(in crate::cli) fn end(self, replay: &Replay) -> Result<(), CliError> {
         let sound = self.sound.map(|(file, track)| track.end().map(|()| file)).transpose()?;
         let video = self.video.map(|(file, video)| video.end().map(|()| file)).transpose()?;
@@ -150,7 +150,7 @@ fn new_folder(folder: &Path) -> Result<&Path, CliError> {
     Ok(folder)
 }
 
-/// Makes the file that ffmpeg is to fill: new, and the user's alone.
+/// Makes the new, private file that ffmpeg will fill.
 fn reserve(file: &Path) -> Result<(), CliError> {
     private::file(file).map(drop).map_err(|error| match error.kind() {
         std::io::ErrorKind::AlreadyExists => {
@@ -160,7 +160,7 @@ fn reserve(file: &Path) -> Result<(), CliError> {
     })
 }
 
-/// Puts the sound into the video; the sound's own file stays.
+/// Joins sound and video in the video's file. The sound's own file stays.
 fn join(video: &Path, sound: &Path) -> Result<(), CliError> {
     let mute = video.with_extension("mute.mp4");
     let failed = |error: std::io::Error| CliError::Failed(format!("{}: {error}", video.display()));
@@ -189,7 +189,7 @@ fn join(video: &Path, sound: &Path) -> Result<(), CliError> {
     }
 }
 
-/// ffmpeg, fed with raw pictures.
+/// ffmpeg process, fed with raw pictures.
 struct VideoEncoder {
     ffmpeg: process::Child,
 }

@@ -1,4 +1,4 @@
-//! `codrive study --participant`: a participant is led through a study, in windows.
+//! `codrive study --participant`: leads a participant through a study, in windows.
 
 use super::drive::{place, place_arguments};
 use crate::{
@@ -41,7 +41,7 @@ pub(in crate::cli) fn arguments() -> Vec<Arg> {
     arguments
 }
 
-/// Leads a participant through the study, and says where it ended.
+/// Leads a participant through the study and prints where it ended.
 pub(in crate::cli) fn lead(
     study: Study,
     code: ParticipantCode,

@@ -1,5 +1,5 @@
-//! `codrive evaluate`: policies side by side, for each hold and each driver, on the same rings: whole horizons, transients
-//! included. On the fast ring, or as whole drives on either engine of traffic. Out: a table, CSV and figures.
+//! `codrive evaluate`: compares policies for each hold and driver on the same rings, over whole horizons with transients.
+//! Drives the fast ring, or whole drives on either traffic engine. Out: a table, CSV and figures.
 
 mod benchmark;
 pub(super) mod plan;
@@ -150,7 +150,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let plan = plan::EvaluationPlan::new(matches, &config)?;
     for name in &plan.policies {
         let policy = plan.engage(name);
-        // The policy that auto came to, at the hold that nobody named, is no mistake of anybody's.
+        // Do not warn about the policy chosen by `auto` at the default hold: the user chose neither.
         let is_auto = plan.resolved.iter().any(|resolved| resolved.name == *name && resolved.why.is_some());
         let holds_s = plan.holds_s.iter().filter(|hold_s| !is_auto || **hold_s != TrainConfig::default().advice.hold_s);
         let warning = holds_s
@@ -166,7 +166,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         report::claim(dir)?;
     }
     let rows = drive(&plan, &config)?;
-    // First what was asked for as files: whoever reads the table may go.
+    // Files are written first: the reader of the table may close the output.
     if let Some(dir) = &plan.out {
         report::write(dir, &plan, &config, &rows)?;
     }
@@ -181,7 +181,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Drives all cases, in parallel; Ctrl-C ends it with what is done thrown away.
+/// Drives all cases in parallel. Ctrl-C ends it and discards what was driven.
 fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<EvaluationRow>, CliError> {
     let cases = plan.cases();
     let mut driven: Vec<EvaluationCase> = Vec::new();
@@ -219,7 +219,7 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
     Ok(cases.into_iter().map(row).collect())
 }
 
-/// One whole drive. SUMO runs once a process, so that its drives are given to workers, which are this program again.
+/// Runs one whole drive. SUMO runs once per process, so its drives run in worker processes of this program.
 fn whole(
     traffic: &EngineChoice,
     plan: &plan::EvaluationPlan,
@@ -272,7 +272,7 @@ fn whole(
     serde_json::from_slice(&output.stdout).map_err(|e| failed(&e))
 }
 
-/// Drives the scenario on the standard input and prints its verdict.
+/// Drives the scenario on the standard input and prints its result as JSON.
 fn worker() -> Result<(), CliError> {
     let text = file::read_text_from(std::io::stdin(), file::SETTINGS_BYTES)
         .map_err(|e| CliError::Input(format!("the scenario on the standard input: {e}")))?;

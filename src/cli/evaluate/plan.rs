@@ -1,4 +1,4 @@
-//! What is to be driven: policies, holds and drivers, each with each. In: the command line. Out: a [`EvaluationPlan`].
+//! Plan of an evaluation: every combination of policies, holds and drivers. In: the command line. Out: an [`EvaluationPlan`].
 
 use super::CliError;
 use crate::{
@@ -15,12 +15,12 @@ use crate::{
 use clap::ArgMatches;
 use std::{collections::BTreeMap, path::PathBuf};
 
-/// What moves the cars of an evaluation.
+/// Simulation engine of an evaluation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Engine {
-    /// The ring that policies are trained on.
+    /// Fast ring, on which policies are trained.
     FastRing,
-    /// Whole drives, on this engine.
+    /// Whole drives on this traffic engine.
     Traffic(EngineChoice),
 }
 
@@ -33,23 +33,23 @@ impl std::fmt::Display for Engine {
     }
 }
 
-/// Who follows the advice.
+/// Driver who follows the advice.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FollowingDriver {
-    /// As the configuration says, which may draw another for each ring.
+    /// Driver of the configuration, which may draw another one for each ring.
     Configured,
-    /// The same on every engine.
+    /// One driver, the same on every engine.
     Named(Box<NamedDriver>),
-    /// Another in each ring, drawn from a population.
+    /// Driver drawn from a population, another one for each ring.
     Population(Population),
 }
 
-/// Who follows where nobody is named: an attentive participant, who brakes for what is ahead.
+/// Default driver: an attentive participant who brakes for the vehicle ahead.
 const NOBODY_NAMED: &str = "follow";
-/// Who ignores it.
+/// Driver who ignores advice.
 const IGNORES_ADVICE: &str = "idm";
 
-/// Settings of a configuration that say who follows.
+/// Settings of a configuration that choose the driver.
 const WHO: [&str; 15] = [
     "follow",
     "brakes_for_leader",
@@ -68,10 +68,10 @@ const WHO: [&str; 15] = [
     "population",
 ];
 
-/// Why nobody follows by this name.
+/// Failure to find a driver by name.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum FollowingDriverError {
-    /// Neither a driver nor a population has it.
+    /// Name of neither a driver nor a population.
     #[error(
         "no driver is called {name:?}{near}\n  remedy: use one of {}; or a population, which has another driver in each ring: {}; or \
          numbers: reaction=1,error=0.5,speed_bias=0,deadband=0",
@@ -79,12 +79,12 @@ pub enum FollowingDriverError {
         Population::NAMES.join(", ")
     )]
     Unknown {
-        /// What was asked for.
+        /// Name that was asked for.
         name: String,
-        /// What was meant.
+        /// Suggestion of the nearest name, or empty.
         near: String,
     },
-    /// A number of the driver is wrong.
+    /// Invalid number of the driver.
     #[error(transparent)]
     Driver(#[from] DriverError),
 }
@@ -93,10 +93,10 @@ fn known_drivers() -> Vec<&'static str> {
     [driver::PRESETS.as_slice(), &driver::MACHINES].concat()
 }
 
-/// A driver or a population of drivers by name, as `--driver` takes it.
+/// Returns a driver or a population of drivers by name, as `--driver` takes it.
 ///
 /// # Errors
-/// There is none; the message names what there is.
+/// The name is unknown, with the known names in the message; or a number of the driver is wrong.
 pub fn driver(text: &str) -> Result<FollowingDriver, FollowingDriverError> {
     if let Ok(population) = Population::named(text) {
         return Ok(FollowingDriver::Population(population));
@@ -111,23 +111,23 @@ pub fn driver(text: &str) -> Result<FollowingDriver, FollowingDriverError> {
     }
 }
 
-/// True if a configuration or a flag of it says who follows.
+/// Checks whether a configuration or one of its flags chooses the driver.
 pub fn says_who_follows(matches: &ArgMatches) -> bool {
     let says_who = |field: &str| WHO.contains(&field);
     matches.contains_id("config")
         || flags::changes(matches, &fields_of::<TrainConfig>()).iter().any(|(field, _)| says_who(&field.path))
 }
 
-/// Who follows where nobody is named.
+/// Returns the default driver.
 ///
 /// # Errors
-/// None: the name is a preset's.
+/// None in practice: the name is a preset's.
 pub fn nobody_named() -> Result<FollowingDriver, CliError> {
     driver(NOBODY_NAMED).map_err(|e| CliError::Input(e.to_string()))
 }
 
 impl FollowingDriver {
-    /// What tables and files call him.
+    /// Returns the driver's name in tables and files.
     pub fn label(&self) -> String {
         match self {
             Self::Configured => "configured".into(),
@@ -136,7 +136,7 @@ impl FollowingDriver {
         }
     }
 
-    /// The configuration with this driver.
+    /// Returns the configuration with this driver.
     pub fn of(&self, config: &TrainConfig) -> TrainConfig {
         match self {
             Self::Configured => config.clone(),
@@ -151,28 +151,28 @@ impl FollowingDriver {
 pub struct EvaluationCase {
     /// Name or file of the policy.
     pub policy: String,
-    /// Hold, seconds.
+    /// Hold of the advice, s.
     pub hold_s: f64,
-    /// Who follows.
+    /// Driver who follows the advice.
     pub driver: FollowingDriver,
-    /// How many vehicles are advised, in whole drives.
+    /// Number or share of advised vehicles, in whole drives.
     pub advised: AdvisedVehicles,
-    /// They are simulated whole all the same, and ignore the advice: what of a curve is the driver's and not the advice's.
+    /// True if the advised vehicles ignore the advice. This separates the effect of the driver model from that of the advice.
     pub ignores_advice: bool,
 }
 
 impl EvaluationCase {
-    /// The configuration of its rings.
+    /// Returns the configuration of the case's rings.
     pub fn config(&self, config: &TrainConfig) -> TrainConfig {
         self.driver.of(config).held(self.hold_s)
     }
 
-    /// All of it, for people.
+    /// Returns the case as text: label, hold and driver.
     pub fn words(&self) -> String {
         format!("{}, hold {} s, driver {}", self.label(), self.hold_s, self.driver.label())
     }
 
-    /// The policy's name without what is the same for all shipped ones.
+    /// Returns the policy's short name: the folder of a shipped `policy.toml`, or the last part of a path.
     pub fn label(&self) -> String {
         if self.ignores_advice {
             return "driven whole; ignores advice".into();
@@ -182,46 +182,46 @@ impl EvaluationCase {
     }
 }
 
-/// All of it.
+/// Cases to drive and how to drive them.
 #[derive(Clone)]
 pub struct EvaluationPlan {
-    /// Names or files; `none` is always among them.
+    /// Names or files of policies; `none` is among them unless `advised` is given.
     pub policies: Vec<String>,
-    /// What the names that were asked for came to.
+    /// Policies that the requested names were resolved to.
     pub resolved: Vec<ResolvedPolicy>,
-    /// Seconds.
+    /// Holds to drive with, s.
     pub holds_s: Vec<f64>,
-    /// Who follows.
+    /// Drivers who follow the advice.
     pub drivers: Vec<FollowingDriver>,
-    /// How many vehicles are advised, from nobody on, where a curve over them is asked for; else the ego alone is.
+    /// Advised numbers or shares of a curve, starting at 0; `None` if only the ego is advised.
     pub advised: Option<Vec<AdvisedVehicles>>,
-    /// Cars on a ring, the ego included.
+    /// Number of vehicles on a ring, including the ego.
     pub vehicles: u32,
-    /// What moves the cars.
+    /// Engine that simulates the drives.
     pub engine: Engine,
-    /// Other cars with another model, in whole drives.
+    /// Other vehicles with a different car-following model, in whole drives.
     pub mixture: ModelMixture,
-    /// Road of whole drives.
+    /// Map of whole drives.
     pub map: String,
-    /// That road is a network, where vehicles come and go.
+    /// True if the map is a network, where vehicles enter and leave.
     pub is_on_network: bool,
-    /// How many rings for each case.
+    /// Number of rings for each case.
     pub rings: usize,
-    /// What the built-in policies are built from.
+    /// Settings of the built-in policies.
     pub settings: PolicySettings,
-    /// The policies themselves, by these names, each read once.
+    /// Policies by name, each read once.
     pub(super) sources: BTreeMap<String, PolicySource>,
-    /// Where to write.
+    /// Folder to write to.
     pub out: Option<PathBuf>,
-    /// Figures of adherence too.
+    /// True if figures of adherence are drawn as well.
     pub adherence: bool,
 }
 
 impl EvaluationPlan {
-    /// From the command line.
+    /// Makes the plan from the command line.
     ///
     /// # Errors
-    /// A hold is no whole number of steps, or a driver cannot drive on this engine.
+    /// A hold is no whole number of steps, a policy cannot be read, or the engine cannot take this driver, map or share.
     pub fn new(matches: &ArgMatches, config: &TrainConfig) -> Result<Self, CliError> {
         let list = |id: &str| matches.get_many::<String>(id).map(|names| names.cloned().collect::<Vec<_>>());
         let holds_s: Vec<f64> = match matches.get_many::<f64>("holds") {
@@ -240,7 +240,7 @@ impl EvaluationPlan {
         let drivers = match drivers {
             Some(drivers) => drivers,
             None if is_configured && engine == Engine::FastRing => vec![FollowingDriver::Configured],
-            // Whole drives take one driver for all.
+            // Whole drives take one driver for all rings.
             None if is_configured => vec![FollowingDriver::Named(Box::new(config.named_driver().ok_or_else(|| {
                 CliError::Input(format!(
                     "the configuration draws a driver for each ring (random_driver); engine {engine} needs one for all\n  \
@@ -262,14 +262,14 @@ impl EvaluationPlan {
             check_network(matches, &map, &engine)?;
         }
         let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
-        // Tables and figures name the policy that drove.
+        // Tables and figures name the resolved policy.
         let resolved: Vec<ResolvedPolicy> = policies.iter().map(|name| policy::resolve(name, &road)).collect();
         let mut policies: Vec<String> = resolved.iter().map(|policy| policy.name.clone()).collect();
         let advised = match is_on_network {
             true => advised_shares(matches)?,
             false => advised(matches, &engine, config.ring.vehicles_min)?,
         };
-        // A figure of advice says nothing without that of none beside it; a curve begins there.
+        // Results of advice need a baseline without advice; a curve over shares starts with it.
         if advised.is_none() && !policies.iter().any(|name| name == "none") {
             policies.push("none".into());
         }
@@ -301,12 +301,12 @@ impl EvaluationPlan {
         })
     }
 
-    /// One of the policies, engaged now; `None` for `none`.
+    /// Returns a newly engaged policy; `None` for `none`.
     pub fn engage(&self, name: &str) -> Option<Box<dyn Policy>> {
         self.sources.get(name)?.engage()
     }
 
-    /// Each policy with each hold, each driver and each share of advised vehicles.
+    /// Returns each policy with each hold, each driver and each share of advised vehicles.
     pub fn cases(&self) -> Vec<EvaluationCase> {
         let mut cases = Vec::new();
         let advised = self.advised.clone().unwrap_or_else(|| vec![AdvisedVehicles::default()]);
@@ -328,7 +328,7 @@ impl EvaluationPlan {
         cases
     }
 
-    /// Beside a curve the same vehicles with drivers who ignore the advice, by whatever policy.
+    /// Returns the cases of a curve whose drivers ignore the advice; their policy has no effect.
     fn ignoring_cases(&self) -> Vec<EvaluationCase> {
         let policy = self.policies.iter().find(|name| *name != "none");
         let (Some(advised), Some(policy), Ok(ignores)) = (&self.advised, policy, driver(IGNORES_ADVICE)) else {
@@ -344,8 +344,8 @@ impl EvaluationPlan {
         advised.iter().map(case).collect()
     }
 
-    /// The case whose drives are those of this one to the bit: without advice the hold is nothing, and with nobody to advise the policy
-    /// and who follows.
+    /// Returns the case that stands for bit-identical drives: without advice the hold has no effect, and with no advised
+    /// vehicle neither policy nor driver has.
     pub fn driven_as(&self, case: &EvaluationCase) -> EvaluationCase {
         let mut same = case.clone();
         if case.advised.is_nobody() {
@@ -357,12 +357,12 @@ impl EvaluationPlan {
         same
     }
 
-    /// How many vehicles a case advises on a ring.
+    /// Returns the number of vehicles that a case advises on a ring.
     pub fn advised_by(&self, case: &EvaluationCase) -> u32 {
         if case.policy == "none" { 0 } else { case.advised.of(self.vehicles) }
     }
 
-    /// Which share of all it advises, 0 to 1; on a network of those that come.
+    /// Returns the share of vehicles that a case advises, 0 to 1; on a network, of the vehicles that enter.
     pub fn share_advised_by(&self, case: &EvaluationCase) -> f64 {
         match self.is_on_network {
             true if case.policy == "none" => 0.0,
@@ -372,7 +372,7 @@ impl EvaluationPlan {
     }
 }
 
-/// Fails where an evaluation on a network lacks what a ring has a usual value for.
+/// Fails if an evaluation on a network lacks a setting for which only rings have a default.
 fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(), CliError> {
     let lacks = if *engine != Engine::Traffic(EngineChoice::Sumo) {
         format!("engine {engine} is for closed routes\n  remedy: --engine sumo")
@@ -386,7 +386,7 @@ fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(),
     Err(CliError::Input(format!("map {map} is a network where vehicles come and go: {lacks}")))
 }
 
-/// Which shares are advised on a network, from the command line: nobody first.
+/// Returns the shares advised on a network, from the command line, starting with none.
 fn advised_shares(matches: &ArgMatches) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
     let asked = matches.get_many::<AdvisedVehicles>("advised").into_iter().flatten();
     let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_nobody()).collect();
@@ -401,7 +401,7 @@ fn advised_shares(matches: &ArgMatches) -> Result<Option<Vec<AdvisedVehicles>>, 
     Ok(Some(advised))
 }
 
-/// How many vehicles are advised, from the command line: nobody first, which all others are compared with.
+/// Returns the numbers of advised vehicles from the command line, starting with none as the baseline.
 fn advised(matches: &ArgMatches, engine: &Engine, vehicles: u32) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
     let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
     if *engine == Engine::FastRing {
@@ -422,7 +422,7 @@ fn advised(matches: &ArgMatches, engine: &Engine, vehicles: u32) -> Result<Optio
     Ok(Some(advised))
 }
 
-/// Other cars with another model, from the command line.
+/// Returns the model and the share of other vehicles with a different model, from the command line.
 fn mixture(matches: &ArgMatches, engine: &Engine) -> Result<ModelMixture, CliError> {
     let word = matches.get_one::<String>("other-model").map_or("", String::as_str);
     let model = FollowingModel::ALL.into_iter().find(|model| model.name() == word).unwrap_or_default();
@@ -443,7 +443,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_driver_that_nobody_knows_is_told_of_drivers_and_of_populations() {
+    fn an_unknown_driver_is_refused_with_the_known_drivers_and_populations() {
         let said = driver("peple").map_err(|e| e.to_string()).expect_err("nobody is called so");
         assert!(said.starts_with("no driver is called \"peple\" (did you mean people?)\n"), "{said}");
         for known in driver::PRESETS.iter().chain(&driver::MACHINES).chain(&Population::NAMES) {

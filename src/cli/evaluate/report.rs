@@ -1,5 +1,5 @@
-//! What an evaluation writes. In: rows of verdicts. Out: a table for people, CSV with one line a ring and one a case
-//! (mean and 95 % bootstrap interval of each measure), JSON, and figures. Windows and seeds are in the files.
+//! Output of an evaluation. In: rows of results. Out: a table as text, CSV by ring and by case (mean and 95 % bootstrap
+//! interval of each measure), JSON, and figures. Windows and seeds are in the files.
 
 use super::{
     CliError,
@@ -14,15 +14,15 @@ use crate::{
 use serde_json::{Value, json};
 use std::{fmt::Write, path::Path};
 
-/// A case and what came of it, ring by ring.
+/// Case with its results.
 pub struct EvaluationRow {
-    /// What was driven.
+    /// Case that was driven.
     pub case: EvaluationCase,
-    /// One a ring.
+    /// Results, one for each ring.
     pub verdicts: Vec<EvaluationResult>,
 }
 
-/// A number of a ring; `None` where it has none.
+/// Measure of a ring; `None` if the ring has none.
 type RingMeasure = fn(&EvaluationResult) -> Option<f64>;
 
 /// Measures and their names in the files.
@@ -45,12 +45,12 @@ const MEASURES: [(&str, RingMeasure); 15] = [
 ];
 
 impl EvaluationRow {
-    /// Rings on which cars collided.
+    /// Returns the number of rings on which vehicles collided.
     fn crashes(&self) -> usize {
         self.verdicts.iter().filter(|v| v.crashed).count()
     }
 
-    /// Mean speed at a place of a figure.
+    /// Returns the mean speed as a point at this abscissa of a figure.
     fn point(&self, at: f64) -> Option<figures::Point> {
         let mean = estimate(self, MEASURES[0].1)?;
         Some(figures::Point { at, mean, crashes: [self.crashes(), self.verdicts.len()] })
@@ -61,7 +61,7 @@ fn estimate(row: &EvaluationRow, of: RingMeasure) -> Option<Estimate> {
     Estimate::of(&row.verdicts.iter().filter_map(of).collect::<Vec<_>>())
 }
 
-/// For people.
+/// Returns the table as text, for people.
 pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     let mut text = String::new();
     for resolved in plan.resolved.iter().filter(|resolved| resolved.why.is_some()) {
@@ -98,7 +98,7 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     text
 }
 
-/// How many are advised: of how many on a ring, which share on a network.
+/// Returns the advised vehicles as text: number of all vehicles on a ring, share on a network.
 fn advised_words(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
     match plan.is_on_network {
         true => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),
@@ -106,12 +106,12 @@ fn advised_words(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
     }
 }
 
-/// How many of them there were, the vehicles that are advised, in a drive.
+/// Returns the number of vehicles that were advised in a drive.
 fn advised_in(plan: &EvaluationPlan, row: &EvaluationRow, verdict: &EvaluationResult) -> u32 {
     verdict.network.map_or_else(|| plan.advised_by(&row.case), |network| network.advised)
 }
 
-/// What there is to say of vehicles that come and go; nothing on a ring.
+/// Returns a line on vehicles that entered and left a network; empty on a ring.
 fn network_words(row: &EvaluationRow) -> String {
     let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
     let network = |v: &EvaluationResult| v.network;
@@ -127,7 +127,7 @@ fn network_words(row: &EvaluationRow) -> String {
     )
 }
 
-/// What is said of a row in which cars collided.
+/// Returns a warning for a row in which vehicles collided.
 fn crash_words(row: &EvaluationRow) -> Option<String> {
     let first_s = row.verdicts.iter().filter_map(|v| v.crash_s).reduce(f64::min)?;
     Some(format!(
@@ -160,7 +160,7 @@ fn words(row: &EvaluationRow) -> String {
     )
 }
 
-/// For programs.
+/// Returns the results as JSON.
 pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Value {
     let row = |row: &EvaluationRow| {
         json!({
@@ -179,10 +179,10 @@ pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     })
 }
 
-/// Sees that the folder can be written to and holds no evaluation yet.
+/// Makes the folder, and checks that it holds no evaluation yet.
 ///
 /// # Errors
-/// It does, or it cannot be made.
+/// The folder holds an evaluation, or it cannot be made.
 pub fn claim(dir: &Path) -> Result<(), CliError> {
     private::folder(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
     match ["rings.csv", "summary.csv"].iter().find(|name| dir.join(name).exists()) {
@@ -195,7 +195,7 @@ pub fn claim(dir: &Path) -> Result<(), CliError> {
     }
 }
 
-/// Tables and figures into the folder.
+/// Writes tables, configuration and figures into the folder.
 ///
 /// # Errors
 /// A file cannot be written.
@@ -213,7 +213,7 @@ pub fn write(dir: &Path, plan: &EvaluationPlan, config: &TrainConfig, rows: &[Ev
     Ok(())
 }
 
-/// A figure into the folder, as SVG, and as PNG where this program can draw.
+/// Writes a figure into the folder as SVG, and as PNG if this build can draw it.
 ///
 /// # Errors
 /// A file cannot be written.
@@ -313,7 +313,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     if plan.engine != Engine::FastRing {
         return out;
     }
-    // Of the holds the middle one: others are seen by asking for them alone.
+    // Figures show the middle hold only; `--holds` with one hold shows another.
     let hold_s = plan.holds_s[plan.holds_s.len() / 2];
     for case in plan.cases().iter().filter(|case| case.policy != "none" && case.hold_s == hold_s) {
         let of_case = case.config(config);
@@ -349,7 +349,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     out
 }
 
-/// What was driven, for the foot of a figure.
+/// Returns a note on the drives, for the foot of a figure.
 fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let span = |a: f64, b: f64| if a == b { format!("{a}") } else { format!("{a} to {b}") };
     let cars = span(f64::from(config.ring.vehicles_min), f64::from(config.ring.vehicles_max));
@@ -378,7 +378,7 @@ fn by_hold(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series
     series(plan, rows, name, |row| row.case.hold_s)
 }
 
-/// Over the share of advised vehicles, percent.
+/// Returns mean speed against the share of advised vehicles, percent.
 fn by_share(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Series> {
     let name = |row: &EvaluationRow| {
         if row.case.ignores_advice {
@@ -391,7 +391,7 @@ fn by_share(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Serie
     series(plan, rows, name, |row| 100.0 * plan.share_advised_by(&row.case))
 }
 
-/// How many left a network in an hour, for the foot of a figure: a high speed of few vehicles is no gain. Nothing on a ring.
+/// Returns the outflow of a network for the foot of a figure; empty on a ring. A high speed of few vehicles is no gain.
 fn outflows(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     let of_row = |row: &EvaluationRow| {
         let out = estimate(row, |v| Some(v.network?.outflow_per_h))?;
@@ -402,7 +402,7 @@ fn outflows(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     if rows.is_empty() { String::new() } else { format!("\nvehicles that left, 1/h: {}", rows.join(", ")) }
 }
 
-/// A line for each name, with its points from left to right as they come.
+/// Returns a line for each name, with its points in the order of the rows.
 fn series(
     plan: &EvaluationPlan,
     rows: &[EvaluationRow],
@@ -426,14 +426,14 @@ fn series(
     series
 }
 
-/// Mean speed of each policy at each hold against what the driver is like.
+/// Draws the mean speed of each policy at each hold against reaction, error and deadband of the driver.
 fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
-    /// What an attentive participant is taken to be like (`driver`'s preset `follow`): reaction, error, speed_bias, deadband.
+    /// Reaction, error, speed_bias and deadband of an attentive participant (`driver`'s preset `follow`).
     const BASE: [f64; 4] = [1.0, 0.3, 0.0, 0.0];
     let who = |numbers| {
         FollowingDriver::Named(Box::new(NamedDriver::of_numbers(numbers).expect("within what a driver may be")))
     };
-    // Three holds tell the story of ten.
+    // Shortest, middle and longest hold.
     let n = plan.holds_s.len();
     let mut holds_s = vec![plan.holds_s[0], plan.holds_s[n / 2], plan.holds_s[n - 1]];
     holds_s.dedup();
@@ -469,7 +469,7 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     figures::adherence(&charts, &note(plan, config))
 }
 
-/// A title as a file's name.
+/// Returns a title as a file name.
 fn slug(title: &str) -> String {
     let words = title.to_lowercase().replace("m/s", "mps");
     let parts: Vec<&str> = words.split(|c: char| !c.is_alphanumeric() && c != '.').filter(|p| !p.is_empty()).collect();

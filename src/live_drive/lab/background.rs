@@ -1,5 +1,5 @@
-//! A table that the loop of the drive fills and a thread of its own writes: a disk that takes its time is no hitch in the picture. In:
-//! rows. Out: they are on the disk at the end, or why not.
+//! Table that the drive loop fills and a thread of its own writes, so that a slow disk does not delay the picture. In:
+//! rows. Out: the rows on disk at the end, or the error.
 
 use crate::record::{
     RecordError,
@@ -10,17 +10,17 @@ use std::{
     thread::JoinHandle,
 };
 
-/// The loop's side of the table.
+/// The drive loop's end of the table.
 pub struct BackgroundJournal {
     rows: Option<Sender<Vec<StreamValues>>>,
     thread: Option<JoinHandle<Result<(), RecordError>>>,
 }
 
 impl BackgroundJournal {
-    /// Takes a table that has begun.
+    /// Starts the writing thread for a table.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn new(mut journal: StreamJournal) -> Result<Self, RecordError> {
         let (rows, batches) = mpsc::channel();
         let write = move || batches.into_iter().try_for_each(|batch| journal.append(batch));
@@ -29,10 +29,10 @@ impl BackgroundJournal {
         Ok(Self { rows: Some(rows), thread: Some(thread) })
     }
 
-    /// Hands rows over, a list of values a column; does not wait.
+    /// Passes rows to the thread, one list of values per column; does not wait.
     ///
     /// # Errors
-    /// The disk has refused rows before these.
+    /// Earlier rows could not be written.
     pub fn append(&mut self, columns: Vec<StreamValues>) -> Result<(), RecordError> {
         match &self.rows {
             Some(rows) if rows.send(columns).is_ok() => Ok(()),
@@ -40,10 +40,10 @@ impl BackgroundJournal {
         }
     }
 
-    /// Waits until the disk has everything.
+    /// Waits until all rows are on disk.
     ///
     /// # Errors
-    /// It refuses; said once.
+    /// Rows could not be written; reported once.
     pub fn finish(&mut self) -> Result<(), RecordError> {
         self.rows = None;
         let Some(thread) = self.thread.take() else { return Ok(()) };

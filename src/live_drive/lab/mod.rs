@@ -1,12 +1,13 @@
-//! Other devices of a laboratory beside a drive: streams of LSL out of it and into its recording, and triggers. In: what is asked for
-//! ([`LabSettings`]); ticks, frames and events of the drive. Out: samples with the time at which they happened, tables in the
-//! recording, what the experimenter has to know. Nothing here changes a drive, and its loop waits for none of it.
+//! Laboratory devices beside a drive: LSL streams of this program, LSL streams of other devices in its recording, and
+//! triggers. In: the settings ([`LabSettings`]); ticks, frames and events of the drive. Out: samples with the times of
+//! their events, tables in the recording, messages for the experimenter. Nothing here changes a drive, and the drive
+//! loop does not wait for it.
 //!
-//! * `outlets`: the drive's own streams. `stream_reader`: a stream of another device on its way into the recording. `background`: a
-//!   table that a thread of its own writes.
+//! * `outlets`: the drive's own streams. `stream_reader`: recording of a stream of another device. `background`: a
+//!   table written by a thread of its own.
 //!
-//! The time of a tick is that at which it was due: the time at which its frame began, less the ticks that came after it. All
-//! ticks of a frame are computed at once; their time stamps are 10 ms apart as the ticks are.
+//! The time stamp of a tick is the time at which it was due: the start time of its frame, less the ticks that came
+//! after it. All ticks of a frame are computed at once; their time stamps are 10 ms apart.
 
 mod background;
 mod outlets;
@@ -32,34 +33,33 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// What a drive has to do with other devices: the tables `[lsl]` and `[triggers]` of a study's file, or of a file of their own.
+/// Settings for the laboratory devices: the tables `[lsl]` and `[triggers]` of a study's file, or of a separate file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LabSettings {
-    /// Streams.
+    /// LSL streams to send and to record.
     pub lsl: LslSettings,
-    /// Triggers.
+    /// Triggers on a serial port; `None` for none.
     pub triggers: Option<TriggerSettings>,
 }
 
-/// A file of these settings that cannot be used.
+/// Error in a settings file for laboratory devices.
 #[derive(Debug, thiserror::Error)]
 pub enum LabSettingsError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{path}: {why}")]
     File {
-        /// The file.
+        /// Path of the settings file.
         path: PathBuf,
-        /// What the system said.
         why: std::io::Error,
     },
-    /// It is not as it should be written.
+    /// The file's TOML is invalid.
     #[error(transparent)]
     Text(#[from] TomlError),
-    /// A stream cannot be asked for so.
+    /// A stream's settings are invalid.
     #[error("[lsl] {0}")]
     Lsl(#[from] LslSettingsFault),
-    /// A trigger cannot be.
+    /// A trigger's settings are invalid.
     #[error("[triggers] {0}")]
     Triggers(#[from] TriggerSettingsFault),
 }
@@ -68,7 +68,7 @@ impl LabSettings {
     /// Reads a file with the tables `[lsl]` and `[triggers]`.
     ///
     /// # Errors
-    /// What is wrong, where, and what is allowed.
+    /// The file is invalid; the message gives the place and the allowed values.
     pub fn load(path: &Path) -> Result<Self, LabSettingsError> {
         let text = file::read_text(path, file::SETTINGS_BYTES);
         let text = text.map_err(|why| LabSettingsError::File { path: path.into(), why })?;
@@ -80,47 +80,47 @@ impl LabSettings {
     /// Checks the values.
     ///
     /// # Errors
-    /// The first that cannot be.
+    /// The first invalid value.
     pub fn check(&self) -> Result<(), LabSettingsError> {
         self.lsl.check()?;
         Ok(self.triggers.as_ref().map_or(Ok(()), TriggerSettings::check)?)
     }
 
-    /// Those of a study.
+    /// Returns the settings of a study.
     pub fn of(study: &StudyFile) -> Self {
         Self { lsl: study.lsl.clone(), triggers: study.triggers.clone() }
     }
 }
 
-/// The devices, open. The default has none.
+/// Open laboratory devices; by default there are none.
 #[derive(Default)]
 pub struct LabDevices {
     outlets: Option<DriveOutlets>,
-    /// Streams of this program that are asked for and not open yet.
+    /// Settings of this program's streams while these are requested and not open yet.
     planned_outlets: Option<LslSettings>,
     readers: Vec<StreamReader>,
     triggers: Option<TriggerPort>,
-    /// The words of the trial that runs.
+    /// Description of the present trial.
     trial: Option<String>,
-    /// Frames of it so far.
+    /// Number of frames of the trial so far.
     frames: u64,
     recording: Option<LabRecording>,
-    /// When the frame began, and the time stamp of its last tick.
+    /// Start time of the frame, and the time stamp of its last tick, s on LSL's clock.
     frame_s: f64,
     stamp_s: f64,
-    /// What happened in the ticks of this frame.
+    /// Rows of the frame's ticks.
     ticks: Vec<TickRows>,
     news: Vec<String>,
 }
 
-/// What a tick has for the streams.
+/// Rows of a tick for the streams.
 struct TickRows {
     ego: EgoRow,
     advice: Option<AdviceRow>,
     events: Vec<EventRow>,
 }
 
-/// What goes into the recording of a drive beside the streams, which their own threads write.
+/// Tables in the recording that this thread fills; streams of other devices have threads of their own.
 struct LabRecording {
     clock: BackgroundJournal,
     pairs: Vec<[f64; 2]>,
@@ -128,12 +128,12 @@ struct LabRecording {
 }
 
 impl LabDevices {
-    /// Opens what is asked for but the streams of this program ([`LabDevices::open_outlets`]); waits for every stream that is to be
-    /// recorded.
+    /// Opens the devices except for this program's streams ([`LabDevices::open_outlets`]). Waits for every stream that
+    /// is to be recorded.
     ///
     /// # Errors
-    /// liblsl is not here, a stream did not come in time, or the trigger device cannot be opened; this machine has not the interface
-    /// on which streams are to be heard.
+    /// liblsl is missing, a stream did not come in time, the trigger device cannot be opened, or the computer lacks the
+    /// network interface of the settings.
     pub fn open(settings: &LabSettings) -> Result<Self, RunError> {
         let triggers = settings.triggers.as_ref().map(TriggerPort::open).transpose()?;
         let planned_outlets = settings.lsl.outlets.then(|| settings.lsl.clone());
@@ -149,10 +149,10 @@ impl LabDevices {
         Ok(lab)
     }
 
-    /// Opens the streams of this program, where they are asked for. In a study that is after the participant's consent.
+    /// Opens this program's streams, if they are requested. A study does this after the participant's consent.
     ///
     /// # Errors
-    /// liblsl refuses.
+    /// liblsl refuses a stream.
     pub fn open_outlets(&mut self) -> Result<(), RunError> {
         if let Some(settings) = &self.planned_outlets {
             self.outlets = Some(DriveOutlets::open(settings)?);
@@ -161,15 +161,16 @@ impl LabDevices {
         Ok(())
     }
 
-    /// True where there is nothing to be told anything.
+    /// Checks whether there is no device.
     fn is_empty(&self) -> bool {
         self.outlets.is_none() && self.readers.is_empty() && self.triggers.is_none()
     }
 
-    /// A drive begins; it is recorded in `recording`, and `words` say which it is: the item of the study's plan with its condition.
+    /// Starts a trial that is recorded in `recording`. `words` describes it: the item of the study's plan with its
+    /// condition.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     pub fn begin_trial(&mut self, recording: Option<&Path>, words: &str) -> Result<(), RecordError> {
         if self.is_empty() {
             return Ok(());
@@ -194,11 +195,11 @@ impl LabDevices {
         Ok(())
     }
 
-    /// It is over: everything that was taken until now is in its recording. Waits for that, half a second at most where streams are
-    /// recorded.
+    /// Ends the trial, and waits until everything received so far is in its recording: half a second at most if streams
+    /// are recorded.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     pub fn end_trial(&mut self) -> Result<(), RecordError> {
         let Some(words) = self.trial.take() else { return Ok(()) };
         self.announce("trial_end", &words, local_clock_s());
@@ -216,12 +217,12 @@ impl LabDevices {
         result
     }
 
-    /// A frame begins: its ticks are counted back from now.
+    /// Starts a frame; the time stamps of its ticks are counted back from now.
     pub(super) fn begin_frame(&mut self) {
         self.frame_s = local_clock_s();
     }
 
-    /// The world has made a tick.
+    /// Adds a tick of the world with these controls.
     pub(super) fn tick(&mut self, world: &World, controls: &Controls) {
         if self.is_empty() {
             return;
@@ -238,10 +239,10 @@ impl LabDevices {
         self.ticks.push(TickRows { ego: EgoRow::of(snapshot, &controls.sane(), None, 0), advice, events });
     }
 
-    /// The frame's ticks are made: the drive stands at `tick` and `fraction` of the next, which is now.
+    /// Sends the frame's ticks. At the frame's start time the drive is at `tick` and `fraction` of the next.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     pub(super) fn end_frame(&mut self, tick: Tick, fraction: f64) -> Result<(), RecordError> {
         if self.is_empty() {
             return Ok(());
@@ -249,7 +250,8 @@ impl LabDevices {
         let now_ticks = tick.0 as f64 + fraction;
         for rows in std::mem::take(&mut self.ticks) {
             let due_s = self.frame_s - (now_ticks - rows.ego.tick.0 as f64) * TICK_S;
-            // Frames begin some microseconds apart from where ticks put them: time does not go back for that.
+            // The start times of frames differ by some microseconds from the ticks' times; time stamps must not go back
+            // for that.
             self.stamp_s = due_s.max(self.stamp_s);
             self.push(&rows, self.stamp_s);
         }
@@ -260,16 +262,17 @@ impl LabDevices {
         recording.triggers(written, &mut self.news)
     }
 
-    /// Hands the drive's clock to the disk, without which a device's samples have no time in the drive; as often as the drive itself.
+    /// Passes the drive's clock to the disk, as often as the drive's own rows. Without it the samples of devices have
+    /// no time in the drive.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     pub(super) fn flush(&mut self) -> Result<(), RecordError> {
         self.recording.as_mut().filter(|recording| !recording.pairs.is_empty()).map_or(Ok(()), LabRecording::flush)
     }
 
     fn push(&mut self, rows: &TickRows, stamp_s: f64) {
-        // What happens as a tick begins has the stamp of the tick before.
+        // An event at the start of a tick has the time stamp of the tick before.
         let of = |tick: Tick| stamp_s - (rows.ego.tick.0 as f64 - tick.0 as f64) * TICK_S;
         if let Some(outlets) = &mut self.outlets {
             outlets.tick(&rows.ego, stamp_s);
@@ -288,15 +291,15 @@ impl LabDevices {
         }
     }
 
-    /// A frame was handed to the screen just now; `number` is the recording's, where there is one.
+    /// Sends a frame that was handed to the screen just now; `number` is its number in the recording, if there is one.
     pub(super) fn shown(&mut self, row: FrameRow, number: Option<u64>) {
-        // Of a drive that is held before its start nothing is to be analysed.
+        // Frames before the start of the trial need no analysis.
         let Some(outlets) = self.outlets.as_mut().filter(|_| self.trial.is_some()) else { return };
         outlets.frame(&FrameRow { frame: number.unwrap_or(self.frames), ..row }, local_clock_s());
         self.frames += 1;
     }
 
-    /// Something happened that the world does not know of.
+    /// Sends an event from outside the world.
     pub(super) fn note(&mut self, kind: &str, detail: &str) {
         self.announce(kind, detail, local_clock_s());
     }
@@ -315,7 +318,7 @@ impl LabDevices {
         self.news.extend(self.outlets.as_mut().and_then(DriveOutlets::take_trouble));
     }
 
-    /// What the experimenter has to know since the last call.
+    /// Returns the messages for the experimenter since the last call.
     pub fn take_news(&mut self) -> Vec<String> {
         self.take_reports();
         std::mem::take(&mut self.news)
@@ -324,7 +327,7 @@ impl LabDevices {
 
 impl Drop for LabDevices {
     fn drop(&mut self) {
-        // A drive that ends by an error keeps what there is.
+        // A drive that ends with an error keeps its data.
         if let Err(error) = self.end_trial() {
             log::error!("{error}");
         }

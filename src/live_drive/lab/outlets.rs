@@ -1,14 +1,15 @@
-//! The drive's own streams. In: rows as they are recorded, with the time at which they happened. Out: samples for whoever listens.
+//! The drive's own LSL streams. In: rows as they are recorded, with the times of their events. Out: samples on the
+//! network.
 //!
 //! ```text
 //! codrive.advice    as it is issued: advised speed, range, hold; empty numbers (NaN) when advice is withheld
-//! codrive.events    as they happen: the event's word, the rest in words
+//! codrive.events    as they happen: kind and details, as text
 //! codrive.controls  each tick, 100 Hz: pedals, steering wheel, selector
-//! codrive.ego       each tick, 100 Hz: place, motion, gap
+//! codrive.ego       each tick, 100 Hz: position, motion, gap
 //! codrive.frames    each frame, when it was handed to the screen
 //! ```
-//! Ego and controls come each tick and not each step: it is what is recorded, an analysis of braking needs it, and a sample costs
-//! some microseconds.
+//! Ego and controls come each tick, not each step: that is what is recorded, an analysis of braking needs it, and a
+//! sample costs only some microseconds.
 
 use crate::{
     controls::Selector,
@@ -70,24 +71,24 @@ impl<R> Columns<R> {
     }
 }
 
-/// The streams.
+/// Open streams of a drive.
 pub struct DriveOutlets {
     advice: (Outlet, Columns<AdviceRow>),
     events: Outlet,
     controls: (Outlet, Columns<EgoRow>),
     ego: (Outlet, Columns<EgoRow>),
     frames: (Outlet, Columns<FrameRow>),
-    /// The first push that failed.
+    /// First error of a push that has not been taken yet.
     trouble: Option<LslError>,
     is_told: bool,
 }
 
 impl DriveOutlets {
-    /// Opens them, heard where the settings say. Their ids end in `source` of the settings, or in a random number, and tell
-    /// nothing of the participant.
+    /// Opens the streams on the interface in the settings. Their ids end in the settings' `source`, or in a random
+    /// number, and reveal nothing about the participant.
     ///
     /// # Errors
-    /// liblsl is not here, or refuses.
+    /// liblsl is missing, or refuses a stream.
     pub fn open(settings: &LslSettings) -> Result<Self, LslError> {
         let interface = OutletInterface::of(&settings.interface);
         let random = || format!("{:016x}", RandomState::new().hash_one(std::process::id()));
@@ -126,7 +127,7 @@ impl DriveOutlets {
         })
     }
 
-    /// A tick was due at `stamp_s`.
+    /// Sends the row of a tick that was due at `stamp_s`.
     pub fn tick(&mut self, row: &EgoRow, stamp_s: f64) {
         let (outlet, columns) = &self.ego;
         let ego = outlet.push(&columns.values(row), stamp_s);
@@ -141,14 +142,14 @@ impl DriveOutlets {
         self.note(pushed);
     }
 
-    /// An advice was issued.
+    /// Sends an advice that was issued at `stamp_s`.
     pub fn advice(&mut self, row: &AdviceRow, stamp_s: f64) {
         let (outlet, columns) = &self.advice;
         let pushed = outlet.push(&columns.values(row), stamp_s);
         self.note(pushed);
     }
 
-    /// Something happened in the world.
+    /// Sends an event of the world; withheld advice also goes to the advice stream.
     pub fn event(&mut self, row: &EventRow, stamp_s: f64) {
         if row.kind == ADVICE_WITHHELD {
             let mut values = [f64::NAN; ADVICE_COLUMNS.len()];
@@ -159,13 +160,13 @@ impl DriveOutlets {
         self.announce(&row.kind, &row.detail, stamp_s);
     }
 
-    /// Something happened that the world does not know of.
+    /// Sends an event from outside the world.
     pub fn announce(&mut self, kind: &str, detail: &str, stamp_s: f64) {
         let pushed = self.events.push_texts(&[kind, detail], stamp_s);
         self.note(pushed);
     }
 
-    /// A frame was handed to the screen at `stamp_s`.
+    /// Sends a frame that was handed to the screen at `stamp_s`.
     pub fn frame(&mut self, row: &FrameRow, stamp_s: f64) {
         let (outlet, columns) = &self.frames;
         let pushed = outlet.push(&columns.values(row), stamp_s);
@@ -182,7 +183,7 @@ impl DriveOutlets {
         }
     }
 
-    /// The first sample that could not be handed over, once.
+    /// Returns the error of the first sample that could not be sent, once.
     pub fn take_trouble(&mut self) -> Option<String> {
         let trouble = self.trouble.take()?;
         self.is_told = true;

@@ -1,6 +1,7 @@
-//! A stream of another device on its way into the recording, on a thread of its own. In: samples, and when a drive begins and ends.
-//! Out: a table in the recording with the device's own time stamps; beside it a JSON with the stream's description, the measured
-//! clock offsets and the gaps; what the experimenter has to know. A stream that is gone is looked for until it is back.
+//! Recording of a stream of another device, on a thread of its own. In: samples, and the starts and ends of drives.
+//! Out: a table in the recording with the device's own time stamps; beside it a JSON file with the stream's
+//! description, the measured clock offsets and the gaps; messages for the experimenter. The reader looks for a lost
+//! stream until it is back.
 
 use crate::{
     lsl::{self, ClockOffset, FoundStream, Inlet, LslError, SampleChunk, SampleValues, local_clock_s},
@@ -22,17 +23,17 @@ use std::{
     time::Duration,
 };
 
-/// Samples are fetched so often: what is lost with a connection that breaks is what came since.
+/// Interval at which samples are fetched. A broken connection loses the samples since the last fetch.
 const FETCH_EVERY: Duration = Duration::from_millis(5);
-/// Rows go to the disk so often, seconds.
+/// Interval at which rows are written, s.
 const FLUSH_S: f64 = 0.5;
-/// The offset of the device's clock is measured so often, seconds.
+/// Interval at which the offset of the device's clock is measured, s.
 const OFFSET_S: f64 = 5.0;
-/// So long an answer is waited for, the first time, seconds.
+/// Longest wait for the first measurement of the offset, s.
 const FIRST_OFFSET_S: f64 = 5.0;
-/// A stream of a fixed rate that sends nothing for so long is told of, seconds.
+/// Time without samples after which a stream of fixed rate is reported as silent, s.
 const SILENT_S: f64 = 3.0;
-/// So long after the end of a drive samples of before may come, seconds: devices send in pieces.
+/// Longest wait after the end of a drive for samples from before it, s: devices send in chunks.
 const LATE_S: f64 = 0.3;
 
 enum ReaderCommand {
@@ -40,34 +41,34 @@ enum ReaderCommand {
     End(Sender<Result<(), RecordError>>),
 }
 
-/// The end of a recording that is on its way.
+/// End of a recording that is being written.
 pub struct PendingEnd(Receiver<Result<(), RecordError>>);
 
 impl PendingEnd {
-    /// Waits until everything is on the disk.
+    /// Waits until everything is on disk.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The recording cannot be written.
     pub fn wait(self) -> Result<(), RecordError> {
-        // Without its thread there is nothing to wait for; it has said why it ended.
+        // Without its thread there is nothing to wait for; the thread has reported why it ended.
         self.0.recv().unwrap_or_else(|_| Err(RecordError::Stopped("the thread of a stream is gone".into())))
     }
 }
 
-/// The loop's side of a stream.
+/// The drive loop's end of a stream.
 pub struct StreamReader {
     commands: Option<Sender<ReaderCommand>>,
     news: Receiver<String>,
     thread: Option<JoinHandle<()>>,
-    /// Releases the stream: the thread waits for no answer.
+    /// Request to stop, so that the thread waits for no response.
     ends: Arc<AtomicBool>,
 }
 
 impl StreamReader {
-    /// Waits for the stream and reads it from now on.
+    /// Waits for the stream and starts to read it.
     ///
     /// # Errors
-    /// liblsl is not here, the stream does not come in time, or does not answer.
+    /// liblsl is missing, or the stream does not come or respond in time.
     pub fn open(predicate: &str, wait_s: f64) -> Result<Self, LslError> {
         let mut inlet = lsl::resolve(predicate, wait_s, &is_interrupted)?;
         let offset = inlet.clock_offset(FIRST_OFFSET_S, &is_interrupted)?;
@@ -93,12 +94,12 @@ impl StreamReader {
         Ok(Self { commands: Some(commands), news, thread: Some(thread), ends })
     }
 
-    /// A drive begins that is recorded there.
+    /// Starts a recording in the folder of a drive.
     pub fn begin(&self, recording: &Path) {
         self.command(ReaderCommand::Begin(recording.into()));
     }
 
-    /// It ends now.
+    /// Ends the recording at the present time.
     pub fn end(&self) -> PendingEnd {
         let (to, done) = mpsc::channel();
         self.command(ReaderCommand::End(to));
@@ -107,12 +108,12 @@ impl StreamReader {
 
     fn command(&self, command: ReaderCommand) {
         if let Some(commands) = &self.commands {
-            // A thread that is gone is told of by the end that does not come.
+            // A thread that is gone is reported by [`PendingEnd::wait`].
             let _ = commands.send(command);
         }
     }
 
-    /// What has happened to the stream since the last call.
+    /// Returns the messages about the stream since the last call.
     pub fn take_news(&self) -> Vec<String> {
         self.news.try_iter().collect()
     }
@@ -128,7 +129,7 @@ impl Drop for StreamReader {
     }
 }
 
-/// What the recording of a drive has of the stream.
+/// Recording of the stream in one drive.
 struct StreamRecording {
     journal: StreamJournal,
     folder: PathBuf,
@@ -137,22 +138,22 @@ struct StreamRecording {
     offsets_s: Vec<f64>,
     values: SampleValues,
     clock_offsets: Vec<ClockOffset>,
-    /// When the stream was lost and when it was back.
+    /// Times at which the stream was lost and was back, s on LSL's clock.
     gaps: Vec<[Option<f64>; 2]>,
     flushed_s: f64,
-    /// Why nothing more is recorded of it.
+    /// Error that ended the recording.
     failed: Option<RecordError>,
 }
 
 struct ReaderThread {
     predicate: String,
-    /// What it said of itself when it was found last.
+    /// Description of the stream when it was last found.
     stream: FoundStream,
-    /// `None` while it is gone.
+    /// Open inlet; `None` while the stream is lost.
     inlet: Option<Inlet>,
     offset: ClockOffset,
     offset_asked_s: f64,
-    /// When samples came last.
+    /// Time of the last samples, s on LSL's clock.
     sample_s: f64,
     is_silent: bool,
     recording: Option<StreamRecording>,
@@ -167,7 +168,7 @@ impl ReaderThread {
                 Ok(ReaderCommand::Begin(folder)) => self.begin(&folder),
                 Ok(ReaderCommand::End(done)) => {
                     let ended = self.end();
-                    // Whoever asked may be gone.
+                    // The receiver may be gone.
                     let _ = done.send(ended);
                 }
                 Err(TryRecvError::Empty) => {}
@@ -181,7 +182,7 @@ impl ReaderThread {
     }
 
     fn begin(&mut self, folder: &Path) {
-        // What came before the drive is not its.
+        // Samples from before the drive do not belong to it.
         self.fetch();
         match StreamRecording::begin(folder, &self.stream) {
             Ok(mut recording) => {
@@ -213,7 +214,7 @@ impl ReaderThread {
         recording.failed.map_or(Ok(()), Err)
     }
 
-    /// Takes what has come.
+    /// Fetches the samples that have arrived, or looks for a lost stream.
     fn fetch(&mut self) {
         let Some(inlet) = &mut self.inlet else { return self.look_for() };
         loop {
@@ -249,7 +250,7 @@ impl ReaderThread {
         }
     }
 
-    /// It is gone: is it there again? The same device, where it has a name of its own.
+    /// Looks for a lost stream, by its `source_id` if it has one.
     fn look_for(&mut self) {
         let source = &self.stream.source_id;
         let predicate = match source.contains('\'') || source.is_empty() {
@@ -271,7 +272,7 @@ impl ReaderThread {
             gap[1] = Some(now);
         }
         if recording.stream.is_text() != self.stream.is_text() || recording.stream.channels != self.stream.channels {
-            // Another table: the columns are not those of before.
+            // Another format or other channels need another table.
             let folder = recording.folder.clone();
             self.flush(0.0);
             return self.begin(&folder);
@@ -284,7 +285,7 @@ impl ReaderThread {
         let now = local_clock_s();
         let Some(inlet) = self.inlet.as_mut().filter(|_| now - self.offset_asked_s >= OFFSET_S) else { return };
         self.offset_asked_s = now;
-        // The library measures by itself, in a thread of its own; one that fails is made up for by the next.
+        // The library measures in a thread of its own. A failed measurement is made up for by the next.
         let Ok(offset) = inlet.clock_offset(FLUSH_S, &|| self.ends.load(Ordering::Relaxed)) else { return };
         self.offset = offset;
         if let Some(recording) = &mut self.recording {
@@ -308,7 +309,7 @@ impl ReaderThread {
 
     fn tell(&self, text: String) {
         log::warn!("{text}");
-        // The loop may be gone.
+        // The receiver may be gone.
         let _ = self.say.send(text);
     }
 }
@@ -347,7 +348,7 @@ impl StreamRecording {
         match (&mut self.values, chunk.values) {
             (SampleValues::Numbers(all), SampleValues::Numbers(new)) => all.extend(new),
             (SampleValues::Texts(all), SampleValues::Texts(new)) => all.extend(new),
-            // A stream keeps its kind for as long as it is the same table.
+            // The format of a stream is the same throughout a table.
             _ => {}
         }
     }
@@ -369,7 +370,7 @@ impl StreamRecording {
         self.journal.append(columns)
     }
 
-    /// The JSON beside the table, as far as it is known now.
+    /// Writes the JSON file beside the table with the present state.
     fn describe(&mut self, predicate: &str) {
         let gaps: Vec<_> =
             self.gaps.iter().map(|[lost, back]| json!({ "lost_lsl_s": lost, "back_lsl_s": back })).collect();

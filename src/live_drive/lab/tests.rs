@@ -1,11 +1,11 @@
-//! Triggers of a drive: what the amplifier reads, and the table of the recording. Streams are in `tests/lsl`, with other programs at
-//! their other ends.
+//! Triggers of a drive: the bytes that the amplifier reads, and the table of the recording. Streams are tested in
+//! `tests/lsl`, with other programs at the other ends.
 
 use super::*;
 use crate::record::{TableReader, streams::FOLDER};
 
 #[test]
-fn settings_are_the_tables_of_a_study() {
+fn lab_settings_are_the_tables_of_a_study() {
     let text = "[lsl]\noutlets = true\nrecord = [\"type='EEG'\"]\n[triggers]\ndevice = '/dev/ttyUSB0'\n[triggers.codes]\nadvice = 1";
     let settings: LabSettings = toml::from_str(text).unwrap();
     assert!(settings.lsl.outlets && settings.triggers.unwrap().codes.advice == Some(1));
@@ -14,7 +14,7 @@ fn settings_are_the_tables_of_a_study() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_trial_has_its_triggers_on_the_wire_and_in_its_recording() {
+fn triggers_of_a_trial_are_on_the_wire_and_in_its_recording() {
     use std::{io::Read, os::fd::AsRawFd};
     let ends = nix::pty::openpty(None, None).unwrap();
     let device = std::fs::read_link(format!("/proc/self/fd/{}", ends.slave.as_raw_fd())).unwrap();

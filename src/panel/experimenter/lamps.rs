@@ -1,90 +1,89 @@
-//! Warning lamps of the experimenter's window. In: measured facts ([`DriveHealth`]). Out: lamps, green, amber or red, each
-//! with words and, where it is not green, what to do. The limits stand here.
+//! Warning lamps of the experimenter's window. In: measured values ([`DriveHealth`]). Out: lamps in green, amber or
+//! red, each with a text and, where it is not green, what to do. The limits are defined here.
 
 use crate::{panel::theme, record};
 use egui::{Color32, RichText, Sense, Ui, vec2};
 
-/// What is measured while a drive runs.
+/// Measurements of a running drive.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DriveHealth {
-    /// Time from frame to frame, the mean and the longest of the last second or so, milliseconds; zero before the first.
+    /// Mean and longest frame time of the last second or so, ms; zero before the first frame.
     pub frame_ms: [f64; 2],
-    /// Time given up in stalls, seconds, since the start and in the last ten seconds.
+    /// Time lost in stalls, s: since the start, and in the last ten seconds.
     pub dropped_s: [f64; 2],
-    /// Time from input to the picture that shows it, median and 99th percentile, milliseconds; `None` without input.
+    /// Latency from input to the picture that shows it, ms: median and 99th percentile; `None` without input.
     pub latency_ms: Option<[f64; 2]>,
-    /// True while a drive that will be recorded has not begun.
+    /// True before the start of a drive that will be recorded.
     pub will_record: bool,
     /// The recording; `None` if the drive is not recorded.
     pub recording: Option<RecordingHealth>,
-    /// What the participant steers with.
+    /// State of the steering wheel.
     pub wheel: WheelHealth,
-    /// Contacts with other cars.
+    /// Contacts with other vehicles.
     pub contacts: ContactHealth,
-    /// Name of the traffic engine.
+    /// Name of the traffic engine; empty before there is a drive.
     pub engine: String,
-    /// Why the drive cannot start or go on.
+    /// Reason that the drive cannot start or continue.
     pub error: Option<String>,
 }
 
-/// How the recorder does.
+/// State of the recorder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RecordingHealth {
-    /// Batches that wait for the disk, and how many may.
+    /// Batches waiting for the disk, and the capacity of the queue.
     pub waiting: [usize; 2],
-    /// Room on the disk, gigabytes, where the system tells.
+    /// Free disk space, GB; `None` where the system does not report it.
     pub free_gb: Option<f64>,
 }
 
-/// Contacts of the drive with other cars.
+/// Contacts of the ego with other vehicles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactHealth {
-    /// How many so far.
+    /// Contacts since the start of the drive.
     pub count: u32,
-    /// Closing speed of the last one, m/s, and how long ago it was, seconds.
+    /// Closing speed of the last contact, m/s, and the time since it, s.
     pub last: Option<[f64; 2]>,
 }
 
-/// What the participant steers with.
+/// State of the steering wheel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum WheelHealth {
-    /// A wheel: its name.
+    /// A wheel is plugged in; its name.
     There(String),
-    /// Keyboard or pad.
+    /// No wheel: keyboard or pad.
     #[default]
     None,
-    /// It was unplugged in the middle of a drive.
+    /// The wheel was unplugged during a drive.
     Lost,
 }
 
 /// Colour of a lamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LampColour {
-    /// Nothing to say yet.
+    /// Nothing has been measured yet.
     Off,
-    /// All is well.
+    /// All values within the limits.
     Green,
-    /// To be checked when there is time.
+    /// Needs a check when there is time.
     Amber,
-    /// The trial suffers.
+    /// The trial is affected.
     Red,
 }
 
-/// A lamp.
+/// Warning lamp with its text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lamp {
-    /// What it is about.
+    /// Subject of the lamp.
     pub name: &'static str,
-    /// Its colour.
     pub light: LampColour,
-    /// What was found, in a few words.
+    /// Finding, in a few words.
     pub words: String,
-    /// What it means, its limits, what to do.
+    /// Tooltip: meaning, limits, remedy.
     pub tip: &'static str,
 }
 
 impl LampColour {
-    /// The colour on the screen.
+    /// Returns the colour on the screen.
     pub fn colour(self) -> Color32 {
         match self {
             Self::Off => Color32::from_rgb(84, 92, 102),
@@ -94,7 +93,7 @@ impl LampColour {
         }
     }
 
-    /// The colour as a word: nobody has to see it.
+    /// Returns the state as a word, so that it can be read without seeing the colour.
     pub fn word(self) -> &'static str {
         match self {
             Self::Off => "off",
@@ -104,7 +103,7 @@ impl LampColour {
         }
     }
 
-    /// Green up to the first limit, amber up to the second.
+    /// Returns green up to the first limit, amber up to the second, red above it.
     fn of(value: f64, limits: [f64; 2]) -> Self {
         if value <= limits[0] {
             Self::Green
@@ -116,7 +115,7 @@ impl LampColour {
     }
 }
 
-/// All lamps, in a fixed order.
+/// Returns all lamps, in a fixed order.
 pub fn lamps(health: &DriveHealth) -> Vec<Lamp> {
     vec![
         frames(health),
@@ -236,12 +235,12 @@ fn traffic(health: &DriveHealth) -> Lamp {
     Lamp { name: "Traffic", light, words, tip }
 }
 
-/// The worst of the lamps that say something.
+/// Returns the worst colour of all lamps.
 pub fn worst(lamps: &[Lamp]) -> LampColour {
     lamps.iter().map(|lamp| lamp.light).max().unwrap_or(LampColour::Off)
 }
 
-/// All lamps with their words; what is not green has a line of its own to be read in full.
+/// Shows all lamps with their texts. A lamp that is amber or red gets a line of its own with the full text.
 pub fn show(ui: &mut Ui, lamps: &[Lamp]) {
     for lamp in lamps {
         let calm = lamp.light <= LampColour::Green;
@@ -263,7 +262,7 @@ pub fn show(ui: &mut Ui, lamps: &[Lamp]) {
     }
 }
 
-/// All lamps in one line, for a window without room: bulbs, and the words of the worst.
+/// Shows all lamps in one line, for a narrow window: the bulbs, and the text of the worst.
 pub fn strip(ui: &mut Ui, lamps: &[Lamp]) {
     for lamp in lamps {
         bulb(ui, lamp.light).on_hover_text(format!("{}: {}\n{}", lamp.name, lamp.words, lamp.tip));
@@ -275,7 +274,7 @@ pub fn strip(ui: &mut Ui, lamps: &[Lamp]) {
     }
 }
 
-/// A disc, a triangle where to look, a square where it is bad: told apart without colours too.
+/// Draws a disc for off and green, a triangle for amber, a square for red: distinguishable without colour.
 fn bulb(ui: &mut Ui, light: LampColour) -> egui::Response {
     let (rect, response) = ui.allocate_exact_size(vec2(15.0, 15.0), Sense::hover());
     let (middle, colour, edge) =
@@ -358,13 +357,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_off_and_an_unrecorded_drive_is_pointed_out() {
+    fn missing_measurements_are_off_and_an_unrecorded_drive_is_amber() {
         let health = DriveHealth { recording: None, latency_ms: None, frame_ms: [0.0; 2], ..healthy() };
         assert_eq!(light(&health, "Input latency"), LampColour::Off);
         assert_eq!(light(&health, "Frames"), LampColour::Off);
         assert_eq!(light(&health, "Disk"), LampColour::Off);
         assert_eq!(light(&health, "Recorder"), LampColour::Amber);
-        // One that will be recorded has not begun: nothing is wrong.
+        // A drive that will be recorded has not begun: no warning.
         assert_eq!(light(&DriveHealth { will_record: true, ..health }, "Recorder"), LampColour::Off);
     }
 }

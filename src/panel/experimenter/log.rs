@@ -1,5 +1,5 @@
-//! Data of the present drive for plots and maps. In: the world after each tick. Out: speeds over time, the space-time
-//! diagram, the share of time in range; bounded, however long the drive. Seconds, metres, m/s.
+//! Data of the current drive for plots and maps. In: the world after each tick. Out: speeds over time, the space-time
+//! diagram, the share of time in range; of bounded size for a drive of any length. Seconds, metres, m/s.
 
 use super::space_time::{SpaceTime, WINDOW_S};
 use crate::{
@@ -8,48 +8,48 @@ use crate::{
 };
 use std::collections::VecDeque;
 
-/// Time between two rows of all cars' speeds.
+/// Interval between two rows of all vehicles' speeds, s.
 const EVERY_S: f64 = 1.0;
 
-/// Speeds of all cars at one time.
+/// Speeds of all vehicles at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedRow {
     /// Time since the start of the drive, seconds.
     pub time_s: f64,
-    /// The ego's first, then the others' by ascending id, m/s.
+    /// Speeds, m/s: the ego's first, then the others' by ascending id.
     pub speeds_mps: Vec<f32>,
 }
 
-/// The drive so far.
+/// Log of the drive so far.
 #[derive(Clone, Debug)]
 pub struct DriveLog {
-    /// Mean speed, the ego's, the target.
+    /// Mean speed, ego speed and target speed.
     pub history: SpeedHistory,
-    /// Where all cars were.
+    /// Positions of all vehicles over time.
     pub space_time: SpaceTime,
-    /// Speeds of all cars in the last [`WINDOW_S`].
+    /// Speeds of all vehicles in the last [`WINDOW_S`].
     pub speeds: VecDeque<SpeedRow>,
     /// Centre line of the road, metres.
     pub road: Vec<[f64; 2]>,
-    /// Its end is its start.
+    /// True if the end of the road is its start.
     pub is_closed: bool,
     /// Width of the road, metres.
     pub road_width_m: f64,
-    /// Speed at which colours are at their end, m/s.
+    /// Speed at the upper end of the colour scale, m/s.
     pub top_mps: f64,
-    /// How long the drive is to last, seconds; 0 for one without an end.
+    /// Planned duration of the drive, s; 0 for a drive without an end.
     pub duration_s: f64,
-    /// Ticks with advice, and those of them in range.
+    /// Ticks with advice, and the number of them in range.
     advised: [u64; 2],
     began: bool,
 }
 
 impl DriveLog {
-    /// Before the first tick of a drive in `world`.
+    /// Creates an empty log for a drive in `world`.
     pub fn new(world: &World) -> Self {
         let route = &world.map().route;
         let expected = world.expected_speeds();
-        // Twice the even flow: standing and flowing are far apart in colour.
+        // Twice the equilibrium speed, so that standing and flowing traffic differ clearly in colour.
         let top_mps = (2.0 * expected.equilibrium_mps).clamp(4.0, expected.limit_mps.max(4.0));
         let length_m = route.length_m();
         let points = (length_m / 3.0).ceil().clamp(24.0, 2000.0) as usize;
@@ -58,7 +58,7 @@ impl DriveLog {
         Self { duration_s: world.scenario().duration_s, is_closed: route.is_closed(), ..log }
     }
 
-    /// The same for a closed road that is given by its centre line.
+    /// Creates an empty log for a closed road given by its centre line.
     pub fn on(road: Vec<[f64; 2]>, length_m: f64, road_width_m: f64, top_mps: f64) -> Self {
         Self {
             history: SpeedHistory::default(),
@@ -74,12 +74,12 @@ impl DriveLog {
         }
     }
 
-    /// Sees the world after a tick.
+    /// Adds the world after a tick.
     pub fn watch(&mut self, world: &World) {
         self.see(world.snapshot(), world.scenario().step_ticks());
     }
 
-    /// Sees a snapshot; cars are looked at once a step.
+    /// Adds a snapshot. Advice is counted each tick; vehicles are sampled once a step.
     pub fn see(&mut self, snapshot: &Snapshot, step_ticks: u64) {
         if let Some(advice) = snapshot.advice {
             self.advised[0] += 1;
@@ -103,14 +103,14 @@ impl DriveLog {
         }
     }
 
-    /// Share of the time with advice in which the ego was in range, 0 to 1; `None` before the first advice.
+    /// Returns the share of the time with advice in which the ego was in range, 0 to 1; `None` before the first advice.
     pub fn share_in_range(&self) -> Option<f64> {
         let [all, inside] = self.advised;
         (all > 0).then(|| inside as f64 / all as f64)
     }
 
-    /// From when to when plots of all cars reach at `time_s`, seconds: the whole of a short drive, the last [`WINDOW_S`] of a
-    /// long one; one without an end has a minute at first.
+    /// Returns the start and end of the time axis of plots of all vehicles at `time_s`, s. A drive shorter than
+    /// [`WINDOW_S`] is shown whole, a longer one by its last [`WINDOW_S`]. A drive without an end starts with a minute.
     pub fn window(&self, time_s: f64) -> [f64; 2] {
         let whole_s = if self.duration_s > 0.0 { self.duration_s } else { time_s.max(60.0) };
         let width_s = whole_s.min(WINDOW_S);
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn an_hour_of_all_cars_keeps_the_last_five_minutes() {
+    fn an_hour_of_driving_keeps_the_last_five_minutes() {
         let mut log = DriveLog::on(Vec::new(), 250.0, 4.0, 8.0);
         for step in 0..36_000 {
             log.see(&at(step * 10, 4.0, None), 10);
@@ -172,7 +172,7 @@ mod tests {
         assert_eq!(log.speeds.back().unwrap().time_s, 3599.0);
         assert_eq!(log.window(3599.0), [3299.0, 3599.0]);
         assert_eq!((log.window(20.0), log.window(100.0)), ([0.0, 60.0], [0.0, 100.0]));
-        // A drive of 90 s fills the width at its end; extended, its last 90 s are seen.
+        // A drive of 90 s fills the width at its end; after an extension, its last 90 s are shown.
         log.duration_s = 90.0;
         assert_eq!((log.window(20.0), log.window(90.0), log.window(120.0)), ([0.0, 90.0], [0.0, 90.0], [30.0, 120.0]));
         log.duration_s = 3600.0;

@@ -1,20 +1,21 @@
-//! The road from above with all cars. In: the centre line, a [`Snapshot`]. Out: painted shapes, north up; the ego red, the
-//! others green or coloured by their speed.
+//! The road from above with all vehicles. In: the centre line, a [`Snapshot`]. Out: painted shapes, north up; the ego
+//! red, the others green or coloured by their speed.
 
 use super::DriveLog;
 use crate::{panel::theme, sim::Snapshot, space::Pose};
 use egui::{Color32, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
-/// Length and width of a car, metres, and the least length on the screen, points: on a long road a car stays visible.
+/// Length and width of a vehicle, m, and its minimum length on the screen, points, so that it stays visible on a long
+/// road.
 const CAR_M: [f64; 2] = [5.0, 1.9];
 const LEAST: f32 = 10.0;
-/// The ego is drawn so much larger than it is: it is what one looks for.
+/// Enlargement of the ego, so that it is found at a glance.
 const EGO_SIZE: f32 = 1.35;
-/// Paint of cars as in HC22's bird's-eye view.
+/// Paint of vehicles as in HC22's bird's-eye view.
 const EGO: Color32 = Color32::from_rgb(235, 64, 52);
 const OTHERS: Color32 = Color32::from_rgb(70, 180, 90);
 
-/// From standing to fast, as in the figures of an analysis.
+/// Colour scale from standing to fast, as in the figures of an analysis.
 const SHADES: [[u8; 3]; 9] = [
     [0x9c, 0x10, 0x10],
     [0xc8, 0x24, 0x34],
@@ -27,14 +28,14 @@ const SHADES: [[u8; 3]; 9] = [
     [0x3f, 0x66, 0xc4],
 ];
 
-/// Colour of a speed, given as its share of the fastest that has a colour of its own.
+/// Returns the colour of a speed, given as a share of the speed at the end of the scale; clamped to 0 to 1.
 pub fn shade(share: f64) -> Color32 {
     let at = if share.is_finite() { share.clamp(0.0, 1.0) * SHADES.len() as f64 } else { 0.0 };
     let [r, g, b] = SHADES[(at as usize).min(SHADES.len() - 1)];
     Color32::from_rgb(r, g, b)
 }
 
-/// The map, in a square field as large as there is room, `height` points high.
+/// Shows the map in a field of `width` by `height` points.
 pub fn show(ui: &mut Ui, log: &DriveLog, snapshot: Option<&Snapshot>, by_speed: bool, width: f32, height: f32) {
     let (response, painter) = ui.allocate_painter(vec2(width, height), Sense::hover());
     let field = response.rect;
@@ -57,7 +58,7 @@ pub fn show(ui: &mut Ui, log: &DriveLog, snapshot: Option<&Snapshot>, by_speed: 
     });
 }
 
-/// The key to the colours, as one line.
+/// Shows the key to the colours in one line.
 pub fn key(ui: &mut Ui, top_mps: f64) {
     let small = |text: String| egui::RichText::new(text).color(theme::DIM).size(11.0);
     ui.horizontal(|ui| {
@@ -71,7 +72,7 @@ pub fn key(ui: &mut Ui, top_mps: f64) {
     });
 }
 
-/// From metres to points.
+/// Transform from metres to points.
 struct MapTransform {
     middle_m: [f64; 2],
     middle: Pos2,
@@ -86,7 +87,7 @@ impl MapTransform {
     }
 }
 
-/// The whole road in the field, with a margin.
+/// Returns the transform that fits the whole road into the field with a margin; `None` without a road or room.
 fn placing(road: &[[f64; 2]], width_m: f64, field: Rect) -> Option<MapTransform> {
     let first = road.first()?;
     let (mut low, mut high) = (*first, *first);
@@ -103,7 +104,7 @@ fn placing(road: &[[f64; 2]], width_m: f64, field: Rect) -> Option<MapTransform>
     (points_a_m > 0.0).then_some(MapTransform { middle_m, middle: field.center(), points_a_m })
 }
 
-/// A car: a box with a pointed nose, so that its heading is seen.
+/// Returns a vehicle's outline: a box with a pointed nose that shows its heading.
 fn car_shape(place: &MapTransform, pose: &Pose, size: f32, fill: Color32, edge: Stroke) -> Shape {
     let middle = place.of(pose.position.to_array());
     let length = size * (CAR_M[0] as f32 * place.points_a_m).max(LEAST);
@@ -121,7 +122,7 @@ mod tests {
     use glam::DVec2;
 
     #[test]
-    fn the_road_fills_the_field_north_up_and_cars_point_where_they_go() {
+    fn the_road_fits_the_field_north_up_and_vehicles_point_ahead() {
         let road: Vec<[f64; 2]> = (0..100)
             .map(|i| f64::from(i) / 100.0 * std::f64::consts::TAU)
             .map(|angle| [100.0 + 40.0 * angle.cos(), 40.0 * angle.sin()])
@@ -138,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_is_red_flowing_is_blue_and_no_speed_is_out_of_the_scale() {
+    fn standing_is_red_flowing_is_blue_and_speeds_beyond_the_scale_clamp() {
         assert_eq!(shade(0.0), shade(-1.0));
         assert_eq!(shade(1.0), shade(9.0));
         assert_eq!(shade(f64::NAN), shade(0.0));

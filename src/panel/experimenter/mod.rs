@@ -1,14 +1,14 @@
-//! The experimenter's window: what runs, how it goes, and warnings. In: an [`ExperimenterState`], what there is to show; in
-//! a study a closure that shows the session's plan. Out: [`ExperimenterCommand`]s. It owns no part of the simulation, and
-//! nothing that a participant sees depends on it.
+//! The experimenter's window: plan, progress and warnings. In: an [`ExperimenterState`]; in a study a closure that
+//! shows the session's plan. Out: [`ExperimenterCommand`]s. It owns no part of the simulation, and nothing that a
+//! participant sees depends on it.
 //!
-//! * [`log`]: the drive so far, fed with the world after each tick.
+//! * [`log`]: the drive so far, updated with the world after each tick.
 //! * [`map`], [`space_time`], [`plots`]: the drive as pictures.
-//! * [`lamps`]: is all well. [`notes`]: marks and notes.
+//! * [`lamps`]: warnings. [`notes`]: marks and notes.
 //!
-//! Left: the plan, or the drive's commands and settings; middle: pictures and plots; right: numbers, lamps, notes. In a
-//! narrow window (or a large scale) the same as four pages. By keyboard: Tab and the arrows go from one thing to the next; the
-//! rest is in [`KEYS`], which F1 lists.
+//! Left: the plan, or the drive's commands and settings; middle: pictures and plots; right: numbers, lamps, notes. A
+//! narrow window (or a large scale) shows these as four pages. On the keyboard, Tab and the arrow keys move the focus;
+//! the other keys are in [`KEYS`], which F1 lists.
 
 pub mod lamps;
 pub mod log;
@@ -25,7 +25,7 @@ use crate::sim::Snapshot;
 use egui::{Event, Key, Modifiers, RichText, ScrollArea, TextureId, Ui, Vec2, vec2};
 use notes::SessionNotes;
 
-/// Keys of the window beside a drive, and what they do. In a study the session has its own.
+/// Keys of the window beside a drive, and their actions. A session of a study has keys of its own.
 pub const KEYS: [(&str, &str); 8] = [
     ("F1", "this list"),
     ("Ctrl+P", "pause, continue"),
@@ -37,41 +37,41 @@ pub const KEYS: [(&str, &str); 8] = [
     ("Ctrl+Q", "end"),
 ];
 
-/// Width of the window from which on everything is seen at once, points.
+/// Minimum width of a window without pages, points.
 const WIDE: f32 = 1060.0;
 
-/// The share of a wide window that the left part takes at first: a line of a plan is read to its end.
+/// Initial share of the left part in a wide window: enough to read a line of a plan to its end.
 const PLAN_SHARE: f32 = 0.25;
 
-/// Height of a line over a picture, points.
+/// Height of a heading over a picture, points.
 const HEADING: f32 = 22.0;
 
-/// What the window shows in one pass.
+/// Content of the window in one pass.
 pub struct ExperimenterState<'a> {
-    /// What drives, and its numbers.
+    /// Commands and numbers of the drive.
     pub drive: PanelState<'a>,
-    /// The present moment; `None` before there is a world.
+    /// The current moment; `None` before there is a world.
     pub snapshot: Option<&'a Snapshot>,
-    /// What has been measured.
+    /// Measurements for the lamps.
     pub health: &'a DriveHealth,
-    /// What the driver sees, and its size.
+    /// The driver's picture, and its size in pixels.
     pub picture: Option<(TextureId, [u32; 2])>,
 }
 
-/// What the experimenter asks for.
+/// Commands of the experimenter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExperimenterCommand {
-    /// Of the drive.
+    /// A command for the drive.
     Drive(PanelCommand),
     /// Mark this moment in the recording; marks are numbered from 1.
     Mark(u32),
-    /// Write this into the recording.
+    /// Write this note into the recording.
     Note(String),
-    /// End the program.
+    /// End the program (Ctrl+Q).
     End,
 }
 
-/// What is on a page of a narrow window.
+/// Pages of a narrow window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum PanelPage {
     #[default]
@@ -81,21 +81,20 @@ enum PanelPage {
     Lamps,
 }
 
-/// The window's own state.
+/// State of the window.
 #[derive(Default)]
 pub struct ExperimenterPanel {
     page: PanelPage,
     by_speed: bool,
     screen: space_time::DiagramTexture,
     help_open: bool,
-    /// Marks and notes.
+    /// Marks and notes of this session.
     pub notes: SessionNotes,
 }
 
 impl ExperimenterPanel {
-    /// Shows the window's whole content in the root [`Ui`] of a pass, and tells what was asked for. `log` is the drive so
-    /// far, if there is one. `plan` shows what stands on the left, where a study has its plan; without it, that is
-    /// `panel`: start, pause, settings.
+    /// Shows the window in the root [`Ui`] of a pass, and returns the commands. `log` is the drive so far, if there is
+    /// one. `plan` shows the left part in a study; without it, `panel` shows start, pause and settings there.
     pub fn show(
         &mut self,
         ui: &mut Ui,
@@ -131,7 +130,8 @@ impl ExperimenterPanel {
             egui::CentralPanel::default().show(ui, |ui| {
                 let height = ui.available_height();
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    // Without a drive there is nothing below: pages are read over the participant's shoulder.
+                    // Without a drive nothing is shown below: the picture, with the pages that the participant reads,
+                    // takes the height.
                     let most = if log.is_some() { 0.3 * height } else { height };
                     let top = self.pictures(ui, state, log, most);
                     self.plots(ui, state, log, height - top);
@@ -169,7 +169,7 @@ impl ExperimenterPanel {
         commands
     }
 
-    /// Keys that work wherever the focus is.
+    /// Handles the keys that work wherever the focus is.
     fn keys(
         &mut self,
         ui: &Ui,
@@ -177,7 +177,7 @@ impl ExperimenterPanel {
         may_drive: bool,
         commands: &mut Vec<ExperimenterCommand>,
     ) {
-        // A key that is held down repeats; it counts once.
+        // A key held down repeats; only the first press counts.
         let pressed = |modifiers, wanted| {
             ui.input_mut(|input| {
                 let first = |event: &Event| matches!(event, Event::Key { key, repeat: false, pressed: true, .. } if *key == wanted);
@@ -190,7 +190,7 @@ impl ExperimenterPanel {
             self.help_open = !self.help_open;
         }
         if !may_drive && ui.input(|input| input.modifiers.command && input.keys_down.iter().any(is_letter)) {
-            // The session's commands are heard where they are seen.
+            // Shows the page on which the session's commands are.
             self.page = PanelPage::Plan;
         }
         if may_drive && pressed(Modifiers::COMMAND, Key::P) {
@@ -220,11 +220,12 @@ impl ExperimenterPanel {
         }
     }
 
-    /// What the driver sees, and the road from above where there is one, at most about `most` high. Returns the height that they take.
+    /// Shows the driver's picture, and the road from above if there is a log, at most about `most` points high. Returns
+    /// the height used, points.
     fn pictures(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&DriveLog>, most: f32) -> f32 {
         let begin = ui.cursor().top();
         let room = ui.available_width();
-        // Side by side where both are large enough.
+        // Side by side if both are large enough.
         let beside = room > 480.0 && log.is_some();
         let width = if beside { (room - 8.0) * 0.6 } else { room };
         let height = (width * 9.0 / 16.0).min((most - HEADING).max(130.0));
@@ -258,13 +259,13 @@ impl ExperimenterPanel {
         ui.cursor().top() - begin
     }
 
-    /// Speeds over time and the space-time diagram, in `room` points of height if that is enough.
+    /// Shows speeds over time and the space-time diagram, in `room` points of height if that is enough.
     fn plots(&mut self, ui: &mut Ui, state: &ExperimenterState<'_>, log: Option<&DriveLog>, room: f32) {
         let Some(log) = log else { return };
         let last_s = log.speeds.back().map_or(0.0, |row| row.time_s);
         let time_s = state.drive.readings.map_or(last_s, |now| now.time_s);
         let field = |share: f32, least: f32| (share * (room - 3.0 * HEADING - 20.0)).max(least);
-        // What is left of a drive that is over stays to be looked at, and is called so.
+        // The plots of a finished drive stay and are labelled as such.
         let last = if state.snapshot.is_none() { " (last drive)" } else { "" };
         readout::plot(ui, &log.history, field(0.33, 90.0));
         title(ui, &format!("All cars, m/s; yellow: the participant{last}"));
@@ -276,7 +277,7 @@ impl ExperimenterPanel {
         log.space_time.show(ui, &mut self.screen, log.window(time_s), field(0.4, 110.0));
     }
 
-    /// Numbers, lamps, notes.
+    /// Shows numbers, lamps, notes.
     fn right(
         &mut self,
         ui: &mut Ui,
@@ -300,14 +301,14 @@ impl ExperimenterPanel {
             if may_drive {
                 self.notes.show(ui, time_s, commands);
             } else {
-                // The session's own buttons mark and write; here is what they wrote.
+                // The session has its own buttons for marks and notes; only the list is shown.
                 self.notes.list(ui);
             }
         });
     }
 }
 
-/// A key that a command of a session can have.
+/// Returns true for a letter: session commands are letters with Ctrl.
 fn is_letter(key: &Key) -> bool {
     (Key::A..=Key::Z).contains(key)
 }
@@ -316,7 +317,7 @@ fn title(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).color(theme::DIM).size(12.5));
 }
 
-/// A texture in a field, as large as its shape allows.
+/// Shows a texture in a field, as large as its aspect ratio allows.
 fn picture(ui: &mut Ui, picture: Option<(TextureId, [u32; 2])>, room: Vec2) {
     let Some((texture, [width, height])) = picture.filter(|(_, size)| size[0] > 0 && size[1] > 0) else {
         nothing(ui, room, "no picture yet");

@@ -1,49 +1,49 @@
-//! Marks and notes of the experimenter. In: a key or a button, a line of text. Out: what is to be recorded; the last few stay
-//! in sight.
+//! Marks and notes of the experimenter. In: a key or a button, a line of text. Out: commands to record them; the last
+//! few stay in sight.
 
 use super::ExperimenterCommand;
 use crate::panel::{readout::time, theme};
 use egui::{Key, RichText, TextEdit, Ui};
 
-/// Lines that stay in sight.
+/// Number of entries that are kept.
 const KEPT: usize = 50;
 
-/// What was written down in this session.
+/// Marks and notes of this session.
 #[derive(Clone, Debug, Default)]
 pub struct SessionNotes {
     text: String,
-    /// Newest first: time of the drive, words.
+    /// Newest first: time of the drive, s, and the text.
     written: Vec<(f64, String)>,
     marks: u32,
-    /// The next pass puts the cursor into the line.
+    /// True if the next pass focuses the text line.
     wants_focus: bool,
 }
 
 impl SessionNotes {
-    /// Shows what happened, beside what was written here: a wheel unplugged, a recording that begins.
+    /// Adds an entry to the list only, e.g. for a wheel unplugged or a recording that begins.
     pub fn say(&mut self, time_s: f64, words: &str) {
         self.written.insert(0, (time_s, words.to_owned()));
         self.written.truncate(KEPT);
     }
 
-    /// Marks this moment.
+    /// Marks this moment and asks to record the mark.
     pub fn mark(&mut self, time_s: f64, commands: &mut Vec<ExperimenterCommand>) {
         commands.push(ExperimenterCommand::Mark(self.number(time_s)));
     }
 
-    /// A mark was set at this time, whoever sets it. Returns its number, from 1.
+    /// Lists a mark at this time, set here or elsewhere. Returns its number, from 1.
     pub fn number(&mut self, time_s: f64) -> u32 {
         self.marks += 1;
         self.say(time_s, &format!("mark {}", self.marks));
         self.marks
     }
 
-    /// The next pass puts the cursor into the line for notes.
+    /// Focuses the line for notes in the next pass.
     pub fn focus(&mut self) {
         self.wants_focus = true;
     }
 
-    /// Buttons, line and list.
+    /// Shows buttons, line and list.
     pub fn show(&mut self, ui: &mut Ui, time_s: f64, commands: &mut Vec<ExperimenterCommand>) {
         ui.horizontal(|ui| {
             if ui.button("Mark").on_hover_text("Mark this moment in the recording (Ctrl+M)").clicked() {
@@ -64,14 +64,14 @@ impl SessionNotes {
         }
         if response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) && !self.text.trim().is_empty() {
             self.write(time_s, commands);
-            // Ready for the next one.
+            // Keep the focus for the next note.
             response.request_focus();
         }
         ui.add_space(4.0);
         self.list(ui);
     }
 
-    /// What was written down, newest first.
+    /// Shows all entries, newest first.
     pub fn list(&self, ui: &mut Ui) {
         egui::ScrollArea::vertical().id_salt("notes").auto_shrink([false, true]).show(ui, |ui| {
             for (at_s, words) in &self.written {

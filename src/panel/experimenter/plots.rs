@@ -1,14 +1,15 @@
-//! Speeds of all cars over the drive, five minutes at the most, one line each, the ego's thick. In: a [`DriveLog`]. Out: a plot; m/s.
+//! Speeds of all vehicles over the drive, for at most five minutes, one line each, the ego's thick. In: a [`DriveLog`].
+//! Out: a plot; m/s.
 
 use super::DriveLog;
 use crate::panel::{readout, theme};
 use egui::{Color32, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
-/// Lines of the others: so thin and pale that twenty make a band.
+/// Lines of the other vehicles: thin and pale, so that twenty of them make a band.
 const OTHERS: Color32 = Color32::from_rgb(82, 138, 106);
 
-/// The plot, as wide as there is room.
+/// Shows the plot over the available width.
 pub fn cars(ui: &mut Ui, log: &DriveLog, time_s: f64, height: f32) {
     let [from_s, to_s] = log.window(time_s);
     let cars = log.speeds.back().map_or(0, |row| row.speeds_mps.len());

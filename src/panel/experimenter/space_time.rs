@@ -1,45 +1,45 @@
-//! The space-time diagram as it grows: time to the right, place along the unrolled road upwards, every car a line coloured
-//! by its speed, the ego's edged in white. In: places and speeds at each step. Out: a picture of the last five minutes,
-//! half a second a column, whose columns go round: only new ones are sent to the screen.
+//! Space-time diagram of the running drive: time to the right, position along the unrolled road upwards, each vehicle a
+//! line coloured by its speed, the ego's edged in white. In: positions and speeds at each step. Out: a picture of the
+//! last five minutes, half a second a column. The columns are a ring buffer: only new ones are uploaded.
 
 use super::map::shade;
 use crate::panel::{readout, theme};
 use egui::{Color32, ColorImage, Rect, TextureHandle, TextureId, TextureOptions, Ui, pos2, vec2};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Length of what is shown of all cars: a trial of HC22.
+/// Longest time span in the plots of all vehicles: a trial of HC22.
 pub const WINDOW_S: f64 = 300.0;
 /// Columns and rows of the picture.
 const COLUMNS: usize = 600;
 const ROWS: usize = 256;
 const COLUMN_S: f64 = WINDOW_S / COLUMNS as f64;
-/// Where nobody was.
+/// Colour of an empty place.
 const EMPTY: Color32 = Color32::from_rgb(14, 16, 20);
 
-/// Where all cars were in the last five minutes.
+/// Positions of all vehicles in the last five minutes.
 #[derive(Clone, Debug)]
 pub struct SpaceTime {
-    /// Which diagram this is, of all since the start of the program.
+    /// Number of this diagram among all since the start of the program.
     number: u64,
     length_m: f64,
     top_mps: f64,
-    /// Column after column, each from the end of the road to its start.
+    /// Columns one after the other, each from the end of the road to its start.
     pixels: Vec<Color32>,
     /// Number of the column that is being painted, counted from the start of the drive.
     column: usize,
     before: Option<Vec<f64>>,
 }
 
-/// A diagram as the screen knows it: new columns are sent to it.
+/// Texture of a diagram; new columns are uploaded to it.
 #[derive(Default)]
 pub struct DiagramTexture {
     texture: Option<TextureHandle>,
-    /// Which diagram, and the column that was being painted.
+    /// Number of the uploaded diagram, and the column that was being painted.
     knows: (u64, usize),
 }
 
 impl SpaceTime {
-    /// An empty diagram of a road of this length; colours reach to `top_mps`.
+    /// Creates an empty diagram of a road of this length; the colour scale ends at `top_mps`.
     pub fn new(length_m: f64, top_mps: f64) -> Self {
         static DIAGRAMS: AtomicU64 = AtomicU64::new(1);
         Self {
@@ -52,10 +52,10 @@ impl SpaceTime {
         }
     }
 
-    /// All cars at `time_s`: place along the road and speed, the ego's apart. Time goes forward.
+    /// Adds position along the road and speed of the ego and of all others at `time_s`, which must not decrease.
     pub fn add(&mut self, time_s: f64, ego: (f64, f64), others: impl Iterator<Item = (f64, f64)>) {
         let column = (time_s / COLUMN_S).max(0.0) as usize;
-        // Columns that nothing is painted into are empty too; more than all there are is all.
+        // Skipped columns are emptied too, at most all of them.
         for fresh in (self.column + 1..=column).rev().take(COLUMNS) {
             self.pixels[fresh % COLUMNS * ROWS..][..ROWS].fill(EMPTY);
         }
@@ -72,11 +72,11 @@ impl SpaceTime {
         self.before = Some(now.into_iter().map(|(s_m, _)| s_m).collect());
     }
 
-    /// A piece of a car's way in the present column; with `ego` three rows thick and edged.
+    /// Paints a vehicle's movement in the current column; with `ego` three rows thick and edged.
     fn paint(&mut self, from_m: f64, to_m: f64, ego: Option<Color32>, colour: Color32) {
         let row = |s_m: f64| (s_m / self.length_m * ROWS as f64).floor() as i64;
         let (from, mut to) = (row(from_m), row(to_m));
-        // The short way, over the seam where need be; a car does not jump by half of the road.
+        // The shorter way, across the seam if need be: a vehicle does not jump by half of the road.
         if to < from - ROWS as i64 / 2 {
             to += ROWS as i64;
         } else if to > from + ROWS as i64 / 2 {
@@ -94,12 +94,12 @@ impl SpaceTime {
             }
             (low - 1..=high + 1).for_each(|row| put(row, colour));
         } else {
-            // Two rows thick, so that a diagram that is drawn smaller than it is has no gaps.
+            // Two rows thick, so that a diagram drawn at a smaller size has no gaps.
             (low..=high + 1).for_each(|row| put(row, colour));
         }
     }
 
-    /// What was painted at a time and place; none where nothing is, or no longer is.
+    /// Returns the colour painted at a time and position; `None` if the place is empty or out of the kept columns.
     pub fn colour_at(&self, time_s: f64, s_m: f64) -> Option<Color32> {
         let column = (time_s / COLUMN_S).max(0.0) as usize;
         if column > self.column || column + COLUMNS <= self.column {
@@ -109,8 +109,7 @@ impl SpaceTime {
         Some(self.pixels[column % COLUMNS * ROWS + row]).filter(|colour| *colour != EMPTY)
     }
 
-    /// The diagram, as wide as there is room, `height` points high.
-    /// It reaches from and to these times, seconds.
+    /// Shows the diagram over the available width, `height` points high, from `from_s` to `to_s`.
     pub fn show(&self, ui: &mut Ui, screen: &mut DiagramTexture, [from_s, to_s]: [f64; 2], height: f32) {
         let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), height), egui::Sense::hover());
         let all = response.rect;
@@ -121,7 +120,7 @@ impl SpaceTime {
         painter.rect_filled(field, 0.0, EMPTY);
         let x = |t: f64| field.left() + ((t - from_s) / (to_s - from_s)) as f32 * field.width();
         let texture = screen.texture(ui, self);
-        // Time runs down in the texture, place to the right: its corners are named one by one.
+        // In the texture, time runs down and position to the right: the corners are assigned explicitly.
         let first = (self.column + 1).saturating_sub(COLUMNS);
         let mut at = first;
         while at <= self.column {
@@ -143,7 +142,7 @@ impl SpaceTime {
             at = end;
         }
         let font = egui::FontId::proportional(11.0);
-        // Of a drive of a minute marks at every minute would be two.
+        // A short drive gets closer marks: in a minute, marks at whole minutes would be two.
         let step_s = [10.0, 20.0, 60.0].into_iter().find(|step_s| (to_s - from_s) / step_s <= 6.0).unwrap_or(60.0);
         for mark in (from_s / step_s).ceil() as u64..=(to_s / step_s) as u64 {
             let at_s = mark as f64 * step_s;
@@ -173,16 +172,16 @@ impl SpaceTime {
 }
 
 impl DiagramTexture {
-    /// Sends what is new.
+    /// Uploads the new columns, or all if the diagram is another or too many are new.
     fn texture(&mut self, ui: &Ui, diagram: &SpaceTime) -> TextureId {
         let options = TextureOptions::LINEAR;
         let (number, known) = self.knows;
         self.knows = (diagram.number, diagram.column);
-        // After so many columns the whole is sent sooner.
+        // From half of all columns on, a full upload is faster.
         let stale = number != diagram.number || diagram.column - known >= COLUMNS / 2;
         match &mut self.texture {
             Some(texture) if !stale => {
-                // The column that was being painted last time is new as well.
+                // The column that was being painted last time has changed as well.
                 for column in known..=diagram.column {
                     let column = column % COLUMNS;
                     let image = ColorImage::new([ROWS, 1], diagram.pixels[column * ROWS..][..ROWS].to_vec());
@@ -203,9 +202,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cars_leave_lines_that_cross_the_seam_and_are_forgotten_after_five_minutes() {
+    fn lines_cross_the_seam_and_are_dropped_after_five_minutes() {
         let mut diagram = SpaceTime::new(256.0, 8.0);
-        // One car at 4 m/s from 250 m on, the ego stands at 100 m.
+        // One vehicle at 4 m/s from 250 m on; the ego stands at 100 m.
         for step in 0..=100 {
             let t = f64::from(step) * 0.1;
             diagram.add(t, (100.5, 0.0), std::iter::once(((250.0 + 4.0 * t) % 256.0, 4.0)));

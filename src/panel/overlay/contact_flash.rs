@@ -1,11 +1,11 @@
-//! The flash that tells a driver of a contact. In: its brightness. Out: a red frame over the picture.
+//! Flash that shows a driver a contact. In: its brightness. Out: a red frame over the picture.
 
 use egui::{Color32, Shape, Stroke, StrokeKind, Ui};
 
-/// Width of the frame in heights of the picture: seen from the corner of the eye, and neither road nor speedometer is hidden.
+/// Width of the frame as a share of the picture's height: seen in the periphery, without covering road or speedometer.
 const WIDTH: f32 = 0.05;
 
-/// A red frame around the whole picture, `brightness` from 0 (none) to 1.
+/// Draws a red frame around the whole picture, `brightness` from 0 (none) to 1.
 pub fn contact_flash(ui: &Ui, brightness: f32) {
     if brightness <= 0.0 {
         return;

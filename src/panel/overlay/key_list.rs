@@ -1,23 +1,23 @@
-//! The list of keys, over the picture. In: keys and what they do, as data.
+//! The list of keys, over the picture. In: keys and their actions, as data. Out: shapes.
 
 use egui::{Align2, Context, Frame, Label, RichText, vec2};
 
 use crate::panel::theme;
 
-/// The key of every window of an experimenter.
+/// Key that every window of an experimenter has.
 pub(in crate::panel) const FULL_SCREEN: (&str, &str) = ("F11", "full screen");
 
-/// Height of a line, of what is around the lines, and width of the list, points, before it grows with the window.
+/// Height of a line, height around the lines, and width of the list, points, before it grows with the window.
 const LINE: f32 = 22.0;
 const AROUND: f32 = 70.0;
 const WIDTH: f32 = 620.0;
-/// The largest letters, in heights of the window: those of a page.
+/// Largest letter size, as a share of the window's height.
 const LARGEST: f32 = 0.028;
-/// The share of the window's height that the list takes where it grows.
+/// Share of the window's height that the list takes when it grows.
 const SHARE: f32 = 0.8;
 
-/// Shows the keys in the middle of the window, as large as a participant reads them from a chair; in two columns of small letters where one
-/// would be too high.
+/// Shows the keys in the middle of the window, large enough for a participant in the driver's seat; in two columns of
+/// small letters where one would be too high.
 pub fn show<K: AsRef<str>>(ctx: &Context, keys: &[(K, &str)]) {
     let room = ctx.content_rect().size();
     let height = keys.len() as f32 * LINE + AROUND;
@@ -25,7 +25,7 @@ pub fn show<K: AsRef<str>>(ctx: &Context, keys: &[(K, &str)]) {
     let rows = keys.len().div_ceil(columns);
     let grown = (SHARE * room.y / height).min(room.x / WIDTH).min(LARGEST * room.y / 14.0).max(1.0);
     let (size, apart) = if columns > 1 { (11.0, vec2(12.0, 2.0)) } else { (14.0 * grown, vec2(24.0, 5.0) * grown) };
-    // What a key does breaks into lines rather than leave the window.
+    // A long description wraps, so that it stays in the window.
     let width = if columns > 1 { 0.5 * room.x - 140.0 } else { f32::INFINITY };
     let area = egui::Area::new(egui::Id::unique("keys")).order(egui::Order::Foreground);
     area.anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0)).interactable(false).show(ctx, |ui| {

@@ -1,14 +1,14 @@
-//! Says in every window of a session that the room is recorded. In: the words, while it is. Out: a red lamp with them, at the upper left
-//! edge, where neither road nor mirror nor dial is.
+//! Sign in every window of a session that the room is recorded. In: the text, while it is. Out: the text with a red
+//! lamp in the upper left corner, clear of road, mirror and dial.
 
 use crate::panel::{recording_sign::LAMP, theme};
 use egui::{Align2, Color32, FontId, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
-/// Height of the words: in heights of the window, so that they are read from a chair, and at least so many points.
+/// Height of the text as a share of the window's height, readable from the driver's seat, and its minimum, points.
 const SHARE: f32 = 0.022;
 const LEAST: f32 = 16.0;
 
-/// Shows it; nothing without words.
+/// Shows the sign, or nothing without a text.
 pub fn room_sign(ui: &Ui, words: Option<&str>) {
     let Some(words) = words else { return };
     let whole = ui.max_rect();

@@ -1,73 +1,74 @@
-//! The seek bar of a replay: play and pause, speed, a timeline with what was advised and what happened. In: a
-//! [`SeekBarState`]. Out: [`SeekBarCommand`]s. Times in seconds, speeds in m/s.
+//! Seek bar of a replay: play and pause, speed, a timeline with advice and events. In: a [`SeekBarState`]. Out:
+//! [`SeekBarCommand`]s. Times in seconds, speeds in m/s.
 
 use crate::panel::{readout::time, theme};
 use egui::{Align2, Color32, FontId, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 
-/// Something that happened.
+/// Event on the timeline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeekBarEvent {
-    /// When.
+    /// Time since the start of the drive, s.
     pub time_s: f64,
-    /// What, in words.
+    /// Description shown at the pointer.
     pub words: String,
 }
 
-/// What is advised from a time on, until the next.
+/// Advice from a time on, until the next entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdviceSince {
-    /// From when on, seconds.
+    /// Start of the advice, s.
     pub time_s: f64,
-    /// The advised speed, m/s; `None` where nothing is advised any more.
+    /// Advised speed, m/s; `None` if the advice ends.
     pub target_mps: Option<f64>,
 }
 
-/// What there is to show.
+/// Content of the seek bar.
 #[derive(Clone, Copy, Debug)]
 pub struct SeekBarState<'a> {
-    /// The moment that is shown.
+    /// Time of the shown moment, s.
     pub time_s: f64,
-    /// End of the recording.
+    /// End of the recording, s.
     pub end_s: f64,
-    /// How far it has been driven again.
+    /// Time up to which the recording has been simulated again, s.
     pub known_s: f64,
-    /// True while it plays.
+    /// True while the replay advances by itself.
     pub playing: bool,
-    /// Times the speed of the drive.
+    /// Playback speed, as a multiple of the drive's.
     pub speed: f64,
-    /// Name of the view.
+    /// Name of the current view.
     pub view: &'a str,
-    /// What was advised, in order of time.
+    /// Advice in order of time.
     pub advice: &'a [AdviceSince],
-    /// The ego's speed: when, and how much.
+    /// Ego speed over time: pairs of s and m/s.
     pub speeds: &'a [[f64; 2]],
-    /// What happened.
+    /// Events to mark on the timeline.
     pub events: &'a [SeekBarEvent],
-    /// What the proof has found so far.
+    /// Result of the proof so far.
     pub proof: &'a str,
-    /// True if it found a difference.
+    /// True if the proof found a difference.
     pub differs: bool,
 }
 
-/// What is asked for.
+/// Commands of the seek bar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SeekBarCommand {
-    /// Play or hold.
+    /// Start or stop playback.
     Toggle,
-    /// Go to this time.
+    /// Go to this time, s.
     Seek(f64),
-    /// So many ticks on, or back.
+    /// Move by this many ticks; negative is back.
     Tick(i64),
-    /// The next faster speed, or the next slower one.
+    /// The next faster speed (true) or the next slower one (false).
     Speed(bool),
-    /// Another view.
+    /// Switch to the next view.
     NextView,
 }
 
-/// Height of the line, points.
+/// Height of the timeline, points.
 const HEIGHT: f32 = 46.0;
 
-/// Shows it at the foot of the window, in the root [`Ui`] of a pass. Returns what was asked for, and its height in points.
+/// Shows the seek bar at the bottom of the window, in the root [`Ui`] of a pass. Returns the commands, and its height
+/// in points.
 pub fn show(ui: &mut Ui, state: &SeekBarState<'_>) -> (Vec<SeekBarCommand>, f32) {
     let mut commands = Vec::new();
     let panel = egui::Panel::bottom("timeline").show(ui, |ui| {
@@ -104,7 +105,8 @@ fn buttons(ui: &mut Ui, state: &SeekBarState<'_>, commands: &mut Vec<SeekBarComm
     ui.label(RichText::new(state.proof).color(if state.differs { theme::RED } else { theme::DIM }));
 }
 
-/// The line: what is known lighter, the ego's speed and the advice as curves, events as marks, where one is.
+/// Shows the timeline: the simulated part lighter, ego speed and advice as curves, events and the current time as
+/// marks.
 fn line(ui: &mut Ui, state: &SeekBarState<'_>, commands: &mut Vec<SeekBarCommand>) {
     let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), HEIGHT), Sense::click_and_drag());
     let all = response.rect;

@@ -1,5 +1,5 @@
-//! The calibration page: what wheel and pedals do, live; the questions of a calibration; which button is which. In: a
-//! [`PluggedWheel`], plain numbers of the moment. Out: [`CalibrationCommand`]s.
+//! The calibration page: live values of wheel and pedals, the questions of a calibration, the assignment of buttons.
+//! In: a [`PluggedWheel`], plain numbers of the moment. Out: [`CalibrationCommand`]s.
 
 use egui::{Button, Color32, DragValue, Rect, RichText, Sense, Stroke, TextEdit, Ui, pos2, vec2};
 
@@ -11,64 +11,63 @@ use crate::input::{
 use crate::panel::theme;
 use std::collections::BTreeMap;
 
-/// The wheel that is plugged in, at this moment.
+/// Current state of the wheel that is plugged in.
 #[derive(Clone, Debug)]
 pub struct PluggedWheel {
-    /// Its name.
+    /// Device name of the wheel.
     pub device: String,
-    /// The profile that it is driven with.
+    /// Profile that interprets the raw values.
     pub profile: WheelProfile,
-    /// Last raw values by axis.
+    /// Last raw value by axis number.
     pub raw: BTreeMap<u16, i32>,
-    /// The button that was pressed last, by evdev's number.
+    /// Number of the last button pressed, as evdev has it.
     pub last_button: Option<u16>,
-    /// A calibration that is under way: what is asked, every axis with its name and place in its range, and what was learnt
-    /// once all is answered.
+    /// Calibration in progress, if any.
     pub asked: Option<CalibrationProgress>,
 }
 
-/// A calibration under way.
+/// State of a calibration in progress.
 #[derive(Clone, Debug)]
 pub struct CalibrationProgress {
-    /// The question.
+    /// Question that is asked now.
     pub step: CalibrationStep,
-    /// Every axis: number, name, way as a share of its range (see `Calibration::bars`).
+    /// All axes: number, name, position as a share of the range (see `Calibration::bars`).
     pub bars: Vec<(u16, String, f64)>,
-    /// What was learnt; `None` before the end.
+    /// Resulting profile; `None` before the end.
     pub learnt: Option<Result<WheelProfile, ProfileError>>,
 }
 
-/// What is asked for on the page.
+/// Commands of the page.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CalibrationCommand {
-    /// Ask about the wheel from the beginning.
+    /// Start the calibration from the first question.
     Begin,
-    /// Ask no more, keep the profile as it is.
+    /// Cancel the calibration; the profile stays unchanged.
     Cancel,
-    /// Save this profile as the person's own and drive with it.
+    /// Save this profile as the user's own and use it.
     Save(Box<WheelProfile>),
-    /// The page is closed.
+    /// The page was closed.
     Close,
 }
 
-/// The page's own state: what has been edited.
+/// State of the page: edits.
 #[derive(Debug, Default)]
 pub struct CalibrationPage {
-    /// True while it is to be seen.
+    /// True while the page is shown.
     pub open: bool,
-    /// The profile that is edited; `None` follows the wheel's own.
+    /// Edited profile; `None` shows the wheel's own.
     edited: Option<WheelProfile>,
-    /// The action that waits for a button.
+    /// Action that waits for a button.
     waiting: Option<ButtonAction>,
-    /// The last button when it began to wait.
+    /// Last button pressed before the wait began.
     before: Option<u16>,
-    /// True once what was learnt in this calibration has been taken over.
+    /// True once the result of this calibration has been taken over.
     taken: bool,
 }
 
 impl CalibrationPage {
-    /// Shows the page, if it is open, and tells what was asked for. `wheel` is `None` where none is plugged in; `said` is
-    /// what came of the last command.
+    /// Shows the page if it is open, and returns the commands. `wheel` is `None` if none is plugged in; `said` is the
+    /// outcome of the last command.
     pub fn show(&mut self, ui: &Ui, wheel: Option<&PluggedWheel>, said: Option<&str>) -> Vec<CalibrationCommand> {
         let mut commands = Vec::new();
         let mut open = self.open;
@@ -111,7 +110,7 @@ impl CalibrationPage {
         }
     }
 
-    /// Takes over what was learnt, and the button that an action waits for.
+    /// Takes over the result of a calibration, and the button for a waiting action.
     fn listen(&mut self, wheel: &PluggedWheel) {
         match &wheel.asked {
             None => self.taken = false,
@@ -130,7 +129,7 @@ impl CalibrationPage {
         }
     }
 
-    /// Bars and curves of what is driven with.
+    /// Shows bars and curves of the shown profile at the current values.
     fn live(&mut self, ui: &mut Ui, wheel: &PluggedWheel, shown: &WheelProfile) {
         let raw = |axis: u16| wheel.raw.get(&axis).copied();
         let steering = &shown.steering;
@@ -138,7 +137,7 @@ impl CalibrationPage {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Steering").color(theme::DIM));
             let half = (steering.range_deg / 2.0).to_radians();
-            // Left is left: the bar runs from the middle.
+            // The bar runs from the middle; positive angles are left.
             bar_from_middle(ui, -turn / half);
             ui.monospace(format!("{:+7.1}°", turn.to_degrees()));
         });
@@ -176,7 +175,7 @@ impl CalibrationPage {
         }
     }
 
-    /// Which button does what; a click on an action waits for its button.
+    /// Shows the button of each action; a click on an action waits for its new button.
     fn buttons(&mut self, ui: &mut Ui, wheel: &PluggedWheel, shown: &WheelProfile) {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Buttons").strong());
@@ -242,13 +241,13 @@ impl CalibrationPage {
     }
 }
 
-/// A number and its name.
+/// Shows a number field after its name.
 fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) {
     let label = ui.label(RichText::new(name).color(theme::DIM));
     ui.add(value).labelled_by(label.id);
 }
 
-/// What is asked, and all axes as bars.
+/// Shows the question, and all axes as bars.
 fn question(ui: &mut Ui, asked: &CalibrationProgress, commands: &mut Vec<CalibrationCommand>) {
     ui.label(RichText::new(asked.step.question()).size(20.0).color(theme::ACCENT));
     ui.add_space(6.0);
@@ -274,7 +273,7 @@ fn bar(ui: &mut Ui, share: f64) {
     ui.painter().rect_filled(full, 2.0, theme::ACCENT);
 }
 
-/// From -1 at the left end to 1 at the right.
+/// Draws a bar from the middle, `share` from -1 at the left end to 1 at the right.
 fn bar_from_middle(ui: &mut Ui, share: f64) {
     let (rect, _) = ui.allocate_exact_size(BAR, Sense::hover());
     ui.painter().rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
@@ -285,7 +284,7 @@ fn bar_from_middle(ui: &mut Ui, share: f64) {
     ui.painter().vline(middle, rect.y_range(), Stroke::new(1.0, theme::TEXT));
 }
 
-/// Effect over way, with the pedal's place on it.
+/// Draws the pedal's effect over its travel, with its current position.
 fn curve(ui: &mut Ui, pedal: &Pedal, now: Option<i32>) {
     let (rect, _) = ui.allocate_exact_size(vec2(200.0, 110.0), Sense::hover());
     let painter = ui.painter();

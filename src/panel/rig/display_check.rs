@@ -1,56 +1,57 @@
-//! The screen that checks the display: is the picture as large as the scenario says? In: width of the picture and distance
-//! of the eyes as they are set. Out: a ruler in centimetres and inches, a circle of a stated diameter and marks in all
-//! corners, to be measured with a tape, and what to enter where it differs.
+//! The screen that checks the size of the picture against the scenario. In: the configured width of the picture and
+//! distance of the eyes. Out: a ruler in centimetres and inches, a circle of a stated diameter and marks in all
+//! corners, to be measured with a tape, and the value to enter if they differ.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
 
 use crate::panel::theme;
 
 const METRES_PER_INCH: f32 = 0.0254;
-/// Share of the picture's width that the ruler may take, and of its height that the circle may.
+/// Largest share of the picture's width for the ruler, and of its height for the circle.
 const RULER_SHARE: f32 = 0.9;
 const CIRCLE_SHARE: f32 = 0.5;
 
-/// What is to be checked.
+/// Configured size of the display.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisplayTruth {
-    /// Width of the visible picture as it is set, metres.
+    /// Configured width of the visible picture, m.
     pub screen_width_m: f64,
-    /// Distance of the eyes as it is set, metres.
+    /// Configured distance of the eyes, m.
     pub eye_distance_m: f64,
-    /// The screen in words: its monitor, rate, how frames come.
+    /// Description of the screen, one line each: its monitor, rate, presentation of frames.
     pub screen: Vec<String>,
 }
 
 impl DisplayTruth {
-    /// Length of the ruler, metres: the longest of whole decimetres (centimetres on a small screen) that fits.
+    /// Returns the length of the ruler, m: the longest in whole decimetres that fits, or in centimetres on a small
+    /// screen.
     pub fn ruler_m(&self) -> f64 {
         whole(f64::from(RULER_SHARE) * self.screen_width_m)
     }
 
-    /// Diameter of the circle, metres, on a picture so many times as wide as it is high.
+    /// Returns the diameter of the circle, m, for a picture of this aspect ratio (width by height).
     pub fn circle_m(&self, aspect: f64) -> f64 {
         whole(f64::from(CIRCLE_SHARE) * self.screen_width_m / aspect)
     }
 
-    /// The angle that the picture spans, degrees.
+    /// Returns the horizontal angle of view, degrees.
     pub fn angle_deg(&self) -> f64 {
         2.0 * (self.screen_width_m / 2.0 / self.eye_distance_m).atan().to_degrees()
     }
 
-    /// What to enter if a tape reads `read_m` along the ruler, metres.
+    /// Returns the width to enter, m, if a tape reads `read_m` along the ruler.
     pub fn entered_m(&self, read_m: f64) -> f64 {
         self.screen_width_m * read_m / self.ruler_m()
     }
 }
 
-/// The largest whole decimetre not above, or centimetre where there is less than two.
+/// Rounds down to whole decimetres, or to centimetres below two decimetres; at least a centimetre.
 fn whole(length_m: f64) -> f64 {
     let unit_m = if length_m >= 0.2 { 0.1 } else { 0.01 };
     ((length_m / unit_m + 1e-9).floor() * unit_m).max(0.01)
 }
 
-/// Fills the window.
+/// Draws the check over the whole window.
 pub fn show(ui: &Ui, truth: &DisplayTruth) {
     let screen = ui.ctx().content_rect();
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
@@ -77,12 +78,12 @@ impl CheckSheet {
         self.painter.text(at, align, text, FontId::proportional(size), colour)
     }
 
-    /// Size of the letters: the picture's, not the desk's.
+    /// Returns the size of the letters, which follows the picture, points.
     fn letters(&self) -> f32 {
         (self.screen.height() / 40.0).clamp(9.0, 28.0)
     }
 
-    /// What is cut off shows that the screen enlarges the picture.
+    /// Draws a frame and marks in the corners; a cut-off one shows that the screen enlarges the picture.
     fn corners(&self) {
         self.painter.rect_stroke(self.screen, 0.0, Stroke::new(1.0, theme::AMBER), egui::StrokeKind::Inside);
         let arm = 0.04 * self.screen.height();
@@ -96,7 +97,7 @@ impl CheckSheet {
         }
     }
 
-    /// Centimetres above the line, inches below it.
+    /// Draws centimetres above the line, inches below it.
     fn ruler(&self, length_m: f32) {
         let y = self.screen.top() + 0.16 * self.screen.height();
         let left = self.screen.center().x - length_m * self.points_per_m / 2.0;
@@ -104,7 +105,7 @@ impl CheckSheet {
         let unit = 0.018 * self.screen.height();
         self.line(pos2(x(0.0), y), pos2(x(length_m), y), 1.5, theme::TEXT);
         let centimetres = (length_m * 100.0).round() as u32;
-        // A mark a centimetre, or only those that can be told apart.
+        // A mark each centimetre, or every five where closer marks would merge.
         let fine = if self.points_per_m * 0.01 >= 3.0 { 1 } else { 5 };
         let named = if centimetres > 20 { 10 } else { 5 };
         for cm in (0..=centimetres).step_by(fine) {
@@ -150,7 +151,7 @@ impl CheckSheet {
 
     fn words(&self, truth: &DisplayTruth) {
         let ruler_m = truth.ruler_m();
-        // An example that is off by a twentieth.
+        // An example with a deviation of 5 %.
         let read_m = 0.95 * ruler_m;
         let mut lines = vec![
             (
@@ -190,7 +191,7 @@ impl CheckSheet {
     }
 }
 
-/// `121.8 cm (47.95 in)`.
+/// Formats a length as `121.8 cm (47.95 in)`.
 fn length(m: f64) -> String {
     format!("{:.1} cm ({:.2} in)", 100.0 * m, m / f64::from(METRES_PER_INCH))
 }
@@ -213,8 +214,8 @@ mod tests {
     }
 
     #[test]
-    fn what_to_enter_makes_the_ruler_true() {
-        // A screen of 1.4 m that is set as 1.218 m shows the metre as 1.149 m.
+    fn the_width_to_enter_makes_the_ruler_true() {
+        // A screen of 1.4 m that is configured as 1.218 m shows the metre as 1.149 m.
         let set = truth(1.218);
         let read_m = set.ruler_m() * 1.4 / 1.218;
         assert!((set.entered_m(read_m) - 1.4).abs() < 1e-9);

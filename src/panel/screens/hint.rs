@@ -1,4 +1,5 @@
-//! The last line of the participant's screens: which keys or buttons act now, and what they do. In: a [`ScreenState`]. Out: paint.
+//! Last line of the participant's screens: the keys or buttons that act now, and their actions. In: a [`ScreenState`].
+//! Out: paint.
 
 use super::{
     ParticipantScreen, ScreenState,
@@ -8,7 +9,7 @@ use crate::study::QuestionnaireForm;
 use egui::{Rect, Ui, pos2, vec2};
 use std::sync::Arc;
 
-/// A key or button, and what it does; a sentence has no key.
+/// A key or button and its action; a whole sentence has an empty key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct KeyHint {
     key: String,
@@ -21,7 +22,7 @@ impl KeyHint {
     }
 }
 
-/// What acts on this screen: nothing that would do nothing.
+/// Returns the hints for this screen; only keys that do something.
 fn hints(state: &ScreenState<'_>) -> Vec<KeyHint> {
     let texts = state.texts;
     let [choose, next, back] = if state.wheel {
@@ -55,17 +56,18 @@ fn hints(state: &ScreenState<'_>) -> Vec<KeyHint> {
     hints
 }
 
-/// True if something is before the place of the hand. Backspace takes a letter where words stand; a button does not.
+/// Checks whether Back goes anywhere from the focus. In a text with letters, Backspace deletes a letter instead; a
+/// wheel button still goes back.
 fn goes_back(form: &QuestionnaireForm, wheel: bool) -> bool {
     let is_first = form.focus() == 0 && form.progress().0 == 0;
     !is_first && (wheel || !form.typing() || super::keys::has_no_answer(form))
 }
 
-/// Draws the line, in the middle of the window's foot.
+/// Draws the line, centred at the bottom of the window.
 pub fn show(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
     let whole = ui.max_rect();
     let y = whole.bottom() - 1.2 * look.em;
-    // Laid out first, so that the line stands in the middle.
+    // Laid out first, because the width is needed for centring.
     let font = look.font(0.7);
     let lay = |text: &str, colour| ui.painter().layout_no_wrap(text.to_owned(), font.clone(), colour);
     let parts: Vec<_> = hints(state)
@@ -121,7 +123,7 @@ mod tests {
             inputs.iter().for_each(|input| form.take(input.clone(), 1.0));
             [words(&form, false), words(&form, true)]
         };
-        // Nothing is before the first question; words are typed, not chosen.
+        // Nothing comes before the first question; a text is typed, not chosen.
         assert_eq!(after(&[]), ["Enter: answer", "× (cross): answer"]);
         assert_eq!(
             after(&[FormInput::Next]),
@@ -135,13 +137,13 @@ mod tests {
             ["Enter: next; Backspace: back", "× (cross): next; Δ (triangle): back"]
         );
         assert_eq!(after(&[FormInput::Next])[0], "Enter: answer; Backspace: back", "an empty text of the second page");
-        // Backspace takes a letter away now; the button of the wheel still goes back.
+        // Backspace now deletes a letter; the wheel's button still goes back.
         let typed = FormInput::Type { stop: 0, text: "a".into() };
         assert_eq!(after(&[typed]), ["Enter: answer", "× (cross): answer; Δ (triangle): back"]);
     }
 
     #[test]
-    fn a_page_names_the_button_that_goes_on_and_a_rest_none_before_its_end() {
+    fn a_page_names_its_button_and_a_rest_none_before_its_end() {
         let texts = ParticipantTexts::default();
         let of = |screen, wheel| hints(&ScreenState { screen, texts: &texts, progress: [0, 1], wheel, spoken: false });
         assert_eq!(of(ParticipantScreen::Page("x"), false), [KeyHint::new("Enter", "next")]);

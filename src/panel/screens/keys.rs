@@ -1,12 +1,12 @@
-//! Keys of the participant's screens. In: the keys of a pass, in the order in which they were pressed. Out: [`FormInput`]s in that order.
-//! What a text that is being typed needs is left to it; what was struck after words, or after a key that leaves them, waits for the next
-//! pass, when the words are kept and it is known where the hand is.
+//! Keys of the participant's screens. In: the keys of a pass, in the order in which they were pressed. Out:
+//! [`FormInput`]s in that order. Keys that a text field needs are left to it. Keys pressed after text, or after a key
+//! that may leave the text field, wait for the next pass: by then the form has the text and the new focus.
 
 use super::ParticipantScreen;
 use crate::study::{FormInput, QuestionnaireForm};
 use egui::{Event, Id, Key, Modifiers, Ui};
 
-/// Keys of the screens, and what they do.
+/// Keys of the screens, and their actions.
 pub const SCREEN_KEYS: [(&str, &str); 8] = [
     ("Enter, Space", "next"),
     ("Arrow keys", "choose an answer"),
@@ -18,15 +18,15 @@ pub const SCREEN_KEYS: [(&str, &str); 8] = [
     ("Esc", "ask to stop"),
 ];
 
-/// What decides on the meaning of a key.
+/// State on which the meaning of a key depends.
 struct KeyContext {
-    /// The picture of a drive is seen: the arrows drive.
+    /// True during a drive: the arrow keys drive.
     drives: bool,
-    /// Words are typed: letters and arrows belong to them.
+    /// True in a text field: letters and arrow keys belong to it.
     types: bool,
-    /// There are no words yet.
+    /// True while the focused stop has no answer.
     is_empty: bool,
-    /// Where the hand is, of a page of questions.
+    /// Index of the focused stop; `None` without questions.
     focus: Option<usize>,
 }
 
@@ -52,7 +52,7 @@ impl KeyContext {
             Key::Space if on_page => FormInput::Next,
             Key::M if !self.types => FormInput::Mark,
             Key::Backspace if !self.types || self.is_empty => FormInput::Back,
-            // Shift+Enter is a new line of a text.
+            // Shift+Enter is a line break in a text.
             Key::Enter if !(self.types && modifiers.shift) => FormInput::Next,
             Key::Escape => FormInput::Stop,
             Key::PageDown => FormInput::PageOn,
@@ -66,12 +66,13 @@ impl KeyContext {
     }
 }
 
-/// True if nothing stands where the hand is.
+/// Checks whether the focused stop has no answer.
 pub fn has_no_answer(form: &QuestionnaireForm) -> bool {
     form.stops().get(form.focus()).is_some_and(|stop| form.answer(&stop.name()).is_none())
 }
 
-/// What the keys ask for. A key that is held down moves a choice on and on, but neither answers nor turns a page again.
+/// Returns the inputs for the keys of this pass. A key held down repeats a choice ([`FormInput::Turn`]), but nothing
+/// else.
 pub fn inputs(ui: &Ui, screen: &ParticipantScreen<'_>) -> Vec<FormInput> {
     let context = KeyContext::of(screen);
     let waiting = Id::unique("keys for the next pass");

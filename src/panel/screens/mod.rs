@@ -1,8 +1,9 @@
-//! What a participant sees between drives, and over them: pages, rests, questions, the countdown. In: a [`ScreenState`];
-//! keys and mouse as egui has them. Out: [`FormInput`]s, the same that a wheel makes. Nothing of the experimenter's is here.
+//! The participant's screens, between drives and over them: pages, rests, questions, the countdown. In: a
+//! [`ScreenState`]; keys and mouse from egui. Out: [`FormInput`]s, as a wheel gives them. Nothing here is for the
+//! experimenter.
 //!
-//! One column, large and calm: text is a 25th of the window's height, 2.7 cm on a television of 55 inches, four times what
-//! is needed at 1 m. What acts stands in the last line.
+//! One column of large text: a letter is 1/25 of the window's height, 2.7 cm on a 55-inch television, four times the
+//! size needed at 1 m. The last line names the keys or buttons that act.
 
 mod hint;
 mod keys;
@@ -21,56 +22,56 @@ use egui::{Rect, Ui, UiBuilder, pos2};
 use egui_commonmark::CommonMarkCache;
 use style::PageStyle;
 
-/// What there is to show.
+/// Content of a screen in one pass.
 #[derive(Clone, Copy, Debug)]
 pub struct ScreenState<'a> {
-    /// The screen.
+    /// Screen to be shown.
     pub screen: ParticipantScreen<'a>,
-    /// What the program says.
+    /// Texts of the program, in the participant's language.
     pub texts: &'a ParticipantTexts,
-    /// How many points of the session are behind, and how many there are.
+    /// Number of finished items of the session, and of all items.
     pub progress: [usize; 2],
-    /// A wheel is there: hints name its buttons, not keys.
+    /// True if there is a wheel: hints name its buttons, not keys.
     pub wheel: bool,
-    /// The page is spoken, and can be heard again.
+    /// True if the page is spoken and can be heard again.
     pub spoken: bool,
 }
 
-/// A screen.
+/// One screen of a participant.
 #[derive(Clone, Copy, Debug)]
 pub enum ParticipantScreen<'a> {
-    /// A page to read, Markdown; the participant goes on.
+    /// A page in Markdown; the participant continues.
     Page(&'a str),
-    /// Words; the participant waits.
+    /// A text; the participant waits.
     Wait(&'a str),
-    /// A rest: words, and the seconds that are left; at 0 the participant goes on.
+    /// A rest: a text, and the seconds left; at 0 the participant continues.
     Rest(&'a str, f64),
-    /// Questions.
+    /// A page of questions.
     Questions(&'a QuestionnaireForm),
-    /// The drive begins in so many seconds, and the car has this speed then (0 stands); over the picture.
+    /// Countdown over the picture: seconds to the start, and the starting speed in the given unit (0: standing start).
     Countdown(u32, u32, SpeedUnit),
-    /// The drive, alone or with words over the picture.
+    /// The drive, alone or with a text over the picture.
     Drive(Option<&'a str>),
-    /// The drive, with the question of the sickness scale in a corner of the picture.
+    /// The drive, with the question of the motion sickness scale in a corner.
     Rating(FmsPrompt),
 }
 
 impl ParticipantScreen<'_> {
-    /// True if the picture of the drive is behind it.
+    /// Returns true if the drive's picture is behind the screen.
     pub fn is_over_picture(&self) -> bool {
         matches!(self, Self::Countdown(..) | Self::Drive(_) | Self::Rating(_))
     }
 }
 
-/// Draws screens.
+/// Draws a participant's screens.
 #[derive(Default)]
 pub struct ScreenPainter {
-    /// Pages that were laid out.
+    /// Cache of Markdown pages with their layout.
     cache: CommonMarkCache,
 }
 
 impl ScreenPainter {
-    /// Shows a screen in the root [`Ui`] of a pass, and tells what keys and mouse did.
+    /// Shows a screen in the root [`Ui`] of a pass, and returns the inputs of keys and mouse.
     pub fn show(&mut self, ui: &mut Ui, state: &ScreenState<'_>) -> Vec<FormInput> {
         let mut inputs = keys::inputs(ui, &state.screen);
         let whole = ui.max_rect();
@@ -122,7 +123,7 @@ impl ScreenPainter {
     }
 }
 
-/// One dot a point of the session: behind, here, ahead.
+/// Draws one dot for each item of the session: finished, current, still to come.
 fn dots(ui: &Ui, look: &PageStyle, [behind, all]: [usize; 2]) {
     let whole = ui.max_rect();
     let apart = (0.9 * look.em).min(0.8 * whole.width() / all.max(1) as f32);

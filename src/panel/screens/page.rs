@@ -1,11 +1,12 @@
-//! Pages to read, rests, and what stands over the picture of a drive.
+//! Pages to read, rests, and text over the picture of a drive.
 
 use super::style::{self, PageStyle};
 use crate::study::{FormInput, ParticipantTexts};
 use egui::{Align2, Color32, Id, Rect, Response, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
-/// A page in Markdown, in the middle of the height where it fits; with a button where the participant goes on.
+/// Shows a Markdown page, vertically centred if it fits; with a button if the participant can continue. Returns
+/// [`FormInput::Next`] on a click.
 pub fn page(
     ui: &mut Ui,
     look: &PageStyle,
@@ -24,7 +25,7 @@ pub fn page(
     pressed.then_some(FormInput::Next)
 }
 
-/// A rest: words, and minutes and seconds that are left.
+/// Shows a rest: a text, and the minutes and seconds left or, at the end, a button.
 pub fn rest(
     ui: &mut Ui,
     look: &PageStyle,
@@ -52,12 +53,12 @@ pub fn rest(
     pressed.then_some(FormInput::Next)
 }
 
-/// A sentence, not a page.
+/// Returns true for a single sentence without markup.
 fn is_short(text: &str) -> bool {
     text.chars().count() <= 90 && !text.trim().contains(['\n', '#', '*', '_', '[', '`', '>', '|'])
 }
 
-/// Markdown from the left; a sentence stands alone in the middle, larger.
+/// Shows Markdown aligned left; a single sentence is centred and larger.
 fn words(ui: &mut Ui, look: &PageStyle, cache: &mut CommonMarkCache, text: &str) {
     if is_short(text) {
         in_the_middle(ui, true, |ui| drop(ui.label(RichText::new(text.trim()).font(look.font(1.35)))));
@@ -70,7 +71,7 @@ fn in_the_middle(ui: &mut Ui, is: bool, add: impl FnOnce(&mut Ui)) {
     if is { drop(ui.vertical_centered(add)) } else { add(ui) }
 }
 
-/// In the middle of the height if it fits, else from the top, to be scrolled.
+/// Centres the content vertically if it fits; otherwise it starts at the top and scrolls.
 fn centred(ui: &mut Ui, id: Id, add: impl FnOnce(&mut Ui)) {
     let room = ui.available_height();
     let before: f32 = ui.data(|data| data.get_temp(id)).unwrap_or(0.0);
@@ -84,14 +85,14 @@ fn centred(ui: &mut Ui, id: Id, add: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// A large button where the next thing stands; `here` is where the hand is.
+/// Shows a large button at the cursor; `here` is true if it has the focus.
 pub fn button(ui: &mut Ui, look: &PageStyle, word: &str, here: bool) -> Response {
     let (rect, response) = ui.allocate_exact_size(button_size(ui, look, word), Sense::click());
     paint_button(ui, look, word, here, rect, &response);
     response
 }
 
-/// The same in a place of its own.
+/// Shows a large button at a given place.
 pub fn button_at(ui: &Ui, look: &PageStyle, word: &str, here: bool, align: Align2, at: egui::Pos2) -> Response {
     let rect = align.anchor_size(at, button_size(ui, look, word));
     let response = ui.interact(rect, Id::unique(("button", word)), Sense::click());
@@ -114,7 +115,7 @@ fn paint_button(ui: &Ui, look: &PageStyle, word: &str, here: bool, rect: Rect, r
     ui.painter().text(rect.center(), Align2::CENTER_CENTER, word, look.font(1.0), Color32::WHITE);
 }
 
-/// Words in a box over the picture.
+/// Shows a text in a box over the picture.
 pub fn words_over(ui: &Ui, look: &PageStyle, words: &str) {
     let whole = ui.max_rect();
     let painter = ui.painter();
@@ -125,7 +126,7 @@ pub fn words_over(ui: &Ui, look: &PageStyle, words: &str) {
     painter.galley(rect.min, galley, style::TEXT);
 }
 
-/// Seconds to the start, over the picture.
+/// Shows the seconds to the start over the picture, below a text.
 pub fn countdown(ui: &Ui, look: &PageStyle, words: &str, left: u32) {
     let whole = ui.max_rect();
     let painter = ui.painter();
@@ -137,7 +138,7 @@ pub fn countdown(ui: &Ui, look: &PageStyle, words: &str, left: u32) {
     let top = |galley: &egui::Galley, y: f32| pos2(rect.center().x - 0.5 * galley.size().x, y);
     painter.galley(top(&galley, rect.top()), galley.clone(), style::TEXT);
     painter.galley(top(&number, rect.top() + galley.size().y), number.clone(), Color32::WHITE);
-    // Painted words say nothing to whoever cannot see them.
+    // The label makes the painted text accessible to screen readers.
     let spoken =
         ui.interact(Rect::from_center_size(rect.center(), size), egui::Id::unique("countdown"), Sense::hover());
     spoken.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{words} {left}")));

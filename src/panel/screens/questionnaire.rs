@@ -1,5 +1,5 @@
-//! A page of questions. In: a [`QuestionnaireForm`]. Out: what the mouse and a typed text do to it. Where the hand is has a ring, what
-//! is chosen is filled; a question that waits for an answer says so where it stands.
+//! A page of questions. In: a [`QuestionnaireForm`]. Out: the inputs of the mouse and of text fields. The focused
+//! answer has a ring, the chosen answer is filled; a required question without an answer is marked in its place.
 
 use super::{
     page::{button, button_at},
@@ -16,10 +16,10 @@ use egui::{
 };
 use serde_json::Value;
 
-/// More places than these are ticks on a line, without numbers.
+/// Largest number of rates shown as numbers; more are ticks on a line.
 const MOST_NUMBERS: usize = 11;
 
-/// Shows the page of a form.
+/// Shows the current page of a form, and returns its inputs.
 pub fn show(ui: &mut Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &ParticipantTexts) -> Vec<FormInput> {
     let mut page = QuestionsPage { look, form, texts, inputs: Vec::new(), here: None };
     let (number, pages) = form.progress();
@@ -36,7 +36,7 @@ pub fn show(ui: &mut Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &Par
     });
     let mut area = ScrollArea::vertical().auto_shrink(false).id_salt(("page", number));
     if page.is_fresh(ui) {
-        // Each page is seen from its top, wherever the one before was left.
+        // Each page starts at its top, however far the one before was scrolled.
         area = area.vertical_scroll_offset(0.0);
     }
     area.show(ui, |ui| {
@@ -57,7 +57,7 @@ pub fn show(ui: &mut Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &Par
     page.inputs
 }
 
-/// The buttons to the pages before and after, at both ends of the last line: always in sight.
+/// Shows the buttons for the previous and the next page, at both ends of the last line: always visible.
 pub fn buttons(ui: &Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &ParticipantTexts) -> Vec<FormInput> {
     let mut inputs = Vec::new();
     let whole = ui.max_rect();
@@ -79,7 +79,7 @@ struct QuestionsPage<'a> {
     form: &'a QuestionnaireForm,
     texts: &'a ParticipantTexts,
     inputs: Vec<FormInput>,
-    /// Where the hand is.
+    /// Rectangle of the focused question or matrix row.
     here: Option<Rect>,
 }
 
@@ -94,13 +94,13 @@ impl QuestionsPage<'_> {
         let needed = if element.is_required { " *" } else { "" };
         let title = ui.label(RichText::new(format!("{}{needed}", element.title)).font(look.font(1.0)));
         if !element.description.is_empty() {
-            // It belongs to its title.
+            // Closer, because the description belongs to its title.
             ui.add_space(-0.25 * look.em);
             ui.label(RichText::new(&element.description).font(look.font(0.8)).color(style::DIM));
         }
         let usual = ui.spacing().item_spacing.y;
         if element.kind == ElementKind::Matrix {
-            // Eight rows with their headings fit a window of 16:9: what is compared is seen together.
+            // Eight rows with their headings fit a 16:9 window, so that answers can be compared at a glance.
             ui.spacing_mut().item_spacing.y = 0.28 * look.em;
         }
         for (index, stop) in stops {
@@ -118,7 +118,7 @@ impl QuestionsPage<'_> {
                 ui.label(RichText::new(&self.texts.required).font(look.font(0.8)).color(style::MISSING));
             }
             if *index == self.form.focus() {
-                // A matrix has its title above its first row alone.
+                // Only the first row of a matrix includes the title.
                 let first = stops.first().is_some_and(|(first, _)| first == index);
                 let from = if element.kind == ElementKind::Matrix && !first { begin } else { top };
                 self.is_here(ui, Rect::from_x_y_ranges(ui.max_rect().x_range(), from..=ui.cursor().top()));
@@ -127,7 +127,7 @@ impl QuestionsPage<'_> {
         ui.spacing_mut().item_spacing.y = usual;
     }
 
-    /// The hand is in this part of the page: a bar at its side.
+    /// Marks the focused part of the page with a bar at its left.
     fn is_here(&mut self, ui: &Ui, rect: Rect) {
         let x = rect.left() - 0.45 * self.look.em;
         let bar =
@@ -140,7 +140,7 @@ impl QuestionsPage<'_> {
         self.here = Some(rect);
     }
 
-    /// What can be chosen, as a card with words.
+    /// Shows an option as a card with a text. `many`: check box (true), radio button (false), or a cell without a mark.
     fn option(&mut self, ui: &mut Ui, rect: Rect, place: (usize, usize), label: &str, said: &str, many: Option<bool>) {
         let (stop, option) = place;
         let look = self.look;
@@ -163,7 +163,7 @@ impl QuestionsPage<'_> {
         painter.rect_stroke(rect, look.round(), line, side);
         let colour = if chosen { Color32::WHITE } else { style::TEXT };
         let Some(many) = many else {
-            // A cell: its words in the middle, smaller if they would not fit.
+            // A cell: its text is centred, and smaller if it would not fit.
             let mut galley = painter.layout_no_wrap(label.to_owned(), look.font(0.85), colour);
             if galley.size().x > rect.width() - 4.0 {
                 let times = 0.85 * (rect.width() - 4.0) / galley.size().x;
@@ -197,7 +197,7 @@ impl QuestionsPage<'_> {
         }
     }
 
-    /// One below the other.
+    /// Shows the options one below the other.
     fn list(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let many = stop.element.kind == ElementKind::Checkbox;
         for (i, choice) in stop.element.choices.iter().enumerate() {
@@ -206,7 +206,7 @@ impl QuestionsPage<'_> {
         }
         let places = stop.element.choices.len();
         if many && self.form.focus() == index {
-            // Where a hand without a mouse leaves the list.
+            // The button by which a participant without a mouse leaves the list.
             let word = self.texts.no_more.clone();
             if button(ui, self.look, &word, self.form.cursor() == Some(places)).clicked() {
                 self.inputs.push(FormInput::Focus(index + 1));
@@ -214,7 +214,7 @@ impl QuestionsPage<'_> {
         }
     }
 
-    /// Side by side, evenly.
+    /// Shows cells of equal width side by side.
     fn cells(&mut self, ui: &mut Ui, rect: Rect, index: usize, labels: &[(String, String)]) {
         let gap = 0.25 * self.look.em;
         let width = (rect.width() - gap * (labels.len().max(1) - 1) as f32) / labels.len().max(1) as f32;
@@ -225,7 +225,7 @@ impl QuestionsPage<'_> {
         }
     }
 
-    /// One of two: side by side, as they are compared.
+    /// Shows two options side by side, for comparison.
     fn pair(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.look.em)).1;
         let labels: Vec<_> =
@@ -257,7 +257,7 @@ impl QuestionsPage<'_> {
         self.cells(ui, right, index, &labels);
     }
 
-    /// Numbers, or ticks on a line where they are many; the words of both ends below.
+    /// Shows the rates as numbers, or as ticks on a line if there are many, with the texts of both ends below.
     fn scale(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let rates = stop.options();
         let labels: Vec<_> =
@@ -272,7 +272,7 @@ impl QuestionsPage<'_> {
         if low.is_empty() && high.is_empty() {
             return;
         }
-        // The ends belong to their scale: three scales with their words fit a page.
+        // Closer, because the texts belong to their scale: three scales with texts fit a page.
         ui.add_space(-0.4 * self.look.em);
         let rect = ui.allocate_space(vec2(ui.available_width(), 0.9 * self.look.em)).1;
         let font = self.look.font(0.75);
@@ -346,18 +346,18 @@ impl QuestionsPage<'_> {
         }
     }
 
-    /// What the page showed in the pass before.
+    /// Returns the page and focus of the pass before.
     fn before(ui: &Ui) -> Option<PageSeen> {
         ui.data(|data| data.get_temp(Id::unique("questionnaire")))
     }
 
-    /// True if another page was shown before, or another questionnaire.
+    /// Returns true if the pass before showed another page or another questionnaire.
     fn is_fresh(&self, ui: &Ui) -> bool {
         Self::before(ui).is_none_or(|before| before.title != self.form.title() || before.page != self.form.progress().0)
     }
 
-    /// Brings the place of the hand to sight when it has gone on, or when words came to it that an answer is missing. The first place of a
-    /// page is in sight, with the headings above it.
+    /// Scrolls to the focus if it has moved, or if the note on a missing answer has appeared there. The first stop of a
+    /// new page is visible anyway, with the headings above it.
     fn follow(&self, ui: &Ui) {
         let (title, page, focus) = (self.form.title().to_owned(), self.form.progress().0, self.form.focus());
         let is_missing = self.form.stops().get(focus).is_some_and(|stop| self.form.is_missing(&stop.name()));
@@ -372,18 +372,18 @@ impl QuestionsPage<'_> {
     }
 }
 
-/// What a page of questions showed in one pass.
+/// Page and focus in one pass, to detect changes.
 #[derive(Clone, Debug, PartialEq)]
 struct PageSeen {
     title: String,
     page: usize,
-    /// The stop where the hand is.
+    /// Index of the focused stop.
     focus: usize,
-    /// An answer is asked for there.
+    /// True if the focused stop lacks a required answer.
     is_missing: bool,
 }
 
-/// The words of an html text.
+/// Returns the text of an HTML fragment without its tags.
 fn without_tags(html: &str) -> String {
     let mut text = String::new();
     let mut within = false;

@@ -1,12 +1,12 @@
-//! The question of the sickness scale while driving: a small box in a corner of the picture. In: the number that stands and how long
-//! the question still does. Out: paint; keys and wheel move the number elsewhere.
+//! The question of the motion sickness scale while driving: a small box in a corner of the picture. In: the current
+//! number and the time left. Out: paint. Keys and wheel change the number elsewhere.
 
 use super::style::{self, PageStyle};
 use crate::study::{FmsPrompt, ParticipantTexts, fms};
 use egui::{Align2, Color32, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
-/// Draws the question in the lower right corner, over the bonnet: the road ahead goes to the left or the right above it, the mirror hangs
-/// at the top, and the dial is in the lower middle.
+/// Draws the question in the lower right corner, over the bonnet: clear of the road ahead, the mirror at the top and
+/// the dial in the lower middle.
 pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPrompt, wheel: bool) {
     let whole = ui.max_rect();
     let painter = ui.painter();
@@ -34,11 +34,11 @@ pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPr
         painter.galley(pos2(rect.center().x - 0.5 * part.size().x, y), part.clone(), style::TEXT);
         y += part.size().y;
     }
-    // How long it still stands.
+    // Bar of the time left.
     let left = (prompt.left_s / fms::ANSWER_S) as f32;
     let line = Rect::from_min_size(pos2(rect.left(), rect.bottom() - 0.5 * bar), vec2(rect.width() * left, 0.4 * bar));
     painter.rect_filled(line, 0, style::CURSOR);
-    // Painted words say nothing to whoever cannot see them.
+    // The label makes the painted text accessible to screen readers.
     let spoken = ui.interact(rect, egui::Id::unique("rating"), Sense::hover());
     spoken.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{} {}", texts.fms, prompt.value)));
 }

@@ -1,28 +1,28 @@
-//! Style of the participant's screens: dark, so that a room does not brighten between drives, and large. In: the window's
-//! size in points. Out: sizes and colours.
+//! Style of the participant's screens: dark, so that the room does not brighten between drives, and large. In: the
+//! window's size in points. Out: sizes and colours.
 
 use egui::{Color32, CornerRadius, FontId, Stroke, TextStyle, Ui, Vec2, vec2};
 
-/// Behind everything.
+/// Background of the screens.
 pub const BACK: Color32 = Color32::from_rgb(15, 18, 23);
-/// Words.
+/// Main text of all screens.
 pub const TEXT: Color32 = Color32::from_rgb(218, 223, 229);
-/// Words that only help.
+/// Secondary text, such as descriptions.
 pub const DIM: Color32 = Color32::from_rgb(148, 158, 170);
-/// What can be chosen.
+/// Option that can be chosen.
 pub const CARD: Color32 = Color32::from_rgb(36, 43, 53);
-/// The same under the mouse.
+/// Option under the pointer.
 pub const CARD_HOVERED: Color32 = Color32::from_rgb(50, 59, 72);
-/// The edge of what can be chosen, and what is still ahead: seen against what is behind it.
+/// Edge of an option, and dot of an item still to come: visible on the background.
 pub const EDGE: Color32 = Color32::from_rgb(98, 108, 121);
-/// What is chosen.
+/// Chosen option, and the focused button.
 pub const CHOSEN: Color32 = Color32::from_rgb(46, 116, 181);
-/// Where the hand is.
+/// Ring and bar at the focus.
 pub const CURSOR: Color32 = Color32::from_rgb(255, 205, 110);
-/// What is missing.
+/// Note on a missing answer.
 pub const MISSING: Color32 = Color32::from_rgb(255, 128, 118);
 
-/// Sizes of one window.
+/// Sizes for one window.
 #[derive(Clone, Copy, Debug)]
 pub struct PageStyle {
     /// Height of the text, points; all sizes follow from it.
@@ -30,32 +30,33 @@ pub struct PageStyle {
 }
 
 impl PageStyle {
-    /// For a window of this size, points. A narrow window has smaller text, so that a line holds some words.
+    /// Computes the sizes for a window of this size, points. A narrow window has smaller text, so that a line holds
+    /// some words.
     pub fn of(size: Vec2) -> Self {
         Self { em: (size.y / 25.0).min(size.x / 32.0).max(9.0) }
     }
 
-    /// The font at a multiple of the text's height.
+    /// Returns the font at a multiple of the text height.
     pub fn font(&self, times: f32) -> FontId {
         FontId::proportional(times * self.em)
     }
 
-    /// Corners.
+    /// Returns the radius of corners.
     pub fn round(&self) -> CornerRadius {
         CornerRadius::same((0.3 * self.em).min(255.0) as u8)
     }
 
-    /// The ring around what the hand is at.
+    /// Returns the ring around the focus.
     pub fn ring(&self) -> Stroke {
         Stroke::new((0.12 * self.em).max(1.5), CURSOR)
     }
 
-    /// The edge of a card.
+    /// Returns the edge of a card.
     pub fn edge(&self) -> Stroke {
         Stroke::new((0.05 * self.em).max(1.0), EDGE)
     }
 
-    /// Sets the style of what is drawn from here on.
+    /// Applies the style to everything drawn later in this [`Ui`].
     pub fn apply_style(&self, ui: &mut Ui) {
         let style = ui.style_mut();
         let body = self.em;
@@ -68,12 +69,12 @@ impl PageStyle {
         style.spacing.scroll = egui::style::ScrollStyle::solid();
         style.spacing.scroll.bar_width = 0.3 * body;
         let visuals = &mut style.visuals;
-        // The font has no bold; words that matter are brighter.
+        // The font has no bold face; strong text is brighter.
         visuals.widgets.active.fg_stroke.color = Color32::WHITE;
         visuals.extreme_bg_color = CARD;
         visuals.widgets.noninteractive.fg_stroke.color = TEXT;
         style.interaction.selectable_labels = false;
-        // Sizes follow the window's, to a fraction of a point; egui marks that in builds for development.
+        // Sizes scale with the window to fractions of a point, which egui would mark in debug builds.
         #[cfg(debug_assertions)]
         {
             style.debug.show_unaligned = false;
@@ -85,7 +86,7 @@ impl PageStyle {
 mod tests {
     use super::*;
 
-    /// Contrast of two colours, 1 to 21, as WCAG 2.1 defines it.
+    /// Returns the contrast of two colours, 1 to 21, as defined by WCAG 2.1.
     fn contrast(one: Color32, other: Color32) -> f64 {
         let linear = |channel: u8| {
             let share = f64::from(channel) / 255.0;
@@ -96,11 +97,11 @@ mod tests {
         (a.max(b) + 0.05) / (a.min(b) + 0.05)
     }
 
-    /// `docs/references.md: contrast`: 4.5 for words, 3 for the edges of what acts and for what shows where one is.
+    /// `docs/references.md: contrast`: 4.5 for text, 3 for edges of controls and for the focus.
     #[test]
-    fn words_and_edges_are_told_from_what_is_behind_them() {
+    fn text_and_edges_contrast_with_their_background() {
         assert!((contrast(Color32::WHITE, Color32::BLACK) - 21.0).abs() < 1e-9);
-        // An example of the standard's authors: #767676 is the darkest grey that passes on white.
+        // Example of the standard's authors: #767676 is the darkest grey that passes on white.
         assert!((contrast(Color32::from_rgb(0x76, 0x76, 0x76), Color32::WHITE) - 4.54).abs() < 0.01);
         for (words, behind) in [(TEXT, BACK), (TEXT, CARD), (DIM, BACK), (MISSING, BACK), (Color32::WHITE, CHOSEN)] {
             assert!(contrast(words, behind) >= 4.5, "{words:?} on {behind:?}: {}", contrast(words, behind));

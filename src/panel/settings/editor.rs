@@ -1,6 +1,6 @@
-//! The scenario's settings as widgets. In: the list of settings ([`Scenario::fields`]), whose docs are the
-//! tooltips and whose limits are those of the widgets, and the words to choose from. Out: an edited [`Scenario`].
-//! Nothing here knows any one setting but for the section it stands in.
+//! The scenario's settings as widgets. In: the list of settings ([`Scenario::fields`]), whose docs become tooltips and
+//! whose limits become the widgets' limits; the words to choose from. Out: an edited [`Scenario`]. Apart from the
+//! sections and a few names, nothing here depends on a particular setting.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::{
     settings::{Field, SettingKind, SettingsError},
 };
 
-/// Sections and the settings in them, in order; a path that ends in a dot is a whole table. What is in none comes last.
+/// Sections and their settings, in order; a path that ends in a dot is a whole table. Settings in no section come last.
 const SECTIONS: [(&str, &[&str]); 8] = [
     (
         "Road & traffic",
@@ -45,17 +45,18 @@ const SECTIONS: [(&str, &[&str]); 8] = [
     ),
     ("Run", &[]),
 ];
-/// A setting that no window can drive otherwise: there is always a participant.
+/// Setting without a widget: with a window there is always a participant.
 const WITHOUT_WIDGET: &str = "participant";
-/// Sections that are closed at first: what is set once for a rig.
+/// Sections that are closed at first: set once for a rig.
 const CLOSED: [&str; 4] = ["Display", "Sound", "Rig", "Surroundings"];
 
-/// Words to choose from, for settings that are texts: which maps and policies there are is not the schema's to say.
+/// Words to choose from, for settings that are texts. The schema does not know the maps and policies on this machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SettingChoices(BTreeMap<String, (Vec<String>, Option<String>)>);
 
 impl SettingChoices {
-    /// Adds the words for one setting. `other` says what else may be typed ("path of a net.xml"); `None` if nothing.
+    /// Adds the words for one setting. `other` describes what else may be typed ("path of a net.xml"); `None` if
+    /// nothing.
     pub fn with<W: ToString>(mut self, path: &str, words: impl IntoIterator<Item = W>, other: Option<&str>) -> Self {
         let words = words.into_iter().map(|word| word.to_string()).collect();
         self.0.insert(path.into(), (words, other.map(Into::into)));
@@ -63,25 +64,25 @@ impl SettingChoices {
     }
 }
 
-/// A scenario being edited.
+/// Editor of a scenario.
 pub struct ScenarioEditor {
     fields: Vec<Field>,
     choices: SettingChoices,
     driving: Value,
     edited: Value,
-    /// Own name of the policy that drives.
+    /// Name of the policy in use.
     policy: String,
 }
 
 impl ScenarioEditor {
-    /// An editor that starts from `scenario`.
+    /// Creates an editor that starts from `scenario`.
     pub fn new(scenario: &Scenario, choices: SettingChoices) -> Self {
         let driving = json(scenario);
         let fields = Scenario::fields().into_iter().filter(|field| field.path != WITHOUT_WIDGET).collect();
         Self { fields, choices, edited: driving.clone(), driving, policy: String::new() }
     }
 
-    /// Tells which scenario drives now. A new one replaces all edits.
+    /// Updates the scenario in use. A different one replaces all edits.
     pub fn follow(&mut self, scenario: &Scenario) {
         let driving = json(scenario);
         if driving != self.driving {
@@ -90,14 +91,15 @@ impl ScenarioEditor {
         }
     }
 
-    /// Tells which policy drives, whose name the scenario may leave open.
+    /// Updates the name of the policy in use, which the scenario may leave open (`auto`).
     pub fn follow_policy(&mut self, name: &str) {
         if self.policy != name {
             self.policy = name.into();
         }
     }
 
-    /// What a choice is shown as: with the policy's own name where the scenario that drives says `auto`.
+    /// Returns the text for a choice: an open policy gets the name of the one in use, unless policy or map has been
+    /// edited.
     fn shown(&self, field: &Field, value: &str) -> String {
         let same = |key: &str| self.edited.get(key) == self.driving.get(key);
         let is_open = field.path == "policy" && !self.policy.is_empty() && value != self.policy;
@@ -109,20 +111,20 @@ impl ScenarioEditor {
         self.edited = json(scenario);
     }
 
-    /// True if a restart would change something.
+    /// Returns true if a restart would change something.
     pub fn is_edited(&self) -> bool {
         self.edited != self.driving
     }
 
-    /// Takes all edits back.
+    /// Discards all edits: the settings of the drive return.
     pub fn discard(&mut self) {
         self.edited = self.driving.clone();
     }
 
-    /// The scenario as edited.
+    /// Returns the edited scenario.
     ///
     /// # Errors
-    /// The settings do not go together; the message names setting, value and what is allowed.
+    /// The settings contradict each other; the message names setting, value and what is allowed.
     pub fn scenario(&self) -> Result<Scenario, SettingsError> {
         let all: Vec<(Field, Value)> = self
             .fields
@@ -132,7 +134,7 @@ impl ScenarioEditor {
         Scenario::default().with(&all)
     }
 
-    /// All sections.
+    /// Shows all sections with their settings.
     pub fn show(&mut self, ui: &mut Ui) {
         for (section, (title, _)) in SECTIONS.iter().enumerate() {
             let changed = self.in_section(section).any(|field| self.has_changed(field));
@@ -157,7 +159,7 @@ impl ScenarioEditor {
         field.get(&self.edited) != field.get(&self.driving)
     }
 
-    /// Name on the left, widget on the right; both tell what the setting is when the pointer rests on them.
+    /// Shows a setting: name on the left, widget on the right, both with a tooltip.
     fn row(&mut self, ui: &mut Ui, field: &Field) {
         let Some(mut value) = field.get(&self.edited).cloned() else { return };
         let colour = if self.has_changed(field) { theme::AMBER } else { theme::TEXT };
@@ -191,7 +193,7 @@ impl ScenarioEditor {
             }
             SettingKind::Number { min, max } => {
                 let mut number = value.as_f64().unwrap_or(*min);
-                // A hundred pixels of dragging double the number.
+                // A drag of a hundred pixels doubles the number.
                 let speed = 0.01 * number.abs().max(0.02 * (max - min));
                 let drag = DragValue::new(&mut number).range(*min..=*max).speed(speed).max_decimals(3);
                 let response = ui.add(with_unit(drag, field));
@@ -217,13 +219,13 @@ fn section_of(path: &str) -> usize {
     SECTIONS.iter().position(|(_, paths)| paths.iter().any(holds)).unwrap_or(SECTIONS.len() - 1)
 }
 
-/// What stands before the widget: `Policy speed`; in a table the symbol and what it means, `T  Desired time gap to the
-/// leader`.
+/// Returns the text before the widget: `Policy speed`; in a table the symbol and its meaning, `T  Desired time gap to
+/// the leader`.
 fn name_of(field: &Field) -> String {
     if field.table().is_some() {
         let symbol = field.path.rsplit('.').next().unwrap_or_default();
         let meaning = field.doc.split([',', ';', ':']).next().unwrap_or_default();
-        // A symbol of the literature is looked for; a key in words says no more than its meaning.
+        // A symbol of the literature is shown before its meaning; a key of several words would only repeat it.
         return if symbol.contains('_') { meaning.to_owned() } else { format!("{symbol}  {meaning}") };
     }
     let flag = field.flag().replace('-', " ");
@@ -243,12 +245,12 @@ fn tooltip(field: &Field) -> String {
 }
 
 fn with_unit<'a>(drag: DragValue<'a>, field: &Field) -> DragValue<'a> {
-    // Applied when typing is done: on the way to 22 the number is not 2.
+    // Applied after typing: on the way to 22 the number is not 2.
     let drag = drag.update_while_editing(false).min_size(egui::vec2(92.0, 0.0)).custom_parser(number_from);
     if field.unit.is_empty() { drag } else { drag.suffix(format!(" {}", field.unit.replace("s2", "s²"))) }
 }
 
-/// A finite number as a person types it, with a point or a comma; otherwise the old one stays.
+/// Parses a finite number with a decimal point or comma; `None` keeps the old one.
 fn number_from(text: &str) -> Option<f64> {
     let text = text.trim().replace(',', ".").replace('−', "-");
     text.parse().ok().filter(|number: &f64| number.is_finite())
@@ -279,7 +281,7 @@ fn type_in(ui: &mut Ui, field: &Field, hint: &str, value: &mut Value) -> Respons
     response
 }
 
-/// A list whose last entry opens a line to type in; the line stays for as long as the text is none of the words.
+/// Shows a list whose last entry opens a text line; the line stays while the text is none of the words.
 fn choose_or_type(ui: &mut Ui, field: &Field, words: &[String], other: &str, value: &mut Value) -> Response {
     let now = value.as_str().unwrap_or_default().to_owned();
     if words.contains(&now) {
@@ -343,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_policy_that_was_left_open_is_shown_with_its_own_name_while_it_is_the_one_that_drives() {
+    fn an_open_policy_is_shown_with_the_name_of_the_one_in_use() {
         let mut editor = ScenarioEditor::new(&Scenario::default(), SettingChoices::default());
         let field = |path: &str| Scenario::fields().into_iter().find(|field| field.path == path).unwrap();
         let (policy, map) = (field("policy"), field("map"));

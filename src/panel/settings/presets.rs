@@ -1,5 +1,5 @@
-//! Presets: scenario files in one folder, for `codrive drive --scenario` as well. In: a scenario, a name. Out: files that
-//! are never overwritten unasked; scenarios; messages that say what is wrong.
+//! Presets: scenario files in one folder, also for `codrive drive --scenario`. In: a scenario, a name. Out: files,
+//! overwritten only on request; scenarios; error messages.
 
 use super::ScenarioEditor;
 use crate::panel::theme;
@@ -11,42 +11,42 @@ use crate::{
 use egui::{ComboBox, RichText, TextEdit, Ui};
 use std::path::{Path, PathBuf};
 
-/// Longest name.
+/// Maximum length of a name, characters.
 const MOST: usize = 60;
 
-/// Names that exist, and what is being typed.
+/// Presets in the folder, and the name being typed.
 pub struct PresetList {
     folder: PathBuf,
     names: Vec<String>,
     chosen: String,
     typed: String,
-    /// The name that is taken and may be replaced.
+    /// Existing name that Replace may overwrite.
     taken: Option<String>,
-    /// What happened last; true if it went wrong.
+    /// Last message; true if it is an error.
     told: Option<(String, bool)>,
 }
 
-/// Why a preset was not saved or loaded.
+/// Error on saving or loading a preset.
 #[derive(Debug, thiserror::Error)]
 pub enum PresetError {
-    /// There is one of this name.
+    /// A preset of this name exists.
     #[error("{} exists: choose another name, or replace it", _0.display())]
     Taken(PathBuf),
-    /// It cannot be a name.
+    /// Not a valid name.
     #[error(
         "{_0:?} cannot be a name: a preset's name has 1 to {MOST} letters, digits, - and _, and is not kept by Windows"
     )]
     Name(String),
-    /// Its settings are wrong.
+    /// Faulty scenario file, or settings that contradict each other.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// It cannot be written.
+    /// Write error of the file system.
     #[error(transparent)]
     File(#[from] RecordError),
 }
 
 impl PresetList {
-    /// Those in `folder`, which need not be there yet.
+    /// Lists the presets in `folder`, which need not exist yet.
     pub fn in_folder(folder: PathBuf) -> Self {
         let mut presets =
             Self { folder, names: Vec::new(), chosen: String::new(), typed: String::new(), taken: None, told: None };
@@ -54,14 +54,14 @@ impl PresetList {
         presets
     }
 
-    /// Saves `scenario`; one of the same name only if it is to be `replaced`. Returns the file.
+    /// Saves `scenario`; overwrites a preset of the same name only if `replaced` is true. Returns the file.
     ///
     /// # Errors
-    /// The name is taken or cannot be one, or the system refuses.
+    /// The name is taken or not valid, or the system refuses.
     pub fn save(&self, name: &str, scenario: &Scenario, replaced: bool) -> Result<PathBuf, PresetError> {
         let path = self.path(name)?;
         new_private_dir(&self.folder)?;
-        // A file of the user's folder is read from there: paths of the working folder are absolute in it.
+        // Relative paths would be read from the preset's folder; those from the working folder are made absolute.
         let text = scenario.clone().paths_from(&std::env::current_dir().unwrap_or_default()).to_toml();
         if replaced {
             replace(&path, text.as_bytes())?;
@@ -73,10 +73,10 @@ impl PresetList {
         Ok(path)
     }
 
-    /// The scenario of this name.
+    /// Loads the scenario of this name.
     ///
     /// # Errors
-    /// There is none, or it is wrong; the message names file, line and what is allowed.
+    /// There is none, or it is faulty; the message names file, line and what is allowed.
     pub fn load(&self, name: &str) -> Result<Scenario, PresetError> {
         Ok(Scenario::from_file(&self.path(name)?)?)
     }
@@ -107,7 +107,7 @@ impl PresetList {
         }
     }
 
-    /// Lines to load and to save with, over the settings.
+    /// Shows the lines for loading and saving, above the settings.
     pub(in crate::panel) fn show(&mut self, ui: &mut Ui, editor: &mut ScenarioEditor) {
         ui.horizontal(|ui| {
             let label = ui.label("Preset").on_hover_text(format!("Scenario files in {}", self.folder.display()));
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_leave_the_folder_or_that_no_system_keeps_are_refused() {
+    fn names_that_leave_the_folder_or_are_reserved_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let presets = PresetList::in_folder(folder.path().into());
         let long = "a".repeat(MOST + 1);

@@ -1,5 +1,5 @@
-//! A controller at work. In: an [`Observation`] each step. Out: a speed whenever one is asked for. It can be kept in a
-//! checkpoint with its memory, which a boxed policy cannot.
+//! A running controller with its memory. In: an [`Observation`] each step. Out: a speed on request. Unlike a boxed policy, it can be
+//! saved in a checkpoint with its memory.
 
 use super::Controller;
 use crate::policy::{
@@ -10,20 +10,18 @@ use serde::{Deserialize, Serialize};
 /// A controller with its memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EngagedController {
-    /// One speed for ever.
+    /// One speed for the whole drive.
     Constant(ConstantSpeed),
-    /// A slow phase first.
+    /// A slow phase, then the final speed.
     TwoPhase(TwoPhase),
-    /// FollowerStopper.
     FollowerStopper(FollowerStopper),
-    /// PI with saturation, and the speeds of its window.
+    /// PI with saturation, and the speeds in its window.
     Pi(PiSaturation),
-    /// Linear feedback.
     LinearFeedback(LinearFeedback),
 }
 
 impl EngagedController {
-    /// Engaged now, to be shown an observation each `step_s` seconds.
+    /// Returns a newly engaged controller that gets an observation every `step_s` seconds.
     pub fn new(controller: &Controller, step_s: f64) -> Self {
         match *controller {
             Controller::Constant(controller) => Self::Constant(controller),
@@ -34,7 +32,7 @@ impl EngagedController {
         }
     }
 
-    /// Its command `time_s` after it was engaged, m/s, 0 or more.
+    /// Returns the commanded speed `time_s` after engagement, m/s, 0 or more.
     pub fn command_mps(&self, time_s: f64, observation: &Observation) -> f64 {
         match self {
             Self::Constant(controller) => controller.speed_mps,

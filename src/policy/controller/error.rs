@@ -1,88 +1,88 @@
-//! What can be wrong with the file of a controller, by kind, and in words with file, line and a mark under the place.
+//! Faults of a controller's file: the kind, and a message with file, line and a mark below the place.
 
 use super::{CONTROLLERS, ControllerKind, file::FORMAT};
 use crate::toml_text::{TomlError, did_you_mean, unknown_key};
 
-/// Why a controller's file cannot be used.
+/// Error for an unusable controller's file.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct ControllerFileError {
-    /// What is wrong.
+    /// Kind of fault, for callers.
     pub fault: ControllerFault,
-    /// All of it for people: file, line, what is wrong, what is allowed, and the line with a mark.
+    /// Full message: file, line, fault, allowed values, and the line with a mark.
     pub message: String,
 }
 
-/// What is wrong with a controller's file.
+/// Fault in a controller's file.
 #[derive(Debug, thiserror::Error)]
 pub enum ControllerFault {
-    /// The text is no TOML.
+    /// The text is not TOML.
     #[error(transparent)]
     Toml(TomlError),
-    /// It does not say what file it is, or says that it is another.
+    /// The format is missing, or the file has another one.
     #[error("format is {}; allowed: \"{FORMAT}\"", found.as_deref().unwrap_or("missing"))]
     Format {
-        /// What it says.
+        /// Format in the file, if present.
         found: Option<String>,
     },
-    /// It names no controller.
+    /// The kind is missing or unknown.
     #[error("kind is {}{}; allowed: {}", found.as_deref().unwrap_or("missing"), near_kind(found.as_deref()), kinds())]
     Kind {
-        /// What it names.
+        /// Kind in the file, if present.
         found: Option<String>,
     },
     /// A key that this kind does not have.
     #[error("{}", unknown_key(key, &keys(*kind)))]
     UnknownKey {
-        /// The key.
+        /// Unknown key in the file.
         key: String,
-        /// The kind of controller.
+        /// Kind of controller that the file names.
         kind: ControllerKind,
     },
-    /// A parameter is not set.
+    /// A parameter is missing.
     #[error("key `{key}` is missing: {doc}\n  remedy: give it {allowed}")]
     Missing {
-        /// The parameter.
+        /// Key of the parameter.
         key: &'static str,
-        /// What it is.
+        /// Description of the parameter.
         doc: &'static str,
-        /// What is allowed.
+        /// Allowed values in words.
         allowed: String,
     },
-    /// A parameter is a list of another length, or none where one belongs.
+    /// A list has the wrong length, or a single value stands in place of a list.
     #[error("{key} is {found}; allowed: a list of {length} numbers, such as {example}")]
     List {
-        /// The parameter.
+        /// Key of the parameter.
         key: &'static str,
-        /// What it is.
+        /// Value in the file.
         found: String,
-        /// Numbers in the list.
+        /// Required length of the list.
         length: usize,
-        /// A list that is allowed.
+        /// Example of an allowed list.
         example: String,
     },
-    /// A parameter is no number, or one outside of its limits.
+    /// A parameter is not a number, or is outside its limits.
     #[error("{key} is {found}; allowed: {allowed}")]
     Value {
-        /// The parameter.
+        /// Key of the parameter.
         key: &'static str,
-        /// What it is.
+        /// Value in the file.
         found: String,
-        /// What is allowed.
+        /// Allowed values in words.
         allowed: String,
     },
-    /// Two parameters are not in their order.
+    /// Two parameters are out of order.
     #[error("{key} is {value}; allowed: {} {before_key}, which is {before}", if *is_above { "above" } else { "not above" })]
     Order {
-        /// The parameter.
+        /// Key of the parameter.
         key: &'static str,
-        /// What it is.
+        /// Value of the parameter.
         value: f64,
-        /// The one before it.
+        /// Key of the parameter before it.
         before_key: &'static str,
-        /// What that is.
+        /// Value of the parameter before it.
         before: f64,
-        /// It must be above that one; otherwise it must not.
+        /// True if `value` must be above `before`; false if it must not be above it.
         is_above: bool,
     },
 }
@@ -95,7 +95,7 @@ fn near_kind(found: Option<&str>) -> String {
     found.map_or(String::new(), |found| did_you_mean(found.trim_matches('"'), &CONTROLLERS.map(ControllerKind::name)))
 }
 
-/// Keys that the file of such a controller may have.
+/// Returns the keys that the file of such a controller may have.
 fn keys(kind: ControllerKind) -> Vec<&'static str> {
     let mut keys = vec!["format", "kind"];
     keys.extend(kind.parameters().iter().map(|parameter| parameter.table_key()));

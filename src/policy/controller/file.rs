@@ -1,5 +1,5 @@
-//! The file of a controller: TOML that says its kind and each of its parameters, with its unit in its name. In: text. Out: a
-//! [`Controller`], or file, line, value and what is allowed; and a controller's own text, which reads back as the same bits.
+//! The file of a controller: TOML with its kind and its parameters, each with the unit in its key. In: text. Out: a [`Controller`], or an
+//! error with file, line, value and allowed values. A controller is also written as text that reads back to the same bits.
 
 use super::{Controller, ControllerFault, ControllerFileError, ControllerKind};
 use crate::{
@@ -9,13 +9,13 @@ use crate::{
 use serde::Deserialize;
 use std::fmt::Write;
 
-/// What a controller's file calls itself.
+/// Format and version of a controller's file.
 pub const FORMAT: &str = "codrive controller 1";
 
-/// What the formats of such files of all versions begin with.
+/// Prefix of the format in all versions.
 const FORMAT_NAME: &str = "codrive controller";
 
-/// True if a text is meant as a controller's file: it says so, or names a kind, which no trained policy's does.
+/// Returns true if a text is meant as a controller's file: its format says so, or it has a `kind`, which no trained policy's file has.
 pub fn is_controller(text: &str) -> bool {
     #[derive(Deserialize)]
     struct Head {
@@ -28,11 +28,11 @@ pub fn is_controller(text: &str) -> bool {
 }
 
 impl Controller {
-    /// Reads a controller's file; `name` is what messages call it.
+    /// Parses a controller's file; messages refer to it as `name`.
     ///
     /// # Errors
-    /// The text is no TOML, is another kind of file, has a key that this controller has not or lacks one that it has, or a
-    /// number is outside of its limits or out of order.
+    /// The text is not TOML, is another kind of file, has an unknown key or lacks a required one, or a number is outside its limits or
+    /// out of order.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, ControllerFileError> {
         let at = |key: &str, part: KeyPart, fault: ControllerFault| {
             let message = toml_text::at(text, name, key, part, &fault.to_string());
@@ -56,7 +56,7 @@ impl Controller {
         let mut numbers: Vec<f64> = Vec::with_capacity(parameters.len());
         for parameter in parameters {
             let number = number(&table, parameter, parameters).map_err(|fault| {
-                // What is wrong with a list as a whole is marked at all of it.
+                // A fault of a whole list is marked at the whole list.
                 let key =
                     if matches!(fault, ControllerFault::Value { .. }) { parameter.key } else { parameter.table_key() };
                 at(key, KeyPart::Value, fault)
@@ -76,8 +76,8 @@ impl Controller {
         Ok(Self::of(kind, &numbers))
     }
 
-    /// The file's text below a head of comments, each line of `head` one. Numbers are as short as they can be and still read
-    /// back as the same bits.
+    /// Returns the file's text below a comment with the lines of `head`. Numbers are as short as possible and still read back to the same
+    /// bits.
     pub fn to_toml(&self, head: &str) -> String {
         let mut text: String = head.lines().map(|line| format!("# {line}\n")).collect();
         let _ = writeln!(text, "format = \"{FORMAT}\"\nkind = \"{}\"", self.kind().name());
@@ -98,7 +98,7 @@ impl Controller {
     }
 }
 
-/// The number that a table has for a parameter.
+/// Returns the number in a table for a parameter.
 fn number(table: &toml::Table, parameter: &Parameter, all: &[Parameter]) -> Result<f64, ControllerFault> {
     let key = parameter.table_key();
     let allowed = parameter.allowed();

@@ -1,5 +1,5 @@
-//! Controllers with parameters: by name with those of their authors, or from a file. In: a name and the road, numbers, or
-//! TOML text. Out: a [`Controller`], which makes a [`Policy`]; its parameters as a list; its file's text.
+//! Parametric controllers, by name with their authors' parameters or from a file. In: a name and the road, numbers, or TOML text. Out: a
+//! [`Controller`], which makes a [`Policy`], lists its parameters and writes its file.
 
 mod engaged;
 mod error;
@@ -15,34 +15,28 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 
-/// A controller and what it is set to.
+/// A controller with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Controller {
-    /// One speed for ever.
+    /// One speed for the whole drive.
     Constant(ConstantSpeed),
-    /// A slow phase first.
+    /// A slow phase, then the final speed.
     TwoPhase(TwoPhase),
-    /// FollowerStopper.
     FollowerStopper(FollowerStopper),
-    /// PI with saturation.
+    /// PI with saturation and its parameters.
     Pi(PiParameters),
-    /// Linear feedback.
     LinearFeedback(LinearFeedback),
 }
 
-/// Which controller it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControllerKind {
-    /// One speed for ever.
+    /// One speed for the whole drive.
     Constant,
-    /// A slow phase first.
+    /// A slow phase, then the final speed.
     TwoPhase,
-    /// FollowerStopper.
     FollowerStopper,
-    /// PI with saturation.
     Pi,
-    /// Linear feedback.
     LinearFeedback,
 }
 
@@ -56,7 +50,7 @@ pub const CONTROLLERS: [ControllerKind; 5] = [
 ];
 
 impl ControllerKind {
-    /// Its name on the command line and in files.
+    /// Returns the name on the command line and in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Constant => "constant",
@@ -67,12 +61,12 @@ impl ControllerKind {
         }
     }
 
-    /// The kind of this name.
+    /// Returns the kind with this name.
     pub fn named(name: &str) -> Option<Self> {
         CONTROLLERS.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// What it is set to, in the order of its file.
+    /// Returns the parameters in the order of the file.
     pub fn parameters(self) -> &'static [Parameter] {
         match self {
             Self::Constant => ConstantSpeed::PARAMETERS,
@@ -85,7 +79,7 @@ impl ControllerKind {
 }
 
 impl Controller {
-    /// What a name alone stands for on a road: the parameters of its authors, and the aim that is set or the automatic one.
+    /// Returns the controller of a name on a road: its authors' parameters, and the set or automatic target speed.
     pub fn by_name(kind: ControllerKind, settings: &PolicySettings) -> Self {
         let aim_mps = settings.aim_or_automatic_mps();
         match kind {
@@ -97,10 +91,10 @@ impl Controller {
         }
     }
 
-    /// The controller of as many numbers as its kind has parameters.
+    /// Returns the controller with these parameter values.
     ///
     /// # Panics
-    /// There are fewer.
+    /// Panics if there are fewer numbers than parameters.
     pub fn of(kind: ControllerKind, numbers: &[f64]) -> Self {
         match kind {
             ControllerKind::Constant => Self::Constant(ConstantSpeed::of(numbers)),
@@ -111,15 +105,15 @@ impl Controller {
         }
     }
 
-    /// The same after each number has been moved as little as the order of its parameters asks for.
+    /// Returns the controller after moving each number as little as the order of the parameters requires.
     ///
     /// # Panics
-    /// There are fewer numbers than parameters.
+    /// Panics if there are fewer numbers than parameters.
     pub fn of_ordered(kind: ControllerKind, numbers: &[f64]) -> Self {
         Self::of(kind, &ordered(kind.parameters(), numbers))
     }
 
-    /// Which one it is.
+    /// Returns the kind of this controller.
     pub fn kind(&self) -> ControllerKind {
         match self {
             Self::Constant(_) => ControllerKind::Constant,
@@ -130,7 +124,7 @@ impl Controller {
         }
     }
 
-    /// What it is set to, in the order of [`ControllerKind::parameters`].
+    /// Returns the parameter values in the order of [`ControllerKind::parameters`].
     pub fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Constant(controller) => controller.numbers(),
@@ -141,12 +135,12 @@ impl Controller {
         }
     }
 
-    /// A policy that is asked each `step_s` seconds, engaged now.
+    /// Returns a newly engaged policy with steps of `step_s` seconds.
     pub fn policy(&self, step_s: f64) -> Box<dyn Policy> {
         Box::new(EngagedController::new(self, step_s))
     }
 
-    /// The first of its numbers that is outside of its limits or out of order, and what is allowed.
+    /// Returns the first parameter outside its limits or out of order, its value and the allowed values.
     pub fn fault(&self) -> Option<(Parameter, f64, String)> {
         let (parameters, numbers) = (self.kind().parameters(), self.numbers());
         (0..numbers.len()).find_map(|k| {

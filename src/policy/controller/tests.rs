@@ -1,4 +1,4 @@
-//! Controllers by name and by file: the same bits, the same drive, and what is said of a file that is wrong.
+//! Controllers by name and by file: the same bits, the same drive, and the messages for faulty files.
 
 use super::*;
 use crate::{
@@ -9,7 +9,7 @@ use std::fs;
 
 const SETTINGS: PolicySettings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
 
-/// Numbers within the limits that no decimal of few digits is.
+/// Returns a controller with numbers within the limits that have no short decimal form.
 fn odd(kind: ControllerKind) -> Controller {
     let shares = [1.0 / 3.0, 1.0 / 7.0, 1.0 / 11.0, 1.0 / 13.0, 1.0 / 17.0, 1.0 / 19.0, 1.0 / 23.0];
     let between = |(parameter, share): (&Parameter, f64)| {
@@ -37,9 +37,9 @@ fn every_controllers_file_reads_back_to_the_same_bits() {
 }
 
 #[test]
-fn a_person_finds_unit_and_meaning_of_each_parameter_in_the_file() {
+fn the_file_gives_the_unit_and_meaning_of_each_parameter() {
     let text = Controller::by_name(ControllerKind::FollowerStopper, &SETTINGS).to_toml("");
-    // docs/references.md: follower-stopper has these numbers.
+    // Numbers from docs/references.md: follower-stopper.
     assert!(text.contains("\n# Speed wanted where the gap allows, m/s\naim_mps = 4.29"), "{text}");
     assert!(text.contains("\ndx0_m = [4.5, 5.25, 6.0]\n") && text.contains("\nd_mps2 = [1.5, 1.0, 0.5]\n"), "{text}");
     for kind in CONTROLLERS {
@@ -51,7 +51,7 @@ fn a_person_finds_unit_and_meaning_of_each_parameter_in_the_file() {
     }
 }
 
-/// A leader that stops and goes, and an ego that does what is advised.
+/// Drives an ego that follows the advice behind a leader whose speed oscillates, and returns the advice.
 fn drive(name: &str) -> Vec<(Tick, u64)> {
     let policy = build(name, &SETTINGS).unwrap_or_else(|e| panic!("{e}"));
     let mut advisor = Advisor::new(policy, Hold::of_steps(3, 0.1), 0.5);
@@ -100,7 +100,7 @@ fn names_build_what_their_authors_published() {
 }
 
 #[test]
-fn what_is_wrong_with_a_file_is_told_with_line_value_and_what_is_allowed() {
+fn a_faulty_file_is_refused_with_line_value_and_allowed_values() {
     const HEAD: &str = "format = \"codrive controller 1\"\n";
     let two_phase = |lines: &str| format!("{HEAD}kind = \"two-phase\"\n{lines}");
     let stopper = |lists: &str| format!("{HEAD}kind = \"follower-stopper\"\naim_mps = 4\n{lists}");
@@ -157,7 +157,7 @@ fn what_is_wrong_with_a_file_is_told_with_line_value_and_what_is_allowed() {
 }
 
 #[test]
-fn a_file_is_read_as_what_it_says_that_it_is() {
+fn a_file_is_read_as_the_format_that_it_declares() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("own.toml");
     let told = |text: &str| {

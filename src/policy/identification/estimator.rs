@@ -1,101 +1,100 @@
-//! The estimator's parameters, as they stand in a policy's file, and its arithmetic. In: the samples of a second. Out: the
-//! state of the recurrent unit, and what is read from it.
+//! Parameters of the estimator as stored in a policy's file, and its arithmetic. In: the samples of one second. Out: the state of the
+//! recurrent unit and its readout.
 
 use super::{DriverEstimate, DriverTraits, INPUTS, LatentEstimate, MOST_LATENTS, WhoDrives, latent_name};
 use crate::policy::{Feature, NetworkLayer, network_file::row};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
-/// Gates of the unit: reset, update, candidate; each weight matrix has so many columns for each hidden unit.
+/// Gates of the unit: reset, update, candidate; each weight matrix has this many columns per hidden unit.
 pub const GATES: usize = 3;
 
-/// Logarithms of standard deviations are kept within this, where they are fitted and where they are read, in units of the trait's
-/// spread.
+/// Bounds on the logarithms of standard deviations, in fitting and in reading, in units of the trait's spread.
 pub const LOG_SD: [f32; 2] = [-3.0, 1.0];
 
-/// How one trait is written in the readout: centre and spread become 0 and 1.
+/// Scaling of one trait in the readout: the centre reads as 0, and centre plus spread as 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EstimatedTrait {
-    /// Its name.
+    /// Name of the trait or latent.
     pub name: String,
-    /// Value that is read out as 0, in the trait's unit.
+    /// Value that reads as 0, in the trait's unit.
     pub centre: f64,
-    /// What 1 more is worth, in the trait's unit.
+    /// Change of the trait per unit of readout, in the trait's unit.
     pub spread: f64,
 }
 
-/// A fitted estimator.
+/// A fitted driver estimator: a gated recurrent unit with a linear readout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriverEstimator {
-    /// The traits in the order of the readout: first all means, then the logarithms of all standard deviations. All of
+    /// Traits in the order of the readout, which holds first all means, then the logarithms of all standard deviations. All of
     /// [`DriverTraits::NAMES`], or up to [`MOST_LATENTS`] latents.
     pub traits: Vec<EstimatedTrait>,
-    /// Bias of each gate's units: reset, update, candidate.
+    /// Input bias of each gate's units: reset, update, candidate.
     pub bias: Vec<f32>,
-    /// The same for what comes from the state.
+    /// State bias of each gate's units: reset, update, candidate.
     pub state_bias: Vec<f32>,
-    /// One row for each input.
+    /// Input weights, one row per input.
     pub weights: Vec<Vec<f32>>,
-    /// One row for each unit of the state.
+    /// State weights, one row per unit.
     pub state_weights: Vec<Vec<f32>>,
-    /// From the state to what is read out.
+    /// Linear layer from the state to the readout.
     pub readout: NetworkLayer,
 }
 
-/// Why these numbers are no estimator.
+/// Reasons that an estimator cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EstimatorFault {
-    /// Other traits, or in another order.
+    /// The traits are other ones or in another order.
     #[error(
         "the estimator's traits are {found}; known are {}, or {} to at most {}",
         DriverTraits::NAMES.join(", "), latent_name(0), latent_name(MOST_LATENTS - 1)
     )]
     Traits {
-        /// Those of the file.
+        /// Names of the traits in the file.
         found: String,
     },
-    /// A trait's spread is not above 0, or its centre is no number.
+    /// A trait's spread is not positive and finite, or its centre is not finite.
     #[error("the estimator's trait {name} has no centre and spread that can be used")]
     Scale {
-        /// Which trait.
+        /// Name of the trait.
         name: String,
     },
-    /// A part has another size than the others ask for.
+    /// A part has the wrong size.
     #[error("the estimator's {part} are {rows} x {columns} numbers; {needed_rows} x {needed_columns} are needed")]
     Size {
-        /// Which part.
+        /// Name of the part.
         part: &'static str,
-        /// Its rows.
+        /// Rows of the part.
         rows: usize,
-        /// Its columns.
+        /// Columns of the part.
         columns: usize,
-        /// Rows that are needed.
+        /// Required number of rows.
         needed_rows: usize,
-        /// Columns that are needed.
+        /// Required number of columns.
         needed_columns: usize,
     },
-    /// The policy wants to know what this estimator does not tell.
+    /// The policy has an input that this estimator does not estimate.
     #[error(
         "the policy sees {}, which its estimator does not tell: that tells {told}\n  remedy: train the policy with an \
          estimator of the other kind", feature.name()
     )]
     NotTold {
-        /// What the policy sees.
+        /// Input of the policy.
         feature: Feature,
-        /// What is told.
+        /// Names of the estimated traits or latents.
         told: String,
     },
-    /// A number is infinite or none.
+    /// A number is infinite or NaN.
     #[error("the estimator's {part} hold a number that is not finite")]
     NotFinite {
-        /// Which part.
+        /// Name of the part.
         part: &'static str,
     },
 }
 
-/// The state of the unit, and room to compute the next.
+/// State of the unit, with buffers for the next step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recurrent {
     state: Vec<f32>,
@@ -104,30 +103,30 @@ pub struct Recurrent {
 }
 
 impl Recurrent {
-    /// The state, one number a unit, -1 to 1.
+    /// Returns the state, one number per unit, each -1 to 1.
     pub fn state(&self) -> &[f32] {
         &self.state
     }
 }
 
 impl DriverEstimator {
-    /// Number of units of the state.
+    /// Returns the number of units.
     pub fn units(&self) -> usize {
         self.state_weights.len()
     }
 
-    /// Numbers that are read out: a mean and the logarithm of a standard deviation for each trait or latent.
+    /// Returns the length of the readout: a mean and a logarithm of a standard deviation per trait or latent.
     pub fn outputs(&self) -> usize {
         2 * self.traits.len()
     }
 
-    /// True where it tells latents, in order from the first, instead of traits.
+    /// Returns true if the estimator estimates latents, in order from the first, instead of traits.
     pub fn is_of_latents(&self) -> bool {
         let is_named = |(k, of): (usize, &EstimatedTrait)| of.name == latent_name(k);
         (1..=MOST_LATENTS).contains(&self.traits.len()) && self.traits.iter().enumerate().all(is_named)
     }
 
-    /// Fails where one of these is to be known of the driver and the estimator does not tell it: it would be seen as 0.
+    /// Checks that the estimator estimates every driver input among `features`; a missing one would read as 0.
     pub(in crate::policy) fn check_tells(
         &self,
         mut features: impl Iterator<Item = Feature>,
@@ -146,7 +145,7 @@ impl DriverEstimator {
     /// Checks that the parts fit together.
     ///
     /// # Errors
-    /// Names the first part that does not.
+    /// Names the first part that does not fit.
     pub fn check(&self) -> Result<(), EstimatorFault> {
         let names: Vec<&str> = self.traits.iter().map(|t| t.name.as_str()).collect();
         if names != DriverTraits::NAMES && !self.is_of_latents() {
@@ -178,13 +177,13 @@ impl DriverEstimator {
         Ok(())
     }
 
-    /// The state before anything is seen.
+    /// Returns the state before the first input.
     pub fn begin(&self) -> Recurrent {
         let gates = GATES * self.units();
         Recurrent { state: vec![0.0; self.units()], from_input: vec![0.0; gates], from_state: vec![0.0; gates] }
     }
 
-    /// Takes in a second: [`INPUTS`] numbers.
+    /// Updates the state with one second of input: [`INPUTS`] numbers.
     pub fn step(&self, inputs: &[f32], unit: &mut Recurrent) {
         let n = self.units();
         let Recurrent { state, from_input, from_state, .. } = unit;
@@ -198,19 +197,19 @@ impl DriverEstimator {
         }
     }
 
-    /// What is read out of a state.
+    /// Returns the readout of a state.
     pub fn read(&self, state: &[f32]) -> Vec<f32> {
         let mut read = vec![0.0; self.outputs()];
         self.read_into(state, &mut read);
         read
     }
 
-    /// The same where there is room for it already: [`Self::outputs`] numbers.
+    /// Writes the readout of a state into `read`, which holds [`Self::outputs`] numbers.
     pub fn read_into(&self, state: &[f32], read: &mut [f32]) {
         affine(state, &self.readout.weights, &self.readout.bias, read);
     }
 
-    /// What a readout says of the driver.
+    /// Converts a readout into an estimate of the driver.
     pub fn of_readout(&self, read: &[f32]) -> WhoDrives {
         let count = self.traits.len();
         let mean = |k: usize| self.traits[k].centre + self.traits[k].spread * f64::from(read[k]);
@@ -227,7 +226,7 @@ impl DriverEstimator {
 }
 
 impl DriverEstimator {
-    /// Its part of a policy's file.
+    /// Appends the estimator to the text of a policy file.
     pub(in crate::policy) fn write(&self, text: &mut String) {
         text.push_str(
             "\n# Who drives: a gated recurrent unit over the last seconds, read out as means and uncertainties.\n",
@@ -245,7 +244,7 @@ impl DriverEstimator {
     }
 }
 
-/// A matrix under its key, a line for each row.
+/// Appends a matrix under its key, one line per row.
 fn matrix(key: &str, rows: &[Vec<f32>], text: &mut String) {
     let _ = writeln!(text, "{key} = [");
     for numbers in rows {
@@ -254,7 +253,7 @@ fn matrix(key: &str, rows: &[Vec<f32>], text: &mut String) {
     text.push_str("]\n");
 }
 
-/// `out = bias + x weights`.
+/// Computes `out = bias + x weights`.
 fn affine(x: &[f32], weights: &[Vec<f32>], bias: &[f32], out: &mut [f32]) {
     out.copy_from_slice(bias);
     for (x, row) in x.iter().zip(weights) {

@@ -1,49 +1,49 @@
-//! What an estimator says of a driver: traits, which have names and units, or latents, which have neither. In: nothing. Out: numbers
-//! with their uncertainty, and what a policy sees of them.
+//! Estimates of a driver: traits, which have names and units, or latents, which have neither. Out: numbers with their uncertainty, and
+//! the observation completed with them.
 //!
-//! A latent is what a variational encoder (Kingma and Welling 2014) found worth knowing of a driver. Among all drivers it is spread
-//! about as a normal distribution of mean 0 and standard deviation 1.
+//! A latent is a quantity that a variational encoder (Kingma and Welling 2014) found informative about a driver. Over all drivers it is
+//! approximately normal with mean 0 and standard deviation 1.
 
 use super::{DriverEstimate, EstimatedTrait};
 use crate::policy::Observation;
 
-/// The most latents that an estimator may have: those that a policy can name.
+/// Largest number of latents, each of which a policy can take as input.
 pub const MOST_LATENTS: usize = 4;
 
-/// The name of latent `k`, counted from 0, in files: `latent_1` is the first.
+/// Returns the name of latent `k` in files; `k` counts from 0 and the first name is `latent_1`.
 pub fn latent_name(k: usize) -> String {
     format!("latent_{}", k + 1)
 }
 
 impl EstimatedTrait {
-    /// Latent `k`, counted from 0: it is read out as it is.
+    /// Returns the readout scaling of latent `k`, counted from 0: centre 0, spread 1.
     pub fn latent(k: usize) -> Self {
         Self { name: latent_name(k), centre: 0.0, spread: 1.0 }
     }
 }
 
-/// What is known of a driver whose traits nobody named.
+/// Estimate of a driver by latents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatentEstimate {
-    /// How many latents there are; the others are 0.
+    /// Number of latents; the entries beyond are 0.
     pub count: usize,
-    /// Their means, without a unit.
+    /// Mean of each latent, dimensionless.
     pub mean: [f64; MOST_LATENTS],
-    /// The standard deviation of each; 1 where nothing is known.
+    /// Standard deviation of each latent; 1 if nothing is known.
     pub sd: [f64; MOST_LATENTS],
 }
 
-/// What an estimator says of a driver.
+/// Estimate of a driver, by traits or by latents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WhoDrives {
-    /// His traits.
+    /// Estimated traits with standard deviations.
     Traits(DriverEstimate),
-    /// His latents.
+    /// Estimated latents with standard deviations.
     Latents(LatentEstimate),
 }
 
 impl WhoDrives {
-    /// His traits, where they are told.
+    /// Returns the estimated traits, if traits are estimated.
     pub fn traits(&self) -> Option<DriverEstimate> {
         match self {
             Self::Traits(estimate) => Some(*estimate),
@@ -51,7 +51,7 @@ impl WhoDrives {
         }
     }
 
-    /// His latents, where they are told.
+    /// Returns the estimated latents, if latents are estimated.
     pub fn latents(&self) -> Option<LatentEstimate> {
         match self {
             Self::Traits(_) => None,
@@ -59,7 +59,7 @@ impl WhoDrives {
         }
     }
 
-    /// The same observation by somebody who knows this of the driver: the means.
+    /// Returns the observation with the means of this estimate filled in.
     pub fn told(&self, observation: &Observation) -> Observation {
         match self {
             Self::Traits(estimate) => Observation { driver: Some(estimate.mean), ..*observation },

@@ -1,9 +1,9 @@
-//! The estimator of a drive: its arithmetic by hand, its pace, its file, and what does not fit.
+//! The estimator in a drive: hand-computed arithmetic, update rate, file, and inconsistent parts.
 
 use super::*;
 use crate::policy::{Feature, Network, NetworkLayer};
 
-/// An estimator of `units` units with numbers that follow no pattern of the arithmetic.
+/// Returns an estimator with `units` units and irregular weights.
 fn small(units: usize) -> DriverEstimator {
     let numbers =
         |n: usize, salt: usize| -> Vec<f32> { (0..n).map(|i| ((i * 7 + salt) % 11) as f32 / 9.0 - 0.5).collect() };
@@ -36,17 +36,17 @@ fn one_unit_steps_as_the_published_equations_say() {
     let mut inputs = vec![0.0; INPUTS];
     inputs[0] = 1.0;
     estimator.step(&inputs, &mut unit);
-    // By hand, h = 0: r = s(0.6 + 0.4) = 0.731059, z = s(-0.05 + 0.5) = 0.610639, n = tanh(1.3 + 0.731059 x 0.6) = 0.940068;
-    // h = (1 - z) n = 0.366026.
+    // By hand, h = 0: r = s(0.6 + 0.4) = 0.731059, z = s(-0.05 + 0.5) = 0.610639, n = tanh(1.3 + 0.731059 x 0.6) = 0.940068; h = (1 - z)
+    // n = 0.366026.
     assert!((unit.state()[0] - 0.366_026).abs() < 2e-6, "{}", unit.state()[0]);
     estimator.step(&inputs, &mut unit);
-    // r = s(1.0 + 0.3 h) = 0.752093, z = s(0.45 + 0.2 h) = 0.627897, n = tanh(1.3 + r (0.6 - 0.7 h)) = 0.915186;
-    // (1 - z) n + z h = 0.570370.
+    // r = s(1.0 + 0.3 h) = 0.752093, z = s(0.45 + 0.2 h) = 0.627897, n = tanh(1.3 + r (0.6 - 0.7 h)) = 0.915186; (1 - z) n + z h =
+    // 0.570370.
     assert!((unit.state()[0] - 0.570_370).abs() < 2e-6, "{}", unit.state()[0]);
 }
 
 #[test]
-fn it_thinks_once_a_second_whatever_the_step() {
+fn the_estimate_changes_once_a_second_for_any_step_length() {
     for (step_s, steps_per_s) in [(0.1, 10), (0.2, 5), (0.05, 20)] {
         let mut driver = Identification::new(small(3));
         let begin = driver.clone();
@@ -61,7 +61,7 @@ fn it_thinks_once_a_second_whatever_the_step() {
 }
 
 #[test]
-fn a_policy_with_an_estimator_survives_the_way_through_its_file() {
+fn an_estimator_survives_the_round_trip_through_its_file() {
     let estimator = small(3);
     assert_eq!(estimator.check(), Ok(()));
     let mut text = String::new();
@@ -74,7 +74,7 @@ fn a_policy_with_an_estimator_survives_the_way_through_its_file() {
 }
 
 #[test]
-fn what_does_not_fit_together_is_named() {
+fn an_inconsistent_estimator_is_refused_with_the_part() {
     let fault = |change: fn(&mut DriverEstimator)| {
         let mut estimator = small(3);
         change(&mut estimator);
@@ -95,7 +95,7 @@ fn what_does_not_fit_together_is_named() {
 }
 
 #[test]
-fn latents_are_told_as_they_are_read_and_only_a_policy_that_names_them_sees_them() {
+fn latents_are_read_out_unscaled_and_leave_the_traits_alone() {
     let mut estimator = small(3);
     estimator.traits = vec![EstimatedTrait::latent(0), EstimatedTrait::latent(1)];
     let fault = estimator.check().unwrap_err().to_string();
@@ -105,7 +105,7 @@ fn latents_are_told_as_they_are_read_and_only_a_policy_that_names_them_sees_them
     let told = Identification::new(estimator.clone()).who_drives();
     let latents = told.latents().expect("latents");
     assert_eq!((latents.count, latents.mean), (2, [0.5, -2.0, 0.0, 0.0]));
-    // The logarithm of a standard deviation stays within its bounds, here -3.
+    // The logarithm of a standard deviation is clamped to its bounds, here -3.
     assert!((latents.sd[0] - 1.0).abs() < 1e-6 && (latents.sd[1] - (-3.0_f64).exp()).abs() < 1e-6, "{latents:?}");
     assert_eq!(told.traits(), None);
     let truth = DriverTraits::default();
@@ -118,7 +118,7 @@ fn latents_are_told_as_they_are_read_and_only_a_policy_that_names_them_sees_them
 }
 
 #[test]
-fn a_policy_that_wants_to_know_what_its_estimator_does_not_tell_is_refused() {
+fn a_policy_with_an_input_that_its_estimator_lacks_is_refused() {
     let traits = small(3);
     let mut latents = small(3);
     latents.traits = vec![EstimatedTrait::latent(0), EstimatedTrait::latent(1)];

@@ -1,4 +1,4 @@
-//! Networks from elsewhere: weights in other files, numbers of other sizes, several inputs.
+//! ONNX networks of other programs: weights in other files, other number types, several inputs.
 
 use super::{NetworkDescription, OnnxFault, OnnxPolicy, write};
 use crate::{
@@ -13,7 +13,7 @@ use tract_onnx::pb::{
     tensor_proto::DataType, tensor_shape_proto::dimension, type_proto,
 };
 
-/// A small network with random weights.
+/// Returns a small network with random weights.
 fn network() -> Network {
     let mut stream = rng::stream(7, "border");
     let mut layer = |n: usize, m: usize| NetworkLayer {
@@ -40,7 +40,7 @@ fn model() -> ModelProto {
     ModelProto::decode(write(&network()).as_slice()).unwrap()
 }
 
-/// The model with its graph changed.
+/// Returns the model with `change` applied to its graph.
 fn changed(change: impl FnOnce(&mut GraphProto)) -> ModelProto {
     let mut model = model();
     change(model.graph.as_mut().unwrap());
@@ -55,7 +55,7 @@ fn refusal(model: &ModelProto, description: Option<&str>) -> String {
     loaded(model, description).err().unwrap().to_string()
 }
 
-/// The description that the file carries, with lines before it and without the name of its input.
+/// Returns the description in the file's metadata, with `lines` before it and without the input's name.
 fn described(lines: &str) -> String {
     let text = model().metadata_props[0].value.clone();
     let text: Vec<&str> = text.lines().filter(|line| !line.starts_with("input_name")).collect();
@@ -72,7 +72,7 @@ fn expected() -> f32 {
     answer(&loaded(&model(), None).unwrap())
 }
 
-/// The graph's weights in one file, as exporters put them; the file's bytes.
+/// Moves the graph's weights into one file, as exporters do; returns the file's bytes.
 fn move_weights(graph: &mut GraphProto, location: &str) -> Vec<u8> {
     let mut file = b"whatever stands before".to_vec();
     for tensor in &mut graph.initializer {
@@ -89,7 +89,7 @@ fn move_weights(graph: &mut GraphProto, location: &str) -> Vec<u8> {
     file
 }
 
-/// A network in `folder` with its weights at `location`.
+/// Writes a network into `folder` with its weights at `location`; returns its path and the bytes of the weights.
 fn export(folder: &Path, location: &str, change: impl FnOnce(&mut GraphProto)) -> (std::path::PathBuf, Vec<u8>) {
     let mut weights = Vec::new();
     let model = changed(|graph| {
@@ -110,7 +110,7 @@ fn weights_beside_the_file_are_read_and_belong_to_it() {
     fs::write(folder.join("policy.onnx.data"), &weights).unwrap();
     assert_eq!(answer(&OnnxPolicy::from_file(&path).unwrap()), expected());
     assert_eq!(OnnxPolicy::files(&path), [path.clone(), folder.join("policy.onnx.data")]);
-    // Bytes that are no file know of no folder.
+    // Bytes without a path have no folder.
     let said = OnnxPolicy::from_bytes(&fs::read(&path).unwrap(), None).err().unwrap().to_string();
     assert!(said.contains("lie in another file"), "{said}");
 }
@@ -160,7 +160,7 @@ fn weights_elsewhere_or_of_other_sizes_are_refused() {
     assert!(said(".", &|_| ()).contains("folder"), "{}", said(".", &|_| ()));
 }
 
-/// Weights, input and output as numbers of another size.
+/// Returns the model with weights, input and output of another number type.
 fn in_kind(kind: DataType, bytes: impl Fn(f32) -> Vec<u8>) -> ModelProto {
     changed(|graph| {
         for tensor in &mut graph.initializer {
@@ -182,13 +182,13 @@ fn tensor_type(value: &mut ValueInfoProto) -> &mut type_proto::Tensor {
 }
 
 #[test]
-fn numbers_of_64_and_of_16_bits_are_turned_at_the_border() {
+fn numbers_of_64_and_16_bits_are_converted_to_32_bits() {
     let double = loaded(&in_kind(DataType::Double, |x| f64::from(x).to_le_bytes().into()), None).unwrap();
     assert!((answer(&double) - expected()).abs() < 1e-6, "{} {}", answer(&double), expected());
     let half = loaded(&in_kind(DataType::Float16, |x| f16::from_f32(x).to_le_bytes().into()), None).unwrap();
-    // Eleven binary digits.
+    // A half-precision number has eleven binary digits.
     assert!((answer(&half) - expected()).abs() < 5e-3, "{} {}", answer(&half), expected());
-    // A network of its own numbers that casts, as exporters of 64 bits put it.
+    // A network of doubles that casts its input from single precision, as exporters of 64-bit networks write it.
     let mut casting = in_kind(DataType::Double, |x| f64::from(x).to_le_bytes().into());
     let graph = casting.graph.as_mut().unwrap();
     tensor_type(&mut graph.input[0]).elem_type = DataType::Float.into();
@@ -226,7 +226,7 @@ fn node(kind: &str, inputs: &[&str], output: &str) -> NodeProto {
     }
 }
 
-/// Three more inputs; the action is multiplied by the sum of `used` of them.
+/// Returns the model with three more inputs; the action is multiplied by each input in `used`.
 fn with_inputs(used: &[&str]) -> ModelProto {
     changed(|graph| {
         graph.input.extend(["mask", "h", "c"].map(|name| value(name, &[1, 1])));
@@ -241,11 +241,11 @@ fn with_inputs(used: &[&str]) -> ModelProto {
 }
 
 #[test]
-fn a_network_of_several_inputs_says_at_once_what_its_description_needs_and_then_drives() {
+fn a_network_with_several_inputs_runs_with_the_description_it_asks_for() {
     let model = with_inputs(&["mask", "h"]);
     let said = refusal(&model, Some(&described("")));
     assert!(said.starts_with("has 4 inputs (observation, mask, h, c); a policy has one"), "{said}");
-    // What the message tells to write, written.
+    // The remedy in the message, used as given.
     let remedy: String = said.lines().skip(2).map(|line| format!("{line}\n")).collect();
     assert_eq!(remedy, "  input_name = \"observation\"\n  fixed = { mask = 0.0, h = 0.0 }\n");
     assert_eq!(answer(&loaded(&model, Some(&described(&remedy))).unwrap()), 0.0);
@@ -260,12 +260,12 @@ fn a_network_of_several_inputs_says_at_once_what_its_description_needs_and_then_
 }
 
 #[test]
-fn inputs_that_the_action_does_not_depend_on_do_not_matter() {
+fn inputs_without_influence_on_the_action_are_ignored() {
     assert_eq!(answer(&loaded(&with_inputs(&[]), Some(&described(""))).unwrap()), expected());
 }
 
 #[test]
-fn each_number_may_have_an_input_of_its_own() {
+fn each_number_may_have_its_own_input() {
     let model = changed(|graph| {
         let axis = tract_onnx::pb::AttributeProto { name: "axis".into(), r#type: 2, i: 1, ..Default::default() };
         let join = NodeProto { attribute: vec![axis], ..node("Concat", &["v", "lead", "gap", "l"], "observation") };
@@ -277,7 +277,7 @@ fn each_number_may_have_an_input_of_its_own() {
 }
 
 #[test]
-fn a_network_with_a_memory_is_refused_in_plain_words() {
+fn a_network_with_a_memory_is_refused() {
     for kind in ["LSTM", "GRU", "RNN"] {
         let model = changed(|graph| graph.node.push(node(kind, &["observation"], "remembered")));
         let said = refusal(&model, None);

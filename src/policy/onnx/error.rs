@@ -1,5 +1,4 @@
-//! What can be wrong with a network in ONNX, by kind: its encoding, its description, its structure, its weights and inputs,
-//! what the runtime says of it, what it answers.
+//! Faults of an ONNX network, by kind: encoding, description, structure, weights, inputs, runtime errors and outputs.
 
 use super::{
     EXAMPLE,
@@ -17,191 +16,191 @@ use crate::{
 use std::{io, path::PathBuf};
 use tract_onnx::prelude::TractError;
 
-/// Why a network in ONNX cannot be a policy.
+/// Reasons that an ONNX network cannot be used as a policy.
 #[derive(Debug, thiserror::Error)]
 pub enum OnnxFault {
-    /// Its bytes are no protobuf, or end too early.
+    /// The bytes are no protobuf, or end too early.
     #[error("is no ONNX file: it is damaged or cut")]
     Damaged,
-    /// A protobuf, but of something else.
+    /// The file is a protobuf of another kind.
     #[error("is no ONNX file: {0}")]
     Foreign(prost::DecodeError),
-    /// ONNX without a graph.
+    /// The file has no graph.
     #[error("is no ONNX file: it holds no network")]
     Empty,
-    /// Structures within structures.
+    /// Structures are nested too deeply.
     #[error("holds networks within networks over {} deep; that is no policy", MOST_DEPTH)]
     TooDeep,
-    /// More fields than are read.
+    /// The file has too many fields.
     #[error("has more than {} fields; a policy is smaller", MOST_FIELDS)]
     ManyFields,
-    /// A list of whole numbers that is too long.
+    /// A list of integers is too long.
     #[error("has a list of whole numbers of {} bytes; allowed: {} (weights are stored as raw data)", .0, MOST_VARINTS)]
     LongList(usize),
-    /// Nothing says what its numbers mean.
+    /// The meaning of the numbers is not described.
     #[error(
         "does not say what its numbers mean; write a file of the same name with .toml behind it, such as\n{}",
         EXAMPLE
     )]
     NotDescribed,
-    /// Its description cannot be one.
+    /// The description is invalid.
     #[error(transparent)]
     Description(#[from] DescriptionFault),
-    /// A version of the operators that the runtime does not know.
+    /// The runtime does not know this operator set.
     #[error("uses operator set {}; known are {} to {}", .0, OPERATOR_SETS.start(), OPERATOR_SETS.end())]
     OperatorSet(i64),
-    /// Functions instead of operators.
+    /// The model defines its own functions instead of using operators.
     #[error("has functions of its own; export it with all of them inlined")]
     Functions,
-    /// A graph without nodes.
+    /// The graph has no nodes.
     #[error("has no nodes: it computes nothing")]
     NoNodes,
-    /// More nodes or tensors than are read.
+    /// The graph has too many nodes or tensors.
     #[error("has {nodes} nodes and {weights} tensors of weights; allowed: {} of either", MOST_NODES)]
     ManyNodes {
-        /// Its nodes.
+        /// Number of nodes in the graph.
         nodes: usize,
-        /// Its tensors of weights.
+        /// Number of weight tensors.
         weights: usize,
     },
-    /// Weights in a form that is not read.
+    /// Sparse weights are not supported.
     #[error("has sparse weights; store them as ordinary ones")]
     SparseWeights,
-    /// A tensor of weights that cannot be used.
+    /// A weight tensor cannot be used.
     #[error("weights `{name}` {fault}")]
     Weights {
-        /// The tensor's name.
+        /// Name of the tensor.
         name: String,
-        /// What is wrong with it.
+        /// Fault of the tensor.
         fault: TensorFault,
     },
-    /// A name that two tensors have.
+    /// Two weight tensors have the same name.
     #[error("has two tensors of weights `{0}`")]
     WeightsTwice(String),
-    /// Weights that are no numbers.
+    /// A weight tensor contains a NaN.
     #[error("weights `{0}` hold a NaN")]
     NanWeights(String),
-    /// An output that nothing gives.
+    /// No node computes this output.
     #[error("output `{0}` comes from no node")]
     IdleOutput(String),
-    /// Its inputs or outputs do not fit its description.
+    /// The inputs or outputs do not fit the description.
     #[error(transparent)]
     Ports(#[from] PortFault),
-    /// It cannot be run.
+    /// The network cannot be run.
     #[error("cannot be run: {0}")]
     Run(RunFault),
-    /// Its answers are no actions.
+    /// The outputs are not actions.
     #[error(transparent)]
     Answer(#[from] AnswerFault),
 }
 
-/// Why a text describes no network.
+/// Reasons that a text is not a valid description of a network.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DescriptionFault {
-    /// Not TOML, or with other keys.
+    /// The text is not TOML, or has unknown keys.
     #[error("is no description of a network: {0}")]
     Toml(TomlError),
-    /// A number that cannot be.
+    /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingFault),
-    /// It cannot correct what it says that it corrects.
+    /// The network cannot correct the advice that it names.
     #[error(transparent)]
     Correction(#[from] CorrectionFault),
-    /// What it expects to gain cannot be told.
+    /// The predictor of the expected gain is invalid.
     #[error(transparent)]
     ExpectedGain(#[from] ExpectedGainFault),
-    /// Holds that cannot be.
+    /// The holds are not positive, finite and ascending.
     #[error("holds_s are {shortest} to {longest}; they must be above 0, the first not above the second")]
     Holds {
-        /// Shortest hold, s.
+        /// Shortest hold in the description, s.
         shortest: f64,
-        /// Longest hold, s.
+        /// Longest hold in the description, s.
         longest: f64,
     },
-    /// An input that is fixed to no number.
+    /// An input is fixed to a value that is not finite.
     #[error("input `{name}` is fixed to {value}; allowed: a finite number")]
     Fixed {
-        /// The input's name.
+        /// Name of the input.
         name: String,
-        /// What it is to be.
+        /// Value that it is fixed to.
         value: f64,
     },
-    /// The network would see nothing.
+    /// The description has no inputs.
     #[error("inputs are empty; a network sees at least one number")]
     NoInputs,
 }
 
-/// Why a tensor's data cannot be used; it is said behind the tensor's name.
+/// Reasons that a tensor's data cannot be used; the message follows the tensor's name.
 #[derive(Debug, thiserror::Error)]
 pub enum TensorFault {
-    /// Too many dimensions.
+    /// The tensor has too many dimensions.
     #[error("have {} dimensions; allowed: {}", .0, MOST_DIMENSIONS)]
     Dimensions(usize),
-    /// A shape that is negative or too large.
+    /// A size is negative or the shape is too large.
     #[error("have the shape {:?}; allowed: at most {} numbers", .0, MOST_ELEMENTS)]
     Shape(Vec<i64>),
-    /// Too many whole numbers of 64 bits.
+    /// The tensor has too many 64-bit integers.
     #[error("are {} whole numbers of 64 bits; allowed: {}", .0, MOST_WHOLE_NUMBERS)]
     WholeNumbers(usize),
-    /// Other data than the shape says.
+    /// The amount of data does not match the shape.
     #[error("have the shape {dims:?}, that is {numbers} numbers, but hold {found}")]
     Length {
-        /// Its shape.
+        /// Shape of the tensor.
         dims: Vec<i64>,
-        /// Numbers that it says.
+        /// Number of elements by the shape.
         numbers: usize,
-        /// Numbers that there are.
+        /// Number of elements in the data.
         found: usize,
     },
-    /// No numbers, or of a size that is not read.
+    /// The elements are not numbers, or have an unsupported size.
     #[error("are of the type {0}; allowed: numbers of 8 to 64 bits")]
     Kind(&'static str),
-    /// In another file where none is read.
+    /// The data lies in another file, and no folder is known.
     #[error("lie in another file; export the policy as one file")]
     Elsewhere,
-    /// In another file without a name.
+    /// The data lies in another file without a name.
     #[error("lie in another file that is not named; export the network again")]
     Unnamed,
-    /// In a file of another folder.
+    /// The data lies in a file outside the network's folder.
     #[error("lie in `{0}`; allowed: a file in the folder of the network")]
     Outside(String),
-    /// In a file that is not there.
+    /// The data lies in a file that does not exist.
     #[error("lie in `{location}`, which cannot be read: {source}\n  remedy: put it into the folder of the network, {}", folder.display())]
     Absent {
-        /// The file as it is named.
+        /// File name as given in the network.
         location: String,
-        /// The network's folder.
+        /// Folder of the network.
         folder: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// In a file that cannot be read so far.
+    /// The data's file cannot be read up to the required length.
     #[error("lie in `{}`, which cannot be read: {source}", file.display())]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A place in another file that is no number.
+    /// The offset or length in another file is not a whole number.
     #[error("have the {key} `{text}`; allowed: a whole number of bytes")]
     Place {
-        /// `offset` or `length`.
+        /// Key of the entry: `offset` or `length`.
         key: &'static str,
-        /// What it is.
+        /// Value of the entry.
         text: String,
     },
-    /// A length in another file that does not fit the shape.
+    /// The length in another file does not match the shape.
     #[error("have the shape {dims:?}, that is {size} bytes, but say {said}")]
     Bytes {
-        /// Its shape.
+        /// Shape of the tensor.
         dims: Vec<i64>,
-        /// Bytes of that shape.
+        /// Number of bytes by the shape.
         size: u64,
-        /// Bytes that it says.
+        /// Length given in the network, bytes.
         said: u64,
     },
-    /// Together with those before more than is read.
+    /// The external weights together exceed the limit.
     #[error(
         "would make more than {} with those before; allowed: {} in all",
         size_text(MOST_BYTES),
@@ -210,65 +209,65 @@ pub enum TensorFault {
     TooLarge,
 }
 
-/// Why inputs or outputs do not fit what is said of them.
+/// Reasons that inputs or outputs do not fit the description.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PortFault {
-    /// No input or output of the name.
+    /// No input or output has this name.
     #[error("has no {what} `{name}`; it has {}", known.join(", "))]
     Unknown {
-        /// `input` or `output`.
+        /// Kind of port: `input` or `output`.
         what: &'static str,
-        /// The name that was asked for.
+        /// Name in the description.
         name: String,
-        /// The names that there are.
+        /// Names in the network.
         known: Vec<String>,
     },
-    /// Several, and nothing says which.
+    /// There are several inputs or outputs, and none is named in the description.
     #[error(
         "has {} {what}s ({}); name the action's: {what}_name = \"{}\"",
         known.len(), known.join(", "), known.first().map_or("", String::as_str)
     )]
     Ambiguous {
-        /// `input` or `output`.
+        /// Kind of port: `input` or `output`.
         what: &'static str,
-        /// The names that there are.
+        /// Names in the network.
         known: Vec<String>,
     },
-    /// A constant for an input that there is not.
+    /// The description fixes an input that does not exist.
     #[error("has no input `{name}` to be fixed; it has {}", known.join(", "))]
     NothingToFix {
-        /// The name that is fixed.
+        /// Name in the description.
         name: String,
-        /// The names that there are.
+        /// Names in the network.
         known: Vec<String>,
     },
-    /// A constant that would be too large.
+    /// The fixed input is too large.
     #[error("input `{name}` has the shape {dims:?}; to be fixed it may have {} numbers", MOST_WHOLE_NUMBERS)]
     LargeToFix {
-        /// The input's name.
+        /// Name of the input.
         name: String,
-        /// Its shape.
+        /// Shape of the input.
         dims: Vec<i64>,
     },
-    /// A constant that is no number.
+    /// The fixed input does not take numbers.
     #[error("input `{name}` is of {kind}; that cannot be fixed")]
     KindToFix {
-        /// The input's name.
+        /// Name of the input.
         name: String,
-        /// What it takes.
+        /// Element type of the input.
         kind: &'static str,
     },
-    /// Other inputs than the observation that matter.
+    /// The action depends on inputs other than the observation.
     #[error(
         "has other inputs that its action depends on ({}); a policy decides from the observation alone\n  remedy: \
          describe a constant for each, the same at every decision: {}",
         others.join(", "), fixed(others)
     )]
     Others {
-        /// Their names.
+        /// Names of the other inputs.
         others: Vec<String>,
     },
-    /// Several inputs, of which none is known to be the observation.
+    /// The network has several inputs, and none is known to be the observation.
     #[error(
         "has {} inputs ({}); a policy has one, the observation, or one for each of its numbers\n  remedy: describe which it \
          is, and a constant for each other that the action depends on:\n  input_name = \"{first}\"\n  {}",
@@ -277,41 +276,41 @@ pub enum PortFault {
     Several {
         /// Names of all inputs.
         all: Vec<String>,
-        /// The first that matters.
+        /// First input that the action depends on.
         first: String,
-        /// The others that matter.
+        /// Other inputs that the action depends on.
         others: Vec<String>,
     },
-    /// An input of another kind, such as a list.
+    /// The input is not a tensor but, for example, a list.
     #[error("input `{0}` is no tensor")]
     NoTensor(String),
-    /// An input that takes no numbers with a point.
+    /// The input does not take floating-point numbers.
     #[error("input `{name}` is of {kind}; allowed: floating-point numbers of 16, 32 or 64 bits")]
     Kind {
-        /// The input's name.
+        /// Name of the input.
         name: String,
-        /// What it takes.
+        /// Element type of the input.
         kind: &'static str,
     },
-    /// An input for a single number that takes more.
+    /// An input for a single number takes more than one.
     #[error("input `{0}` takes more than one number")]
     MoreThanOne(String),
-    /// An input for another count of numbers than are described.
+    /// The input's size differs from the number of described inputs.
     #[error(
         "input `{name}` has the shape [{}]; the {needed} inputs that are described need [any, {needed}] or [{needed}]",
         sizes(declared)
     )]
     Shape {
-        /// The input's name.
+        /// Name of the input.
         name: String,
-        /// Its sizes; `None` is any.
+        /// Sizes of the input; `None` is any size.
         declared: Vec<Option<i64>>,
-        /// How many numbers are described.
+        /// Number of described inputs.
         needed: usize,
     },
 }
 
-/// A line of a description that makes constants of inputs.
+/// Returns a line for the description that fixes these inputs to 0.
 fn fixed(others: &[String]) -> String {
     let list: Vec<String> = others.iter().map(|name| format!("{name} = 0.0")).collect();
     format!("fixed = {{ {} }}", list.join(", "))
@@ -322,126 +321,126 @@ fn sizes(declared: &[Option<i64>]) -> String {
     words.join(", ")
 }
 
-/// Why a network cannot be run.
+/// Reasons that a network cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum RunFault {
-    /// The runtime does not take it as a whole.
+    /// The runtime refuses the network as a whole.
     #[error(transparent)]
     Runtime(#[from] RuntimeFault),
-    /// One of its nodes is at fault.
+    /// A node is at fault.
     #[error("node {title}: {fault}")]
     Node {
-        /// The node's name, and its operator in brackets.
+        /// Name of the node, with its operator in brackets.
         title: String,
-        /// What is wrong with it.
+        /// Fault of the node.
         fault: NodeFault,
     },
 }
 
-/// What the runtime made of a network.
+/// Failure of the runtime.
 #[derive(Debug, thiserror::Error)]
 pub enum RuntimeFault {
-    /// It said what it does not accept.
+    /// The runtime returned an error.
     #[error("{}", words(.0))]
     Refused(TractError),
-    /// It panicked, with these words.
+    /// The runtime panicked with this message.
     #[error("the runtime (tract) cannot deal with it and broke off: {0}")]
     BrokeOff(String),
 }
 
-/// The runtime's message without its history.
+/// Returns the runtime's error with its causes.
 fn words(error: &TractError) -> String {
     let chain: Vec<String> = error.chain().map(ToString::to_string).collect();
     chain.join(": ")
 }
 
-/// Why a node cannot be run.
+/// Reasons that a node cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum NodeFault {
-    /// The runtime does not take it.
+    /// The runtime refuses the node.
     #[error(transparent)]
     Runtime(#[from] RuntimeFault),
-    /// It draws numbers.
+    /// The node draws random numbers.
     #[error(
         "it draws random numbers, so that a drive could not be driven again the same; export the policy for evaluation, \
          with its mean action as output"
     )]
     Random,
-    /// It may draw numbers.
+    /// The node may draw random numbers.
     #[error("it may drop at random; export the policy for evaluation")]
     Dropout,
-    /// Its attributes hold a graph.
+    /// The node's attributes contain a graph.
     #[error("it holds a network of its own; a policy is one flat network: export it unrolled")]
     Nested,
-    /// It remembers what it saw.
+    /// The node has a memory.
     #[error(
         "it has a memory, which would begin anew at every decision; a policy decides from what it sees now \
          (its own mean speed of half a minute can be among that: mean_speed)\n  remedy: export one without memory"
     )]
     Memory,
-    /// Its operator is not among those that are run.
+    /// The operator is not among the allowed ones.
     #[error("operator {0} is none that a policy may use")]
     Operator(String),
-    /// A tensor among its attributes cannot be used.
+    /// A tensor among the attributes cannot be used.
     #[error("attribute `{name}` {fault}")]
     Attribute {
-        /// The attribute's name.
+        /// Name of the attribute.
         name: String,
-        /// What is wrong with it.
+        /// Fault of the tensor.
         fault: Box<TensorFault>,
     },
-    /// A tensor among its attributes is in a form that is not read.
+    /// A tensor among the attributes is sparse.
     #[error("attribute `{0}` is sparse; store it as an ordinary tensor")]
     SparseAttribute(String),
-    /// It takes what nothing gives.
+    /// An input of the node comes from no earlier node.
     #[error("its input `{0}` comes from nowhere before it")]
     NoInput(String),
-    /// It gives what another gives.
+    /// An output of the node has the name of an existing tensor.
     #[error("its output `{0}` is there already")]
     OutputTwice(String),
-    /// All tensors together are too large.
+    /// All tensors together have too many elements.
     #[error("with it all tensors together have {} numbers; allowed: {}", .0, MOST_ELEMENTS_IN_ALL)]
     Elements(usize),
-    /// An answer takes too long.
+    /// One evaluation of the network takes too many multiplications.
     #[error("with it one answer takes {:.0} multiplications; allowed: {:.0}", .0, MOST_WORK)]
     Work(f64),
-    /// The shape of its result depends on numbers.
+    /// The shape of the result depends on values.
     #[error("the size of its result cannot be told before it is run; export the policy with fixed shapes")]
     Unsized,
-    /// Its result has too many dimensions.
+    /// The result has too many dimensions.
     #[error("its result has {} dimensions; allowed: {}", .0, MOST_DIMENSIONS)]
     Dimensions(usize),
-    /// Its result has a shape that is negative or too large.
+    /// The result's shape is negative or too large.
     #[error("its result has the shape {:?}; allowed: sizes of 0 or more, {} numbers", .0, MOST_ELEMENTS)]
     Shape(Vec<i64>),
-    /// Its result has too many whole numbers of 64 bits.
+    /// The result has too many 64-bit integers.
     #[error("its result has {} whole numbers of 64 bits; allowed: {}", .0, MOST_WHOLE_NUMBERS)]
     WholeNumbers(usize),
 }
 
-/// Why the answers of a network are no actions.
+/// Reasons that the outputs of a network are not actions.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AnswerFault {
-    /// An answer is no finite number.
+    /// An output is not finite.
     #[error("answers {seen:?} with {answer}; a policy must give finite numbers")]
     NotFinite {
-        /// What it was asked.
+        /// Inputs of the network.
         seen: Vec<f32>,
-        /// What it answered.
+        /// Output for these inputs.
         answer: f32,
     },
-    /// Too few numbers for levels.
+    /// There are too few outputs for levels.
     #[error("gives {0} number; levels need at least 2")]
     FewLevels(usize),
-    /// The number that is to be the action is none of them.
+    /// The described element does not exist.
     #[error("gives {numbers} numbers; element {element} is none of them")]
     NoElement {
-        /// How many it gives.
+        /// Number of outputs of the network.
         numbers: usize,
-        /// Which is described.
+        /// Index of the described element.
         element: usize,
     },
-    /// More than one number, and nothing says which is the action.
+    /// There are several outputs, and the description does not say which is the action.
     #[error("gives {0} numbers; one action needs 1: say which with `element`, or `output = \"levels\"`")]
     Several(usize),
 }

@@ -1,6 +1,6 @@
-//! Weights that lie in a file beside the network's, as PyTorch's exporter puts them. In: the parsed file and its folder. Out:
-//! the same with the weights inside, or why not. Only regular files of that folder are read, and no more than a whole
-//! network may hold; a link out of it is refused.
+//! Weights in a file beside the network's, as PyTorch's exporter writes them. In: the parsed file and its folder. Out: the model with its
+//! weights inlined, or the fault. Only regular files of that folder are read, up to the size limit of a network; a link out of the folder
+//! is refused.
 
 use super::{
     OnnxFault, TensorFault,
@@ -13,10 +13,10 @@ use std::{
 };
 use tract_onnx::pb::{GraphProto, ModelProto, TensorProto, tensor_proto::DataLocation};
 
-/// Puts the weights of other files into the network.
+/// Inlines the weights of other files into the network.
 ///
 /// # Errors
-/// What cannot be read or is not allowed.
+/// A file of weights cannot be read or is not allowed.
 pub fn inline(model: &mut ModelProto, folder: &Path) -> Result<(), OnnxFault> {
     let Some(graph) = &mut model.graph else { return Ok(()) };
     let mut left = MOST_BYTES;
@@ -30,7 +30,7 @@ pub fn inline(model: &mut ModelProto, folder: &Path) -> Result<(), OnnxFault> {
     Ok(())
 }
 
-/// The files beside `folder`'s network that it needs, each once.
+/// Returns the files of weights in `folder` that the network needs, each once.
 pub fn files(model: &ModelProto, folder: &Path) -> Vec<PathBuf> {
     let graph = model.graph.iter();
     let tensors = graph.flat_map(|graph| graph.initializer.iter().chain(attributes(graph)));
@@ -58,19 +58,19 @@ pub(super) fn is_external(tensor: &TensorProto) -> bool {
     tensor.data_location == Some(DataLocation::External.into()) || !tensor.external_data.is_empty()
 }
 
-/// What the tensor says of its place: `location`, `offset`, `length`.
+/// Returns the tensor's `location`, `offset` or `length` in its file, if given.
 fn said<'a>(tensor: &'a TensorProto, key: &str) -> Option<&'a str> {
     tensor.external_data.iter().find(|entry| entry.key == key).map(|entry| entry.value.as_str())
 }
 
-/// Where its file lies: in the folder, also where links are followed.
+/// Returns the path of the tensor's file; refuses files outside `folder`, also after following links.
 fn place(tensor: &TensorProto, folder: &Path) -> Result<PathBuf, TensorFault> {
     let location = said(tensor, "location").ok_or(TensorFault::Unnamed)?;
     let inside = Path::new(location).components().all(|part| matches!(part, Component::Normal(_)));
     if location.is_empty() || !inside {
         return Err(TensorFault::Outside(location.into()));
     }
-    // The empty path is the folder of today.
+    // An empty path is the current folder.
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let absent = |source: io::Error| TensorFault::Absent { location: location.into(), folder: folder.into(), source };
     let (home, found) = (folder.canonicalize().map_err(absent)?, folder.join(location).canonicalize().map_err(absent)?);

@@ -1,5 +1,5 @@
-//! Inputs of a network: which is the observation, in which numbers. In: the graph and its description. Out: the graph with
-//! that input and the wanted output alone, other inputs made constants or gone, and the shapes to ask with.
+//! Inputs of a network: which of them is the observation, and of which number type. In: the graph and its description. Out: the graph
+//! reduced to that input and the wanted output, with other inputs made constant or removed, and the input shapes.
 
 use super::{NetworkDescription, PortFault, limits::MOST_WHOLE_NUMBERS};
 use half::f16;
@@ -11,7 +11,7 @@ use tract_onnx::pb::{
     type_proto::{self, Tensor},
 };
 
-/// Leaves of the graph what the wanted output needs.
+/// Reduces the graph to the parts that the wanted output needs; returns the shapes of its inputs.
 ///
 /// # Errors
 /// Inputs or outputs do not fit the description.
@@ -35,12 +35,12 @@ pub(super) fn prepare(graph: &mut GraphProto, description: &NetworkDescription) 
     }
 }
 
-/// Numbers of 64 and of 16 bits become those of 32 that the runtime reckons with: it lacks operators for others.
+/// Converts 64-bit and 16-bit floats to the 32-bit floats that the runtime computes with; it lacks operators for the others.
 fn narrow(graph: &mut GraphProto) {
     graph.initializer.iter_mut().for_each(narrow_tensor);
     for attribute in graph.node.iter_mut().flat_map(|node| &mut node.attribute) {
         attribute.t.iter_mut().chain(&mut attribute.tensors).for_each(narrow_tensor);
-        // What Cast casts to.
+        // Target type of Cast.
         if attribute.name == "to" && is_other_float(i32::try_from(attribute.i).unwrap_or_default()) {
             attribute.i = i32::from(DataType::Float).into();
         }
@@ -75,7 +75,7 @@ fn narrow_tensor(tensor: &mut TensorProto) {
     tensor.raw_data = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
 }
 
-/// The name that was asked for, or the only one.
+/// Returns the requested name, or the only one.
 fn chosen(what: &'static str, known: Vec<String>, name: Option<&str>) -> Result<String, PortFault> {
     match name {
         Some(name) if known.iter().any(|known| known == name) => Ok(name.into()),
@@ -85,7 +85,7 @@ fn chosen(what: &'static str, known: Vec<String>, name: Option<&str>) -> Result<
     }
 }
 
-/// Inputs that the description fixes become constants.
+/// Replaces the inputs that the description fixes by constants.
 fn fix(graph: &mut GraphProto, description: &NetworkDescription) -> Result<(), PortFault> {
     for (name, value) in &description.fixed {
         let Some(at) = graph.input.iter().position(|input| input.name == *name) else {
@@ -98,7 +98,7 @@ fn fix(graph: &mut GraphProto, description: &NetworkDescription) -> Result<(), P
     Ok(())
 }
 
-/// A tensor of an input's shape, one row where it takes any number, of one value.
+/// Returns a tensor with an input's shape filled with `value`; a free dimension gets size 1.
 fn constant(input: &ValueInfoProto, value: f64) -> Result<TensorProto, PortFault> {
     let tensor = tensor(input)?;
     let dims: Vec<i64> = declared(tensor).into_iter().map(|dim| dim.unwrap_or(1)).collect();
@@ -124,10 +124,10 @@ fn constant(input: &ValueInfoProto, value: f64) -> Result<TensorProto, PortFault
     })
 }
 
-/// Removes the nodes and weights that the output does not need; the names that it does.
+/// Removes the nodes and weights that the output does not need; returns the names of the tensors that it needs.
 fn prune(graph: &mut GraphProto, output: &str) -> BTreeSet<String> {
     let mut needed = BTreeSet::from([output.to_owned()]);
-    // Nodes stand after those that they take from (`limits` has seen to that).
+    // Nodes come after those whose outputs they take (`limits` has checked this).
     for node in graph.node.iter().rev() {
         if node.output.iter().any(|name| needed.contains(name)) {
             needed.extend(node.input.iter().cloned());
@@ -138,7 +138,7 @@ fn prune(graph: &mut GraphProto, output: &str) -> BTreeSet<String> {
     needed
 }
 
-/// Names of the inputs that are the observation: one, or one for each number of it.
+/// Returns the names of the inputs that form the observation: one, or one for each of its numbers.
 fn observed(
     graph: &GraphProto,
     description: &NetworkDescription,
@@ -175,7 +175,7 @@ fn tensor(input: &ValueInfoProto) -> Result<&Tensor, PortFault> {
     }
 }
 
-/// Sizes of its dimensions; `None` for any.
+/// Returns the sizes of the dimensions; `None` for any size.
 fn declared(tensor: &Tensor) -> Vec<Option<i64>> {
     let dims = tensor.shape.iter().flat_map(|shape| &shape.dim);
     dims.map(|dim| match &dim.value {
@@ -192,7 +192,7 @@ fn check_kind(input: &ValueInfoProto) -> Result<(), PortFault> {
     }
 }
 
-/// The shape of an input that takes one number.
+/// Returns the shape of an input that takes one number.
 fn shape_of_one(input: &ValueInfoProto) -> Result<Vec<usize>, PortFault> {
     let declared = declared(tensor(input)?);
     if declared.len() <= 2 && declared.iter().all(|dim| dim.is_none_or(|d| d == 1)) {
@@ -201,7 +201,7 @@ fn shape_of_one(input: &ValueInfoProto) -> Result<Vec<usize>, PortFault> {
     Err(PortFault::MoreThanOne(input.name.clone()))
 }
 
-/// The shape to run one observation of `n` numbers with, from the declared one.
+/// Returns the shape for one observation of `n` numbers that fits the declared shape.
 fn shape(input: &ValueInfoProto, n: usize) -> Result<Vec<usize>, PortFault> {
     let declared = declared(tensor(input)?);
     let fits = |dim: &Option<i64>, size: i64| dim.is_none_or(|d| d == size);

@@ -1,36 +1,36 @@
-//! Limits of networks in ONNX: size, operators. In: a file's structure, before the runtime sees it. Out: nothing, or what
-//! cannot be, with node and value. A policy answers within milliseconds, so all limits lie far above one.
+//! Limits of ONNX networks: size and operators. In: a file's structure, before the runtime sees it. Out: nothing, or the fault with node
+//! and value. A policy decides within milliseconds, so all limits lie far above one.
 
 use super::{NodeFault, OnnxFault, RunFault, TensorFault, external::is_external};
 use std::collections::BTreeSet;
 use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, tensor_proto::DataType};
 
-/// The most that a file may hold, bytes: 4 million weights.
+/// Largest file, bytes: 4 million weights.
 pub const MOST_BYTES: u64 = 16 << 20;
-/// The most fields (protobuf) that a file may have: 20 for each of the most nodes, and as many again.
+/// Largest number of protobuf fields in a file; 20 per node at [`MOST_NODES`] nodes take less than half.
 pub const MOST_FIELDS: usize = 50_000;
-/// How deep its structures may lie within each other; those of a flat network lie 7 deep.
+/// Deepest nesting of structures in a file; a flat network has 7 levels.
 pub const MOST_DEPTH: usize = 16;
-/// The most bytes of one list of whole numbers.
+/// Largest list of integers, bytes.
 pub const MOST_VARINTS: usize = 1 << 18;
-/// The most nodes: the runtime takes a time that grows with their square, 1 s for these.
+/// Largest number of nodes. The runtime's time grows with its square and is 1 s at this number.
 pub const MOST_NODES: usize = 1_000;
-/// The most numbers in one tensor.
+/// Largest number of elements in one tensor.
 pub const MOST_ELEMENTS: usize = 4 << 20;
-/// The most numbers in all tensors of a network together.
+/// Largest number of elements in all tensors of a network.
 pub const MOST_ELEMENTS_IN_ALL: usize = 8 << 20;
-/// The most dimensions of a tensor.
+/// Largest number of dimensions of a tensor.
 pub const MOST_DIMENSIONS: usize = 8;
-/// The most numbers in a tensor of 64-bit whole numbers, with which networks reckon shapes.
+/// Largest number of elements in a tensor of 64-bit integers, which networks use to compute shapes.
 pub const MOST_WHOLE_NUMBERS: usize = 4096;
-/// The most multiplications for one answer: some 10 ms.
+/// Largest number of multiplications per evaluation, about 10 ms.
 pub const MOST_WORK: f64 = 20e6;
 
-/// Limits in words, for help texts.
+/// Limits in words for help texts.
 pub const IN_WORDS: &str = "an ONNX file has at most 16 MiB, 1000 nodes, 4 million numbers in a tensor and 20 million \
                             multiplications for an answer, no random operator and no network within the network";
 
-/// Operators whose result and whose cost follow from the shapes of what they are given, by the alphabet.
+/// Operators whose result and cost follow from the shapes of their inputs, in alphabetical order.
 const OPERATORS: &str = "\
     Abs Acos Acosh Add And ArgMax ArgMin Asin Asinh Atan Atanh BatchNormalization BiasGelu BitShift BitwiseAnd \
     BitwiseNot BitwiseOr BitwiseXor Cast CastLike Ceil Celu Clip Concat Constant ConstantOfShape Conv Cos Cosh \
@@ -43,19 +43,19 @@ const OPERATORS: &str = "\
     ReduceProd ReduceSum ReduceSumSquare Relu Reshape Round Rsqrt ScaledTanh ScatterElements ScatterND Selu Shape \
     Shrink Sigmoid Sign SimplifiedLayerNormalization Sin Sinh Size Slice Softmax Softplus Softsign Split Sqrt \
     Squeeze Sub Sum Swish Tan Tanh ThresholdedRelu Tile TopK Transpose Trilu Unsqueeze Where Xor";
-/// Operators that draw numbers: the same drive would not come out the same twice.
+/// Operators that draw random numbers, which would make a drive irreproducible.
 const RANDOM: [&str; 6] =
     ["Bernoulli", "Multinomial", "RandomNormal", "RandomNormalLike", "RandomUniform", "RandomUniformLike"];
 
-/// Operators with a memory: a policy is asked anew at every decision.
+/// Operators with a memory; a policy has none between decisions.
 const WITH_MEMORY: [&str; 3] = ["GRU", "LSTM", "RNN"];
 
 /// Checks the structure of a file.
 ///
 /// # Errors
-/// What cannot be.
+/// The structure is inconsistent, exceeds a limit or has an operator that is not allowed.
 pub fn check(model: &ModelProto, graph: &GraphProto) -> Result<(), OnnxFault> {
-    // Also where it could not be run, so that the message names what matters most.
+    // Checked first, so that the message names the most important fault even if there are others.
     random(graph)?;
     if !model.functions.is_empty() {
         return Err(OnnxFault::Functions);
@@ -103,7 +103,7 @@ fn node_fault(node: &NodeProto, fault: NodeFault) -> OnnxFault {
     OnnxFault::Run(RunFault::Node { title, fault })
 }
 
-/// Refuses operators that draw numbers, wherever they stand.
+/// Refuses operators that draw random numbers, nested graphs included.
 fn random(graph: &GraphProto) -> Result<(), OnnxFault> {
     for node in &graph.node {
         if RANDOM.contains(&node.op_type.as_str()) {
@@ -116,7 +116,7 @@ fn random(graph: &GraphProto) -> Result<(), OnnxFault> {
     Ok(())
 }
 
-/// A node that the limits can be told for.
+/// Checks that the limits can be computed for a node: no nested graph, no memory, an allowed operator and sound attributes.
 fn flat(node: &NodeProto) -> Result<(), NodeFault> {
     let holds_graph = |attribute: &AttributeProto| attribute.g.is_some() || !attribute.graphs.is_empty();
     if node.attribute.iter().any(holds_graph) || ["If", "Loop", "Scan"].contains(&node.op_type.as_str()) {
@@ -145,7 +145,7 @@ fn flat(node: &NodeProto) -> Result<(), NodeFault> {
     Ok(())
 }
 
-/// A tensor whose data are as many as its shape says, and not too many.
+/// Checks that a tensor has as many elements as its shape says and not too many.
 fn sized(tensor: &TensorProto) -> Result<(), TensorFault> {
     if tensor.dims.len() > MOST_DIMENSIONS {
         return Err(TensorFault::Dimensions(tensor.dims.len()));
@@ -176,10 +176,10 @@ fn sized(tensor: &TensorProto) -> Result<(), TensorFault> {
     Ok(())
 }
 
-/// Bytes of a number of such a tensor.
+/// Returns the size of one element of such a tensor, bytes.
 ///
 /// # Errors
-/// It holds something else.
+/// The elements are not numbers, or have an unsupported size.
 pub(super) fn element_bytes(data_type: i32) -> Result<usize, TensorFault> {
     let kind = DataType::try_from(data_type).unwrap_or(DataType::Undefined);
     Ok(match kind {

@@ -1,5 +1,5 @@
-//! An ONNX file as a policy. In: the path. Out: a policy that has been asked some hundred questions and has answered each
-//! with a number. Batches of any size load; one row is run at a time.
+//! An ONNX file as a policy. In: the path. Out: a policy that has been tested on some hundred random observations and gave a number for
+//! each. Networks with any batch size load; one row is evaluated at a time.
 
 use super::{
     AnswerFault, METADATA_KEY, NetworkDescription, OnnxFault, OutputMeaning, RunFault, RuntimeFault, external, inputs,
@@ -27,15 +27,15 @@ use tract_onnx::{
 
 /// Operator sets that the runtime knows.
 pub(super) const OPERATOR_SETS: std::ops::RangeInclusive<i64> = 7..=23;
-/// Observations that every network must answer with finite numbers before it drives.
+/// Number of random observations for which every network must give finite numbers before it drives.
 const QUESTIONS: usize = 200;
 
-/// A network of any origin.
+/// An ONNX network from any program, as a policy.
 #[derive(Clone)]
 pub struct OnnxPolicy {
     description: NetworkDescription,
     plan: Arc<TypedRunnableModel>,
-    /// Shapes of its inputs for one observation: one with all numbers, or one for each.
+    /// Shapes of the inputs for one observation: one input for all numbers, or one for each.
     shapes: Vec<Vec<usize>>,
 }
 
@@ -43,8 +43,8 @@ impl OnnxPolicy {
     /// Reads a file and its description.
     ///
     /// # Errors
-    /// The file cannot be read, is no ONNX, has no description, its shapes or operators do not fit, it is larger than
-    /// `limits` allows, or it answers with something that is no number.
+    /// The file cannot be read, is no ONNX file, has no description, exceeds `limits`, has unsuitable shapes or operators, or gives an
+    /// output that is not finite.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
         let fault = |fault: PolicyFileFault| PolicyFileError { path: path.display().to_string(), fault: fault.into() };
         let bytes = read_bounded(path, limits::MOST_BYTES)
@@ -58,7 +58,7 @@ impl OnnxPolicy {
         Self::from_parts(&bytes, text.as_deref(), path.parent()).map_err(|why| fault(why.into()))
     }
 
-    /// A policy that is asked each `step_s` seconds, engaged now.
+    /// Returns a newly engaged policy with steps of `step_s` seconds.
     pub fn engaged(&self, step_s: f64) -> Box<dyn Policy> {
         let policy = Box::new(self.clone());
         let (corrected, gain) = (self.description.corrected.clone(), self.description.expected_gain.clone());
@@ -68,13 +68,13 @@ impl OnnxPolicy {
         }
     }
 
-    /// Why it cannot advise on this kind of road, in words that follow "it"; `None` where it can.
+    /// Returns the reason that the policy cannot advise on this kind of road, in words that follow "it"; `None` if it can.
     pub fn lacks(&self, road: RoadKind) -> Option<String> {
         let d = &self.description;
         lacked(&d.inputs, d.least_spacing_m, d.corrected.as_ref(), d.expected_gain.as_ref(), road)
     }
 
-    /// The files that make it: the network, its description and its weights, as far as they lie beside it.
+    /// Returns the existing files of the policy: the network, its description, and weights beside it.
     pub fn files(path: &Path) -> Vec<PathBuf> {
         let mut files = vec![path.to_owned(), description_of(path)];
         files.retain(|file| file.is_file());
@@ -84,15 +84,15 @@ impl OnnxPolicy {
         files
     }
 
-    /// The same for bytes; `description` wins over the metadata.
+    /// Reads a network from bytes; `description` takes precedence over the metadata.
     ///
     /// # Errors
-    /// As [`OnnxPolicy::from_file`], and weights that lie in another file.
+    /// The errors of [`OnnxPolicy::from_file`], and weights in another file.
     pub fn from_bytes(bytes: &[u8], description: Option<&str>) -> Result<Self, OnnxFault> {
         Self::from_parts(bytes, description, None)
     }
 
-    /// The same; weights may lie in other files of `folder`.
+    /// Reads a network from bytes; weights may lie in other files of `folder`.
     fn from_parts(bytes: &[u8], description: Option<&str>, folder: Option<&Path>) -> Result<Self, OnnxFault> {
         wire::check(bytes)?;
         let mut model = ModelProto::decode(bytes).map_err(OnnxFault::Foreign)?;
@@ -113,7 +113,7 @@ impl OnnxPolicy {
         limits::check(&model, graph)?;
         let graph = model.graph.as_mut().ok_or(OnnxFault::Empty)?;
         let shapes = inputs::prepare(graph, &description)?;
-        // The runtime's tanh takes a NaN for a number, so that questions alone would not find it.
+        // The runtime's tanh turns a NaN into a number, so that test observations alone would not find it.
         if let Some(tensor) = graph.initializer.iter().find(|tensor| holds_nan(tensor)) {
             return Err(OnnxFault::NanWeights(tensor.name.clone()));
         }
@@ -121,7 +121,7 @@ impl OnnxPolicy {
         Self { description, plan, shapes }.questioned()
     }
 
-    /// The raw output for what the network sees.
+    /// Returns the raw outputs for scaled inputs.
     ///
     /// # Errors
     /// The runtime failed.
@@ -138,18 +138,18 @@ impl OnnxPolicy {
             let numbers = out[0].cast_to::<f32>()?;
             Ok(numbers.to_plain_array_view::<f32>()?.iter().copied().collect())
         };
-        // An index that the network reckons may lie outside of a table, which the runtime does not expect.
+        // An index computed by the network may be out of bounds, and the runtime panics on it.
         guarded(run).map_err(RuntimeFault::BrokeOff)?.map_err(RuntimeFault::Refused)
     }
 
-    /// What the network sees of an observation.
+    /// Returns the scaled inputs for an observation, with the hold clamped to the range of training.
     pub fn seen(&self, observation: &Observation) -> Vec<f32> {
         let [shortest, longest] = self.description.holds_s;
         let observation = Observation { hold_s: observation.hold_s.clamp(shortest, longest), ..*observation };
         self.description.inputs.iter().map(|input| input.scaled(&observation)).collect()
     }
 
-    /// The action of an output; not finite where the output is not.
+    /// Converts outputs into an action; not finite if the output is not.
     fn action(&self, outputs: &[f32], hold_s: f64) -> Action {
         let d = &self.description;
         let [low, high] = match d.action {
@@ -172,11 +172,11 @@ impl OnnxPolicy {
         }
     }
 
-    /// Asks questions; a network that cannot answer them does not drive.
+    /// Checks that the outputs are finite and have the right count for random observations.
     fn questioned(self) -> Result<Self, OnnxFault> {
         let mut stream = rng::stream(1, "questions");
         for i in 0..QUESTIONS {
-            // The first is the middle of everything; the others lie in and a little around the range.
+            // The first observation is the middle of all ranges; the others lie in the ranges and slightly beyond.
             let draw = |_| if i == 0 { 0.0 } else { stream.uniform(-1.2, 1.2) as f32 };
             let seen: Vec<f32> = (0..self.description.inputs.len()).map(draw).collect();
             let outputs = self.outputs(&seen).map_err(|fault| OnnxFault::Run(fault.into()))?;
@@ -199,18 +199,18 @@ impl OnnxPolicy {
     }
 }
 
-/// Where the description of a network lies.
+/// Returns the path of a network's description file.
 fn description_of(path: &Path) -> PathBuf {
     path.with_extension("onnx.toml")
 }
 
-/// True if the weights are 32-bit numbers and one of them is none.
+/// Returns true if the weights are 32-bit floats and one of them is NaN.
 fn holds_nan(tensor: &TensorProto) -> bool {
     let raw = tensor.raw_data.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     tensor.data_type == i32::from(DataType::Float) && tensor.float_data.iter().copied().chain(raw).any(f32::is_nan)
 }
 
-/// The network with its shapes fixed, made fast.
+/// Builds the optimised network with fixed shapes.
 fn runnable(model: &ModelProto, shapes: &[Vec<usize>]) -> Result<Arc<TypedRunnableModel>, RunFault> {
     // PyTorch's exports with a dynamic batch declare shapes that contradict the fixed one.
     let reader = tract_onnx::onnx().with_ignore_value_info(true).with_ignore_output_shapes(true);

@@ -1,7 +1,6 @@
-//! Networks of any origin as policies, in ONNX. In: a `.onnx` file, and what its numbers mean: a [`NetworkDescription`] in its
-//! metadata or in a TOML file beside it (`policy.onnx.toml` beside `policy.onnx`). Out: a [`Policy`](super::Policy), or a
-//! message that says what does not fit, before the drive. Run by tract; written by [`write()`], and by
-//! [`write_estimator()`] what tells it who drives.
+//! ONNX networks from any program as policies. In: a `.onnx` file and the meaning of its numbers, a [`NetworkDescription`] in its
+//! metadata or in a TOML file beside it (`policy.onnx.toml` beside `policy.onnx`). Out: a [`Policy`](super::Policy), or an error before
+//! the drive. Run by tract. [`write()`] exports a network, and [`write_estimator()`] its driver estimator.
 
 #[cfg(test)]
 mod border_tests;
@@ -28,61 +27,61 @@ use std::collections::BTreeMap;
 /// Key of the description in a file's metadata.
 pub const METADATA_KEY: &str = "codrive";
 
-/// What a network's output is.
+/// Meaning of a network's output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OutputMeaning {
-    /// One number: -1 and 1 are the limits; what lies beyond is drawn in.
+    /// One number: -1 and 1 map to the limits, and values beyond are clamped.
     #[default]
     Scaled,
-    /// One number: the action itself in m/s2 or m/s; what lies beyond the limits is drawn in.
+    /// One number: the action itself, m/s² or m/s, clamped to the limits.
     Si,
-    /// A number for each level; the largest wins. Levels lie evenly between the limits, both included.
+    /// One number per level; the largest wins. Levels are evenly spaced between the limits, both included.
     Levels,
 }
 
-/// What the numbers of a network mean.
+/// Meaning of a network's inputs and outputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NetworkDescription {
-    /// What the action is.
+    /// Quantity that the network advises.
     pub action: NetworkOutput,
-    /// Lowest and highest action, m/s2 or m/s.
+    /// Lowest and highest action, m/s² or m/s.
     pub limits: [f64; 2],
-    /// Largest change of speed that an acceleration leads to in one hold, m/s; 0 sets no bound.
+    /// Largest change of speed caused by an acceleration within one hold, m/s; 0: no bound.
     #[serde(default)]
     pub speed_change_mps: f64,
-    /// Road for each car, metres, below which the policy withholds advice; 0 is nowhere.
+    /// Road per vehicle, m, below which the policy withholds advice; 0: never.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub least_spacing_m: f64,
-    /// Shortest and longest hold that it was trained for, seconds.
+    /// Shortest and longest hold in training, s.
     pub holds_s: [f64; 2],
-    /// What the output is.
+    /// Meaning of the output.
     #[serde(default)]
     pub output: OutputMeaning,
-    /// Which number of the output, where it has more than the action needs (a mean before a deviation, say).
+    /// Index of the output used as action, if there are several (a mean before a deviation, for example).
     #[serde(default)]
     pub element: Option<usize>,
-    /// Name of the input tensor; may be left out where there is one.
+    /// Name of the input tensor; optional if there is only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_name: Option<String>,
-    /// Inputs that are no observation, each with the number that it is at every decision.
+    /// Constant values of inputs that are not part of the observation, by input name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub fixed: BTreeMap<String, f64>,
-    /// Name of the output tensor; may be left out where there is one.
+    /// Name of the output tensor; optional if there is only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output_name: Option<String>,
-    /// What the network sees, in order.
+    /// Inputs of the network, in order.
     pub inputs: Vec<NetworkInput>,
-    /// What it corrects, where it does: its action is then what is added to that speed, m/s.
+    /// Advice that the network corrects, if any; the action is then added to that speed, m/s.
     #[serde(default, rename = "controller", skip_serializing_if = "Option::is_none")]
     pub corrected: Option<CorrectedAdvice>,
-    /// What tells it where to be silent, where it has learned that.
+    /// Predictor of the gain from advice, used to withhold advice, if trained.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_gain: Option<ExpectedGain>,
 }
 
-/// A description as a person would write it, for messages.
+/// Example of a description, for messages.
 const EXAMPLE: &str = r#"action = "acceleration"   # or "speed"
 limits = [-0.5, 0.5]       # m/s2 or m/s
 holds_s = [1.0, 1.0]       # shortest and longest hold, s
@@ -97,10 +96,10 @@ inputs = [                 # `from` is seen as -1 and `to` as 1
 # fixed = { mask = 1.0 }"#;
 
 impl NetworkDescription {
-    /// Reads a description.
+    /// Parses a description.
     ///
     /// # Errors
-    /// It is not TOML, has other keys, or a number cannot be.
+    /// The text is not TOML, has unknown keys, or a number is out of range.
     pub fn from_toml(text: &str) -> Result<Self, DescriptionFault> {
         let d: Self = toml_text::parse(text, "its description").map_err(DescriptionFault::Toml)?;
         let [low, high] = d.limits;

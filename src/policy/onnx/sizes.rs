@@ -1,6 +1,6 @@
-//! Sizes of a network's tensors. In: the network as the runtime has parsed it, with the shape of its input. Out: nothing,
-//! with all shapes known, or the node that is too large. The runtime reckons with constants as soon as it knows them; here
-//! each node says the shape of its result first, and only then is it let reckon.
+//! Sizes of a network's tensors. In: the network as parsed by the runtime, with the shape of its input. Out: nothing, with all shapes
+//! known, or the node that is too large. The runtime evaluates constants as soon as it knows them. Here each node's result shape is
+//! inferred and checked first, and only then are its values inferred.
 
 use super::{
     NodeFault, RunFault, RuntimeFault,
@@ -12,13 +12,13 @@ use tract_onnx::{
     tract_hir::infer::{Factoid, InferenceFact, InferenceModel},
 };
 
-/// Passes over the nodes: what a later node tells about an earlier one is known in the next.
+/// Passes over the nodes; facts that a later node adds about an earlier one are used in the next pass.
 const PASSES: usize = 3;
 
-/// Finds the shape of every tensor, in the order of the file.
+/// Infers the shape of every tensor, in the order of the file.
 ///
 /// # Errors
-/// A tensor or the whole is too large, a size is negative or cannot be told.
+/// A tensor or the whole network is too large, or a size is negative or cannot be inferred.
 pub fn check(model: &mut InferenceModel) -> Result<(), RunFault> {
     let mut left = None;
     for _ in 0..PASSES {
@@ -51,7 +51,7 @@ pub fn check(model: &mut InferenceModel) -> Result<(), RunFault> {
     left.map_or(Ok(()), |title| Err(RunFault::Node { title, fault: NodeFault::Unsized }))
 }
 
-/// What is known of the tensors around a node: those it takes, gives and looks at.
+/// Tensors around a node: its inputs, its outputs and those that it observes.
 struct NodeTensors {
     takes: Vec<OutletId>,
     gives: Vec<OutletId>,
@@ -70,7 +70,7 @@ fn facts(model: &InferenceModel, outlets: &[OutletId]) -> TractResult<Vec<Infere
     outlets.iter().map(|outlet| model.outlet_fact(*outlet).cloned()).collect()
 }
 
-/// Lets a node tell about the tensors around it, its results' shapes first. False if one of those is not known yet.
+/// Infers the facts of the tensors around a node, result shapes first. Returns false if a result shape is not known yet.
 fn told(model: &mut InferenceModel, id: usize) -> Result<bool, NodeFault> {
     let error = RuntimeFault::Refused;
     let tensors = NodeTensors::new(model, id).map_err(error)?;
@@ -94,7 +94,7 @@ fn told(model: &mut InferenceModel, id: usize) -> Result<bool, NodeFault> {
     Ok(true)
 }
 
-/// The shape of a tensor, if it is known.
+/// Returns the shape of a tensor, if it is known.
 fn shape_of(fact: &InferenceFact) -> Result<Option<Vec<usize>>, NodeFault> {
     let Some(dims) = fact.shape.concretize() else { return Ok(None) };
     let Some(sizes) = dims.iter().map(TDim::as_i64).collect::<Option<Vec<i64>>>() else { return Ok(None) };
@@ -102,7 +102,7 @@ fn shape_of(fact: &InferenceFact) -> Result<Option<Vec<usize>>, NodeFault> {
         return Err(NodeFault::Dimensions(sizes.len()));
     }
     let n = sizes.iter().try_fold(1usize, |n, &size| n.checked_mul(usize::try_from(size).ok()?));
-    // With a size of 0 among them, others could still be of any size.
+    // If one size is 0, the others could still be of any size.
     let Some(n) = n.filter(|n| *n <= MOST_ELEMENTS && sizes.iter().all(|size| *size <= MOST_ELEMENTS as i64)) else {
         return Err(NodeFault::Shape(sizes));
     };
@@ -113,7 +113,7 @@ fn shape_of(fact: &InferenceFact) -> Result<Option<Vec<usize>>, NodeFault> {
     Ok(Some(sizes.into_iter().map(|size| size as usize).collect()))
 }
 
-/// About how many multiplications a node takes, never too few by much.
+/// Estimates the number of multiplications of a node, without a large underestimate.
 fn work_of(model: &InferenceModel, id: usize) -> f64 {
     let Ok((inputs, outputs)) = model.node_facts(id) else { return 0.0 };
     let known = |facts: &[&InferenceFact]| -> Vec<Vec<usize>> {
@@ -125,15 +125,15 @@ fn work_of(model: &InferenceModel, id: usize) -> f64 {
     let name = model.node(id).op.name().into_owned();
     touched
         + match (inputs.as_slice(), outputs.as_slice()) {
-            // [m, k] by [k, n] gives [m, n] with m k n multiplications, the root of all three sizes' product.
+            // [m, k] times [k, n] takes m k n multiplications, the square root of the product of the three sizes.
             ([a, b, ..], [c, ..]) if ["Gemm", "MatMul"].iter().any(|known| name.contains(known)) => {
                 (numbers(a) * numbers(b) * numbers(c)).sqrt()
             }
-            // Each number of the result sees the weights of its channel.
+            // Each element of the result uses the weights of its channel.
             ([_, weights, ..], [c, ..]) if name.contains("Conv") => {
                 numbers(c) * numbers(weights) / weights.first().copied().unwrap_or(1).max(1) as f64
             }
-            // Each row of each moment sees all weights.
+            // Each row at each time step uses all weights.
             ([rows, weights @ ..], _) if ["LSTM", "GRU", "RNN"].iter().any(|known| name.contains(known)) => {
                 let moments: usize = rows.iter().take(2).product();
                 moments as f64 * weights.iter().map(numbers).sum::<f64>()

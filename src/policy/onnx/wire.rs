@@ -1,14 +1,13 @@
-//! Checks the encoding of an ONNX file before it is read. In: its bytes. Out: nothing, or what about it is too large. The
-//! file is a protobuf: two bytes of it can become a structure of some hundred bytes, and one byte a number of eight. So its
-//! fields are counted as they stand in the bytes, by the same rules by which the reader makes structures of them, before it
-//! makes one.
+//! Check of an ONNX file's encoding before it is parsed. In: its bytes. Out: nothing, or the limit that is exceeded. The file is a
+//! protobuf: two of its bytes can become a structure of some hundred bytes, and one byte a number of eight. So the fields are counted in
+//! the raw bytes, by the parser's own rules, before it allocates anything.
 
 use super::{
     OnnxFault,
     limits::{MOST_DEPTH, MOST_FIELDS, MOST_VARINTS},
 };
 
-/// Messages of ONNX that hold others or lists of numbers.
+/// ONNX messages that contain other messages or lists of numbers.
 #[derive(Clone, Copy, PartialEq)]
 enum OnnxMessage {
     Model,
@@ -23,14 +22,14 @@ enum OnnxMessage {
     Shape,
     Training,
     Function,
-    /// Any other; its own fields are few.
+    /// Any other message, with few fields.
     Leaf,
 }
 
-/// What a field of bytes holds.
+/// Content of a length-delimited field.
 enum FieldContent {
     Message(OnnxMessage),
-    /// Numbers of variable length, one byte or more each.
+    /// Numbers of variable length, at least one byte each.
     Varints,
     /// Text, bytes, or numbers of fixed size.
     Bytes,
@@ -59,10 +58,10 @@ fn held(message: OnnxMessage, field: u64) -> FieldContent {
     })
 }
 
-/// Walks through a file.
+/// Checks the encoding of a file.
 ///
 /// # Errors
-/// It is cut or no protobuf, or has more of something than the limits allow.
+/// The file is truncated, is no protobuf, or exceeds a limit.
 pub fn check(bytes: &[u8]) -> Result<(), OnnxFault> {
     let mut fields = 0;
     walk(bytes, OnnxMessage::Model, 0, &mut fields)
@@ -86,7 +85,7 @@ fn walk(mut bytes: &[u8], message: OnnxMessage, depth: usize, fields: &mut usize
             1 => 8,
             5 => 4,
             2 => usize::try_from(varint(&mut bytes).ok_or(OnnxFault::Damaged)?).map_err(|_| OnnxFault::Damaged)?,
-            // Groups, which ONNX has none of.
+            // Groups, which ONNX does not use.
             _ => return Err(OnnxFault::Damaged),
         };
         let (inside, rest) = bytes.split_at_checked(skip).ok_or(OnnxFault::Damaged)?;

@@ -1,5 +1,5 @@
-//! A trained network as an ONNX file: operator set 17, a row of scaled observations in, a row of raw outputs out, any
-//! number of rows at once; everything that is needed to use it in its metadata.
+//! A trained network as an ONNX file with operator set 17. In: a [`Network`]. Out: the file's bytes. The file maps rows of scaled
+//! observations to rows of raw outputs, with any number of rows; its metadata holds everything needed to use it.
 
 use super::{METADATA_KEY, NetworkDescription, OutputMeaning};
 use crate::policy::Network;
@@ -14,15 +14,15 @@ use tract_onnx::pb::{
     type_proto,
 };
 
-/// Gemm, Tanh and Constant are what they are here since operator set 13; 17 is read by everything in use.
+/// Gemm, Tanh and Constant have been unchanged since operator set 13, and every runtime in use reads 17.
 const OPERATOR_SET: i64 = 17;
 const IR_VERSION: i64 = 8;
 
-/// Names of the input and output tensors.
+/// Names of the input and the output tensor.
 const INPUT: &str = "observation";
 const OUTPUT: &str = "action";
 
-/// The file's bytes.
+/// Returns the ONNX file of a network as bytes.
 pub fn write(network: &Network) -> Vec<u8> {
     let mut graph = GraphProto { name: "policy".into(), ..GraphProto::default() };
     let last = network.layers.len() - 1;
@@ -34,7 +34,7 @@ pub fn write(network: &Network) -> Vec<u8> {
         graph.initializer.push(tensor(&weights, &[rows, columns], layer.weights.concat()));
         graph.initializer.push(tensor(&bias, &[columns], layer.bias.clone()));
         let after = if i == last { OUTPUT.to_owned() } else { format!("sum{i}") };
-        // y = x W + b.
+        // Each layer: y = x W + b.
         graph.node.push(node("Gemm", &[&before, &weights, &bias], &after));
         before = after;
         if i < last {
@@ -49,12 +49,12 @@ pub fn write(network: &Network) -> Vec<u8> {
     file(graph, describe(network))
 }
 
-/// What a network's numbers mean: the text of `NAME.onnx.toml`, which files of other origin have beside them.
+/// Returns the description of a network: the text of `NAME.onnx.toml`, which accompanies files of other programs.
 pub fn describe(network: &Network) -> String {
     toml::to_string(&description(network)).unwrap_or_default()
 }
 
-/// The file of a graph, with what its numbers mean.
+/// Returns the ONNX file of a graph with a description in its metadata.
 pub(super) fn file(graph: GraphProto, description: String) -> Vec<u8> {
     let model = ModelProto {
         ir_version: IR_VERSION,
@@ -113,7 +113,7 @@ pub(super) fn tensor(name: &str, dims: &[i64], numbers: Vec<f32>) -> TensorProto
     }
 }
 
-/// Any number of rows of so many numbers.
+/// Returns a tensor type with `columns` columns and any number of rows.
 pub(super) fn rows_of(name: &str, columns: usize) -> ValueInfoProto {
     let dimension = |value| Dimension { value: Some(value), ..Dimension::default() };
     let shape = TensorShapeProto {

@@ -1,5 +1,5 @@
-//! An estimator of the driver as an ONNX file: the samples of a second and the state before in, the state after and what is
-//! read from it out, any number of drivers at once. Whoever runs it hands the state back in the next second, and begins with 0.
+//! A driver estimator as an ONNX file. In: the samples of one second and the previous state, for any number of drivers. Out: the readout
+//! and the next state. The caller feeds the state back in the next second and starts with zeros.
 
 use super::write::{file, node, rows_of, tensor};
 use crate::policy::{
@@ -15,22 +15,22 @@ const STATE: &str = "state";
 const NEXT: &str = "next_state";
 const READ: &str = "traits";
 
-/// What the numbers mean, in the file's metadata.
+/// Meaning of the numbers, stored in the file's metadata.
 #[derive(Serialize)]
 struct Description<'a> {
     /// Time between two samples, s.
     sample_s: f64,
-    /// Samples in a second.
+    /// Number of samples per second.
     samples: usize,
-    /// The numbers of one sample, each -1 to 1 or so.
+    /// Quantities in one sample, each about -1 to 1.
     sample: [&'static str; 4],
-    /// What follows the samples.
+    /// Meaning of the last input, after the samples.
     last: &'static str,
-    /// The readout: first the mean of each trait or latent, then the logarithm of its standard deviation, both in units of its spread.
+    /// Traits or latents in the readout: first the means, then the logarithms of standard deviations, both in units of the spread.
     traits: &'a [crate::policy::identification::EstimatedTrait],
 }
 
-/// The file's bytes.
+/// Returns the ONNX file of an estimator as bytes.
 pub fn write_estimator(estimator: &DriverEstimator) -> Vec<u8> {
     let mut graph = GraphProto { name: "driver".into(), ..GraphProto::default() };
     let units = estimator.units();
@@ -40,7 +40,7 @@ pub fn write_estimator(estimator: &DriverEstimator) -> Vec<u8> {
         graph.initializer.push(tensor(&biases, &[bias.len() as i64], bias.to_vec()));
         graph.node.push(node("Gemm", &[from, &weights, &biases], output));
     };
-    // A product for each gate: nothing has to be cut in parts then.
+    // One product per gate, so that no result has to be split.
     for (gate, name) in ["reset", "update", "candidate"].into_iter().enumerate().take(GATES) {
         let part = |rows: &[Vec<f32>]| rows.iter().map(|row| row[gate * units..][..units].to_vec()).collect::<Vec<_>>();
         let bias = |all: &[f32]| all[gate * units..][..units].to_vec();

@@ -1,42 +1,42 @@
-//! What one picture asks of the device, counted where it is handed over: draws, instances, triangles and bytes. In: the
-//! calls of the passes. Out: a [`FrameCost`]. The counts are the same on every machine, so that a test can hold a picture to
-//! a budget without a clock.
+//! Cost of one picture on the device, counted at submission: draws, instances, triangles and bytes. In: the calls of
+//! the passes. Out: a [`FrameCost`]. The counts are the same on every machine, so that a test can hold a picture to a
+//! budget without a clock.
 
 use std::{
     cell::Cell,
     ops::{Add, AddAssign, Deref, DerefMut, Range},
 };
 
-/// What one pass asked for.
+/// Cost of one pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct PassCost {
-    /// Calls that draw.
+    /// Number of draw calls.
     pub draws: u64,
-    /// Meshes or shapes placed by them.
+    /// Number of meshes or shapes placed by the draw calls.
     pub instances: u64,
-    /// Triangles handed over, those behind others and beside the picture among them.
+    /// Number of triangles drawn, including hidden ones and those outside the picture.
     pub triangles: u64,
 }
 
-/// What one picture asked for.
+/// Cost of one picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct FrameCost {
     /// All shadow maps that were drawn, whole or in part.
     pub shadow: PassCost,
-    /// The main picture.
+    /// Picture of the main camera.
     pub main: PassCost,
-    /// The mirror's picture.
+    /// Pictures of the mirrors.
     pub mirror: PassCost,
-    /// Halos, tone curve and mirror inset.
+    /// Halos, tone curve and placement of the mirrors.
     pub tonemap: PassCost,
-    /// Dial and panel.
+    /// Dial and experimenter's panel.
     pub overlay: PassCost,
-    /// Bytes written to the device: instances, uniforms, what egui put out; the sky where the hour is new.
+    /// Bytes written to the device: instances, uniforms, egui's output; the sky when the hour changes.
     pub uploaded_bytes: u64,
 }
 
 impl FrameCost {
-    /// All passes together.
+    /// Returns the sum of all passes.
     pub fn total(&self) -> PassCost {
         self.shadow + self.main + self.mirror + self.tonemap + self.overlay
     }
@@ -60,31 +60,31 @@ impl AddAssign for PassCost {
     }
 }
 
-/// A render pass of triangle lists that counts its draws; otherwise as wgpu's.
+/// A render pass of triangle lists that counts its draws; otherwise like wgpu's.
 pub struct CountedPass<'e> {
     pass: wgpu::RenderPass<'e>,
     cost: PassCost,
 }
 
 impl<'e> CountedPass<'e> {
-    /// A pass that has drawn nothing yet.
+    /// Wraps a pass that has drawn nothing yet.
     pub fn new(pass: wgpu::RenderPass<'e>) -> Self {
         Self { pass, cost: PassCost::default() }
     }
 
-    /// As `wgpu::RenderPass::draw`.
+    /// Counts and forwards `wgpu::RenderPass::draw`.
     pub fn draw(&mut self, vertices: Range<u32>, instances: Range<u32>) {
         self.count(vertices.len(), instances.len());
         self.pass.draw(vertices, instances);
     }
 
-    /// As `wgpu::RenderPass::draw_indexed`.
+    /// Counts and forwards `wgpu::RenderPass::draw_indexed`.
     pub fn draw_indexed(&mut self, indices: Range<u32>, base_vertex: i32, instances: Range<u32>) {
         self.count(indices.len(), instances.len());
         self.pass.draw_indexed(indices, base_vertex, instances);
     }
 
-    /// What was drawn so far.
+    /// Returns the cost so far.
     pub fn cost(&self) -> PassCost {
         self.cost
     }
@@ -109,7 +109,7 @@ impl DerefMut for CountedPass<'_> {
     }
 }
 
-/// A queue that counts the bytes written through it; otherwise as wgpu's.
+/// A queue that counts the bytes written through it; otherwise like wgpu's.
 #[derive(Debug)]
 pub struct CountedQueue {
     queue: wgpu::Queue,
@@ -117,18 +117,18 @@ pub struct CountedQueue {
 }
 
 impl CountedQueue {
-    /// The same queue, nothing written yet.
+    /// Wraps a queue, with a count of 0.
     pub fn new(queue: wgpu::Queue) -> Self {
         Self { queue, bytes: Cell::new(0) }
     }
 
-    /// As `wgpu::Queue::write_buffer`.
+    /// Counts and forwards `wgpu::Queue::write_buffer`.
     pub fn write_buffer(&self, buffer: &wgpu::Buffer, offset: wgpu::BufferAddress, data: &[u8]) {
         self.bytes.update(|bytes| bytes + data.len() as u64);
         self.queue.write_buffer(buffer, offset, data);
     }
 
-    /// As `wgpu::Queue::write_texture`.
+    /// Counts and forwards `wgpu::Queue::write_texture`.
     pub fn write_texture(
         &self,
         texture: wgpu::TexelCopyTextureInfo<'_>,
@@ -140,7 +140,7 @@ impl CountedQueue {
         self.queue.write_texture(texture, data, layout, size);
     }
 
-    /// Bytes written since the last call.
+    /// Returns the bytes written since the last call.
     pub fn take_bytes(&self) -> u64 {
         self.bytes.take()
     }

@@ -3,10 +3,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-/// Why there is no device.
+/// Error of the graphics device.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
-    /// No adapter at all, or none that can show the window.
+    /// No adapter, or none that can show the window.
     #[error(
         "no graphics adapter: {0}. Install a driver (Debian, Ubuntu: `apt install mesa-vulkan-drivers libvulkan1` also \
          brings one that needs no GPU) or choose another with WGPU_BACKEND=vulkan|gl|dx12|metal"
@@ -17,13 +17,13 @@ pub enum GpuError {
     NoDevice {
         /// Name of the adapter.
         adapter: String,
-        /// What the driver said.
+        /// Message of the driver.
         why: String,
     },
-    /// The window takes no picture.
+    /// The window has no surface to draw to.
     #[error("the window cannot be drawn to: {0}. Is the display still there? WGPU_BACKEND=gl may help")]
     NoSurface(String),
-    /// The device went away while drawing.
+    /// The device was lost while drawing.
     #[error("the graphics device is lost: {0}. Start again; WGPU_BACKEND=vulkan|gl chooses another")]
     Lost(String),
 }
@@ -31,33 +31,33 @@ pub enum GpuError {
 /// Instance, adapter, device and queue.
 #[derive(Debug)]
 pub struct Gpu {
-    /// Entry to the graphics library.
+    /// Entry point of the graphics library.
     pub instance: wgpu::Instance,
-    /// The graphics card, or the software that stands for one.
+    /// Graphics card, or software renderer.
     pub adapter: wgpu::Adapter,
-    /// Makes buffers, textures and pipelines.
+    /// Creates buffers, textures and pipelines.
     pub device: wgpu::Device,
-    /// Takes the work.
+    /// Receives commands and uploads.
     pub queue: wgpu::Queue,
-    /// What the adapter says about itself.
+    /// Name, type, backend and driver of the adapter.
     pub info: wgpu::AdapterInfo,
 }
 
 impl Gpu {
-    /// A device without a window.
+    /// Opens a device without a window.
     ///
     /// # Errors
-    /// If there is no adapter or it gives no device.
+    /// There is no adapter, or it gives no device.
     pub fn headless() -> Result<Self, GpuError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
         Self::from_instance(instance, None)
     }
 
-    /// A device that can show pictures in `window`, and the window's surface. `display` is the event loop's
+    /// Opens a device that can draw to `window`, and returns the window's surface too. `display` is the event loop's
     /// (`event_loop.owned_display_handle()`).
     ///
     /// # Errors
-    /// If the window has no surface, or as [`Gpu::headless`].
+    /// The window has no surface, or as [`Gpu::headless`].
     pub fn for_window(
         display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
         window: impl Into<wgpu::SurfaceTarget<'static>>,
@@ -67,7 +67,8 @@ impl Gpu {
         Ok((Self::from_instance(instance, Some(&surface))?, surface))
     }
 
-    /// One device for a whole process, made at the first call: for tests and for tools that draw several pictures.
+    /// Returns one device for the whole process, opened at the first call: for tests and for tools that draw several
+    /// pictures.
     ///
     /// # Errors
     /// As [`Gpu::headless`], the same at every call.
@@ -76,27 +77,27 @@ impl Gpu {
         SHARED.get_or_init(Self::headless).as_ref()
     }
 
-    /// Adapter, driver and backend in one line, for logs and reports.
+    /// Returns adapter, driver and backend in one line, for logs and reports.
     pub fn description(&self) -> String {
         let info = &self.info;
         let driver = format!("{} {}", info.driver, info.driver_info);
         format!("{} ({:?}, {:?}, {})", info.name, info.device_type, info.backend, driver.trim())
     }
 
-    /// True if the processor draws: every pixel counts.
+    /// Returns true if the processor draws (software rendering), which makes pixels expensive.
     pub fn is_software(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Waits until everything that was submitted has been done.
+    /// Waits until all submitted work is done.
     ///
     /// # Errors
-    /// If the device is lost.
+    /// The device is lost.
     pub fn finish(&self) -> Result<(), GpuError> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|e| GpuError::Lost(e.to_string()))
     }
 
-    /// What textures and buffers take on the device, megabytes, where the driver tells.
+    /// Returns the memory of textures and buffers on the device, MB; `None` if the driver does not report it.
     pub fn memory_mb(&self) -> Option<f64> {
         let report = self.device.generate_allocator_report()?;
         Some(report.total_allocated_bytes as f64 / 1e6)
@@ -121,7 +122,7 @@ impl Gpu {
             ..Default::default()
         }))
         .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), why: e.to_string() })?;
-        // Whatever arrives here is a mistake in our own calls: say so at once, with wgpu's explanation.
+        // An error here is a mistake in our own calls: panic at once, with wgpu's explanation.
         device.on_uncaptured_error(Arc::new(|e: wgpu::Error| panic!("wgpu: {e}")));
         Ok(Self { instance, adapter, device, queue, info })
     }

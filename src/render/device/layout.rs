@@ -1,43 +1,43 @@
-//! What crosses from the CPU to the shaders: uniforms, instances and the vertex layouts. In: scene types. Out: bytes.
-//! The test at the end compares every offset with the shader's own (naga), so no comment has to be kept in step.
-//! glam's types are not used as fields: their alignment depends on the features that other crates switch on.
+//! Data passed from the CPU to the shaders: uniforms, instances and the vertex layouts. In: scene types. Out: bytes.
+//! The tests at the end compare every offset of the uniforms with the shader's own (naga), so that no comment has to be
+//! kept in step. glam's types are not used as fields: their alignment depends on the features that other crates enable.
 
 use crate::scene::Vertex;
 use glam::{Affine3A, Mat4, Vec3};
 
-/// What one camera's pass knows (`Frame` in `common.wgsl`).
+/// Uniforms of one camera's pass (`Frame` in `common.wgsl`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Frame {
-    /// World to clip space, depth reversed.
+    /// World to clip space, reversed depth.
     pub clip_from_world: [[f32; 4]; 4],
-    /// Rows of the rotation that looks along the sunlight.
+    /// Rows of the rotation from world axes to the axes of the sunlight.
     pub light_from_world: [[f32; 4]; 3],
-    /// From there to the shadow maps, factors: moving things, standing things near by, standing things far off.
+    /// Scale from light axes to each shadow map: moving objects, near static objects, far static objects.
     pub light_scale: [[f32; 4]; 3],
-    /// And what is added after them; w is the layer.
+    /// Offset added after the scale; w is the layer.
     pub light_shift: [[f32; 4]; 3],
-    /// Eye, metres; w is 1 for a perspective lens, 0 for a parallel one.
+    /// Eye, m; w is 1 for a perspective lens, 0 for a parallel one.
     pub eye: [f32; 4],
-    /// Optical axis; w is the speed of the wind, m/s.
+    /// Optical axis; w is the wind speed, m/s.
     pub forward: [f32; 4],
-    /// To the right edge of the picture at distance 1 along the axis (zero for a parallel lens).
+    /// Vector to the right edge of the picture at distance 1 along the axis (zero for a parallel lens).
     pub right: [f32; 4],
-    /// To the upper edge, likewise.
+    /// Vector to the upper edge, likewise.
     pub up: [f32; 4],
-    /// Unit direction to the sun; w is the time in seconds.
+    /// Unit direction to the sun; w is the time, s.
     pub to_sun_time: [f32; 4],
-    /// Width of a shadow texel in metres, likewise; texels per map side.
+    /// Width of a shadow texel for each map, m; w is the number of texels along a map's side.
     pub shadow: [f32; 4],
 }
 
-/// The light of the hour (`Air` in `common.wgsl`), see [`Sky`](crate::render::sky::atmosphere::Sky).
+/// Light for the time of day (`Air` in `common.wgsl`), see [`Sky`](crate::render::sky::atmosphere::Sky).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Air {
-    /// What the air takes from a view along the ground, 1/m.
+    /// Extinction along a horizontal view, 1/m.
     pub extinction: [f32; 4],
-    /// Light on a white sheet by its normal, without the sun.
+    /// Irradiance by the normal of a surface, without the sun: spherical harmonics.
     pub harmonics: [[f32; 4]; 9],
 }
 
@@ -49,7 +49,7 @@ pub struct Light {
     pub clip_from_world: [[f32; 4]; 4],
 }
 
-/// Where and how a developed picture lies in the target (`Print` in `tonemap.wgsl`).
+/// Placement and tone mapping of a picture on the target (`Print` in `print.wgsl`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Print {
@@ -65,31 +65,31 @@ pub struct Print {
     pub exposure: f32,
     /// 1 to filter the steps along edges, else 0.
     pub soften: f32,
-    /// Light of a halo where its texture holds a 1; 0 for a picture without one.
+    /// Light of a halo where its texture holds 1; 0 for a picture without halos.
     pub bloom: f32,
-    /// A mirror's glass, see [`Glass`](crate::render::post::tonemap::MirrorGlass): tangents of half its angles, curvature, share of the
-    /// drawn picture that is seen in its middle.
+    /// Glass of a mirror, see [`MirrorGlass`](crate::render::post::tonemap::MirrorGlass): tangents of half its angles,
+    /// curvature, share of the drawn picture that is seen in its middle.
     pub lens: [f32; 4],
     /// Upper left corner in clip space.
     pub corner_clip: [f32; 4],
-    /// What a pixel to the right adds to that, and one down.
+    /// Clip-space offset of one pixel to the right.
     pub right_clip: [f32; 4],
-    /// See `right_clip`.
+    /// Clip-space offset of one pixel down.
     pub down_clip: [f32; 4],
 }
 
-/// One placed mesh: a car's body, a wheel, a tree, the road.
+/// One placed mesh: a vehicle's body, a wheel, a tree, the road.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Instance {
-    /// Rows of the mesh-to-world map.
+    /// Rows of the transform from mesh to world.
     pub rows: [[f32; 4]; 3],
-    /// Paint or tint, linear; w of a car is the number on its plates plus half of its brake lamps' light (0..1).
+    /// Paint or tint, linear; w of a vehicle is the number on its plates plus half of its brake lamps' light (0 to 1).
     pub colour_brake: [f32; 4],
 }
 
 impl Instance {
-    /// An instance at `world_from_mesh`.
+    /// Creates an instance at `world_from_mesh`.
     pub fn new(world_from_mesh: Affine3A, colour: [f32; 3], brake: f32) -> Self {
         let m = Mat4::from(world_from_mesh).transpose();
         Self {
@@ -98,7 +98,7 @@ impl Instance {
         }
     }
 
-    /// Where the mesh's origin is, world axes.
+    /// Returns the position of the mesh's origin, world axes.
     pub fn origin(&self) -> Vec3 {
         Vec3::new(self.rows[0][3], self.rows[1][3], self.rows[2][3])
     }
@@ -111,7 +111,7 @@ const VERTEX: [wgpu::VertexAttribute; 5] =
 const INSTANCE: [wgpu::VertexAttribute; 4] =
     wgpu::vertex_attr_array![5 => Float32x4, 6 => Float32x4, 7 => Float32x4, 8 => Float32x4];
 
-/// Buffers of a placed mesh: vertices, then instances.
+/// Returns the buffers of a placed mesh: vertices, then instances.
 pub fn mesh_buffers() -> [Option<wgpu::VertexBufferLayout<'static>>; 2] {
     [
         Some(wgpu::VertexBufferLayout {
@@ -123,7 +123,7 @@ pub fn mesh_buffers() -> [Option<wgpu::VertexBufferLayout<'static>>; 2] {
     ]
 }
 
-/// Buffer of instances alone, for shapes that the shader makes itself.
+/// Returns the buffer of instances alone, for shapes that the shader makes itself.
 pub fn instance_buffer() -> wgpu::VertexBufferLayout<'static> {
     wgpu::VertexBufferLayout {
         array_stride: size_of::<Instance>() as u64,
@@ -139,7 +139,7 @@ mod tests {
     use std::mem::offset_of;
     use wgpu::naga;
 
-    /// Offsets and size of a struct as the shader lays it out.
+    /// Returns the offsets and size of a struct as the shader lays it out.
     fn shader_layout(program: &str, name: &str) -> (Vec<(String, u32)>, u32) {
         let module = ShaderSources::built_in().parse(program).expect("the shader parses");
         let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).expect("the struct exists");
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn vertex_attributes_lie_where_the_structs_have_them() {
+    fn vertex_attributes_have_the_offsets_of_the_structs() {
         let vertex: Vec<u64> = VERTEX.iter().map(|a| a.offset).collect();
         let ours = [
             offset_of!(Vertex, position),
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn an_instance_carries_its_place() {
+    fn an_instance_carries_its_position() {
         let at = Instance::new(Affine3A::from_translation(Vec3::new(1.0, 2.0, 3.0)), [0.0; 3], 0.0);
         assert_eq!(at.origin(), Vec3::new(1.0, 2.0, 3.0));
     }

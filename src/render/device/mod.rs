@@ -1,5 +1,5 @@
-//! The graphics device and what every pass needs of it. In: a display, shader files, bytes. Out: a [`Gpu`](gpu::Gpu), pipelines,
-//! targets, times and counts of a picture.
+//! The graphics device and the parts common to all passes. In: a display, shader files, bytes. Out: a
+//! [`Gpu`](gpu::Gpu), pipelines, targets, times and counts of a picture.
 
 pub mod cost;
 pub mod gpu;

@@ -1,54 +1,55 @@
-//! Where pipelines are made: only when a renderer is made and when its shaders are reloaded, never while it draws. In: a
+//! Creation of pipelines: only when a renderer is made and when its shaders are reloaded, never while it draws. In: a
 //! [`PipelineDesc`]. Out: a pipeline.
 
 use super::shader::{ShaderFault, ShaderSources};
 use rayon::prelude::*;
 
-/// Colour of the pictures before the tone curve.
+/// Colour format of pictures before the tone curve.
 pub const HDR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Depth of pictures and shadow maps.
+/// Depth format of pictures and shadow maps.
 pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// Everything that a pass of ours varies in a pipeline.
+/// Settings that differ between the pipelines of this program.
 #[derive(Clone)]
 pub struct PipelineDesc<'a> {
-    /// A program in [`PROGRAMS`](super::shader::PROGRAMS); also the label.
+    /// Name of a program in [`PROGRAMS`](super::shader::PROGRAMS); also the label.
     pub program: &'static str,
-    /// Bindings.
+    /// Layout of the bind groups.
     pub layout: &'a wgpu::PipelineLayout,
     /// Vertex and instance buffers.
     pub buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
-    /// Colour format and blending; none for depth alone.
+    /// Colour format and blending; `None` for depth alone.
     pub colour: Option<(wgpu::TextureFormat, Option<wgpu::BlendState>)>,
-    /// What of the colour is kept; nothing where a pass is there for the depth.
+    /// Colour channels that are written; empty for a depth-only pass with a colour target.
     pub writes: wgpu::ColorWrites,
-    /// Depth test.
+    /// Depth test; `None` without depth.
     pub depth: Option<wgpu::DepthStencilState>,
-    /// Which faces are left out.
+    /// Faces that are culled.
     pub cull: Option<wgpu::Face>,
-    /// Samples a pixel.
+    /// Number of samples per pixel.
     pub samples: u32,
-    /// True if the colour's alpha says how many of a pixel's samples are covered, or without a colour if the program leaves
-    /// out pixels.
+    /// True if the colour's alpha is the share of a pixel's samples that are covered, or, without a colour, if the
+    /// fragment shader discards pixels.
     pub cut_out: bool,
     /// Values of the shader's `override` constants.
     pub constants: &'a [(&'static str, f64)],
 }
 
-/// Makes pipelines from shaders.
+/// Creates pipelines from shaders.
 pub struct PipelineBuilder<'a> {
-    /// The device.
+    /// Device that the pipelines belong to.
     pub device: &'a wgpu::Device,
-    /// The shaders' text.
+    /// Source text of the shaders.
     pub sources: &'a ShaderSources,
 }
 
 impl PipelineBuilder<'_> {
-    /// A pipeline for each description, in their order: side by side where no shader can be wrong. The scope in which a device
-    /// reports what it refuses is that of one thread.
+    /// Creates a pipeline for each description, in the same order. They are made in parallel if the shaders are the
+    /// tested built-in ones: the device's error scope, which catches faults of reloaded shaders, covers one thread
+    /// only.
     ///
     /// # Errors
-    /// What is wrong with a shader, with file and line.
+    /// A mistake in a shader, with file and line.
     pub fn pipelines<const N: usize>(
         &self,
         descriptions: [PipelineDesc; N],
@@ -60,15 +61,15 @@ impl PipelineBuilder<'_> {
         made.map(|list| list.try_into().expect("one for each description"))
     }
 
-    /// Both, side by side under the same condition as [`PipelineBuilder::pipelines`].
+    /// Runs both, in parallel under the same condition as [`PipelineBuilder::pipelines`].
     pub fn both<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
         if self.sources.tested() { rayon::join(a, b) } else { (a(), b()) }
     }
 
-    /// A pipeline; entry points are `vertex` and `fragment`.
+    /// Creates a pipeline; entry points are `vertex` and `fragment`.
     ///
     /// # Errors
-    /// What is wrong with the shader, with file and line.
+    /// A mistake in the shader, with file and line.
     pub fn pipeline(&self, desc: &PipelineDesc) -> Result<wgpu::RenderPipeline, ShaderFault> {
         let module = self.sources.module(self.device, desc.program)?;
         let options =
@@ -111,7 +112,7 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn pipelines_are_made_here_and_asked_for_only_by_new_and_reload() {
+    fn pipelines_are_made_here_and_only_by_new_and_reload() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/render");
         let files = |folder: &Path| {
             let entries = std::fs::read_dir(folder).expect("a folder");
@@ -123,7 +124,7 @@ mod tests {
         for file in all.iter().filter(|path| path.is_file()) {
             let text = std::fs::read_to_string(file).expect("text");
             let name = file.strip_prefix(&root).expect("below it").to_string_lossy().replace('\\', "/");
-            // Spelt in two parts, so that this test does not find itself.
+            // Split in two, so that this test does not find itself.
             let made = text.matches(concat!("create_render_", "pipeline")).count();
             assert_eq!(made, usize::from(name == "device/pipeline.rs"), "{name}");
             let builders = text.matches(concat!("PipelineBuilder ", "{ device")).count();

@@ -1,6 +1,6 @@
-//! The shaders' loader: the one place where shared parts are put in front of a program. In: WGSL files, built in or from
-//! the directory `shaders` (for reload while the program runs). Out: checked shader modules; a mistake is reported with
-//! the file and line that a person edits, not those of the glued text.
+//! Loader of the shaders: the only place that joins shared parts with a program. In: WGSL files, built in or from the
+//! directory `shaders` (for reload while the program runs). Out: checked shader modules. A mistake is reported with the
+//! line of the file that a person edits, not of the joined text.
 
 use std::path::{Path, PathBuf};
 use wgpu::naga;
@@ -8,7 +8,7 @@ use wgpu::naga;
 /// A program: its name and the files it consists of, in order.
 type ShaderProgram = (&'static str, &'static [&'static str]);
 
-/// Every program and its parts. A part is a file in `shaders/` without its ending.
+/// All programs and their parts. A part is a file in `shaders/` without its extension.
 pub const PROGRAMS: [ShaderProgram; 18] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
@@ -68,52 +68,52 @@ const FILES: [(&str, &str); 29] = built_in![
     "preview",
 ];
 
-/// Why shaders cannot be used.
+/// Error of the shaders.
 #[derive(Debug, thiserror::Error)]
 pub enum ShaderFault {
-    /// A file that the system does not give.
+    /// A file that cannot be read.
     #[error("{}: {source}; start the program where the directory `shaders` is", file.display())]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// A mistake in a file.
     #[error("shaders/{file}.wgsl:{line}: {what}")]
     Wrong {
-        /// The file without its ending.
+        /// Name of the file without its extension.
         file: &'static str,
-        /// Line, from 1.
+        /// Line number, from 1.
         line: usize,
-        /// What is wrong.
+        /// Message of the parser or validator.
         what: String,
     },
-    /// What the device refuses of shaders without a mistake.
+    /// Shaders that are valid, but refused by the device.
     #[error("{}: {words}", directory.display())]
     Refused {
-        /// The shaders' directory.
+        /// Directory of the shaders.
         directory: PathBuf,
-        /// What the device said.
+        /// Message of the device.
         words: String,
     },
 }
 
-/// The text of all shader files.
+/// Source text of all shader files.
 #[derive(Clone, Debug)]
 pub struct ShaderSources {
     files: Vec<(&'static str, String)>,
-    /// Built in: the tests below have checked every program.
+    /// True for the built-in files: the tests below check every program.
     tested: bool,
 }
 
 impl ShaderSources {
-    /// The files as they were when the program was built.
+    /// Returns the files as they were when the program was built.
     pub fn built_in() -> Self {
         Self { files: FILES.iter().map(|(name, text)| (*name, (*text).to_owned())).collect(), tested: true }
     }
 
-    /// The files in `directory` as they are now.
+    /// Reads the files in `directory` as they are now.
     ///
     /// # Errors
     /// Names the file that cannot be read.
@@ -128,7 +128,7 @@ impl ShaderSources {
         Ok(Self { files: FILES.iter().map(|(name, _)| read(name)).collect::<Result<_, _>>()?, tested: false })
     }
 
-    /// The glued text of a program.
+    /// Returns the joined text of a program.
     fn text(&self, program: &str) -> String {
         self.parts(program).iter().map(|(_, text)| format!("{}\n", text.trim_end())).collect()
     }
@@ -139,7 +139,7 @@ impl ShaderSources {
         parts.iter().map(file).collect()
     }
 
-    /// File and line of a line of the glued text.
+    /// Returns file and line of a line of the joined text.
     fn origin(&self, program: &str, glued_line: usize) -> (&'static str, usize) {
         let mut line = glued_line;
         for (name, text) in self.parts(program) {
@@ -155,7 +155,7 @@ impl ShaderSources {
     /// Parses and validates a program.
     ///
     /// # Errors
-    /// `shaders/FILE.wgsl:LINE: what is wrong`.
+    /// `shaders/FILE.wgsl:LINE: message`.
     pub fn parse(&self, program: &str) -> Result<naga::Module, ShaderFault> {
         let text = self.text(program);
         let told = |line: Option<u32>, what: String| {
@@ -178,12 +178,12 @@ impl ShaderSources {
         Ok(module)
     }
 
-    /// True if no program can be wrong.
+    /// Returns true for the built-in files, which the tests have validated.
     pub fn tested(&self) -> bool {
         self.tested
     }
 
-    /// Checks a program that may be wrong and hands it to the device.
+    /// Creates a program's module on the device, after validation unless the files are built in.
     ///
     /// # Errors
     /// As [`ShaderSources::parse`].
@@ -210,7 +210,7 @@ mod tests {
         }
     }
 
-    /// What a value is made of, as far as a driver sees it without running the program.
+    /// Inputs of a value, as far as a driver knows them without running the program.
     #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
     enum MadeOf {
         Constants,
@@ -272,7 +272,7 @@ mod tests {
         }
     }
 
-    /// Lines of a program's glued text where it branches on uniforms alone.
+    /// Returns the lines of a program's joined text with a branch that depends on uniforms alone.
     fn branches_on_uniforms(module: &naga::Module, text: &str) -> Vec<usize> {
         let functions = module.functions.iter().map(|(_, function)| function);
         let mut lines = Vec::new();
@@ -287,8 +287,8 @@ mod tests {
     }
 
     #[test]
-    fn no_branch_hangs_on_uniforms_alone() {
-        // Mesa's software renderer compiles such a program again with every draw, the uniforms' values within it, and keeps
+    fn no_branch_depends_on_uniforms_alone() {
+        // Mesa's software renderer recompiles such a program at every draw, with the uniforms' values in it, and keeps
         // all of them: 1.5 MB a picture, and a tenth of its time (`update_inline_shader_state`, lavapipe 22.3).
         let sources = ShaderSources::built_in();
         let found: Vec<_> = PROGRAMS
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_branch_on_uniforms_is_seen_through_sums_and_names() {
+    fn a_branch_on_uniforms_is_found_through_expressions_and_names() {
         let lines = |condition: &str| {
             let text = format!(
                 "override KIND: bool = true; struct Sheet {{ size: vec4f, border: f32 }}\n\

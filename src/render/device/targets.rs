@@ -1,4 +1,4 @@
-//! What a picture of the scene is drawn into: light and depth. In: a size. Out: a render pass.
+//! Textures that a picture of the scene is drawn into: light and depth. In: a size. Out: a render pass.
 
 use super::{
     cost::CountedPass,
@@ -10,15 +10,15 @@ use super::{
 pub struct RenderTargets {
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// With several samples a pixel, if the quality asks for them.
+    /// Texture with several samples per pixel, if the quality asks for them.
     samples: Option<wgpu::TextureView>,
-    /// One sample a pixel.
+    /// Light with one sample per pixel.
     pub light: wgpu::TextureView,
     depth: wgpu::TextureView,
 }
 
 impl RenderTargets {
-    /// Textures of `size` pixels.
+    /// Creates textures of `size` pixels.
     pub fn new(device: &wgpu::Device, label: &str, size: [u32; 2], samples: u32) -> Self {
         let texture = |format, sample_count, usage| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -42,7 +42,7 @@ impl RenderTargets {
         }
     }
 
-    /// Begins a picture on clear textures.
+    /// Begins a picture on cleared textures.
     pub fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,

@@ -1,4 +1,4 @@
-//! How long each pass takes on the device, by timestamps where the adapter has them. In: a pass's begin and end. Out:
+//! Time of each pass on the device, by timestamps where the adapter has them. In: a pass's begin and end. Out:
 //! milliseconds, a few frames late; drawing never waits for them.
 
 use std::cell::Cell;
@@ -7,38 +7,38 @@ use std::sync::{
     atomic::{AtomicU8, Ordering},
 };
 
-/// The passes that are timed, in the order in which they run.
+/// Passes that are timed, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimedPass {
-    /// All shadow maps that are drawn in this frame.
+    /// All shadow maps drawn in this frame.
     Shadow,
-    /// The main picture.
+    /// Picture of the main camera.
     Main,
-    /// The mirror's picture.
+    /// Pictures of the mirrors.
     Mirror,
-    /// Halos, tone curve and mirror inset.
+    /// Halos, tone curve and placement of the mirrors.
     ToneMap,
 }
 
-/// Milliseconds on the device.
+/// Times of the passes on the device, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassTimes {
-    /// All shadow maps that were drawn in that frame.
+    /// All shadow maps drawn in that frame.
     pub shadow_ms: f32,
-    /// The main picture.
+    /// Picture of the main camera.
     pub main_ms: f32,
-    /// The mirrors' pictures.
+    /// Pictures of the mirrors.
     pub mirror_ms: f32,
-    /// Halos, tone curve and mirror inset.
+    /// Halos, tone curve and placement of the mirrors.
     pub tonemap_ms: f32,
 }
 
-/// The stamp at a pass's begin alone, for the first of several that are timed as one.
+/// Keeps only the stamp at a pass's begin, for the first of several passes that are timed as one.
 pub fn begin_only<'a>(stamps: &wgpu::RenderPassTimestampWrites<'a>) -> wgpu::RenderPassTimestampWrites<'a> {
     wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..stamps.clone() }
 }
 
-/// The stamp at a pass's end alone, for the last of several that are timed as one.
+/// Keeps only the stamp at a pass's end, for the last of several passes that are timed as one.
 pub fn end_only<'a>(stamps: &wgpu::RenderPassTimestampWrites<'a>) -> wgpu::RenderPassTimestampWrites<'a> {
     wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..stamps.clone() }
 }
@@ -46,14 +46,14 @@ pub fn end_only<'a>(stamps: &wgpu::RenderPassTimestampWrites<'a>) -> wgpu::Rende
 const PASSES: usize = 4;
 const STAMPS: u32 = 2 * PASSES as u32;
 const BYTES: u64 = PASSES as u64 * wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
-/// Stamps from one pass's to the next one's.
+/// Number of 8-byte stamps between two passes in the buffer.
 const STRIDE: usize = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT as usize / 8;
 
 const IDLE: u8 = 0;
 const WAITING: u8 = 1;
 const READY: u8 = 2;
 
-/// The stamps of one renderer.
+/// Timestamps of one renderer.
 #[derive(Debug)]
 pub struct PassTimings {
     queries: wgpu::QuerySet,
@@ -67,7 +67,7 @@ pub struct PassTimings {
 }
 
 impl PassTimings {
-    /// None if the adapter has no timestamps.
+    /// Creates the timestamps; `None` if the adapter has none.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
         if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
@@ -92,7 +92,7 @@ impl PassTimings {
         })
     }
 
-    /// Where a pass leaves its stamps.
+    /// Returns the places of a pass's two stamps.
     pub fn stamps(&self, pass: TimedPass) -> wgpu::RenderPassTimestampWrites<'_> {
         self.written[pass as usize].set(true);
         wgpu::RenderPassTimestampWrites {
@@ -102,7 +102,8 @@ impl PassTimings {
         }
     }
 
-    /// Takes the stamps of an earlier frame if they have arrived, and has this frame's copied if there is room.
+    /// Takes the stamps of an earlier frame if they have arrived, and starts the copy of this frame's if the buffer is
+    /// free.
     pub fn collect(&mut self, encoder: &mut wgpu::CommandEncoder) {
         match self.state.load(Ordering::Acquire) {
             READY => {
@@ -126,7 +127,7 @@ impl PassTimings {
                 self.state.store(IDLE, Ordering::Release);
             }
             IDLE => {
-                // Stamps that no pass of this frame wrote may not be asked for. A resolve starts at a multiple of 256 bytes.
+                // Only stamps written in this frame may be resolved. A resolve starts at a multiple of 256 bytes.
                 for pass in (0..PASSES as u32).filter(|&pass| self.written[pass as usize].get()) {
                     let place = u64::from(pass) * wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
                     encoder.resolve_query_set(&self.queries, 2 * pass..2 * pass + 2, &self.resolved, place);
@@ -144,7 +145,7 @@ impl PassTimings {
         self.written = Default::default();
     }
 
-    /// The latest times that have arrived.
+    /// Returns the latest times that have arrived.
     pub fn latest(&self) -> Option<PassTimes> {
         self.latest
     }

@@ -1,5 +1,5 @@
-//! What of the instrument does not move, painted once into a texture of its own: face, groove, ticks, numerals, hub. In: a
-//! dial, its square and colours. Out: a texture for egui's painter, the same until one of them changes.
+//! Fixed parts of the instrument, painted once into a texture: face, groove, ticks, numerals, hub. In: a dial, its
+//! square and colours. Out: a texture for egui's painter, unchanged until one of them changes.
 
 use egui::{Context, Pos2, RawInput, Rect, TextureId, vec2};
 
@@ -7,14 +7,14 @@ use crate::hud::{DialView, Palette};
 use crate::render::post::ui_pass::{OverlayTarget, UiPass};
 use crate::units::SpeedUnit;
 
-/// The painted parts and where they belong.
+/// Painted fixed parts, with the values they depend on.
 #[derive(Debug, Default)]
 pub(super) struct FixedParts {
     painted: Option<FixedPartsKey>,
     texture: Option<TextureId>,
 }
 
-/// All that they depend on.
+/// All values that the fixed parts depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct FixedPartsKey {
     rect: Rect,
@@ -26,8 +26,8 @@ struct FixedPartsKey {
 }
 
 impl FixedParts {
-    /// The texture and its place in the picture, in whole pixels; `paint` paints at a place and is asked when the instrument
-    /// at `rect` looks otherwise than before. Then this submits commands to the device.
+    /// Returns the texture and its place in the picture, in whole pixels. If the instrument at `rect` has changed,
+    /// `paint` paints it anew, and commands are submitted to the device.
     pub(super) fn of(
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
@@ -44,7 +44,7 @@ impl FixedParts {
             major_step: dial.major_step,
             minor_per_major: dial.minor_per_major,
         };
-        // A pixel more on each side for soft edges.
+        // One pixel more on each side for soft edges.
         let place = Rect::from_min_max((rect.min - vec2(1.0, 1.0)).floor(), (rect.max + vec2(1.0, 1.0)).ceil());
         if let (Some(texture), true) = (self.texture, self.painted == Some(look)) {
             return (texture, place);
@@ -65,7 +65,8 @@ impl FixedParts {
         let output = ctx.run_pass(input, |ctx| {
             paint(&ctx.layer_painter(egui::LayerId::background()), rect.translate(-place.min.to_vec2()));
         });
-        // A new texture is empty: nothing to clear. Submitted here, because egui keeps one set of corners a submission.
+        // A new texture is empty and needs no clearing. Submitted here, because egui keeps one set of vertices per
+        // submission.
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("dial") });
         ui.draw(OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size }, ctx, output);
         queue.submit([encoder.finish()]);

@@ -1,5 +1,5 @@
-//! The speedometer, drawn. In: a [`DialView`] and where it is to stand. Out: shapes of egui's painter, put over the picture
-//! by a pass of its own, so that what a participant sees never depends on the experimenter's panel.
+//! The speedometer, drawn. In: a [`DialView`] and its place. Out: shapes of egui's painter, drawn over the picture by a
+//! pass of its own, so that the participant's picture never depends on the experimenter's panel.
 
 mod brush;
 mod fixed;
@@ -31,26 +31,26 @@ pub mod layout {
     pub const MARKS: f32 = 0.818;
     /// Inner ends of numbered, half and other ticks.
     pub const MARKS_INNER: (f32, f32, f32) = (0.720, 0.752, 0.774);
-    /// Tip and root of the needle: it points from between numerals and ticks to the band and hides no numeral.
+    /// Tip and root of the needle: it spans from between numerals and ticks to the band and hides no numeral.
     pub const NEEDLE: (f32, f32) = (0.822, 0.630);
-    /// Where the outer corners of the numerals end, and their height up to 99 and from 100 up.
+    /// Radius of the numerals' outer corners, and the height of numerals on scales below 100 and from 100 up.
     pub const NUMERALS: (f32, f32, f32) = (0.612, 0.102, 0.088);
-    /// Edge of the hub, on which number and unit stand.
+    /// Edge of the hub, which carries number and unit.
     pub const HUB: f32 = 0.43;
-    /// Height of the number up to 99, of one of three digits, and how far its middle lies above the axle.
+    /// Height of a number below 100 and of one with three digits, and the distance of its middle above the centre.
     pub const NUMBER: (f32, f32, f32) = (0.42, 0.30, 0.05);
-    /// Height of the unit, and how far its middle lies below the axle.
+    /// Height of the unit, and the distance of its middle below the centre.
     pub const UNIT: (f32, f32) = (0.085, 0.305);
-    /// Height of the R, and how far its middle lies below the axle.
+    /// Height of the R, and the distance of its middle below the centre.
     pub const REVERSE: (f32, f32) = (0.13, 0.69);
-    /// The arrows of the indicators: where their tips are beside the axle and below it, their length and half their height.
+    /// Arrows of the indicators: distance of the tip beside and below the centre, length, half the height.
     pub const INDICATOR: (f32, f32, f32, f32) = (0.46, 0.69, 0.24, 0.095);
 }
 
-/// Where the instrument stands, at the bottom of the picture.
+/// Place of the instrument at the bottom of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DialPlace {
-    /// Across the picture: 0 at the left margin, 0.5 in the middle, 1 at the right margin.
+    /// Position across the picture: 0 at the left margin, 0.5 in the middle, 1 at the right margin.
     pub across: f32,
     /// Diameter as a share of the picture's height.
     pub diameter_share: f32,
@@ -58,12 +58,14 @@ pub struct DialPlace {
     pub margin_share: f32,
 }
 
-/// Least diameter of an instrument below the bonnet's far edge: on a 55-inch television (0.69 m high) its number is then
-/// 36 mm high, 2 degrees at 1 m. In a wider picture there is less room, and it stands at the side.
+/// Minimum diameter of an instrument below the bonnet's far edge, as a share of the picture's height. On a 55-inch
+/// television (0.69 m high) its number is then 36 mm high, 2 degrees at 1 m. A picture with less room has the
+/// instrument at the side.
 const LEAST_SHARE: f32 = 0.25;
-/// Free space under an instrument that takes what the bonnet leaves it.
+/// Free space below an instrument whose size follows from the room below the bonnet's edge.
 const LEAST_MARGIN: f32 = 0.006;
-/// Most of the picture's width that it takes: at the right margin it begins where a leader two metres ahead has ended.
+/// Maximum share of the picture's width beside the middle: at the right margin the instrument begins right of a leader
+/// two metres ahead.
 const MOST_OF_WIDTH: f32 = 0.1925;
 
 impl Default for DialPlace {
@@ -74,9 +76,10 @@ impl Default for DialPlace {
 }
 
 impl DialPlace {
-    /// In the instrument cluster, if the car has one. Else in the middle, as HC22 has it, below the far edge of the bonnet, which hides whatever an instrument there would hide
-    /// of the leader. Where there is no bonnet or too little room below it, and in the chase view, at the right, beside ego
-    /// and leader.
+    /// Returns the place for a view. It is in the instrument cluster, if the ego has one; else in the middle, as in
+    /// HC22, below the far edge of the bonnet, where it hides nothing of the leader that the bonnet does not hide.
+    /// Without a bonnet, with too little room below its edge, and in the chase view, it is at the right, beside ego and
+    /// leader.
     pub fn of(view: &View, size: [u32; 2]) -> Self {
         let aspect = size[0] as f32 / size[1].max(1) as f32;
         let beside = Self { across: 1.0, ..Self::default() };
@@ -95,7 +98,8 @@ impl DialPlace {
         }
     }
 
-    /// On the face of the instrument cluster; in a picture that ends above its lower edge as much higher as it needs.
+    /// Returns the place on the face of the instrument cluster, raised as far as needed if the picture ends above its
+    /// lower edge.
     fn in_cluster(look: &Camera, aspect: f32) -> Option<Self> {
         let middle = look.project(CLUSTER_M, aspect)?;
         let radius = (look.project(CLUSTER_M + Vec3::Y * CLUSTER_RADIUS_M, aspect)?.x - middle.x).abs() * aspect;
@@ -103,7 +107,7 @@ impl DialPlace {
         Some(Self { across: 0.5, diameter_share: (2.0 * radius).min(1.0 - 2.0 * LEAST_MARGIN), margin_share })
     }
 
-    /// The instrument's square in a picture of `size` pixels.
+    /// Returns the instrument's square in a picture of `size` pixels.
     pub fn rect(&self, size: [u32; 2]) -> Rect {
         let [width, height] = size.map(|side| side as f32);
         let most = if self.across == 0.5 { width } else { MOST_OF_WIDTH * width };
@@ -126,14 +130,14 @@ pub struct DialPass {
     ui: UiPass,
     format: wgpu::TextureFormat,
     fixed: FixedParts,
-    /// Where the instrument stands.
+    /// Place of the instrument.
     pub place: DialPlace,
-    /// Its colours.
+    /// Colours of the instrument.
     pub palette: Palette,
 }
 
 impl DialPass {
-    /// A pass onto targets of `format`, a plain `Unorm` format.
+    /// Creates a pass onto targets of `format`, a plain `Unorm` format.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let ctx = egui::Context::default();
         // Discs from the font atlas would be filtered; drawn as polygons they are exact at every size.
@@ -148,8 +152,8 @@ impl DialPass {
         }
     }
 
-    /// Appends the instrument to the picture, and the square for a photodiode: `patch` is whether it is white. Once a
-    /// submission (see [`UiPass::draw`]).
+    /// Draws the instrument over the picture, and the square for a photodiode, white if `patch` is true. At most once
+    /// per submission (see [`UiPass::draw`]).
     pub fn draw(&mut self, target: OverlayTarget<'_>, dial: Option<&DialView>, patch: Option<bool>) {
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(target.size[0] as f32, target.size[1] as f32));
         let rect = self.place.rect(target.size);
@@ -178,13 +182,13 @@ impl DialPass {
         ui.draw(target, ctx, output);
     }
 
-    /// As [`UiPass::take_cost`].
+    /// Returns the cost, as [`UiPass::take_cost`].
     pub fn take_cost(&mut self) -> (PassCost, u64) {
         self.ui.take_cost()
     }
 }
 
-/// Paints what does not move into `rect`, a square.
+/// Paints the fixed parts into `rect`, a square.
 fn paint_fixed(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palette) {
     let brush = DialBrush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
     face(&brush, palette);
@@ -193,7 +197,7 @@ fn paint_fixed(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palette
     hub(&brush, dial, palette);
 }
 
-/// Paints what moves over that. Needle and red line end where the hub begins and lie over ticks.
+/// Paints the moving parts over them. Needle and red line end at the hub and lie over the ticks.
 fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palette) {
     let brush = DialBrush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
     band(&brush, dial, palette);
@@ -203,21 +207,21 @@ fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palett
     indicator(&brush, dial, palette);
 }
 
-/// What parts needle and red line from what lies below them.
+/// Dark edge that separates needle and red line from the parts below.
 const EDGE: Color32 = Color32::from_rgb(8, 9, 11);
 
-/// Bright metal under so much light.
+/// Returns the colour of bright metal at this brightness.
 fn metal(light: f32) -> Color32 {
     shade([200, 208, 218], light, 255)
 }
 
-/// The face with rim and shadow: dark enough for white numerals over a white sky, translucent enough to belong.
+/// Draws the face with rim and shadow: dark enough for white numerals before a white sky, yet translucent.
 fn face(brush: &DialBrush<'_>, palette: &Palette) {
     let below = DialBrush { centre: brush.centre + vec2(0.0, 0.012 * brush.radius), ..*brush };
     below.disc(&[(0.90, black(150)), (0.955, black(92)), (0.975, black(36)), (0.988, black(8))]);
 
     let fill = |light: f32| shade(palette.plate, light, palette.plate_alpha);
-    // From under the hub on, which is opaque.
+    // Starts below the hub, which is opaque.
     brush.disc(&[
         (layout::HUB - 0.03, fill(1.8)),
         (0.55, fill(1.7)),
@@ -230,13 +234,13 @@ fn face(brush: &DialBrush<'_>, palette: &Palette) {
     brush.ring(layout::FACE - 0.032, layout::FACE - 0.022, |angle| metal(0.12 - 0.07 * angle.cos()));
 }
 
-/// The groove of the whole scale.
+/// Draws the groove of the whole scale.
 fn groove(brush: &DialBrush<'_>, dial: &DialView) {
     let (zero, full) = (dial.angle_rad(0.0), dial.angle_rad(dial.full_scale));
     brush.arc(layout::BAND, (zero, full), Color32::from_rgb(40, 44, 51));
 }
 
-/// The green band in it.
+/// Draws the green band in the groove.
 fn band(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     if let Some(range) = dial.band_rad() {
         brush.arc(layout::BAND, range, opaque(palette.band));
@@ -257,7 +261,7 @@ fn scale(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
         brush.radial(mark.angle_rad, (layout::MARKS, inner), brush.at_least_px(width, 1.0), colour);
         if mark.numbered {
             let text = format!("{:.0}", mark.value);
-            // Each numeral comes as close to its tick as its own width and height allow.
+            // Each numeral is as close to its tick as its width and height allow.
             let (sin, cos) = mark.angle_rad.sin_cos();
             let (pen, width) = (lettering::PEN, lettering::set(&text).width);
             let extent = ((width + pen) * sin.abs() + (1.0 + pen) * cos.abs()) / 2.0;
@@ -266,7 +270,7 @@ fn scale(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     }
 }
 
-/// The red line, across the band and beyond it on both sides, edged in black so that red and green do not touch.
+/// Draws the red line across the band and beyond it on both sides, edged in black so that red and green do not touch.
 fn target_line(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let Some(angle) = dial.target_rad() else { return };
     let (outer, inner) = layout::TARGET;
@@ -275,7 +279,7 @@ fn target_line(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.radial(angle, (outer, inner), width, opaque(palette.target));
 }
 
-/// A wedge that floats between the numerals and the band, with a dark edge that parts it from the ticks it passes.
+/// Draws the needle: a wedge between the numerals and the band, with a dark edge that separates it from the ticks.
 fn needle(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let angle = dial.needle_rad();
     let blade = |grow: f32| {
@@ -288,7 +292,7 @@ fn needle(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.polygon(blade(0.0), opaque(palette.needle));
 }
 
-/// The hub with the unit.
+/// Draws the hub with the unit.
 fn hub(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.disc(&[(layout::HUB - 0.02, black(170)), (layout::HUB + 0.025, black(70)), (layout::HUB + 0.06, black(0))]);
     let fill = |light: f32| shade(palette.plate, light, 255);
@@ -298,7 +302,7 @@ fn hub(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.text(dial.unit.label(), brush.below(down), height, opaque(palette.label));
 }
 
-/// The number, and R in reverse below it.
+/// Draws the number and, in reverse, an R below it.
 fn number(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let colour = if dial.inside { palette.number_inside } else { palette.number_outside };
     let (two_digits, three_digits, up) = layout::NUMBER;
@@ -310,7 +314,7 @@ fn number(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     }
 }
 
-/// The telltale of the indicators, an arrow on its side of the lower face, in the gap of the scale.
+/// Draws the telltale of the indicators: an arrow on its side of the lower face, in the gap of the scale.
 fn indicator(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let side = match dial.indicator {
         Indicator::Off => return,

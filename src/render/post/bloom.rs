@@ -1,6 +1,6 @@
-//! Bloom: the small halo around lamps and glints. In: the main picture's light. Out: a texture an eighth of
-//! its size, in two draws: what is brighter than paper in the sun, and that blurred. The latter holds the square root of the
-//! light's share of [`MOST`] in bytes, which software rendering filters in a third of the time that light takes.
+//! Bloom: the small halo around lamps and glints. In: the main picture's light. Out: a texture an eighth of its size,
+//! in two draws: the light brighter than paper in the sun, then its blur. The blur is stored in bytes as the square
+//! root of its share of [`MOST`]; software rendering filters this in a third of the time that light takes.
 
 use crate::render::device::{
     cost::{CountedPass, PassCost},
@@ -9,18 +9,18 @@ use crate::render::device::{
     timing,
 };
 
-/// How much smaller the halo's texture is.
+/// Reduction of the halo's texture against the picture.
 const SMALLER: u32 = 8;
-/// The strongest light in a halo.
+/// Strongest light in a halo, the unit of the stored share.
 pub const MOST: f32 = 12.0;
 /// Formats of the two textures.
 const FORMATS: [wgpu::TextureFormat; 2] = [HDR, wgpu::TextureFormat::Rgba8Unorm];
 
-/// The two pipelines; made anew when shaders are reloaded.
+/// The two pipelines; created anew when shaders are reloaded.
 #[derive(Debug)]
 pub struct BloomPipelines([wgpu::RenderPipeline; 2]);
 
-/// The two draws.
+/// The two draws and their textures.
 #[derive(Debug)]
 pub struct BloomPass {
     layout: wgpu::PipelineLayout,
@@ -32,7 +32,7 @@ pub struct BloomPass {
 }
 
 impl BloomPass {
-    /// A pass without a picture yet.
+    /// Creates a pass that has no picture yet.
     pub fn new(device: &wgpu::Device) -> Self {
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
@@ -72,10 +72,10 @@ impl BloomPass {
         }
     }
 
-    /// The pass's pipelines.
+    /// Creates the pass's pipelines.
     ///
     /// # Errors
-    /// What is wrong with the shader.
+    /// A mistake in the shader.
     pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<BloomPipelines, ShaderFault> {
         let small = PipelineDesc {
             program: "bloom",
@@ -97,7 +97,7 @@ impl BloomPass {
         builder.pipelines([small, blurred]).map(BloomPipelines)
     }
 
-    /// Makes the textures fit a picture of `size` pixels.
+    /// Fits the textures to a picture of `size` pixels.
     pub fn fit(&mut self, device: &wgpu::Device, light: &wgpu::TextureView, size: [u32; 2]) {
         self.targets = FORMATS.map(|format| target(device, format, size.map(|side| side.div_ceil(SMALLER))));
         self.groups = Some([light, &self.targets[0]].map(|view| {
@@ -112,12 +112,12 @@ impl BloomPass {
         }));
     }
 
-    /// The halo, for the developing pass.
+    /// Returns the halo, for the tone-mapping pass.
     pub fn halo(&self) -> &wgpu::TextureView {
         &self.targets[1]
     }
 
-    /// Draws the halo; the time of developing begins here.
+    /// Draws the halo; the timed tone-mapping pass begins here.
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -1,5 +1,5 @@
-//! From light to the screen: [`bloom`], [`tonemap`], what egui drew ([`ui_pass`]), the experimenter's [`preview`]. In: textures of
-//! light. Out: sRGB values.
+//! From light to the screen: [`bloom`], [`tonemap`], the output of egui ([`ui_pass`]), the experimenter's [`preview`].
+//! In: textures of light. Out: sRGB values.
 
 pub mod bloom;
 pub mod preview;

@@ -1,5 +1,5 @@
 //! Copies of a finished picture: one for the screen, a small one for the experimenter. In: a texture of a picture. Out:
-//! another, of the same size or smaller, in one draw; nothing is read back, nobody waits.
+//! another, of the same size or smaller, in one draw; nothing is read back, so nothing waits.
 
 use crate::render::device::{
     pipeline::{PipelineBuilder, PipelineDesc},
@@ -15,7 +15,7 @@ pub struct PreviewPass {
 }
 
 impl PreviewPass {
-    /// For pictures of `format`, from and to.
+    /// Creates a pass for source and target pictures of `format`.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("preview"),
@@ -53,7 +53,7 @@ impl PreviewPass {
         Self { format, layout, pipeline }
     }
 
-    /// A texture that can be drawn onto and copied from, of `size` pixels.
+    /// Creates a texture of `size` pixels that can be drawn onto and copied from.
     pub fn canvas(&self, device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureView {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("preview"),
@@ -70,8 +70,8 @@ impl PreviewPass {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    /// Puts `from`, a view of [`Self::canvas`], on `to`: on all of it, or on the upper left part of this size; the rest is
-    /// black.
+    /// Copies `from`, a view of [`Self::canvas`], to `to`: to all of it, or to its upper left part of this size; the
+    /// rest is black.
     pub fn draw(
         &self,
         device: &wgpu::Device,
@@ -109,7 +109,8 @@ mod tests {
     use super::*;
     use crate::render::{Gpu, OFFSCREEN, offscreen::read_back};
 
-    /// What comes of a picture of 8 x 8 pixels, whose pixel (x, y) has 16 x red and 16 y green, on a canvas of `size`.
+    /// Returns the copy on a canvas of `size` of a picture of 8 x 8 pixels, whose pixel (x, y) has red 16 x and green
+    /// 16 y.
     fn drawn(size: [u32; 2], part: Option<[u32; 2]>) -> Vec<[u8; 4]> {
         let gpu = Gpu::shared().expect("a graphics adapter is needed");
         let side = wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 };
@@ -153,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn on_a_part_the_rest_is_black() {
+    fn a_part_is_drawn_and_the_rest_is_black() {
         let pixels = drawn([8, 8], Some([8, 4]));
         assert_eq!(pixels[0], [0, 8, 0, 255]);
         assert_eq!(pixels[8 * 3 + 7], [112, 104, 0, 255]);

@@ -1,5 +1,5 @@
-//! Tone mapping, from light to a picture: tone curve, sRGB encoding, and the mirror laid into the main picture. In: one or two
-//! textures of light. Out: the target, a plain `Unorm` texture that holds sRGB values, as egui wants it.
+//! Tone mapping, from light to a picture: tone curve, sRGB encoding, and placement of the mirrors in the main picture.
+//! In: textures of light. Out: the target, a plain `Unorm` texture with sRGB values, as egui needs it.
 
 use super::bloom;
 use crate::{
@@ -15,39 +15,39 @@ use glam::Vec4;
 
 /// Width of the mirror inset as a share of the picture's width.
 pub const MIRROR_WIDTH: f32 = 0.30;
-/// Width of the mirror over its height.
+/// Aspect ratio of the mirror inset, width over height.
 pub const MIRROR_ASPECT: f32 = 3.4;
 /// Share of a lamp's light that its halo adds.
 const BLOOM: f32 = 0.30;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
 
-/// The pipelines: for pictures and for mirrors, the same with smoothed edges, for the edges of a developed picture, and for
-/// a picture and a flat mirror before that; made anew when shaders are reloaded.
+/// The pipelines, by number: 0 pictures, 1 mirrors, 2 and 3 the same with smoothed edges, 4 the edges of a tone-mapped
+/// picture, 5 and 6 a picture and a flat mirror before that step. Created anew when shaders are reloaded.
 #[derive(Debug)]
 pub struct ToneMapPipeline([wgpu::RenderPipeline; 7]);
 
-/// How far smoothing edges reaches (`edges.wgsl`), and a pixel more.
+/// Reach of edge smoothing (`edges.wgsl`) plus one pixel.
 const SMOOTHED_PX: f32 = 4.0;
-/// Number of the pipeline for the edges of a developed picture.
+/// Number of the pipeline that smooths the edges of a tone-mapped picture.
 const SOFTEN: usize = 4;
-/// And for a picture that is as large as its light, which may be that of a flat mirror.
+/// Numbers of the pipelines for a picture, and for a flat mirror alone, that is as large as its light.
 const EXACT: usize = 5;
 const EXACT_MIRROR: usize = 6;
 
-/// The glass of a mirror: what is drawn behind it, and how it shows that.
+/// Glass of a mirror: the camera behind it, and the mapping of that camera's picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorGlass {
-    /// Tangents of half the angles that it shows if it is flat.
+    /// Tangents of half the angles that a flat glass shows.
     tangents: [f32; 2],
-    /// See [`MirrorOptions::bend`](crate::scene::MirrorOptions::bend).
+    /// Curvature, see [`MirrorOptions::bend`](crate::scene::MirrorOptions::bend).
     bend: f32,
-    /// How much wider the drawn picture is.
+    /// Width of the drawn picture relative to a flat glass, as a ratio of tangents.
     widened: f32,
 }
 
 impl MirrorGlass {
-    /// The glass in front of `camera` in an inset of `aspect` (width / height).
+    /// Returns the glass in front of `camera` in an inset of `aspect` (width / height).
     pub fn new(camera: &Camera, bend: f32, aspect: f32) -> Self {
         let Lens::Perspective { fov_x_rad } = camera.lens else {
             return Self { tangents: [1.0; 2], bend: 0.0, widened: 1.0 };
@@ -58,7 +58,7 @@ impl MirrorGlass {
         Self { tangents, bend, widened }
     }
 
-    /// The camera whose picture holds all that the glass shows.
+    /// Returns the camera whose picture holds everything that the glass shows.
     pub fn behind(&self, camera: &Camera) -> Camera {
         match camera.lens {
             Lens::Perspective { .. } if self.bend > 0.0 => {
@@ -74,8 +74,8 @@ impl MirrorGlass {
     }
 }
 
-/// How many times further from the middle of a curved glass a thing stands than it seems to, as tangents; `tangent` is
-/// where it seems to stand. The same is in `tonemap.wgsl`.
+/// Returns the ratio of an object's true to its apparent distance from the middle of a curved glass, both as tangents;
+/// `tangent` is the apparent one. `tonemap.wgsl` has the same function.
 fn spread(tangent: f32, bend: f32) -> f32 {
     if bend <= 0.0 || tangent <= 0.0 {
         return 1.0;
@@ -83,7 +83,7 @@ fn spread(tangent: f32, bend: f32) -> f32 {
     (tangent.atan() + 2.0 * (bend * tangent).min(1.0).asin()).min(1.5).tan() / tangent
 }
 
-/// The pass.
+/// Tone-mapping pass with its bindings.
 #[derive(Debug)]
 pub struct ToneMapPass {
     format: wgpu::TextureFormat,
@@ -91,9 +91,9 @@ pub struct ToneMapPass {
     group_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     main: TargetPicture,
-    /// The rear-view mirror, and those on the doors.
+    /// Rear-view mirror, and the mirrors on the doors.
     mirrors: [TargetPicture; 3],
-    /// Where edges are smoothed: the developed picture before that, as large as its light.
+    /// Tone-mapped picture before edge smoothing, as large as its light; `None` without that step.
     flat: Option<SmoothedPicture>,
 }
 
@@ -114,13 +114,13 @@ struct TargetPicture {
 /// A mirror's picture in its frame.
 #[derive(Clone, Copy, Debug)]
 pub struct FramedMirror {
-    /// Its glass.
+    /// Glass of the mirror.
     pub glass: MirrorGlass,
-    /// Where it lies.
+    /// Place of the picture.
     pub lies: MirrorPlace,
 }
 
-/// Where a mirror's picture lies.
+/// Place of a mirror's picture.
 #[derive(Clone, Copy, Debug)]
 pub enum MirrorPlace {
     /// At the top in the middle.
@@ -129,7 +129,7 @@ pub enum MirrorPlace {
     InWorld([Vec4; 3], [f32; 2]),
 }
 
-/// A print flat on a target of `canvas` pixels, over left, top, width and height.
+/// Returns the uniform of a picture flat on a target of `canvas` pixels, at left, top, width and height.
 fn laid([left, top, width, height]: [u32; 4], canvas: [u32; 2]) -> Print {
     let [right, down] = [2.0 / canvas[0] as f32, -2.0 / canvas[1] as f32];
     Print {
@@ -141,8 +141,8 @@ fn laid([left, top, width, height]: [u32; 4], canvas: [u32; 2]) -> Print {
     }
 }
 
-/// A print on a glass in the world, its corners a quarter of its height round; nothing is before it, so that it needs no
-/// depth.
+/// Returns the uniform of a picture on a glass in the world. The radius of its corners is 0.28 of its height. Nothing
+/// is in front of it, so no depth is needed.
 fn in_world([corner, right, down]: [Vec4; 3], [width, height]: [f32; 2], border: f32) -> Print {
     let flat = |v: Vec4| v.with_z(0.0).to_array();
     Print {
@@ -156,21 +156,22 @@ fn in_world([corner, right, down]: [Vec4; 3], [width, height]: [f32; 2], border:
     }
 }
 
-/// Left, top, width and height of the mirror inset in a picture of `size`, in pixels.
+/// Returns left, top, width and height of the mirror inset in a picture of `size`, pixels.
 pub fn mirror_rect(size: [u32; 2]) -> [u32; 4] {
     let width = (size[0] as f32 * MIRROR_WIDTH).round().max(2.0);
     let height = (width / MIRROR_ASPECT).round().max(1.0);
-    // An even number of columns on both sides, so that the inset is in the middle to the pixel.
+    // An equal number of columns on both sides, so that the inset is centred to the pixel.
     let width = width as u32 + (size[0] + width as u32) % 2;
     [(size[0].saturating_sub(width)) / 2, (size[1] as f32 * MIRROR_TOP).round() as u32, width, height as u32]
 }
 
-/// Left, top, width and height of what the inset hides of a picture that is drawn `drawn` pixels large and shown in `size`:
-/// the inset without its round corners and without what smoothing edges or filtering up reads from beside it.
+/// Returns left, top, width and height of the area hidden by the inset, in a picture drawn at `drawn` and shown at
+/// `size` pixels. It excludes the inset's round corners, and the pixels beside it that edge smoothing or upscaling
+/// reads.
 pub fn hidden_by_mirror(size: [u32; 2], drawn: [u32; 2]) -> Option<[u32; 4]> {
     let scale = [0, 1].map(|i| drawn[i] as f32 / size[i].max(1) as f32);
     let [left, top, width, height] = mirror_rect(size).map(|v| v as f32);
-    // A square of side 1 lies in a round corner of radius 1 from 0.29 on.
+    // In a round corner of radius 1, the square inside the rounding starts at 0.29.
     let corner = 0.3 * corner_px(size);
     let free = |low: f32, length: f32, scale: f32| {
         let first = ((low + corner) * scale).ceil() + SMOOTHED_PX;
@@ -181,7 +182,7 @@ pub fn hidden_by_mirror(size: [u32; 2], drawn: [u32; 2]) -> Option<[u32; 4]> {
     Some([left, top, width, height])
 }
 
-/// Radius of the inset's corners, pixels.
+/// Returns the radius of the inset's corners, pixels.
 fn corner_px(size: [u32; 2]) -> f32 {
     size[1] as f32 / 38.0
 }
@@ -197,7 +198,7 @@ fn sheet(device: &wgpu::Device) -> TargetPicture {
 }
 
 impl ToneMapPass {
-    /// A pass onto targets of `format`.
+    /// Creates a pass onto targets of `format`.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
@@ -242,10 +243,10 @@ impl ToneMapPass {
         }
     }
 
-    /// The pass's pipeline.
+    /// Creates the pass's pipelines.
     ///
     /// # Errors
-    /// What is wrong with the shader.
+    /// A mistake in the shader.
     pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ToneMapPipeline, ShaderFault> {
         let picture = PipelineDesc {
             program: "tonemap",
@@ -261,7 +262,7 @@ impl ToneMapPass {
         };
         let mirror = PipelineDesc {
             constants: &[("MIRROR", 1.0)],
-            // Its corners are round.
+            // The corners of a mirror are round.
             colour: Some((self.format, Some(wgpu::BlendState::ALPHA_BLENDING))),
             ..picture.clone()
         };
@@ -274,9 +275,9 @@ impl ToneMapPass {
         made.map(ToneMapPipeline)
     }
 
-    /// Tells the pass that the pictures' textures are new, the main one of `size` pixels; with `soften`, edges of the main
-    /// picture are smoothed after it is developed, which is for one that is not filtered up: where it is, mixing light keeps
-    /// things in their places, mixing what the screen shows does not.
+    /// Sets new textures of the pictures; the main one has `size` pixels. With `soften`, edges of the main picture are
+    /// smoothed after tone mapping. That is for a picture that is not upscaled: in an upscaled one, mixing light keeps
+    /// objects in their places, mixing screen values does not.
     pub fn fit(
         &mut self,
         device: &wgpu::Device,
@@ -320,8 +321,8 @@ impl ToneMapPass {
         });
     }
 
-    /// Develops the main picture (as the mirror `alone`, if it is one) onto all of the target, and the mirrors' pictures
-    /// into their frames. With `smooth`, steps along edges are filtered.
+    /// Tone-maps the main picture (as the mirror `alone`, if it is one) onto the whole target, and the mirrors'
+    /// pictures into their frames. With `smooth`, steps along edges are filtered.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
     pub fn draw(
         &self,
@@ -379,7 +380,7 @@ impl ToneMapPass {
     }
 }
 
-/// One pass that lays sheets onto a target, each with the pipeline of its number.
+/// Draws pictures onto a target in one pass, each with the pipeline of its number.
 fn lay(
     encoder: &mut wgpu::CommandEncoder,
     stamps: Option<wgpu::RenderPassTimestampWrites>,
@@ -412,7 +413,7 @@ mod tests {
     use glam::Vec3;
 
     #[test]
-    fn a_convex_mirror_shows_more_and_smaller_and_a_flat_one_changes_nothing() {
+    fn a_convex_mirror_shows_more_but_smaller_and_a_flat_one_is_unchanged() {
         let camera = |degrees: f32| Camera {
             eye: Vec3::ZERO,
             forward: Vec3::X,
@@ -426,7 +427,7 @@ mod tests {
             let glass = MirrorGlass::new(&camera(30.0), bend, 3.4);
             assert!(glass.widened > before, "{bend}: {}", glass.widened);
             before = glass.widened;
-            // Near the axis: 1 + 2 d / R, the magnification of a convex mirror for far things.
+            // Near the axis: 1 + 2 d / R, the reduction of distant objects by a convex mirror.
             assert!((spread(1e-3, bend) - (1.0 + 2.0 * bend)).abs() < 1e-3);
         }
         // The widest glass that the settings allow still shows less than a half space.

@@ -1,29 +1,29 @@
 //! Draws the output of egui over a picture. In: a pass of an egui [`Context`] (its [`FullOutput`]) and a view of the
-//! picture. Out: commands. Colours are sRGB values, written as they are: the target's format has to be a plain `Unorm`.
+//! picture. Out: commands. Colours are sRGB values, written unchanged: the target's format has to be a plain `Unorm`.
 
 use crate::render::device::cost::PassCost;
 use egui::{Context, FullOutput, TextureId, epaint::Primitive};
 
-/// Where a pass over a finished picture draws.
+/// Target of a pass over a finished picture.
 pub struct OverlayTarget<'a> {
-    /// The device.
+    /// Device of the picture.
     pub device: &'a wgpu::Device,
-    /// Its queue.
+    /// Queue of the device.
     pub queue: &'a wgpu::Queue,
     /// Commands of this frame.
     pub encoder: &'a mut wgpu::CommandEncoder,
-    /// The picture; what is there stays.
+    /// The picture; its content is kept.
     pub view: &'a wgpu::TextureView,
-    /// Its width and height, pixels.
+    /// Width and height of the picture, pixels.
     pub size: [u32; 2],
 }
 
-/// Draws one egui [`Context`]. Each context needs a pass of its own, for as long as it lives: egui sends its font atlas
-/// once, and only changes after that.
+/// Draws one egui [`Context`]. Each context needs a pass of its own for its whole life: egui sends its font atlas once,
+/// and only changes after that.
 pub struct UiPass {
     renderer: egui_wgpu::Renderer,
-    /// Textures egui has done with. Freeing destroys at once, but the frame that last shows them has yet to be
-    /// submitted when egui names them: they go at the next frame.
+    /// Textures that egui has released. They are freed in the next frame: freeing destroys them at once, and the last
+    /// frame that shows them is submitted only after egui releases them.
     done_with: Vec<TextureId>,
     cost: (PassCost, u64),
 }
@@ -35,7 +35,7 @@ impl std::fmt::Debug for UiPass {
 }
 
 impl UiPass {
-    /// A pass onto targets of `format`, which must not be an sRGB format.
+    /// Creates a pass onto targets of `format`, which must not be an sRGB format.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         debug_assert!(!format.is_srgb(), "egui writes sRGB values itself; {format:?} would encode them twice");
         // No dithering: a colour of the dial is the same number in every pixel.
@@ -47,13 +47,13 @@ impl UiPass {
         }
     }
 
-    /// The renderer, to register textures of our own.
+    /// Returns the renderer, to register textures of our own.
     pub fn renderer(&mut self) -> &mut egui_wgpu::Renderer {
         &mut self.renderer
     }
 
-    /// Appends what `ctx` put out to the picture. Once a submission: the vertices of a second call before
-    /// `queue.submit` would replace those of the first.
+    /// Draws the output of `ctx` over the picture. At most once per submission: a second call before `queue.submit`
+    /// would overwrite the vertices of the first.
     pub fn draw(&mut self, target: OverlayTarget<'_>, ctx: &Context, mut output: FullOutput) {
         let OverlayTarget { device, queue, encoder, view, size } = target;
         self.take_textures(device, queue, &mut output);
@@ -61,7 +61,7 @@ impl UiPass {
         let screen = egui_wgpu::ScreenDescriptor { size_in_pixels: size, pixels_per_point: output.pixels_per_point };
         let meshes = ctx.tessellate(output.shapes, output.pixels_per_point);
         for mesh in &meshes {
-            // Of one rectangle of the screen. Nobody here paints by a callback.
+            // Each primitive covers one rectangle of the screen. Paint callbacks are not used here.
             if let Primitive::Mesh(mesh) = &mesh.primitive {
                 self.cost.0 += PassCost { draws: 1, instances: 1, triangles: mesh.indices.len() as u64 / 3 };
                 self.cost.1 += (size_of_val(&mesh.indices[..]) + size_of_val(&mesh.vertices[..])) as u64;
@@ -86,13 +86,13 @@ impl UiPass {
         self.renderer.render(&mut pass, &meshes, &screen);
     }
 
-    /// For an output that is not drawn, because the window takes no picture now: egui sends its textures once, so they are
-    /// kept.
+    /// Takes the textures of an output that is not drawn, because the window has no surface now: egui sends each
+    /// texture once.
     pub fn keep_textures(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, mut output: FullOutput) {
         self.take_textures(device, queue, &mut output);
     }
 
-    /// What was drawn, and the bytes that were written for it, since the last call.
+    /// Returns the cost and the bytes written since the last call.
     pub fn take_cost(&mut self) -> (PassCost, u64) {
         std::mem::take(&mut self.cost)
     }

@@ -1,18 +1,18 @@
-//! The area that the shadow maps cover. In: the sun's direction, a camera. Out: squares of ground and their projections.
+//! Area that the shadow maps cover. In: the sun's direction, a camera. Out: squares of ground and their projections.
 
 use crate::render::view_projection::ViewFrustum;
 use glam::{Mat4, Vec3, camera::rh};
 
-/// Half the width of the map of moving things for a perspective picture, metres: 3.1 cm a texel at 2048.
+/// Half width of the map of moving objects for a perspective picture, m: 3.1 cm a texel at 2048.
 const MOVING_M: f32 = 32.0;
-/// Half the widths of the maps of standing things, metres: 6 cm and 18 cm a texel at 2048.
+/// Half widths of the near and the far map of static objects, m: 6 cm and 18 cm a texel at 2048.
 const STANDING_M: [f32; 2] = [64.0, 184.0];
-/// Grids on which the maps of standing things follow the camera, metres.
+/// Grids on which the maps of static objects follow the camera, m.
 pub(super) const STEP_M: [f32; 2] = [12.0, 36.0];
-/// Half the depth of both maps beyond their half width, metres: the highest tree's shadow.
+/// Additional half depth of all maps beyond their half width, m: covers the highest tree's shadow.
 const HEIGHT_M: f32 = 40.0;
 
-/// The square of ground that a map covers, seen from the sun.
+/// Square of ground that a map covers, seen from the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ShadowCover {
     to_sun: Vec3,
@@ -20,8 +20,8 @@ pub(super) struct ShadowCover {
     half_m: f32,
 }
 
-/// The ground that the maps cover: ahead of a perspective eye and some way behind it, for the mirror; all of a parallel
-/// picture.
+/// Returns the ground that the maps cover. For a perspective picture: ahead of the eye, and some way behind it for the
+/// mirror. For a parallel picture: all of it.
 pub(super) fn covers(to_sun: Vec3, optics: &ViewFrustum) -> [ShadowCover; 3] {
     let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
     let ground = optics.camera.eye.with_z(0.0);
@@ -49,12 +49,13 @@ impl ShadowCover {
         2.0 * self.half_m / size as f32
     }
 
-    /// World to map.
+    /// Returns the transform from world to map.
     pub(super) fn clip_from_world(&self, size: u32) -> Mat4 {
         self.lens(size) * self.view()
     }
 
-    /// The sun's view to the map. The centre is moved to a whole texel, so that edges of shadows do not crawl while driving.
+    /// Returns the projection from the sun's view to the map. The centre is rounded to a whole texel, so that edges of
+    /// shadows do not crawl while driving.
     pub(super) fn lens(&self, size: u32) -> Mat4 {
         let view = self.view();
         let centre = view.transform_point3(self.centre);
@@ -65,7 +66,8 @@ impl ShadowCover {
         rh::proj::directx::orthographic(x - h, x + h, y - h, y + h, near, far)
     }
 
-    /// Whether a map of this ground still serves where one of `wanted` is: under the same sun, and not far from it.
+    /// Checks whether a map of this ground can stand in for `wanted`: same sun, same width, centre at most `most_m`
+    /// away.
     pub(super) fn serves(&self, wanted: &Self, most_m: f32) -> bool {
         self.to_sun == wanted.to_sun
             && self.half_m == wanted.half_m
@@ -108,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_in_plan_is_covered_whole() {
+    fn a_picture_from_above_is_covered_whole() {
         let plan = optics(Vec3::new(10.0, 5.0, 400.0), Vec3::NEG_Z, Lens::Parallel { half_extent_m: 50.0 });
         for cover in covers(TO_SUN, &plan) {
             for corner in [Vec3::new(95.0, 55.0, 0.0), Vec3::new(-75.0, -45.0, 0.0)] {
@@ -120,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_is_drawn_anew_only_every_few_metres() {
+    fn static_shadow_maps_are_redrawn_only_every_few_metres() {
         let lens = Lens::Perspective { fov_x_rad: 1.1 };
         for (layer, most) in [(1, 10), (2, 4)] {
             let mut places: Vec<ShadowCover> = Vec::new();

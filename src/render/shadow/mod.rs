@@ -1,11 +1,11 @@
 //! First pass: shadow maps. In: cars and trees. Out: depth maps seen from the sun.
 //!
-//! One map holds what moves (cars), drawn every frame around the camera. Two hold what stands (trees), near by and far off;
-//! they follow the camera in steps. The next one is drawn a part in each frame onto a spare layer, while the last one still
-//! serves: a forest has thousands of corners, and no frame shall wait for all of them. Where no map serves (at first, under
-//! another sun, after a leap of the camera) it is drawn whole at once. All maps move by whole texels, so that the edges of
-//! shadows stay on the ground while the camera drives, and each map has the same shadows where it lies over the one before
-//! it.
+//! One map holds moving objects (cars) and is drawn every frame around the camera. Two hold static objects (trees),
+//! near and far; they follow the camera in steps. Their next map is drawn onto a spare layer, a part in each frame,
+//! while the old one is still in use: a forest has thousands of vertices, and no frame should wait for all of them. If
+//! no map can be used (at first, under another sun, after a jump of the camera), one is drawn whole at once. All maps
+//! move by whole texels: the edges of shadows stay on the ground while the camera drives, and a new map has the same
+//! shadows as the old one where they overlap.
 
 mod cover;
 
@@ -27,87 +27,87 @@ use crate::scene::View;
 use cover::{STEP_M, ShadowCover, covers};
 use glam::Vec3;
 
-/// What throws those shadows where leaves do.
+/// Level of the trees in the near and the far map, where leaf cards cast shadows.
 const SHADES: [TreeDetail; 2] = [TreeDetail::Near, TreeDetail::Mid];
-/// Width of a texel from which cars throw the shadow of their far body where shadows are not fine, metres.
+/// Texel width from which cars cast the shadow of their far level, where shadows are not fine, m.
 const FAR_M: f32 = 0.025;
-/// From which they throw that of a lump, wherever.
+/// Texel width from which all cars cast the shadow of their coarse shape, m.
 const COARSE_M: f32 = 0.05;
-/// And from which that of their plan.
+/// Texel width from which cars cast the shadow of their outline, m.
 const PLAN_M: f32 = 0.16;
-/// Frames over which a map of standing things is drawn.
+/// Number of frames over which a map of static objects is drawn.
 const PARTS: usize = 12;
-/// How far, in steps of its grid, such a map may lag: far enough for 250 km/h at 60 frames a second and for 60 at 15.
+/// Maximum lag of such a map, in steps of its grid: enough for 250 km/h at 60 frames a second and for 60 km/h at 15.
 const MOST_STEPS: f32 = 2.5;
-/// Layers: of moving things, of standing ones near by and far off, and the spare one.
+/// Number of layers: moving objects, near and far static objects, spare.
 const LAYERS: u32 = 4;
 
-/// The pipeline; made anew when shaders are reloaded.
+/// Pipelines of the pass; created anew when shaders are reloaded.
 #[derive(Debug)]
 pub struct ShadowPipeline {
     solid: wgpu::RenderPipeline,
-    /// For leaf cards; none where trees throw the shadows of solid lumps.
+    /// Pipeline for leaf cards; `None` if trees cast the shadows of solid shapes.
     leaves: Option<wgpu::RenderPipeline>,
 }
 
-/// The pass.
+/// Shadow pass with its maps.
 #[derive(Debug)]
 pub struct ShadowPass {
     layout: wgpu::PipelineLayout,
     maps: wgpu::TextureView,
-    /// The first one holds what moves.
+    /// Layers of the maps; the first one holds the moving objects.
     layers: [ShadowLayer; LAYERS as usize],
-    /// Near by and far off.
+    /// Near and far map of static objects.
     standing: [StaticShadowMap; 2],
-    /// The layer that is in nobody's use.
+    /// Index of the unused layer.
     spare: usize,
     next: Option<PendingShadowMap>,
     size: u32,
-    /// Leaf cards throw shadows with gaps; otherwise solid lumps do, at a tenth of the work.
+    /// True if leaf cards cast shadows with gaps; otherwise solid shapes do, at a tenth of the work.
     fine: bool,
 }
 
-/// A map of standing things in use.
+/// Map of static objects in use.
 #[derive(Clone, Copy, Debug)]
 struct StaticShadowMap {
     layer: usize,
-    /// What it covers, once it has been drawn.
+    /// Ground that it covers; `None` before it has been drawn.
     cover: Option<ShadowCover>,
 }
 
-/// The map that will take another one's place.
+/// Map that is being drawn and will replace another.
 #[derive(Debug)]
 struct PendingShadowMap {
-    /// Which of the standing ones'.
+    /// Index of the static map that it will replace.
     place: usize,
     cover: ShadowCover,
     batches: InstanceBatches,
-    /// Parts that have been drawn.
+    /// Number of parts that have been drawn.
     done: usize,
 }
 
-/// A pass to be drawn in this frame.
+/// Pass to be drawn in this frame.
 struct ShadowWork {
     layer: usize,
     batches: InstanceBatches,
-    /// Onto an empty map, or onto what is there.
+    /// True to clear the map first, false to add to it.
     clear: bool,
 }
 
-/// What the other passes need to look up shadows.
+/// Transforms with which the other passes look up shadows.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowLookup {
     /// Rows of the rotation from the world into the sun's view.
     pub rows: [Vec3; 3],
-    /// From the sun's view to the maps: factors. Moving, standing near by, standing far off.
+    /// Scale from the sun's view to each map: moving, near static, far static.
     pub scale: [Vec3; 3],
-    /// And what is added after them.
+    /// Offset added after the scale, by map.
     pub shift: [Vec3; 3],
-    /// Layers of the maps' texture, likewise.
+    /// Layer in the maps' texture, by map.
     pub layer: [usize; 3],
-    /// Width of a texel, metres, likewise.
+    /// Width of a texel, m, by map.
     pub texel_m: [f32; 3],
-    /// Texels on a side.
+    /// Number of texels along a map's side.
     pub size: u32,
 }
 
@@ -120,7 +120,7 @@ struct ShadowLayer {
 }
 
 impl ShadowPass {
-    /// Maps of the size and fineness that the quality asks for.
+    /// Creates maps of the size and fineness that the quality asks for.
     pub fn new(device: &wgpu::Device, meshes: &StaticMeshes, quality: &Quality) -> Self {
         let size = quality.shadow_size;
         let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
@@ -208,10 +208,10 @@ impl ShadowPass {
         }
     }
 
-    /// The pass's pipeline.
+    /// Creates the pass's pipelines.
     ///
     /// # Errors
-    /// What is wrong with the shader.
+    /// A mistake in a shader.
     pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ShadowPipeline, ShaderFault> {
         let desc = PipelineDesc {
             program: "shadow",
@@ -223,7 +223,7 @@ impl ShadowPass {
                 depth_write_enabled: Some(true),
                 depth_compare: Some(wgpu::CompareFunction::LessEqual),
                 stencil: Default::default(),
-                // Against acne; the rest is done by the receiver's offset along its normal (`light.wgsl`).
+                // Against shadow acne; the receiver's offset along its normal does the rest (`light.wgsl`).
                 bias: wgpu::DepthBiasState { constant: 0, slope_scale: 1.5, clamp: 0.0 },
             }),
             cull: None,
@@ -237,18 +237,18 @@ impl ShadowPass {
         Ok(ShadowPipeline { solid: builder.pipeline(&desc)?, leaves })
     }
 
-    /// All maps, for binding.
+    /// Returns all maps, for binding.
     pub fn maps(&self) -> &wgpu::TextureView {
         &self.maps
     }
 
-    /// Forgets the standing maps, so that the next picture draws them anew.
+    /// Discards the static maps, so that the next picture draws them anew.
     pub fn forget(&mut self) {
         self.next = None;
         self.standing.iter_mut().for_each(|map| map.cover = None);
     }
 
-    /// Draws what throws shadows into the picture of `optics`.
+    /// Draws the shadow casters for the picture of `optics`.
     pub fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -290,12 +290,12 @@ impl ShadowPass {
         (lights, cost)
     }
 
-    /// All of a standing map, if none that is there or under way serves any more.
+    /// Returns the work for a whole static map, if the one in use no longer serves.
     fn at_once(&mut self, meshes: &StaticMeshes, view: &View, wanted: ShadowCover, place: usize) -> Option<ShadowWork> {
         let most_m = MOST_STEPS * STEP_M[place];
         let map = &mut self.standing[place];
         let serves = map.cover.is_some_and(|cover| cover.serves(&wanted, most_m));
-        // One that is under way from before must not take the place of a newer one.
+        // A pending map from before must not replace a newer one.
         self.next.take_if(|next| next.place == place && !(serves && next.cover.serves(&wanted, most_m)));
         if serves {
             return None;
@@ -306,7 +306,7 @@ impl ShadowPass {
         Some(ShadowWork { layer, batches, clear: true })
     }
 
-    /// A part of the map that will take the place of one that lags; with its last part it does.
+    /// Returns the work for one part of the map that will replace a lagging one, and replaces it after the last part.
     fn part_of_next(&mut self, meshes: &StaticMeshes, view: &View, wanted: [ShadowCover; 2]) -> Option<ShadowWork> {
         let lags = |place: &usize| self.standing[*place].cover != Some(wanted[*place]);
         if self.next.is_none()
@@ -329,7 +329,7 @@ impl ShadowPass {
         Some(work)
     }
 
-    /// What throws the shadows of trees in a standing map.
+    /// Returns the level of detail of the trees that cast shadows in a static map.
     fn shade(&self, place: usize) -> TreeDetail {
         if self.fine { SHADES[place] } else { TreeDetail::Shade }
     }
@@ -349,7 +349,7 @@ impl ShadowLayer {
         let around = SceneContents { forest: trees.map(|_| &meshes.forest), ..Default::default() };
         let cars = if trees.is_some() { &[][..] } else { &view.cars };
         let detail = trees.unwrap_or(TreeDetail::Shade);
-        // Where a texel is as wide as a pillar, a lump has the same shadow.
+        // If a texel is as wide as a pillar, the coarse shape has the same shadow.
         let car = match cover.texel_m(size) {
             texel_m if texel_m > PLAN_M => CarDetail::Plan,
             texel_m if texel_m > COARSE_M => CarDetail::Shade,

@@ -1,11 +1,11 @@
-//! The light of the sky by atmospheric scattering, on the CPU. In: the direction to the sun and how far one sees. Out: the
-//! sun's light, the sky's light by direction and as harmonics for surfaces, and what the air takes from a view along the
-//! ground.
+//! The light of the sky by atmospheric scattering, on the CPU. In: the direction to the sun and the visibility. Out:
+//! the sun's light, the sky's light by direction and as harmonics for surfaces, and the extinction along a horizontal
+//! view.
 //!
-//! Rayleigh, haze and ozone in a spherical atmosphere: single scattering along each ray, all higher orders by the closed
-//! sum of Hillaire 2020 (A Scalable and Production Ready Sky and Atmosphere Rendering Technique, section 5.5). The
-//! strength of haze follows from the visibility by Koschmieder 1924: a contrast of 2 % is left at that distance.
-//! Lengths inside are kilometres; radiance is in units of about that of a white sheet in full daylight.
+//! Rayleigh scattering, haze and ozone in a spherical atmosphere: single scattering along each ray, all higher orders
+//! by the closed sum of Hillaire 2020 (A Scalable and Production Ready Sky and Atmosphere Rendering Technique, section
+//! 5.5). The amount of haze follows from the visibility by Koschmieder 1924: a contrast of 2 % is left at that
+//! distance. Lengths inside are kilometres; radiance is in units of about a white sheet in full daylight.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -13,48 +13,49 @@ use std::f32::consts::{PI, TAU};
 
 /// Side of the sky's picture, texels; a power of two.
 pub const SIZE: usize = 64;
-/// Radius of the horizon in that picture as a share of half its side: beyond it the horizon goes on, for the filter.
+/// Radius of the horizon in that picture as a share of half its side; beyond it the horizon continues, for the filter.
 pub const RIM: f32 = 0.96;
 
-/// Radiance of a white sheet that faces the sun above the air, on a camera balanced for daylight at the ground.
+/// Radiance of a white sheet that faces the sun above the atmosphere, for a camera balanced for daylight at the ground.
 const SUN: Vec3 = Vec3::new(1.56, 1.70, 1.86);
-/// Radii of ground and top of the air.
+/// Radii of the ground and of the top of the atmosphere.
 const GROUND_KM: f32 = 6360.0;
 const TOP_KM: f32 = 6440.0;
-/// Scattering of clean air at the ground, 1/km, at 680, 550 and 440 nm, and its scale height (Hillaire 2020, table 1, as in
-/// Bruneton 2017): together a tenth more than the measured depth of the air (Hansen and Travis 1974).
+/// Rayleigh scattering at the ground, 1/km, at 680, 550 and 440 nm, and its scale height (Hillaire 2020, table 1, as in
+/// Bruneton 2017). Together they give an optical depth a tenth above the measured one (Hansen and Travis 1974).
 const RAYLEIGH: Vec3 = Vec3::new(5.802e-3, 13.558e-3, 33.1e-3);
 const RAYLEIGH_KM: f32 = 8.0;
-/// Absorption of ozone at 25 km, 1/km (the same table).
+/// Absorption of ozone at an altitude of 25 km, 1/km (the same table).
 const OZONE: Vec3 = Vec3::new(0.650e-3, 1.881e-3, 0.085e-3);
-/// Haze: colour of its extinction (an Angstrom exponent of 0.25, that of coarse grains: finer ones would make the air
-/// around a low sun white, whose own light is yellow), share that it scatters, asymmetry (Henyey-Greenstein), scale height.
+/// Haze: colour of its extinction, scattering albedo, asymmetry (Henyey-Greenstein), scale height. The colour is an
+/// Angstrom exponent of 0.25, for coarse grains: finer ones would make the air around a low sun white, although its own
+/// light is yellow.
 const HAZE: Vec3 = Vec3::new(0.95, 1.0, 1.06);
 const HAZE_ALBEDO: f32 = 0.92;
 const HAZE_FORWARD: f32 = 0.76;
 const HAZE_KM: f32 = 1.2;
-/// What the land reflects.
+/// Albedo of the land.
 const LAND: Vec3 = Vec3::new(0.115, 0.135, 0.065);
-/// Altitudes that are tabulated, from the ground to the top, denser below.
+/// Number of tabulated altitudes, from the ground to the top, denser near the ground.
 const LEVELS: usize = 40;
-/// Luminance of a colour.
+/// Weights of the luminance of a colour.
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
-/// Light of one hour.
+/// Light at one time of day.
 #[derive(Clone, Debug)]
 pub struct Sky {
     /// Unit direction towards the sun.
     pub to_sun: Vec3,
-    /// Distance at which 2 % of a contrast is left, metres.
+    /// Distance at which 2 % of a contrast is left, m.
     pub visibility_m: f32,
     /// Radiance of a white sheet that faces the sun, without the sky's light.
     pub sun: Vec3,
-    /// What the air takes from a view along the ground, 1/m.
+    /// Extinction along a horizontal view at the ground, 1/m.
     pub extinction_per_m: Vec3,
-    /// Coefficients of 1, y, z, x, xy, yz, 3z^2 - 1, xz, x^2 - y^2 of the radiance of a white sheet that faces (x, y, z),
-    /// without the sun: sky above, sunlit land below.
+    /// Coefficients of 1, y, z, x, xy, yz, 3z^2 - 1, xz, x^2 - y^2 for the radiance of a white sheet that faces (x, y,
+    /// z), without the sun: sky above, sunlit land below.
     pub harmonics: [Vec3; 9],
-    /// Factor on all light that puts this hour's daylight on the middle of the scale.
+    /// Factor on all light; maps the current daylight near the middle of the scale.
     pub exposure: f32,
     air: AtmosphereTables,
 }
@@ -63,16 +64,16 @@ pub struct Sky {
 #[derive(Clone, Debug)]
 struct AtmosphereTables {
     to_sun: Vec3,
-    /// Haze at the ground: extinction and scale height.
+    /// Haze at the ground: extinction, 1/km, and scale height, km.
     haze: Vec3,
     haze_km: f32,
-    /// By altitude: how much of the sun arrives, and what has been scattered more than once.
+    /// By altitude: transmitted share of the sun's light, and radiance scattered more than once.
     sun: [Vec3; LEVELS],
     many: [Vec3; LEVELS],
 }
 
 impl Sky {
-    /// The sky with the sun at `to_sun` (above the horizon) and this visibility.
+    /// Computes the sky for a sun at `to_sun` (above the horizon) and this visibility.
     pub fn new(to_sun: Vec3, visibility_m: f32) -> Self {
         let to_sun = to_sun.with_z(to_sun.z.max(0.02)).normalize();
         let air = AtmosphereTables::new(to_sun, visibility_m / 1000.0);
@@ -102,32 +103,33 @@ impl Sky {
             sun,
             extinction_per_m: air.extinction(0.0) / 1000.0,
             harmonics,
-            // As eyes do, leave some of the evening's darkness.
+            // Like the eye, leave some of the evening's darkness.
             exposure: 1.8 / daylight.sqrt(),
             air,
         }
     }
 
-    /// Factor on all light in a plan, which has no sky to be measured by and is read like a map: an hour leaves less of its
-    /// own darkness there, noon is as light as in other pictures.
+    /// Returns the factor on all light in a picture from above. Such a picture has no sky to compare with and is read
+    /// like a map: it keeps less of the evening's darkness, and noon is as light as in other pictures.
     pub fn plan_exposure(&self) -> f32 {
         // Daylight to the power of -0.85 rather than -0.5.
         1.06 * self.exposure * (self.exposure / 1.8).powf(0.7)
     }
 
-    /// Radiance of the sky in a direction, without the sun's disc; below the horizon, that of the horizon.
+    /// Returns the radiance of the sky in a direction, without the sun's disc; below the horizon, the radiance at the
+    /// horizon.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         self.air.radiance(direction)
     }
 
-    /// Radiance of a white sheet that faces `normal`, without the sun.
+    /// Returns the radiance of a white sheet that faces `normal`, without the sun.
     pub fn ambient(&self, normal: Vec3) -> Vec3 {
         let Vec3 { x, y, z } = normal;
         let basis = [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y];
         self.harmonics.iter().zip(basis).map(|(c, b)| *c * b).sum::<Vec3>().max(Vec3::ZERO)
     }
 
-    /// The sky as a picture of `SIZE` by `SIZE`: the zenith in the middle, east to the right, north downwards.
+    /// Returns the sky as a picture of `SIZE` by `SIZE`: the zenith in the middle, east to the right, north downwards.
     pub fn picture(&self) -> Vec<Vec3> {
         let half = SIZE as f32 / 2.0;
         let texel = |i: usize| {
@@ -147,7 +149,7 @@ impl AtmosphereTables {
         let mut air = Self {
             to_sun,
             haze: HAZE * haze,
-            // Thick haze is a shallow layer.
+            // Dense haze is a shallow layer.
             haze_km: HAZE_KM * (visibility_km / 12.0).clamp(0.2, 1.0),
             sun: [Vec3::ONE; LEVELS],
             many: [Vec3::ZERO; LEVELS],
@@ -156,7 +158,7 @@ impl AtmosphereTables {
             let depth: Vec3 = air.steps(altitude_km(level), to_sun, 32).map(|(h, step)| air.extinction(h) * step).sum();
             air.sun[level] = (-depth).exp();
         }
-        // Scattered more than once varies slowly: a few altitudes, and lines between them.
+        // Multiple scattering varies slowly: computed at a few altitudes, interpolated linearly between them.
         const COARSE: usize = 3;
         for level in (0..LEVELS).step_by(COARSE) {
             air.many[level] = air.scattered_on(altitude_km(level));
@@ -169,7 +171,7 @@ impl AtmosphereTables {
         air
     }
 
-    /// Middle altitudes and lengths of the pieces of a ray, up to the ground or out of the air.
+    /// Returns the middle altitude and the length of each piece of a ray, up to the ground or out of the atmosphere.
     fn steps(&self, from_km: f32, direction: Vec3, n: usize) -> impl Iterator<Item = (f32, f32)> + use<> {
         let r = GROUND_KM + from_km;
         let b = r * direction.z;
@@ -184,7 +186,7 @@ impl AtmosphereTables {
         })
     }
 
-    /// Scattering of air and haze, 1/km.
+    /// Returns the scattering of air and haze, 1/km.
     fn scattering(&self, h: f32) -> (Vec3, Vec3) {
         (RAYLEIGH * (-h / RAYLEIGH_KM).exp(), self.haze * (HAZE_ALBEDO * (-h / self.haze_km).exp()))
     }
@@ -197,7 +199,8 @@ impl AtmosphereTables {
         air + haze / HAZE_ALBEDO + OZONE * (1.0 - (h - 25.0).abs() / 15.0).max(0.0)
     }
 
-    /// Light scattered into `direction` along a ray; `seen(air, haze, altitude)` is what a kilometre scatters.
+    /// Returns the light scattered into `direction` along a ray, and the transmitted share; `seen(air, haze, altitude)`
+    /// is the light that a kilometre scatters.
     fn gathered(&self, from: f32, direction: Vec3, n: usize, seen: impl Fn(Vec3, Vec3, f32) -> Vec3) -> (Vec3, Vec3) {
         let (mut light, mut left) = (Vec3::ZERO, Vec3::ONE);
         for (h, step) in self.steps(from, direction, n) {
@@ -210,7 +213,7 @@ impl AtmosphereTables {
         (light, left)
     }
 
-    /// Radiance that arrives after two and more scatterings, equal from all sides (Hillaire 2020, equations 5 to 10).
+    /// Returns the radiance after two and more scatterings, equal in all directions (Hillaire 2020, equations 5 to 10).
     fn scattered_on(&self, h: f32) -> Vec3 {
         const N: usize = 40;
         let (mut second, mut share) = (Vec3::ZERO, Vec3::ZERO);
@@ -250,7 +253,7 @@ fn altitude_km(level: usize) -> f32 {
     (TOP_KM - GROUND_KM) * (level as f32 / (LEVELS - 1) as f32).powi(2)
 }
 
-/// Directions that cover the sphere evenly (a spiral of the golden angle).
+/// Returns directions that cover the sphere evenly (a spiral of the golden angle).
 fn sphere(n: usize) -> impl Iterator<Item = Vec3> {
     (0..n).map(move |i| {
         let z = 1.0 - (2.0 * i as f32 + 1.0) / n as f32;
@@ -279,7 +282,7 @@ mod tests {
         assert!(zenith.z > 2.0 * zenith.x && horizon.z < 1.6 * horizon.x, "{zenith} {horizon}");
         assert!(light(horizon) > 1.5 * light(zenith), "{zenith} {horizon}");
         assert!(light(sky.radiance(sky.to_sun)) > 2.0 * light(zenith));
-        // Shade is lit by the sky to between an eighth and a third of full daylight (CIE clear sky, haze of summer).
+        // The sky lights shade to between an eighth and a third of full daylight (CIE clear sky, haze of summer).
         let share = light(sky.ambient(Vec3::Z)) / light(sky.ambient(Vec3::Z) + sky.sun * sky.to_sun.z);
         assert!((0.125..0.34).contains(&share), "{share}");
     }
@@ -304,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn the_harmonics_are_the_integral_of_the_light_over_what_a_surface_sees() {
+    fn the_harmonics_are_the_integral_of_the_light_on_a_surface() {
         let sky = at(30.0, 20_000.0);
         let n = 20_000;
         let whole: Vec3 =

@@ -1,10 +1,10 @@
-//! The picture of the sky with fair-weather clouds, painted once an hour on the CPU. In: the light of the hour ([`Sky`]).
-//! Out: a picture of the upper half of the sky, and how much of it clouds hide. Lengths are kilometres.
+//! The picture of the sky with fair-weather clouds, painted on the CPU when the time of day changes. In: the light
+//! ([`Sky`]). Out: a picture of the upper half of the sky, and the opacity of its clouds. Lengths are kilometres.
 //!
-//! Cumulus is marched through as a volume: flat bases at one height, tops that a noise of three dimensions breaks into
-//! heaps, lit by the sun through their own depth (Beer's law, with a second, thinner exponential for light that is
-//! scattered many times). Cirrus is a thin sheet far above. The clouds stand still: nothing on the screen moves that a
-//! driver could take for motion of the car.
+//! Cumulus is ray-marched as a volume: flat bases at one height, tops that a three-dimensional noise breaks into heaps.
+//! The sun lights it through its own depth (Beer's law, with a second, thinner exponential for light that is scattered
+//! many times). Cirrus is a thin sheet far above. The clouds stand still: nothing on the screen moves that a driver
+//! could take for motion of the vehicle.
 
 use super::atmosphere::{self, Sky};
 use crate::{render::textures::upload::side_by_side, rng};
@@ -15,32 +15,32 @@ use std::sync::OnceLock;
 /// Radius of the horizon in the picture as a share of half its side.
 pub const RIM: f32 = 0.98;
 
-/// Heights of the cumulus' bases and of the highest tops above them.
+/// Height of the cumulus' bases, and of the highest tops above them.
 const BASE_KM: f32 = 1.25;
 const DEPTH_KM: f32 = 0.85;
-/// What a kilometre of dense cloud takes from a ray, as an exponent.
+/// Extinction of dense cloud, 1/km.
 const DENSITY_PER_KM: f32 = 16.0;
 /// Height of the cirrus.
 const CIRRUS_KM: f32 = 7.0;
-/// Repetition of the map of heaps, and of the noise that breaks them.
+/// Period of the map of heaps, and of the noise that breaks them.
 const MAP_KM: f32 = 17.0;
 const NOISE_KM: f32 = 1.5;
 /// Sides of the two tables, powers of two.
 const MAP: usize = 256;
 const NOISE: usize = 64;
-/// Distances towards the sun at which a cloud's own shade is looked at.
+/// Distances towards the sun at which a cloud's own shade is sampled.
 const TOWARDS_SUN_KM: [f32; 4] = [0.05, 0.14, 0.30, 0.62];
 
-/// Tables from which clouds are made.
+/// Tables from which clouds are computed.
 struct CloudTables {
-    /// Where heaps stand, 0..1, periodic.
+    /// Map of heaps, 0 to 1, periodic.
     map: Vec<f32>,
-    /// Billows, 0..1, periodic in three dimensions.
+    /// Billow noise, 0 to 1, periodic in three dimensions.
     noise: Vec<f32>,
 }
 
-/// The picture, `side` by `side`: the zenith in the middle, east to the right, north downwards, stereographic: radiance, and
-/// the opacity of the clouds in w. Beyond the rim, the horizon.
+/// Paints the picture, `side` by `side`, stereographic, with the zenith in the middle, east to the right, north
+/// downwards. Each texel is the radiance, and the opacity of the clouds in w. Beyond the rim, the horizon continues.
 pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
     let weather = CloudTables::shared();
     let clear = sky.picture();
@@ -57,13 +57,13 @@ pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
     (0..side * side).into_par_iter().map(texel).collect()
 }
 
-/// Makes what every sky's clouds are made from, while there is other work to do beside it.
+/// Computes the shared tables of the clouds ahead of their use, in parallel with other work.
 pub fn prepare() {
     CloudTables::shared();
 }
 
 impl CloudTables {
-    /// The one weather there is, made at the first call.
+    /// Returns the shared tables, computed at the first call.
     fn shared() -> &'static Self {
         static WEATHER: OnceLock<CloudTables> = OnceLock::new();
         WEATHER.get_or_init(Self::new)
@@ -99,12 +99,12 @@ impl CloudTables {
         Self { map, noise }
     }
 
-    /// Over what share of the map's range a heap stands at a place; negative between heaps.
+    /// Returns the height of the map above the threshold of a heap at a place; negative between heaps.
     fn heap(&self, p: Vec3) -> f32 {
         fast_plane::<MAP>(&self.map, p.truncate() * (MAP as f32 / MAP_KM)) - 0.61
     }
 
-    /// Density of cumulus at a place, 0..1.
+    /// Returns the density of cumulus at a place, 0 to 1.
     fn density(&self, p: Vec3) -> f32 {
         let h = (p.z - BASE_KM) / DEPTH_KM;
         let heap = self.heap(p);
@@ -120,17 +120,18 @@ impl CloudTables {
         (left * 2.6).clamp(0.0, 1.0) * (h * 9.0).min(1.0)
     }
 
-    /// Light, weighted with the opacity in w, of the clouds in a direction where the open sky's light is `open`.
+    /// Returns the light of the clouds in a direction, weighted with the opacity in w; `open` is the clear sky's light
+    /// there.
     fn seen(&self, direction: Vec3, open: Vec3, sky: &Sky) -> Vec4 {
         let up = direction.z;
-        // Clouds behind the horizon's haze are left to the haze.
+        // Clouds near the horizon fade into its haze.
         let clear = ((up - 0.018) / 0.09).clamp(0.0, 1.0);
         if clear == 0.0 {
             return Vec4::ZERO;
         }
         let cosine = direction.dot(sky.to_sun);
         let forward = |g: f32| (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).powf(1.5);
-        // Of a thick cloud, light from all sides and some from the sun's own side; 1 is that of a white sheet.
+        // For a thick cloud: light from all sides, and some forward scattering near the sun; 1 is a white sheet.
         let phase = 0.52 + 0.10 * forward(0.55).min(3.0);
         let sky_above = sky.ambient(Vec3::Z);
         let ground = sky.ambient(-Vec3::Z);
@@ -141,7 +142,7 @@ impl CloudTables {
         while step < steps {
             let h = (step as f32 + 0.5) / steps as f32;
             let p = direction * ((BASE_KM + DEPTH_KM * h) / up);
-            // The further from a heap on the map, the further to the next.
+            // The further from a heap on the map, the longer the step.
             let heap = self.heap(p);
             step += 1 + (-heap * 6.0).max(0.0) as usize;
             let density = if heap > 0.0 { self.density(p) } else { 0.0 };
@@ -170,14 +171,14 @@ impl CloudTables {
         let cirrus = self.cirrus(direction);
         let behind = (sky.sun * (0.42 + 0.05 * forward(0.7).min(6.0)) + sky_above * 0.6) * cirrus;
         let whole = (light + left * behind).extend(opacity + left * cirrus);
-        // The air in between, most of whose haze lies below the clouds.
+        // The air in front of the clouds; most of the haze lies below them.
         let far_m = 1000.0 * BASE_KM / up;
         let clean = (-sky.extinction_per_m * (far_m * 0.35)).exp();
         let colour = whole.truncate() * clean + open * (Vec3::ONE - clean) * whole.w;
         colour.extend(whole.w) * (clear * clear * (3.0 - 2.0 * clear))
     }
 
-    /// Opacity of the high sheet: threads drawn out by the wind, in fields.
+    /// Returns the opacity of the cirrus: threads drawn out by the wind, in fields.
     fn cirrus(&self, direction: Vec3) -> f32 {
         let p = direction.truncate() * (CIRRUS_KM / (direction.z + 0.06));
         let along = Vec2::new(0.83 * p.x + 0.56 * p.y, 0.83 * p.y - 0.56 * p.x);
@@ -190,8 +191,8 @@ impl CloudTables {
     }
 }
 
-/// The sky's own picture at a place in texels by cubic B-splines: between texels so far apart a straight line shows its
-/// bends.
+/// Interpolates the sky's picture at a place in texels by cubic B-splines: on texels this coarse, linear interpolation
+/// shows its kinks.
 fn smooth_between(picture: &[Vec3], p: Vec2) -> Vec3 {
     let cell = p.floor();
     let weights = |t: f32| {
@@ -208,7 +209,7 @@ fn smooth_between(picture: &[Vec3], p: Vec2) -> Vec3 {
     (0..4).map(|k| row(cell.y + k as f32 - 1.0) * down[k]).sum()
 }
 
-/// A periodic lattice of `n` by `n`, smoothly interpolated at a place in cells.
+/// Interpolates a periodic lattice of `n` by `n` smoothly, at a place in cells.
 #[inline]
 fn plane(lattice: &[f32], n: usize, p: Vec2) -> f32 {
     let cell = p.floor();
@@ -222,7 +223,7 @@ fn plane(lattice: &[f32], n: usize, p: Vec2) -> f32 {
     low + (high - low) * f.y
 }
 
-/// The tables' own lookups, millions of them: straight lines between texels, and a side of a power of two.
+/// Interpolates a periodic table linearly, with a side of a power of two: fast, because it is called millions of times.
 #[inline]
 fn fast_plane<const N: usize>(table: &[f32], p: Vec2) -> f32 {
     let cell = p.floor();
@@ -243,7 +244,7 @@ fn fast_solid<const N: usize>(table: &[f32], p: Vec3) -> f32 {
     low + (high - low) * (p.z - cell)
 }
 
-/// The same in three dimensions.
+/// Interpolates a periodic lattice of `n` by `n` by `n` smoothly, at a place in cells.
 fn solid(lattice: &[f32], n: usize, p: Vec3) -> f32 {
     let cell = p.z.floor();
     let f = p.z - cell;
@@ -271,13 +272,12 @@ mod tests {
             for texel in &picture {
                 assert!(texel.is_finite() && (0.0..=1.001).contains(&texel.w), "{texel}");
             }
-            // On the side away from the sun's own glare, clouds are no brighter than half as much again as a white sheet
-            // that faces the sun.
+            // Away from the sun's glare, clouds are at most half as bright again as a white sheet that faces the sun.
             let west = picture.iter().enumerate().filter(|(i, t)| i % side < side / 2 && t.w > 0.9);
             let brightest = west.fold(Vec3::ZERO, |most, (_, t)| most.max(t.truncate()));
             let sheet = sky.sun + sky.ambient(Vec3::Z);
             assert!((brightest / sheet).max_element() < 1.5, "{brightest} {sheet}");
-            // They end in the haze before the horizon does, and the open sky is the air's own.
+            // Clouds end in the haze above the horizon, and the clear sky is the atmosphere's own.
             assert!(picture[side / 2].w < 0.02 && picture[side / 2 * side].w < 0.02);
             let middle = (side / 2) * side + side / 2;
             let open = |k: usize| (picture[k].truncate() / sky.radiance(Vec3::Z) - 1.0).abs().max_element();

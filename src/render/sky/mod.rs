@@ -1,5 +1,5 @@
-//! The sky: its light ([`atmosphere`]), its `clouds`, and both on the device ([`sky_pass`]). In: the hour and how far one sees.
-//! Out: bindings of the scene's pass.
+//! The sky: its light ([`atmosphere`]), its `clouds`, and both on the device ([`sky_pass`]). In: the direction to the
+//! sun and the visibility. Out: bindings for the scene's pass.
 
 pub mod atmosphere;
 pub(super) mod clouds;

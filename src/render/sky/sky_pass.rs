@@ -1,6 +1,6 @@
-//! The sky on the device: its picture with reduced sizes for dull reflections, its clouds, and the numbers of the light.
-//! In: a view's sun and visibility. Out: bindings. Filled when the hour changes, that is once a drive; nothing is allocated
-//! on the device for it.
+//! The sky on the device: its picture with mip levels for dull reflections, its clouds, and the uniforms of the light.
+//! In: a view's sun and visibility. Out: bindings. They are filled when the time of day changes, i.e. once a drive,
+//! without new allocations on the device.
 
 use super::{
     atmosphere::{SIZE, Sky},
@@ -9,12 +9,12 @@ use super::{
 use crate::render::device::{cost::CountedQueue, layout::Air};
 use glam::Vec3;
 
-/// Where the sun's colour lies in the buffer: uniforms are bound at multiples of this.
+/// Offset of the sun's colour in the buffer, bytes: uniforms are bound at multiples of this.
 const SUN_AT: u64 = 256;
-/// Reduced sizes of the sky, the whole one among them: the smallest is 4 by 4.
+/// Number of mip levels of the sky: the smallest is 4 by 4.
 const LEVELS: u32 = SIZE.ilog2() - 1;
 
-/// Sky and light.
+/// Sky and light on the device.
 #[derive(Debug)]
 pub struct SkyPass {
     uniform: wgpu::Buffer,
@@ -26,7 +26,7 @@ pub struct SkyPass {
     sky: Option<Sky>,
 }
 
-/// The bindings of the clouds' picture, group 1 of the sky's program.
+/// Creates the layout of the clouds' picture, group 1 of the sky's program.
 pub fn clouds_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("clouds"),
@@ -44,7 +44,7 @@ pub fn clouds_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 }
 
 impl SkyPass {
-    /// Buffers and textures, still empty; the clouds' picture is to be `clouds_side` texels wide.
+    /// Creates empty buffers and textures; the clouds' picture is `clouds_side` texels wide.
     pub fn new(device: &wgpu::Device, clouds_side: u32) -> Self {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("sky"),
@@ -94,7 +94,7 @@ impl SkyPass {
         }
     }
 
-    /// The light's numbers, the sun's colour, the sky's picture and its sampler.
+    /// Returns the uniforms of the light, the sun's colour, the sky's picture and its sampler.
     pub fn resources(&self) -> [wgpu::BindingResource<'_>; 4] {
         let part = |offset, size| {
             let size = wgpu::BufferSize::new(size);
@@ -108,12 +108,12 @@ impl SkyPass {
         ]
     }
 
-    /// The clouds, for the sky's program.
+    /// Returns the clouds, for the sky's program.
     pub fn clouds(&self) -> &wgpu::BindGroup {
         &self.clouds_group
     }
 
-    /// Makes the sky that of this sun and visibility, and gives it.
+    /// Computes and uploads the sky for this sun and visibility, unless it is the current one; returns it.
     pub fn fit(&mut self, queue: &CountedQueue, to_sun: Vec3, visibility_m: f32) -> &Sky {
         let same = |sky: &Sky| sky.to_sun == to_sun && sky.visibility_m == visibility_m;
         if !self.sky.as_ref().is_some_and(same) {
@@ -123,10 +123,10 @@ impl SkyPass {
         self.sky.as_ref().expect("made above")
     }
 
-    /// A sky, written to the device.
+    /// Computes a sky and writes it to the device.
     fn make(&self, queue: &CountedQueue, to_sun: Vec3, visibility_m: f32) -> Sky {
         let mut sky = Sky::new(to_sun, visibility_m);
-        // As asked for, so that it is found again.
+        // The requested direction, so that the next comparison matches.
         sky.to_sun = to_sun;
         let wide = |v: Vec3| v.extend(0.0).to_array();
         let air = Air { extinction: wide(sky.extinction_per_m), harmonics: sky.harmonics.map(wide) };
@@ -161,10 +161,10 @@ impl SkyPass {
     }
 }
 
-/// A number from 0 to 65504 as a 16-bit float, cut off.
+/// Converts a number from 0 to 65504 to a 16-bit float, truncated.
 fn half(value: f32) -> u16 {
     let bits = value.clamp(0.0, 65504.0).to_bits();
-    // From a bias of 127 and 23 bits to one of 15 and 10; below 2^-14 there is only darkness.
+    // From a bias of 127 and 23 bits to one of 15 and 10; below 2^-14 the result is only roughly right, near 0.
     ((bits >> 13).saturating_sub((127 - 15) << 10)) as u16
 }
 

@@ -1,11 +1,11 @@
-//! Far trees: what a tree looks like from sixteen sides and from above, painted once from its finest model. In: meshes and
-//! their leaves ([`leaf_textures`]). Out: an array texture; a tree some 50 pixels high is two triangles with a picture of the
-//! thousand that it has near by, in the same light.
+//! Far trees: pictures of a tree from sixteen sides and from above, painted once from its finest model. In: meshes and
+//! their leaves ([`leaf_textures`]). Out: an array texture; a tree about 50 pixels high is two triangles with a picture
+//! instead of a thousand triangles, in the same light.
 //!
-//! Layers come in pairs: the square root of the albedo with the cover in a, then the normal in the tree's own
-//! frame with the share of leaves (the rest is bark) in a. Pair
-//! `kind * VIEWS + view`; a view's eye stands at the azimuth `view / SIDES` of a turn, the last one's above. The picture
-//! holds the tree's ball: its middle is the middle of the model's height, its half side [`ImpostorExtent::half_m`].
+//! Layers come in pairs. The first has the square root of the albedo, with the cover in a. The second has the normal in
+//! the tree's own frame, with the share of leaves in a; the rest is bark. Pair `kind * VIEWS + view`; a view's eye is
+//! at the azimuth `view / SIDES` of a turn, the last one's above. The picture holds the tree's bounding sphere: its
+//! middle is the middle of the model's height, its half side [`ImpostorExtent::half_m`].
 
 use super::{
     leaf_textures::{self, LeafLayers},
@@ -16,9 +16,9 @@ use glam::{Vec2, Vec3, vec2};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
-/// Pictures around a tree.
+/// Number of pictures around a tree.
 pub const SIDES: usize = 16;
-/// And one from above.
+/// Number of pictures with the one from above.
 pub const VIEWS: usize = SIDES + 1;
 /// Side of a picture, texels; a power of two.
 const SIZE: usize = 128;
@@ -27,32 +27,32 @@ const LEVELS: u32 = SIZE.ilog2();
 /// Cover, albedo, normal, share of leaves.
 type ImpostorTexel = [f32; 8];
 
-/// Half the side of a model's pictures, metres, and the height of their middle.
+/// Half the side of a model's pictures, and the height of their middle.
 #[derive(Clone, Copy, Debug)]
 pub struct ImpostorExtent {
-    /// Half the side, metres.
+    /// Half the side, m.
     pub half_m: f32,
-    /// Height of the middle above the foot, metres.
+    /// Height of the middle above the foot, m.
     pub middle_m: f32,
-    /// Share of the half side that the tree takes across, seen from a side or, all around, from above, and in height:
-    /// beyond, all pictures are empty.
+    /// Filled share of the half side: horizontally, for side views and around the middle for the view from above; and
+    /// vertically. Beyond it all pictures are empty.
     pub filled: [f32; 2],
 }
 
 impl ImpostorExtent {
-    /// Of a model with its foot at the origin.
+    /// Computes the extent of a model with its foot at the origin.
     pub fn of(mesh: &Mesh) -> Self {
         let reach = mesh.vertices.iter().map(|v| Vec2::new(v.position[0], v.position[1]).length()).fold(0.0, f32::max);
         let high = mesh.vertices.iter().map(|v| v.position[2]).fold(0.0, f32::max);
         let half_m = reach.max(high / 2.0) * 1.02;
-        // And a texel more for the filter.
+        // One texel more for the filter.
         let low = mesh.vertices.iter().map(|v| v.position[2]).fold(0.0, f32::min);
         let filled = [reach, high / 2.0 - low].map(|m| (m / half_m + 2.0 / SIZE as f32).min(1.0));
         Self { half_m, middle_m: high / 2.0, filled }
     }
 }
 
-/// The pictures of all `trees` as bytes by reduced size, in the layers told above.
+/// Paints the pictures of all `trees`: bytes by mip level, in the layers described above.
 pub fn paint(trees: &[Mesh]) -> Vec<Vec<u8>> {
     let layers = leaf_textures::layers();
     let views: Vec<(&Mesh, usize)> = trees.iter().flat_map(|mesh| (0..VIEWS).map(move |view| (mesh, view))).collect();
@@ -75,12 +75,12 @@ pub fn paint(trees: &[Mesh]) -> Vec<Vec<u8>> {
     (0..LEVELS as usize).map(level).collect()
 }
 
-/// Brings them to the device.
+/// Uploads the pictures to the device.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, levels: &[Vec<u8>]) -> wgpu::TextureView {
     PaintedTexture { label: "far trees", side: SIZE, array: true, levels }.upload(device, queue)
 }
 
-/// Right, up and towards the eye of a view, tree's frame.
+/// Returns right, up and towards the eye of a view, in the tree's frame.
 fn axes(view: usize) -> [Vec3; 3] {
     if view == SIDES {
         return [Vec3::X, Vec3::Y, Vec3::Z];
@@ -89,12 +89,12 @@ fn axes(view: usize) -> [Vec3; 3] {
     [out.perp().extend(0.0), Vec3::Z, out.extend(0.0)]
 }
 
-/// A model seen from one side: triangles over one another by depth, cut out as the tree shader cuts them.
+/// Paints a model seen from one side: triangles by depth, cut out as in the tree shader.
 fn picture(mesh: &Mesh, layers: &LeafLayers, view: usize) -> Vec<ImpostorTexel> {
     let extent = ImpostorExtent::of(mesh);
     let [right, up, towards] = axes(view);
     let scale = SIZE as f32 / (2.0 * extent.half_m);
-    // Pixels and depth.
+    // Position in pixels, and depth.
     let place = |v: &Vertex| {
         let p = Vec3::from(v.position) - Vec3::Z * extent.middle_m;
         Vec3::new(p.dot(right) * scale, -p.dot(up) * scale, p.dot(towards)) + Vec2::splat(SIZE as f32 / 2.0).extend(0.0)
@@ -135,7 +135,7 @@ fn picture(mesh: &Mesh, layers: &LeafLayers, view: usize) -> Vec<ImpostorTexel> 
     texels
 }
 
-/// What is at a place of a triangle; nothing between leaves.
+/// Returns the texel at a place of a triangle; `None` between leaves.
 fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &LeafLayers) -> Option<ImpostorTexel> {
     let mean = |of: &dyn Fn(&Vertex) -> f32| {
         of(corners[0]) * weights[0] + of(corners[1]) * weights[1] + of(corners[2]) * weights[2]
@@ -160,7 +160,7 @@ fn shade(corners: [&Vertex; 3], weights: [f32; 3], layers: &LeafLayers) -> Optio
     Some([1.0, r, g, b, normal.x, normal.y, normal.z, f32::from(u8::from(leafy))])
 }
 
-/// Means of four; colour and normal weighted by cover.
+/// Returns the means of four texels; colour and normal weighted by cover.
 fn halve(texels: &[ImpostorTexel], side: usize) -> Vec<ImpostorTexel> {
     let half = side / 2;
     let mut out = Vec::with_capacity(half * half);
@@ -179,7 +179,7 @@ fn halve(texels: &[ImpostorTexel], side: usize) -> Vec<ImpostorTexel> {
     out
 }
 
-/// The outline made soft, one texel to either side, so that the filter finds its edge between texels.
+/// Softens the outline by one texel to either side, so that the filter finds the edge between texels.
 fn softened(texels: &[ImpostorTexel]) -> Vec<ImpostorTexel> {
     let at = |x: usize, y: usize| if x < SIZE && y < SIZE { texels[y * SIZE + x][0] } else { 0.0 };
     let mut out = texels.to_vec();
@@ -192,7 +192,7 @@ fn softened(texels: &[ImpostorTexel]) -> Vec<ImpostorTexel> {
     out
 }
 
-/// A picture in all its sizes; each covers the same share, and gaps have their surroundings' colour.
+/// Returns a picture at all mip levels. Each covers the same share, and gaps have the colour of their surroundings.
 fn reduced(full: Vec<ImpostorTexel>) -> Vec<Vec<ImpostorTexel>> {
     let share = full.iter().map(|t| t[0]).sum::<f32>() / full.len() as f32;
     let soft = softened(&full);
@@ -200,7 +200,7 @@ fn reduced(full: Vec<ImpostorTexel>) -> Vec<Vec<ImpostorTexel>> {
     for level in 1..LEVELS as usize {
         plain.push(halve(&plain[level - 1], SIZE >> (level - 1)));
     }
-    // From the coarsest to the finest: where nothing is, what the coarser one has there.
+    // From the coarsest to the finest: gaps take the values of the coarser level.
     for level in (0..LEVELS as usize - 1).rev() {
         let side = SIZE >> level;
         for i in 0..side * side {
@@ -228,13 +228,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shader_knows_how_large_a_picture_is() {
+    fn the_shader_has_the_size_of_a_picture() {
         assert!(include_str!("../../../shaders/far_cover.wgsl").contains(&format!("SIDE = {SIZE}.0;")));
     }
 
     #[test]
     fn a_picture_is_the_models_outline() {
-        // A triangle that faces +x, 4 m wide and 6 m high: seen from +x it is there, from +y it is an edge.
+        // A triangle that faces +x, 4 m wide and 6 m high: visible from +x, an edge from +y.
         let corner = |y: f32, z: f32| Vertex {
             position: [0.0, y, z],
             normal: [1.0, 0.0, 0.0],
@@ -251,13 +251,13 @@ mod tests {
         assert!(share(&seen(SIDES / 4)) < 0.03);
         let middle = seen(0)[SIZE / 2 * SIZE + SIZE / 2];
         assert!(middle[0] > 0.9 && (middle[1] - 0.25).abs() < 0.01 && middle[4] > 0.9, "{middle:?}");
-        // Up is up: the tip is narrow.
+        // The tip is at the top: it is narrow.
         let row = |y: usize| seen(0)[y * SIZE..(y + 1) * SIZE].iter().map(|t| t[0]).sum::<f32>();
         assert!(row(SIZE - 6) > 3.0 * row(6), "{} {}", row(SIZE - 6), row(6));
     }
 
     #[test]
-    fn beyond_what_a_tree_fills_its_pictures_are_empty() {
+    fn pictures_are_empty_beyond_the_extent_of_a_tree() {
         let map = crate::map::RoadMap::load("ring-250").expect("a map that is shipped");
         let trees = crate::scene::StaticScene::with_trees(&map, 1, 0).trees;
         let layers = leaf_textures::layers();
@@ -277,7 +277,7 @@ mod tests {
             }
             shares.push([across * high, across * across]);
         }
-        // What is not drawn of the squares, in the mean: a fifth from the side, a third from above.
+        // Mean empty share of the squares: a fifth from the side, a third from above.
         let [side, above] = [0, 1].map(|i| shares.iter().map(|s| s[i]).sum::<f32>() / shares.len() as f32);
         assert!(side < 0.8 && above < 0.7, "{side} {above}: {shares:?}");
     }

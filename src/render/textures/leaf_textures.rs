@@ -1,10 +1,10 @@
-//! What is cut out of leaf cards: sprays, boughs and bark, painted once from a fixed seed. In: nothing. Out: an
-//! array texture with all its reduced sizes, so that a fragment of a tree costs one sample; on software rendering a
-//! function that finds the leaves anew for every pixel took a third of the frame.
+//! Masks of leaf cards: sprays, boughs and bark, painted once from a fixed seed. In: nothing. Out: an array texture
+//! with all its mip levels, so that a fragment of a tree costs one sample; on software rendering, computing the leaves
+//! anew for every pixel took a third of the frame.
 //!
-//! Channels: r how far inside a leaf (0.5 is its edge), g its tone around 0.5, b and a which way it leans around 0.5.
-//! Layers: the number of the cut times `VARIANTS` plus that of the variant (`scene/foliage.rs`), then bark. Reduced
-//! sizes keep the share of the card that is covered (after Castano 2010), or crowns would grow thin with distance.
+//! Channels: r distance inside a leaf (0.5 is its edge), g its tone around 0.5, b and a its lean around 0.5. Layers:
+//! the number of the cut times `VARIANTS` plus the number of the variant (`scene/trees/leaf_cards.rs`), then bark. Mip
+//! levels keep the covered share of the card (after Castano 2010), or crowns would grow thin with distance.
 
 use super::{
     noise_texture::smooth,
@@ -16,49 +16,49 @@ use std::{f32::consts::TAU, sync::OnceLock};
 
 /// Side of a layer, texels; a power of two.
 const SIZE: usize = 128;
-/// Cards of one cut that differ, as in `scene/foliage.rs`.
+/// Number of different cards of one cut, as in `scene/trees/leaf_cards.rs`.
 const VARIANTS: usize = 8;
-/// Cuts, as there.
+/// Number of cuts, as in `scene/trees/leaf_cards.rs`.
 const CUTS: usize = 4;
 /// Number of the bark's layer.
 const BARK: usize = CUTS * VARIANTS;
 /// Width of the ramp at a leaf's edge in the full size, texels.
 const RAMP: f32 = 4.0;
-/// The last, 1 texel large, is of no use: the card's middle in one number.
+/// Number of mip levels. The level of 1 texel is left out: it would be the card's mean.
 const LEVELS: u32 = SIZE.ilog2();
 
-/// A texel: cover 0..1 with 0.5 at the edge, tone, lean.
+/// Texel of a card: cover 0 to 1 with 0.5 at the edge, tone, lean.
 pub type LeafTexel = [f32; 4];
-/// Where nothing is.
+/// Texel of a gap, with neutral tone and lean.
 const EMPTY: LeafTexel = [0.0, 0.5, 0.5, 0.5];
 
 /// One leaf or needle.
 #[derive(Clone, Copy, Debug)]
 struct LeafOutline {
-    /// Where it begins, 0..1 on the card.
+    /// Foot of the leaf, 0 to 1 on the card.
     foot: Vec2,
-    /// To its tip.
+    /// Vector from the foot to the tip.
     along: Vec2,
     /// Half its greatest width.
     half: f32,
-    /// Where it is widest, 0 the foot to 1 the tip.
+    /// Position of the greatest width, 0 at the foot to 1 at the tip.
     widest: f32,
     tone: f32,
     lean: Vec2,
-    /// How much its two halves face apart.
+    /// Opposite lean of the two halves.
     fold: f32,
 }
 
-/// All layers, each in all its sizes.
+/// All layers, each at all mip levels.
 pub type LeafLayers = Vec<Vec<Vec<LeafTexel>>>;
 
-/// The layers, painted at the first call.
+/// Returns the layers, painted at the first call.
 pub fn layers() -> &'static LeafLayers {
     static LAYERS: OnceLock<LeafLayers> = OnceLock::new();
     LAYERS.get_or_init(all)
 }
 
-/// What is at a place, 0..1, of the card with the variant `x` and the cut `y`.
+/// Returns the texel at a place, 0 to 1, of the card with the variant `x` and the cut `y`.
 #[inline]
 pub fn at(layers: &LeafLayers, card: Vec2, place: Vec2) -> LeafTexel {
     let layer = card.y as usize * VARIANTS + card.x as usize;
@@ -67,14 +67,14 @@ pub fn at(layers: &LeafLayers, card: Vec2, place: Vec2) -> LeafTexel {
     layers[layer][0][y * SIZE + x]
 }
 
-/// The leaves as a texture view.
+/// Uploads the leaves and returns the texture view.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
     let level = |level: usize| layers().iter().flat_map(|layer| &layer[level]).flatten().map(|v| byte(*v)).collect();
     let levels: Vec<Vec<u8>> = (0..LEVELS as usize).map(level).collect();
     PaintedTexture { label: "leaves", side: SIZE, array: true, levels: &levels }.upload(device, queue)
 }
 
-/// All layers with their reduced sizes.
+/// Paints all layers with their mip levels.
 fn all() -> LeafLayers {
     let layer = |number: usize| {
         if number == BARK {
@@ -90,7 +90,7 @@ fn draw(random: &mut Stream, low: f32, high: f32) -> f32 {
     random.uniform(f64::from(low), f64::from(high)) as f32
 }
 
-/// What lies on a card of this cut, lowest first.
+/// Returns the leaves on a card of this cut, lowest first.
 fn blades_of(cut: usize, random: &mut Stream) -> Vec<LeafOutline> {
     match cut {
         0 => spray(random, 7.0),
@@ -100,12 +100,12 @@ fn blades_of(cut: usize, random: &mut Stream) -> Vec<LeafOutline> {
     }
 }
 
-/// Leaves in a ragged round, `count` of them across: along twigs that spread from the card's foot.
+/// Returns leaves in a ragged round, `count` of them across, pointing away from the card's foot.
 fn spray(random: &mut Stream, count: f32) -> Vec<LeafOutline> {
     let mut leaves = Vec::new();
     let [a, b] = [0.0, 0.0].map(|_: f32| draw(random, 0.0, TAU));
     let cells = count as i32;
-    // Two layers: the lower ones lie in the shade of the upper ones.
+    // Two layers: the lower one is in the shade of the upper one.
     for layer in 0..2 {
         for k in 0..cells * cells {
             let cell = vec2((k % cells) as f32, (k / cells) as f32);
@@ -117,11 +117,11 @@ fn spray(random: &mut Stream, count: f32) -> Vec<LeafOutline> {
             let length = draw(random, 0.95, 1.35) / count;
             let turn = draw(random, -0.9, 0.9);
             let (tone, lean) = (draw(random, -1.0, 1.0), vec2(draw(random, -1.0, 1.0), draw(random, -1.0, 1.0)));
-            // Loose: a fifth is missing, more towards the rim.
+            // Loose: at least a tenth is missing, more towards the rim.
             if c.length() > reach - 0.4 * length || luck < 0.10 + 0.22 * c.length_squared() {
                 continue;
             }
-            // They point away from the foot of the spray and to the sides.
+            // Leaves point away from the foot of the spray and to the sides.
             let way = Vec2::from_angle((c - vec2(0.0, -0.9)).to_angle() + turn);
             leaves.push(LeafOutline {
                 foot: at - way * length * 0.5,
@@ -137,7 +137,7 @@ fn spray(random: &mut Stream, count: f32) -> Vec<LeafOutline> {
     leaves
 }
 
-/// A stem along v with twigs forwards to either side, all set with needles.
+/// Returns a stem along v with twigs forwards to either side, all set with needles.
 fn bough(random: &mut Stream) -> Vec<LeafOutline> {
     const TWIGS: usize = 13;
     let mut needles = Vec::new();
@@ -208,7 +208,7 @@ fn paint(blades: &[LeafOutline]) -> Vec<LeafTexel> {
                     continue;
                 }
                 if inside > 0.0 {
-                    // The rib is pale, the edge catches the light.
+                    // The rib is pale, the foot darker than the tip.
                     let rib = (1.0 - across.abs() / (0.16 * blade.half)).max(0.0);
                     let side = across.signum() * blade.fold;
                     let lean = (blade.lean + way.perp() * side).clamp(Vec2::splat(-1.0), Vec2::ONE);
@@ -216,12 +216,12 @@ fn paint(blades: &[LeafOutline]) -> Vec<LeafTexel> {
                     texel[2] = 0.5 + 0.5 * lean.x;
                     texel[3] = 0.5 + 0.5 * lean.y;
                 }
-                // What lies above another leaf has an edge there too, but no gap.
+                // An edge over another leaf leaves no gap.
                 texel[0] = texel[0].max(cover.min(1.0));
             }
         }
     }
-    // No texel at the card's edge: the neighbour across it is another card's.
+    // No texel at the card's edge: the neighbour across it belongs to another card.
     for k in 0..SIZE {
         for at in [k, (SIZE - 1) * SIZE + k, k * SIZE, k * SIZE + SIZE - 1] {
             texels[at][0] = 0.0;
@@ -243,12 +243,12 @@ fn fill(texels: &mut [LeafTexel]) {
     }
 }
 
-/// The share of texels inside leaves.
+/// Returns the share of texels inside leaves.
 fn covered(texels: &[LeafTexel], scale: f32) -> f32 {
     texels.iter().filter(|t| t[0] * scale > 0.5).count() as f32 / texels.len() as f32
 }
 
-/// A layer in all its sizes.
+/// Returns a layer at all mip levels.
 fn reduced(full: Vec<LeafTexel>) -> Vec<Vec<LeafTexel>> {
     let share = covered(&full, 1.0);
     // From here on r is the covered share of a texel, not the distance from an edge.
@@ -270,7 +270,7 @@ fn reduced(full: Vec<LeafTexel>) -> Vec<Vec<LeafTexel>> {
     levels
 }
 
-/// The picture at half the side: means of four, of tone and lean weighted by cover.
+/// Returns the picture at half the side: means of four texels, tone and lean weighted by cover.
 fn halve(texels: &[LeafTexel], side: usize) -> Vec<LeafTexel> {
     let half = side / 2;
     let mut out = Vec::with_capacity(half * half);
@@ -286,7 +286,7 @@ fn halve(texels: &[LeafTexel], side: usize) -> Vec<LeafTexel> {
     out
 }
 
-/// Furrows along v, tiling; lean is the slope of their relief.
+/// Paints furrows along v, tiling; lean is the slope of their relief.
 fn bark() -> Vec<LeafTexel> {
     let mut random = rng::stream(0, "render.bark");
     let lattice = |random: &mut Stream, nx: usize, ny: usize| -> (usize, usize, Vec<f32>) {
@@ -332,7 +332,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_card_is_square_and_every_size_of_it_covers_the_same_share() {
+    fn no_card_is_square_and_all_mip_levels_cover_the_same_share() {
         for (number, levels) in all().iter().take(BARK).enumerate() {
             let share = covered(&levels[0], 1.0);
             assert!((0.18..0.72).contains(&share), "layer {number} covers {share}");

@@ -1,5 +1,5 @@
-//! Textures that are painted once, on the processor, from fixed seeds: noise of surfaces, leaves, far trees. Out: views with all
-//! their reduced sizes.
+//! Textures that are painted once, on the CPU, from fixed seeds: noise of surfaces, leaves, far trees. In: seeds and
+//! meshes. Out: views with all their mip levels.
 
 pub mod impostor;
 pub mod leaf_textures;

@@ -1,9 +1,9 @@
-//! The grain of asphalt, grass and bark, and the clouds: one small tiling picture, made once from a fixed seed. In:
-//! nothing. Out: a texture with all its reduced sizes, so that the hardware's filter fades the grain with distance
-//! instead of letting it flicker. Means are near 0.5, that of the cracks near 1.
+//! The grain of asphalt, grass and bark, and soft clouds: one small tiling picture, made once from a fixed seed. In:
+//! nothing. Out: a texture with all its mip levels, so that the hardware's filter fades the grain with distance instead
+//! of letting it flicker. The means are near 0.5, for the cracks near 1.
 //!
-//! Channels: r fine grit (each texel for itself), g soft clouds (five octaves), b thin cracks (dark lines on 1),
-//! a blades of grass from above, in tufts (drawn out, also bark).
+//! Channels: r fine grit (independent texels), g soft clouds (five octaves), b thin cracks (dark lines on 1), a blades
+//! of grass from above, in tufts (drawn out, also bark).
 
 use super::upload::{PaintedTexture, byte};
 use crate::rng;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 /// Side of the picture, texels; a power of two.
 const SIZE: usize = 512;
 
-/// The grain in all its sizes, as bytes.
+/// Returns the grain at all mip levels, as bytes.
 pub fn levels() -> Vec<Vec<u8>> {
     let mut texels = paint();
     let mut side = SIZE;
@@ -28,12 +28,12 @@ pub fn levels() -> Vec<Vec<u8>> {
     }
 }
 
-/// Brings them to the device.
+/// Uploads the grain to the device.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, levels: &[Vec<u8>]) -> wgpu::TextureView {
     PaintedTexture { label: "grain", side: SIZE, array: false, levels }.upload(device, queue)
 }
 
-/// The picture in full size.
+/// Paints the picture in full size.
 fn paint() -> Vec<[f32; 4]> {
     let mut random = rng::stream(0, "render.grain");
     let mut white = |n: usize| -> Vec<f32> { (0..n).map(|_| random.uniform(0.0, 1.0) as f32).collect() };
@@ -62,14 +62,14 @@ fn paint() -> Vec<[f32; 4]> {
     let (blades, lines): (Vec<f32>, Vec<[f32; 3]>) =
         rayon::join(blades, || (0..SIZE).into_par_iter().flat_map_iter(line).collect());
     let mut texels: Vec<[f32; 4]> = lines.iter().zip(blades).map(|([r, g, b], a)| [*r, *g, *b, a]).collect();
-    // The clouds' few large cells do not average out: here they are made to.
+    // The few large cells of the clouds do not average out: the mean is set to 0.5.
     let mean = texels.iter().map(|t| t[1]).sum::<f32>() / texels.len() as f32;
     texels.iter_mut().for_each(|t| t[1] += 0.5 - mean);
     texels
 }
 
-/// Grass as one looks down on it: tufts of blades that lean outwards, dark at the foot and light at the tip, each tuft over
-/// the ones before. Tiles; mean 0.5.
+/// Paints grass seen from above: tufts of blades that lean outwards, dark at the foot and light at the tip, each tuft
+/// over the ones before. Tiles; mean 0.5.
 fn blades() -> Vec<f32> {
     const TUFTS: usize = 1500;
     const BLADES: usize = 15;
@@ -106,7 +106,7 @@ fn blades() -> Vec<f32> {
     picture.iter().map(|v| (0.5 + (v - mean) * 0.21 / sd).clamp(0.0, 1.0)).collect()
 }
 
-/// A random lattice of `nx` by `ny` points, smoothly interpolated; tiles over 0..1.
+/// Interpolates a random lattice of `nx` by `ny` points smoothly; tiles over 0 to 1.
 #[inline]
 pub(in crate::render) fn smooth(lattice: &[f32], nx: usize, ny: usize, u: f32, v: f32) -> f32 {
     let (x, y) = (u * nx as f32, v * ny as f32);
@@ -119,7 +119,7 @@ pub(in crate::render) fn smooth(lattice: &[f32], nx: usize, ny: usize, u: f32, v
     low + (high - low) * fy
 }
 
-/// The picture at half the side: means of four.
+/// Returns the picture at half the side: means of four texels.
 fn halve(texels: &[[f32; 4]], side: usize) -> Vec<[f32; 4]> {
     let half = side / 2;
     let mut out = Vec::with_capacity(half * half);
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_grain_fades_to_the_middle_and_is_always_the_same() {
+    fn the_grain_fades_to_its_mean_and_is_always_the_same() {
         let texels = paint();
         assert_eq!(texels, paint());
         let mut level = texels;

@@ -1,28 +1,28 @@
-//! Pictures painted on the processor, brought to the device. In: bytes, four a texel, for each reduced size. Out: a
-//! texture view with all of them.
+//! Upload of pictures painted on the CPU. In: bytes, four per texel, for each mip level. Out: a texture view with all
+//! of them.
 
 /// A painted texture before it is uploaded.
 #[derive(Clone, Copy, Debug)]
 pub struct PaintedTexture<'a> {
-    /// Its name on the device.
+    /// Label on the device.
     pub label: &'static str,
-    /// Side of its full size, texels.
+    /// Side of the full size, texels.
     pub side: usize,
-    /// Whether it is an array of pictures, which may hold any number of them, or one picture.
+    /// True for an array of pictures, false for one picture.
     pub array: bool,
-    /// Of each reduced size, the whole one first, the texels of all layers. Nothing is written for an empty one.
+    /// Texels of all layers for each mip level, the full size first. An empty level is not written.
     pub levels: &'a [Vec<u8>],
 }
 
-/// A share, 0..1, as a byte.
+/// Converts a share, 0 to 1, to a byte.
 #[inline]
 pub fn byte(share: f32) -> u8 {
     (share.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
-/// What `make` gives for 0, 1, ... `n` - 1, made side by side on threads of its own: for tables that are made once and then
-/// shared. A thread of a pool that waits for a part of such a table may take up another task of the pool; if that needs the
-/// table too, it waits for itself.
+/// Returns `make` of 0, 1, ... `n` - 1, computed in parallel on threads of its own: for tables that are made once and
+/// then shared. On a thread pool this could deadlock: a thread that waits for a part of the table may run another task,
+/// and if that task needs the table too, it waits for itself.
 pub fn side_by_side<T: Send>(n: usize, make: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(16);
     let share = n.div_ceil(threads).max(1);
@@ -35,7 +35,7 @@ pub fn side_by_side<T: Send>(n: usize, make: impl Fn(usize) -> T + Sync) -> Vec<
 }
 
 impl PaintedTexture<'_> {
-    /// The texture's view.
+    /// Creates the texture, uploads its levels, and returns its view.
     pub fn upload(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
         let layers = (self.levels[0].len() / (4 * self.side * self.side)).max(1) as u32;
         let size = |side: u32| wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers };

@@ -1,9 +1,9 @@
-//! The gated recurrent unit of `policy::identification` on many rows at once, with its gradient. In: inputs and states, row by
-//! row. Out: next states and readouts; the derivative of a number by the parameters, back through time. Generic over `f32`,
-//! which trains, and `f64`, in which the tests compare with finite differences.
+//! The gated recurrent unit of `policy::identification` on many rows at once, with its gradient. In: inputs and states, row by row. Out:
+//! next states and readouts; the gradient of a scalar by the parameters, through time. Generic over `f32` for training and `f64` for
+//! tests with finite differences.
 //!
-//! Parameters lie one after the other: weights of the inputs, their bias, weights of the state, its bias, weights of the
-//! readout, its bias. Gates stand side by side: reset, update, candidate.
+//! Parameters in order: input weights and bias, state weights and bias, readout weights and bias. Gates are columns side by side: reset,
+//! update, candidate.
 
 use crate::{
     policy::identification::GATES,
@@ -18,30 +18,30 @@ use crate::{
 /// Sizes of a unit with its readout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GruShape {
-    /// Inputs.
+    /// Number of inputs per row.
     pub inputs: usize,
-    /// Units of the state.
+    /// Number of units of the state.
     pub units: usize,
-    /// Numbers that are read out.
+    /// Length of the readout.
     pub outputs: usize,
 }
 
-/// One step of all rows, kept for the way back.
+/// One step of all rows, kept for backpropagation.
 #[derive(Clone, Debug)]
 pub struct GruStep<T> {
     inputs: Vec<T>,
     before: Vec<T>,
-    /// Reset, update, candidate side by side.
+    /// Gates side by side: reset, update, candidate.
     gates: Vec<T>,
-    /// What the state gives the candidate, before the reset gate.
+    /// Contribution of the state to the candidate, before the reset gate.
     from_state: Vec<T>,
     /// States after the step.
     pub state: Vec<T>,
-    /// What is read from them.
+    /// Readouts of the states after the step.
     pub read: Vec<T>,
 }
 
-/// The parameters' parts.
+/// Parameters, split into their parts.
 struct Parts<'a, T> {
     weights: &'a [T],
     bias: &'a [T],
@@ -57,12 +57,13 @@ impl GruShape {
         [self.inputs * gates, gates, self.units * gates, gates, self.units * self.outputs, self.outputs]
     }
 
-    /// Number of parameters.
+    /// Returns the number of parameters.
     pub fn parameters(self) -> usize {
         self.sizes().iter().sum()
     }
 
-    /// The parts of the parameters in the order of the file: weights, bias, state's weights, its bias, readout, its bias.
+    /// Splits the parameters in the order of the file: input weights, input bias, state weights, state bias, readout weights, readout
+    /// bias.
     pub fn parts<T>(self, theta: &[T]) -> [&[T]; 6] {
         let mut rest = theta;
         self.sizes().map(|size| {
@@ -77,7 +78,7 @@ impl GruShape {
         Parts { weights, bias, state_weights, state_bias, readout, readout_bias }
     }
 
-    /// First parameters: orthogonal in each gate, the readout near 0.
+    /// Returns initial parameters: orthogonal within each gate, the readout near 0.
     pub fn first<T: Real>(self, stream: &mut Stream) -> Vec<T> {
         let gates = GATES * self.units;
         let orthogonal = |n: usize, m: usize, gain: f64, stream: &mut Stream| -> Vec<T> {
@@ -98,7 +99,7 @@ impl GruShape {
         [weights, none(gates), state_weights, none(gates), readout, none(self.outputs)].concat()
     }
 
-    /// One step of all rows; a row begins anew where its state before is 0.
+    /// Computes one step of all rows; a row restarts if its previous state is 0.
     pub fn step<T: Real>(self, theta: &[T], inputs: &[T], before: &[T]) -> GruStep<T> {
         let p = self.named(theta);
         let (n, gates_wide) = (self.units, GATES * self.units);
@@ -137,8 +138,8 @@ impl GruShape {
         GruStep { inputs: inputs.to_vec(), before: before.to_vec(), gates, from_state, state, read }
     }
 
-    /// The derivative of a number by the parameters, given that by the readouts of each step. `begins` says of each step which
-    /// rows began anew in it: nothing goes back through such a beginning.
+    /// Returns the gradient of a scalar by the parameters, given its gradient by the readouts of each step. `begins` marks the rows that
+    /// restart in each step; the gradient does not pass through a restart.
     pub fn gradient<T: Real>(
         self,
         theta: &[T],
@@ -193,7 +194,7 @@ impl GruShape {
     }
 }
 
-/// Adds the sum of all rows.
+/// Adds the sum of all rows to `out`.
 fn add_rows<T: Real>(rows: &[T], out: &mut [T]) {
     let width = out.len();
     for row in rows.chunks_exact(width) {
@@ -212,7 +213,7 @@ mod tests {
     const ROWS: usize = 2;
     const STEPS: usize = 4;
 
-    /// Rows begin anew at the first step, and row 1 once more at step 2.
+    /// Rows restart at the first step, and row 1 again at step 2.
     fn begins() -> Vec<Vec<bool>> {
         (0..STEPS).map(|t| vec![t == 0, t == 0 || t == 2]).collect()
     }
@@ -232,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gradient_through_time_is_that_of_finite_differences() {
+    fn the_gradient_through_time_equals_finite_differences() {
         let mut stream = rng::stream(3, "gru");
         let mut theta: Vec<f64> = SHAPE.first(&mut stream);
         theta.iter_mut().for_each(|x| *x += 0.2 * stream.normal());

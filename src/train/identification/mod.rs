@@ -1,7 +1,7 @@
-//! Fits the estimator of `policy::identification`. In: what was advised and done on the rings of a block, and who drove. Out: a
-//! [`DriverEstimator`] for the policy's file, of traits or of latents.
+//! Training of the estimator of `policy::identification`. In: advice and behaviour on the rings of a block, and the drivers' traits. Out:
+//! a [`DriverEstimator`] for the policy's file, of traits or of latents.
 //!
-//! The student drives with his own estimates while he learns (Ross 2011), so that he meets what they lead to.
+//! During training the policy drives with the student's own estimates (Ross 2011), so that the student sees their consequences.
 
 mod gru;
 mod of_latents;
@@ -30,14 +30,14 @@ const BLOCKS_A_STEP: usize = 4;
 /// An estimator in training.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum EstimatorLearner {
-    /// Told who drives, it learns to tell traits.
+    /// Learns traits from drivers with known traits.
     Traits(TraitLearner),
-    /// Told nothing, it finds latents.
+    /// Learns latents without any traits.
     Latents(LatentLearner),
 }
 
 impl EstimatorLearner {
-    /// Nothing is known yet.
+    /// Returns an untrained estimator.
     pub fn new(config: &TrainConfig) -> Self {
         match config.student.estimator {
             EstimatorKind::Traits => Self::Traits(TraitLearner::new(config)),
@@ -45,7 +45,7 @@ impl EstimatorLearner {
         }
     }
 
-    /// The shape of its unit.
+    /// Returns the shape of the recurrent unit.
     pub fn shape(&self) -> GruShape {
         match self {
             Self::Traits(learner) => learner.shape(),
@@ -53,7 +53,7 @@ impl EstimatorLearner {
         }
     }
 
-    /// The unit's parameters.
+    /// Returns the parameters of the recurrent unit.
     pub fn theta(&self) -> &[f32] {
         match self {
             Self::Traits(learner) => learner.theta(),
@@ -61,8 +61,8 @@ impl EstimatorLearner {
         }
     }
 
-    /// Learns from the seconds of all blocks by steps of `rate`. Returns the mean loss before the last pass's steps, nats: of a
-    /// trait and second, or of a second.
+    /// Fits to the seconds of all blocks with learning rate `rate`. Returns the mean loss during the last pass, each block before its
+    /// step, nat: per trait and second, or per second.
     pub fn fit(&mut self, blocks: &[Seconds], rate: f64) -> f64 {
         match self {
             Self::Traits(learner) => learner.fit(blocks, rate),
@@ -70,7 +70,7 @@ impl EstimatorLearner {
         }
     }
 
-    /// The estimator as it stands.
+    /// Returns the current estimator.
     pub fn estimator(&self) -> DriverEstimator {
         match self {
             Self::Traits(learner) => learner.estimator(),
@@ -79,7 +79,7 @@ impl EstimatorLearner {
     }
 }
 
-/// Runs a unit over consecutive seconds of sixteen rings, from their states before the first.
+/// Runs a unit over consecutive seconds of sixteen rings, starting from `state`.
 fn forward<T: Real>(
     shape: GruShape,
     theta: &[T],
@@ -102,7 +102,7 @@ fn forward<T: Real>(
     steps
 }
 
-/// A unit's parameters as a policy's file has them.
+/// Returns the estimator with a unit's parameters, in the format of a policy's file.
 fn estimator(shape: GruShape, theta: &[f32], traits: &[EstimatedTrait]) -> DriverEstimator {
     let [weights, bias, state_weights, state_bias, readout, readout_bias] = shape.parts(theta);
     let rows = |numbers: &[f32], columns: usize| numbers.chunks_exact(columns).map(<[f32]>::to_vec).collect();
@@ -117,7 +117,7 @@ fn estimator(shape: GruShape, theta: &[f32], traits: &[EstimatedTrait]) -> Drive
     }
 }
 
-/// A logarithm of a standard deviation within its bounds.
+/// Clamps a logarithm of a standard deviation to its bounds.
 fn bounded<T: Real>(read: T) -> T {
     let [low, high] = LOG_SD.map(|bound| T::of(bound.into()));
     if read < low {
@@ -129,7 +129,7 @@ fn bounded<T: Real>(read: T) -> T {
     }
 }
 
-/// The derivative by what was read before it was bounded: beyond its bounds only the way back has one.
+/// Returns the derivative by the unclamped value; beyond a bound only the direction back inside has one.
 fn by_unbounded<T: Real>(read: T, by_bounded: T) -> T {
     let [low, high] = LOG_SD.map(|bound| T::of(bound.into()));
     let zero = T::default();
@@ -137,8 +137,8 @@ fn by_unbounded<T: Real>(read: T, by_bounded: T) -> T {
     if is_held { zero } else { by_bounded }
 }
 
-/// How much `truth` surprises whoever expected a normal distribution with this mean and logarithm of a standard deviation, nats (a
-/// constant left out); and the derivatives by both.
+/// Returns the negative log likelihood of `truth` under a normal distribution, nat (without the constant), and its derivatives by the
+/// mean and by the logarithm of the standard deviation.
 fn surprise<T: Real>(mean: T, log_sd: T, truth: T) -> (T, [T; 2]) {
     let within = bounded(log_sd);
     let precision = (T::of(-2.0) * within).exp();

@@ -1,5 +1,5 @@
-//! Fits a variational encoder to drivers of whom nothing is told. In: what was advised and done on the rings of a block. Out: an
-//! estimator of latents; its decoder is of use only here.
+//! Fit of a variational encoder to drivers with unknown traits. In: advice and behaviour on the rings of a block. Out: an estimator of
+//! latents; its decoder is used only here.
 
 use super::{
     BLOCKS_A_STEP, GruShape, PASSES, Seconds, TrainConfig, estimator,
@@ -20,15 +20,15 @@ pub struct LatentLearner {
     units: usize,
     latents: usize,
     kl_weight: f64,
-    /// Passes over seconds so far: each has random numbers of its own.
+    /// Passes over seconds so far; each pass has its own random numbers.
     passes: u64,
-    /// Encoder and decoder.
+    /// Parameters of the encoder, then of the decoder.
     theta: Vec<f32>,
     adam: Adam,
 }
 
 impl LatentLearner {
-    /// Nothing is known yet.
+    /// Returns an untrained encoder and decoder.
     pub fn new(config: &TrainConfig) -> Self {
         let (units, latents) = (config.student.estimator_units as usize, config.student.latents as usize);
         let shape = VariationalShape::new(units, latents);
@@ -41,17 +41,18 @@ impl LatentLearner {
         VariationalShape::new(self.units, self.latents)
     }
 
-    /// The shape of the encoder's unit.
+    /// Returns the shape of the encoder's recurrent unit.
     pub fn shape(&self) -> GruShape {
         self.variational().encoder()
     }
 
-    /// The encoder's parameters.
+    /// Returns the parameters of the encoder.
     pub fn theta(&self) -> &[f32] {
         &self.theta[..self.shape().parameters()]
     }
 
-    /// Learns from the seconds of all blocks by steps of `rate`. Returns the mean loss of a second before the last pass's steps, nats.
+    /// Fits to the seconds of all blocks with learning rate `rate`. Returns the mean loss per second during the last pass, each block
+    /// before its step, nat.
     pub fn fit(&mut self, blocks: &[Seconds], rate: f64) -> f64 {
         let shape = self.variational();
         let mut loss = (0.0, 0.0);
@@ -70,7 +71,7 @@ impl LatentLearner {
         loss.0 / f64::max(loss.1, 1.0)
     }
 
-    /// What one block comes to, with the random numbers of this pass.
+    /// Returns the loss and gradient of one block, with the random numbers of this pass.
     fn of_block(&self, shape: &VariationalShape, index: usize, block: &Seconds) -> VariationalLoss<f32> {
         let mut stream = rng::stream(self.seed, &format!("train/latents/{}/{index}", self.passes));
         let noise: Vec<f32> = (0..shape.noise(block.inputs.len(), LANES)).map(|_| stream.normal() as f32).collect();
@@ -78,7 +79,7 @@ impl LatentLearner {
         shape.loss(&self.theta, &seen, &noise, self.kl_weight)
     }
 
-    /// The estimator as it stands: the encoder.
+    /// Returns the current estimator: the encoder.
     pub fn estimator(&self) -> DriverEstimator {
         let latents: Vec<EstimatedTrait> = (0..self.latents).map(EstimatedTrait::latent).collect();
         estimator(self.shape(), self.theta(), &latents)

@@ -1,7 +1,7 @@
-//! Fits an estimator to drivers whose traits are known. In: what was advised and done on the rings of a block, and who drove. Out:
+//! Fit of an estimator to drivers with known traits. In: advice and behaviour on the rings of a block, and the drivers' traits. Out:
 //! means and standard deviations of the traits.
 //!
-//! The loss is that of a normal distribution: a mean and a standard deviation for each trait (Nix 1994).
+//! The loss is the negative log likelihood of a normal distribution with a mean and a standard deviation per trait (Nix 1994).
 
 use super::{BLOCKS_A_STEP, GruShape, GruStep, PASSES, Seconds, TrainConfig, estimator, forward, surprise};
 use crate::{
@@ -15,10 +15,10 @@ use crate::{
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Drivers that are drawn to see how far each trait spreads.
+/// Number of drivers drawn to measure the spread of each trait.
 const DRAWN: usize = 4000;
 
-/// The least spread of a trait, in its unit: where all drivers are alike, there is nothing to tell apart.
+/// Smallest spread of a trait, in its unit; keeps the scaling finite if all drivers are alike.
 const LEAST_SPREAD: f64 = 0.05;
 
 /// An estimator of traits in training.
@@ -31,7 +31,7 @@ pub struct TraitLearner {
 }
 
 impl TraitLearner {
-    /// Nothing is known yet but how the traits of the configuration's drivers spread.
+    /// Returns an untrained estimator, scaled by the spread of traits among the configuration's drivers.
     pub fn new(config: &TrainConfig) -> Self {
         let units = config.student.estimator_units as usize;
         let mut stream = rng::stream(config.seed, "train/estimator");
@@ -39,18 +39,18 @@ impl TraitLearner {
         Self { units, traits: traits(config), adam: Adam::new(theta.len()), theta }
     }
 
-    /// The shape of its unit.
+    /// Returns the shape of the recurrent unit.
     pub fn shape(&self) -> GruShape {
         shape(self.units)
     }
 
-    /// Its parameters.
+    /// Returns the parameters of the recurrent unit.
     pub fn theta(&self) -> &[f32] {
         &self.theta
     }
 
-    /// Learns from the seconds of all blocks by steps of `rate`. Returns the mean loss of a trait and second before the last
-    /// pass's steps, nats.
+    /// Fits to the seconds of all blocks with learning rate `rate`. Returns the mean loss per trait and second during the last pass, each
+    /// block before its step, nat.
     pub fn fit(&mut self, blocks: &[Seconds], rate: f64) -> f64 {
         let shape = self.shape();
         let mut loss = (0.0, 0.0);
@@ -68,7 +68,7 @@ impl TraitLearner {
         loss.0 / f64::max(loss.1, 1.0)
     }
 
-    /// Loss, numbers that it is the sum over, and gradient of one block.
+    /// Returns the summed loss of one block, the number of its terms, and its gradient.
     fn of_block(&self, shape: GruShape, block: &Seconds) -> (f64, f64, Vec<f32>) {
         let mut by_read = Vec::with_capacity(block.inputs.len());
         let mut loss = 0.0;
@@ -91,7 +91,7 @@ impl TraitLearner {
         (loss, numbers, shape.gradient(&self.theta, &steps, &by_read, &block.begins))
     }
 
-    /// The estimator as it stands.
+    /// Returns the current estimator.
     pub fn estimator(&self) -> DriverEstimator {
         estimator(self.shape(), &self.theta, &self.traits)
     }
@@ -101,7 +101,7 @@ fn shape(units: usize) -> GruShape {
     GruShape { inputs: INPUTS, units, outputs: 2 * TRAITS }
 }
 
-/// Centre and spread of each trait among the drivers of a configuration.
+/// Returns the mean and spread of each trait among the drivers of a configuration.
 fn traits(config: &TrainConfig) -> Vec<EstimatedTrait> {
     let mut stream = rng::stream(config.seed, "train/estimator/drivers");
     let drawn: Vec<[f64; TRAITS]> =

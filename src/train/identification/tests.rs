@@ -1,4 +1,4 @@
-//! The student: he learns to tell strangers apart, and beside the rings he says what he says in a drive.
+//! The student: it learns to distinguish unknown drivers, and estimates the same beside the rings as in a drive.
 
 use super::*;
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
     },
 };
 
-/// Rings of 8 cars on 100 m whose egos drive up to 1 m/s faster or slower than advised, and up to 2 s late.
+/// Rings of 8 vehicles on 100 m whose egos drive up to 1 m/s faster or slower than advised, with up to 2 s of delay.
 fn biased() -> TrainConfig {
     TrainConfig {
         advice: AdviceConfig { action: ActionKind::Speed, top_speed_mps: 6.0, hold_s: 2.0, ..AdviceConfig::default() },
@@ -43,7 +43,7 @@ fn biased() -> TrainConfig {
     }
 }
 
-/// Four blocks under a policy that has learned nothing and whose advice wanders.
+/// Four blocks under an untrained policy whose advice wanders.
 fn blocks(config: &TrainConfig, first: usize, learner: &EstimatorLearner) -> Vec<RolloutWorker> {
     let mut blocks: Vec<RolloutWorker> = (first..first + 4).map(|index| RolloutWorker::new(config, index, 4)).collect();
     blocks.iter_mut().for_each(|worker| worker.is_watched_by(learner));
@@ -67,7 +67,7 @@ fn live(config: &TrainConfig, blocks: &mut [RolloutWorker]) -> Vec<Seconds> {
 }
 
 #[test]
-fn after_a_minute_strangers_are_told_apart_by_their_bias() {
+fn new_drivers_are_distinguished_by_their_bias_after_a_minute() {
     let config = biased();
     let mut learner = EstimatorLearner::new(&config);
     let mut known = blocks(&config, 0, &learner);
@@ -75,12 +75,12 @@ fn after_a_minute_strangers_are_told_apart_by_their_bias() {
     for _ in 0..40 {
         let seconds = live(&config, &mut known);
         losses.push(learner.fit(&seconds, 5e-3));
-        // Few drivers, so that the same seconds are learned from again.
+        // There are few drivers, so the same seconds are used again.
         (0..4).for_each(|_| _ = learner.fit(&seconds, 5e-3));
         known.iter_mut().filter_map(|worker| worker.watcher.as_mut()).for_each(|watcher| watcher.learn(&learner));
     }
     assert!(losses[39] < losses[0] - 0.1, "{losses:?}");
-    // Other drivers, a minute from the beginning: the promise of a trait that is identified is 0.8.
+    // Other drivers, a minute after the beginning; a trait counts as identified at a correlation of 0.8.
     let mut strangers = blocks(&config, 50, &learner);
     live(&config, &mut strangers);
     let pairs: Vec<(f64, f64)> = strangers
@@ -95,7 +95,7 @@ fn after_a_minute_strangers_are_told_apart_by_their_bias() {
 }
 
 #[test]
-fn the_student_beside_the_rings_and_the_one_in_a_drive_say_the_same() {
+fn the_student_estimates_the_same_beside_the_rings_and_in_a_drive() {
     let config = biased();
     let learner = EstimatorLearner::new(&config);
     let mut watcher = Watcher::new(&learner);
@@ -125,13 +125,13 @@ fn the_student_beside_the_rings_and_the_one_in_a_drive_say_the_same() {
         }
     }
     assert_ne!(mean(&watcher, 3), mean(&Watcher::new(&learner), 3));
-    // A stranger is nobody yet.
+    // A new driver starts without any estimate.
     watcher.begin(3);
     assert_eq!(mean(&watcher, 3), mean(&Watcher::new(&learner), 3));
 }
 
 #[test]
-fn latents_that_nobody_named_tell_strangers_apart_by_their_bias() {
+fn latents_distinguish_new_drivers_by_their_bias() {
     let mut config = biased();
     config.network.sees = "speed,gap,latent_1,latent_2".into();
     config.student.estimator = EstimatorKind::Variational;

@@ -1,11 +1,11 @@
-//! A variational encoder of drivers (Kingma and Welling 2014; PeRP 2023 has one), its loss and the gradient. In: seconds of some
-//! rings, and numbers drawn from N(0, 1). Out: the loss in nats, and its derivative by the parameters of encoder and decoder. Generic
-//! over `f32`, which trains, and `f64`, in which the tests compare with finite differences.
+//! A variational encoder of drivers (Kingma and Welling 2014; PeRP 2023 has one), its loss and the gradient. In: seconds of some rings,
+//! and random numbers from N(0, 1). Out: the loss in nat, and its gradient by the parameters of encoder and decoder. Generic over `f32`
+//! for training and `f64` for tests with finite differences.
 //!
-//! The encoder is the recurrent unit that a drive has: after each second it reads out a mean and the logarithm of a standard
-//! deviation for each latent. The decoder is told a draw of the latents, the state in which a later second begins and what was advised
-//! and done ahead in it, and says by how much the driver changes his speed in that second. What it is told is the same for all
-//! drivers, so that a latent has only who drives to tell. One draw must do for seconds near and far: a driver lasts.
+//! The encoder is the recurrent unit of a drive: after each second it outputs a mean and the logarithm of a standard deviation per
+//! latent. The decoder predicts the driver's change of speed in a later second. Its inputs are a draw of the latents, the state at the
+//! beginning of that second, and the advice and the leader's behaviour in it. All inputs but the latents are independent of the driver,
+//! so that the latents must describe the driver. One draw must predict near and far seconds, because a driver stays the same.
 
 use super::{GruShape, GruStep, bounded, by_unbounded, forward, surprise};
 use crate::{
@@ -14,16 +14,16 @@ use crate::{
     train::{net::Shape, scalar::Real},
 };
 
-/// How far ahead the seconds lie that a draw must do for, s.
+/// Look-ahead of the predicted seconds for each draw, s.
 const AHEAD: [usize; 5] = [1, 2, 4, 8, 16];
-/// What the decoder is told beside the latents; see [`Seen::condition`].
+/// Number of the decoder's inputs besides the latents; see [`Seen::condition`].
 const CONDITION: usize = 8;
 /// Units of each of the decoder's two hidden layers.
 const UNITS: usize = 32;
-/// What the decoder says: a mean and the logarithm of a standard deviation of a change of speed, m/s.
+/// Number of the decoder's outputs: the mean and the logarithm of the standard deviation of a change of speed, m/s.
 const SAID: usize = 2;
 
-/// Sizes of encoder and decoder, whose parameters lie one after the other.
+/// Sizes of encoder and decoder; their parameters follow each other in this order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VariationalShape {
     latents: usize,
@@ -33,33 +33,33 @@ pub struct VariationalShape {
 
 /// Consecutive seconds of some rings.
 pub struct Seen<'a, T> {
-    /// States before the first, a row for each ring.
+    /// States before the first second, one row per ring.
     pub state: &'a [T],
-    /// Inputs of each second, a row for each ring.
+    /// Inputs of each second, one row per ring.
     pub inputs: &'a [Vec<T>],
-    /// Which rings begin anew in it.
+    /// Rings that restart in each second.
     pub begins: &'a [Vec<bool>],
 }
 
-/// What a block of seconds came to.
+/// Loss of a block of seconds.
 pub struct VariationalLoss<T> {
-    /// Sum of the loss over seconds, nats.
+    /// Sum of the loss over seconds, nat.
     pub nats: f64,
-    /// How many seconds of rings it is the sum over.
+    /// Number of ring seconds in the sum.
     pub seconds: f64,
-    /// Its derivative by all parameters.
+    /// Gradient of the loss by all parameters.
     pub gradient: Vec<T>,
 }
 
-/// A second that the latents of an earlier one must do for.
+/// A future second predicted from earlier latents.
 struct Look {
     /// Second in which the latents are read.
     now: usize,
-    /// Second that the decoder tells of.
+    /// Second that the decoder predicts.
     then: usize,
-    /// Which ring.
+    /// Index of the ring.
     row: usize,
-    /// 1 over the number of looks from `now`.
+    /// Weight: 1 over the number of looks from `now`.
     share: f64,
 }
 
@@ -68,24 +68,24 @@ impl<T: Real> Seen<'_, T> {
         self.begins.first().map_or(0, Vec::len)
     }
 
-    /// The inputs of a ring in a second: those of the last sample, and 1 where an advice stands.
+    /// Returns a ring's last sample in a second, and 1 if an advice is in force then, else 0.
     fn last(&self, second: usize, row: usize) -> (&[T], T) {
         let inputs = &self.inputs[second][row * INPUTS..][..INPUTS];
         (&inputs[(SAMPLES - 1) * SAMPLE_NUMBERS..][..SAMPLE_NUMBERS], inputs[INPUTS - 1])
     }
 
-    /// Own speed at the end of a second, m/s; `policy::identification::sample` has the scaling.
+    /// Returns the own speed at the end of a second, m/s; `policy::identification::sample` defines the scaling.
     fn speed_mps(&self, second: usize, row: usize) -> T {
         (self.last(second, row).0[1] + T::of(1.0)) * T::of(5.0)
     }
 
-    /// Change of the own speed in a second, m/s.
+    /// Returns the change of own speed in a second, m/s.
     fn change_mps(&self, second: usize, row: usize) -> T {
         self.speed_mps(second, row) - self.speed_mps(second - 1, row)
     }
 
-    /// What is given of a second: the state at its beginning, and the advice and the leader's speed at its end, both beside the
-    /// own speed at the beginning.
+    /// Returns the decoder's inputs for a second: the state at its beginning, and the advice and the leader's speed at its end, both
+    /// relative to own speed at the beginning.
     fn condition(&self, second: usize, row: usize) -> [T; CONDITION] {
         let (before, was_advised) = self.last(second - 1, row);
         let (after, is_advised) = self.last(second, row);
@@ -94,7 +94,7 @@ impl<T: Real> Seen<'_, T> {
         [before[0], before[1], before[2], before[3], was_advised, advised, after[2] + change, is_advised]
     }
 
-    /// All looks ahead that stay in one drive.
+    /// Returns all looks ahead that stay within one drive.
     fn looks(&self) -> Vec<Look> {
         let mut looks = Vec::new();
         for now in 0..self.inputs.len() {
@@ -111,7 +111,8 @@ impl<T: Real> Seen<'_, T> {
     }
 }
 
-/// KL divergence of a normal distribution from N(0, 1), nats, and its derivatives by mean and logarithm of the standard deviation.
+/// Returns the KL divergence of a normal distribution from N(0, 1), nat, and its derivatives by the mean and by the logarithm of the
+/// standard deviation.
 fn divergence<T: Real>(mean: T, log_sd: T) -> (T, [T; 2]) {
     let variance = (T::of(2.0) * log_sd).exp();
     let nats = T::of(0.5) * (mean * mean + variance - T::of(1.0)) - log_sd;
@@ -119,28 +120,29 @@ fn divergence<T: Real>(mean: T, log_sd: T) -> (T, [T; 2]) {
 }
 
 impl VariationalShape {
-    /// An encoder with so many units and latents, and its decoder.
+    /// Returns an encoder with this many units and latents, and its decoder.
     pub fn new(units: usize, latents: usize) -> Self {
         let encoder = GruShape { inputs: INPUTS, units, outputs: 2 * latents };
         Self { latents, encoder, decoder: Shape::new(&[latents + CONDITION, UNITS, UNITS, SAID]) }
     }
 
-    /// The encoder's own.
+    /// Returns the shape of the encoder.
     pub fn encoder(&self) -> GruShape {
         self.encoder
     }
 
-    /// First parameters of both: latents as N(0, 1), and a decoder that makes little of anything.
+    /// Returns initial parameters: latents near N(0, 1), and decoder outputs near 0.
     pub fn first<T: Real>(&self, stream: &mut Stream) -> Vec<T> {
         [self.encoder.first(stream), self.decoder.orthogonal(0.1, stream)].concat()
     }
 
-    /// Numbers to be drawn from N(0, 1) for so many seconds of so many rings.
+    /// Returns the number of N(0, 1) draws for this many seconds and rings.
     pub fn noise(&self, seconds: usize, rows: usize) -> usize {
         seconds * rows * self.latents
     }
 
-    /// The loss: over all seconds the mean surprise at the seconds ahead, and `kl_weight` times the divergence of the latents.
+    /// Returns the loss: summed over seconds, the mean negative log likelihood of the seconds ahead plus `kl_weight` times the divergence
+    /// of the latents.
     pub fn loss<T: Real>(&self, theta: &[T], seen: &Seen<'_, T>, noise: &[T], kl_weight: f64) -> VariationalLoss<T> {
         let n = self.latents;
         let (of_encoder, of_decoder) = theta.split_at(self.encoder.parameters());
@@ -197,7 +199,7 @@ mod tests {
     const ROWS: usize = 2;
     const SECONDS: usize = 6;
 
-    /// Two rings of which the second begins anew in second 3, as [`Seen`] has them but for the state, which is 0.
+    /// Two rings, of which the second restarts in second 3; the fields are as in [`Seen`], without the state, which is 0.
     struct Drives {
         inputs: Vec<Vec<f64>>,
         begins: Vec<Vec<bool>>,
@@ -211,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gradient_is_that_of_finite_differences() {
+    fn the_gradient_equals_finite_differences() {
         let shape = VariationalShape::new(3, 2);
         let mut stream = rng::stream(4, "variational");
         let Drives { inputs, begins } = drives(&mut stream);
@@ -222,7 +224,7 @@ mod tests {
         let noise: Vec<f64> = (0..shape.noise(SECONDS, ROWS)).map(|_| stream.normal()).collect();
         let found = shape.loss(&theta, &seen, &noise, 0.3);
         assert_eq!(found.gradient.len(), theta.len());
-        // Nothing follows the last second of a drive: ring 0 has one such, ring 1 two.
+        // The last second of a drive has no second ahead: one such second on ring 0, two on ring 1.
         assert_eq!(found.seconds, (ROWS * SECONDS - 3) as f64);
         for i in 0..theta.len() {
             let at = |d: f64| {
@@ -237,11 +239,11 @@ mod tests {
     }
 
     #[test]
-    fn the_divergence_is_what_its_integral_comes_to() {
+    fn the_divergence_equals_its_numerical_integral() {
         for (mean, log_sd) in [(0.0, 0.0), (1.5, -1.0), (-0.4, 0.6)] {
             let sd = f64::exp(log_sd);
             let step = 1e-3 * sd;
-            // q ln (q / p) over ten standard deviations either way.
+            // q ln (q / p) over ten standard deviations in either direction.
             let integral: f64 = (-10_000..10_000)
                 .map(|i| {
                     let z = (f64::from(i) + 0.5) * 1e-3;
@@ -256,14 +258,14 @@ mod tests {
     }
 
     #[test]
-    fn the_divergence_counts_once_a_second_whatever_the_number_of_looks() {
+    fn the_divergence_counts_once_a_second_for_any_number_of_looks() {
         let shape = VariationalShape::new(3, 2);
         let mut stream = rng::stream(5, "variational");
         let Drives { inputs, begins } = drives(&mut stream);
         let state = vec![0.0; ROWS * 3];
         let seen = Seen { state: &state, inputs: &inputs, begins: &begins };
         let mut theta: Vec<f64> = shape.first(&mut stream);
-        // Latents that say the same at all times: mean 0.5 and -1, standard deviations e^0.2 and e^-0.3.
+        // Latents that are constant in time: means 0.5 and -1, standard deviations e^0.2 and e^-0.3.
         let readout = shape.encoder.parameters() - 3 * 4 - 4;
         theta[readout..][..12].fill(0.0);
         theta[readout + 12..][..4].copy_from_slice(&[0.5, -1.0, 0.2, -0.3]);

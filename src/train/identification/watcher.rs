@@ -1,5 +1,5 @@
-//! The student beside a block of rings: he watches each driver, second by second, and says what he makes of him. In: samples of
-//! the block and who drives. Out: estimates; and the [`Seconds`] that he learns from.
+//! The student beside a block of rings: it observes each driver second by second and estimates their traits or latents. In: samples of
+//! the block and the drivers' true traits. Out: estimates, and the [`Seconds`] for training.
 
 use super::{EstimatorLearner, GruShape};
 use crate::{
@@ -11,19 +11,19 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// What the egos of a block do at one instant: speed, leader's speed, gap, advice (below 0: none); m/s and metres.
+/// State of a block's egos at one instant: speed, leader's speed, gap, advice (negative: none); m/s and m.
 pub type BlockSample = [SimdLanes; 4];
 
 /// Consecutive seconds of a block's rings.
 #[derive(Clone, Debug, Default)]
 pub struct Seconds {
-    /// States before the first, a row for each ring.
+    /// States before the first second, one row per ring.
     pub state: Vec<f32>,
-    /// Inputs of each second, a row for each ring.
+    /// Inputs of each second, one row per ring.
     pub inputs: Vec<Vec<f32>>,
-    /// Which rings begin anew in it.
+    /// Rings that restart in each second.
     pub begins: Vec<Vec<bool>>,
-    /// Who drives.
+    /// True traits of the drivers in each second.
     pub truths: Vec<[DriverTraits; LANES]>,
 }
 
@@ -40,7 +40,7 @@ pub struct Watcher {
 }
 
 impl Watcher {
-    /// A student who knows what `learner` has learned so far, and nothing of these drivers.
+    /// Returns a student with the current parameters of `learner` and no estimate of these drivers.
     pub fn new(learner: &EstimatorLearner) -> Self {
         let GruShape { inputs, units, outputs } = learner.shape();
         let mut watcher = Self {
@@ -56,7 +56,7 @@ impl Watcher {
         watcher
     }
 
-    /// The same student after another lesson; what he makes of the drivers so far he keeps.
+    /// Takes over the learner's new parameters and keeps the states of the drivers.
     pub fn learn(&mut self, learner: &EstimatorLearner) {
         self.estimator = learner.estimator();
         learner.theta().clone_into(&mut self.theta);
@@ -68,33 +68,33 @@ impl Watcher {
         GruShape { inputs, units, outputs }
     }
 
-    /// The readout of the states as they are.
+    /// Recomputes the readout of the current states.
     fn reread(&mut self) {
         let units = self.shape.1;
         let of = |l: usize| self.estimator.read(&self.state[l * units..][..units]);
         self.read = (0..LANES).flat_map(of).collect();
     }
 
-    /// Who he thinks drives ring `l`.
+    /// Returns the estimate of the driver on ring `l`.
     pub fn who_drives(&self, l: usize) -> WhoDrives {
         let outputs = self.shape.2;
         self.estimator.of_readout(&self.read[l * outputs..][..outputs])
     }
 
-    /// Ring `l` has another driver from now on.
+    /// Resets ring `l` for a new driver.
     pub fn begin(&mut self, l: usize) {
         let (_, units, outputs) = self.shape;
         let state = &mut self.state[l * units..][..units];
         state.fill(0.0);
         self.begins[l] = true;
         self.estimator.read_into(state, &mut self.read[l * outputs..][..outputs]);
-        // What is left of a second that the one before him drove.
+        // Clears the previous driver's samples of the second in progress.
         for sample in &mut self.partial {
             sample.iter_mut().for_each(|numbers| numbers[l] = 0.0);
         }
     }
 
-    /// Takes in samples of [`crate::policy::identification::SAMPLE_S`] each; `log` keeps the seconds that become whole.
+    /// Adds samples, one per [`crate::policy::identification::SAMPLE_S`]; completed seconds are appended to `log`.
     pub fn watch(&mut self, samples: &[BlockSample], truths: &[DriverTraits; LANES], log: Option<&mut Seconds>) {
         let mut log = log;
         for sample in samples {
@@ -117,7 +117,7 @@ impl Watcher {
         }
     }
 
-    /// The inputs of the second that has just become whole, a row for each ring.
+    /// Returns the inputs of the second just completed, one row per ring.
     fn inputs(&self) -> Vec<f32> {
         let mut inputs = Vec::with_capacity(LANES * INPUTS);
         for l in 0..LANES {

@@ -1,9 +1,9 @@
-//! Tunes a controller's parameters as hard as a network's are trained. In: a configuration's rings with their driver, holds,
-//! a controller. Out: the best parameters of its kind that were found, and its file, whose head says how.
+//! Tuning of a controller's parameters with the same effort as a network's training. In: a configuration's rings with their driver, holds
+//! and a controller. Out: the best parameters found for its kind, and its file with a record of the tuning in the head.
 //!
-//! The objective is the mean speed of all cars over the whole horizon, transients included, the mean over the holds; a
-//! crash lets all cars stand from then on. Its rings are drawn from a stream of their own, [`STREAM`]: a controller is
-//! never evaluated on rings that it was tuned on.
+//! The objective is the mean speed of all vehicles over the whole horizon with its transients, averaged over the holds; after a crash all
+//! vehicles count as stopped. The rings are drawn from a separate stream, [`STREAM`]: a controller is never evaluated on rings that it
+//! was tuned on.
 
 mod search;
 
@@ -16,43 +16,43 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-/// Name of the random numbers that the rings are drawn from.
+/// Name of the random stream of the rings.
 pub const STREAM: &str = "tune";
 
-/// What is tuned on which rings.
+/// Controller, rings and budget of a tuning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TuningTask {
-    /// The rings, and who follows the advice.
+    /// Configuration of the rings and of the driver who follows the advice.
     pub config: TrainConfig,
-    /// What the driver is called.
+    /// Name of the driver for the file.
     pub driver: String,
-    /// Holds, seconds; the objective is the mean over them.
+    /// Holds, s; the objective is the mean over them.
     pub holds_s: Vec<f64>,
-    /// Number of rings.
+    /// Number of rings per evaluation.
     pub rings: usize,
-    /// Most parameter sets to try, the one that it begins with included.
+    /// Largest number of parameter sets to try, the initial one included.
     pub budget: u32,
-    /// What it begins with.
+    /// Controller with the initial parameters.
     pub start: Controller,
-    /// What the file calls that.
+    /// Name of the initial controller for the file.
     pub start_name: String,
 }
 
-/// What came of it.
+/// Result of a tuning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TuningResult {
-    /// The best controller found.
+    /// Best controller that was found.
     pub best: Controller,
-    /// Mean speed with it, m/s.
+    /// Mean speed with the best controller, m/s.
     pub after_mps: f64,
-    /// Mean speed with the controller that it began with, m/s; `None` if it was stopped before that was known.
+    /// Mean speed with the initial controller, m/s; `None` if the tuning was stopped before it was known.
     pub before_mps: Option<f64>,
-    /// Parameter sets that were tried.
+    /// Number of parameter sets tried.
     pub tried: u32,
 }
 
 impl TuningTask {
-    /// Mean speed of all cars with a controller, m/s.
+    /// Returns the mean speed of all vehicles with a controller, m/s.
     pub fn mean_mps(&self, controller: &Controller) -> f64 {
         let of_hold = |hold_s: &f64| {
             let config = self.config.held(*hold_s);
@@ -63,7 +63,7 @@ impl TuningTask {
         self.holds_s.iter().map(of_hold).sum::<f64>() / self.holds_s.len() as f64
     }
 
-    /// Searches. `stop` ends it with the best so far; `watch` is told of each mean speed as it comes, on any thread.
+    /// Runs the search. `stop` ends it with the best result so far; `watch` gets each mean speed, on any thread.
     pub fn run(&self, stop: &AtomicBool, watch: impl Fn(f64) + Sync) -> TuningResult {
         let (kind, settings) = (self.start.kind(), self.config.policy_settings(0.0));
         let tried = |controller: &Controller| {
@@ -91,7 +91,7 @@ impl TuningTask {
         TuningResult { best, after_mps, before_mps: Some(before_mps), tried: found.tried + 1 }
     }
 
-    /// The best controller's file. Its head says what was tuned, on what, and what came of it.
+    /// Returns the best controller's file; its head records the task and the result.
     pub fn file(&self, result: &TuningResult) -> String {
         let ring = &self.config.ring;
         let range = |low: f64, high: f64| if low < high { format!("{low} to {high}") } else { low.to_string() };
@@ -121,7 +121,7 @@ impl TuningTask {
     }
 }
 
-/// The range of each parameter on these rings.
+/// Returns the search range of each parameter on these rings.
 fn search_bounds(controller: &Controller, settings: &PolicySettings) -> Vec<[f64; 2]> {
     controller.kind().parameters().iter().map(|p| p.search_range(settings.equilibrium_mps)).collect()
 }

@@ -1,51 +1,52 @@
-//! The search: the best point of a box. A share of the points is spread over all of it; from the best of them CMA-ES begins
-//! (Hansen and Ostermeier 2001), and anew with twice the population whenever it has converged (Auger and Hansen 2005), until
-//! so many points are tried. In: a box, a point to begin with, a function. Out: the best point. Points of a generation are tried in parallel; which threads do changes no bit.
+//! Search for the best point of a box. A share of the points is spread over the whole box. CMA-ES starts from the best of them (Hansen
+//! and Ostermeier 2001) and restarts with twice the population whenever it has converged (Auger and Hansen 2005), until the budget is
+//! used. In: a box, an initial point and a function. Out: the best point. Points of a generation are evaluated in parallel; the
+//! assignment to threads changes no bit.
 
 use crate::rng;
 use fcmaes_core::{Cmaes, CmaesParams, Fitness};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Fewest points of a generation: with few parameters the usual four would leave threads idle.
+/// Smallest population: with few parameters the usual four would leave threads idle.
 const LEAST_POPULATION: usize = 6;
-/// First standard deviation, as a share of the box.
+/// Initial standard deviation, as a share of the box.
 const FIRST_SD: f64 = 0.2;
-/// One in so many points is spread over the box: a drive's value has many hills, and begun on a low one CMA-ES stays there
-/// (linear feedback held 10 s came to 3.2 m/s where standing gains of 0 have 3.6).
+/// One in this many points is spread over the box. The objective has many local maxima, and CMA-ES stays at a low one if it starts there
+/// (linear feedback held 10 s reached 3.2 m/s, while constant gains of 0 reach 3.6).
 const SPREAD: u32 = 5;
-/// Scales the optimiser's tolerances of 1e-11 of the first step and 1e-12 of the value: closer than a millionth no speed is
-/// worth knowing, and the points are better tried elsewhere.
+/// Scale of the optimiser's tolerances of 1e-11 of the first step and 1e-12 of the value. A difference in speed below a millionth is not
+/// worth the points, which are better tried elsewhere.
 const TOLERANCE_SCALE: f64 = 1e6;
 
-/// Taken from the value of a point for each squared side of the box that it lies beyond it: more than any m/s that could be won.
+/// Penalty per squared distance of a point beyond the box, in sides of the box: more than any possible gain in m/s.
 const PENALTY: f64 = 10.0;
 
-/// What is searched.
+/// Space, start and budget of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SearchBox {
-    /// Lowest and highest value of each coordinate; the first below the second.
+    /// Lowest and highest value of each coordinate, in ascending order.
     pub bounds: Vec<[f64; 2]>,
-    /// Where the search begins unless a better point is known; a coordinate out of bounds begins at the nearer one.
+    /// Start of the search unless a better point is found; a coordinate out of bounds is moved to the nearer bound.
     pub start: Vec<f64>,
-    /// The value there.
+    /// Value of the function at the start.
     pub start_value: f64,
-    /// Most points to try.
+    /// Largest number of points to try.
     pub budget: u32,
-    /// Seed of its random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
-/// What was found.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SearchResult {
-    /// The best point, within the bounds; `None` if nothing was tried or no value was a number.
+    /// Best point within the bounds and its value; `None` if no point was tried or no value was finite.
     pub best: Option<(Vec<f64>, f64)>,
-    /// Points tried.
+    /// Number of points tried.
     pub tried: u32,
 }
 
-/// The point where `value` is greatest. `stop` ends it with the best so far.
+/// Returns the point with the greatest `value` found. `stop` ends the search with the best point so far.
 pub fn maximum(space: &SearchBox, stop: &AtomicBool, value: impl Fn(&[f64]) -> f64 + Sync) -> SearchResult {
     let mut search = Search { space, stop, value: &value, result: SearchResult { best: None, tried: 0 } };
     let dimensions = space.bounds.len();
@@ -67,7 +68,7 @@ pub fn maximum(space: &SearchBox, stop: &AtomicBool, value: impl Fn(&[f64]) -> f
     search.result
 }
 
-/// So many points of the unit cube, each in a slice of its own along every side (a Latin hypercube).
+/// Returns points of the unit cube, each in a separate slice along every side (a Latin hypercube).
 fn spread(points: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut numbers = rng::stream(seed, "tune/spread");
     let mut side = |_| -> Vec<f64> {
@@ -78,7 +79,7 @@ fn spread(points: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
     (0..points).map(|i| sides.iter().map(|side| side[i]).collect()).collect()
 }
 
-/// A search under way.
+/// A search in progress.
 struct Search<'a, F> {
     space: &'a SearchBox,
     stop: &'a AtomicBool,
@@ -91,7 +92,7 @@ impl<F: Fn(&[f64]) -> f64 + Sync> Search<'_, F> {
         self.result.tried < self.space.budget && !self.stop.load(Ordering::Relaxed)
     }
 
-    /// CMA-ES until it has converged, or the budget is used.
+    /// Runs CMA-ES until it has converged or the budget is used.
     fn run(&mut self, from: &[f64], population: usize, seed: u64) {
         let unbounded = Fitness::new(from.len(), 1, Vec::new(), Vec::new());
         let parameters = CmaesParams {
@@ -104,15 +105,15 @@ impl<F: Fn(&[f64]) -> f64 + Sync> Search<'_, F> {
         let mut optimiser = Cmaes::new(unbounded, from, &[FIRST_SD], &parameters);
         while self.goes_on() {
             let told = self.try_points(&optimiser.ask());
-            // It takes whole generations only; the last one may have been cut.
+            // The optimiser takes whole generations only; the last one may be incomplete.
             if told.len() < population || optimiser.tell(&told) != 0 {
                 return;
             }
         }
     }
 
-    /// Tries these points, in coordinates of which 0 to 1 is the box, as far as the budget goes. Returns what is to be least
-    /// of each that was tried.
+    /// Evaluates points in coordinates where the box is 0 to 1, as far as the budget permits. Returns the values to minimise, one per
+    /// point evaluated.
     fn try_points(&mut self, asked: &[Vec<f64>]) -> Vec<f64> {
         let left = (self.space.budget - self.result.tried) as usize;
         let points: Vec<(Vec<f64>, f64)> = asked.iter().take(left).map(|point| self.space.point(point)).collect();
@@ -132,15 +133,15 @@ impl<F: Fn(&[f64]) -> f64 + Sync> Search<'_, F> {
 }
 
 impl SearchBox {
-    /// The start in coordinates of 0 to 1.
+    /// Returns the start in coordinates of 0 to 1.
     fn normalised(&self) -> Vec<f64> {
         let share = |(x, [low, high]): (&f64, &[f64; 2])| ((x - low) / (high - low)).clamp(0.0, 1.0);
         self.start.iter().zip(&self.bounds).map(share).collect()
     }
 
-    /// The point of the box that is nearest to coordinates of which 0 to 1 is the box, and what is taken from its value for
-    /// being beyond it. Only cut off at the bounds, points would differ from those that the optimiser thinks of, and it
-    /// loses its way along a side; folded back as by a mirror, it hesitates between a hill and its image.
+    /// Returns the point of the box nearest to normalised coordinates (the box is 0 to 1), and the penalty for the distance beyond it.
+    /// Clamping alone gives points that differ from the optimiser's, which then fails along a side; reflection at the bounds makes it
+    /// oscillate between a maximum and its mirror image.
     fn point(&self, normalised: &[f64]) -> (Vec<f64>, f64) {
         let of = |(x, [low, high]): (&f64, &[f64; 2])| (low + (high - low) * x).clamp(*low, *high);
         let beyond: f64 = normalised.iter().map(|x| (x - x.clamp(0.0, 1.0)).powi(2)).sum();
@@ -153,7 +154,8 @@ mod tests {
     use super::*;
     use std::sync::atomic::AtomicU32;
 
-    /// Sums of squares about a centre, the greatest value 0 there, on a box of three unlike sides.
+    /// Searches the maximum 0 of a sum of squares around a centre, on a box with three different sides; returns the result and the number
+    /// of calls.
     fn sphere(centre: [f64; 3], seed: u64, budget: u32) -> (SearchResult, u32) {
         let space = SearchBox {
             bounds: vec![[0.0, 10.0], [-1.0, 1.0], [100.0, 300.0]],
@@ -179,7 +181,7 @@ mod tests {
             let (best, value) = sphere([7.0, -0.25, 130.0], seed, 400).0.best.expect("a best point");
             assert!((best[0] - 7.0).abs() < 0.01 && (best[1] + 0.25).abs() < 0.002 && (best[2] - 130.0).abs() < 0.2);
             assert!((-1e-6..=0.0).contains(&value), "{value}");
-            // The centre is outside of two sides, by a fifth and by a quarter of them: the nearest point of the box.
+            // The centre lies beyond two sides, by a fifth and a quarter of them; the best point is the nearest one of the box.
             let (best, value) = sphere([12.0, -0.25, 50.0], seed, 400).0.best.expect("a best point");
             assert!(best[0] > 9.99 && (best[1] + 0.25).abs() < 0.002 && best[2] < 100.2, "{best:?}");
             assert!((-1e-6..=0.0).contains(&(value + 0.04 + 0.0625)), "{value}");
@@ -187,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_points_are_in_all_slices_of_each_side() {
+    fn the_first_points_fill_all_slices_of_each_side() {
         let points = spread(10, 3, 7);
         for side in 0..3 {
             let mut slices: Vec<usize> = points.iter().map(|point| (point[side] * 10.0) as usize).collect();
@@ -198,8 +200,8 @@ mod tests {
     }
 
     #[test]
-    fn a_valley_that_bends_is_followed() {
-        // Rosenbrock's function: 0 at (1, 1) alone.
+    fn a_curved_valley_is_followed() {
+        // Rosenbrock's function: 0 only at (1, 1).
         let space = SearchBox {
             bounds: vec![[-2.0, 2.0]; 2],
             start: vec![-1.2, 1.0],
@@ -213,8 +215,8 @@ mod tests {
     }
 
     #[test]
-    fn a_search_that_has_converged_on_a_hill_begins_anew_and_finds_the_mountain() {
-        // A hill of height 1 where it begins (and is told that it is 3), a mountain of height 2 at the other end.
+    fn a_search_restarts_after_a_local_maximum_and_finds_the_global_one() {
+        // A maximum of 1 at the start (whose value is given as 3) and a maximum of 2 at the other end.
         let space =
             SearchBox { bounds: vec![[0.0, 1.0]; 2], start: vec![0.1, 0.1], start_value: 3.0, budget: 2000, seed: 1 };
         let value = |x: &[f64]| {
@@ -235,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_ends_it_with_the_best_so_far_and_what_is_no_number_is_never_best() {
+    fn a_stopped_search_returns_the_best_so_far_and_never_a_nan() {
         let space = SearchBox { bounds: vec![[0.0, 1.0]], start: vec![0.5], start_value: 0.5, budget: 1000, seed: 1 };
         let (stop, calls) = (AtomicBool::new(false), AtomicU32::new(0));
         let value = |x: &[f64]| {

@@ -1,4 +1,4 @@
-//! Tuning against outside oracles: a grid of all speeds, and itself on other numbers of threads.
+//! Tuning against references: a grid of speeds, and the same tuning with other numbers of threads.
 
 use super::*;
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     train::{RewardConfig, RingConfig},
 };
 
-/// Eleven cars on half of the paper's ring, driven for a minute and a half by an ego that does what it is told and brakes
+/// Returns a task with eleven vehicles on half of the paper's ring for a minute and a half, and an ego that follows exactly and brakes
 /// where it must.
 fn small(kind: ControllerKind, budget: u32) -> TuningTask {
     let ring = RingConfig {
@@ -40,17 +40,17 @@ fn run(task: &TuningTask) -> TuningResult {
 #[test]
 fn a_tuned_speed_is_within_one_per_cent_of_the_best_of_forty() {
     let task = small(ControllerKind::Constant, 40);
-    // 11 cars on 125 m are as dense as the paper's ring: an even flow of 4.362 m/s (docs/references.md: ring).
+    // 11 vehicles on 125 m are as dense as the paper's ring: an equilibrium speed of 4.362 m/s (docs/references.md: ring).
     let speeds = (1..=40).map(|k| 1.5 * 4.362 * f64::from(k) / 40.0);
     let of = |speed| task.mean_mps(&Controller::of(ControllerKind::Constant, &[speed]));
     let (best_mps, best) = speeds.map(|speed| (of(speed), speed)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     let result = run(&task);
     assert!(result.after_mps > 0.99 * best_mps, "{result:?}; the grid has {best_mps} at {best}");
-    // Gone on from there, one more try is none better, and what was best stays.
+    // Continued from there, one more try is no better, and the best result stays.
     let further = TuningTask { start: result.best, budget: 2, ..task.clone() };
     let kept = run(&further);
     assert_eq!((kept.best, kept.after_mps, kept.tried), (result.best, result.after_mps, 2));
-    // What is reported is what the controller of the file does.
+    // The reported speed is that of the controller in the file.
     assert_eq!(result.after_mps, task.mean_mps(&result.best));
     assert_eq!((result.tried, result.before_mps), (40, Some(task.mean_mps(&task.start))));
 }
@@ -67,7 +67,7 @@ fn the_same_seed_gives_the_same_file_with_one_thread_and_with_two() {
     let mut other = task.clone();
     other.config.seed = 2;
     assert_ne!(one, other.file(&run(&other)));
-    // The file is its controller's, and its head says how it came to be.
+    // The file holds the controller, and its head records the tuning.
     let read = Controller::from_toml(&one, "tuned.toml").unwrap();
     assert_eq!(read, run(&task).best);
     for part in [
@@ -82,7 +82,7 @@ fn the_same_seed_gives_the_same_file_with_one_thread_and_with_two() {
 }
 
 #[test]
-fn tuning_never_makes_it_worse_and_several_holds_count_alike() {
+fn tuning_never_lowers_the_mean_speed_and_weights_holds_equally() {
     for kind in crate::policy::CONTROLLERS {
         let mut task = small(kind, 9);
         task.holds_s = vec![1.0, 10.0];
@@ -94,7 +94,7 @@ fn tuning_never_makes_it_worse_and_several_holds_count_alike() {
 }
 
 #[test]
-fn the_rings_are_none_that_anything_else_drives_on() {
+fn the_tuning_rings_differ_from_all_other_rings() {
     let task = small(ControllerKind::TwoPhase, 1);
     let of = |stream| {
         let make = || Some(task.start.policy(0.1));
@@ -114,7 +114,7 @@ fn a_search_goes_through_the_speeds_of_its_ring() {
 }
 
 #[test]
-fn what_was_stopped_at_once_is_what_it_began_with() {
+fn a_tuning_stopped_at_once_returns_its_start() {
     let task = small(ControllerKind::Pi, 100);
     let result = task.run(&AtomicBool::new(true), |_| {});
     assert_eq!((result.best, result.before_mps, result.tried), (task.start, None, 0));

@@ -1,5 +1,5 @@
-//! A benchmark as a file. In: TOML of `assets/benchmarks`, or another's. Out: a [`Benchmark`]: roads, drivers and policies, each
-//! with each. SI units.
+//! Benchmark as a file. In: TOML, shipped in `assets/benchmarks` or the user's. Out: a [`Benchmark`]: every combination of
+//! roads, drivers and policies. SI units.
 
 use crate::{
     cli::{
@@ -18,124 +18,123 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What such a file calls itself.
+/// Format name in the file.
 const FORMAT: &str = "codrive benchmark 1";
 
-/// Where the shipped ones lie, below the program's data.
+/// Folder of the shipped benchmarks, in the program's data.
 const SHIPPED: &str = "assets/benchmarks";
 
-/// A benchmark.
+/// Benchmark definition: roads, drivers and policies to compare.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Benchmark {
-    /// Kind of file.
+    /// Format name, `codrive benchmark 1`.
     pub format: String,
-    /// What it is called.
+    /// Title in tables and results.
     pub title: String,
-    /// Rings of each cell.
+    /// Number of rings of each cell.
     pub rings: usize,
     /// Seed of the rings.
     pub seed: u64,
-    /// Holds, seconds.
+    /// Holds of the advice, s.
     pub holds_s: Vec<f64>,
-    /// Roads.
     #[serde(rename = "road")]
     pub roads: Vec<Road>,
-    /// Who follows the advice.
+    /// Drivers who follow the advice.
     #[serde(rename = "driver")]
     pub drivers: Vec<JudgedDriver>,
-    /// What advises.
+    /// Policies, one row of the table each.
     #[serde(rename = "row")]
     pub rows: Vec<JudgedPolicy>,
-    /// The folder of the file, which paths in it start from.
+    /// Folder of the file; paths in the file are relative to it.
     #[serde(skip)]
     pub folder: PathBuf,
 }
 
-/// A kind of ring.
+/// Ring lengths, traffic and model spread of a road.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Road {
-    /// What it is called.
+    /// Name shown in tables.
     pub name: String,
-    /// `{road}` in a policy's path; without one it is the circumference, such as 250 or 210-290.
+    /// Value of `{road}` in a policy's path; by default the circumference, such as 250 or 210-290.
     pub key: Option<String>,
     /// Shortest and longest ring, metres.
     pub circumference_m: [f64; 2],
-    /// Fewest and most cars.
+    /// Minimum and maximum number of vehicles.
     pub vehicles: [u32; 2],
-    /// Share by which the car-following model differs from ring to ring, either way.
+    /// Relative spread of the car-following model between rings, either way.
     pub idm_spread: f64,
-    /// Share by which each other car's model differs from that of its ring, either way.
+    /// Relative spread of each vehicle's model around that of its ring, either way.
     #[serde(default)]
     pub car_spread: f64,
-    /// Share of trucks among the other cars.
+    /// Share of trucks among the other vehicles.
     #[serde(default)]
     pub truck_share: f64,
-    /// Desired speed of the car-following model, which is the speed limit, too, m/s; without it that of the ring study.
+    /// Desired speed of the car-following model, which is also the speed limit, m/s; by default that of the ring study.
     pub desired_speed_mps: Option<f64>,
-    /// Time that traffic runs before advice begins, s; without it 120 s.
+    /// Time that traffic runs before advice begins, s; by default 120 s.
     pub warm_up_s: Option<f64>,
 }
 
-/// A driver, or a population of them.
+/// Driver, or population of drivers.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedDriver {
-    /// What tables call him; `{driver}` in a policy's path.
+    /// Name in tables, and value of `{driver}` in a policy's path.
     pub name: String,
-    /// As `--driver` takes it, or the name of a population.
+    /// Driver as `--driver` takes it, or the name of a population.
     pub driver: String,
-    /// Largest deceleration of the guard of a guarded one, m/s2.
+    /// Maximum deceleration of a guarded driver's guard, m/s2.
     pub guard_decel_mps2: Option<f64>,
-    /// Time in which one who follows to the letter closes a difference to the advised speed, s; without it one step.
+    /// Time in which an exact driver closes a difference to the advised speed, s; by default one step.
     pub ego_response_s: Option<f64>,
-    /// Largest acceleration with which such a one closes it, m/s2.
+    /// Maximum acceleration of an exact driver towards the advised speed, m/s2.
     pub ego_accel_mps2: Option<f64>,
-    /// Only rows that name him have him.
+    /// True if only rows that name this driver use it.
     #[serde(default)]
     pub only_where_named: bool,
 }
 
-/// A row: one policy, or the same one trained from several seeds.
+/// Row of the table: one policy, or one policy trained from several seeds.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedPolicy {
-    /// What tables call it.
+    /// Name shown in tables.
     pub name: String,
-    /// Names, or paths from the folder of this file; `{road}`, `{driver}` and `{hold}` in one stand for those of the cell.
+    /// Names, or paths relative to the file's folder. `{road}`, `{driver}` and `{hold}` are replaced by those of the cell.
     pub policies: Vec<String>,
-    /// Roads that it is judged on, by their keys; without them all.
+    /// Keys of the roads to evaluate on; by default all.
     pub roads: Option<Vec<String>>,
-    /// Drivers that it is judged with, by name; without them all but those that are only where they are named.
+    /// Names of the drivers to evaluate with; by default all except those with `only_where_named`.
     pub drivers: Option<Vec<String>>,
-    /// Holds that it is judged at, seconds; without them the benchmark's.
+    /// Holds to evaluate at, seconds; by default the benchmark's.
     pub holds_s: Option<Vec<f64>>,
 }
 
-/// Where a row is judged: on which road, at which hold, with which driver.
+/// Condition in which a row is evaluated: road, hold and driver.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<'a> {
-    /// On which rings.
+    /// Rings to drive on.
     pub road: &'a Road,
-    /// Seconds.
+    /// Hold of the advice, s.
     pub hold_s: f64,
-    /// Who follows.
+    /// Driver who follows the advice.
     pub driver: &'a JudgedDriver,
 }
 
 impl Place<'_> {
-    /// True if it is the same place of the same benchmark.
+    /// Checks whether both are the same condition of the same benchmark.
     pub fn is(&self, other: &Self) -> bool {
         self.hold_s == other.hold_s && self.is_beside(other)
     }
 
-    /// True if it is that place but for the hold.
+    /// Checks whether both are the same condition apart from the hold.
     pub fn is_beside(&self, other: &Self) -> bool {
         std::ptr::eq(self.road, other.road) && std::ptr::eq(self.driver, other.driver)
     }
 
-    /// A path with what stands for its road, driver and hold put in.
+    /// Returns a path with road, driver and hold filled in.
     pub fn written_in(&self, path: &str) -> String {
         let path = path.replace("{road}", &self.road.key()).replace("{driver}", &self.driver.name);
         path.replace("{hold}", &self.hold_s.to_string())
@@ -143,10 +142,10 @@ impl Place<'_> {
 }
 
 impl Benchmark {
-    /// The benchmark of this name, or of this file.
+    /// Loads a benchmark by name, or from a TOML file.
     ///
     /// # Errors
-    /// There is none, or it is wrong; the message names file, line, value and what is allowed.
+    /// There is no such benchmark, or it is wrong; the message names file, line, value and the allowed values.
     pub fn load(name: &str) -> Result<Self, CliError> {
         let path = if Path::new(name).extension().is_some_and(|ending| ending == "toml") {
             PathBuf::from(name)
@@ -163,7 +162,7 @@ impl Benchmark {
         Self::parse(&text, &shown, folder)
     }
 
-    /// The same for text.
+    /// Parses a benchmark from text.
     fn parse(text: &str, name: &str, folder: PathBuf) -> Result<Self, CliError> {
         let parsed: Self = toml_text::parse(text, name).map_err(|error| CliError::Input(error.to_string()))?;
         let benchmark = Self { folder, ..parsed };
@@ -173,7 +172,7 @@ impl Benchmark {
         Ok(benchmark)
     }
 
-    /// What must hold; the key at fault and what is allowed.
+    /// Checks the definition. Returns the key at fault and the allowed values.
     fn check(&self) -> Result<(), (String, String)> {
         if self.format != FORMAT {
             return Err(("format".into(), format!("format is `{}`; known is `{FORMAT}`", self.format)));
@@ -288,7 +287,7 @@ impl Benchmark {
         Ok(())
     }
 
-    /// Holds of the benchmark, then those that rows have besides, seconds.
+    /// Returns the holds of the benchmark, then the additional holds of its rows, s.
     pub fn all_holds_s(&self) -> Vec<f64> {
         let mut holds_s = self.holds_s.clone();
         for hold_s in self.rows.iter().flat_map(|row| row.holds_s.iter().flatten()) {
@@ -299,7 +298,7 @@ impl Benchmark {
         holds_s
     }
 
-    /// Every road, hold and driver at which a row is judged, in the order of tables.
+    /// Returns every condition in which a row is evaluated, in the order of tables.
     pub fn places(&self) -> Vec<Place<'_>> {
         let mut places = Vec::new();
         for road in &self.roads {
@@ -315,7 +314,7 @@ impl Benchmark {
         places
     }
 
-    /// True if this row is judged there. What drives without advice is beside every other, because gains are over it.
+    /// Checks whether a row is evaluated there. No advice is evaluated in every condition, as the baseline of the gains.
     pub fn judges(&self, row: &JudgedPolicy, place: &Place<'_>) -> bool {
         row.is_no_advice() || self.asks_for(row, place)
     }
@@ -329,7 +328,7 @@ impl Benchmark {
         has_driver && has_road && row.holds_s.as_ref().unwrap_or(&self.holds_s).contains(&place.hold_s)
     }
 
-    /// The name or path of a policy in a cell.
+    /// Returns the name of a policy, or its path in a cell.
     pub fn policy(&self, name: &str, place: &Place<'_>) -> String {
         if !policy::is_path(name) {
             return name.into();
@@ -337,7 +336,7 @@ impl Benchmark {
         self.folder.join(place.written_in(name)).display().to_string()
     }
 
-    /// The rings of a place with its driver in each.
+    /// Returns the configuration of the rings and driver of a condition.
     pub fn config(&self, place: &Place<'_>) -> Result<TrainConfig, CliError> {
         let Place { road, hold_s, driver } = *place;
         let usual = RingConfig::default();
@@ -373,7 +372,7 @@ impl Benchmark {
 }
 
 impl Road {
-    /// What stands for it in a path.
+    /// Returns the value of `{road}` in a path.
     pub fn key(&self) -> String {
         let [low, high] = self.circumference_m;
         let length = if low == high { low.to_string() } else { format!("{low}-{high}") };
@@ -382,23 +381,23 @@ impl Road {
 }
 
 impl JudgedPolicy {
-    /// True if it advises nothing.
+    /// Checks whether the row advises nothing.
     pub fn is_no_advice(&self) -> bool {
         self.policies == ["none"]
     }
 }
 
 impl JudgedDriver {
-    /// Who he is.
+    /// Returns the driver or population.
     ///
     /// # Errors
-    /// There is no such driver and no such population.
+    /// There is no such driver or population, or a number of the driver is wrong.
     pub fn who(&self) -> Result<FollowingDriver, FollowingDriverError> {
         plan::driver(&self.driver)
     }
 }
 
-/// Names of the shipped benchmarks, sorted.
+/// Returns the names of the shipped benchmarks, sorted.
 pub fn shipped() -> Vec<String> {
     let files = std::fs::read_dir(data_folders::root().join(SHIPPED)).into_iter().flatten().flatten();
     let names = files.filter_map(|file| {

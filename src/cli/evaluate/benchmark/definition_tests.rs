@@ -1,4 +1,4 @@
-//! A benchmark's file: what is refused, and where each row is judged.
+//! Tests of benchmark files: refused definitions, and the conditions in which each row is evaluated.
 
 use super::*;
 
@@ -22,7 +22,7 @@ fn refused_of(text: &str, from: &str, to: &str) -> String {
     }
 }
 
-/// Two drivers, one of them only where he is named; two rows, one of them at a place of its own.
+/// Two drivers, one of them used only if named; two policies and no advice, one policy with its own driver and hold.
 const SMALL: &str = r#"format = "codrive benchmark 1"
 title = "A small one"
 rings = 2
@@ -60,7 +60,7 @@ holds_s = [0.1]
 "#;
 
 #[test]
-fn what_is_wrong_in_a_file_is_said_with_its_place() {
+fn faults_of_a_file_are_reported_with_their_position() {
     for (from, to, expected) in [
         ("rings = 200", "rings = 1", "ring.toml:5:9: rings is 1; allowed: 2 to 100000"),
         ("rings = 200", "ringz = 200", "did you mean `rings`"),
@@ -97,7 +97,7 @@ fn what_is_wrong_in_a_file_is_said_with_its_place() {
 }
 
 #[test]
-fn a_path_is_that_of_the_cell() {
+fn paths_are_filled_in_for_each_cell() {
     let benchmark = parsed(SMALL);
     let path = |road: usize, name: &str| {
         let place = Place { road: &benchmark.roads[road], hold_s: 10.0, driver: &benchmark.drivers[1] };
@@ -112,7 +112,7 @@ fn a_path_is_that_of_the_cell() {
 }
 
 #[test]
-fn a_row_is_judged_where_it_says_and_no_advice_beside_it() {
+fn a_row_is_judged_in_its_conditions_with_no_advice_as_baseline() {
     let benchmark = parsed(SMALL);
     let judged = |row: usize| -> Vec<(f64, &str)> {
         let places = benchmark.places();
@@ -130,7 +130,7 @@ fn a_row_is_judged_where_it_says_and_no_advice_beside_it() {
 }
 
 #[test]
-fn a_row_is_judged_on_its_own_roads_and_a_road_has_its_own_speed_limit_and_warm_up() {
+fn rows_can_name_roads_and_roads_can_set_speed_limit_and_warm_up() {
     let one_road = SMALL.replace("holds_s = [0.1]", "holds_s = [0.1]\nroads = [\"260\"]");
     let benchmark =
         parsed(&one_road.replace("name = \"long\"", "name = \"long\"\ndesired_speed_mps = 17.88\nwarm_up_s = 300.0"));
@@ -151,7 +151,7 @@ fn a_row_is_judged_on_its_own_roads_and_a_road_has_its_own_speed_limit_and_warm_
 }
 
 #[test]
-fn a_tuned_controller_is_judged_on_the_rings_at_the_hold_and_with_the_driver_that_it_was_tuned_for() {
+fn tuned_controllers_are_judged_in_the_conditions_they_were_tuned_for() {
     let benchmark = Benchmark::load("ring").map_err(|e| e.to_string()).unwrap();
     let mut tuned = 0;
     for place in benchmark.places() {
@@ -177,7 +177,7 @@ fn a_tuned_controller_is_judged_on_the_rings_at_the_hold_and_with_the_driver_tha
 }
 
 #[test]
-fn an_unknown_benchmark_is_told_which_there_are() {
+fn an_unknown_benchmark_is_refused_with_the_known_names() {
     let Err(CliError::Input(message)) = Benchmark::load("rign") else { panic!("there is none") };
     assert!(
         message.contains("did you mean ring") && message.contains("name one of corners, mixed, published, ring"),

@@ -1,5 +1,5 @@
-//! Figures of a benchmark. In: a [`BenchmarkResult`]. Out: SVG, one a road and hold: the mean speed of each row, a dot with its
-//! interval for each driver.
+//! Figures of a benchmark. In: a [`BenchmarkResult`]. Out: SVG, one for each road and hold, with the mean speed of each row and
+//! an interval for each driver.
 
 use super::{BenchmarkResult, Cell, Road};
 use crate::{
@@ -7,20 +7,20 @@ use crate::{
     train::RingConfig,
 };
 
-/// Height of a driver's dot and of what parts two rows, in units of a picture.
+/// Height of a driver's dot and of the gap between two rows, in units of the figure.
 const DOT: f64 = 8.0;
 const BETWEEN: f64 = 12.0;
-/// Share of a row that its dots take.
+/// Share of a row's height taken by its dots.
 const DOTS: f64 = 0.72;
 
-/// Each figure with the name of its file.
+/// Returns each figure with its file name.
 pub fn figures(result: &BenchmarkResult<'_>) -> Vec<(String, String)> {
     let mut figures = Vec::new();
     for (road, state) in result.benchmark.roads.iter().zip(&result.roads) {
         for hold_s in result.benchmark.all_holds_s() {
             let is_here = |cell: &&Cell<'_>| std::ptr::eq(cell.place.road, road) && cell.place.hold_s == hold_s;
             let cells: Vec<&Cell<'_>> = result.cells.iter().filter(is_here).collect();
-            // Rows may name their roads and holds.
+            // A row may name its roads and holds, so that a figure may be empty.
             if cells.is_empty() {
                 continue;
             }
@@ -47,7 +47,7 @@ fn figure(result: &BenchmarkResult<'_>, road: &Road, equilibrium_mps: f64, hold_
         points: ends.map(|end| [equilibrium_mps, end]).to_vec(),
         band: Vec::new(),
     };
-    // A row is told from the next by a line.
+    // Lines separate the rows.
     let parting = |row: usize, span: [f64; 2]| [[span[0], row as f64 + 0.5], [span[1], row as f64 + 0.5]];
     let (mut low, mut high) = (equilibrium_mps, equilibrium_mps);
     let (mut lines, mut intervals, mut marks) = (vec![even], Vec::new(), Vec::new());
@@ -67,7 +67,7 @@ fn figure(result: &BenchmarkResult<'_>, road: &Road, equilibrium_mps: f64, hold_
             }
         }
         intervals.push(PlotShape::Pieces { pieces, colour: colour.into(), width: 1.8 });
-        // Dots alone: a line would join what has no order.
+        // Dots without a line: the rows have no order.
         let style = LineStyle { width: 0.0, dots: true, ..LineStyle::solid(colour) };
         lines.push(PlotLine { name: (*driver).into(), style, points, band: Vec::new() });
     }
@@ -78,7 +78,7 @@ fn figure(result: &BenchmarkResult<'_>, road: &Road, equilibrium_mps: f64, hold_
     shapes.extend(intervals);
     let x = Axis::even("mean speed of all cars, m/s", span);
     let mut y = Axis::names(rows.iter().map(|row| benchmark.rows[*row].name.clone()).collect());
-    // From top to bottom.
+    // The first row is at the top.
     y.range.reverse();
     let height = rows.len() as f64 * (DOT * drivers.len() as f64 + BETWEEN);
     let title = format!("{}, hold {hold_s} s", road.name);

@@ -1,5 +1,5 @@
-//! `codrive evaluate --benchmark NAME`: policies judged on sealed rings, by one command. In: a [`Benchmark`]. Out: a table, CSV,
-//! figures, and JSON with versions, seeds and a fingerprint. The rings come from random numbers that no training and no tuning uses.
+//! `codrive evaluate --benchmark NAME`: evaluates policies on sealed rings. In: a [`Benchmark`]. Out: a table, CSV, figures,
+//! and JSON with versions, seeds and a fingerprint. The rings come from a random stream that no training and no tuning uses.
 
 mod definition;
 mod figure;
@@ -18,42 +18,42 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use std::{path::Path, sync::atomic::Ordering};
 
-/// The random numbers of the rings: nothing else may use them.
+/// Random stream of the rings, reserved for benchmarks.
 pub const SEALED_STREAM: &str = "benchmark";
 
-/// One policy with one driver on one road at one hold.
+/// Results of one policy with one driver on one road at one hold.
 pub struct Cell<'a> {
-    /// Where: road, hold and driver.
+    /// Road, hold and driver.
     pub place: Place<'a>,
-    /// Which row.
+    /// Index of the row in the benchmark.
     pub row: usize,
-    /// For each of the row's policies, one a training seed, the rings in order.
+    /// Results of each ring, for each of the row's policies (one for each training seed).
     pub results: Vec<Vec<EvaluationResult>>,
-    /// Drivers as they are and as the row's policies make them out, where these ask.
+    /// True and estimated driver traits, for policies that estimate them.
     pub identified: Vec<IdentifiedDriver>,
 }
 
-/// Time after which a policy is asked who drives, s: the promise is a trait told within a minute.
+/// Time after which the policy's trait estimate is read, s. The policies promise estimates within a minute.
 const IDENTIFIED_AFTER_S: f64 = 60.0;
 
-/// A number of a ring; `None` where it has none.
+/// Measure of a ring; `None` if the ring has none.
 pub type CellMeasure = fn(&EvaluationResult) -> Option<f64>;
 
 impl Cell<'_> {
-    /// Mean of a measure over rings and training seeds, where there is one.
+    /// Returns the mean of a measure over rings and training seeds; `None` if no ring has the measure.
     pub fn mean(&self, of: CellMeasure) -> Option<f64> {
         let numbers: Vec<f64> = self.results.iter().flatten().filter_map(of).collect();
         (!numbers.is_empty()).then(|| numbers.iter().sum::<f64>() / numbers.len() as f64)
     }
 
-    /// Mean speed with its interval over rings and training seeds, m/s.
+    /// Returns the mean speed with its interval over rings and training seeds, m/s.
     pub fn speed(&self) -> Estimate {
         let speeds: Vec<Vec<f64>> =
             self.results.iter().map(|rings| rings.iter().map(|r| r.mean_mps).collect()).collect();
         Estimate::of_seeds(&speeds).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 })
     }
 
-    /// What it gains over another on the same rings, ring by ring, m/s. The other has one policy.
+    /// Returns the gain over another cell, paired by ring, m/s. The other cell must have one policy.
     pub fn gain_over(&self, other: &Self) -> Option<Estimate> {
         let base = other.results.first()?;
         let gains: Vec<Vec<f64>> = self
@@ -64,13 +64,13 @@ impl Cell<'_> {
         Estimate::of_seeds(&gains)
     }
 
-    /// Mean speed of the worst training seed, m/s, where there are several.
+    /// Returns the mean speed of the worst training seed, m/s; `None` with one seed.
     pub fn worst_mps(&self) -> Option<f64> {
         let means = self.results.iter().map(|rings| rings.iter().map(|r| r.mean_mps).sum::<f64>() / rings.len() as f64);
         (self.results.len() > 1).then(|| means.fold(f64::INFINITY, f64::min))
     }
 
-    /// Of each trait the correlation of what is made out after a minute with the truth, where drivers differ in it.
+    /// Returns the correlation of each trait's estimate after a minute with the truth; traits that do not vary are left out.
     pub fn trait_correlations(&self) -> Vec<(&'static str, f64)> {
         let of = |(k, name): (usize, &'static str)| {
             let pair = |driver: &IdentifiedDriver| (driver.truth.numbers()[k], driver.estimate.mean.numbers()[k]);
@@ -80,7 +80,8 @@ impl Cell<'_> {
         DriverTraits::NAMES.into_iter().enumerate().filter_map(of).collect()
     }
 
-    /// Of the same traits the share of drivers whose truth lies in the interval that is said to hold it with 95 %.
+    /// Returns, for the traits of [`Self::trait_correlations`], the share of drivers whose true value lies in the estimate's 95
+    /// % interval.
     pub fn trait_coverages(&self) -> Vec<(&'static str, f64)> {
         let holds = |driver: &IdentifiedDriver, k: usize| {
             let off = driver.truth.numbers()[k] - driver.estimate.mean.numbers()[k];
@@ -93,7 +94,7 @@ impl Cell<'_> {
         self.trait_correlations().into_iter().filter_map(of).collect()
     }
 
-    /// Drives in which cars collided, and all.
+    /// Returns the number of drives in which vehicles collided, and of all drives.
     pub fn crashes(&self) -> [usize; 2] {
         let all = self.results.iter().flatten();
         [all.clone().filter(|r| r.crashed).count(), all.count()]
@@ -103,37 +104,38 @@ impl Cell<'_> {
 /// Standard deviations on either side of the mean that hold 95 % of a normal distribution.
 const NORMAL_95: f64 = 1.96;
 
-/// What a road is like.
+/// Stability and equilibrium of a road's rings.
 pub struct RoadState {
-    /// Rings on which small disturbances grow into a wave.
+    /// Number of rings on which small disturbances grow into a wave.
     pub unstable: usize,
-    /// All rings.
+    /// Number of all rings.
     pub rings: usize,
-    /// Mean over the rings of the speed at which they would flow evenly, m/s.
+    /// Mean equilibrium speed of the rings, m/s.
     pub equilibrium_mps: f64,
 }
 
-/// Everything that was judged.
+/// Results of a benchmark.
 pub struct BenchmarkResult<'a> {
-    /// What was asked for.
+    /// Definition of the benchmark.
     pub benchmark: &'a Benchmark,
-    /// Road by road, hold by hold, driver by driver, row by row.
+    /// Cells, ordered by road, hold, driver and row.
     pub cells: Vec<Cell<'a>>,
-    /// In the order of the roads.
+    /// State of each road, in the order of the roads.
     pub roads: Vec<RoadState>,
-    /// How long it took, s.
+    /// Wall time of the evaluation, s.
     pub wall_s: f64,
 }
 
 impl BenchmarkResult<'_> {
-    /// The cell without advice that belongs to another.
+    /// Returns the cell without advice in the same condition.
     pub fn without_advice(&self, cell: &Cell<'_>) -> Option<&Cell<'_>> {
         let row = self.benchmark.rows.iter().position(JudgedPolicy::is_no_advice)?;
         self.cells.iter().find(|other| other.row == row && other.place.is(&cell.place))
     }
 
-    /// The fastest cell of those of one policy at the place of one of several training seeds, no advice aside; and what the latter
-    /// gains over it, ring by ring, m/s. It is chosen on the rings that are judged, to its own advantage.
+    /// Compares a row of several training seeds with the fastest advising row of one policy in the same condition. Returns that
+    /// row's cell and the gain over it, paired by ring, m/s. The fastest row is chosen on the evaluated rings, which favours
+    /// it.
     pub fn over_fastest_single(&self, cell: &Cell<'_>) -> Option<(&Cell<'_>, Estimate)> {
         if cell.results.len() < 2 {
             return None;
@@ -145,7 +147,7 @@ impl BenchmarkResult<'_> {
     }
 }
 
-/// Judges everything and writes what came of it.
+/// Runs a benchmark and writes the results.
 ///
 /// # Errors
 /// The benchmark is wrong, a policy cannot be used, or a file cannot be written.
@@ -182,7 +184,7 @@ pub fn main(name: &str, rings: Option<u32>, dir: Option<&Path>, as_json: bool) -
     Ok(())
 }
 
-/// Drives all cells, in parallel; Ctrl-C ends it with what is done thrown away.
+/// Drives all cells in parallel. Ctrl-C ends it and discards what was driven.
 fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
     let places = benchmark.places();
     let mut cells: Vec<Cell<'_>> = Vec::new();
@@ -194,7 +196,7 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
     }
     let mut todo = Vec::new();
     for (cell, of) in cells.iter().enumerate() {
-        // Without advice the hold is nothing: it is driven once.
+        // Without advice the hold has no effect: it is driven once.
         let is_first = |before: &Cell<'_>| before.row == of.row && before.place.is_beside(&of.place);
         if !benchmark.rows[of.row].is_no_advice() || !cells[..cell].iter().any(is_first) {
             todo.extend((0..of.results.len()).map(|policy| (cell, policy)));
@@ -239,7 +241,7 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
     Ok(BenchmarkResult { benchmark, cells, roads, wall_s: bar.elapsed().as_secs_f64() })
 }
 
-/// Whether the rings of a road have a wave at all.
+/// Counts the string-unstable rings of a road, and averages the equilibrium speed.
 fn road_state(benchmark: &Benchmark, road: &Road) -> Result<RoadState, CliError> {
     let place = Place { road, hold_s: benchmark.holds_s[0], driver: &benchmark.drivers[0] };
     let config: TrainConfig = benchmark.config(&place)?;

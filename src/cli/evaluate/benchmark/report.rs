@@ -1,11 +1,12 @@
-//! What a benchmark writes. In: a [`BenchmarkResult`]. Out: a table for people, CSV, and JSON that names all that it rests on.
+//! Output of a benchmark. In: a [`BenchmarkResult`]. Out: a table as text, CSV, and JSON that names everything the results
+//! depend on.
 
 use super::{BenchmarkResult, Cell, CellMeasure, CliError, SEALED_STREAM};
 use crate::{policy, rng::fnv_1a};
 use serde_json::{Value, json};
 use std::{collections::BTreeMap, fmt::Write};
 
-/// Share of the time from which on a mean speed is the guard's or the car-following's, not the advice's.
+/// Share of the advised time above which a mean speed is attributed to the guard or to car-following, not to the advice.
 const MADE_BY_ANOTHER: f64 = 0.5;
 
 /// Measures beside the mean speed, and their names in the files.
@@ -27,11 +28,11 @@ const MEASURES: [(&str, CellMeasure); 15] = [
     ("guard_share", |r| r.conflicts?.guard_share),
 ];
 
-/// Over the lines of a driver.
+/// Header above the lines of a driver.
 const HEAD: &str = "    policy                             mean m/s        gain m/s         worst  SD time  stops  hard  TTC s  in range  \
                     drove    crashes\n";
 
-/// For people: mean speeds of all cars, and what each policy gains over the same drivers without advice.
+/// Returns the table as text: mean speeds of all vehicles, and each policy's gain over the same drivers without advice.
 pub fn table(result: &BenchmarkResult<'_>) -> String {
     let benchmark = result.benchmark;
     let mut text = format!(
@@ -76,7 +77,7 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
     text
 }
 
-/// How well a row that asks who drives tells it.
+/// Returns a line on how well a row's policies estimate the driver's traits, if they do.
 fn told_apart(cell: &Cell<'_>) -> Option<String> {
     let both = cell.trait_correlations().into_iter().zip(cell.trait_coverages());
     let words = |((name, correlation), (_, covered)): ((&str, f64), (&str, f64))| {
@@ -123,7 +124,7 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
     format!("    {}", cells.join("  "))
 }
 
-/// One line a cell.
+/// Returns the results as CSV, one line for each cell.
 pub fn csv(result: &BenchmarkResult<'_>) -> String {
     let names: Vec<&str> = MEASURES.iter().map(|measure| measure.0).collect();
     let mut text = format!(
@@ -157,7 +158,7 @@ pub fn csv(result: &BenchmarkResult<'_>) -> String {
     text
 }
 
-/// For programs: everything but the rings one by one, and a fingerprint of those.
+/// Returns everything as JSON, with a fingerprint of the ring results in place of the rings.
 ///
 /// # Errors
 /// A policy's file cannot be read again.
