@@ -31,6 +31,7 @@ pub struct EgoCar {
     wheels: [WheelPose; 4],
     /// Brake force after the hydraulics' lag, as a share of the force at a floored pedal.
     brake: f32,
+    steering_wheel_rad: f32,
     steering_torque_nm: f32,
     /// Height and slope of the ground under the ego.
     ground: GroundShape,
@@ -67,6 +68,7 @@ impl EgoCar {
             tyres: [BristleState::default(); 4],
             wheels: [WheelPose::default(); 4],
             brake: 0.0,
+            steering_wheel_rad: 0.0,
             steering_torque_nm: 0.0,
             ground: GroundShape::default(),
             state: EgoState::default(),
@@ -108,6 +110,7 @@ impl EgoCar {
             let hub = before.rotation * wheel.hub;
             wheel.surface = ground.surface(before.position.truncate() + hub.truncate().as_dvec2());
         }
+        self.steering_wheel_rad = controls.steering_wheel_rad;
         self.steer(controls.steering_wheel_rad / STEERING_RATIO);
         for substep in 1..=SUBSTEPS {
             self.substep(&controls);
@@ -290,6 +293,7 @@ impl EgoCar {
             yaw_rate: f64::from(chassis.angvel().z),
             gear: self.powertrain.gear(),
             engine_rpm: self.powertrain.rpm() as f32,
+            steering_wheel_rad: self.steering_wheel_rad,
             steering_torque_nm: self.steering_torque_nm,
             braking: false,
             wheels: self.wheels,

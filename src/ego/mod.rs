@@ -65,6 +65,8 @@ pub struct EgoState {
     pub gear: i8,
     /// Engine speed, 1/min.
     pub engine_rpm: f32,
+    /// Angle of the steering wheel, rad; positive to the left.
+    pub steering_wheel_rad: f32,
     /// Self-aligning torque at the steering wheel, N m; positive turns it to the left.
     pub steering_torque_nm: f32,
     /// True while the brake lamps are lit.

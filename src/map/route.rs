@@ -157,6 +157,16 @@ impl Route {
         self
     }
 
+    /// The same route elsewhere, without heights.
+    #[must_use]
+    pub fn moved_by(&self, by: DVec2) -> Self {
+        let moved = |lane: &RouteLane| RouteLane {
+            shape: lane.shape.iter().map(|point| *point + by).collect(),
+            ..lane.clone()
+        };
+        Self::chained(self.lanes.iter().map(moved).collect(), self.closed)
+    }
+
     fn chained(mut lanes: Vec<RouteLane>, closed: bool) -> Self {
         assert!(!lanes.is_empty(), "a route has at least one lane");
         let mut segments = Vec::new();

@@ -1,6 +1,7 @@
 //! The scene on the CPU: what is to be seen. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each
 //! frame ([`View`]). A map whose network is one closed chain of lanes is drawn in one piece (`land`), any other lane by lane
-//! (`network`). Out: meshes, placements, cameras; no GPU. World axes, metres, `f32`; colours are linear RGB.
+//! (`network`). Out: meshes, placements, cameras; no GPU. World axes, metres
+//! from a local origin ([`StaticScene::origin`]), `f32`; colours are linear RGB.
 
 pub mod camera;
 pub mod car;
@@ -26,7 +27,7 @@ pub use scenario_options::view_options;
 pub use view::view;
 
 use crate::hud::Palette;
-use glam::{Quat, Vec2, Vec3};
+use glam::{DVec3, Quat, Vec2, Vec3};
 
 /// A corner of a triangle.
 #[repr(C)]
@@ -120,9 +121,15 @@ pub struct CarModel {
     pub shade: Mesh,
 }
 
+/// Step of the picture's local origin, metres.
+pub const ORIGIN_STEP_M: f64 = 2000.0;
+
 /// Everything that stands still during a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticScene {
+    /// Where the picture's origin is in the world, metres: all that is drawn is counted from there, as single precision has steps of half
+    /// a metre at 5,000 km. A multiple of [`ORIGIN_STEP_M`] near the middle of the roads, so that most places have 0.
+    pub origin: DVec3,
     /// Road: asphalt, lines, shoulder; world axes.
     pub road: Mesh,
     /// Meadow and far ground; world axes.

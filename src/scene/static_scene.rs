@@ -1,7 +1,7 @@
 //! The static part of the scene, built once for a map. In: a map, or a network alone, and a seed. Out: a [`StaticScene`].
 
 use super::{
-    CarModel, Cockpit, StaticScene,
+    CarModel, Cockpit, ORIGIN_STEP_M, StaticScene,
     car::{self, wheel},
     land::{self, road, road_distance::RoadDistance, verge},
     network::{self, signals},
@@ -10,6 +10,7 @@ use super::{
 };
 use crate::map::{RoadMap, Route, network::Network};
 use crate::space::{Pose, Pose3};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// Distance of the curvatures kept in [`StaticScene::bends`], metres at most.
@@ -25,7 +26,8 @@ impl StaticScene {
     /// The same with at most `most_trees` trees, those on the horizon included (weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
         if network::is_closed_route_alone(&map.network) {
-            Self::around(Roads::Route(&map.route), seed, most_trees)
+            let origin = origin_near(map.bounds().0.extend(0.0));
+            Self::around(origin, Roads::Route(&map.route.moved_by(-origin.truncate())), seed, most_trees)
         } else {
             Self::of_network(&map.network, seed, most_trees)
         }
@@ -33,10 +35,15 @@ impl StaticScene {
 
     /// The place around all roads of a network, with at most `most_trees` trees.
     pub fn of_network(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
-        Self::around(Roads::Network(network), seed, most_trees)
+        let (low, high) = network.bounds();
+        let origin = origin_near((low + high) / 2.0);
+        if origin == DVec3::ZERO {
+            return Self::around(origin, Roads::Network(network), seed, most_trees);
+        }
+        Self::around(origin, Roads::Network(&Arc::new(network.moved_by(-origin))), seed, most_trees)
     }
 
-    fn around(roads: Roads, seed: u64, most_trees: usize) -> Self {
+    fn around(origin: DVec3, roads: Roads, seed: u64, most_trees: usize) -> Self {
         let near = match roads {
             Roads::Route(route) => RoadDistance::new(route),
             Roads::Network(network) => RoadDistance::of_surfaces(network::surfaces(network)),
@@ -75,6 +82,7 @@ impl StaticScene {
         ) = rayon::join(growth, || rayon::join(ground, vehicles));
         let (trees, tree_grounds, tree_places, far_tree_places) = woods;
         Self {
+            origin,
             road,
             land,
             trees,
@@ -104,8 +112,8 @@ impl StaticScene {
         }
     }
 
-    /// Height of the road at a place of a network where something is about `height_m` high, and its grade in a direction; 0 on a
-    /// closed route, which is level.
+    /// Height of the road at a place of a network where something is about `height_m` high, and its grade in a direction, counted from
+    /// the local origin; 0 on a closed route, which is level.
     pub fn road_at(&self, place: Pose, height_m: f64) -> (f32, f32) {
         let on = |network: &Arc<Network>| {
             let pose = Pose3 { position: place.position.extend(height_m), yaw_rad: place.yaw_rad, grade: 0.0 };
@@ -123,6 +131,11 @@ impl StaticScene {
         let (index, fraction) = (place as usize % n, place.fract() as f32);
         self.bends[index] + (self.bends[(index + 1) % n] - self.bends[index]) * fraction
     }
+}
+
+/// The picture's origin for roads whose middle is at `centre`.
+fn origin_near(centre: DVec3) -> DVec3 {
+    (centre / ORIGIN_STEP_M).round() * ORIGIN_STEP_M
 }
 
 /// What the place is built around.

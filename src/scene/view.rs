@@ -18,7 +18,7 @@ use crate::{
     scenario::CockpitView,
     sim::{Snapshot, VehicleSnapshot},
 };
-use glam::{Affine3A, EulerRot, Quat, Vec2, Vec3};
+use glam::{Affine3A, DVec3, EulerRot, Quat, Vec2, Vec3};
 use std::f64::consts::TAU;
 
 /// The wind begins anew after ten hours, seconds: up to there single precision has steps of 4 ms, after days it would sway
@@ -27,7 +27,7 @@ const WIND_S: f64 = 36_000.0;
 
 /// The picture at `fraction` (0..1) of the way from the tick before the snapshot to the snapshot.
 pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOptions, stage: &StaticScene) -> View {
-    let ego = EgoAt::new(snapshot, fraction);
+    let ego = EgoAt::new(snapshot, fraction, stage.origin);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
     cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), stage)));
     let full = options.cockpit == CockpitView::Full;
@@ -37,7 +37,7 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         DriverSeat {
             car: CarInstance { rotation, ..cars[0] },
             look: driver_look(options),
-            steering_wheel_rad: full.then_some(ego.steer_rad * STEERING_RATIO),
+            steering_wheel_rad: full.then_some(ego.steering_wheel_rad),
             mirrors: full.then(|| mirrors::panes(body, mirror_camera(&ego, options), options)),
         }
     });
@@ -73,13 +73,13 @@ struct EgoAt {
     rotation: Quat,
     yaw_rad: f32,
     hubs: [Vec3; 4],
-    steer_rad: f32,
+    steering_wheel_rad: f32,
     spin_rad: f32,
     braking: bool,
 }
 
 impl EgoAt {
-    fn new(snapshot: &Snapshot, fraction: f32) -> Self {
+    fn new(snapshot: &Snapshot, fraction: f32, origin: DVec3) -> Self {
         let (a, b): (&EgoState, &EgoState) = (&snapshot.ego_before, &snapshot.ego);
         let mix = |a: f32, b: f32| a + (b - a) * fraction;
         // A rolled angle may be kept in one turn: the short way round is the way rolled in a tick.
@@ -90,14 +90,11 @@ impl EgoAt {
         let rotation = a.rotation.slerp(b.rotation, fraction);
         let forward = rotation * Vec3::X;
         Self {
-            position: a.position.lerp(b.position, f64::from(fraction)).as_vec3(),
+            position: (a.position.lerp(b.position, f64::from(fraction)) - origin).as_vec3(),
             rotation,
             yaw_rad: forward.y.atan2(forward.x),
             hubs: std::array::from_fn(|i| a.wheels[i].hub.lerp(b.wheels[i].hub, fraction)),
-            steer_rad: mix(
-                (a.wheels[0].steer_rad + a.wheels[1].steer_rad) / 2.0,
-                (b.wheels[0].steer_rad + b.wheels[1].steer_rad) / 2.0,
-            ),
+            steering_wheel_rad: mix(a.steering_wheel_rad, b.steering_wheel_rad),
             // A rear wheel: it follows the road whatever the brakes of the front axle do.
             spin_rad: spin(2),
             braking: b.braking,
@@ -113,7 +110,7 @@ impl EgoAt {
             scale: Vec3::ONE,
             hubs: self.hubs,
             wheel_scale: Vec3::ONE,
-            steer_rad: self.steer_rad,
+            steer_rad: self.steering_wheel_rad / STEERING_RATIO,
             spin_rad: self.spin_rad,
             style: 0,
             plate: number_plate::number(EGO.0),
@@ -130,6 +127,8 @@ impl EgoAt {
 
 fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &StaticScene) -> CarInstance {
     let pose = car.pose_before.lerp(&car.pose, f64::from(fraction));
+    let pose = Pose { position: pose.position - stage.origin.truncate(), ..pose };
+    let height_m = car.height_m - stage.origin.z;
     let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
     let shape = vehicles::shape(&car.body, &stage.hubs);
     let radius_m = WHEEL_RADIUS_M * shape.wheel_scale.x;
@@ -141,11 +140,11 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &S
     let mut rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
     if stage.network.is_some() {
         // Along the road's slope, with all wheels on it.
-        let (_, grade) = stage.road_at(pose, car.height_m);
+        let (_, grade) = stage.road_at(pose, height_m);
         rotation *= Quat::from_rotation_y(-grade.atan());
     }
     CarInstance {
-        position: pose.position.as_vec2().extend(car.height_m as f32),
+        position: pose.position.as_vec2().extend(height_m as f32),
         rotation: rotation * lean,
         colour,
         brake: f32::from(u8::from(car.lamps.brake)),
@@ -379,6 +378,32 @@ mod tests {
         // r = 39.8 m to the left: 2.8 / 39.8 rad.
         assert!((end[1].steer_rad - 0.0703).abs() < 0.001, "{}", end[1].steer_rad);
         assert_eq!((end[1].brake, end[0].brake), (1.0, 0.0));
+    }
+
+    #[test]
+    fn the_steering_wheel_shows_the_angle_that_was_asked_for() {
+        use crate::{
+            controls::Controls,
+            ego::{CarParams, EgoCar, GroundModel, GroundSurface},
+        };
+        struct Flat;
+        impl GroundModel for Flat {
+            fn surface(&self, _: glam::DVec2) -> GroundSurface {
+                GroundSurface::Asphalt
+            }
+        }
+        let map = ring(250.0);
+        let stage = StaticScene::with_trees(&map, 1, 0);
+        for degrees in [0.0f32, -90.0, 180.0, 360.0, 450.0] {
+            let mut car = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 0).expect("a car");
+            let controls = Controls { steering_wheel_rad: degrees.to_radians(), ..Controls::default() };
+            car.tick(&controls, &Flat, &[]);
+            let snapshot = Snapshot { ego: *car.state(), ego_before: *car.state(), ..snapshot(&map, 50.0, &[]) };
+            let options = ViewOptions { cockpit: CockpitView::Full, ..ViewOptions::default() };
+            let seat = view(&snapshot, 1.0, ViewKind::Driver, &options, &stage).seat.expect("a seat");
+            let shown = seat.steering_wheel_rad.expect("a wheel").to_degrees();
+            assert!((shown - degrees).abs() < 0.01, "{shown} for {degrees}");
+        }
     }
 
     #[test]

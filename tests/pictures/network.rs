@@ -339,6 +339,38 @@ fn brake_lamps_shine_and_indicators_blink() {
     assert!(counts.iter().filter(|count| **count == 0).count() >= 4, "{counts:?}");
 }
 
+/// `crossing.net.xml` moved by 600 km to the east and 5,300 km to the north, as a network in national coordinates, with its cars.
+#[test]
+fn a_network_in_national_coordinates_looks_like_one_at_the_origin() {
+    let by = DVec2::new(600_000.0, 5_300_000.0);
+    let drawn = |file: &str, by: DVec2| {
+        let network = Arc::new(Network::load(file).unwrap_or_else(|e| panic!("{e}")));
+        let stage = StaticScene::of_network(&network, 1, 200);
+        let renderer = Mutex::new(Renderer::new(gpu(), &stage, OFFSCREEN, Quality::LOW));
+        // From the south on WC's lane towards the crossing in (200, 200): to the east in y = 198.4.
+        let pose = Pose::new(DVec2::new(150.0, 198.4) + by, 0.0);
+        let mut snapshot = Snapshot::default();
+        snapshot.ego.position = pose.position.extend(0.0);
+        snapshot.ego_before = snapshot.ego;
+        let leader = Pose::new(pose.position + DVec2::new(15.0, 0.0), 0.0);
+        snapshot.cars =
+            vec![VehicleSnapshot { id: VehicleId(1), pose: leader, pose_before: leader, ..VehicleSnapshot::default() }];
+        let picture = |kind| {
+            let view = scene::view(&snapshot, 1.0, kind, &ViewOptions::default(), &stage);
+            let mut renderer = renderer.lock().unwrap_or_else(|e| e.into_inner());
+            render_to_image(gpu(), &mut renderer, &view, [160, 90]).unwrap_or_else(|e| panic!("{e}"))
+        };
+        [ViewKind::Driver, ViewKind::Chase, ViewKind::Birdseye].map(picture)
+    };
+    let near = drawn("tests/data/networks/crossing.net.xml", DVec2::ZERO);
+    let far = drawn("tests/data/picture-origin/crossing-far.net.xml", by);
+    for (near, far) in near.iter().zip(&far) {
+        let worst = near.as_raw().iter().zip(far.as_raw()).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(255);
+        // One step of a display's 255 is what rounding of coordinates may change, and nobody sees.
+        assert!(worst <= 1, "{worst} of 255");
+    }
+}
+
 /// The bird's-eye view of a whole grid of 10 by 10 crossings with signals: what is promised of a city quarter.
 #[test]
 fn a_grid_of_ten_by_ten_has_a_bounded_number_of_triangles() {

@@ -90,6 +90,12 @@ impl CentreLine {
         Self { points: points.into(), positions_m: positions_m.into() }
     }
 
+    /// The same line elsewhere.
+    pub(super) fn moved_by(&self, by: DVec3) -> Self {
+        let points = self.points.iter().map(|point| *point + by).collect();
+        Self { points, positions_m: self.positions_m.clone() }
+    }
+
     /// The points, no two in a row the same.
     pub fn points(&self) -> &[DVec3] {
         &self.points

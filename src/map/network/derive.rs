@@ -1,8 +1,8 @@
 //! What follows from a network's elements once all are read: who leads into a lane, which connection is which link, what each signal
 //! rules, directions of lanes that are points, and the grid. In: a network with its lists filled. Out: the same, complete.
 
-use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, JunctionId, LaneId, Network, grid::SegmentGrid};
-use glam::DVec2;
+use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, JunctionId, LaneId, Network, SumoText, grid::SegmentGrid};
+use glam::{DVec2, DVec3};
 
 impl Network {
     /// Fills what follows from the lists.
@@ -13,6 +13,26 @@ impl Network {
         self.name_links();
         self.list_signals();
         self.grid = SegmentGrid::new(self);
+    }
+
+    /// The same network with every coordinate moved, metres: the picture's own, near its local origin. SUMO's text is left out.
+    pub fn moved_by(&self, by: DVec3) -> Self {
+        let mut moved = Self { sumo: SumoText::default(), ..self.clone() };
+        let all = |points: &mut [DVec3]| points.iter_mut().for_each(|point| *point += by);
+        moved.edges.iter_mut().for_each(|edge| all(&mut edge.shape));
+        let ways = moved.connections.iter_mut().filter_map(|connection| connection.options.as_mut());
+        ways.for_each(|options| all(&mut options.shape));
+        for junction in &mut moved.junctions {
+            junction.position += by;
+            all(&mut junction.shape);
+        }
+        for lane in &mut moved.lanes {
+            lane.line = lane.line.moved_by(by);
+            lane.drawn.iter_mut().for_each(|drawn| all(drawn));
+            all(&mut lane.outline);
+        }
+        moved.grid = SegmentGrid::new(&moved);
+        moved
     }
 
     fn order_ids(&mut self) {
