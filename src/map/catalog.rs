@@ -221,8 +221,12 @@ impl RoadMap {
 
     /// Loads a `net.xml` with the edges of its route, or with the longest loop that it has.
     fn load_file(net_file: &Path, chosen: Option<ChosenEdges>) -> Result<Self, MapError> {
-        let text = read(net_file, MOST_BYTES)?;
-        let network = Network::read(net_file, &text)?;
+        Self::read(net_file, &read(net_file, MOST_BYTES)?, chosen)
+    }
+
+    /// The same from the file's text.
+    pub(super) fn read(net_file: &Path, text: &str, chosen: Option<ChosenEdges>) -> Result<Self, MapError> {
+        let network = Network::read(net_file, text)?;
         let route = route_of(net_file, &network, chosen)?;
         let name = stem_of(net_file);
         Ok(Self { title: name.clone(), name, net_file: net_file.into(), route, network: Arc::new(network) })

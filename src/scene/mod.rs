@@ -1,6 +1,5 @@
 //! The scene on the CPU: what is to be seen. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each
-//! frame ([`View`]). A map whose network is one closed chain of lanes is drawn in one piece (`land`), any other lane by lane
-//! (`network`). Out: meshes, placements, cameras; no GPU. World axes, metres
+//! frame ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres
 //! from a local origin ([`StaticScene::origin`]), `f32`; colours are linear RGB.
 
 pub mod camera;
@@ -152,7 +151,7 @@ pub struct StaticScene {
     pub tuft_places: Vec<TreePlace>,
     /// What stands beside the road: reflector posts, signals; world axes.
     pub posts: Mesh,
-    /// Heads of signals; none on a closed route.
+    /// Heads of signals.
     pub signal_heads: Vec<SignalHead>,
     /// A lamp that is lit, of radius 1, shining along x.
     pub lit_lamp: Mesh,
@@ -168,15 +167,10 @@ pub struct StaticScene {
     pub centre: Vec2,
     /// See `centre`.
     pub radius_m: f32,
-    /// Curvature of the closed route at equal distances along it, 1/m, positive to the left: traffic's front wheels follow it. Empty on a
-    /// network, where they follow each vehicle's own way.
-    pub bends: Vec<f32>,
-    /// Length of the closed route, metres; 0 on a network.
-    pub length_m: f32,
-    /// Height of the highest road, metres; 0 on a closed route.
+    /// Height of the highest road, m.
     pub highest_m: f32,
-    /// The network, unless the closed route is all there is: heights, and what signals show.
-    pub network: Option<std::sync::Arc<crate::map::network::Network>>,
+    /// The roads, counted from the local origin: heights, and what signals show.
+    pub network: std::sync::Arc<crate::map::network::Network>,
 }
 
 /// One car in a picture.

@@ -135,14 +135,12 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &S
     let spin = ((car.odometer_m - rest_m) / f64::from(radius_m)).rem_euclid(TAU);
     // Ackermann: the angle that rolls the vehicle round the bend under its centre.
     let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
-    let bend_per_m = bend_per_m(car, stage);
+    let bend_per_m = bend_per_m(car);
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
     let mut rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
-    if stage.network.is_some() {
-        // Along the road's slope, with all wheels on it.
-        let (_, grade) = stage.road_at(pose, height_m);
-        rotation *= Quat::from_rotation_y(-grade.atan());
-    }
+    // Along the road's slope, with all wheels on it.
+    let (_, grade) = stage.road_at(pose, height_m);
+    rotation *= Quat::from_rotation_y(-grade.atan());
     CarInstance {
         position: pose.position.as_vec2().extend(height_m as f32),
         rotation: rotation * lean,
@@ -165,12 +163,8 @@ fn style(id: VehicleId) -> usize {
     [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7]
 }
 
-/// Curvature of the way under a vehicle, 1/m, positive to the left: on a closed route that of the route, on a network that of the
-/// vehicle's own way in the last tick.
-fn bend_per_m(car: &VehicleSnapshot, stage: &StaticScene) -> f32 {
-    if stage.network.is_none() {
-        return car.s_m.map_or(0.0, |s_m| stage.bend_per_m(s_m - crate::space::CAR_LENGTH_M / 2.0));
-    }
+/// Curvature of a vehicle's own way in the last tick, 1/m, positive to the left.
+fn bend_per_m(car: &VehicleSnapshot) -> f32 {
     // Wheels straighten as it comes to a stand, where a way of nothing has no direction.
     const STANDING_M: f64 = 0.3 * crate::time::TICK_S;
     // A turn within 5 m.
@@ -194,13 +188,13 @@ fn lit_lamps(
     stage: &StaticScene,
 ) -> Vec<LitLamp> {
     let mut lamps = Vec::new();
-    if let Some(network) = stage.network.as_ref().filter(|_| !stage.signal_heads.is_empty()) {
+    if !stage.signal_heads.is_empty() {
         let known = stage.signal_heads.iter().any(|head| !snapshot.signals.letters(head.signal).is_empty());
         let by_program;
         let states = if known {
             &snapshot.signals
         } else {
-            by_program = SignalStates::by_first_program(network, now_s);
+            by_program = SignalStates::by_first_program(&stage.network, now_s);
             &by_program
         };
         lamps.extend(stage.signal_heads.iter().flat_map(|head| head.lit(states, now_s)));

@@ -2,15 +2,13 @@
 //! place. Out: one mesh in world axes. Fine cells where eyes are near, coarse ones far away.
 
 pub(super) mod noise;
-pub(super) mod road;
-pub(super) mod road_distance;
-pub(super) mod verge;
+pub(super) mod tufts;
 
-use self::{
-    noise::{mix, shade, smoothstep},
-    road_distance::RoadDistance,
+use self::noise::{mix, shade, smoothstep};
+use super::{
+    Material, Mesh, Vertex,
+    network::{road_surfaces::RoadSurfaces, verge::VergeShape},
 };
-use super::{Material, Mesh, Vertex, network::verge::VergeShape};
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
@@ -27,7 +25,7 @@ const RANGES_M: f32 = 9000.0;
 
 /// The shape of the ground.
 pub(in crate::scene) struct Relief<'a> {
-    near: &'a RoadDistance,
+    roads: &'a RoadSurfaces,
     seed: u64,
     /// Height of the meadow beside roads over them, metres.
     beside_m: f32,
@@ -35,24 +33,24 @@ pub(in crate::scene) struct Relief<'a> {
 
 impl<'a> Relief<'a> {
     /// Ground around a road.
-    pub fn new(near: &'a RoadDistance, seed: u64) -> Self {
-        let beside_m = near.surfaces().map_or(BESIDE_ROAD_M, |surfaces| VergeShape::of(surfaces).meadow_m);
-        Self { near, seed, beside_m }
+    pub fn new(roads: &'a RoadSurfaces, seed: u64) -> Self {
+        let beside_m = VergeShape::of(roads).meadow_m;
+        Self { roads, seed, beside_m }
     }
 
     /// Height, metres.
     pub fn height_m(&self, point: Vec2) -> f32 {
-        let distance = self.near.distance_m(point);
+        let distance = self.roads.middle_m(point);
         let rolling = smoothstep(FLAT_M, 75.0, distance);
         let waves = 0.9 * noise::value(self.seed ^ 1, point / 48.0) + 0.35 * noise::value(self.seed ^ 2, point / 19.0);
         // Hills begin beyond the network itself, so that a large one has none in its middle.
-        let beyond = (point.distance(self.near.centre()) - self.near.radius_m()).min(distance);
+        let beyond = (point.distance(self.roads.centre()) - self.roads.radius_m()).min(distance);
         let hills = smoothstep(110.0, 620.0, beyond);
         let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
         // Ranges on the horizon, some kilometres away, the further the higher.
         let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
         let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 560.0 * range * range);
-        let base_m = self.near.surfaces().map_or(self.beside_m, |roads| self.beside_m + roads.height_m(point));
+        let base_m = self.beside_m + self.roads.height_m(point);
         base_m + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
     }
 
@@ -69,11 +67,11 @@ impl<'a> Relief<'a> {
         let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);
         let lush = smoothstep(0.05, 0.7, -broad + 0.3 * small);
         let colour = mix(mix(MEADOW, [0.150, 0.142, 0.066], 0.55 * dry), [0.066, 0.104, 0.034], 0.55 * lush);
-        let far = smoothstep(150.0, 500.0, point.distance(self.near.centre()) - self.near.radius_m());
+        let far = smoothstep(150.0, 500.0, point.distance(self.roads.centre()) - self.roads.radius_m());
         let field = noise::value(self.seed ^ 6, point / 120.0);
         let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
         // From afar woods lie over the hills, with fields between them.
-        let distant = smoothstep(700.0, 1600.0, point.distance(self.near.centre()) - self.near.radius_m());
+        let distant = smoothstep(700.0, 1600.0, point.distance(self.roads.centre()) - self.roads.radius_m());
         let clearing = noise::fractal(self.seed ^ 8, point / 700.0);
         let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.12, 0.26, clearing));
         shade(mix(mix(colour, hill, far), wooded, distant), 1.0 + 0.10 * small)
@@ -93,13 +91,12 @@ const CELL_M: f32 = 4.0;
 const MOST_CELLS: f32 = 40_000.0;
 
 /// The smallest cell of a place: larger where roads are so long that there would be too many.
-fn cell_m(near: &RoadDistance) -> f32 {
-    let Some(surfaces) = near.surfaces() else { return CELL_M };
+fn cell_m(roads: &RoadSurfaces) -> f32 {
     // Cells are small up to 20 m and some beside a road; what roads share is counted once at most.
-    let around = 2.0 * near.radius_m();
+    let around = 2.0 * roads.radius_m();
     // Where roads rise, cells have to follow them.
-    let finest_m = if surfaces.level_m().is_some() { CELL_M } else { CELL_M / 2.0 };
-    let fine_m2 = (surfaces.length_m() * 45.0).min(around * around);
+    let finest_m = if roads.level_m().is_some() { CELL_M } else { CELL_M / 2.0 };
+    let fine_m2 = (roads.length_m() * 45.0).min(around * around);
     let mut cell_m = finest_m;
     while fine_m2 / (cell_m * cell_m) > MOST_CELLS {
         cell_m *= 2.0;
@@ -110,21 +107,21 @@ fn cell_m(near: &RoadDistance) -> f32 {
 /// A grid of squares, each split while it is large for its distance from the road; squares next to smaller ones take in the
 /// corners on their edges, so that there are no cracks.
 fn ground(relief: &Relief) -> Mesh {
-    let half = relief.near.radius_m() + REACH_M;
-    let cell_m = cell_m(relief.near);
+    let half = relief.roads.radius_m() + REACH_M;
+    let cell_m = cell_m(relief.roads);
     let levels = (2.0 * half / cell_m).log2().ceil() as u32;
     let size = 1i32 << levels;
-    let origin = relief.near.centre() - Vec2::splat(cell_m * size as f32 / 2.0);
+    let origin = relief.roads.centre() - Vec2::splat(cell_m * size as f32 / 2.0);
     let place = |at: IVec2| origin + at.as_vec2() * cell_m;
     let mut squares = Vec::new();
     let mut open = vec![(IVec2::ZERO, size)];
     while let Some((low, side)) = open.pop() {
         let side_m = side as f32 * cell_m;
-        let distance = relief.near.distance_m(place(low) + Vec2::splat(side_m / 2.0)) - side_m * 0.7;
+        let distance = relief.roads.middle_m(place(low) + Vec2::splat(side_m / 2.0)) - side_m * 0.7;
         if side > 1 && side_m > (distance - 20.0).max(0.0) * 0.22 + cell_m {
             let h = side / 2;
             open.extend([IVec2::ZERO, IVec2::X * h, IVec2::Y * h, IVec2::splat(h)].map(|d| (low + d, h)));
-        } else if place(low).distance(relief.near.centre()) < half * 1.1 {
+        } else if place(low).distance(relief.roads.centre()) < half * 1.1 {
             squares.push((low, side));
         }
     }
@@ -167,13 +164,13 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
     const RINGS: u32 = 13;
     const SIDES: u32 = 216;
     let first = mesh.vertices.len() as u32;
-    let start = relief.near.radius_m() + REACH_M * 0.92;
-    let stretch = ((relief.near.radius_m() + RANGES_M) / start).powf(1.0 / RINGS as f32);
+    let start = relief.roads.radius_m() + REACH_M * 0.92;
+    let stretch = ((relief.roads.radius_m() + RANGES_M) / start).powf(1.0 / RINGS as f32);
     for ring in 0..=RINGS {
         let radius = start * stretch.powi(ring as i32);
         for side in 0..SIDES {
             let way = Vec2::from_angle(std::f32::consts::TAU * (side as f32 + 0.5 * (ring % 2) as f32) / SIDES as f32);
-            let point = relief.near.centre() + way * radius;
+            let point = relief.roads.centre() + way * radius;
             let sunk = if ring == 0 { 12.0 } else { 0.0 };
             let position = point.extend(relief.height_m(point) - sunk);
             let normal = relief.normal(point, 0.03 * radius);
@@ -198,20 +195,21 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
 mod tests {
     use super::*;
     use crate::scene::mesh::tests::{check, faces};
+    use crate::scene::network;
     use crate::scene::static_scene::tests::{circuit, ring};
 
     #[test]
     fn the_land_never_covers_the_road() {
         for map in [ring(250.0), ring(1500.0), circuit()] {
-            let near = RoadDistance::new(&map.route);
-            let mesh = ground(&Relief::new(&near, 5));
+            let roads = network::surfaces(&map.network);
+            let mesh = ground(&Relief::new(&roads, 5));
             check(&mesh, "land");
             for (corners, face) in faces(&mesh) {
                 assert!(face.z > 0.0, "faces up");
                 let [a, b, c] = corners.map(|v| Vec3::from(v.position));
                 for weights in [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.34, 0.33, 0.33]] {
                     let p = a * weights[0] + b * weights[1] + c * weights[2];
-                    let beside = near.distance_m(p.truncate()) < near.half_lane_m() + 2.5;
+                    let beside = roads.border_m(p.truncate()) < 2.5;
                     assert!(!beside || (p.z - BESIDE_ROAD_M).abs() < 1e-4, "{p}");
                 }
             }
@@ -221,8 +219,8 @@ mod tests {
     #[test]
     fn the_ground_has_no_cracks_and_reaches_the_horizon() {
         let map = ring(250.0);
-        let near = RoadDistance::new(&map.route);
-        let mesh = ground(&Relief::new(&near, 5));
+        let roads = network::surfaces(&map.network);
+        let mesh = ground(&Relief::new(&roads, 5));
         assert!((5_000..40_000).contains(&mesh.triangles()), "{}", mesh.triangles());
         // Inside, every edge belongs to two triangles: open edges lie on the rim only.
         let mut edges: BTreeMap<[u32; 2], i32> = BTreeMap::new();
@@ -234,18 +232,18 @@ mod tests {
         }
         for (edge, _) in edges.iter().filter(|(_, count)| **count != 0) {
             let p = Vec3::from(mesh.vertices[edge[0] as usize].position);
-            assert!(p.truncate().distance(near.centre()) > 900.0, "crack at {p}");
+            assert!(p.truncate().distance(roads.centre()) > 900.0, "crack at {p}");
         }
     }
 
     #[test]
     fn hills_stand_above_the_eye_all_around() {
         let map = ring(250.0);
-        let near = RoadDistance::new(&map.route);
-        let relief = Relief::new(&near, 5);
+        let roads = network::surfaces(&map.network);
+        let relief = Relief::new(&roads, 5);
         for degrees in 0..360 {
             let direction = Vec2::from_angle((degrees as f32).to_radians());
-            let heights = (30..95).map(|k| relief.height_m(near.centre() + direction * (k as f32 * 10.0)));
+            let heights = (30..95).map(|k| relief.height_m(roads.centre() + direction * (k as f32 * 10.0)));
             let highest = heights.fold(0.0, f32::max);
             assert!((8.0..50.0).contains(&highest), "{degrees}: {highest}");
         }

@@ -2,14 +2,14 @@
 //! shoulder and a verge wherever no lane leads on.
 
 use super::{
-    Layer, SHOULDER, points,
+    ASPHALT, Layer, SHOULDER, points,
     strips::{Column, Ground, Paver},
     triangulation,
     verge::Roadside,
 };
 use crate::{
     map::network::{JunctionKind, LanePosition, Network},
-    scene::land::{noise::shade, road::ASPHALT},
+    scene::land::noise::shade,
 };
 use glam::{Vec2, Vec3};
 

@@ -2,14 +2,14 @@
 //! pavements a kerb higher, ballast under rails. In: a lane of the network. Out: ribbons.
 
 use super::{
-    Layer, SHOULDER,
+    ASPHALT, Layer, SHOULDER,
     road_surfaces::contains,
     strips::{Column, Ground, Paver},
     verge::{Place, Roadside},
 };
 use crate::{
     map::network::{EdgeKind, JunctionId, Lane, LaneId, Marking, Network, Side, TurnDirection},
-    scene::land::{noise::shade, road::ASPHALT},
+    scene::land::noise::shade,
 };
 use glam::{Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -156,13 +156,12 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
 /// lines go on. `None` elsewhere.
 fn through_markings(net: &Network, id: LaneId) -> Option<[Marking; 2]> {
     let junction = net.junction(net.edge_of(id).junction?);
-    let meets = junction.links.iter().any(|link| link.crosses.iter().next().is_some());
     let (&[before], mut after) = (net.predecessors(id), net.successors(id)) else { return None };
     let (after, None) = (after.next()?, after.next()) else { return None };
     let streets = [before, after].iter().all(|lane| super::paint::is_driven(net, *lane));
     let one_width = (net.lane(before).width_m - net.lane(after).width_m).abs() < 0.05;
     let way = net.connections_from(before).iter().find(|way| way.next() == id)?;
-    if meets || junction.kind.has_signals() || !streets || !one_width || way.is_turnaround() {
+    if !super::no_one_meets(net, id) || junction.kind.has_signals() || !streets || !one_width || way.is_turnaround() {
         return None;
     }
     let of = |side: Side| match (net.marking(before, side), net.marking(after, side)) {

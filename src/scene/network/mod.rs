@@ -2,13 +2,14 @@
 //! [`Network`]. Out: meshes in world axes, heads of signals, and where the land may not be. Metres.
 //!
 //! `lanes` paves streets, `junctions` the areas between them, `strips` and `triangulation` are their tools; `paint` has stop lines and
-//! crossings, `signals` the heads; `road_surfaces` keeps land, grass and trees off all of it.
+//! crossings, `signals` the heads, `posts` the reflector posts; `road_surfaces` keeps land, grass and trees off all of it.
 //!
 //! Surfaces that overlap lie in layers, a few millimetres one over the other, so that nothing flickers: see [`Layer`].
 
 mod junctions;
 mod lanes;
 mod paint;
+pub(super) mod posts;
 pub(super) mod road_surfaces;
 pub(super) mod signals;
 mod strips;
@@ -23,14 +24,12 @@ use self::{
 };
 use super::{
     Mesh,
-    land::{
-        Relief,
-        noise::shade,
-        road::{ASPHALT, SHOULDER_M},
-        road_distance::RoadDistance,
-    },
+    land::{Relief, noise::shade},
 };
-use crate::map::network::{EdgeKind, LaneId, Network};
+use crate::map::{
+    self,
+    network::{EdgeKind, LaneId, Network},
+};
 use glam::{DVec3, Vec3};
 
 /// Height of a surface over its lane's centre line, metres.
@@ -80,35 +79,6 @@ fn plain_asphalt() -> [f32; 3] {
     shade(ASPHALT, 1.04)
 }
 
-/// True of a network that is one closed chain of single lanes on one level, without signals and crossings of any kind, or that has no
-/// lane at all: its closed route is all there is to draw, and is drawn in one piece.
-pub(super) fn is_closed_route_alone(net: &Network) -> bool {
-    let Some(first) = net.lane_ids().next() else { return true };
-    let level_m = net.lane(first).line.points()[0].z;
-    let only_next = |lane: LaneId| {
-        let mut next = net.successors(lane);
-        let found = next.next();
-        found.filter(|_| next.next().is_none())
-    };
-    let plain = |lane: LaneId| {
-        let level = net.lane(lane).line.points().iter().all(|point| point.z == level_m);
-        let alone = net.edge_of(lane).lanes().len() == 1 && net.predecessors(lane).len() == 1;
-        level && alone && only_next(lane).is_some()
-    };
-    let crossed = net.junctions().iter().any(|junction| junction.incoming.len() > 1);
-    if crossed || !net.signals().is_empty() || !net.lane_ids().all(plain) {
-        return false;
-    }
-    let (mut lane, mut lanes) = (first, 0);
-    loop {
-        lanes += 1;
-        match only_next(lane) {
-            Some(next) if next != first && lanes < net.lanes().len() => lane = next,
-            _ => return lanes == net.lanes().len(),
-        }
-    }
-}
-
 /// All that is paved, for the land around it.
 pub(super) fn surfaces(net: &Network) -> RoadSurfaces {
     let mut collector = SurfaceCollector::default();
@@ -127,10 +97,9 @@ pub(super) fn surfaces(net: &Network) -> RoadSurfaces {
 }
 
 /// The paved surfaces with their markings, and the verges beside them.
-pub(super) fn road(net: &Network, near: &RoadDistance, relief: &Relief, seed: u64) -> Mesh {
-    let Some(surfaces) = near.surfaces() else { return Mesh::default() };
+pub(super) fn road(net: &Network, surfaces: &RoadSurfaces, relief: &Relief, seed: u64) -> Mesh {
     let roadside = verge::Roadside::new(surfaces);
-    let mut paver = Paver::new(relief, seed, near.centre() - near.radius_m());
+    let mut paver = Paver::new(relief, seed, surfaces.centre() - surfaces.radius_m());
     let areas = junctions::areas(net);
     areas.iter().for_each(|area| junctions::pave(area, &mut paver, roadside));
     let shared = lanes::shared_areas(net);
@@ -142,8 +111,21 @@ pub(super) fn road(net: &Network, near: &RoadDistance, relief: &Relief, seed: u6
     paver.mesh
 }
 
+/// True of a way through a junction whose ways cross nowhere.
+fn no_one_meets(net: &Network, inside: LaneId) -> bool {
+    let junction = net.edge_of(inside).junction.map(|junction| net.junction(junction));
+    junction.is_some_and(|junction| junction.links.iter().all(|link| link.crosses.iter().next().is_none()))
+}
+
 /// Asphalt beyond the edge of the outermost lane, metres.
-const SHOULDER: f64 = SHOULDER_M as f64;
+const SHOULDER: f64 = map::SHOULDER_M;
+/// The same for the picture, m.
+pub(super) const SHOULDER_M: f32 = map::SHOULDER_M as f32;
+
+/// Dark asphalt, linear albedo.
+const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
+/// Paint of markings, linear albedo.
+const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
 
 fn points(shape: &[DVec3]) -> Vec<Vec3> {
     shape.iter().map(|point| point.as_vec3()).collect()

@@ -23,6 +23,9 @@ const CUTTING_M: f32 = 5.7;
 /// How much lower a road lies than the ground around until it is one below another and not the same one some metres on, metres.
 const BELOW_M: [f32; 2] = [1.0, 2.0];
 
+/// Half the width of the lane that stands for all where the land asks how far the road is, m.
+pub(in crate::scene) const HALF_LANE_M: f32 = 1.6;
+
 /// A straight piece of a lane, or of the outline of an area.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
@@ -75,6 +78,9 @@ impl SurfaceCollector {
 pub(in crate::scene) struct RoadSurfaces {
     pieces: Vec<Piece>,
     areas: Vec<Vec<Vec3>>,
+    /// Middle of the box around all, and the radius around it that holds everything, m.
+    centre: Vec2,
+    radius_m: f32,
     low: Vec2,
     cell_m: f32,
     columns: i32,
@@ -130,21 +136,18 @@ impl RoadSurfaces {
         }
         let members = of_cell.into_iter().map(|(_, member)| member).collect();
         let coarse = coarse(&pieces);
-        Self { pieces, areas, low, cell_m, columns, rows, starts, members, coarse, level_m }
+        let (centre, radius_m) = circle(&pieces);
+        Self { pieces, areas, centre, radius_m, low, cell_m, columns, rows, starts, members, coarse, level_m }
     }
 
-    /// The middle of the bounding box, and a radius around it that holds everything, metres.
-    pub fn circle(&self) -> (Vec2, f32) {
-        let centre = {
-            let points = || self.pieces.iter().flat_map(|piece| [piece.from, piece.to]).map(Vec3::truncate);
-            let low = points().reduce(Vec2::min).unwrap_or_default();
-            (low + points().reduce(Vec2::max).unwrap_or_default()) / 2.0
-        };
-        let reach = |piece: &Piece| {
-            let ends = [piece.from, piece.to].map(|end| end.truncate().distance(centre));
-            ends[0].max(ends[1]) + piece.half_width_m
-        };
-        (centre, self.pieces.iter().map(reach).fold(0.0, f32::max))
+    /// Middle of the box around all roads.
+    pub fn centre(&self) -> Vec2 {
+        self.centre
+    }
+
+    /// Radius around the middle that holds everything, m.
+    pub fn radius_m(&self) -> f32 {
+        self.radius_m
     }
 
     /// The height of all roads, if it is one.
@@ -188,6 +191,11 @@ impl RoadSurfaces {
         }
         let far = self.coarse.iter().map(|p| p.truncate().distance_squared(point)).fold(f32::INFINITY, f32::min);
         far.sqrt().max(NEAR_M)
+    }
+
+    /// Distance from the middle of the nearest lane, as if it were [`HALF_LANE_M`] wide to either side, m.
+    pub fn middle_m(&self, point: Vec2) -> f32 {
+        self.border_m(point) + HALF_LANE_M
     }
 
     /// Height of the ground, metres: that of the road near by, in between a mean of those around, and never above a road that lies
@@ -238,6 +246,18 @@ impl RoadSurfaces {
             self.members[members].iter().map(|member| *member as usize)
         })
     }
+}
+
+/// Middle of the box around all pieces, and the radius around it that holds them, m.
+fn circle(pieces: &[Piece]) -> (Vec2, f32) {
+    let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to]).map(Vec3::truncate);
+    let low = points().reduce(Vec2::min).unwrap_or_default();
+    let centre = (low + points().reduce(Vec2::max).unwrap_or_default()) / 2.0;
+    let reach = |piece: &Piece| {
+        let ends = [piece.from, piece.to].map(|end| end.truncate().distance(centre));
+        ends[0].max(ends[1]) + piece.half_width_m
+    };
+    (centre, pieces.iter().map(reach).fold(0.0, f32::max))
 }
 
 /// At most one point in each square of a lattice as fine as [`MOST_COARSE`] allows.

@@ -1,13 +1,12 @@
 //! Ribbons and areas of paved ground. In: places along a line with columns beside it, outlines. Out: one mesh in world axes; `uv` is
 //! metres along and across on lanes, and metres of the world on areas, far from where lanes have their tracks.
 
-use super::{Layer, triangulation};
+use super::{Layer, PAINT, triangulation};
 use crate::scene::{
     Material, Mesh, Vertex,
     land::{
         Relief,
         noise::{self, shade},
-        road::PAINT,
     },
 };
 use glam::{Vec2, Vec3};

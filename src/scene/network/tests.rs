@@ -2,10 +2,7 @@
 
 use super::*;
 use crate::{
-    map::{
-        RoadMap,
-        network::{LanePosition, REACH_M},
-    },
+    map::network::{LanePosition, REACH_M},
     rng,
     scene::{
         self, StaticScene, ViewKind, ViewOptions,
@@ -21,38 +18,6 @@ use std::sync::Arc;
 
 fn network(name: &str) -> Arc<Network> {
     Arc::new(Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network of the tests"))
-}
-
-#[test]
-fn shipped_maps_but_the_merge_are_closed_routes_alone_and_networks_with_anything_else_are_not() {
-    let shipped = crate::map::list();
-    assert!(shipped.len() >= 3, "the maps of maps/");
-    for info in shipped.iter().filter(|info| crate::map::SHIPPED.contains(&info.name.as_str())) {
-        let map = RoadMap::load(&info.name).expect("a shipped map loads");
-        assert_eq!(is_closed_route_alone(&map.network), info.name != "merge", "{}", info.name);
-    }
-    assert!(is_closed_route_alone(&Network::default()));
-    for name in ["figure-eight", "grid-signals", "hill", "one-way", "ramps", "roundabout", "spider", "town", "track"] {
-        assert!(!is_closed_route_alone(&network(name)), "{name}");
-    }
-}
-
-#[test]
-fn a_ring_with_a_hill_or_a_side_street_is_no_closed_route_alone() {
-    let text = std::fs::read_to_string("maps/ring-250/net.xml").expect("a shipped map");
-    let read = |text: &str| Network::read(std::path::Path::new("ring.net.xml"), text).expect("a network");
-    assert!(is_closed_route_alone(&read(&text)));
-    // The second lane's first point, 3 m higher.
-    let second = text.find("id=\"e1_0\"").expect("the second lane");
-    let shape = second + text[second..].find("shape=\"").expect("its shape") + "shape=\"".len();
-    let end = shape + text[shape..].find(' ').expect("its second point");
-    let hilly = format!("{},3.0{}", &text[..end], &text[end..]);
-    assert!(!is_closed_route_alone(&read(&hilly)));
-    let street = "<edge id=\"side\" from=\"n0\" to=\"n1\"><lane id=\"side_0\" index=\"0\" speed=\"13.9\" length=\"50.0\" \
-                  shape=\"0,0 50,0\"/></edge>";
-    let junction = text.find("<junction").expect("a junction");
-    let branched = format!("{}{street}{}", &text[..junction], &text[junction..]);
-    assert!(!is_closed_route_alone(&read(&branched)));
 }
 
 /// Distance from the nearest lane's edge, looked for in all lanes point by point.

@@ -8,8 +8,8 @@ use crate::{
         land::{
             Relief,
             noise::{self, smoothstep},
-            road_distance::RoadDistance,
         },
+        network::road_surfaces::{HALF_LANE_M, RoadSurfaces},
         trees,
     },
 };
@@ -40,7 +40,7 @@ struct Seedling {
 
 /// Plants at most `most` trees.
 pub(in crate::scene) fn plant(
-    near: &RoadDistance,
+    roads: &RoadSurfaces,
     relief: &Relief,
     models: &[Mesh],
     seed: u64,
@@ -48,15 +48,15 @@ pub(in crate::scene) fn plant(
 ) -> Vec<TreePlace> {
     let crowns: Vec<f32> = models.iter().map(crown_radius_m).collect();
     let mut random = rng::stream(seed, "trees");
-    let reach = ((near.radius_m() + FOREST_M) / SEEDLING_M).ceil() as i32;
+    let reach = ((roads.radius_m() + FOREST_M) / SEEDLING_M).ceil() as i32;
     let mut seedlings = Vec::new();
     for row in -reach..=reach {
         for column in -reach..=reach {
             // The same numbers are drawn for every square, whatever becomes of it.
             let draw: [f32; 6] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
             let jitter = Vec2::new(column as f32 + draw[0], row as f32 + draw[1]) - Vec2::splat(0.5);
-            let point = near.centre() + jitter * SEEDLING_M;
-            seedlings.extend(seedling(near, relief, &crowns, seed, point, &draw));
+            let point = roads.centre() + jitter * SEEDLING_M;
+            seedlings.extend(seedling(roads, relief, &crowns, seed, point, &draw));
         }
     }
     seedlings.sort_by(|a, b| a.rank.total_cmp(&b.rank));
@@ -71,15 +71,15 @@ pub(in crate::scene) fn crown_radius_m(model: &Mesh) -> f32 {
 }
 
 fn seedling(
-    near: &RoadDistance,
+    roads: &RoadSurfaces,
     relief: &Relief,
     crowns: &[f32],
     seed: u64,
     point: Vec2,
     draw: &[f32; 6],
 ) -> Option<Seedling> {
-    let distance = near.distance_m(point);
-    if distance > FOREST_M || distance < near.half_lane_m() + TRUNK_FREE_M {
+    let distance = roads.middle_m(point);
+    if distance > FOREST_M || distance < HALF_LANE_M + TRUNK_FREE_M {
         return None;
     }
     // Woods and glades some 40 m across; denser in a belt 10-40 m from the road, thin far out where few see it.
@@ -97,7 +97,7 @@ fn seedling(
     };
     let scale = 0.72 + 0.5 * draw[3];
     let crown_m = crowns[kind] * scale;
-    if distance - crown_m < near.half_lane_m() + CROWN_FREE_M || draw[4] > density {
+    if distance - crown_m < HALF_LANE_M + CROWN_FREE_M || draw[4] > density {
         return None;
     }
     // A little into the ground, so that no foot hangs in the air on a slope.
@@ -141,13 +141,13 @@ pub(in crate::scene) fn grounds(places: &[TreePlace], relief: &Relief) -> Vec<Ve
 }
 
 /// Woods on the hills around, in drifts with open land between them; none where a stage has no trees at all.
-pub(in crate::scene) fn horizon(near: &RoadDistance, relief: &Relief, seed: u64, most: usize) -> Vec<TreePlace> {
+pub(in crate::scene) fn horizon(roads: &RoadSurfaces, relief: &Relief, seed: u64, most: usize) -> Vec<TreePlace> {
     let mut random = rng::stream(seed, "horizon");
     let mut places = Vec::new();
     for _ in 0..MOST_DISTANT * 10 {
         let [far, turn, luck, size, yaw, pick] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
         let beyond = 118.0 + 720.0 * far.powf(1.15);
-        let point = near.centre() + Vec2::from_angle(turn * std::f32::consts::TAU) * (near.radius_m() + beyond);
+        let point = roads.centre() + Vec2::from_angle(turn * std::f32::consts::TAU) * (roads.radius_m() + beyond);
         let wood = noise::fractal(seed ^ 7, point / 130.0) + 0.25 * smoothstep(300.0, 600.0, beyond);
         if luck > smoothstep(0.0, 0.22, wood) || places.len() == MOST_DISTANT.min(most) {
             continue;
@@ -181,10 +181,13 @@ mod tests {
     use super::*;
     use crate::map::RoadMap;
     use crate::scene::static_scene::tests::{circuit, ring};
-    use crate::scene::{StaticScene, land::road};
+    use crate::{
+        map::SHOULDER_M,
+        scene::{StaticScene, network},
+    };
 
-    fn stage(map: &RoadMap) -> (StaticScene, RoadDistance) {
-        (StaticScene::build(map, 1), RoadDistance::new(&map.route))
+    fn stage(map: &RoadMap) -> (StaticScene, RoadSurfaces) {
+        (StaticScene::build(map, 1), network::surfaces(&map.network))
     }
 
     #[test]
@@ -200,10 +203,10 @@ mod tests {
                 for tree in &stage.tree_places {
                     let at = tree.position.truncate();
                     let distance = map.route.project(at.as_dvec2(), None).offset_m.abs() as f32;
-                    let half = road::half_width_m(&map.route, 0.0);
+                    let half = map.route.width_m(0.0) as f32 / 2.0;
                     let crown = crown_radius_m(&stage.trees[tree.kind]) * tree.scale;
                     assert!(distance >= half + TRUNK_FREE_M - 0.02, "trunk {distance} m from the centre line");
-                    assert!(distance - crown >= half + road::SHOULDER_M, "crown {} m from it", distance - crown);
+                    assert!(distance - crown >= half + SHOULDER_M as f32, "crown {} m from it", distance - crown);
                     assert!(distance <= FOREST_M + 0.1);
                 }
             }
@@ -212,11 +215,11 @@ mod tests {
 
     #[test]
     fn a_ring_has_hundreds_of_trees_inside_and_outside_and_a_long_road_thousands_at_most() {
-        let (small, near) = stage(&ring(250.0));
+        let (small, roads) = stage(&ring(250.0));
         assert!((600..=1000).contains(&small.tree_places.len()), "{}", small.tree_places.len());
         let inside = small.tree_places.iter().filter(|t| t.position.truncate().length() < 39.0).count();
         assert!((15..150).contains(&inside), "{inside} inside the ring");
-        assert!(small.tree_places.iter().any(|t| near.distance_m(t.position.truncate()) < 9.0), "some near the road");
+        assert!(small.tree_places.iter().any(|t| roads.middle_m(t.position.truncate()) < 9.0), "some near the road");
         for kind in 0..super::super::KINDS {
             assert!(small.tree_places.iter().filter(|t| t.kind == kind).count() > 20, "kind {kind}");
         }
