@@ -1,6 +1,6 @@
-//! Allocations in a tick. A drive of hours makes nothing anew: a tick that asks the system for memory waits now and then for
-//! it, and what grows by a little in each tick fills the machine at night. In: drives of the simulated driver. Out: the
-//! number of times that the thread asked for memory, counted by the allocator of this test.
+//! Allocations in a tick. In a drive of hours an allocating tick sometimes waits for the system, and lists that grow a little in each tick
+//! fill the memory overnight. In: drives of the simulated driver. Out: the number of allocations of the thread, counted by the allocator of
+//! this test.
 
 use codrive::{
     driver::{SimulatedDriver, preset},
@@ -22,7 +22,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard},
 };
 
-/// The system's allocator, and how often each thread asked it for memory.
+/// The system's allocator, with a count of the allocations of each thread.
 struct Counting;
 
 thread_local! {
@@ -33,7 +33,7 @@ fn count() {
     ASKED.set(ASKED.get() + 1);
 }
 
-// SAFETY: everything is the system's; counting touches a number of this thread alone and asks for no memory itself.
+// SAFETY: every call goes to the system's allocator; counting changes a number of this thread only and allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
@@ -58,14 +58,14 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How often `work` asked for memory.
+/// Returns the number of allocations by `work` in this thread.
 fn asked(work: impl FnOnce()) -> u64 {
     let before = ASKED.get();
     work();
     ASKED.get() - before
 }
 
-/// The right to use SUMO in this process.
+/// Waits for the exclusive use of SUMO in this process.
 fn alone() -> MutexGuard<'static, ()> {
     static ONE: Mutex<()> = Mutex::new(());
     ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
@@ -79,7 +79,7 @@ fn the_allocator_of_this_test_counts() {
 }
 
 #[test]
-fn a_step_of_either_engine_asks_for_no_memory() {
+fn a_step_of_either_engine_allocates_no_memory() {
     const STEP_S: f64 = 0.1;
     let _guard = alone();
     for engine in [EngineChoice::Native, EngineChoice::Sumo] {
@@ -98,7 +98,7 @@ fn a_step_of_either_engine_asks_for_no_memory() {
             lateral_accel_mps2: None,
         };
         let mut traffic = traffic::start(&engine, setup).unwrap();
-        // Ten minutes: by then a wave is there, and every car has been on every lane. The first step fills lists that stay.
+        // After ten minutes there is a wave, and every vehicle has been on every lane. The first step fills lists that stay.
         for step in 0..6000 {
             let ego = traffic.cars()[0];
             let next_mps = 4.0 + (f64::from(step) * 0.01).sin();
@@ -112,7 +112,7 @@ fn a_step_of_either_engine_asks_for_no_memory() {
 }
 
 #[test]
-fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
+fn a_network_step_without_new_vehicles_allocates_no_memory() {
     let _guard = alone();
     let folder = tempfile::tempdir().expect("a folder");
     let home = sumo::home().expect("SUMO is here");
@@ -135,7 +135,7 @@ fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
         .expect("SUMO's programs run");
     assert!(made.status.success());
     let network = Arc::new(Network::load(net_file.to_str().expect("plain")).expect("it can be read"));
-    // Sixty vehicles in half a minute, and as many in the half minute after the next.
+    // Sixty vehicles in the first half minute, and as many in the half minute after the next.
     let ways = [("left0A0", "C2right2"), ("bottom1B0", "B2top1"), ("right1C1", "A1left1")];
     let trip = |k: usize| {
         let (from, to) = ways[k % 3];
@@ -156,7 +156,7 @@ fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
         seed: 1,
     };
     let mut traffic = SumoNetwork::start(&setup).expect("it starts");
-    // Steps fill two lists in turn.
+    // Steps fill two lists alternately.
     let (mut most, mut most_gone, mut quiet, mut gone) = ([0; 2], 0, 0, 0);
     for step in 0..2400 {
         let times = asked(|| traffic.step(&[]).unwrap());
@@ -174,15 +174,16 @@ fn a_step_on_a_network_in_which_nobody_comes_asks_for_no_memory() {
     assert!(quiet > 1500 && most[0] > 30 && gone > 60);
 }
 
-/// What rapier 0.36 makes anew in each of its steps, of which a tick has four: the list of changed bodies, one of the pairs
-/// that push each other, and one for its solver. Nothing of ours may add to that.
+/// Allocations of rapier 0.36 in a tick of four steps, each with three lists: changed bodies, pairs in contact, and one for its solver.
+/// This program must not add to them.
 const RAPIER: u64 = 4 * 3;
-/// Ticks in which lists may still grow to the size that they keep: a minute.
+/// Ticks in which lists may still grow to their final size: a minute.
 const SETTLING_TICKS: u64 = 6_000;
-/// Cars within 15 m of the ego take part in its physics, where rapier makes lists of its own when one comes or goes.
+/// Distance within which a vehicle counts as near, m. Vehicles within 15 m of the ego take part in its physics, and rapier allocates lists
+/// when one enters or leaves.
 const NEAR_M: f64 = 17.0;
 
-/// How many of some ticks asked for more memory than the physics library does.
+/// Number of ticks, and of ticks with more allocations than the physics library makes.
 #[derive(Debug, Default)]
 struct Ticks {
     all: u64,
@@ -196,7 +197,7 @@ impl Ticks {
     }
 }
 
-/// The ticks of two minutes after the first one: those with nobody near the ego, and the others.
+/// Drives three minutes and skips the first. Returns the ticks without any vehicle near the ego, and the others.
 fn drive(scenario: &Scenario) -> [Ticks; 2] {
     let mut world = World::new(scenario).unwrap();
     let params = preset(&scenario.driver).unwrap();
@@ -216,11 +217,11 @@ fn drive(scenario: &Scenario) -> [Ticks; 2] {
 }
 
 #[test]
-fn a_tick_of_the_world_asks_for_no_more_memory_than_its_physics_library() {
+fn a_tick_allocates_no_more_memory_than_its_physics_library() {
     let _guard = alone();
     for traffic in [EngineChoice::Native, EngineChoice::Sumo] {
         for policy in ["none", "constant", "auto", "two-phase", "follower-stopper", "pi"] {
-            // 30 m for each car.
+            // 30 m for each vehicle.
             let scenario = Scenario {
                 traffic: traffic.clone(),
                 policy: policy.into(),
@@ -232,7 +233,7 @@ fn a_tick_of_the_world_asks_for_no_more_memory_than_its_physics_library() {
             };
             let [alone, near] = drive(&scenario);
             let seen = format!("{traffic}, policy {policy}: nobody near {alone:?}, somebody near {near:?}");
-            // A hundred ticks hold an advice and ten steps.
+            // A hundred ticks contain an advice and ten steps.
             assert!(alone.all >= 500, "too few to judge: {seen}");
             assert_eq!(alone.more, 0, "{seen}");
             assert!(100 * near.more <= near.all, "more than now and then: {seen}");
@@ -241,8 +242,8 @@ fn a_tick_of_the_world_asks_for_no_more_memory_than_its_physics_library() {
 }
 
 #[test]
-fn cars_that_are_far_from_the_ego_cost_its_physics_nothing() {
-    // The paper's ring: two to four others near by, seventeen or more beyond. One comes or goes in less than 1 of 100 ticks.
+fn distant_vehicles_cost_the_physics_of_the_ego_nothing() {
+    // The paper's ring: two to four vehicles near the ego, seventeen or more beyond. One enters or leaves in less than 1 of 100 ticks.
     let [_, near] = drive(&Scenario { traffic: EngineChoice::Native, duration_s: 0.0, ..Scenario::default() });
     assert!(near.all > SETTLING_TICKS && 100 * near.more <= near.all, "{near:?}");
 }

@@ -1,5 +1,5 @@
-//! The structure holds: imports run downwards, files are small and say what they are for, each outside library stays
-//! in its room, and comments cite only what `docs/` has.
+//! Checks of the structure: imports run downwards, files are small and state their purpose, each outside library stays in its modules, and
+//! comments cite only works and entries of `docs/`.
 
 use std::{
     collections::BTreeSet,
@@ -41,7 +41,7 @@ const ROWS: [&[&str]; 17] = [
     &["bench"],
 ];
 
-/// Libraries that only some rooms may name.
+/// Libraries that only some modules may name.
 const ROOMS: [(&str, &[&str]); 17] = [
     ("wgpu", &["render", "desktop", "replay", "bench", "cli"]),
     ("winit", &["desktop", "drive_window", "session", "replay"]),
@@ -66,7 +66,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All Rust files below `folder`, in a fixed order.
+/// Returns all Rust files below `folder`, in a fixed order.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
@@ -81,7 +81,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The top-level module that a file of `src/` belongs to.
+/// Returns the top-level module of a file of `src/`.
 fn module(file: &Path) -> String {
     let relative = file.strip_prefix(root().join("src")).unwrap();
     let first = relative.components().next().unwrap().as_os_str().to_string_lossy().into_owned();
@@ -92,12 +92,12 @@ fn row(module: &str) -> Option<usize> {
     ROWS.iter().position(|row| row.contains(&module))
 }
 
-/// Code without comments and without test modules at the end of a file, which may look upwards for nothing either way.
+/// Returns the code without lines that are comments.
 fn code(text: &str) -> String {
     text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-/// Modules named after `crate::`, also inside braces of one `use`.
+/// Returns the modules named after `crate::`, also inside the braces of one `use`.
 fn named_modules(code: &str) -> Vec<String> {
     let word = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut found = Vec::new();
@@ -198,8 +198,8 @@ fn files_are_small_and_say_what_they_are_for() {
 }
 
 #[test]
-fn nothing_is_switched_off() {
-    // Spelt in two parts, so that this file is none of its own finds.
+fn no_test_is_ignored_and_no_code_is_a_placeholder() {
+    // Spelt in two parts, so that the check does not find this file.
     let marks = [concat!("#[ig", "nore"), concat!("todo", "!("), concat!("unimple", "mented!(")];
     for folder in ["src", "tests", "python/src"] {
         for file in sources(&root().join(folder)) {
@@ -211,19 +211,19 @@ fn nothing_is_switched_off() {
     }
 }
 
-/// Comments of a Rust file or a shader as one line, doc comments included.
+/// Returns the comments of a Rust file or a shader as one line, doc comments included.
 fn comments(text: &str) -> String {
     let marked = text.lines().filter_map(|line| line.find("//").map(|at| &line[at..]));
     marked.map(|line| line.trim_start_matches(['/', '!'])).collect::<String>()
 }
 
-/// Entries of the list of works, each on one line.
+/// Returns the entries of the list of works, each on one line.
 fn works(references: &str) -> Vec<String> {
     let list = references.split_once("\n## Works").expect("a part of works").1;
     list.split("\n* ").map(|entry| entry.replace('\n', " ")).filter(|entry| entry.starts_with("**[")).collect()
 }
 
-/// Citations in `text` that the repository does not have.
+/// Returns the citations in `text` that the repository does not have.
 fn dead_citations(text: &str, references: &str, decisions: &str) -> Vec<String> {
     let works = works(references);
     let mut dead = Vec::new();
@@ -248,7 +248,7 @@ fn dead_citations(text: &str, references: &str, decisions: &str) -> Vec<String> 
     let bare = |word: &str| word.trim_matches(|c: char| !c.is_alphanumeric()).to_owned();
     for (i, word) in words.iter().enumerate() {
         let this = bare(word);
-        // The study that a paper describes, under its own key: two capitals and a year.
+        // A key of a paper and its study: two capitals and a year.
         let key = this.len() == 4 && this[..2].chars().all(|c| c.is_ascii_uppercase());
         if key && this[2..].chars().all(|c| c.is_ascii_digit()) && !references.contains(&format!("**[{this}]**")) {
             dead.push(this.clone());
@@ -309,7 +309,7 @@ fn the_check_of_citations_sees_every_form() {
     let dead = |text: &str| dead_citations(text, references, decisions);
     let alive = "HC22's ring (docs/references.md: ring; Stern et al. 2018, eq. 1), SAE J2944, docs/decisions.md: 4, Work (2018)";
     assert_eq!(dead(alive), Vec::<String>::new());
-    // Spelt in two parts, so that this file is none of its own finds.
+    // Spelt in two parts, so that the check does not find this file.
     assert_eq!(dead(concat!("as FA", "CTS 3 has it (DE", "SIGN 4)")), ["DESIGN", "FACTS"]);
     assert_eq!(
         dead("docs/references.md: circle, docs/decisions.md: 5"),
@@ -321,7 +321,7 @@ fn the_check_of_citations_sees_every_form() {
     );
 }
 
-/// Names and versions of packages, of a text where they follow `name` and `version` in the order of `Cargo.lock`.
+/// Returns names and versions of packages from lines in which `name` and `version` follow each other, as in `Cargo.lock`.
 fn locked_packages(lock: &str) -> BTreeSet<(String, String)> {
     let quoted = |line: &str, key: &str| Some(line.strip_prefix(key)?.trim_matches('"').to_owned());
     let lines: Vec<&str> = lock.lines().collect();
@@ -330,7 +330,7 @@ fn locked_packages(lock: &str) -> BTreeSet<(String, String)> {
 }
 
 #[test]
-fn third_party_notices_are_those_of_the_lock_file() {
+fn third_party_notices_match_the_lock_file() {
     let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();
     let mut locked = locked_packages(&read("Cargo.lock"));
     for own in ["codrive", "codrive-python"] {
@@ -345,7 +345,7 @@ fn third_party_notices_are_those_of_the_lock_file() {
     assert!(locked.len() > 100);
 }
 
-/// Files that `text` names as links of Markdown, without those on the net and places within a page.
+/// Returns the files that `text` links to in Markdown, without web addresses and anchors within a page.
 fn links(text: &str) -> Vec<&str> {
     let targets = text.match_indices("](").filter_map(|(at, mark)| text[at + mark.len()..].split(')').next());
     targets.filter(|target| !target.contains("://")).filter_map(|target| target.split('#').next()).collect()
@@ -365,7 +365,7 @@ fn papers_of_the_project_link_to_files_that_exist() {
 }
 
 #[test]
-fn the_version_to_cite_is_that_of_the_program() {
+fn the_version_to_cite_is_the_programs_version() {
     let citation = fs::read_to_string(root().join("CITATION.cff")).unwrap();
     assert!(citation.lines().any(|line| line == concat!("version: ", env!("CARGO_PKG_VERSION"))));
 }

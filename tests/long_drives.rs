@@ -1,5 +1,5 @@
-//! A drive of hours takes no more memory to be analysed than a short one. The drive is a short one whose tables were repeated;
-//! what is counted is every request to the allocator, not a clock.
+//! Analysing a drive of hours takes no more memory than analysing a short one. The long drive repeats the tables of a short one. The test
+//! counts the bytes requested from the allocator, not time.
 
 #[path = "fuzz/memory.rs"]
 mod memory;
@@ -27,7 +27,7 @@ static ALLOCATOR: memory::Counting = memory::Counting;
 /// Ticks of the drive that is repeated.
 const TICKS: u64 = 2_000;
 
-/// A recorded drive whose ticks come `times` over.
+/// Records a drive and repeats its ticks `times` times.
 fn drive(folder: &Path, times: u64) -> PathBuf {
     let path = folder.join(format!("drive-{times}"));
     let arguments = ["run", "--traffic", "native", "--vehicles", "4", "--hold", "10", "--duration", "20", "--out"];
@@ -61,7 +61,7 @@ fn repeat(file: &Path, times: u64) {
     writer.close().unwrap();
 }
 
-/// The most memory that measures and page of a drive take, bytes; and how long the drive is, seconds.
+/// Returns the largest memory, bytes, of the measures and of the page of a drive, and the length of the drive, s.
 fn analysed(path: &Path) -> (usize, usize, f64) {
     let found = find(path).unwrap().found;
     let start = memory::begin();
@@ -76,15 +76,15 @@ fn analysed(path: &Path) -> (usize, usize, f64) {
 }
 
 #[test]
-fn the_measures_of_hours_take_the_memory_of_minutes_and_their_figures_no_more_than_they_can_show() {
+fn measures_and_figures_of_long_drives_take_little_memory() {
     let folder = tempfile::tempdir().unwrap();
     let [(short, _, short_s), (long, figures, long_s)] = [150, 450].map(|times| analysed(&drive(folder.path(), times)));
     assert_eq!((short_s, long_s), (3_000.0, 9_000.0));
     println!("measures: {short} bytes for {short_s} s, {long} bytes for {long_s} s; figures: {figures} bytes");
-    // A byte a tick is 60 MB for the seven days that a drive may last. What grows is one number a second, and what there is to
-    // say of each change of the advice.
+    // One byte a tick is 60 MB for the seven days that a drive may last. Only one number a second and the results of each change of advice
+    // may grow.
     let more = long.saturating_sub(short) as f64 / (100.0 * (long_s - short_s));
     assert!(more < 1.0, "{more:.2} bytes a tick: {short} and {long} bytes");
-    // As much as any input of the program may take.
+    // The limit of any input of the program.
     assert!(figures < memory::MOST, "{figures} bytes");
 }

@@ -1,5 +1,5 @@
-//! A network at the gate in front of SUMO. In: the tree of a `net.xml`. Out: its canonical text, which is what SUMO reads, or the first element
-//! that is refused. A network that comes with the program goes as it is, byte by byte.
+//! Check of a network before SUMO reads it. In: the tree of a `net.xml`. Out: its canonical text, which SUMO reads, or the first element
+//! that is refused. Networks that come with the program pass unchanged, byte by byte.
 
 use super::{
     MapError,
@@ -13,7 +13,7 @@ use crate::{
 };
 use std::{fmt, path::Path, sync::Arc};
 
-/// A network as SUMO reads it. Two networks are the same whatever their texts are.
+/// Text of a network for SUMO. Comparison ignores the text: any two values are equal.
 #[derive(Clone, Default)]
 pub struct SumoText {
     text: Arc<str>,
@@ -21,7 +21,7 @@ pub struct SumoText {
 }
 
 impl SumoText {
-    /// Passes the text of `file` through the gate; `tree` is what it reads as.
+    /// Checks the text of `file` and makes its canonical copy; `tree` is the parsed text.
     ///
     /// # Errors
     /// An element, an attribute or a parameter is refused.
@@ -33,10 +33,10 @@ impl SumoText {
         Ok(Self { text: text.into(), dropped: Arc::new(dropped) })
     }
 
-    /// Passes the text of `file` through the gate without a look at its roads.
+    /// Checks the text of `file` without reading its roads.
     ///
     /// # Errors
-    /// The file is no network, or a part of it is refused.
+    /// The file is not a network, or a part of it is refused.
     pub(super) fn read(file: &Path, text: &str) -> Result<Self, MapError> {
         let tree = limits::parse(file, text)?;
         let root = tree.root();
@@ -47,12 +47,11 @@ impl SumoText {
         Self::of(file, text, &tree)
     }
 
-    /// The text.
     pub fn as_str(&self) -> &str {
         &self.text
     }
 
-    /// Parts of the file that it leaves out.
+    /// Returns the counts of the parts that the copy leaves out.
     pub fn dropped(&self) -> &Dropped {
         &self.dropped
     }
@@ -70,7 +69,7 @@ impl fmt::Debug for SumoText {
     }
 }
 
-/// Copies a tree, which takes some `bytes`.
+/// Copies a tree; `bytes` is the initial capacity of the copy.
 fn canonical(file: &Path, root: Element, bytes: usize) -> Result<(String, Dropped), MapError> {
     let mut gate = Gate::new(sumo_xml::network(), Vec::with_capacity(bytes));
     let at = |node: Element, error: GateError| match error {
@@ -79,7 +78,7 @@ fn canonical(file: &Path, root: Element, bytes: usize) -> Result<(String, Droppe
         }
         GateError::Write(source) => MapError::Io { file: file.into(), source },
     };
-    // Where the open elements end.
+    // End index of each open element.
     let mut ends: Vec<usize> = Vec::new();
     for node in root.descendants() {
         while ends.pop_if(|end| node.place() >= *end).is_some() {

@@ -1,5 +1,5 @@
-//! The maps that exist on this machine. In: a name or a path. Out: a [`RoadMap`], or what is wrong with it. A map is a
-//! folder `maps/<name>/` with `net.xml` and `map.toml`, and with `demand.rou.xml` where it says who comes there, among the program's data or the person's.
+//! Maps on this machine. In: a name or a path. Out: a [`RoadMap`], or the error. A map is a folder `maps/<name>/` with `net.xml` and
+//! `map.toml`, in the program's data or in the user's. An optional `demand.rou.xml` defines its traffic demand.
 
 use super::{
     MapError, RoadMap,
@@ -19,20 +19,20 @@ use std::{
     sync::Arc,
 };
 
-/// A map of the folder `maps/`.
+/// Map in a folder `maps/`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapInfo {
-    /// Name of its folder.
+    /// Name of the map's folder.
     pub name: String,
-    /// One line for people.
+    /// Title in one line.
     pub title: String,
-    /// What it is good for.
+    /// Purpose of the map, or the error if its `map.toml` is broken.
     pub description: String,
-    /// Its folder.
+    /// Folder of the map.
     pub folder: PathBuf,
 }
 
-/// `map.toml`.
+/// Content of `map.toml`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MapFile {
@@ -50,22 +50,22 @@ fn yes() -> bool {
     true
 }
 
-/// The folders that maps are in: the program's own, and the person's.
+/// Returns the folders that contain maps: the program's own, and the user's.
 fn folders() -> impl Iterator<Item = PathBuf> {
     [data_folders::root().join(MAPS)].into_iter().chain(own_folder())
 }
 
-/// The folder of the person's own maps; `None` without a home.
+/// Returns the folder of the user's own maps; `None` without a home folder.
 pub fn own_folder() -> Option<PathBuf> {
     data_folders::user().map(|folder| folder.join(MAPS))
 }
 
-/// Name of a folder of maps.
+/// Name of the folders that contain maps.
 const MAPS: &str = "maps";
-/// The file of a map's own demand.
+/// File name of a map's own demand.
 const DEMAND: &str = "demand.rou.xml";
 
-/// All maps by name: the program's and the person's own. One whose `map.toml` is broken has the error as its description.
+/// Returns all maps by name: the program's and the user's own. If a map's `map.toml` is broken, the error is its description.
 pub fn list() -> Vec<MapInfo> {
     let entries = folders().flat_map(|folder| std::fs::read_dir(folder).into_iter().flatten().flatten());
     let mut maps: Vec<MapInfo> = entries
@@ -80,22 +80,22 @@ pub fn list() -> Vec<MapInfo> {
             MapInfo { name, title, description, folder }
         })
         .collect();
-    // The program's is the one that its name loads.
+    // Of two maps with one name the program's is kept: it is the one that the name loads.
     maps.sort_by(|a, b| a.name.cmp(&b.name));
     maps.dedup_by(|b, a| a.name == b.name);
     maps
 }
 
-/// The maps that come with the program: what goes by these names is the same everywhere.
+/// Names of the maps that come with the program; they mean the same map on every machine.
 pub const SHIPPED: [&str; 4] = ["merge", "practice", "ring-250", "ring-641"];
 
-/// True if a map is not one of [`SHIPPED`]: elsewhere there may be none of its name, or another.
+/// Returns true if a map is not one of [`SHIPPED`]: another machine may lack its name, or have another map under it.
 pub fn is_own(name_or_path: &str) -> bool {
     !SHIPPED.contains(&name_or_path)
 }
 
-/// What a map is called in `maps/`: of the shipped ones also under a path or as a copy, by the bytes of its network. `None`
-/// for one from elsewhere.
+/// Returns the name of a map in `maps/`. A shipped map is recognised by the bytes of its network, also under a path or as a copy. `None`
+/// for a map from elsewhere.
 pub fn known_as(map: &RoadMap) -> Option<String> {
     let maps = data_folders::root().join(MAPS);
     let own = map.network.sumo_text().as_str().as_bytes();
@@ -105,18 +105,18 @@ pub fn known_as(map: &RoadMap) -> Option<String> {
     if let Some(name) = shipped {
         return Some((*name).to_owned());
     }
-    // One that somebody has put beside them.
+    // A map that the user has put into one of these folders.
     let lies_in = map.net_file.parent()?.parent()?.canonicalize().ok()?;
     let is_known = folders().any(|folder| folder.canonicalize().is_ok_and(|folder| folder == lies_in));
     (is_known && !SHIPPED.contains(&map.name.as_str())).then(|| map.name.clone())
 }
 
-/// True if a map is named by its path, not by the name of its folder in `maps/`.
+/// Returns true if a map is named by its path, not by the name of its folder in `maps/`.
 pub fn is_path(name_or_path: &str) -> bool {
     name_or_path.contains(['/', '\\']) || name_or_path.ends_with(".xml")
 }
 
-/// Where the map of a name, or of a path, is: a folder, or a `net.xml`.
+/// Finds the folder or `net.xml` of a map's name or path.
 fn place_of(name_or_path: &str) -> Result<PathBuf, MapError> {
     let (path, is_path) = (Path::new(name_or_path), is_path(name_or_path));
     let of_name = || folders().map(|folder| folder.join(name_or_path)).find(|folder| folder.join("net.xml").exists());
@@ -135,7 +135,7 @@ impl Network {
     /// Reads the network of a map, which need not have a closed route; named as for [`RoadMap::load`].
     ///
     /// # Errors
-    /// If there is no such map, or its network cannot be used; the message names file, line, value and remedy.
+    /// There is no such map, or its network cannot be used; the message names file, line, value and remedy.
     pub fn load(name_or_path: &str) -> Result<Self, MapError> {
         let place = place_of(name_or_path)?;
         let file = if place.is_dir() { place.join("net.xml") } else { place };
@@ -147,12 +147,12 @@ impl RoadMap {
     /// Loads a map by the name of its folder in `maps/`, or by the path of a `net.xml` or of a folder with one.
     ///
     /// # Errors
-    /// If there is no such map, or its files cannot be used; the message names file, line, value and remedy.
+    /// There is no such map, or its files cannot be used; the message names file, line, value and remedy.
     pub fn load(name_or_path: &str) -> Result<Self, MapError> {
         let folder = place_of(name_or_path)?;
         match folder.parent() {
             _ if folder.is_dir() => Self::load_folder(&folder),
-            // The net.xml of a map's folder is that map, with its title and its route.
+            // The path of a `net.xml` in a map's folder loads that map, with its title and its route.
             Some(parent) if folder.ends_with("net.xml") && parent.join("map.toml").exists() => {
                 Self::load_folder(parent)
             }
@@ -160,7 +160,7 @@ impl RoadMap {
         }
     }
 
-    /// The files that a map is made of, named as for [`RoadMap::load`]: its network, then what stands beside it of the road and of who comes there.
+    /// Returns the files of a map, named as for [`RoadMap::load`]: its network, and if present its `map.toml` and its demand.
     ///
     /// # Errors
     /// There is no such map.
@@ -176,7 +176,7 @@ impl RoadMap {
     /// Loads a map as [`RoadMap::load`] does, with the open route along these edges.
     ///
     /// # Errors
-    /// As there, and if an edge is not there, is closed to cars, or does not lead to the next.
+    /// As for [`RoadMap::load`]; or an edge does not exist, is closed to cars, or does not lead to the next.
     pub fn load_along(name_or_path: &str, edges: &[&str]) -> Result<Self, MapError> {
         let place = place_of(name_or_path)?;
         let (net_file, folder) = if place.is_dir() {
@@ -193,17 +193,18 @@ impl RoadMap {
         Ok(Self { name, title, net_file, route, network: Arc::new(network) })
     }
 
-    /// The same road with the open route along these edges that begins on this lane.
+    /// Returns the same map with the open route along these edges that begins on the lane `first`.
     ///
     /// # Errors
-    /// As [`RoadMap::load_along`], and if the edges cannot be driven from that lane.
+    /// As [`RoadMap::load_along`], or the edges cannot be driven from that lane.
     pub fn along(&self, edges: &[&str], first: LaneId) -> Result<Self, MapError> {
         let route = along_edges(&self.net_file, &self.network, edges, Some(first))?;
         let (name, title, net_file) = (self.name.clone(), self.title.clone(), self.net_file.clone());
         Ok(Self { name, title, net_file, route, network: Arc::clone(&self.network) })
     }
 
-    /// Who comes to this road where a drive does not say: SUMO's file of it, for the `net.xml` of a map's folder that has one.
+    /// Returns the file of the map's own demand, for a `net.xml` in a folder with such a file. A drive uses it unless its scenario names
+    /// another.
     pub fn demand_file(&self) -> Option<PathBuf> {
         let file = self.net_file.with_file_name(DEMAND);
         (self.net_file.ends_with("net.xml") && file.is_file()).then_some(file)
@@ -219,7 +220,7 @@ impl RoadMap {
         Ok(Self { name, title, ..map })
     }
 
-    /// Loads a `net.xml` with the edges of its route, or with the longest loop that it has.
+    /// Loads a `net.xml` with the chosen edges as its route, or with its default path.
     fn load_file(net_file: &Path, chosen: Option<ChosenEdges>) -> Result<Self, MapError> {
         Self::read(net_file, &read(net_file, MOST_BYTES)?, chosen)
     }
@@ -233,19 +234,19 @@ impl RoadMap {
     }
 }
 
-/// The name of a map's folder.
+/// Returns the name of a map's folder.
 fn name_of(folder: &Path) -> String {
     let name = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
     name.unwrap_or_else(|| folder.display().to_string())
 }
 
-/// What a network's file is called without its endings.
+/// Returns the name of a network's file without its extensions.
 fn stem_of(net_file: &Path) -> String {
     let name = net_file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     name.trim_end_matches(".xml").trim_end_matches(".net").to_owned()
 }
 
-/// The text of a file of at most `limit` bytes.
+/// Reads the text of a file of at most `limit` bytes.
 pub(super) fn read(file: &Path, limit: u64) -> Result<String, MapError> {
     read_text(file, limit).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => MapError::Missing { file: file.into() },

@@ -1,6 +1,6 @@
-//! Closed circuits from a list of pieces. In: a `circuit.toml` of straights and bends. Out: a map's folder. The curvature
-//! of a bend rises evenly (a clothoid), stays and falls again, so that a steering wheel is turned, never jerked; two
-//! straights get the length that closes the circuit. Metres, m/s; angles in degrees in the file, radians inside.
+//! Closed circuits from a list of pieces. In: a `circuit.toml` of straights and bends. Out: a map's folder. The curvature of a bend rises
+//! linearly (a clothoid), stays constant and falls linearly, so that the steering wheel turns without jerks. Two straights get the length
+//! that closes the circuit. Metres, m/s; angles in degrees in the file, radians inside.
 
 use super::{
     MapError, catalog,
@@ -15,71 +15,71 @@ use glam::{DMat2, DVec2};
 use serde::Deserialize;
 use std::path::Path;
 
-/// Free ground that has to lie between two parts of the lane that are not neighbours, metres.
+/// Free ground required between two parts of the lane that are not neighbours, metres.
 const CLEARANCE_M: f64 = 15.0;
-/// Parts closer than this along the lane are neighbours, metres.
+/// Distance along the lane up to which parts are neighbours, metres.
 const NEIGHBOURS_M: f64 = 60.0;
-/// The longest circuit, metres, and the most pieces: points are 1 m apart and each is compared with each.
+/// Longest circuit, metres. Points are 1 m apart and are compared pairwise.
 const LONGEST_M: f64 = 20_000.0;
-/// See [`LONGEST_M`].
+/// Largest number of pieces, see [`LONGEST_M`].
 const MOST_PIECES: usize = 200;
-/// The shortest piece, metres: two cars.
+/// Shortest piece, metres: two cars.
 const SHORTEST_M: f64 = 10.0;
 
-/// Why pieces do not make a road; pieces are counted from 1.
+/// Fault of a list of pieces that does not make a road; pieces are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CircuitFault {
-    /// More pieces than are read.
+    /// Number of pieces beyond the limit.
     #[error("there are {0} pieces; allowed: at most {MOST_PIECES}")]
     ManyPieces(usize),
-    /// Longer than is built.
+    /// Circuit beyond the longest length.
     #[error("the circuit is {length_m:.0} m long; allowed: at most {LONGEST_M} m")]
     TooLong {
-        /// Its length, metres.
+        /// Length of the circuit, metres.
         length_m: f64,
     },
-    /// The bends do not lead back.
+    /// Bends that do not add up to one full turn.
     #[error("the bends turn by {turn_deg} degrees in all; a circuit turns by 360 or -360")]
     Open {
-        /// By how much they turn, degrees.
+        /// Total turn of the bends, degrees.
         turn_deg: f64,
     },
-    /// Two straights have to be left open, and so many are.
+    /// Number of pieces with `solved = true` that is not two.
     #[error("{0} pieces have solved = true; it has to be two")]
     NotTwoSolved(usize),
-    /// No lengths of the two close the circuit.
+    /// Solved straights of nearly equal direction: no lengths close the circuit.
     #[error("the solved straights, pieces {} and {}, are nearly parallel", pieces[0], pieces[1])]
     Parallel {
-        /// The two straights.
+        /// Numbers of the two straights.
         pieces: [usize; 2],
     },
-    /// The length that closes the circuit is none, or nearly.
+    /// Solved straight that would be shorter than the shortest piece, or of negative length.
     #[error(
         "piece {piece} would have to be {length_m:.1} m long to close the circuit, at least {SHORTEST_M} m are needed: \
          lengthen pieces that lead the other way"
     )]
     TooShort {
-        /// Which straight.
+        /// Number of the straight.
         piece: usize,
-        /// The length, metres.
+        /// Length that closes the circuit, metres.
         length_m: f64,
     },
-    /// The road meets itself.
+    /// Parts of the road that come too close to each other.
     #[error(
         "pieces {} and {} come within {apart_m:.1} m of each other; the centre lines have to stay {wanted_m:.1} m apart",
         pieces[0], pieces[1]
     )]
     TooClose {
-        /// Which two.
+        /// Numbers of the two pieces.
         pieces: [usize; 2],
-        /// Their distance, metres.
+        /// Distance between the centre lines, metres.
         apart_m: f64,
-        /// The least that is allowed, metres.
+        /// Smallest distance allowed, metres.
         wanted_m: f64,
     },
 }
 
-/// A circuit as its file describes it.
+/// Circuit as its file describes it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Circuit {
@@ -104,24 +104,24 @@ struct CircuitPiece {
     speed_limit_mps: Option<f64>,
 }
 
-/// A piece as geometry. A straight has an infinite radius and no turn.
+/// Piece as geometry. A straight has curvature 0 and no turn.
 #[derive(Clone, Copy, Debug)]
 struct PieceGeometry {
     length_m: f64,
     easing_m: f64,
-    /// Positive to the left.
+    /// Curvature of the arc, 1/m, positive to the left.
     curvature: f64,
     turn_deg: f64,
     solved: bool,
     speed_limit_mps: f64,
 }
 
-/// What a circuit's file makes.
+/// Network made from a circuit's file.
 #[derive(Clone, Debug)]
 pub struct GeneratedNetwork {
-    /// One line for people.
+    /// Title in one line.
     pub title: String,
-    /// What it is good for.
+    /// Purpose of the map.
     pub description: String,
     /// Text of the `net.xml`.
     pub net_xml: String,
@@ -130,8 +130,8 @@ pub struct GeneratedNetwork {
 /// Makes the network of a `circuit.toml`.
 ///
 /// # Errors
-/// If the file is absent, has unknown keys or wrong values, its bends do not add up to one turn, the straights to solve
-/// are not two that can close it, or two parts of the lane come too close.
+/// The file is absent or has unknown keys or invalid values; its bends do not add up to one turn; there are not two solved straights that
+/// can close it; or two parts of the lane come too close.
 pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
     let text = catalog::read(file, SETTINGS_BYTES)?;
     let name = file.display().to_string();
@@ -144,7 +144,7 @@ pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
     let mut curves = Vec::new();
     for (i, piece) in circuit.pieces.iter().enumerate() {
         let curve = PieceGeometry::new(piece, circuit.speed_limit_mps).map_err(|(key, why)| {
-            // The limit of a piece may be that of the whole circuit.
+            // The speed limit of a piece may come from the whole circuit.
             let own = format!("piece.{i}.{key}");
             let key = if key.is_empty() || toml_text::has(&text, &own) { own } else { key.to_owned() };
             wrong(&key, &format!("piece {}: {why}", i + 1))
@@ -166,7 +166,7 @@ pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
 /// Writes the circuit of `file` as a new map's `folder`, with a copy of the file.
 ///
 /// # Errors
-/// As [`make`], or if the folder exists or cannot be written.
+/// As [`make`], or the folder exists or cannot be written.
 pub fn write(folder: &Path, file: &Path) -> Result<(), MapError> {
     let made = make(file)?;
     write_folder(folder, &made.net_xml, &made.title, &made.description)?;
@@ -176,7 +176,8 @@ pub fn write(folder: &Path, file: &Path) -> Result<(), MapError> {
 }
 
 impl PieceGeometry {
-    /// The key at fault and what is wrong with it; no key where the piece is none of the three kinds.
+    /// Checks and converts a piece. The error is the key at fault with a message; the key is empty if the piece is none of the three
+    /// kinds.
     fn new(piece: &CircuitPiece, default_mps: f64) -> Result<Self, (&'static str, String)> {
         let within = |name: &'static str, value: f64, low: f64, high: f64| {
             let fault = || (name, format!("{name} is {value}; allowed: {low} to {high}"));
@@ -201,7 +202,7 @@ impl PieceGeometry {
                 within("turn_deg", turn_deg.abs(), 1.0, 270.0)?;
                 let turned_m = radius_m * turn_deg.abs().to_radians();
                 let easing_m = within("easing_m", easing_m, 1.0, turned_m)?;
-                // Each easing turns by easing / (2 radius), the arc between by the rest.
+                // Each easing turns by easing / (2 radius), the arc between them by the rest.
                 let (length_m, curvature) = (turned_m + easing_m, turn_deg.signum() / radius_m);
                 Ok(Self { length_m, easing_m, curvature, turn_deg, ..straight(0.0, false) })
             }
@@ -211,7 +212,7 @@ impl PieceGeometry {
         }
     }
 
-    /// How far the lane has turned `t_m` into the piece, radians: the integral of the curvature's trapezoid.
+    /// Returns the angle that the lane has turned `t_m` into the piece, radians: the integral of the curvature's trapezoid.
     fn turned(&self, t_m: f64) -> f64 {
         let (length_m, easing_m) = (self.length_m, self.easing_m);
         let at_full_m = if easing_m == 0.0 {
@@ -226,16 +227,16 @@ impl PieceGeometry {
         self.curvature * at_full_m
     }
 
-    /// Points 1 m apart or closer (straights: 10 m) as steps from the piece's start, which heads `yaw_rad`.
+    /// Returns points at most 1 m apart (straights: 10 m), relative to the piece's start, where it heads `yaw_rad`.
     fn points(&self, yaw_rad: f64) -> Vec<DVec2> {
-        // The chord of 1 m sags 5 mm at a radius of 25 m; there the points are 0.84 m apart, and 3.5 mm.
+        // The chord of 1 m sags 5 mm at a radius of 25 m; there the points are 0.84 m apart and sag 3.5 mm.
         let chord_m = if self.curvature == 0.0 { 10.0 } else { (0.028 / self.curvature.abs()).sqrt().min(1.0) };
         let n = (self.length_m / chord_m).ceil().max(1.0);
         let step_m = self.length_m / n;
         let mut point = DVec2::ZERO;
         let mut points = vec![point];
         for k in 0..n as usize {
-            // Gauss-Legendre with three nodes: exact to the seventh order, 1e-15 m over a metre of these bends.
+            // Gauss-Legendre with three nodes: error of order seven, 1e-15 m over a metre of these bends.
             let middle_m = (k as f64 + 0.5) * step_m;
             let heading = |node: f64| DVec2::from_angle(yaw_rad + self.turned(middle_m + node * step_m / 2.0));
             let node = 0.6f64.sqrt();
@@ -251,9 +252,9 @@ fn check_length(curves: &[PieceGeometry]) -> Result<(), CircuitFault> {
     if length_m <= LONGEST_M { Ok(()) } else { Err(CircuitFault::TooLong { length_m }) }
 }
 
-/// Heading at the start of each piece, radians; the first heads east.
+/// Returns the heading at the start of each piece, radians; the first heads east.
 fn headings(curves: &[PieceGeometry]) -> Vec<f64> {
-    // Summed in degrees, where the numbers of the file are exact.
+    // Summed in degrees, in which the numbers of the file are exact.
     let mut turned_deg = 0.0;
     let heading = |curve: &PieceGeometry| {
         let here = f64::to_radians(turned_deg);
@@ -263,7 +264,7 @@ fn headings(curves: &[PieceGeometry]) -> Vec<f64> {
     curves.iter().map(heading).collect()
 }
 
-/// Gives the two solved straights the lengths with which the end meets the start.
+/// Sets the lengths of the two solved straights so that the end meets the start.
 fn close(mut curves: Vec<PieceGeometry>) -> Result<Vec<PieceGeometry>, CircuitFault> {
     let turn_deg: f64 = curves.iter().map(|curve| curve.turn_deg).sum();
     if (turn_deg.abs() - 360.0).abs() > 1e-9 {
@@ -290,7 +291,7 @@ fn close(mut curves: Vec<PieceGeometry>) -> Result<Vec<PieceGeometry>, CircuitFa
     Ok(curves)
 }
 
-/// One edge a piece, the first starting at the origin.
+/// Makes one edge per piece, the first starting at the origin.
 fn lay(curves: &[PieceGeometry], width_m: f64) -> Vec<RoadEdge> {
     let headings = headings(curves);
     let mut start = DVec2::ZERO;
@@ -299,7 +300,7 @@ fn lay(curves: &[PieceGeometry], width_m: f64) -> Vec<RoadEdge> {
         let mut shape: Vec<DVec2> = curve.points(headings[k]).into_iter().map(|step| start + step).collect();
         start = shape[shape.len() - 1];
         if k + 1 == curves.len() {
-            // They differ by rounding only, 1e-12 m.
+            // The two points differ by rounding only, 1e-12 m.
             shape.pop();
             shape.push(DVec2::ZERO);
         }

@@ -1,6 +1,6 @@
-//! The open route along edges that a person names. In: a [`Network`] and edges in the order in which they are driven. Out: the lanes to
-//! drive, insides of junctions included, as an open [`Route`]; or what does not fit, with the remedy. Deterministic: the fewest
-//! ways that a car cannot drive within its lane, of those the fewest changes of lanes, and of those the outermost lanes.
+//! Open route along edges that the user names. In: a [`Network`], and edges in driving order. Out: the lanes to drive, internal lanes
+//! included, as an open [`Route`]; or the fault, with the remedy. Deterministic: the fewest turns that are too tight for a car, then the
+//! fewest lane changes, then the outermost lanes.
 
 use super::{
     MapError, Route, RouteLane,
@@ -12,22 +12,22 @@ use super::{
 use crate::toml_text::did_you_mean;
 use std::{collections::BTreeMap, path::Path};
 
-/// The best way on from a lane by which an edge is entered.
+/// Best way to the end from the lane on which an edge is entered.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct WayOn {
     /// Connections from here to the end that a car cannot drive within its lane.
     tight: usize,
-    /// Changes of lanes from here to the end.
+    /// Lane changes from here to the end.
     changes: usize,
-    /// Those of them on this edge.
+    /// Lane changes on this edge.
     changes_here: usize,
-    /// The lane by which the edge is left.
+    /// Lane on which the edge is left.
     exit: LaneId,
-    /// The lane by which the next one is entered; that itself on the last.
+    /// Lane on which the next edge is entered; on the last edge, the lane itself.
     next: LaneId,
 }
 
-/// The route along `edges` of the network of `file`, which begins on the lane `begins_on` if one is named.
+/// Returns the route along `edges` of the network of `file`; it begins on the lane `begins_on` if given.
 pub(super) fn along_edges(
     file: &Path,
     net: &Network,
@@ -66,7 +66,7 @@ pub(super) fn along_edges(
     Ok(Route::open(with_bridges(lanes)).with_heights(net))
 }
 
-/// The edge of an id that a person wrote.
+/// Returns the street with a given id that has a lane open to cars.
 fn street(file: &Path, net: &Network, id: &str) -> Result<EdgeId, MapError> {
     let is_open = |edge: &EdgeId| cars_lanes(net, *edge).next().is_some();
     let found = net.edge_named(id).filter(|edge| net.edge(*edge).kind.is_street());
@@ -80,12 +80,12 @@ fn street(file: &Path, net: &Network, id: &str) -> Result<EdgeId, MapError> {
     Err(MapError::PathEdge { file: file.into(), edge: id.into(), problem, near, known: super::listed(&known) })
 }
 
-/// The lanes of an edge that are open to cars, the outermost first.
+/// Returns the lanes of an edge that are open to cars, the outermost first.
 fn cars_lanes(net: &Network, edge: EdgeId) -> impl Iterator<Item = LaneId> {
     net.edge(edge).lanes().filter(|lane| net.lane(*lane).admits_cars())
 }
 
-/// From each lane of each edge the best way on to the end.
+/// Returns, for each edge, the best way to the end from each of its lanes.
 fn ways_on(file: &Path, net: &Network, chosen: &[EdgeId]) -> Result<Vec<BTreeMap<LaneId, WayOn>>, MapError> {
     let mut ways: Vec<BTreeMap<LaneId, WayOn>> = Vec::new();
     for (k, edge) in chosen.iter().enumerate().rev() {
@@ -136,13 +136,13 @@ fn ways_on(file: &Path, net: &Network, chosen: &[EdgeId]) -> Result<Vec<BTreeMap
     Ok(ways)
 }
 
-/// The lanes inside the junction between two lanes that are connected, in driving order.
+/// Returns the internal lanes between two connected lanes, in driving order.
 fn inside(net: &Network, from: LaneId, to: LaneId) -> impl Iterator<Item = LaneId> {
     let next = move |at: LaneId| {
         let way = net.connections_from(at).iter().find(|connection| connection.to == to);
         way.map(super::network::Connection::next).filter(|lane| *lane != to)
     };
-    // netconvert makes two or three of them; a network that leads in circles inside a junction is not followed.
+    // netconvert makes two or three of them; internal lanes that form a loop are not followed further.
     std::iter::successors(next(from), move |at| next(*at)).take(16)
 }
 
@@ -159,16 +159,16 @@ mod tests {
     }
 
     #[test]
-    fn a_path_starts_on_the_outermost_lane_from_which_it_goes_on_and_joins_the_insides_of_junctions() {
+    fn a_path_starts_on_the_outermost_lane_that_leads_to_its_end() {
         let net = Network::load(GRID).unwrap();
         let route = along(&["A0B0", "B0C0", "C0C1"]).unwrap();
         let ids: Vec<&str> = route.lanes().iter().map(|lane| lane.id.as_str()).collect();
         let streets: Vec<&str> = ids.iter().copied().filter(|id| !id.starts_with(':')).collect();
         assert_eq!(streets.len(), 3);
-        // Both lanes lead all the way. At C1 only the inner one turns left: it is taken from the start, without a change.
+        // Both lanes lead all the way. At C1 only the inner lane turns left: it is used from the start, without a lane change.
         assert_eq!(streets, ["A0B0_0", "B0C0_0", "C0C1_0"]);
         assert_eq!(along(&["A1B1", "B1C1", "C1C2"]).unwrap().lanes()[0].id, "A1B1_1");
-        // Each lane leads to the next: SUMO's own connections say so.
+        // Each lane leads to the next by SUMO's own connections.
         for pair in route.lanes().windows(2) {
             let [from, to] = [&pair[0], &pair[1]].map(|lane| net.lane_named(&lane.id).unwrap());
             assert!(net.successors(from).any(|next| next == to), "{ids:?}");
@@ -178,8 +178,8 @@ mod tests {
     }
 
     #[test]
-    fn a_path_that_needs_another_lane_goes_over_to_it_evenly() {
-        // Right at B1, then left at C1 from the inner lane: whichever lane is entered, one edge has a change.
+    fn a_path_that_needs_another_lane_changes_to_it_smoothly() {
+        // Right at B1, then left at C1 from the inner lane: one edge has a lane change, whichever lane is entered.
         let net = Network::load(GRID).unwrap();
         let turns = |lane: &str, to: &str| {
             net.connections_from(net.lane_named(lane).unwrap()).iter().any(|way| net.edge_of(way.to).id == to)
@@ -192,7 +192,7 @@ mod tests {
         let entered = net.lane(net.lane_named("B1C1_0").unwrap()).line.points()[0].truncate();
         let left = net.lane(net.lane_named("B1C1_1").unwrap()).line.points().last().unwrap().truncate();
         assert!(lane.shape[0].distance(entered) < 1e-9 && lane.shape.last().unwrap().distance(left) < 1e-9);
-        // Nowhere a corner of more than 20 degrees.
+        // No corner exceeds 20 degrees.
         let sharpest = lane.shape.windows(3).map(|p| (p[1] - p[0]).angle_to(p[2] - p[1]).abs()).fold(0.0, f64::max);
         assert!(sharpest < 0.35, "{sharpest}");
         let heading: DVec2 = lane.shape[1] - lane.shape[0];
@@ -200,8 +200,8 @@ mod tests {
     }
 
     #[test]
-    fn where_several_lanes_would_do_one_is_taken_on_which_a_car_can_drive_on() {
-        // Two lanes lead to two; the outer of the second edge begins `aside_m` further out, right where the first edge ends.
+    fn of_several_lanes_a_path_takes_one_that_a_car_can_follow() {
+        // Two lanes lead to two; the outer lane of the second edge begins `aside_m` further out, right where the first edge ends.
         let first_lane = |aside_m: f64| {
             let edge = |id: &str, lanes: [(f64, f64); 2]| {
                 let lane = |k: usize, (x, y): (f64, f64)| {
@@ -221,12 +221,12 @@ mod tests {
             ids
         };
         assert_eq!(first_lane(0.0), ["a_0", "b_0"]);
-        // A step of 3.2 m on no way at all cannot be driven.
+        // A step of 3.2 m over no distance cannot be driven.
         assert_eq!(first_lane(3.2), ["a_1", "b_1"]);
     }
 
     #[test]
-    fn an_edge_that_is_not_there_and_a_step_that_does_not_connect_are_named_with_the_remedy() {
+    fn an_unknown_edge_and_a_gap_in_a_path_are_named_with_the_remedy() {
         let text = along(&["A0B0", "B0C9"]).unwrap_err();
         assert!(text.contains("path: edge \"B0C9\" does not exist (did you mean B0C0?)"), "{text}");
         let text = along(&["A0B0", "B1C1"]).unwrap_err();

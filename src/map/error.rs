@@ -1,268 +1,260 @@
-//! What can be wrong with a map, each with file, line, value and remedy.
+//! Errors of maps, with file, line, value and remedy.
 
 use super::circuit::CircuitFault;
 use crate::toml_text::did_you_mean_file;
 use std::path::PathBuf;
 
-/// Why a map cannot be read or written.
+/// Error of reading or writing a map.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
-    /// The person's own maps have no place.
+    /// No folder for the user's own maps.
     #[error("there is no home folder to keep the map in\n  remedy: set HOME or XDG_DATA_HOME")]
     NoHome,
-    /// The file or folder is not there.
+    /// Missing file or folder.
     #[error("{}: there is no such file{}\n  remedy: name a map of `codrive map list`, or the path of a SUMO net.xml", file.display(), did_you_mean_file(file))]
     Missing {
-        /// What was looked for.
+        /// File or folder that was not found.
         file: PathBuf,
     },
-    /// Reading or writing failed.
+    /// Failure of reading or writing.
     #[error("{}: {source}", file.display())]
     Io {
-        /// Which file or folder.
+        /// File or folder that failed.
         file: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Not XML at all.
+    /// Text that is not XML.
     #[error("{}:{line}:{column}: this is not XML: {message}\n  remedy: export the network again with netconvert", file.display())]
     NotXml {
-        /// Which file.
         file: PathBuf,
-        /// Line, from 1.
+        /// Line number, counted from 1.
         line: u32,
-        /// Column, from 1.
+        /// Column number, counted from 1.
         column: u32,
-        /// What the parser said.
+        /// Message of the parser.
         message: String,
     },
-    /// XML, but not a SUMO network.
+    /// XML that is not a SUMO network.
     #[error("{}:{line}: the root element is <{found}>, a SUMO network begins with <net>\n  remedy: convert it with `codrive map import`", file.display())]
     NotANet {
-        /// Which file.
         file: PathBuf,
-        /// Line, from 1.
+        /// Line number, counted from 1.
         line: u32,
         /// Name of the root element.
         found: String,
     },
-    /// Larger than what is read.
+    /// Size beyond a limit.
     #[error("{}: {what} is {value}; allowed: {allowed}", file.display())]
     Limit {
-        /// Which file.
         file: PathBuf,
-        /// Which size.
+        /// Quantity that exceeds its limit.
         what: String,
-        /// Its value.
+        /// Value found in the file.
         value: String,
-        /// What it may be.
+        /// Largest value that is allowed.
         allowed: String,
     },
-    /// An attribute is absent or cannot be used.
+    /// Attribute that is absent or invalid.
     #[error("{}:{line}: {element}: {attribute} is {value}; allowed: {allowed}", file.display())]
     Value {
-        /// Which file.
         file: PathBuf,
-        /// Line, from 1.
+        /// Line number, counted from 1.
         line: u32,
-        /// The element, for example `lane "e0_0"`.
+        /// Element with its id, for example `lane "e0_0"`.
         element: String,
-        /// Which attribute.
+        /// Name of the attribute.
         attribute: String,
-        /// Its value in quotes, or `absent`.
+        /// Value in quotes, or `absent`.
         value: String,
-        /// What it may be.
+        /// Values that are allowed.
         allowed: &'static str,
     },
-    /// A part that SUMO is not given.
+    /// Part of a file that must not reach SUMO.
     #[error("{}:{line}: {element}: {problem}", file.display())]
     Refused {
-        /// Which file.
         file: PathBuf,
-        /// Line, from 1.
+        /// Line number, counted from 1.
         line: u32,
-        /// The element, for example `edgeData "x"`.
+        /// Element with its id, for example `edgeData "x"`.
         element: String,
-        /// Why, what is allowed and the remedy.
+        /// Reason, allowed content and remedy.
         problem: String,
     },
-    /// The network has no closed chain of lanes for passenger cars.
+    /// Network without a closed chain of lanes for passenger cars.
     #[error("{}: no closed route: {detail}\n  remedy: join the last edge to the first by a connection, or name the edges as `route = [..]` in map.toml", file.display())]
     NoRoute {
-        /// Which file.
         file: PathBuf,
-        /// Where the search ended.
+        /// Place where the search ended.
         detail: String,
     },
-    /// The network has no chain of lanes for passenger cars that is long enough to drive on.
+    /// Network without a chain of lanes for passenger cars that is long enough to drive.
     #[error("{}: no road for cars: {detail}\n  remedy: give lanes permission for passenger cars (allow=\"passenger\") and connections to each other, or import another part of the map", file.display())]
     NoPath {
-        /// Which file.
         file: PathBuf,
-        /// What there is instead.
+        /// Description of the lanes that exist instead.
         detail: String,
     },
-    /// A file with nothing in it.
+    /// Empty file that was to be imported.
     #[error("{}: the file is empty\n  remedy: export or download it again", file.display())]
     Empty {
-        /// Which file.
+        /// File that was to be imported.
         file: PathBuf,
     },
-    /// A file that refers to others, which netconvert would read.
+    /// File that refers to other files, which netconvert would read.
     #[error("{}:{line}: {reference}\n  remedy: export it again without that, as UTF-8", file.display())]
     Reference {
-        /// Which file.
         file: PathBuf,
-        /// Line, from 1.
+        /// Line number, counted from 1.
         line: u32,
-        /// The reference, and why it is not read.
+        /// Reference, with the reason for the refusal.
         reference: &'static str,
     },
-    /// What netconvert made of a file cannot be used.
+    /// Unusable result of netconvert.
     #[error("{}: netconvert converts this file, but what it makes cannot be used: {problem}\n  remedy: mend the part of the file that this names, or import another part of the map", file.display())]
     Converted {
-        /// What was to be imported.
+        /// File that was to be imported.
         file: PathBuf,
-        /// What is wrong with the network.
+        /// Fault of the converted network.
         problem: Box<MapError>,
     },
-    /// The network, or what netconvert made of a file, is larger than what is read.
+    /// Network, imported or made by netconvert, beyond the size limit.
     #[error("{}: {what} {size}; allowed: at most {allowed}\n  remedy: import a part of it; cut that out first: osmium extract does it with OpenStreetMap's files, netconvert --keep-edges.in-boundary X1,Y1,X2,Y2 with others", file.display())]
     NetworkTooLarge {
-        /// What was to be imported.
+        /// File that was to be imported.
         file: PathBuf,
-        /// Which network, in words that its size follows.
+        /// Subject of the message, followed by the size.
         what: &'static str,
-        /// Its size.
+        /// Size of the network.
         size: String,
-        /// The most that is read.
+        /// Largest size that is allowed.
         allowed: String,
     },
-    /// The route of `map.toml` names an edge that the network does not have, or names one twice.
+    /// Edge in the route of `map.toml` that the network lacks, or that is named twice.
     #[error("{}: route: edge \"{edge}\" {problem}{near}; edges of this network: {known}", file.display())]
     RouteEdge {
-        /// The network's file.
+        /// File of the network.
         file: PathBuf,
-        /// Which edge.
+        /// Id of the edge.
         edge: String,
-        /// What is wrong with it.
+        /// Fault of the edge.
         problem: &'static str,
-        /// The nearest edge that exists, as a question; empty where none is near.
+        /// Question with the nearest edge that exists; empty if none is near.
         near: String,
-        /// The edges that exist.
+        /// List of the edges that exist.
         known: String,
     },
-    /// A path names an edge that cannot be driven along.
+    /// Edge in a path that cannot be driven.
     #[error("{}: path: edge \"{edge}\" {problem}{near}; edges that cars may drive on: {known}\n  remedy: name ids of such edges in the order in which they are driven", file.display())]
     PathEdge {
-        /// The network's file.
+        /// File of the network.
         file: PathBuf,
-        /// Which edge.
+        /// Id of the edge.
         edge: String,
-        /// What is wrong with it.
+        /// Fault of the edge.
         problem: &'static str,
-        /// The nearest edge that exists, as a question; empty where none is near.
+        /// Question with the nearest edge that exists; empty if none is near.
         near: String,
-        /// The edges that can be named.
+        /// Edges that can be named.
         known: String,
     },
-    /// Two edges of a path do not follow each other.
+    /// Two edges of a path that do not follow each other.
     #[error("{}: path: edge \"{from}\" does not lead to edge \"{to}\" for cars; it leads to: {onwards}\n  remedy: name every edge on the way, each connected to the next", file.display())]
     PathGap {
-        /// The network's file.
+        /// File of the network.
         file: PathBuf,
-        /// The first.
+        /// Id of the first edge.
         from: String,
-        /// The second.
+        /// Id of the second edge.
         to: String,
-        /// Where the first does lead.
+        /// Edges that the first edge leads to.
         onwards: String,
     },
-    /// A path without an edge.
+    /// Path without an edge.
     #[error("{}: the path names no edge\n  remedy: name the edges to drive along, the first one first", file.display())]
     EmptyPath {
-        /// The network's file.
+        /// File of the network.
         file: PathBuf,
     },
-    /// The start on a path is not on it.
+    /// Start of the ego beyond the end of its path.
     #[error("{}: the ego starts {start_m} m along its path; allowed: less than {length_m:.1} m, the path's length\n  remedy: a smaller path_start_m, or more edges in path", file.display())]
     PathStart {
-        /// The network's file.
+        /// File of the network.
         file: PathBuf,
-        /// Where it shall start, metres.
+        /// Requested start, metres from the path's start.
         start_m: f64,
-        /// The path's length, metres.
+        /// Length of the path, metres.
         length_m: f64,
     },
-    /// No map of this name.
+    /// Unknown name of a map.
     #[error(
         "there is no map \"{name}\"{near}; maps here: {known}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"
     )]
     UnknownMap {
-        /// What was asked for.
+        /// Name that was requested.
         name: String,
-        /// The nearest name that exists, as a question; empty where none is near.
+        /// Question with the nearest name that exists; empty if none is near.
         near: String,
-        /// The names that exist.
+        /// List of the names that exist.
         known: String,
     },
-    /// A TOML file that does not fit: file, line, column, what is wrong.
+    /// Invalid TOML file: file, line, column and fault.
     #[error("{0}")]
     Toml(String),
-    /// A number for a new map is out of range.
+    /// Number for a new map that is out of range.
     #[error("{what} is {value}; allowed: {allowed}")]
     Parameter {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// Its value.
+        /// Value that was given.
         value: String,
-        /// What it may be.
+        /// Values that are allowed.
         allowed: String,
     },
-    /// A circuit's pieces do not make a road.
+    /// Pieces of a circuit that do not make a road.
     #[error("{}: {problem}", file.display())]
     Circuit {
-        /// The circuit's file.
+        /// File of the circuit.
         file: PathBuf,
-        /// What is wrong, and what would help.
+        /// Fault, with a remedy.
         problem: CircuitFault,
     },
-    /// A map of this name is there already.
+    /// Name of a map that exists already.
     #[error("{}: this map exists already\n  remedy: choose another name or remove the folder first", folder.display())]
     Exists {
-        /// Its folder.
+        /// Folder of the existing map.
         folder: PathBuf,
     },
-    /// SUMO's converter is not on this machine.
+    /// Missing netconvert, SUMO's converter.
     #[error("netconvert is not at {}\n  remedy: run scripts/setup, which puts SUMO into .sumo/", program.display())]
     NetconvertAbsent {
-        /// Where it was expected.
+        /// Expected path of the program.
         program: PathBuf,
     },
-    /// Someone ended the import.
+    /// Import that the user ended.
     #[error("{}: the import was ended; nothing is left of it", file.display())]
     Interrupted {
-        /// What was to be imported.
+        /// File that was to be imported.
         file: PathBuf,
     },
-    /// SUMO's converter did not accept the file.
+    /// File that netconvert did not accept.
     #[error("{}: netconvert failed: {message}", file.display())]
     Netconvert {
-        /// What was to be converted.
+        /// File that was to be converted.
         file: PathBuf,
-        /// Its own words.
+        /// Error messages of netconvert, one a line.
         message: String,
     },
-    /// SUMO's converter took more time or memory than it may have.
+    /// Conversion beyond its limit of time or memory.
     #[error("{}: netconvert failed: {what}\n  it may take {seconds} s (--time-limit) and {memory_mib} MiB (--memory-limit)", file.display())]
     NetconvertLimit {
-        /// What was to be converted.
+        /// File that was to be converted.
         file: PathBuf,
-        /// Which limit, in words.
+        /// Limit that was exceeded, as text.
         what: String,
-        /// How long it may run, seconds.
+        /// Time limit of the conversion, seconds.
         seconds: u64,
-        /// How much memory it may have, MiB.
+        /// Memory limit of the conversion, MiB.
         memory_mib: u64,
     },
 }

@@ -1,21 +1,21 @@
-//! Shapes of lanes that follow each other in a route. In: lanes as a network draws them. Out: the same without points that are no line, holes
-//! between lanes, or a step where the lane is changed. Metres.
+//! Shapes of consecutive lanes in a route. In: lanes as a network draws them. Out: the same lanes without zero-length shapes, without
+//! gaps between lanes, and without a step at a lane change. Metres.
 
 use super::{RouteLane, route::BRIDGE_EDGE};
 use glam::DVec2;
 
-/// Lanes further apart than this are joined by a curve, metres: netconvert rounds to 0.01 m.
+/// Gap above which lanes are joined by a curve, metres: netconvert rounds to 0.01 m.
 const GAP_M: f64 = 0.05;
-/// So wide a gap in an open route is a lane of its own, metres: narrower than the narrowest street that may cross there.
+/// Gap in an open route that becomes a lane of its own, metres: narrower than the narrowest street that may cross there.
 const BRIDGE_M: f64 = 1.0;
 
-/// Length of a shape as it is drawn, metres.
+/// Returns the length of a shape as drawn, metres.
 pub(super) fn shape_length_m(shape: &[DVec2]) -> f64 {
     shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
 }
 
-/// The lane driven on an edge that is entered by one lane and left by another: it goes over evenly in between. It has the
-/// id of the lane that is left.
+/// Returns the lane driven on an edge that is entered on one lane and left on another, with a smooth lane change over the whole length.
+/// It has the id of the lane that is left.
 pub(super) fn change_lanes(entered: &RouteLane, left: &RouteLane) -> RouteLane {
     if entered.id == left.id {
         return entered.clone();
@@ -29,7 +29,7 @@ pub(super) fn change_lanes(entered: &RouteLane, left: &RouteLane) -> RouteLane {
     RouteLane { shape: (0..=n as usize).map(point).collect(), ..left.clone() }
 }
 
-/// The point at `fraction` (0..1) of a shape's length.
+/// Returns the point at `fraction` (0..1) of a shape's length.
 fn along_shape(shape: &[DVec2], fraction: f64) -> DVec2 {
     let mut rest_m = fraction * shape_length_m(shape);
     for pair in shape.windows(2) {
@@ -42,7 +42,7 @@ fn along_shape(shape: &[DVec2], fraction: f64) -> DVec2 {
     shape[shape.len() - 1]
 }
 
-/// Gives a lane that is one point an extent of 0.1 mm: its declared length (0.1 m) still counts.
+/// Extends a lane that is one point to 0.1 mm; its declared length (0.1 m) still counts.
 pub(super) fn extend_points(lanes: &mut [RouteLane]) {
     const EXTENT_M: f64 = 1e-4;
     for k in 0..lanes.len() {
@@ -54,16 +54,16 @@ pub(super) fn extend_points(lanes: &mut [RouteLane]) {
     }
 }
 
-/// Without insides of junctions, lanes may end short of each other: half of a curve across goes to either lane, so that
-/// the road has no hole. SUMO's declared lengths stay as they are.
+/// Closes the gaps of a closed route. Without internal lanes, lanes may end short of each other; each lane gets half of a connecting
+/// curve. SUMO's declared lengths stay as they are.
 pub(super) fn bridge_gaps(lanes: &mut [RouteLane]) {
     for k in 0..lanes.len() {
         bridge_gap(lanes, k, (k + 1) % lanes.len());
     }
 }
 
-/// The lanes of an open route without holes. A gap that a car would notice is a lane of its own, so that positions in all others stay those
-/// of the network; smaller ones go to the lanes beside them.
+/// Closes the gaps of an open route. A gap that a driver would notice becomes a lane of its own, so that positions on all other lanes
+/// remain those of the network. Smaller gaps are added to the adjacent lanes.
 pub(super) fn with_bridges(lanes: Vec<RouteLane>) -> Vec<RouteLane> {
     let mut joined: Vec<RouteLane> = Vec::with_capacity(lanes.len());
     for lane in lanes {
@@ -82,7 +82,7 @@ pub(super) fn with_bridges(lanes: Vec<RouteLane>) -> Vec<RouteLane> {
     joined
 }
 
-/// The curve over the gap between two lanes, as a lane as long as it is drawn.
+/// Returns the curve over the gap between two lanes, as a lane with its drawn length.
 fn bridge(before: &RouteLane, after: &RouteLane) -> RouteLane {
     let (first, second) = curve_across(&before.shape, &after.shape);
     let start = before.shape[before.shape.len() - 1];
@@ -98,7 +98,7 @@ fn bridge(before: &RouteLane, after: &RouteLane) -> RouteLane {
     }
 }
 
-/// Gives either lane half of a curve over the gap between them.
+/// Adds half of a curve over the gap to each of two lanes.
 fn bridge_gap(lanes: &mut [RouteLane], k: usize, next: usize) {
     let (from, to) = (lanes[k].shape[lanes[k].shape.len() - 1], lanes[next].shape[0]);
     let gap_m = from.distance(to);
@@ -110,7 +110,8 @@ fn bridge_gap(lanes: &mut [RouteLane], k: usize, next: usize) {
     lanes[next].shape.splice(0..0, second);
 }
 
-/// The points of the curve from the end of one shape to the start of another, without these two: those to its middle, and those from there.
+/// Returns the points of the curve from the end of one shape to the start of another, without these two: the first half up to the middle,
+/// and the second half from there.
 fn curve_across(before: &[DVec2], after: &[DVec2]) -> (Vec<DVec2>, Vec<DVec2>) {
     let (from, to) = (before[before.len() - 1], after[0]);
     let gap_m = from.distance(to);
@@ -126,7 +127,7 @@ fn curve_across(before: &[DVec2], after: &[DVec2]) -> (Vec<DVec2>, Vec<DVec2>) {
     ((1..=halves).map(point).collect(), (halves..2 * halves).map(point).collect())
 }
 
-/// Unit direction at the end of a shape.
+/// Returns the unit direction at the end of a shape.
 fn end_direction(shape: &[DVec2]) -> DVec2 {
     let end = shape[shape.len() - 1];
     shape.iter().rev().find(|point| **point != end).map_or(DVec2::X, |point| (end - *point).normalize())

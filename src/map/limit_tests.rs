@@ -1,5 +1,5 @@
-//! Tests of what is refused: networks too large or unsound in a part that only SUMO reads, files that are none, and a
-//! converter that does not end.
+//! Tests of refusals: networks that are too large or invalid in a part that only SUMO reads, special files, and a converter that does not
+//! end.
 
 use super::*;
 use std::{
@@ -21,12 +21,12 @@ fn fixture(name: &str) -> String {
 }
 
 #[test]
-fn coordinates_and_lengths_beyond_the_earth_are_refused_before_points_are_made_for_them() {
+fn far_coordinates_and_lengths_are_refused_before_points_are_made() {
     let good = fixture("junctions-none.net.xml");
     let lane = good.lines().find(|line| line.contains("id=\"bc_0\"")).unwrap();
     let start = lane.find("shape=\"").unwrap() + 7;
     let point = &lane[start..start + lane[start..].find(' ').unwrap()];
-    // 9.4 GB, a panic and a panic before there were limits.
+    // Without limits, these took 9.4 GB and caused two panics.
     for far in ["1e8,0", "0,1e18", "0,-1e300"] {
         let said = message(&good.replace(lane, &lane.replacen(point, far, 1)));
         assert!(said.contains("lane \"bc_0\": shape is ") && said.contains("from -1e7 to 1e7"), "{said}");
@@ -37,13 +37,13 @@ fn coordinates_and_lengths_beyond_the_earth_are_refused_before_points_are_made_f
         let said = message(&good.replace(lane, &lane.replace(length, &format!("length=\"{text}\""))));
         assert!(said.contains(&format!("length is \"{text}\"; allowed: a number from 0.001 to 100000 m")), "{said}");
     }
-    // Each within limits, but the hole between two lanes is not.
+    // Each coordinate is within limits, but the gap between two lanes is not.
     let said = message(&good.replace(lane, &lane.replacen(point, "9e6,0", 1)));
     assert!(said.contains("hole in the route") || said.contains("declared length of lane \"bc_0\""), "{said}");
 }
 
 #[test]
-fn a_file_with_more_of_anything_than_is_read_is_refused_before_it_is_parsed() {
+fn a_file_beyond_any_size_limit_is_refused_before_it_is_parsed() {
     let said = message(&format!("<net>{}</net>", "<a/>".repeat(600_000)));
     assert!(said.contains("the number of tags is 600002; allowed: at most 600000"), "{said}");
     let attributes: String = (0..257).map(|k| format!(" a{k}=\"\"")).collect();
@@ -61,8 +61,8 @@ fn a_file_with_more_of_anything_than_is_read_is_refused_before_it_is_parsed() {
 }
 
 #[test]
-fn a_long_way_into_a_loop_is_searched_in_time_that_grows_with_its_length() {
-    // 30,000 edges lead one after the other into a ring of three; each pass over all would take one of them away.
+fn a_long_way_into_a_loop_is_searched_in_linear_time() {
+    // 30,000 edges in a row lead into a ring of three; a pass over all edges would remove one of them at a time.
     let n = 30_000;
     let mut text = String::from("<net>");
     for k in 0..n + 3 {
@@ -83,7 +83,7 @@ fn a_long_way_into_a_loop_is_searched_in_time_that_grows_with_its_length() {
 }
 
 #[test]
-fn what_only_sumo_reads_is_checked_with_file_line_element_and_value() {
+fn parts_that_only_sumo_reads_are_checked_with_line_element_and_value() {
     let good = fixture("junctions-inside.net.xml");
     let cases = [
         (
@@ -179,7 +179,7 @@ fn what_only_sumo_reads_is_checked_with_file_line_element_and_value() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_pipe_a_device_and_a_folder_are_no_networks() {
+fn a_pipe_a_device_and_a_folder_are_not_networks() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("pipe.net.xml");
     nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
@@ -193,7 +193,7 @@ fn a_pipe_a_device_and_a_folder_are_no_networks() {
     assert!(said.unwrap_err().to_string().contains("it is a pipe"));
 }
 
-/// A converter that notes its process and then does what `line` says; and a file for it.
+/// Makes a converter that writes down its process id and then runs `line`; returns it with a file to convert.
 fn converter(folder: &Path, line: &str) -> (PathBuf, PathBuf) {
     let program = folder.join("netconvert");
     fs::write(&program, format!("#!/bin/sh\necho $$ >{}/pid\n{line}\n", folder.display())).unwrap();
@@ -205,9 +205,9 @@ fn converter(folder: &Path, line: &str) -> (PathBuf, PathBuf) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_converter_that_does_not_end_is_ended_with_all_that_it_started() {
+fn a_converter_that_does_not_end_is_ended_with_its_child_processes() {
     let folder = tempfile::tempdir().unwrap();
-    // Not by `exec`: the sleep is a process of its own.
+    // Without `exec`: the sleep is a process of its own.
     let (program, osm) = converter(folder.path(), "sleep 600; true");
     let maps = folder.path().join("maps");
     let stop = AtomicBool::new(false);
@@ -224,7 +224,7 @@ fn a_converter_that_does_not_end_is_ended_with_all_that_it_started() {
     assert!(said.contains("town.osm: netconvert failed: it was not done in time and was ended"), "{said}");
     assert!(said.contains("it may take 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{said}");
     gone();
-    // Ctrl-C.
+    // The user presses Ctrl-C.
     let bounds = import::ImportBounds { seconds: 600, ..bounds };
     let ended = std::thread::scope(|scope| {
         let import = scope.spawn(|| import::import_into(&maps, &program, &osm, "town", &bounds));
@@ -239,7 +239,7 @@ fn a_converter_that_does_not_end_is_ended_with_all_that_it_started() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_converter_gets_no_more_memory_than_it_may_have() {
+fn a_converter_gets_no_more_memory_than_its_limit() {
     let folder = tempfile::tempdir().unwrap();
     let (program, osm) = converter(folder.path(), "exec dd if=/dev/zero of=/dev/null bs=1G count=1");
     let stop = AtomicBool::new(false);

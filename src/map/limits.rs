@@ -1,7 +1,7 @@
-//! How large a network may be. In: the text of a `net.xml`, before it is parsed. Out: its tree, or which limit it breaks. All limits
-//! lie far above a road that is worth driving, and below what fills 256 MiB: 50 MB of text, 30 of attributes, 12 of elements, and some
-//! 100 for the network that is made of them with what its names stand for. 10,000 edges of two lanes with signals take 171 MB in
-//! all for 40 MB of text (`tests/fuzz/large_network.rs`).
+//! Size limits of networks. In: the text of a `net.xml`, before it is parsed. Out: its tree, or the limit that it exceeds. All limits lie
+//! far above any road worth driving, and keep memory below 256 MiB: 50 MB for the text, 30 for attributes, 12 for elements, and about 100
+//! for the network with its names. 10,000 edges of two lanes with signals take 171 MB in all for 40 MB of text
+//! (`tests/fuzz/large_network.rs`).
 
 use super::{
     MapError,
@@ -10,42 +10,42 @@ use super::{
 use crate::foreign::guarded;
 use std::{ops::RangeInclusive, path::Path};
 
-/// The most that a network or a circuit may hold, bytes: 10,000 edges of two lanes with signals have 40 MB.
+/// Largest size of a network or circuit file, bytes: 10,000 edges of two lanes with signals have 40 MB.
 pub const MOST_BYTES: u64 = 48 << 20;
-/// The most that a file for netconvert may hold, bytes: a town's extract of OpenStreetMap.
+/// Largest size of a file for netconvert, bytes: enough for a town's extract of OpenStreetMap.
 pub const MOST_IMPORT_BYTES: u64 = 256 << 20;
-/// The most tags, opening and closing: 16 bytes an element once they are read. 10,000 edges of two lanes have 430,000.
+/// Largest number of tags, opening and closing: an element takes 16 bytes once read. 10,000 edges of two lanes have 430,000.
 const MOST_TAGS: usize = 600_000;
-/// The most attributes: 12 bytes each once they are read. 10,000 edges of two lanes have 1.9 million.
+/// Largest number of attributes: each takes 12 bytes once read. 10,000 edges of two lanes have 1.9 million.
 const MOST_ATTRIBUTES: usize = 2_500_000;
-/// The most attributes of one element: each is compared with each.
+/// Largest number of attributes of one element: their names are compared pairwise.
 const MOST_ATTRIBUTES_OF_ONE: usize = 256;
-/// The most namespaces: each name with a prefix is looked for among them.
+/// Largest number of namespaces: each prefixed name is looked up among them linearly.
 const MOST_NAMESPACES: usize = 16;
-/// The most points of one shape, and of all together.
+/// Largest number of points of one shape.
 pub const MOST_POINTS: usize = 20_000;
-/// See [`MOST_POINTS`].
+/// Largest number of points of all shapes together.
 pub const MOST_POINTS_IN_ALL: usize = 1_000_000;
-/// The most lanes of one edge.
+/// Largest number of lanes of one edge.
 pub const MOST_LANES_OF_ONE: usize = 32;
-/// Furthest coordinate from the origin, metres: the way from the equator to the pole, so that national grids fit.
+/// Largest absolute coordinate, metres: the distance from the equator to a pole, so that national grids fit.
 pub const FURTHEST_M: f64 = 1e7;
-/// Declared lengths of lanes, metres: netconvert's shortest is 0.1.
+/// Range of declared lane lengths, metres: netconvert's shortest is 0.1.
 pub const LENGTH_M: RangeInclusive<f64> = 0.001..=100_000.0;
-/// Speed limits, m/s.
+/// Range of speed limits, m/s.
 pub const SPEED_MPS: RangeInclusive<f64> = 0.01..=500.0;
-/// Widths of lanes, metres.
+/// Range of lane widths, metres.
 pub const WIDTH_M: RangeInclusive<f64> = 0.001..=100.0;
-/// The longest closed route, metres, as declared and as drawn: an hour at 100 km/h.
+/// Longest closed route, metres, as declared and as drawn: an hour at 100 km/h.
 pub const LONGEST_ROUTE_M: f64 = 100_000.0;
-/// The widest hole between two lanes of a route that is bridged, metres: a motorway junction without its inside.
+/// Widest gap between two lanes of a route that is bridged, metres: a motorway junction without internal lanes.
 pub const WIDEST_GAP_M: f64 = 500.0;
 
-/// Limits in words, for help texts.
+/// Limits as text for the command line's help.
 pub const IN_WORDS: &str = "a net.xml has at most 48 MiB, 600000 tags, a million points, coordinates up to 1e7 m, lanes \
                             of 0.001 to 100000 m and 0.01 to 500 m/s, and a closed route of at most 100 km";
 
-/// Parses a text that keeps the limits.
+/// Parses a text after checking its size against the limits.
 pub(super) fn parse<'text>(file: &Path, text: &'text str) -> Result<XmlTree<'text>, MapError> {
     let limit = |what: &'static str, found: usize, most: usize| {
         if found <= most {

@@ -1,7 +1,7 @@
-//! Finding the route of a network. In: a [`Network`] and, if a person chose, its edges in order. Out: the lanes to drive, insides of
-//! junctions included, as a [`Route`], closed if there is a loop. Deterministic: ties go to what the file names first. The default path of
-//! a network ([`default_path`]) never changes lanes, so that cars which keep their lane stay on it; `open_path` finds it where
-//! there is no loop.
+//! Search for the route of a network. In: a [`Network`] and, if the user chose, its edges in order. Out: the lanes to drive, internal
+//! lanes included, as a [`Route`], closed if there is a loop. Deterministic: ties go to the lane that comes first in the file. The
+//! default path of a network ([`default_path`]) never changes lanes, so that vehicles that keep their lane stay on it; `open_path` finds
+//! it where there is no loop.
 
 use super::{
     MapError, Route, RouteLane,
@@ -18,22 +18,22 @@ use std::{
     path::Path,
 };
 
-/// How many lanes the search for the longest loop may visit in all; 2 million take about 0.1 s.
+/// Largest number of lanes that the search for the longest loop visits in all; 2 million take about 0.1 s.
 const SEARCH_STEPS: usize = 2_000_000;
 
-/// A shorter loop is a circle on the spot, metres: at the 8 m/s of such bends once round takes 12 s.
+/// Length below which a loop counts as driving round on the spot, metres: a lap takes 12 s at the 8 m/s of such bends.
 const ON_THE_SPOT_M: f64 = 100.0;
 
-/// The edges that a person, or an import, chose for a map.
+/// Edges that the user, or an import, chose for a map.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ChosenEdges<'a> {
-    /// In driving order.
+    /// Ids of the edges in driving order.
     pub edges: &'a [String],
-    /// True if the last leads to the first.
+    /// True if the last edge leads to the first.
     pub closed: bool,
 }
 
-/// The route of `net`: along the chosen edges if there are any, else its default path; open where that is.
+/// Returns the route of `net`: along the chosen edges if there are any, else its default path, which may be open.
 pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) -> Result<Route, MapError> {
     let chain = match chosen {
         Some(ChosenEdges { edges, closed: false }) => {
@@ -43,7 +43,7 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
         Some(ChosenEdges { edges, closed: true }) => along(file, net, edges)?,
         None => match default_path(file, net) {
             Ok(path) if path.is_closed() => streets_of(net, &path),
-            // A loop that changes lanes goes before an open path, as before there were open ones.
+            // A loop with lane changes takes precedence over an open path, for compatibility with versions without open paths.
             found => match (longest_loop(file, net), found) {
                 (Err(_), Ok(path)) => {
                     let edges: Vec<&str> =
@@ -62,7 +62,7 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
         for lane in [entered, left] {
             check_stretch(file, &route_lane(net, lane))?;
         }
-        // A change of lanes makes a point each 2 m.
+        // A lane change has a point every 2 m.
         declared_m += lane_at(net, entered).length_m.max(lane_at(net, left).length_m);
         check_length(file, declared_m)?;
         lanes.push(change_lanes(&route_lane(net, entered), &route_lane(net, left)));
@@ -82,12 +82,12 @@ fn edge_at(net: &Network, lane: usize) -> &Edge {
     net.edge_of(LaneId::from_index(lane))
 }
 
-/// True of a lane of a street that is open to passenger cars.
+/// Returns true for a lane of a street that is open to passenger cars.
 pub(super) fn drivable(net: &Network, lane: usize) -> bool {
     lane_at(net, lane).admits_cars() && edge_at(net, lane).kind.is_street()
 }
 
-/// A lane on the ground plane: routes are flat.
+/// Returns a lane projected onto the ground plane: routes are flat.
 fn route_lane(net: &Network, lane: usize) -> RouteLane {
     let (lane, edge) = (lane_at(net, lane), edge_at(net, lane));
     RouteLane {
@@ -101,7 +101,7 @@ fn route_lane(net: &Network, lane: usize) -> RouteLane {
     }
 }
 
-/// The first connection between two lanes.
+/// Returns the first connection between two lanes.
 fn connection(net: &Network, from: usize, to: usize) -> Option<&Connection> {
     net.connections_from(LaneId::from_index(from)).iter().find(|connection| connection.to.index() == to)
 }
@@ -114,8 +114,8 @@ fn check_length(file: &Path, length_m: f64) -> Result<(), MapError> {
     Err(MapError::Limit { file: file.into(), what, value, allowed: format!("at most {LONGEST_ROUTE_M} m") })
 }
 
-/// Positions are declared metres and cars drive drawn ones: one may be longer than the other, but not by a hundred times.
-/// Lanes of less than a metre, as there are inside junctions, are let be.
+/// Checks the ratio of declared to drawn length, 0.01 to 100: positions count in declared metres, and vehicles drive drawn ones. Lanes of
+/// less than a metre, as inside junctions, are exempt.
 fn check_stretch(file: &Path, lane: &RouteLane) -> Result<(), MapError> {
     let drawn_m = shape_length_m(&lane.shape);
     if drawn_m.max(lane.length_m) < 1.0 || (0.01..=100.0).contains(&(lane.length_m / drawn_m)) {
@@ -127,7 +127,7 @@ fn check_stretch(file: &Path, lane: &RouteLane) -> Result<(), MapError> {
     Err(MapError::Limit { file: file.into(), what, value, allowed })
 }
 
-/// The route as it will be drawn is not too long, and no hole in it too wide to be bridged.
+/// Checks that the route as drawn is not too long, and that no gap in it is too wide to be bridged.
 fn check_gaps(file: &Path, lanes: &[RouteLane]) -> Result<(), MapError> {
     let mut drawn_m = 0.0;
     for (k, lane) in lanes.iter().enumerate() {
@@ -144,23 +144,23 @@ fn check_gaps(file: &Path, lanes: &[RouteLane]) -> Result<(), MapError> {
     Ok(())
 }
 
-/// Which links a search may use.
+/// Links that a search may use.
 #[derive(Clone, Copy)]
 struct AllowedLinks {
-    /// Changing lanes within an edge.
+    /// Lane changes within an edge.
     changes: bool,
-    /// Turning on the spot.
+    /// U-turns back to where the lane came from.
     turnarounds: bool,
     /// Turns that a car cannot make within its lane.
     tight_turns: bool,
 }
 
-/// All lanes of the edge that `lane` belongs to, for cars.
+/// Returns the lanes of a lane's edge that are open to cars, the lane itself included.
 fn beside(net: &Network, lane: usize) -> impl Iterator<Item = usize> {
     edge_at(net, lane).lanes().map(LaneId::index).filter(|&lane| lane_at(net, lane).admits_cars())
 }
 
-/// Lanes that can be entered next, by the lane that was entered; the right-most goal first.
+/// Returns the lanes that can be entered next from each lane; the right-most target first.
 fn links_by_lane(net: &Network, allowed: AllowedLinks) -> Vec<Vec<usize>> {
     let mut next = vec![Vec::new(); net.lanes().len()];
     let kinked: Vec<bool> = net.lanes().iter().map(|lane| !allowed.tight_turns && has_kink(lane)).collect();
@@ -184,14 +184,14 @@ fn links_by_lane(net: &Network, allowed: AllowedLinks) -> Vec<Vec<usize>> {
     next
 }
 
-/// The lane by which an edge is left for `next`: the one that was entered if it leads there, else the right-most that does.
+/// Returns the lane on which an edge is left for `next`: the one entered if it leads there, else the right-most that does.
 fn lane_towards(net: &Network, entered: usize, next: usize) -> usize {
     let leads = |lane: &usize| connection(net, *lane, next).is_some();
     std::iter::once(entered).chain(beside(net, entered)).find(leads).unwrap_or(entered)
 }
 
 fn longest_loop(file: &Path, net: &Network) -> Result<Vec<usize>, MapError> {
-    // Best first: keeping the lane, then changing lanes; crossing oneself and turning on the spot only where it must be.
+    // In order of preference: lanes kept, then lane changes; crossings of itself and U-turns only if unavoidable.
     let links = |changes, turnarounds| links_by_lane(net, AllowedLinks { changes, turnarounds, tight_turns: true });
     let found = longest_without_crossing(net, &links(false, false))
         .or_else(|| longest_without_crossing(net, &links(true, false)))
@@ -205,19 +205,19 @@ fn longest_loop(file: &Path, net: &Network) -> Result<Vec<usize>, MapError> {
     Ok(from_first(found))
 }
 
-/// A loop that begins with what the file names first, so that a map's origin does not depend on the search.
+/// Rotates a loop to begin with the lane that comes first in the file, so that a map's origin does not depend on the search.
 fn from_first(mut found: Vec<usize>) -> Vec<usize> {
     let first = (0..found.len()).min_by_key(|&k| found[k]).unwrap_or(0);
     found.rotate_left(first);
     found
 }
 
-/// The path that is driven where a person chose none: the longest loop that keeps its lanes and crosses itself nowhere, else a loop
-/// that keeps its lanes, else the longest open path that does; with turns that a car can make, if there is one. A loop on which a
-/// participant would go round and round on the spot gives way to an open path that is longer.
+/// Returns the path that is driven unless the user chooses one: the longest loop without lane changes that does not cross itself, else
+/// any loop without lane changes, else the longest open path without them. Turns that a car cannot make are used only if nothing is found
+/// without them. A loop shorter than 100 m gives way to a longer open path.
 ///
 /// # Errors
-/// If no chain of lanes open to cars is long enough to drive on.
+/// No chain of lanes open to cars is long enough to drive.
 pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, MapError> {
     let search = |tight_turns| {
         let next = links_by_lane(net, AllowedLinks { changes: false, turnarounds: false, tight_turns });
@@ -239,25 +239,26 @@ pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, 
         .map_err(|error| MapError::NoPath { file: file.into(), detail: error.to_string() })
 }
 
-/// Length of lanes of streets, metres.
+/// Returns the total length of street lanes, metres.
 fn length_m(net: &Network, lanes: &[usize]) -> f64 {
     lanes.iter().map(|&lane| lane_at(net, lane).length_m).sum()
 }
 
-/// The lanes of a path between junctions.
+/// Returns the lanes of a path between junctions.
 fn streets_of(net: &Network, path: &network::Path) -> Vec<usize> {
     path.lanes().iter().map(|lane| lane.index()).filter(|lane| edge_at(net, *lane).kind.is_street()).collect()
 }
 
-/// Depth first from every lane, each with an equal share of the steps; the longest loop that visits no junction twice.
+/// Searches depth-first from every lane, each with an equal share of the steps, and returns the longest loop that visits no junction
+/// twice.
 fn longest_without_crossing(net: &Network, next: &[Vec<usize>]) -> Option<Vec<usize>> {
     let next = peel(next);
     let starts: Vec<usize> = (0..next.len()).filter(|&lane| !next[lane].is_empty()).collect();
     let share = (SEARCH_STEPS / starts.len().max(1)).clamp(1_000, 200_000);
-    // An edge that ends in no junction ends alone.
+    // An edge that ends in no junction has a mark of its own.
     let alone = |lane: usize| net.junctions().len() + lane_at(net, lane).edge.index();
     let junction = |lane: usize| edge_at(net, lane).to.map_or_else(|| alone(lane), JunctionId::index);
-    // An edge counts as long as its right-most lane, so that an outer lane does not win over the right-most.
+    // An edge counts with the length of its right-most lane, so that an outer lane does not win over it.
     let weight_m = |lane: usize| edge_at(net, lane).lanes().next().map_or(0.0, |first| net.lane(first).length_m);
     let mut best: (f64, Option<Vec<usize>>) = (0.0, None);
     let mut visited = vec![false; net.junctions().len() + net.edges().len()];
@@ -293,7 +294,7 @@ fn longest_without_crossing(net: &Network, next: &[Vec<usize>]) -> Option<Vec<us
     best.1
 }
 
-/// Takes away, again and again, lanes that lead nowhere or that nothing leads to.
+/// Removes, repeatedly, lanes that lead nowhere or that no lane leads to.
 fn peel(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut before = vec![Vec::new(); next.len()];
     for (lane, goals) in next.iter().enumerate() {
@@ -318,7 +319,7 @@ fn peel(next: &[Vec<usize>]) -> Vec<Vec<usize>> {
     (0..next.len()).map(kept).collect()
 }
 
-/// The shortest loop through the first lane that has one, counted in lanes.
+/// Returns the shortest loop, in number of lanes, through the first lane that has one.
 fn any_loop(next: &[Vec<usize>]) -> Option<Vec<usize>> {
     let next = peel(next);
     let mut steps = 0;
@@ -345,7 +346,7 @@ fn any_loop(next: &[Vec<usize>]) -> Option<Vec<usize>> {
     })
 }
 
-/// A lane on a loop that can be reached from `lane`, in a network that has been peeled: the first that comes twice.
+/// Returns a lane on a loop that can be reached from `lane` in a peeled network: the first lane visited twice.
 fn on_a_loop(next: &[Vec<usize>], mut lane: usize) -> usize {
     let mut seen = vec![false; next.len()];
     while !std::mem::replace(&mut seen[lane], true) {
@@ -354,7 +355,7 @@ fn on_a_loop(next: &[Vec<usize>], mut lane: usize) -> usize {
     lane
 }
 
-/// The edges of these names, each once.
+/// Returns the edges with these ids; each id may occur once.
 fn chosen_edges<'a>(file: &Path, net: &'a Network, edges: &[String]) -> Result<Vec<&'a Edge>, MapError> {
     let streets = || net.edges().iter().filter(|edge| edge.kind.is_street());
     let edge_of_id: BTreeMap<&str, &Edge> = streets().map(|edge| (edge.id.as_str(), edge)).collect();
@@ -375,7 +376,7 @@ fn chosen_edges<'a>(file: &Path, net: &'a Network, edges: &[String]) -> Result<V
     Ok(chosen)
 }
 
-/// The lanes along the edges that a person named, the right-most that lead all the way round.
+/// Returns the lanes along the edges that the user named: the right-most ones that lead all the way round.
 fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, MapError> {
     let chosen = chosen_edges(file, net, edges)?;
     let mut furthest = 0;
@@ -386,7 +387,7 @@ fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, Map
             lanes.filter(|&lane| lane_at(net, lane).admits_cars())
         };
         for start in (0..edges.len().min(1)).flat_map(lanes_of) {
-            // All chains at once: which lanes of edge k can be reached, and from where.
+            // All chains at once: the lanes of edge k that can be reached, and from where.
             let mut reached: Vec<BTreeMap<usize, usize>> = vec![BTreeMap::from([(start, start)])];
             for k in 1..=edges.len() {
                 let mut here = BTreeMap::new();
@@ -414,7 +415,7 @@ fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, Map
     Err(broken(file, edges, furthest))
 }
 
-/// Why a route of these edges ends after edge `furthest`, counted round from 0.
+/// Builds the error for a route that ends after edge `furthest`, counted from 0.
 fn broken(file: &Path, edges: &[String], furthest: usize) -> MapError {
     let n = edges.len().max(1);
     let detail = match (edges.get(furthest % n), edges.get((furthest + 1) % n)) {
@@ -424,12 +425,12 @@ fn broken(file: &Path, edges: &[String], furthest: usize) -> MapError {
     MapError::NoRoute { file: file.into(), detail }
 }
 
-/// The lanes inside the junction between two lanes that are linked, in driving order.
+/// Returns the internal lanes between two linked lanes, in driving order.
 fn inside(net: &Network, from: usize, to: usize) -> Vec<usize> {
     let mut lanes = Vec::new();
     let via_of = |lane: usize| connection(net, lane, to).and_then(|link| link.via).map(LaneId::index);
     let mut via = via_of(from);
-    // netconvert makes two or three of them; a network that leads in circles inside a junction is not followed.
+    // netconvert makes two or three of them; internal lanes that form a loop are not followed further.
     while let Some(lane) = via.filter(|lane| lanes.len() < 16 && !lanes.contains(lane)) {
         lanes.push(lane);
         via = via_of(lane);

@@ -1,10 +1,12 @@
-//! The road network as data. In: a map's name or a SUMO `net.xml`, and the edges to drive along if a person names them. Out: a
-//! [`RoadMap`]: the whole [`Network`], and one [`Route`] of its lanes, closed or open, both with `lane <-> world` in both directions. Lengths in metres, world axes as in [`crate::space`].
+//! The road network as data. In: a map's name or a SUMO `net.xml`, and the edges to drive along if the user names them. Out: a
+//! [`RoadMap`]: the whole [`Network`], and one [`Route`] of its lanes, closed or open, both with `lane <-> world` in both directions.
+//! Lengths in metres, world axes as in [`crate::space`].
 //!
-//! [`network`] reads and writes networks, `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] say what of a file is taken; `loop_search` finds the
-//! closed route and `open_path` a way where there is none (`tight_turns` says which turns they leave out, `joined_shapes` joins the lines of lanes), `edge_path` the open one along
-//! edges that a person names, `stop_lines` the signals along a route, `catalog` knows the folder `maps/`, [`import()`] fills it from other formats; [`ring`] and [`circuit`] make new
-//! networks and `write` writes them as SUMO reads them.
+//! [`network`] reads and writes networks. `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] define what a file may contain.
+//! `loop_search` finds the closed route, and `open_path` an open one where there is no loop; `tight_turns` lists the turns that both
+//! avoid, and `joined_shapes` joins the lines of lanes. `edge_path` builds the open route along named edges, and `stop_lines` finds the
+//! signals along a route. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
+//! new networks, and `write` writes them in SUMO's format.
 
 mod canonical;
 mod catalog;
@@ -45,26 +47,26 @@ use glam::DVec2;
 use network::Network;
 use std::{path::PathBuf, sync::Arc};
 
-/// Asphalt beyond the lane's edge on either side, metres: what is drawn and what the tyres feel.
+/// Width of the asphalt beyond the lane's edge on either side, metres: as drawn, and as the tyres feel it.
 pub const SHOULDER_M: f64 = 0.4;
 
-/// A road network with one route to drive.
+/// Road network with one route to drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadMap {
-    /// Name of its folder in `maps/`, or the file's stem.
+    /// Name of the map's folder in `maps/`, or the file's stem.
     pub name: String,
-    /// One line for people; the name if the map has none.
+    /// Title in one line; the name if the map has none.
     pub title: String,
-    /// The file of the network. SUMO reads what came of it ([`Network::sumo_text`]).
+    /// File of the network. SUMO reads a checked copy of it ([`Network::sumo_text`]).
     pub net_file: PathBuf,
-    /// The route: closed, or open along the edges of a path.
+    /// Route to drive: closed, or open along the edges of a path.
     pub route: Route,
-    /// All roads of the file.
+    /// Network with all roads of the file.
     pub network: Arc<Network>,
 }
 
 impl RoadMap {
-    /// Middle of the route's bounding box and the radius around it that holds all centre lines, metres.
+    /// Returns the middle of the route's bounding box, and the radius around it that contains all centre lines, metres.
     pub fn bounds(&self) -> (DVec2, f64) {
         let points = || self.route.lanes().iter().flat_map(|lane| &lane.shape);
         let low = points().fold(DVec2::INFINITY, |low, point| low.min(*point));
@@ -74,7 +76,7 @@ impl RoadMap {
     }
 }
 
-/// Names for a message: the first twenty, and how many more.
+/// Joins names for a message: the first twenty, and the number of the others.
 fn listed(names: &[&str]) -> String {
     const SHOWN: usize = 20;
     match names.len() {

@@ -1,7 +1,6 @@
-//! Checks a network for errors on which SUMO would crash. In: a `net.xml` as XML. Out: nothing, or the first element whose
-//! value cannot be: SUMO takes much of this on trust, and breaks down with the whole program where it does not hold. Values
-//! of lanes are checked where they are read (`network`); here is what refers to something else: junctions and their rules,
-//! signals, connections, boundaries.
+//! Checks a network for errors on which SUMO would crash. In: a `net.xml` as XML. Out: nothing, or the first element with an invalid
+//! value. SUMO does not verify most of this, and an error crashes the whole program. Values of lanes are checked when they are read
+//! (`network`); this file checks references between elements: junctions and their rules, signals, connections, boundaries.
 
 use super::{MapError, limits::MOST_LANES_OF_ONE, net_xml::NetReader, xml_tree::Element};
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,49 +9,50 @@ const EDGE_FUNCTIONS: &str = "normal internal connector crossing walkingarea rou
 const JUNCTION_TYPES: &str = "traffic_light traffic_light_unregulated traffic_light_right_on_red priority \
                               priority_stop right_before_left left_before_right allway_stop zipper rail_signal \
                               rail_crossing unregulated internal dead_end district unknown";
-/// Without "off", on which SUMO 1.28 breaks down, and without those of research that write logs (sotl, swarm).
+/// Allowed types of signal programs: without "off", on which SUMO 1.28 crashes, and without the research types that write logs (sotl,
+/// swarm).
 const SIGNAL_TYPES: &str = "static actuated delay_based NEMA railSignal railCrossing";
 const SIGNALS: &str = "rRgGyYoOsSuU";
 const LINK_STATES: &str = "-=oOrRgGyYuUmMswaZ";
-/// "T" turns back with left-hand traffic.
+/// Allowed directions; "T" is a U-turn with left-hand traffic.
 const DIRECTIONS: &str = "s t T l r L R invalid";
 
-/// The most links of a junction in SUMO.
+/// Largest number of links of a junction in SUMO.
 const MOST_LINKS: usize = 256;
 
-/// What elements may refer to.
+/// Names that elements may refer to.
 #[derive(Default)]
 struct KnownNames<'a> {
     edges: BTreeMap<&'a str, EdgeEnds<'a>>,
     lanes: BTreeSet<&'a str>,
     junctions: BTreeSet<&'a str>,
-    /// Lengths of the shortest state of each signal.
+    /// Length of the shortest state of each signal.
     signals: BTreeMap<&'a str, usize>,
-    /// Junctions of railways, whose signals SUMO makes itself where the file has none.
+    /// Junctions of railways; SUMO makes their signals itself if the file has none.
     railways: BTreeSet<&'a str>,
 }
 
-/// What connections have to agree with.
+/// Properties of an edge that its connections must match.
 struct EdgeEnds<'a> {
     lanes: usize,
-    /// The inside of a junction for cars.
+    /// True for the inside of a junction for vehicles.
     internal: bool,
-    /// The junctions where it begins and ends.
+    /// Junctions at the edge's start and end.
     from: Option<&'a str>,
     to: Option<&'a str>,
 }
 
-/// A lane where a connection leads: edge and index.
+/// Target lane of a connection: edge and index.
 type GoalLane<'a> = (&'a str, &'a str);
 
-/// What is known of the ways through junctions once all connections are.
+/// Connections through junctions, collected while connections are checked.
 #[derive(Default)]
 struct JunctionWays<'a> {
-    /// All connections: where from and where to.
+    /// All connections as pairs of origin and target.
     known: BTreeSet<(GoalLane<'a>, GoalLane<'a>)>,
-    /// Where a connection leads that goes over this lane inside a junction.
+    /// Target of the connection whose `via` is this internal lane.
     over: BTreeMap<&'a str, GoalLane<'a>>,
-    /// Where a lane inside a junction leads, by its id.
+    /// Target of each internal lane, by the lane's id.
     out: BTreeMap<String, GoalLane<'a>>,
 }
 
@@ -116,7 +116,7 @@ pub(super) fn check(reader: &NetReader, root: Element) -> Result<(), MapError> {
     insides(reader, root, &names, &ways)
 }
 
-/// Each lane inside a junction has one way in and one way out, and both lead to the same lane.
+/// Checks that each internal lane has one connection in and one out, both with the same target lane.
 fn insides(reader: &NetReader, root: Element, names: &KnownNames, ways: &JunctionWays) -> Result<(), MapError> {
     if names.junctions.is_empty() {
         return Ok(());
@@ -199,8 +199,8 @@ fn edge<'a>(reader: &NetReader, node: Element<'a>, names: &mut KnownNames<'a>) -
     Ok(())
 }
 
-/// Edges outside junctions lead from a junction to a junction. A network without any junction is one that only this
-/// program reads.
+/// Checks that edges outside junctions lead from a junction to a junction. A network without any junction is exempt: only this program
+/// reads it.
 fn ends(reader: &NetReader, node: Element, names: &KnownNames) -> Result<(), MapError> {
     if node.attribute("bidi").is_some_and(|id| !names.edges.contains_key(id)) {
         return Err(reader.value(node, "bidi", "the id of an edge of this network: the same track the other way"));

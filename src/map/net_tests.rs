@@ -1,9 +1,9 @@
-//! Tests of reading networks: made by netconvert, with and without insides of junctions, and corrupt ones.
+//! Tests of reading networks: made by netconvert, with and without internal lanes, and corrupt ones.
 
 use super::*;
 use std::{fs, path::Path};
 
-/// Two of netconvert's networks of the same roads: with lanes inside junctions, and without.
+/// Two networks of the same roads, made by netconvert: with internal lanes, and without.
 const FIXTURES: [&str; 2] = ["junctions-inside.net.xml", "junctions-none.net.xml"];
 
 fn fixture(name: &str) -> PathBuf {
@@ -19,19 +19,19 @@ fn bounds(seconds: u64) -> import::ImportBounds<'static> {
     import::ImportBounds { seconds, memory_mib: import::MEMORY_MIB, stop: &STOP }
 }
 
-/// The edges driven on outside junctions, in order.
+/// Returns the edges of the route outside junctions, in order.
 fn edges(map: &RoadMap) -> Vec<&str> {
     map.route.lanes().iter().map(|lane| lane.edge.as_str()).filter(|edge| !edge.starts_with(':')).collect()
 }
 
-/// No jump, no kink: the road can be driven.
+/// Asserts that the road can be driven: it has no jumps and no kinks.
 fn assert_drivable(map: &RoadMap) {
     let route = &map.route;
     let n = (route.length_m() * 4.0) as usize;
     for i in 0..n {
         let (a, b) = (route.length_m() * i as f64 / n as f64, route.length_m() * (i + 1) as f64 / n as f64);
         let step_m = route.point_at(a).distance(route.point_at(b));
-        // Declared lengths and shapes differ where a junction has no inside: 0.25 m become at most 0.35.
+        // Declared lengths and shapes differ where a junction has no internal lanes: 0.25 m become at most 0.35.
         assert!(step_m < 0.35, "{}: {step_m} m in 0.25 m at {a}", map.name);
         let turn = crate::space::wrap_angle(route.yaw_at(b) - route.yaw_at(a));
         assert!(turn.abs() < 0.35, "{}: turns by {turn} at {a}", map.name);
@@ -39,7 +39,7 @@ fn assert_drivable(map: &RoadMap) {
 }
 
 #[test]
-fn the_longest_loop_of_netconverts_network_is_found_with_and_without_insides_of_junctions() {
+fn the_longest_loop_is_found_with_and_without_internal_lanes() {
     for name in FIXTURES {
         let map = load(&fixture(name)).unwrap();
         assert_eq!(edges(&map), ["ab", "bc", "cd", "da"], "{name}");
@@ -48,7 +48,7 @@ fn the_longest_loop_of_netconverts_network_is_found_with_and_without_insides_of_
     }
     let inside = load(&fixture(FIXTURES[0])).unwrap();
     let ids: Vec<&str> = inside.route.lanes().iter().map(|lane| lane.id.as_str()).collect();
-    // `ab` is entered by its left lane and left by the right one; two lanes lie inside junction a.
+    // `ab` is entered on its left lane and left on the right one; two internal lanes lie in junction a.
     assert_eq!(ids, ["ab_0", ":b_0_0", "bc_0", ":c_0_0", "cd_0", ":d_0_0", "da_0", ":a_1_0", ":a_7_0"]);
     let declared_m = 69.17 + 11.44 + 46.50 + 14.58 + 69.17 + 11.93 + 51.30 + 5.87 + 10.08;
     assert!((inside.route.length_m() - declared_m).abs() < 1e-9, "{}", inside.route.length_m());
@@ -57,7 +57,7 @@ fn the_longest_loop_of_netconverts_network_is_found_with_and_without_insides_of_
 }
 
 #[test]
-fn a_route_that_a_person_chose_is_driven_and_mistakes_in_it_are_named() {
+fn a_chosen_route_is_driven_and_mistakes_in_it_are_named() {
     let folder = tempfile::tempdir().unwrap();
     fs::copy(fixture(FIXTURES[0]), folder.path().join("net.xml")).unwrap();
     let with = |route: &str| {
@@ -83,7 +83,7 @@ fn a_route_that_a_person_chose_is_driven_and_mistakes_in_it_are_named() {
 }
 
 #[test]
-fn the_inside_of_a_junction_of_no_size_is_a_point_that_counts() {
+fn the_inside_of_a_junction_without_extent_is_a_point_that_counts() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("p.net.xml");
     let lane = |id: &str, length: f64, shape: &str| {
@@ -104,11 +104,11 @@ fn the_inside_of_a_junction_of_no_size_is_a_point_that_counts() {
 }
 
 #[test]
-fn of_a_long_value_that_is_refused_the_beginning_is_told() {
+fn a_long_value_that_is_refused_is_quoted_by_its_beginning() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("long.net.xml");
     let good = fs::read_to_string(fixture(FIXTURES[0])).unwrap();
-    // 1,000 points of 4 characters, and one that is none.
+    // 1,000 points of 4 characters, and one malformed point.
     let shape = "1,2 ".repeat(1000) + "x";
     fs::write(&file, good.replacen("141.60,5.50 141.60,52.00", &shape, 1)).unwrap();
     let message = load(&file).unwrap_err().to_string();
@@ -164,7 +164,7 @@ fn a_corrupt_network_is_refused_with_file_line_value_and_remedy() {
     let without = fs::read_to_string(fixture(FIXTURES[1])).unwrap();
     let closes =
         |line: &str| line.contains("<connection") && (line.contains("to=\"ea\"") || line.contains("to=\"da\""));
-    // What does not close is an open route, and no fault.
+    // A network without a loop has an open route, and is not an error.
     fs::write(&file, without.lines().filter(|line| !closes(line)).collect::<Vec<_>>().join("\n")).unwrap();
     assert!(!load(&file).unwrap().route.is_closed());
     fs::write(&file, [0xff, 0xfe, 0x00]).unwrap();
@@ -172,7 +172,7 @@ fn a_corrupt_network_is_refused_with_file_line_value_and_remedy() {
 }
 
 #[test]
-fn a_map_that_is_not_there_is_named_with_those_that_are() {
+fn an_unknown_map_is_reported_with_the_maps_that_exist() {
     let message = RoadMap::load("ring-25").unwrap_err().to_string();
     assert!(
         message.contains(
@@ -186,8 +186,8 @@ fn a_map_that_is_not_there_is_named_with_those_that_are() {
 }
 
 #[test]
-fn a_large_grid_is_searched_in_bounded_time_and_always_with_the_same_result() {
-    // 12 x 12 crossings, streets both ways, all turns: 528 edges.
+fn a_large_grid_is_searched_in_bounded_time_with_the_same_result() {
+    // 12 x 12 crossings, streets in both directions, all turns: 528 edges.
     let mut text = String::from("<net>");
     let mut edges = Vec::new();
     for i in 0..12i32 {
@@ -224,7 +224,7 @@ fn a_large_grid_is_searched_in_bounded_time_and_always_with_the_same_result() {
 }
 
 #[test]
-fn open_street_map_open_drive_and_sumo_files_are_imported_whole_or_not_at_all() {
+fn osm_opendrive_and_sumo_files_are_imported_whole_or_not_at_all() {
     let folder = tempfile::tempdir().unwrap();
     let sumo = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo");
     let netconvert = sumo.join("bin/netconvert");
@@ -276,7 +276,7 @@ fn open_street_map_open_drive_and_sumo_files_are_imported_whole_or_not_at_all() 
     let text = fs::read_to_string(&net).unwrap();
     let open: String = text.lines().filter(|line| !line.contains("<connection from=\"e3\"")).collect();
     fs::write(&net, open).unwrap();
-    // A ring that was cut open is a road of its length.
+    // A ring that was cut open is a road of the same length.
     let cut = import::import_into(&maps, &netconvert, &net, "cut", &bounds(60)).unwrap().report;
     assert_eq!((cut.path.0.round(), cut.path.2), (250.0, false));
     let mut left: Vec<_> = fs::read_dir(&maps).unwrap().map(|entry| entry.unwrap().file_name()).collect();
@@ -305,10 +305,10 @@ fn heights_that_an_open_street_map_states_are_kept() {
         |name: &str| import::import_into(folder.path(), &netconvert, &osm, name, &bounds(60)).unwrap().map.unwrap();
     write(&|height_m| format!("<tag k=\"ele\" v=\"{height_m}\"/>"));
     let hill = import("hill").network;
-    // From 30 to 55 m; lanes end a little before the corners.
+    // From 30 to 55 m; lanes end slightly before the corners.
     let (low_m, high_m) = hill.census().heights_m;
     assert!((low_m - 30.0).abs() < 0.5 && (high_m - 55.0).abs() < 0.5, "{low_m} {high_m}");
-    // 12 m up over 206 m of longitude: somewhere on the way it is that steep.
+    // 12 m up over 206 m of longitude: at least one lane must be that steep.
     let steepest = hill.lanes().iter().map(|lane| lane.line.pose(lane.length_m / 2.0, 0.0).grade).fold(0.0, f64::max);
     assert!((0.04..0.08).contains(&steepest), "{steepest}");
     write(&|_| String::new());

@@ -1,5 +1,5 @@
-//! Attributes of a net.xml. In: an element and an attribute's name. Out: its value, checked, or an error with file, line, element
-//! and what is allowed. Metres, m/s.
+//! Attributes of a net.xml. In: an element and an attribute's name. Out: the checked value, or an error with file, line, element and
+//! allowed values. Metres, m/s.
 
 use super::{
     MapError,
@@ -9,12 +9,12 @@ use super::{
 use glam::{DVec3, dvec3};
 use std::{ops::RangeInclusive, path::Path};
 
-/// Reads the values of a file, which errors name.
+/// Reader of attribute values; errors name its file.
 pub(super) struct NetReader<'a> {
     pub file: &'a Path,
 }
 
-/// A value in quotes; of a shape of a thousand points the beginning.
+/// Returns a value in quotes; a long one is cut after 100 characters.
 fn quoted(value: &str) -> String {
     const MOST: usize = 100;
     match value.char_indices().nth(MOST) {
@@ -40,7 +40,7 @@ impl NetReader<'_> {
         node.attribute(attribute).ok_or_else(|| self.value(node, attribute, "a name"))
     }
 
-    /// A number within limits, which `allowed` says in words.
+    /// Parses a number within `limits`; `allowed` describes them in the error.
     pub fn within(
         &self,
         node: Element,
@@ -52,7 +52,7 @@ impl NetReader<'_> {
         number.filter(|x| limits.contains(x)).ok_or_else(|| self.value(node, attribute, allowed))
     }
 
-    /// As [`NetReader::within`]; `None` where the attribute is absent.
+    /// Parses as [`NetReader::within`]; `None` if the attribute is absent.
     pub fn within_if_any(
         &self,
         node: Element,
@@ -67,12 +67,12 @@ impl NetReader<'_> {
         self.within(node, attribute, &(-FURTHEST_M..=FURTHEST_M), "a number from -1e7 to 1e7 m")
     }
 
-    /// The points of a shape, at least `least`.
+    /// Parses the attribute `shape`, of at least `least` points.
     pub fn shape(&self, node: Element, least: usize) -> Result<Vec<DVec3>, MapError> {
         self.shape_of(node, "shape", least)
     }
 
-    /// The points of an attribute, at least `least`.
+    /// Parses an attribute of at least `least` points.
     pub fn shape_of(&self, node: Element, attribute: &str, least: usize) -> Result<Vec<DVec3>, MapError> {
         let points = node.attribute(attribute).and_then(parse_shape);
         points.filter(|points| points.len() >= least).ok_or_else(|| {
@@ -84,7 +84,7 @@ impl NetReader<'_> {
         })
     }
 
-    /// True or false as SUMO writes it; `absent` where the attribute is.
+    /// Parses a boolean as SUMO writes it; an absent attribute is `absent`.
     pub fn truth(&self, node: Element, attribute: &str, absent: bool) -> Result<bool, MapError> {
         match node.attribute(attribute).map(str::trim) {
             None => Ok(absent),
@@ -95,8 +95,8 @@ impl NetReader<'_> {
     }
 }
 
-/// Points, if there are not too many and all numbers are within limits. One that lies within a micrometre of the one before
-/// on the ground is taken for the same there: the square of a smaller distance may be nothing.
+/// Parses the points of a shape; `None` if there are too many, or a number is malformed or out of range. A point within a micrometre of
+/// the previous one on the ground is moved onto it: the square of a smaller distance may underflow to zero.
 fn parse_shape(text: &str) -> Option<Vec<DVec3>> {
     const SAME_M: f64 = 1e-6;
     let mut points: Vec<DVec3> = Vec::new();

@@ -1,5 +1,6 @@
-//! Ways through a network that need not close. In: a [`Network`], and which lanes follow which. Out: the longest open chain of lanes of
-//! streets that was found (it visits no junction twice, so that it does not cross itself). Bounded in steps and deterministic: ties go to what the file names first. Metres.
+//! Search for the longest open path through a network. In: a [`Network`], and the successors of each lane. Out: the longest open chain of
+//! street lanes found. It visits no junction twice, so it does not cross itself. The search is bounded in steps and deterministic: ties
+//! go to the lane that comes first in the file. Metres.
 
 use super::{
     MapError,
@@ -9,17 +10,17 @@ use super::{
 };
 use std::path::Path;
 
-/// How many lanes the search may visit in all; 2 million take about 0.1 s.
+/// Largest number of lanes that the search visits in all; 2 million take about 0.1 s.
 const SEARCH_STEPS: usize = 2_000_000;
-/// Shortest path that is worth driving, metres: two cars of 5 m, the gap of a standstill between them, and room to drive off.
+/// Shortest path worth driving, metres: two cars of 5 m, the gap of a standstill between them, and room to drive off.
 const SHORTEST_M: f64 = 20.0;
 
-/// The longest chain found of lanes that are `usable`; `next` has the lanes that can be entered from each lane, by index. `None` where
-/// every chain is shorter than [`SHORTEST_M`].
+/// Returns the longest chain found of lanes that are `usable`; `next` holds the lanes that can be entered from each lane, by index.
+/// `None` if every chain is shorter than [`SHORTEST_M`].
 pub(super) fn longest(net: &Network, next: &[Vec<usize>], usable: impl Fn(usize) -> bool) -> Option<Vec<usize>> {
     let mut entered = vec![false; next.len()];
     next.iter().flatten().for_each(|&goal| entered[goal] = true);
-    // From the ends of roads first: the longest way of a road begins at its beginning.
+    // Starts of roads first: the longest path along a road begins at its start.
     let (begins, within): (Vec<usize>, Vec<usize>) =
         (0..next.len()).filter(|&lane| drivable(net, lane) && usable(lane)).partition(|&lane| !entered[lane]);
     let n = begins.len() + within.len();
@@ -28,7 +29,7 @@ pub(super) fn longest(net: &Network, next: &[Vec<usize>], usable: impl Fn(usize)
         next,
         share: (SEARCH_STEPS / n.max(1)).clamp(200, 200_000),
         visited: vec![false; net.junctions().len() + net.edges().len()],
-        // One of just that length is long enough.
+        // Tolerance: a chain of exactly the shortest length is accepted.
         best_m: SHORTEST_M - 1e-5,
         best: None,
     };
@@ -36,7 +37,7 @@ pub(super) fn longest(net: &Network, next: &[Vec<usize>], usable: impl Fn(usize)
     search.best
 }
 
-/// Why there is nothing to drive on.
+/// Builds the error for a network without a path long enough.
 pub(super) fn none(file: &Path, net: &Network) -> MapError {
     let streets = || net.lane_ids().filter(|lane| net.edge_of(*lane).kind.is_street());
     let for_cars = || streets().map(|lane| net.lane(lane)).filter(|lane| lane.admits_cars());
@@ -55,9 +56,9 @@ pub(super) fn none(file: &Path, net: &Network) -> MapError {
 struct Search<'a> {
     net: &'a Network,
     next: &'a [Vec<usize>],
-    /// Steps from each start.
+    /// Steps for each start.
     share: usize,
-    /// Junctions that the chain leads to, and edges that lead to none.
+    /// Marks for junctions at the ends of the chain's lanes, and for edges that end in no junction.
     visited: Vec<bool>,
     best_m: f64,
     best: Option<Vec<usize>>,
@@ -66,7 +67,7 @@ struct Search<'a> {
 impl Search<'_> {
     fn end_of(&self, lane: usize) -> usize {
         let edge = self.net.lane(LaneId::from_index(lane)).edge;
-        // An edge that ends in no junction ends alone.
+        // An edge that ends in no junction has a mark of its own.
         let alone = || self.net.junctions().len() + edge.index();
         self.net.edge(edge).to.map_or_else(alone, JunctionId::index)
     }
@@ -75,10 +76,10 @@ impl Search<'_> {
         self.net.lane(LaneId::from_index(lane)).length_m
     }
 
-    /// Depth first from a lane, as far as its share of the steps goes.
+    /// Searches depth-first from a lane, within its share of the steps.
     fn from(&mut self, start: usize) {
         let begins_at = self.net.edge_of(LaneId::from_index(start)).from.map(JunctionId::index);
-        // A chain may end where it begins, but goes through no junction twice.
+        // A chain may end where it begins, but passes no junction twice.
         let first = begins_at.filter(|&junction| junction != self.end_of(start));
         for junction in first.into_iter().chain([self.end_of(start)]) {
             self.visited[junction] = true;
@@ -119,7 +120,7 @@ impl Search<'_> {
     }
 
     fn keep(&mut self, path: &[(usize, usize)], length_m: f64) {
-        // Lengths are added in another order on other ways.
+        // Tolerance for rounding: other chains add the lengths in another order.
         if length_m > self.best_m + 1e-6 {
             self.best_m = length_m;
             self.best = Some(path.iter().map(|(lane, _)| *lane).collect());

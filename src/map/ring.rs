@@ -1,5 +1,5 @@
-//! Rings of any length. In: circumference, speed limit, lane width. Out: a map's folder. One lane, counter-clockwise,
-//! centred on the origin, starting in the east; the centre line lies on the circle of that circumference. Metres, m/s.
+//! Rings of any length. In: circumference, speed limit, lane width. Out: a map's folder. The ring has one lane, runs counter-clockwise
+//! around the origin and starts in the east; its centre line lies on the circle of that circumference. Metres, m/s.
 
 use super::{
     MapError,
@@ -8,20 +8,19 @@ use super::{
 use glam::DVec2;
 use std::{f64::consts::TAU, path::Path};
 
-/// Circumferences that can be made, metres: below, cars of 5 m see little but the bend; above, numbers lose no sense but a
-/// drive does.
+/// Allowed circumferences, metres. Below, a driver sees little but the bend; above, the numbers still work but a drive makes no sense.
 pub const CIRCUMFERENCE_M: std::ops::RangeInclusive<f64> = 150.0..=5000.0;
-/// Above this, eight edges instead of four, metres.
+/// Circumference above which the ring has eight edges instead of four, metres.
 const LONG_M: f64 = 2000.0;
-/// The most that a chord of the centre line may leave the circle, metres.
+/// Largest deviation of a chord of the centre line from the circle, metres.
 const SAG_M: f64 = 0.0035;
 
-/// What a ring is like.
+/// Dimensions and speed limit of a ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingShape {
     /// Length of one lap, metres, in [`CIRCUMFERENCE_M`].
     pub circumference_m: f64,
-    /// Speed limit, m/s, above 0 to 100.
+    /// Speed limit, m/s, 1 to 100.
     pub speed_limit_mps: f64,
     /// Lane width, metres, 2.5 to 10.
     pub width_m: f64,
@@ -43,10 +42,10 @@ impl RingShape {
         Ok(())
     }
 
-    /// The text of its `net.xml`: lane lengths add up to the circumference within 8 um, points lie at most 1 m apart.
+    /// Returns the text of the ring's `net.xml`: lane lengths add up to the circumference within 8 um, and points lie at most 1 m apart.
     ///
     /// # Errors
-    /// If a number is out of range or not finite.
+    /// A number is out of range or not finite.
     pub fn net_xml(&self) -> Result<String, MapError> {
         self.check()?;
         let length_m = self.circumference_m;
@@ -57,7 +56,7 @@ impl RingShape {
         let chords = (length_m / f64::from(edges) / chord_m).ceil() as u32;
         let point = |edge: u32, chord: u32| {
             let fraction = f64::from(edge * chords + chord) / f64::from(edges * chords);
-            // The last point is the first one to the last bit.
+            // The last point equals the first to the last bit.
             DVec2::from_angle(TAU * fraction.fract()) * radius_m
         };
         let road: Vec<RoadEdge> = (0..edges)
@@ -79,7 +78,7 @@ impl RingShape {
 /// Writes a ring as a new map's `folder`.
 ///
 /// # Errors
-/// If a number is out of range, the folder exists or cannot be written.
+/// A number is out of range, or the folder exists or cannot be written.
 pub fn write(folder: &Path, ring: &RingShape, title: &str, description: &str) -> Result<(), MapError> {
     let net = ring.net_xml()?;
     write_folder(folder, &net, title, description)

@@ -1,7 +1,7 @@
-//! A route of single lanes, closed or open, and the two ways between it and the world. `s_m` is the distance along the route in
-//! the network's *declared* lane lengths (SUMO's lane positions add up to it), 0 at the start of the first lane; on a closed
-//! route it wraps at [`Route::length_m`], an open one goes on straight beyond its ends: a place before its start is below 0, and what is
-//! behind is behind. The lateral offset is positive to the left.
+//! Route of single lanes, closed or open, and the mappings between it and the world. `s_m` is the distance along the route in the
+//! network's *declared* lane lengths (SUMO's lane positions add up to it), 0 at the start of the first lane. On a closed route it wraps
+//! at [`Route::length_m`]. An open route continues straight beyond its ends, and positions before its start are negative. The lateral
+//! offset is positive to the left.
 
 use super::network::{LaneId, Network, Path};
 use crate::space::{Pose, wrap_angle};
@@ -12,30 +12,30 @@ use glam::DVec2;
 pub struct RouteLane {
     /// SUMO's lane id, for example `e0_0`.
     pub id: String,
-    /// SUMO's edge id; begins with a colon on a junction's inside.
+    /// SUMO's edge id; begins with a colon inside a junction.
     pub edge: String,
-    /// Where on the route the lane begins, metres.
+    /// Position of the lane's start on the route, metres.
     pub start_s_m: f64,
-    /// Declared length, metres. May differ a little from the length of the shape.
+    /// Declared length, metres. May differ slightly from the length of the shape.
     pub length_m: f64,
     /// Speed limit, m/s.
     pub speed_limit_mps: f64,
-    /// Width, metres.
+    /// Width of the lane, metres.
     pub width_m: f64,
     /// Centre line, world axes, at least two points.
     pub shape: Vec<DVec2>,
 }
 
-/// The edge of lanes that lead over a gap between two others: no network has one of this name.
+/// Edge id of lanes that bridge a gap between two others: no network has an edge of this name.
 pub(super) const BRIDGE_EDGE: &str = ":";
 
 impl RouteLane {
-    /// True of one that no network has: it leads over the gap between two of its lanes, as where it has no insides of junctions.
+    /// Returns true for a lane that bridges the gap between two lanes of the network, as where internal lanes are missing.
     pub fn is_bridge(&self) -> bool {
         self.edge == BRIDGE_EDGE
     }
 
-    /// A lane of a network on the ground plane.
+    /// Returns a lane of a network, projected onto the ground plane.
     pub(super) fn of(net: &Network, id: LaneId) -> Self {
         let lane = net.lane(id);
         Self {
@@ -50,8 +50,8 @@ impl RouteLane {
     }
 }
 
-/// How long a declared metre of a lane is drawn, metres. What the corners of a bend's polygon cut off (5 %) makes no other scale, nor
-/// does a lane shorter than a car: points inside junctions are declared 0.1 m long and drawn as nothing.
+/// Returns the drawn length of one declared metre of a lane. A deviation of up to 5 %, which the corners of a bend's polygon may cut off,
+/// counts as 1. So does a lane shorter than a car: points inside junctions are declared 0.1 m long and drawn without length.
 fn drawn_scale(declared_m: f64, drawn_m: f64) -> f64 {
     const CUT_OFF: f64 = 0.05;
     const SHORT_M: f64 = 5.0;
@@ -60,35 +60,35 @@ fn drawn_scale(declared_m: f64, drawn_m: f64) -> f64 {
     if is_let_be { 1.0 } else { scale }
 }
 
-/// A corner of a line is rounded over no more than this to either side, metres: an arc that begins there passes the corner at 1.5 m, and nobody
-/// cuts more of a lane. Long pieces with a corner between them would else look like a wide bend.
+/// Returns the distance on either side of a corner over which a line is rounded at most, metres. An arc that begins there passes the
+/// corner at 1.5 m; drivers do not cut more of a lane. Without this bound, a corner between two long pieces would look like a wide bend.
 pub(super) fn rounded_m(turn_rad: f64) -> f64 {
     const CUT_M: f64 = 1.5;
     CUT_M / (turn_rad.abs() / 4.0).tan()
 }
 
-/// A point of the world as the route sees it.
+/// Position of a point of the world relative to the route.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoutePosition {
-    /// Distance along the route, metres: in `0..length_m` of a closed one.
+    /// Distance along the route, metres: in `0..length_m` on a closed route.
     pub s_m: f64,
     /// Lateral offset from the centre line, metres, positive to the left.
     pub offset_m: f64,
 }
 
-/// A chain of lanes. The end of the last is the start of the first, if it is closed.
+/// Chain of lanes. On a closed route, the end of the last lane is the start of the first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
     lanes: Vec<RouteLane>,
     /// All segments of all shapes in order, for searching.
     segments: Vec<ShapeSegment>,
-    /// Segments for each metre: where one is to be sought first.
+    /// Number of segments per metre, for the first guess of a search.
     segments_per_m: f64,
     length_m: f64,
     closed: bool,
-    /// Places along the route and the heights there, ascending; none of a flat route.
+    /// Positions along the route with their heights, ascending; empty for a flat route.
     heights: Vec<(f64, f64)>,
-    /// Where each lane begins, and the route ends, in drawn metres; none where all lanes are drawn as long as they are declared.
+    /// Start of each lane and end of the route, in drawn metres; empty if all lanes are drawn as long as they are declared.
     drawn_starts_m: Vec<f64>,
 }
 
@@ -96,20 +96,20 @@ pub struct Route {
 struct ShapeSegment {
     start: DVec2,
     end: DVec2,
-    /// Route distances of the ends.
+    /// Route positions of the ends, metres.
     start_s_m: f64,
     end_s_m: f64,
-    /// [`drawn_scale`] of its lane.
+    /// Drawn length of one declared metre of the segment's lane, see [`drawn_scale`].
     drawn_scale: f64,
-    /// As drawn, metres.
+    /// Length of the segment as drawn, metres.
     drawn_m: f64,
-    /// Its direction, radians from east.
+    /// Direction of the segment, radians from east.
     yaw_rad: f64,
-    /// Where it meets the next one; behind the last of an open route nobody asks.
+    /// Joint to the next segment; unused for the last segment of an open route.
     joint: Joint,
 }
 
-/// How a route turns from one segment to the next: evenly, over so much of either.
+/// Turn from one segment to the next, spread evenly over the given length of either.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Joint {
     turn_rad: f64,
@@ -118,16 +118,15 @@ struct Joint {
 }
 
 impl Route {
-    /// Joins lanes to a closed route; `start_s_m` of each is set here.
+    /// Joins lanes to a closed route, and sets `start_s_m` of each.
     ///
     /// # Panics
-    /// If there is no lane, or a lane has fewer than two distinct points or a length that is not positive: readers of files check
-    /// that first.
+    /// There is no lane, a lane has fewer than two distinct points, or a length is not positive: readers of files check that first.
     pub fn new(lanes: Vec<RouteLane>) -> Self {
         Self::chained(lanes, true)
     }
 
-    /// Joins lanes to an open route: it ends where the last of them does.
+    /// Joins lanes to an open route, which ends with the last lane.
     ///
     /// # Panics
     /// As [`Route::new`].
@@ -135,13 +134,13 @@ impl Route {
         Self::chained(lanes, false)
     }
 
-    /// The route over the lanes of a path, with their heights.
+    /// Returns the route over the lanes of a path, with their heights.
     pub fn of_path(net: &Network, path: &Path) -> Self {
         let lanes = path.lanes().iter().map(|lane| RouteLane::of(net, *lane)).collect();
         Self::chained(lanes, path.is_closed()).with_heights(net)
     }
 
-    /// The same with the heights of the lanes of a network, found by their ids.
+    /// Adds the heights of a network's lanes, found by lane id.
     #[must_use]
     pub fn with_heights(mut self, net: &Network) -> Self {
         self.heights.clear();
@@ -157,7 +156,7 @@ impl Route {
         self
     }
 
-    /// The same route elsewhere, without heights.
+    /// Returns the route shifted by `by`, metres, without heights.
     #[must_use]
     pub fn moved_by(&self, by: DVec2) -> Self {
         let moved = |lane: &RouteLane| RouteLane {
@@ -201,32 +200,32 @@ impl Route {
         Self { lanes, segments, segments_per_m, length_m, closed, heights: Vec::new(), drawn_starts_m }
     }
 
-    /// True if its end is its start.
+    /// Returns true if the route is closed.
     pub fn is_closed(&self) -> bool {
         self.closed
     }
 
-    /// The place of the next lane of the network after lane `k`; `None` at the end of an open route.
+    /// Returns the index of the next lane of the network after lane `k`; bridges are skipped. `None` at the end of an open route.
     pub fn next_lane(&self, k: usize) -> Option<usize> {
         let n = self.lanes.len();
         let after = (k + 1..if self.closed { k + 1 + n } else { n }).map(|k| k % n);
         after.into_iter().find(|k| !self.lanes[*k].is_bridge())
     }
 
-    /// The lanes in driving order.
+    /// Returns the lanes in driving order.
     pub fn lanes(&self) -> &[RouteLane] {
         &self.lanes
     }
 
-    /// Its length, metres, of a closed one that of a lap: the sum of the declared lane lengths.
+    /// Returns the length of the route, or of a lap, metres: the sum of the declared lane lengths.
     pub fn length_m(&self) -> f64 {
         self.length_m
     }
 
-    /// `s_m` brought into `0..length_m` of a closed route; on an open one it stays as it is, beyond the ends too.
+    /// Wraps `s_m` into `0..length_m` on a closed route; returns it unchanged on an open one, beyond the ends too.
     #[inline]
     pub fn wrap(&self, s_m: f64) -> f64 {
-        // Nearly always; the remainder costs 10 ns.
+        // The common case; the remainder costs 10 ns.
         if !self.closed || (0.0..self.length_m).contains(&s_m) {
             return s_m;
         }
@@ -234,51 +233,52 @@ impl Route {
         if wrapped < self.length_m { wrapped } else { 0.0 }
     }
 
-    /// The way ahead from one route distance to another, metres: in `0..length_m` of a closed route; on an open one it is below 0 to
-    /// what is behind.
+    /// Returns the distance ahead from one position to another, metres: in `0..length_m` on a closed route; on an open one negative for
+    /// positions behind.
     pub fn ahead(&self, from_s_m: f64, to_s_m: f64) -> f64 {
         self.wrap(to_s_m - from_s_m)
     }
 
-    /// The signed way from one route distance to another, metres, positive ahead; on a closed route the shorter one.
+    /// Returns the signed distance from one position to another, metres, positive ahead; on a closed route the shorter way round.
     pub fn difference(&self, from_s_m: f64, to_s_m: f64) -> f64 {
         let ahead = self.ahead(from_s_m, to_s_m);
         if self.closed && ahead > self.length_m / 2.0 { ahead - self.length_m } else { ahead }
     }
 
-    /// Index of the lane at `s_m` and the position on it, metres; beyond the ends of an open route that of the end.
+    /// Returns the index of the lane at `s_m` and the position on it, metres; beyond an end of an open route, the lane and position of
+    /// that end.
     pub fn lane_at(&self, s_m: f64) -> (usize, f64) {
         let s_m = self.within(s_m);
         let index = self.lanes.partition_point(|lane| lane.start_s_m <= s_m) - 1;
         (index, (s_m - self.lanes[index].start_s_m).min(self.lanes[index].length_m))
     }
 
-    /// `s_m` wrapped, or that of the nearer end of an open route.
+    /// Returns `s_m` wrapped on a closed route, or clamped to the ends of an open one.
     #[inline]
     fn within(&self, s_m: f64) -> f64 {
         if self.closed { self.wrap(s_m) } else { s_m.clamp(0.0, self.length_m) }
     }
 
-    /// Route distance of a position on a lane, if the lane, or another lane of its edge, belongs to the route.
+    /// Returns the route position of a position on a lane; `None` if neither the lane nor another lane of its edge belongs to the route.
     pub fn s_of(&self, lane_id: &str, position_m: f64) -> Option<f64> {
-        // SUMO's lane ids are `<edge>_<index>`, the index having no underscore.
+        // SUMO's lane ids are `<edge>_<index>`; the index contains no underscore.
         let edge = lane_id.rsplit_once('_')?.0;
         let same_lane = self.lanes.iter().find(|lane| lane.id == lane_id);
         let lane = same_lane.or_else(|| self.lanes.iter().find(|lane| lane.edge == edge))?;
         Some(self.wrap(lane.start_s_m + position_m))
     }
 
-    /// Speed limit at `s_m`, m/s.
+    /// Returns the speed limit at `s_m`, m/s.
     pub fn speed_limit_mps(&self, s_m: f64) -> f64 {
         self.lanes[self.lane_at(s_m).0].speed_limit_mps
     }
 
-    /// Lane width at `s_m`, metres.
+    /// Returns the lane width at `s_m`, metres.
     pub fn width_m(&self, s_m: f64) -> f64 {
         self.lanes[self.lane_at(s_m).0].width_m
     }
 
-    /// Point of the centre line, world axes; beyond the ends of an open route straight on.
+    /// Returns the point of the centre line, world axes; beyond the ends of an open route straight on.
     #[inline]
     pub fn point_at(&self, s_m: f64) -> DVec2 {
         let s_m = self.wrap(s_m);
@@ -293,13 +293,13 @@ impl Route {
         segment.start.lerp(segment.end, fraction.clamp(0.0, 1.0))
     }
 
-    /// True of a place before the first segment of an open route or beyond its last, by the fraction along that segment.
+    /// Returns true for a place before the first segment of an open route or beyond its last, by the fraction along that segment.
     #[inline]
     fn is_beyond(&self, segment: usize, fraction: f64) -> bool {
         !self.closed && ((segment == 0 && fraction < 0.0) || (segment + 1 == self.segments.len() && fraction > 1.0))
     }
 
-    /// Height of the centre line at `s_m`, metres; 0 everywhere on a route that has no heights.
+    /// Returns the height of the centre line at `s_m`, metres; 0 on a route without heights.
     pub fn height_m(&self, s_m: f64) -> f64 {
         let s_m = self.within(s_m);
         self.heights_around(s_m).map_or(0.0, |[from, to]| {
@@ -308,7 +308,7 @@ impl Route {
         })
     }
 
-    /// Grade at `s_m`, the tangent of the slope's angle, positive uphill.
+    /// Returns the grade at `s_m`, the tangent of the slope's angle, positive uphill.
     pub fn grade(&self, s_m: f64) -> f64 {
         let around = self.heights_around(self.within(s_m)).filter(|[from, to]| to.0 > from.0);
         around.map_or(0.0, |[from, to]| {
@@ -317,17 +317,17 @@ impl Route {
         })
     }
 
-    /// The two places around one within the route whose heights are known, and these.
+    /// Returns the two neighbouring positions with known heights around a position within the route, and these heights.
     fn heights_around(&self, s_m: f64) -> Option<[(f64, f64); 2]> {
         let last = self.heights.len().checked_sub(1)?;
         let after = self.heights.partition_point(|(at_m, _)| *at_m <= s_m).clamp(1, last.max(1));
         Some([self.heights[after - 1], *self.heights.get(after)?])
     }
 
-    /// Direction of the centre line at `s_m`, radians from east, smooth across the joints of the shape: around each joint
-    /// it turns evenly from one segment's direction to the next, over half of either segment but no further than the
-    /// other one is long, so that a bend of short chords does not reach far into a straight, nor than 1.5 m of the corner are cut. At
-    /// the ends of an open route, and beyond, it is that of the first or last segment.
+    /// Returns the direction of the centre line at `s_m`, radians from east, smooth across the joints of the shape. Around each joint it
+    /// turns evenly from one segment's direction to the next, over half of either segment. The turn extends no further than the other
+    /// segment is long, so that a bend of short chords does not reach far into a straight, and cuts at most 1.5 m of the corner. At the
+    /// ends of an open route, and beyond, it is the direction of the first or last segment.
     pub fn yaw_at(&self, s_m: f64) -> f64 {
         let s_m = self.within(s_m);
         let n = self.segments.len();
@@ -345,31 +345,31 @@ impl Route {
         wrap_angle(yaw_rad + turn_rad * fraction)
     }
 
-    /// Curvature at `s_m`, 1/m, positive to the left, as the turn over `window_m` around it.
+    /// Returns the curvature at `s_m`, 1/m, positive to the left, as the turn over `window_m` around it.
     pub fn curvature_at(&self, s_m: f64, window_m: f64) -> f64 {
         let half = window_m / 2.0;
         wrap_angle(self.yaw_at(s_m + half) - self.yaw_at(s_m - half)) / window_m
     }
 
-    /// How long a declared metre at `s_m` is drawn, metres: 1 but where a network declares a lane longer or shorter than it draws it.
+    /// Returns the drawn length of a declared metre at `s_m`: 1 unless the network declares the lane longer or shorter than it draws it.
     pub fn drawn_scale(&self, s_m: f64) -> f64 {
         self.segments[self.segment_at(self.within(s_m))].drawn_scale
     }
 
-    /// [`Route::ahead`] in metres as drawn, as a driver sees a gap and a brake needs it.
+    /// Returns [`Route::ahead`] in metres as drawn: the distance that a driver sees and a brake needs.
     pub fn drawn_ahead_m(&self, from_s_m: f64, to_s_m: f64) -> f64 {
         let Some(lap_m) = self.drawn_starts_m.last() else { return self.ahead(from_s_m, to_s_m) };
         let drawn_m = |s_m: f64| {
             let (within_m, (lane, _)) = (self.within(s_m), self.lane_at(s_m));
             let on_lane_m = within_m - self.lanes[lane].start_s_m;
-            // Beyond the ends of an open route a metre is a metre.
+            // Beyond the ends of an open route, declared and drawn metres are equal.
             self.drawn_starts_m[lane] + on_lane_m * self.drawn_scale(s_m) + (self.wrap(s_m) - within_m)
         };
         let ahead_m = drawn_m(to_s_m) - drawn_m(from_s_m);
         if self.closed && ahead_m < 0.0 { ahead_m + lap_m } else { ahead_m }
     }
 
-    /// True of a ring: the curvature is the same everywhere, to 5 %.
+    /// Returns true for a ring: the curvature is constant to 5 %.
     pub fn is_ring(&self) -> bool {
         const SPAN_M: f64 = 10.0;
         let mean = std::f64::consts::TAU / self.length_m;
@@ -380,8 +380,8 @@ impl Route {
         })
     }
 
-    /// Centre pose of a car of `length_m` whose front bumper is at `s_m` on the centre line and whose rear points to where the
-    /// line was `length_m` before, as SUMO places cars.
+    /// Returns the centre pose of a vehicle of `length_m` with its front bumper at `s_m` on the centre line. Its rear points to the
+    /// centre line `length_m` before, as SUMO places vehicles.
     #[inline]
     pub fn pose_of_front(&self, s_m: f64, length_m: f64) -> Pose {
         let front = self.point_at(s_m);
@@ -389,8 +389,8 @@ impl Route {
         Pose::new(front - along.normalize() * (length_m / 2.0), along.y.atan2(along.x))
     }
 
-    /// The route point nearest to `point`. With `near_s_m`, only the stretch within 40 m of it is searched: faster, and
-    /// the right one where the route passes close to itself.
+    /// Returns the route position nearest to `point`. With `near_s_m`, only the stretch within 40 m of it is searched: this is faster,
+    /// and correct where the route passes close to itself.
     pub fn project(&self, point: DVec2, near_s_m: Option<f64>) -> RoutePosition {
         const WINDOW_M: f64 = 40.0;
         let n = self.segments.len();
@@ -403,7 +403,7 @@ impl Route {
             _ => (0, n),
         };
         let mut best = (f64::INFINITY, 0, 0.0);
-        // What is further away than one that is known need not be looked at; beyond the ends of an open route segments go on.
+        // Segments further away than a known distance are skipped, except the end segments of an open route, which continue straight on.
         let known_m =
             near_s_m.map_or(f64::INFINITY, |s_m| self.segments[self.segment_at(self.within(s_m))].nearest(point).0);
         for index in (0..count).map(|i| (first + i) % n) {
@@ -425,7 +425,7 @@ impl Route {
         let along = segment.end - segment.start;
         let side = along.perp_dot(point - segment.start).signum();
         let declared_m = if self.is_beyond(best.1, best.2) {
-            // Beyond the ends a metre is a metre.
+            // Beyond the ends, declared and drawn metres are equal.
             if best.2 < 0.0 { best.2 * along.length() } else { segment.end_s_m + (best.2 - 1.0) * along.length() }
         } else {
             segment.start_s_m + best.2 * (segment.end_s_m - segment.start_s_m)
@@ -450,7 +450,7 @@ impl Route {
 }
 
 impl ShapeSegment {
-    /// One that begins at `start_s_m`, of which a drawn metre is `scale` declared ones.
+    /// Creates a segment that begins at `start_s_m`; `scale` is the number of declared metres per drawn metre.
     fn new([start, end]: [DVec2; 2], start_s_m: f64, scale: f64, drawn_scale: f64) -> Self {
         let drawn_m = start.distance(end);
         let along = end - start;
@@ -458,7 +458,8 @@ impl ShapeSegment {
         Self { start, end, start_s_m, end_s_m, drawn_scale, drawn_m, yaw_rad, joint: Joint::default() }
     }
 
-    /// Where it meets the next one: the turn takes half of either segment but no more than the other one is long, nor than is rounded.
+    /// Returns the joint to the next segment: the turn takes half of either segment, but no more than the length of the other one and
+    /// [`rounded_m`].
     fn joint_to(&self, next: &Self) -> Joint {
         let length_m = |segment: &Self| segment.end_s_m - segment.start_s_m;
         let turn_rad = wrap_angle(next.yaw_rad - self.yaw_rad);
@@ -471,20 +472,20 @@ impl ShapeSegment {
         }
     }
 
-    /// True if no point of it can be as near as this. Rounding errs to the other side.
+    /// Returns true if no point of the segment is within `distance_m`. Rounding errs towards false.
     #[inline]
     fn is_beyond_reach(&self, point: DVec2, distance_m: f64) -> bool {
         let reach_m = (distance_m + self.drawn_m) * (1.0 + 1e-9);
         point.distance_squared(self.start) > reach_m * reach_m
     }
 
-    /// The fraction along the segment of a point's foot on its line, below 0 before it and above 1 beyond it.
+    /// Returns the fraction along the segment of a point's foot on its line, negative before the segment and above 1 beyond it.
     fn foot(&self, point: DVec2) -> f64 {
         let along = self.end - self.start;
         (point - self.start).dot(along) / along.length_squared()
     }
 
-    /// Distance of `point` and the fraction along the segment of its foot.
+    /// Returns the distance to `point`, and the fraction along the segment of the nearest point.
     fn nearest(&self, point: DVec2) -> (f64, f64) {
         let along = self.end - self.start;
         let fraction = self.foot(point).clamp(0.0, 1.0);

@@ -1,22 +1,22 @@
-//! The lines at signals along a route. In: a [`RoadMap`]. Out: where they are, and which letter of which signal rules each. Metres.
+//! Stop lines at signals along a route. In: a [`RoadMap`]. Out: their positions, and the signal and letter that control each. Metres.
 
 use super::{
     RoadMap,
     network::{LaneId, SignalId},
 };
 
-/// A line at the end of a lane of the route, ruled by a signal.
+/// Stop line at the end of a lane of the route, controlled by a signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopLine {
-    /// Where on the route, metres.
+    /// Position on the route, metres.
     pub s_m: f64,
-    /// Which signal.
+    /// Signal that controls the line.
     pub signal: SignalId,
-    /// Place of its letter.
+    /// Index of the letter in the states of the signal.
     pub link: u32,
 }
 
-/// The lines at the ends of the route's lanes from which a signal rules the way on, in driving order.
+/// Returns the stop lines of the route's lanes whose connection to the next lane is controlled by a signal, in driving order.
 pub fn stop_lines(map: &RoadMap) -> Vec<StopLine> {
     let (net, route) = (&map.network, &map.route);
     let lanes: Vec<Option<LaneId>> = route.lanes().iter().map(|lane| net.lane_named(&lane.id)).collect();
@@ -42,13 +42,13 @@ mod tests {
     const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 
     #[test]
-    fn the_lines_of_a_path_are_those_of_the_signals_that_rule_its_way() {
+    fn stop_lines_of_a_path_belong_to_the_signals_along_it() {
         let map = RoadMap::load_along(GRID, &["B0B1", "B1C1", "C1C2"]).expect("a path");
         let net = &map.network;
         let lines = stop_lines(&map);
         let ids: Vec<&str> = lines.iter().map(|line| net.signal(line.signal).id.as_str()).collect();
         assert_eq!(ids, ["B1", "C1"]);
-        // By the file B0B1_0 and B1C1_1 have 69.20 m, and the turn between them 9.03 m.
+        // In the file, B0B1_0 and B1C1_1 have 69.20 m, and the turn between them 9.03 m.
         let places: Vec<f64> = lines.iter().map(|line| (line.s_m * 100.0).round()).collect();
         assert_eq!(places, [6920.0, 14743.0], "at the ends of the lanes: {lines:?}");
         // The file's linkIndex of the connections from B0B1_0 to B1C1 and from B1C1_1 to C1C2.

@@ -1,4 +1,4 @@
-//! Tests of maps as a whole: rings of many lengths, and the maps that ship.
+//! Tests of whole maps: rings of many lengths, and the shipped maps.
 
 use super::{ring::RingShape, *};
 use std::{fs, path::Path};
@@ -15,7 +15,7 @@ fn shipped_ring(name: &str) -> RingShape {
     }
 }
 
-/// Compares a committed file with what its generator makes now; `CODRIVE_UPDATE_MAPS=1` writes it instead.
+/// Compares a committed file with the generator's present result; `CODRIVE_UPDATE_MAPS=1` writes the file instead.
 fn compare_with_generator(file: &Path, made: &str) {
     if std::env::var_os("CODRIVE_UPDATE_MAPS").is_some() {
         fs::write(file, made).unwrap();
@@ -26,14 +26,14 @@ fn compare_with_generator(file: &Path, made: &str) {
 }
 
 #[test]
-fn the_shipped_rings_are_what_the_generator_makes() {
+fn the_shipped_rings_equal_the_generators_results() {
     for name in ["ring-250", "ring-641"] {
         compare_with_generator(&shipped(name).join("net.xml"), &shipped_ring(name).net_xml().unwrap());
     }
 }
 
 #[test]
-fn the_practice_circuit_is_what_its_list_of_pieces_makes() {
+fn the_practice_circuit_equals_the_result_of_its_list_of_pieces() {
     let folder = tempfile::tempdir().unwrap();
     let made = folder.path().join("made");
     circuit::write(&made, &shipped("practice").join("circuit.toml")).unwrap();
@@ -52,8 +52,8 @@ fn the_practice_circuit_has_smooth_bends_of_many_radii_to_both_sides() {
     assert!((1.0 / left - 25.0).abs() < 0.1 && (1.0 / right + 40.0).abs() < 0.1, "{left} {right}");
     let straight = curvatures.iter().filter(|k| k.abs() < 1e-4).count() as f64 / curvatures.len() as f64;
     assert!((0.2..0.5).contains(&straight), "straight share {straight}");
-    // The tightest easing goes to 1/25 m in 16 m: 0.00125 1/m in each half metre. Headings are interpolated between the
-    // middles of chords of c = 0.84 m, wrong by up to 0.0025 c^2 / 8 = 0.00022 rad, which a window of 2 m turns into 0.00011.
+    // The tightest easing goes to 1/25 m in 16 m: 0.00125 1/m in each half metre. Headings are interpolated between the middles of chords
+    // of c = 0.84 m, wrong by up to 0.0025 c^2 / 8 = 0.00022 rad, which a window of 2 m turns into 0.00011.
     let limit = 0.00125 + 2.0 * 0.00011;
     for (i, pair) in curvatures.windows(2).enumerate() {
         assert!((pair[1] - pair[0]).abs() < limit, "jerk at {} m: {pair:?}", i as f64 * 0.5);
@@ -64,7 +64,7 @@ fn the_practice_circuit_has_smooth_bends_of_many_radii_to_both_sides() {
 }
 
 #[test]
-fn a_circuit_that_cannot_be_built_says_why() {
+fn a_circuit_that_cannot_be_built_reports_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("circuit.toml");
     let text = fs::read_to_string(shipped("practice").join("circuit.toml")).unwrap();
@@ -81,7 +81,7 @@ fn a_circuit_that_cannot_be_built_says_why() {
         message("solved = true\n\n[[piece]]\nradius_m = 80", "straight_m = 20\n\n[[piece]]\nradius_m = 80"),
         &["1 pieces have solved = true"],
     );
-    // Pieces 9 and 12 both lead to the south.
+    // Pieces 9 and 12 both lead south.
     let parallel =
         text.replacen("\nsolved = true", "\nstraight_m = 20", 1).replacen("\nstraight_m = 40", "\nsolved = true", 1);
     fs::write(&file, parallel).unwrap();
@@ -161,7 +161,7 @@ fn every_shipped_map_loads_closes_and_round_trips() {
 }
 
 #[test]
-fn the_merge_has_the_measures_of_flows_and_its_main_road_yields() {
+fn the_merge_has_the_dimensions_of_flow_and_its_main_road_yields() {
     let map = RoadMap::load("merge").unwrap();
     let network = &map.network;
     // flow/networks/merge.py and flow/benchmarks/merge0.py: 500 + 100 m of main road, 100 m of ramp, 100 m before each, 30 m/s.

@@ -1,26 +1,27 @@
-//! Writes a closed single-lane road as a SUMO `net.xml`, without netconvert. In: the edges in driving order. Out: the text.
-//! Each edge ends where the next begins, in a junction of no size; there are no lanes inside junctions, so the declared
-//! lengths add up to the lap. The edge repeats its lane's shape: SUMO drives on lanes, its tools read edges. Metres and m/s with six decimals: 1 um, so that headings of 1 m chords are good to 1 urad.
+//! Writes a closed single-lane road as a SUMO `net.xml`, without netconvert. In: the edges in driving order. Out: the text. Each edge
+//! ends where the next begins, in a junction without extent. There are no internal lanes, so the declared lengths add up to the lap. Each
+//! edge repeats its lane's shape: SUMO uses lanes, its tools read edges. Metres and m/s have six decimals: 1 um, so that headings of 1 m
+//! chords are accurate to 1 urad.
 
 use super::MapError;
 use crate::private;
 use glam::DVec2;
 use std::{fmt::Write, path::Path};
 
-/// One edge of a closed road.
+/// Edge of a closed road with one lane.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RoadEdge {
-    /// Declared length, metres.
+    /// Declared length of edge and lane, metres.
     pub length_m: f64,
     /// Speed limit, m/s.
     pub speed_limit_mps: f64,
-    /// Lane width, metres.
+    /// Width of the lane, metres.
     pub width_m: f64,
-    /// Centre line, its last point being the first of the next edge.
+    /// Centre line; its last point is the first of the next edge.
     pub shape: Vec<DVec2>,
 }
 
-/// The text of a network in which edge `e0` leads from junction `n0` to `n1`, and the last back to `n0`.
+/// Returns the text of a network in which edge `e0` leads from junction `n0` to `n1`, and the last edge back to `n0`.
 pub(super) fn net_xml(comment: &str, edges: &[RoadEdge]) -> String {
     let mut low = DVec2::INFINITY;
     let mut high = DVec2::NEG_INFINITY;
@@ -75,7 +76,7 @@ pub(super) fn net_xml(comment: &str, edges: &[RoadEdge]) -> String {
     text + "</net>\n"
 }
 
-/// Makes the folder with `net.xml` and `map.toml`.
+/// Creates the folder with `net.xml` and `map.toml`.
 pub(super) fn write_folder(folder: &Path, net: &str, title: &str, description: &str) -> Result<(), MapError> {
     if folder.exists() {
         return Err(MapError::Exists { folder: folder.into() });
@@ -96,7 +97,7 @@ fn point_text(point: DVec2) -> String {
     format!("{},{}", number(point.x), number(point.y))
 }
 
-/// Six decimals; never `-0.000000`, whose sign would hang on the last bit of a sine.
+/// Formats with six decimals; never `-0.000000`, whose sign would depend on the last bit of a sine.
 fn number(x: f64) -> String {
     let text = format!("{x:.6}");
     if text.trim_start_matches(['-', '0', '.']).is_empty() { "0.000000".into() } else { text }

@@ -1,7 +1,7 @@
-//! A document as elements and attributes in little memory. In: the text of an XML file. Out: an [`XmlTree`] that refers to the text:
-//! 16 bytes an element and 12 an attribute, where a tree for any document takes 72 and more. quick-xml cuts the text into
-//! tags; what else makes a text XML is checked here. No document type and no entities of its own are read; words between tags are
-//! checked and dropped, for a network has none.
+//! XML document as elements and attributes in little memory. In: the text of an XML file. Out: an [`XmlTree`] that refers to the text: 16
+//! bytes per element and 12 per attribute, where a general-purpose tree takes 72 and more. quick-xml splits the text into tags; the
+//! remaining rules of XML are checked here. Document types and custom entities are refused. Text between tags is checked and dropped:
+//! networks contain none.
 
 use crate::sumo_xml::first_bad_character;
 use quick_xml::{
@@ -14,7 +14,7 @@ use quick_xml::{
 };
 use std::collections::BTreeMap;
 
-/// What is wrong with a text, and where, bytes from its start.
+/// Fault in a text, with its position in bytes from the start.
 #[derive(Debug)]
 pub(super) struct XmlFault {
     pub at: usize,
@@ -25,17 +25,17 @@ fn fault(at: usize, message: impl ToString) -> XmlFault {
     XmlFault { at, message: message.to_string() }
 }
 
-/// A document. Elements and attributes stand in the order of the text.
+/// Document; elements and attributes are in the order of the text.
 pub(super) struct XmlTree<'text> {
     text: &'text str,
-    /// Values that are written otherwise than they read, one after the other.
+    /// Values that differ from their source text, concatenated.
     decoded: String,
     names: Vec<Name<'text>>,
     elements: Vec<ElementData>,
     attributes: Vec<AttributeData>,
 }
 
-/// A name with its prefix apart.
+/// Name split into prefix and local part.
 struct Name<'text> {
     prefix: &'text str,
     local: &'text str,
@@ -43,28 +43,28 @@ struct Name<'text> {
 
 struct ElementData {
     name: u32,
-    /// Where `<` stands.
+    /// Position of `<` in the text, bytes.
     at: u32,
-    /// One beyond its last descendant.
+    /// Index behind the last descendant.
     end: u32,
-    /// Its attributes go on up to those of the next element.
+    /// Index of the first attribute; the attributes end where those of the next element begin.
     first_attribute: u32,
 }
 
 struct AttributeData {
     name: u32,
-    /// Where its value begins, in the text or, with [`DECODED`] in `length`, among the decoded values.
+    /// Start of the value in the text, or among the decoded values if `length` has the bit [`DECODED`].
     start: u32,
     length: u32,
 }
 
-/// What may stand before a text, and is no part of it.
+/// Byte order mark, which may precede a text and is not part of it.
 pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// Marks a value that is not the text's.
+/// Bit of `length` that marks a value in the decoded values.
 const DECODED: u32 = 1 << 31;
 
-/// An element of a tree.
+/// Element of a tree.
 #[derive(Clone, Copy)]
 pub(super) struct Element<'t> {
     tree: &'t XmlTree<'t>,
@@ -72,13 +72,13 @@ pub(super) struct Element<'t> {
 }
 
 impl<'text> XmlTree<'text> {
-    /// Reads a text of less than 2 GiB, without a byte order mark.
+    /// Parses a text of less than 2 GiB, without a byte order mark.
     ///
     /// # Errors
-    /// If it is not XML; the position is that of the first fault.
+    /// The text is not XML; the error has the position of the first fault.
     pub fn parse(text: &'text str) -> Result<Self, XmlFault> {
         check_characters(text)?;
-        // quick-xml would leave it out, and count from behind it.
+        // quick-xml would skip it, and count positions from behind it.
         if text.starts_with(BYTE_ORDER_MARK) {
             return Err(fault(0, "words outside the document's element"));
         }
@@ -116,7 +116,7 @@ impl<'text> XmlTree<'text> {
         }
     }
 
-    /// The element that holds all others.
+    /// Returns the root element.
     pub fn root(&self) -> Element<'_> {
         Element { tree: self, index: 0 }
     }
@@ -127,39 +127,39 @@ impl<'t> Element<'t> {
         &self.tree.elements[self.index]
     }
 
-    /// Its name without a prefix.
+    /// Returns the name without its prefix.
     pub fn name(self) -> &'t str {
         self.tree.names[self.data().name as usize].local
     }
 
-    /// The line in which it begins, from 1. Counts from the start of the text, so it is for errors.
+    /// Returns the line of the element's start, from 1. For errors only: it counts from the start of the text.
     pub fn line(self) -> u32 {
         line_and_column(self.tree.text, self.data().at as usize).0
     }
 
-    /// It and all elements in it, in the order of the text.
+    /// Returns the element and all its descendants, in the order of the text.
     pub fn descendants(self) -> impl Iterator<Item = Self> {
         (self.index..self.data().end as usize).map(move |index| Self { index, ..self })
     }
 
-    /// Place in the order of the text.
+    /// Returns the index in the order of the text.
     pub fn place(self) -> usize {
         self.index
     }
 
-    /// The place behind its last descendant.
+    /// Returns the index behind the last descendant.
     pub fn end(self) -> usize {
         self.data().end as usize
     }
 
-    /// The elements right in it.
+    /// Returns the child elements.
     pub fn children(self) -> impl Iterator<Item = Self> {
         let end = self.data().end as usize;
         let child = move |index: usize| (index < end).then_some(Self { index, ..self });
         std::iter::successors(child(self.index + 1), move |before| child(before.data().end as usize))
     }
 
-    /// The elements right in it of this name.
+    /// Returns the child elements with this name.
     pub fn children_named(self, name: &str) -> impl Iterator<Item = Self> {
         self.children().filter(move |child| child.name() == name)
     }
@@ -175,37 +175,37 @@ impl<'t> Element<'t> {
         &within[start..start + length]
     }
 
-    /// The value of the attribute of this name, without a prefix.
+    /// Returns the value of the first attribute with this local name.
     pub fn attribute(self, name: &str) -> Option<&'t str> {
         let names = &self.tree.names;
         let found = self.attribute_data().iter().find(|attribute| names[attribute.name as usize].local == name);
         found.map(|attribute| self.value(attribute))
     }
 
-    /// True if it has an attribute of this name.
+    /// Returns true if the element has an attribute with this local name.
     pub fn has_attribute(self, name: &str) -> bool {
         self.attribute(name).is_some()
     }
 
-    /// Names and values of its attributes but those with a prefix.
+    /// Returns names and values of the attributes without a prefix.
     pub fn attributes(self) -> impl Iterator<Item = (&'t str, &'t str)> + Clone {
         let named = self.attribute_data().iter().map(move |data| (&self.tree.names[data.name as usize], data));
         named.filter(|(name, _)| name.prefix.is_empty()).map(move |(name, data)| (name.local, self.value(data)))
     }
 }
 
-/// A tree that grows with the text.
+/// Builder of a tree while the text is read.
 struct Builder<'text> {
     tree: XmlTree<'text>,
     known_names: BTreeMap<&'text str, u32>,
-    /// Elements that are not closed yet.
+    /// Indices of the elements that are not closed yet.
     open: Vec<u32>,
-    /// Prefixes that are declared here, with the number of open elements at their declaration.
+    /// Declared prefixes, with the number of open elements at their declaration.
     prefixes: Vec<(usize, &'text str)>,
 }
 
 impl<'text> Builder<'text> {
-    /// An element whose tag begins at `at`.
+    /// Adds an element whose tag begins at `at`.
     fn open(&mut self, at: usize, tag: &BytesStart) -> Result<(), XmlFault> {
         if self.open.is_empty() && !self.tree.elements.is_empty() {
             return Err(fault(at, "a second element that is in no other"));
@@ -227,10 +227,10 @@ impl<'text> Builder<'text> {
         Ok(())
     }
 
-    /// The attributes of a tag whose text begins at `base`, the first one after `from` bytes.
+    /// Adds the attributes of a tag whose text begins at `base`, the first one after `from` bytes.
     fn attributes(&mut self, base: usize, tag: &'text str, from: usize) -> Result<(), XmlFault> {
         let first = self.tree.attributes.len();
-        // Names are compared as numbers, below.
+        // Duplicate names are detected below, by comparing numbers.
         let mut attributes = Attributes::new(tag, from);
         for attribute in attributes.with_checks(false) {
             let attribute = attribute.map_err(|error| attribute_fault(base, tag, &error))?;
@@ -261,7 +261,7 @@ impl<'text> Builder<'text> {
         Ok(())
     }
 
-    /// Where a value stands that begins at `at` in the text.
+    /// Returns start and length of a value that begins at `at` in the text; a value that needs decoding is added to the decoded values.
     fn value(&mut self, at: usize, attribute: &Attribute) -> Result<(u32, u32), XmlFault> {
         if !attribute.value.iter().any(|byte| matches!(byte, b'&' | b'\t' | b'\n' | b'\r')) {
             return Ok((at as u32, attribute.value.len() as u32));
@@ -273,7 +273,7 @@ impl<'text> Builder<'text> {
         Ok((start, read.len() as u32 | DECODED))
     }
 
-    /// The number of a name.
+    /// Returns the number of a name, and adds the name if it is new.
     fn name(&mut self, at: usize, name: &'text str) -> Result<u32, XmlFault> {
         if let Some(known) = self.known_names.get(name) {
             return Ok(*known);
@@ -297,12 +297,12 @@ impl<'text> Builder<'text> {
         self.prefixes.retain(|(declared, _)| *declared <= depth);
     }
 
-    /// Only spaces may stand outside the root.
+    /// Checks that an element is open: outside the root only white space is allowed.
     fn inside(&self, at: usize) -> Result<(), XmlFault> {
         if self.open.is_empty() { Err(fault(at, "words outside the document's element")) } else { Ok(()) }
     }
 
-    /// Words between tags, from `at` on.
+    /// Checks text between tags that begins at `at`.
     fn words(&self, at: usize, words: &str) -> Result<(), XmlFault> {
         if let Some(end) = words.find("]]>") {
             return Err(fault(at + end, "]]> outside of what it ends"));
@@ -313,7 +313,7 @@ impl<'text> Builder<'text> {
         }
     }
 
-    /// A word such as `&lt;` between tags.
+    /// Checks a reference such as `&lt;` between tags.
     fn reference(&self, at: usize, reference: &BytesRef) -> Result<(), XmlFault> {
         self.inside(at)?;
         let character = reference.resolve_char_ref().map_err(|error| fault(at, error))?;
@@ -341,7 +341,7 @@ impl<'text> Builder<'text> {
     }
 }
 
-/// What is wrong with the attributes of a tag, whose text begins at `base`. If a tag begins in it, it is itself not closed.
+/// Builds the error for faulty attributes of a tag whose text begins at `base`. A `<` in the tag means that the tag is not closed.
 fn attribute_fault(base: usize, tag: &str, error: &AttrError) -> XmlFault {
     if let Some(at) = tag.find('<') {
         return fault(base + at, "a tag begins before the one before it is closed (>)");
@@ -354,7 +354,7 @@ fn attribute_fault(base: usize, tag: &str, error: &AttrError) -> XmlFault {
     fault(base + at, error)
 }
 
-/// Line and column of a position, from 1; a column is a character. Counts from the start of the text, so it is for errors.
+/// Returns line and column of a position, from 1; a column is a character. For errors only: it counts from the start of the text.
 pub(super) fn line_and_column(text: &str, at: usize) -> (u32, u32) {
     let before = &text[..text.floor_char_boundary(at)];
     let line = before.matches('\n').count() + 1;
@@ -362,12 +362,12 @@ pub(super) fn line_and_column(text: &str, at: usize) -> (u32, u32) {
     (line as u32, column as u32)
 }
 
-/// Where a part of a text begins in it, bytes.
+/// Returns the position of a part of a text in that text, bytes.
 fn offset_in(text: &str, part: &[u8]) -> usize {
     part.as_ptr() as usize - text.as_ptr() as usize
 }
 
-/// Refuses characters that XML cannot hold: those that control a terminal, and two that are none.
+/// Refuses characters that XML forbids: control characters and two noncharacters.
 fn check_characters(text: &str) -> Result<(), XmlFault> {
     first_bad_character(text).map_or(Ok(()), |at| Err(fault(at, "a character that XML cannot hold")))
 }
@@ -376,7 +376,7 @@ fn is_space(c: char) -> bool {
     matches!(c, ' ' | '\t' | '\n' | '\r')
 }
 
-/// True of what XML takes for a name without a prefix. Beyond ASCII it is not looked at closely.
+/// Returns true if a text is an XML name without a prefix. All characters beyond ASCII are accepted.
 fn is_name(text: &str) -> bool {
     !text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.'))
         && !text.is_empty()
@@ -387,7 +387,7 @@ fn in_name(c: char) -> bool {
     c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.') || !c.is_ascii()
 }
 
-/// What of a text may be a name.
+/// Returns the beginning of a text, up to the first character not allowed in a name.
 fn name_in(text: &str) -> &str {
     text.split(|c| !in_name(c)).next().unwrap_or_default()
 }

@@ -1,5 +1,5 @@
-//! The compact tree against roxmltree, which reads any document: the same elements and values from good texts, and no text that
-//! only one of them takes. They are meant to differ in the declaration, in references to half a character (`&#xD800;`), and in tags whose
+//! Compares the compact tree with roxmltree, a general-purpose parser: both read the same elements and values from valid texts, and
+//! accept the same texts. They differ by design in the declaration, in references to half a character (`&#xD800;`), and in tags whose
 //! names begin with a colon.
 
 use super::xml_tree::{Element, XmlTree};
@@ -7,7 +7,7 @@ use crate::rng;
 use roxmltree::{Document, Node};
 use std::{fs, path::Path};
 
-/// Everything of an element that readers of networks ask for, as text.
+/// Returns all data of an element that readers of networks use, as text.
 fn ours(element: Element) -> String {
     let attributes: Vec<_> = element.attributes().collect();
     let children: Vec<_> = element.children().map(Element::name).collect();
@@ -15,7 +15,7 @@ fn ours(element: Element) -> String {
     format!("{} {attributes:?} {place:?} {children:?}", element.name())
 }
 
-/// The same, as roxmltree has it.
+/// Returns the same data of a roxmltree node.
 fn theirs(node: Node) -> String {
     let own = node.attributes().filter(|attribute| attribute.namespace().is_none());
     let attributes: Vec<_> = own.map(|attribute| (attribute.name(), attribute.value())).collect();
@@ -24,7 +24,7 @@ fn theirs(node: Node) -> String {
     format!("{} {attributes:?} {place:?} {children:?}", node.tag_name().name())
 }
 
-/// True if both take the text, false if none does.
+/// Returns true if both parsers accept the text, false if neither does.
 fn both_read(text: &str) -> bool {
     let (tree, document) = (XmlTree::parse(text), Document::parse(text));
     let (tree, document) = match (tree, document) {
@@ -46,7 +46,7 @@ fn both_read(text: &str) -> bool {
 }
 
 #[test]
-fn networks_are_the_same_elements_and_values_as_in_a_tree_for_any_document() {
+fn networks_have_the_elements_and_values_of_a_general_parser() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let files = |folder: &str| fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
     let networks = files("tests/data").chain(files("tests/data/networks"));
@@ -63,7 +63,7 @@ const SMALL: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- a comment 
                      f=\"a\tb\r\nc\"/><![CDATA[ <c> ]]>\n  <?pi here?>\n</net>\n";
 
 #[test]
-fn small_changes_to_a_text_are_taken_or_refused_as_by_a_parser_for_any_document() {
+fn mutated_texts_are_accepted_or_refused_as_by_a_general_parser() {
     const PIECES: [&str; 40] = [
         "<",
         ">",
@@ -120,7 +120,7 @@ fn small_changes_to_a_text_are_taken_or_refused_as_by_a_parser_for_any_document(
 }
 
 #[test]
-fn a_fault_is_where_it_stands() {
+fn a_fault_has_its_position_in_the_text() {
     for (text, at, expected) in [
         ("<net>\n<a b=\"1\" b=\"2\"/></net>", 15, "the attribute \"b\" is there twice"),
         ("<net a=\"x<y\"/>", 9, "< in a value"),

@@ -1,21 +1,22 @@
-//! How many vehicles are advised, as a person writes it: `3`, `5%` or `0.05`. The participant's is the first of them.
+//! The number of advised vehicles as a person writes it: `3`, `5%` or `0.05`. In: text or a number. Out: an [`AdvisedVehicles`]; the
+//! participant's vehicle is the first of them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::{fmt, str::FromStr};
 
-/// A number of vehicles, or a share of all (the penetration rate).
+/// A number of vehicles, or a share of all (penetration rate).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(into = "String")]
 #[schemars(with = "String")]
 pub enum AdvisedVehicles {
-    /// So many.
+    /// Number of vehicles, the participant's included.
     Count(u32),
-    /// This share of all, 0 to 1.
+    /// Share of all vehicles, 0..1.
     Share(f64),
 }
 
-/// The text is neither a number of vehicles nor a share.
+/// Error for a text that is neither a number of vehicles nor a share.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "advised is \"{0}\"; allowed: a share of the vehicles, such as 5% or 0.05 (100% is all), or a whole number of vehicles, such as 3 \
@@ -24,19 +25,19 @@ pub enum AdvisedVehicles {
 pub struct UnknownShare(String);
 
 impl Default for AdvisedVehicles {
-    /// The participant's alone.
+    /// Returns 1: the participant's vehicle alone.
     fn default() -> Self {
         Self::Count(1)
     }
 }
 
 impl AdvisedVehicles {
-    /// True if not even the participant's is.
+    /// Returns true if no vehicle is advised.
     pub fn is_nobody(self) -> bool {
         matches!(self, Self::Count(0)) || self == Self::Share(0.0)
     }
 
-    /// How many of `vehicles`: a share is rounded, and is at least the participant's.
+    /// Returns the number of advised vehicles out of `vehicles`. A share is rounded, to at least 1 unless it is 0.
     pub fn of(self, vehicles: u32) -> u32 {
         match self {
             _ if self.is_nobody() => 0,
@@ -45,14 +46,14 @@ impl AdvisedVehicles {
         }
     }
 
-    /// The numbers of those beside the participant's, of `vehicles` on a closed route: with it they are spread evenly in the order of
-    /// the cars, car `floor(k vehicles / advised)` for each `k`.
+    /// Returns the ids of the advised vehicles other than the participant's, out of `vehicles` on a closed route. Together with the
+    /// participant's they are spread evenly: vehicle `floor(k vehicles / advised)` for each `k`.
     pub fn others(self, vehicles: u32) -> impl Iterator<Item = u32> {
         let advised = self.of(vehicles);
         (1..advised).map(move |k| (u64::from(k) * u64::from(vehicles) / u64::from(advised)) as u32)
     }
 
-    /// The probability with which a vehicle that comes to a network is advised: vehicles are not counted there.
+    /// Returns the probability that a vehicle that enters a network is advised; 0 for a count, as vehicles are not counted there.
     pub fn of_those_that_come(self) -> f64 {
         match self {
             Self::Count(_) => 0.0,
@@ -66,7 +67,7 @@ impl AdvisedVehicles {
         let shares = match text.strip_suffix('%') {
             Some(percent) => share(percent, 100.0).filter(|share| (0.0..=1.0).contains(share)),
             None if text.bytes().all(|byte| byte.is_ascii_digit()) => return text.parse().ok().map(Self::Count),
-            // 1.0 could be one vehicle or all.
+            // 1.0 is ambiguous: one vehicle or all.
             None => share(text, 1.0).filter(|share| (0.0..1.0).contains(share)),
         };
         shares.map(Self::Share)
@@ -86,7 +87,7 @@ impl fmt::Display for AdvisedVehicles {
         match self {
             Self::Count(count) => count.fmt(f),
             Self::Share(share) if *share == 0.0 || *share == 1.0 => write!(f, "{}%", share * 100.0),
-            // As a decimal, because a percentage of it may have no end.
+            // A decimal, because the percentage may have more digits.
             Self::Share(share) => share.fmt(f),
         }
     }
@@ -99,7 +100,7 @@ impl From<AdvisedVehicles> for String {
 }
 
 impl<'de> Deserialize<'de> for AdvisedVehicles {
-    /// From a text, or from a number as it stands in a file.
+    /// Reads a text, or a number as written in a file.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(untagged)]
@@ -111,7 +112,7 @@ impl<'de> Deserialize<'de> for AdvisedVehicles {
         let text = match Written::deserialize(deserializer)? {
             Written::Text(text) => text,
             Written::Whole(count) => count.to_string(),
-            // With its point: 1.0 is no whole number.
+            // Keeps the decimal point: 1.0 is not a whole number.
             Written::Number(number) => format!("{number:?}"),
         };
         text.parse().map_err(serde::de::Error::custom)
@@ -127,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_share_is_written_as_percentage_or_fraction_and_a_number_of_vehicles_as_a_whole_number() {
+    fn a_share_is_a_percentage_or_fraction_and_a_count_is_a_whole_number() {
         assert_eq!([read("5%"), read("0.05"), read("5 %")], [AdvisedVehicles::Share(0.05); 3]);
         assert_eq!([read("100%"), read("0%"), read("0.0")], [1.0, 0.0, 0.0].map(AdvisedVehicles::Share));
         assert_eq!([read("3"), read("0"), read("1")], [3, 0, 1].map(AdvisedVehicles::Count));
@@ -138,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn it_survives_the_way_to_text_and_back_and_numbers_of_a_file_are_read() {
+    fn values_survive_conversion_to_text_and_numbers_in_files_are_read() {
         for text in ["0", "1", "22", "0%", "0.05", "0.07", "0.3333333333333333", "100%"] {
             assert_eq!(read(text).to_string(), text);
         }
@@ -152,9 +153,9 @@ mod tests {
     }
 
     #[test]
-    fn a_share_of_the_vehicles_is_rounded_is_the_participants_at_least_and_spread_evenly() {
+    fn a_share_is_rounded_to_at_least_one_vehicle_and_spread_evenly() {
         let chosen = |text: &str| (read(text).of(22), read(text).others(22).collect::<Vec<_>>());
-        // 22 vehicles: 1.1, 2.2, 4.4 and 11.
+        // Of 22 vehicles: 1.1, 2.2, 4.4 and 11.
         assert_eq!(chosen("5%"), (1, vec![]));
         assert_eq!(chosen("10%"), (2, vec![11]));
         assert_eq!(chosen("20%"), (4, vec![5, 11, 16]));

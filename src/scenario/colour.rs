@@ -1,6 +1,6 @@
 //! Colours as a person writes them: a name or `#rrggbb`. In: text. Out: sRGB bytes, or linear RGB for the picture.
 
-/// Names that are understood, with their sRGB values.
+/// Names of colours with their sRGB values.
 pub const NAMES: [(&str, [u8; 3]); 12] = [
     ("red", [0xb8, 0x16, 0x12]),
     ("green", [0x30, 0xa2, 0x45]),
@@ -16,20 +16,20 @@ pub const NAMES: [(&str, [u8; 3]); 12] = [
     ("magenta", [0xe1, 0x00, 0xe1]),
 ];
 
-/// The names alone.
+/// Returns the names of [`NAMES`] in order.
 pub fn names() -> [&'static str; NAMES.len()] {
     NAMES.map(|(name, _)| name)
 }
 
-/// The text names no colour; the message says what is allowed.
+/// Error for a text that is not a colour; the message has the allowed values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("#rrggbb (six hexadecimal digits) or one of {}", names().join(", "))]
 pub struct UnknownColour;
 
-/// The sRGB bytes of a name or of `#rrggbb`.
+/// Returns the sRGB bytes of a name or of `#rrggbb`.
 ///
 /// # Errors
-/// It is neither.
+/// The text is neither.
 pub fn srgb(text: &str) -> Result<[u8; 3], UnknownColour> {
     if let Some((_, bytes)) = NAMES.iter().find(|(name, _)| *name == text) {
         return Ok(*bytes);
@@ -42,7 +42,7 @@ pub fn srgb(text: &str) -> Result<[u8; 3], UnknownColour> {
     }
 }
 
-/// The same as linear RGB, 0..1 (IEC 61966-2-1).
+/// Returns the colour of a name or of `#rrggbb` as linear RGB, 0..1 (IEC 61966-2-1).
 ///
 /// # Errors
 /// As [`srgb`].
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_colour_is_a_name_or_six_digits_and_anything_else_is_told_what_is_allowed() {
+    fn other_texts_than_names_and_six_digits_are_errors_with_allowed_values() {
         assert_eq!(srgb("#ff8000"), Ok([255, 128, 0]));
         assert_eq!(srgb("#FF8000"), Ok([255, 128, 0]));
         assert_eq!(srgb("red"), Ok(NAMES[0].1));
@@ -70,7 +70,7 @@ mod tests {
         }
         let [r, g, b] = linear("#ff8000").expect("a colour");
         assert!(r == 1.0 && (g - 0.2159).abs() < 1e-3 && b == 0.0, "{r} {g} {b}");
-        // IEC 61966-2-1: below 0.04045 a straight line, byte / (255 * 12.92).
+        // IEC 61966-2-1: up to 0.04045 the value is linear, byte / (255 * 12.92).
         let [dark, ..] = linear("#0a0000").expect("a colour");
         assert!((dark - 10.0 / 3294.6).abs() < 1e-6, "{dark}");
     }

@@ -1,19 +1,19 @@
-//! Words that settings of the picture choose from. In: nothing. Out: what is drawn of the own car, the speedometer's colours, the
-//! effort put into the picture.
+//! Choices of display settings. In: nothing. Out: the visible parts of the own car, the speedometer's colours, and the quality of the
+//! picture.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What is seen of the own car in the driver's view.
+/// Visible parts of the own car in the driver's view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum CockpitView {
-    /// Nothing
+    /// Nothing of the own car
     Off,
-    /// Bonnet and scuttle: where the car ends, while the wheel and the dashboard are the rig's own
+    /// Bonnet and scuttle: for a rig with its own steering wheel and dashboard
     #[default]
     Bonnet,
-    /// Dashboard with instruments, pillars, three mirrors and a steering wheel that turns, too: for a screen without a wheel before it
+    /// Also dashboard with instruments, pillars, three mirrors and a turning steering wheel: for a screen without a wheel in front of it
     Full,
 }
 
@@ -28,18 +28,18 @@ pub enum DialPalette {
     ColourBlindSafe,
 }
 
-/// Effort put into the picture.
+/// Quality of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum QualityLevel {
-    /// Low where graphics run in software, high on a graphics card of its own, medium elsewhere
+    /// Low with software rendering, high on a dedicated graphics card, medium elsewhere
     #[default]
     Auto,
     /// For software rendering and old laptops
     Low,
     /// For ordinary computers
     Medium,
-    /// For the rig
+    /// For the rig's graphics card
     High,
 }
 

@@ -1,5 +1,5 @@
-//! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked
-//! [`Scenario`], or a message that names file, line, column, value and what is allowed.
+//! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked [`Scenario`], or an error with
+//! file, line, column, value and the allowed values.
 
 use super::{AdvisedVehicles, Scenario, colour};
 use crate::{
@@ -13,12 +13,12 @@ use serde_json::Value;
 use std::path::Path;
 
 impl Scenario {
-    /// All its settings, in the order of the struct.
+    /// Returns all settings in the order of the struct.
     pub fn fields() -> Vec<Field> {
         settings::fields_of::<Self>()
     }
 
-    /// Reads a scenario file; settings that it does not name keep their default. Paths in it start at its folder.
+    /// Reads a scenario file; missing settings keep their default. Paths in the file are relative to its folder.
     ///
     /// # Errors
     /// As [`settings::from_file`].
@@ -27,8 +27,8 @@ impl Scenario {
         Ok(scenario.paths_from(path.parent().unwrap_or(Path::new(""))))
     }
 
-    /// Returns this scenario with the paths of its map, policy and demand resolved from `folder`. Names of shipped maps and
-    /// policies, and absolute paths, stay.
+    /// Returns this scenario with the paths of its map, policy and demand resolved from `folder`. Names of shipped maps and policies, and
+    /// absolute paths, are unchanged.
     #[must_use]
     pub fn paths_from(mut self, folder: &Path) -> Self {
         self.map = path_from(folder, "map", &self.map);
@@ -39,12 +39,12 @@ impl Scenario {
         self
     }
 
-    /// The same for text; `name` is what messages call it.
+    /// Parses a scenario from TOML text; messages refer to it as `name`.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, SettingsError> {
         settings::from_toml(text, name)
     }
 
-    /// This scenario with some settings replaced, checked as a whole.
+    /// Returns this scenario with some settings replaced, checked as a whole.
     ///
     /// # Errors
     /// As [`settings::changed`].
@@ -52,14 +52,14 @@ impl Scenario {
         settings::changed(self, changes)
     }
 
-    /// This scenario as a file that [`Scenario::from_file`] reads back.
+    /// Returns this scenario as text that [`Scenario::from_toml`] reads back.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).unwrap_or_default()
     }
 }
 
-/// Returns the value of a setting (`map` or `policy`) that a text in `folder` gives: a path starts at that folder, a name and the
-/// value of any other setting stay.
+/// Returns the value of a setting (`map` or `policy`) in a text from `folder`. A path is resolved from that folder; a name, and the value
+/// of any other setting, is unchanged.
 pub fn path_from(folder: &Path, setting: &str, value: &str) -> String {
     let is_path = match setting {
         "map" => map::is_path(value),
@@ -111,7 +111,7 @@ impl Settings for Scenario {
 }
 
 impl Scenario {
-    /// Fails if a setting cannot be on a network, or on a closed route.
+    /// Checks that the settings are possible on the scenario's road: a network, or a closed route.
     fn check_road(&self) -> Result<(), (&'static str, String)> {
         if self.is_on_network() && self.traffic != EngineChoice::Sumo {
             let text = format!(
@@ -131,10 +131,10 @@ impl Scenario {
         Ok(())
     }
 
-    /// The same once the road has said what the scenario leaves to it ([`Scenario::on`]).
+    /// Checks this scenario once the settings that follow from its road are set ([`Scenario::on`]).
     ///
     /// # Errors
-    /// The first fault: its key, and a message that names value and remedy.
+    /// The first fault: its key, and a message with value and remedy.
     pub fn check_on_road(&self) -> Result<(), (&'static str, String)> {
         self.check_road()?;
         if !self.participant && self.demand.is_empty() {
@@ -145,7 +145,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Why that many vehicles cannot be advised.
+    /// Returns the reason why this number of vehicles cannot be advised.
     fn advised_fault(&self) -> Option<String> {
         let count = match self.advised {
             AdvisedVehicles::Count(count) => count,
@@ -176,14 +176,14 @@ mod tests {
     }
 
     #[test]
-    fn a_scenario_survives_the_way_through_its_file() {
+    fn a_scenario_reads_back_from_its_own_text() {
         let scenario = Scenario { vehicles: 18, hold_s: 5.0, ..Scenario::default() };
         assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").unwrap(), scenario);
         assert_eq!(Scenario::from_toml("", "x").unwrap(), Scenario::default());
     }
 
     #[test]
-    fn paths_of_a_scenario_start_at_its_folder_and_names_stay() {
+    fn paths_in_a_scenario_start_at_its_folder_and_names_are_unchanged() {
         let home = tempfile::tempdir().unwrap();
         let file = home.path().join("trial.toml");
         let read = |map: &str, policy: &str| {
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn advised_vehicles_that_cannot_be_are_refused_where_they_stand() {
+    fn impossible_numbers_of_advised_vehicles_are_refused_with_position() {
         assert!(
             fault("vehicles = 10\nadvised = 11")
                 .starts_with("trial.toml:2:11: advised is 11; allowed: 0 to 10, as many")
@@ -275,7 +275,7 @@ mod tests {
         for allowed in ["0", "0.8", "20"] {
             assert!(Scenario::from_toml(&format!("mirror_radius_m = {allowed}"), "x").is_ok(), "{allowed}");
         }
-        // One step is the shortest hold.
+        // The shortest hold is one step.
         assert!(Scenario::from_toml("step_s = 0.1\nhold_s = 0.1", "x").is_ok());
         assert!(
             fault("step_s = 0.2\nhold_s = 0.1").contains("allowed: a whole number of steps of 0.2 s, at least one")
@@ -283,7 +283,7 @@ mod tests {
         assert!(fault("step_s = 0.025").contains("step_s is 0.025; allowed: a multiple of 0.01 s"));
         assert!(fault("duration_s = 604801").contains("allowed: a number from 0 to 604800 s"));
         assert!(Scenario::from_toml("duration_s = 604800", "x").is_ok(), "seven days");
-        // Under its former name it is marked where it stands.
+        // A value under the setting's former name is marked at its position in the file.
         assert!(
             fault("seed = 2\nbend_mps2 = -1")
                 .starts_with("trial.toml:2:13: lateral_accel_mps2 is -1.0; allowed: a number")
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn an_engine_that_does_not_exist_is_named_where_it_stands() {
+    fn an_unknown_traffic_engine_is_named_with_line_and_column() {
         let text = fault("seed = 1\ntraffic = \"sumoo\"");
         assert!(
             text.starts_with(
@@ -312,25 +312,25 @@ mod tests {
     }
 
     #[test]
-    fn the_file_knows_nothing_of_the_groups() {
+    fn groups_of_settings_do_not_appear_in_the_file() {
         let display = DisplaySettings { trees: 7, ..DisplaySettings::default() };
         let text = Scenario { display, ..Scenario::default() }.to_toml();
         assert!(text.contains("\ntrees = 7\n") && !text.contains("display"), "{text}");
         assert_eq!(Scenario::from_toml(&text, "x").expect("its own file").display.trees, 7);
         assert!(fault("[display]\ntrees = 7").starts_with("trial.toml:1:2: unknown key `display`"));
-        // What a group holds stands where it always stood: between what is above and below it in the struct.
+        // The settings of a group keep their position among the others.
         let paths: Vec<String> = Scenario::fields().into_iter().map(|f| f.path).collect();
         let place = |path: &str| paths.iter().position(|p| p == path).expect("a setting");
         assert!(place("range_mph") + 1 == place("units") && place("quality") + 1 == place("sound.master_db"));
     }
 
     #[test]
-    fn what_is_not_toml_is_shown_where_it_breaks() {
+    fn a_syntax_error_is_shown_with_line_and_column() {
         assert!(fault("map = \n").starts_with("trial.toml:1:7: "), "{}", fault("map = \n"));
     }
 
     #[test]
-    fn bends_bound_speeds_where_there_are_bends_and_never_on_a_ring_unless_it_is_asked_for() {
+    fn by_default_bends_limit_speeds_except_on_rings() {
         let bound = |map: &str, lateral_accel_mps2| {
             let route = crate::map::RoadMap::load(map).unwrap().route;
             Scenario { lateral_accel_mps2, ..Scenario::default() }.lateral_accel_bound_mps2(&route)
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn flags_replace_what_the_file_says() {
+    fn flags_replace_values_of_the_file() {
         let list = Scenario::fields();
         let field = |path: &str| list.iter().find(|f| f.path == path).unwrap().clone();
         let changed =

@@ -1,6 +1,6 @@
-//! All settings that make one drive. This struct **is** the command line, the scenario file and the panel: the doc
-//! comments below are the help and the tooltips, the ranges are the limits, written once ([`crate::settings`] reads them).
-//! Keys carry their unit; the flag on the command line is the key without it (`hold_s` is `--hold SECS`).
+//! All settings of one drive. This struct **is** the command line, the scenario file and the panel: the doc comments below are the help and
+//! the tooltips, the ranges are the limits ([`crate::settings`] reads them). Keys have their unit; the flag on the command line is the key
+//! without it (`hold_s` is `--hold SECS`).
 
 mod advised;
 pub mod colour;
@@ -25,57 +25,56 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 flat_settings! {
-    /// One drive, complete.
+    /// All settings of one drive.
     pub struct Scenario, written as scenario_file {
         fields {
-            /// Road: the name of a map, or the path of a SUMO net.xml; a path in a file starts at that file's folder
+            /// Road: the name of a map, or the path of a SUMO net.xml; a path in a file is relative to that file's folder
             map: String = "ring-250".into(),
             /// Cars on the route, the ego included
             #[schemars(range(min = 2, max = 1000))]
             vehicles: u32 = 22,
             /// Traffic engine of the other cars: sumo (in this program), native (built-in IDM ring), or HOST:PORT of a SUMO elsewhere
             traffic: EngineChoice = EngineChoice::Sumo,
-            /// How long a SUMO elsewhere may take for the connection and for each answer; then the drive ends, and is kept
+            /// Time limit for the connection to a SUMO elsewhere and for each of its responses; then the drive ends, and its data are kept
             #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
             traffic_timeout_s: f64 = 5.0,
-            /// Edges of the road's network along which the ego drives, in order, spaces between their ids: the drive is on the network,
-            /// and over at the end of the last; empty drives the route of the road
+            /// Path of the ego on the road's network: ids of edges in order, separated by spaces. The drive ends at the end of the last;
+            /// empty drives the road's own route
             path: String = String::new(),
-            /// Where on its path, or on a network on the closed route, the ego's front starts; less than 5 starts a car's length from
-            /// its beginning
+            /// Start of the ego's front along its path, or on a network along the closed route; at least 5 m, smaller values are raised to
+            /// 5
             #[schemars(range(min = 0.0, max = 100_000.0), extend("unit" = "m"))]
             path_start_m: f64 = 0.0,
-            /// There is a participant's vehicle. Without it, which needs a demand and `codrive run`, vehicles come and go alone, the advised
-            /// ones among them, for the whole duration
+            /// Include the participant's vehicle; `false` needs a demand and works in `codrive run` only
             participant: bool = true,
-            /// Who comes to the road's network, where from and where to: files of SUMO's, flows from edge to edge. With it the drive is
-            /// on the network
+            /// Vehicles that enter the road's network: SUMO's demand files, or flows from edge to edge. With a demand the drive is on the
+            /// network
             #[schemars(skip)]
             #[serde(skip_serializing_if = "Demand::is_empty")]
             demand: Demand = Demand::default(),
             /// Car-following model of the other cars: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
-            /// Car-following model of a share of the other cars, SUMO's own with its own numbers and noise; all but idm need traffic sumo
+            /// Car-following model of a share of the other cars, SUMO's own with its own parameters and noise; all but idm need traffic
+            /// sumo
             other_model: FollowingModel = FollowingModel::Idm,
-            /// That share
+            /// Share of the other cars that use `other_model`
             #[schemars(range(min = 0.0, max = 1.0))]
             other_model_share: f64 = 1.0,
-            /// Largest lateral acceleration of the other cars in bends; 0 is automatic: 3, and no bound on a ring, whose models know
-            /// none; 100 sets no bound anywhere
+            /// Largest lateral acceleration of the other cars in bends; 0: automatic (3 m/s2, unlimited on rings); 100: unlimited
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2", "formerly" = "bend_mps2"))]
             #[serde(alias = "bend_mps2")]
             lateral_accel_mps2: f64 = 0.0,
             /// Initial placement of the cars
             start: StartLayout = StartLayout::Even,
-            /// Traffic runs this long before the drive, the ego driven by the same model
+            /// Time for which traffic runs before the drive; the ego is driven by the same model
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
             warm_up_s: f64 = 0.0,
-            /// Hand-over waits until speeds have differed this much among all cars (standard deviation) for 10 s; 0 does not wait
+            /// Wait with the hand-over until the standard deviation of all cars' speeds has been this high for 10 s; 0 does not wait
             #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "m/s"))]
             wave_sd_mps: f64 = 0.0,
-            /// Hand-over waits until the ego stands, so that the drive begins with a foot on the brake
+            /// Wait with the hand-over until the ego has stopped, so that the drive begins with a foot on the brake
             standing_start: bool = false,
-            /// Longest that hand-over waits after the warm-up; then the drive begins as traffic is, and the recording says so
+            /// Longest wait for the hand-over after the warm-up; then the drive begins anyway, and the recording says so
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
             wave_wait_s: f64 = 600.0,
             /// Length of a step of traffic and policy, a multiple of 0.01 s
@@ -84,34 +83,34 @@ flat_settings! {
             /// Length of the drive, at most 7 days; 0 drives until the window is closed
             #[schemars(range(min = 0.0, max = 604800.0), extend("unit" = "s"))]
             duration_s: f64 = 300.0,
-            /// Seed of everything random: noise, simulated driver, trees
+            /// Seed of all random numbers: noise, simulated driver, trees
             #[schemars(range(min = 0, max = 9007199254740991_u64))]
             seed: u64 = 1,
-            /// Where the noise of the other cars comes from: own (each car has a stream of random numbers) or shared (all draw in turn
-            /// from one, as in recordings from before 2026-11-23)
+            /// Random numbers for the noise of the other cars: own (a stream for each car) or shared (one stream for all, as in recordings
+            /// from before 2026-11-23)
             noise_streams: NoiseStreams = NoiseStreams::Own,
-            /// Advising policy: auto (the one shipped for the map, two-phase where there is none), none, constant, two-phase,
-            /// follower-stopper, pi, linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
+            /// Advising policy: auto (the one shipped for the map, otherwise two-phase), none, constant, two-phase, follower-stopper, pi,
+            /// linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),
-            /// How many vehicles are advised, the participant's the first: a share of all (5%, 0.05; on a network of the cars that come) or a
-            /// number (3); 0 advises nobody. The others have the same policy and are driven by the simulated driver
+            /// Advised vehicles, the participant's first: a share of all (5%, 0.05; on a network of the cars that enter) or a number (3); 0
+            /// is none. The others have the same policy and the simulated driver
             advised: AdvisedVehicles = AdvisedVehicles::default(),
-            /// Speed that these policies aim for; 0 takes 98.5 % of the speed at which an even ring flows
+            /// Target speed of these policies; 0 is 98.5 % of the equilibrium speed of the ring with even gaps
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
             policy_speed_mps: f64 = 0.0,
-            /// How long one advice is held, a whole number of steps
+            /// Duration of one advice, a whole number of steps
             #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
-            // HC22 holds for one step of 0.1 s; a person cannot follow ten new targets a second.
+            // HC22's hold is one step of 0.1 s; a person cannot follow ten new targets a second.
             hold_s: f64 = 1.0,
-            /// Advice is that of another drive, with these settings, another seed and a simulated driver: as often and as large, but
-            /// it has nothing to do with this traffic
+            /// Show the advice of another drive, with these settings, another seed and a simulated driver: equal in frequency and size, but
+            /// unrelated to this traffic
             sham_advice: bool = false,
             /// Half width of the acceptable range around the target
             #[schemars(range(min = 0.1, max = 50.0), extend("unit" = "mph"))]
-            // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
+            // docs/references.md: band: a useful range on the 250 m ring is about ±1 mph.
             range_mph: f64 = 1.0,
         }
-        /// What the participant sees, and on what: nothing of it moves a car.
+        /// The picture and the screen; these settings do not change how cars move.
         group display: DisplaySettings {
             /// Unit on the speedometer
             units: SpeedUnit = SpeedUnit::Mph,
@@ -122,128 +121,128 @@ flat_settings! {
             /// Distance from the driver's eyes to the screen
             #[schemars(range(min = 0.2, max = 10.0), extend("unit" = "m"))]
             eye_distance_m: f64 = 1.0,
-            /// Other cars in ordinary paints in the driver's view (green otherwise; always green in the bird's-eye view)
+            /// Other cars in ordinary paints in the driver's view; otherwise, and always in the bird's-eye view, in `traffic_colour`
             ordinary_paints: bool = true,
-            /// Time of day by the sun, which is highest at 12, late in summer
+            /// Solar time of day in late summer; the sun is highest at 12
             #[schemars(range(min = 6.0, max = 18.0), extend("unit" = "h"))]
             time_h: f64 = 9.75,
-            /// Haze: how far one sees
+            /// Range of sight in haze
             #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "km"))]
             visibility_km: f64 = 30.0,
-            /// Wind in the trees
+            /// Wind speed, for the movement of trees
             #[schemars(range(min = 0.0, max = 15.0), extend("unit" = "m/s"))]
             wind_mps: f64 = 2.5,
-            /// Trees around the road and on the horizon, at most; a car drives through them
+            /// Largest number of trees around the road and on the horizon; cars drive through them
             #[schemars(range(min = 0, max = 20_000))]
             trees: u32 = 5000,
             /// Paint of the own car: a name or #rrggbb
             ego_colour: String = "red".into(),
-            /// Paint of the other cars where they wear one colour: a name or #rrggbb
+            /// Paint of the other cars if they have one colour: a name or #rrggbb
             traffic_colour: String = "green".into(),
-            /// What is seen of the own car in the driver's view
+            /// Visible parts of the own car in the driver's view
             cockpit: CockpitView = CockpitView::default(),
             /// Colours of the speedometer
             palette: DialPalette = DialPalette::default(),
-            /// Full scale of the speedometer in its unit, rounded up to a scale that it has (10, 15, 20, 25, 30, 40, 50, 60, 80, 100 and
-            /// on); 0 takes one that suits the drive, in a study one that suits all trials
+            /// Full scale of the speedometer in its unit, rounded up to 10, 15, 20, 25, 30, 40, 50, 60, 80, 100 and so on; 0: automatic for
+            /// the drive, in a study for all trials
             #[schemars(range(min = 0.0, max = 240.0))]
             dial_full: f64 = 0.0,
-            /// Mirror turned sideways; more shows more of what is behind on the left
+            /// Mirror yaw; higher values show more of the left side behind the car
             #[schemars(range(min = -30.0, max = 30.0), extend("unit" = "deg"))]
             mirror_yaw_deg: f64 = 0.0,
-            /// Mirror tilted; more looks higher
+            /// Mirror pitch; higher values look higher
             #[schemars(range(min = -20.0, max = 20.0), extend("unit" = "deg"))]
             mirror_pitch_deg: f64 = -2.5,
-            /// Horizontal angle that the mirror shows if it is flat
+            /// Horizontal field of view of a flat mirror
             #[schemars(range(min = 10.0, max = 60.0), extend("unit" = "deg"))]
             mirror_fov_deg: f64 = 30.0,
-            /// Radius of a convex mirror, at least 0.8: shows more, and smaller; 0 is flat
+            /// Radius of a convex mirror, at least 0.8, for a wider view with smaller images; 0 is flat
             #[schemars(range(min = 0.0, max = 20.0), extend("unit" = "m"))]
             mirror_radius_m: f64 = 0.0,
-            /// Effort put into the picture; sizes, positions and lamps are the same in all
+            /// Quality of the picture; sizes, positions and lamps are the same at all levels
             quality: QualityLevel = QualityLevel::Auto,
         }
         fields {
-            /// How loud things are
+            /// Levels of all sounds
             sound: SoundLevels = SoundLevels::default(),
-            /// A gentle tone when another speed is advised
+            /// Play a gentle tone when the advised speed changes
             advice_tone: bool = false,
-            /// Rev lamps of the wheel show the speed against the advice: one below the range, three within, all above
+            /// Show the speed relative to the advice on the wheel's rev lamps: one below the range, three within, all above
             rev_lamps: bool = false,
-            /// A square in the upper left corner, black, that is white for one frame: for a photodiode or a phone's camera
+            /// Black square in the upper left corner that turns white for one frame: for a photodiode or a phone's camera
             flash_patch: FlashPatch = FlashPatch::Off,
-            /// Controls reach the car so much later, a multiple of 0.01 s; recordings hold them as they were given
+            /// Extra delay of the controls on their way to the car, a multiple of 0.01 s; recordings have the undelayed controls
             #[schemars(range(min = 0.0, max = 0.5), extend("unit" = "s"))]
             extra_delay_s: f64 = 0.0,
-            /// Car creeps forward in gear when no pedal is pressed
+            /// Let the car creep forward in gear when no pedal is pressed
             creep: bool = true,
-            /// Keyboard steering is helped to stay in the lane
+            /// Help keyboard steering to stay in the lane
             lane_help: bool = true,
-            /// What a contact with another car does
+            /// Effect of a contact with another car on the drive
             contact: OnContact = OnContact::Continue,
-            /// Simulated driver of `codrive run`, and of advised vehicles that are not the participant's: follow, perfect, sloppy, idm (ignores advice), exact, guarded, or numbers such as
-            /// reaction=1,error=0.5,speed_bias=0,deadband=0 (s, m/s)
+            /// Simulated driver of `codrive run` and of the other advised vehicles: follow, perfect, sloppy, idm (ignores advice), exact,
+            /// guarded, or parameters such as reaction=1,error=0.5,speed_bias=0,deadband=0 (s, m/s)
             driver: String = "follow".into(),
         }
     }
 }
 
-/// How cars stand on the route at the start.
+/// Initial placement of the cars on the route.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum StartLayout {
     /// Evenly spaced, at a standstill
     #[default]
     Even,
-    /// Close together with one long hole ahead of the ego's leader: a wave within about 75 s
+    /// Close together with one long gap ahead of the ego's leader: a wave forms within about 75 s
     Bunched,
 }
 
-/// What a contact with another car does to the drive.
+/// Effect of a contact with another car on the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnContact {
-    /// It is recorded and the drive goes on
+    /// Record it and continue
     #[default]
     Continue,
-    /// It is recorded and the drive ends
+    /// Record it and end the drive
     End,
 }
 
-/// What makes the square in the picture's corner white for one frame.
+/// Trigger of the white frame of the square in the picture's corner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FlashPatch {
-    /// There is no square
+    /// No square in the picture
     #[default]
     Off,
-    /// A tick has used a pedal that left its rest
+    /// White at the first tick that uses a newly pressed pedal
     Pedal,
-    /// A tick has brought another advice
+    /// White at the first tick with a new advice
     Advice,
 }
 
 impl Scenario {
-    /// Ticks in a step.
+    /// Returns the number of ticks in a step.
     pub fn step_ticks(&self) -> u64 {
         (self.step_s / crate::time::TICK_S).round() as u64
     }
 
-    /// How long one advice stands.
+    /// Returns the duration of one advice, a whole number of steps.
     pub fn hold(&self) -> Hold {
         Hold::nearest(self.hold_s, self.step_s)
     }
 
-    /// Ticks by which controls come later.
+    /// Returns the extra delay of the controls, ticks.
     pub fn extra_delay_ticks(&self) -> usize {
         (self.extra_delay_s / crate::time::TICK_S).round() as usize
     }
 
-    /// The lateral acceleration that bounds the other cars' speed in the bends of a route, m/s2, if one does.
+    /// Returns the largest lateral acceleration of the other cars in the bends of a route, m/s²; `None` if unlimited.
     pub fn lateral_accel_bound_mps2(&self, route: &Route) -> Option<f64> {
-        /// What is taken for comfortable (the simulated drivers' own).
+        /// Automatic value, m/s²: comfortable for the simulated drivers, too.
         const COMFORTABLE_MPS2: f64 = 3.0;
-        /// The setting that says that there is no bound.
+        /// Value of the setting that stands for no limit, m/s².
         const NONE_MPS2: f64 = 100.0;
         match self.lateral_accel_mps2 {
             set if set <= 0.0 => (!route.is_ring()).then_some(COMFORTABLE_MPS2),
@@ -251,18 +250,18 @@ impl Scenario {
         }
     }
 
-    /// True if the drive is on a network, where vehicles come and go; false on a closed route with a fixed number of cars.
+    /// Returns true if the drive is on a network, where vehicles enter and leave; false on a closed route with a fixed number of vehicles.
     pub fn is_on_network(&self) -> bool {
         !self.path.trim().is_empty() || !self.demand.is_empty()
     }
 
-    /// True if no vehicle can be advised: none is to be, or only the participant's, which is not there.
+    /// Returns true if no vehicle can be advised: none is to be, or only the participant's in a drive without a participant.
     pub fn advises_nobody(&self) -> bool {
         let no_other = self.advised.of_those_that_come() == 0.0;
         self.advised.is_nobody() || (!self.participant && no_other)
     }
 
-    /// The road of the drive, with the route along its path if it has one.
+    /// Loads the road of the drive, with the route along its path if it has one.
     ///
     /// # Errors
     /// As [`RoadMap::load`] and [`RoadMap::load_along`].
@@ -271,8 +270,8 @@ impl Scenario {
         if edges.is_empty() { RoadMap::load(&self.map) } else { RoadMap::load_along(&self.map, &edges) }
     }
 
-    /// The same with what its road says where it names neither path nor demand: who comes there, if the road has a demand of its own, and the
-    /// path, if that is open: such a road is driven as a network.
+    /// Returns this scenario with the settings that follow from its road: the road's own demand, if neither path nor demand is set, and the
+    /// path of an open road, which is driven as a network.
     pub fn on(&self, map: &RoadMap) -> Self {
         let mut scenario = self.clone();
         if !scenario.is_on_network() {
@@ -285,7 +284,7 @@ impl Scenario {
         scenario
     }
 
-    /// Half width of the acceptable range, m/s.
+    /// Returns the half width of the acceptable range, m/s.
     pub fn range_mps(&self) -> f64 {
         self.range_mph * crate::units::MPS_PER_MPH
     }
@@ -312,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn flags_of_the_contract_exist() {
+    fn the_documented_flags_exist() {
         let flags: Vec<String> = Scenario::fields().iter().map(Field::flag).collect();
         for flag in ["map", "vehicles", "policy", "hold", "range", "units", "traffic", "seed", "duration", "idm.T"] {
             assert!(flags.iter().any(|f| f == flag), "no --{flag} among {flags:?}");
@@ -320,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_is_that_of_the_struct() {
+    fn settings_are_in_the_order_of_the_struct() {
         let paths: Vec<String> = Scenario::fields().into_iter().map(|f| f.path).collect();
         assert_eq!(paths[..3], ["map", "vehicles", "traffic"]);
     }

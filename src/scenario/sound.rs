@@ -1,40 +1,40 @@
-//! Sound levels, as settings. In: decibels that a person sets. Out: factors. 0 dB is the balance as it was made; from
-//! [`SILENT_DB`] down there is nothing.
+//! Sound levels as settings. In: levels in decibels. Out: factors of amplitude. 0 dB is the program's own balance; [`SILENT_DB`] and below
+//! is silence.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The lowest level, which is none at all.
+/// Lowest level, dB: silence.
 pub const SILENT_DB: f64 = -60.0;
 
-/// Levels of all sounds.
+/// Levels of all sounds, dB.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SoundLevels {
     /// All sounds together; -60 is silence
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub master_db: f64,
-    /// Own engine
+    /// Engine of the own car
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub engine_db: f64,
-    /// Own tyres on road and grass
+    /// Tyres of the own car on road and grass
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub road_db: f64,
     /// Air around the own car
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub wind_db: f64,
-    /// Other cars near by
+    /// Other cars near the own car
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub others_db: f64,
-    /// Own horn and contacts
+    /// Horn and contacts of the own car
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub horn_db: f64,
-    /// Tone at a changed advice, where the scenario has one
+    /// Tone for new advice, if the scenario has one
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub tone_db: f64,
 }
 
-/// Amplitude of a level.
+/// Returns the amplitude factor of a level in dB; 0 at [`SILENT_DB`] and below.
 pub fn gain(level_db: f64) -> f32 {
     if level_db <= SILENT_DB { 0.0 } else { 10f64.powf(level_db / 20.0) as f32 }
 }

@@ -1,8 +1,8 @@
-//! Why a drive cannot start, and which settings decide on it.
+//! Errors that prevent a drive from starting or going on, and the settings that each depends on.
 
 use crate::{driver::DriverError, ego::EgoError, map::MapError, policy::PolicyError, traffic::TrafficError};
 
-/// Why a drive cannot start.
+/// Error that prevents a drive from starting or going on.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
     /// The map cannot be used.
@@ -11,43 +11,43 @@ pub enum WorldError {
     /// The traffic cannot start or go on.
     #[error(transparent)]
     Traffic(#[from] TrafficError),
-    /// The policy needs something of a closed route, and the drive is on a network.
+    /// The policy needs a closed route, and the drive is on a network.
     #[error(
         "policy {policy} needs a closed route with a fixed number of cars: it {why}; this drive is on a network\n  remedy: --policy none or pi, \
          or constant, follower-stopper or linear-feedback with --policy-speed"
     )]
     PolicyNeedsRing {
-        /// Its name.
+        /// Name of the policy.
         policy: String,
-        /// What of such a route it needs.
+        /// Property of a closed route that the policy needs.
         why: String,
     },
-    /// The policy needs something of a network, and the drive is on a closed route.
+    /// The policy needs a network, and the drive is on a closed route.
     #[error(
         "policy {policy} needs a path through a network: it {why}; this drive is on a closed route\n  remedy: name another policy, or the \
          path of a network (--path)"
     )]
     PolicyNeedsNetwork {
-        /// Its name.
+        /// Name of the policy.
         policy: String,
-        /// What of a network it needs.
+        /// Property of a network that the policy needs.
         why: String,
     },
-    /// The policy is unknown or its file cannot be used.
+    /// The policy is unknown, or its file cannot be used.
     #[error(transparent)]
     Policy(#[from] PolicyError),
-    /// The simulated driver whose advice is shown as a sham, or who drives other advised vehicles, cannot drive.
+    /// A simulated driver cannot be used: the one whose advice is shown as sham advice, or the one of other advised vehicles.
     #[error(transparent)]
     Driver(#[from] DriverError),
-    /// A setting that the road does not allow, once that is known.
+    /// A setting that is not allowed on this road.
     #[error("{message}")]
     Setting {
-        /// Its key.
+        /// Key of the setting in the scenario.
         key: &'static str,
-        /// Its value, what is allowed, and the remedy.
+        /// Value, allowed values and remedy.
         message: String,
     },
-    /// Somebody shall drive, and the scenario has no participant.
+    /// The drive needs a participant, and the scenario has none.
     #[error(
         "participant is false: nobody drives in this scenario, and a window is for somebody who does\n  remedy: codrive run, or --participant true"
     )]
@@ -58,7 +58,7 @@ pub enum WorldError {
 }
 
 impl WorldError {
-    /// Keys of the scenario that decide on it, the likeliest first.
+    /// Returns the keys of the settings that the error depends on, the most likely cause first.
     pub fn settings(&self) -> &'static [&'static str] {
         match self {
             Self::Map(MapError::PathEdge { .. } | MapError::PathGap { .. } | MapError::EmptyPath { .. }) => {

@@ -1,109 +1,107 @@
-//! What happened at a tick, for recordings, the panel and the end of a drive.
+//! Events of a drive, for recordings, the panel and the end of a drive.
 
 use crate::{controls::Indicator, policy::Advice, time::Tick, traffic::VehicleId};
 
-/// Something that happened.
+/// An event at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When.
+    /// Tick at which the event happened.
     pub tick: Tick,
-    /// What.
     pub kind: EventKind,
 }
 
-/// Kinds of events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
-    /// A new advice stands on the speedometer.
+    /// A new advice appears on the speedometer.
     Advice(Advice),
-    /// The advice that stood is gone: the policy withholds advice from now on.
+    /// The advice disappears: the policy withholds advice from now on.
     AdviceWithheld,
-    /// The ego began to touch another car.
+    /// The ego begins to touch another vehicle.
     Contact {
-        /// Which car.
+        /// Id of the other vehicle.
         car: VehicleId,
-        /// Ego's speed just before, m/s.
+        /// Speed of the ego just before, m/s.
         ego_speed_mps: f64,
-        /// The other's speed just before, m/s.
+        /// Speed of the other vehicle just before, m/s.
         car_speed_mps: f64,
-        /// Speed at which they closed in, m/s.
+        /// Closing speed, m/s.
         closing_mps: f64,
-        /// The other's heading against the ego's, radians within +-pi: 0 alike, positive to the left.
+        /// Heading of the other vehicle relative to the ego's, radians in ±π: 0 is parallel, positive is to the left.
         angle_rad: f64,
     },
-    /// The middle of the ego left its lane.
+    /// The centre of the ego leaves its lane; on a network, the road.
     LeftRoad {
-        /// Where along the route, metres.
+        /// Ego's position along the route, metres.
         s_m: f64,
         /// Lateral offset, metres, positive to the left.
         offset_m: f64,
     },
-    /// The middle of the ego is back in the lane.
+    /// The centre of the ego is back in the lane; on a network, on the road.
     BackOnRoad,
-    /// The ego's front came over the line at a signal that shows it red.
+    /// The ego's front crosses the stop line of a red signal.
     StopLine {
-        /// Where along the route, metres.
+        /// Ego's front bumper along the route, metres.
         s_m: f64,
-        /// Its speed, m/s.
+        /// Speed of the ego, m/s.
         speed_mps: f64,
     },
-    /// The ego's middle followed while the signal was red.
+    /// The ego's centre crosses the line, too, while the signal is red.
     RedLight {
-        /// Where along the route its front is, metres.
+        /// Ego's front bumper along the route, metres.
         s_m: f64,
-        /// Its speed, m/s.
+        /// Speed of the ego, m/s.
         speed_mps: f64,
     },
     /// The ego drives against the direction of its lane.
     WrongWay {
-        /// Where along the route, metres.
+        /// Ego's position along the route, metres.
         s_m: f64,
     },
-    /// It does so no longer.
+    /// The ego no longer drives against the direction of its lane.
     RightWay,
-    /// The ego is faster than the lane's limit.
+    /// The ego is faster than the lane's speed limit.
     Speeding {
-        /// Where along the route, metres.
+        /// Ego's position along the route, metres.
         s_m: f64,
-        /// By how much, m/s.
+        /// Excess over the limit, m/s.
         over_mps: f64,
     },
-    /// It keeps the limit again.
+    /// The ego keeps the speed limit again.
     WithinLimit,
-    /// The ego and another vehicle would have touched within 1.5 s, had both gone on as they were.
+    /// The ego and another vehicle would collide within 1.5 s if both went on unchanged.
     NearMiss {
-        /// Which vehicle.
+        /// Id of the other vehicle.
         car: VehicleId,
         /// Time to collision, s.
         time_s: f64,
     },
-    /// The driver indicates, or no longer.
+    /// The ego's indicators change.
     Indicator(Indicator),
-    /// Somebody has put the ego back on its lane.
+    /// The ego is put back on its lane.
     PutBack {
-        /// Where its front stands along the route, metres.
+        /// Ego's front bumper along the route, metres.
         s_m: f64,
     },
     /// The drive is over.
     Ended(EndReason),
 }
 
-/// Why a drive is over.
+/// Reason for the end of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndReason {
-    /// Its duration has passed.
+    /// The scenario's duration has passed.
     Duration,
-    /// A contact, and the scenario ends with it.
+    /// A contact, in a scenario that ends at the first one.
     Contact,
-    /// The ego has come to the end of its path.
+    /// The ego is at the end of its path.
     PathEnd,
-    /// The traffic engine failed: see [`super::Summary::failure`].
+    /// The traffic engine failed; see [`super::Summary::failure`].
     Failed,
 }
 
 impl EndReason {
-    /// In a word or two, as recordings and messages have it.
+    /// Returns the reason in words, as in recordings and messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Duration => "duration",

@@ -1,6 +1,6 @@
-//! The ground under the ego's wheels, from the map: asphalt on lanes, their shoulders and in junctions, grass beyond. On a network it has
-//! the height and the grade of the lane where the car is, and the ego's own way is road, too, where it leads over a gap between two lanes
-//! at which no junction is drawn.
+//! The ground under the ego's wheels, from the map: asphalt on lanes, their shoulders and in junctions, grass elsewhere. On a network the
+//! ground has the height and the grade of the ego's lane. The ego's route is asphalt, too, across a gap between two lanes without the
+//! outline of a junction.
 
 use crate::{
     ego::{GroundModel, GroundShape, GroundSurface},
@@ -11,10 +11,10 @@ use crate::{
 };
 use glam::{DVec2, DVec3};
 
-/// The route's ground near one place.
+/// Ground along a route.
 pub(super) struct RoadGround<'a> {
     pub route: &'a Route,
-    /// Where on the route the ego is about; the search stays near it.
+    /// Approximate position of the ego along the route, metres; the search stays near it.
     pub near_s_m: f64,
 }
 
@@ -26,19 +26,19 @@ impl GroundModel for RoadGround<'_> {
     }
 }
 
-/// A network's ground near one place.
+/// Ground of a network.
 pub(super) struct NetworkGround<'a> {
     pub network: &'a Network,
-    /// The lane where the ego is.
+    /// Lane of the ego, if known.
     pub near: Option<LaneId>,
-    /// Height of the road there, metres: a bridge is no ground of the road below it.
+    /// Height of the road at the ego, metres; separates a bridge from the road below it.
     pub height_m: f64,
-    /// The ego's own way.
+    /// Ground along the ego's route.
     pub way: RoadGround<'a>,
 }
 
 impl NetworkGround<'_> {
-    /// True if a place is in the lane found near `hint`, or on its shoulder.
+    /// Returns true if a point is on the lane found near `hint` or on the shoulder of that lane.
     fn is_on_lane(&self, at: DVec3, hint: Option<LaneId>) -> bool {
         self.network.locate(at, hint).is_some_and(|found| {
             let beyond_m = self.network.pose(found).position.truncate().distance(at.truncate());
@@ -47,8 +47,8 @@ impl NetworkGround<'_> {
         })
     }
 
-    /// True if a place is in the area of the junction that the ego is in, comes to or comes from; where it is on no lane, those of the
-    /// lane nearest to the place.
+    /// Returns true if a point is in the junction that the ego is in, approaches or leaves. Without a lane of the ego, the lane nearest to
+    /// the point counts.
     fn is_in_junction(&self, at: DVec2) -> bool {
         let nearest = || self.network.locate(at.extend(self.height_m), None).map(|found| found.lane);
         let Some(lane) = self.near.or_else(nearest) else { return false };
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use crate::map::{RouteLane, network::LanePosition};
 
-    /// An open route along these points.
+    /// Returns an open route along these points.
     fn way_along(shape: Vec<DVec2>) -> Route {
         let length_m = shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
         let (id, edge) = ("a_0".to_owned(), "a".to_owned());
@@ -91,11 +91,11 @@ mod tests {
     }
 
     #[test]
-    fn asphalt_reaches_over_the_shoulder_on_either_side_and_grass_begins_there() {
+    fn asphalt_ends_and_grass_begins_at_the_edge_of_the_shoulder() {
         let map = crate::map::RoadMap::load("ring-250").expect("the shipped ring");
         let ground = RoadGround { route: &map.route, near_s_m: 30.0 };
         let (middle, left) = (map.route.point_at(30.0), DVec2::from_angle(map.route.yaw_at(30.0)).perp());
-        // A lane of 3.6 m, as the head of the ring's net.xml says, and a shoulder of 0.4 m.
+        // The lane is 3.6 m wide, as the head of the ring's net.xml says, and the shoulder 0.4 m.
         let edge_m = 3.6 / 2.0 + 0.4;
         for side in [1.0, -1.0] {
             let at = |offset_m: f64| ground.surface(middle + side * offset_m * left);
@@ -105,9 +105,9 @@ mod tests {
     }
 
     #[test]
-    fn on_a_network_lanes_and_junctions_are_asphalt_with_the_height_and_the_grade_of_the_road() {
+    fn lanes_and_junctions_are_asphalt_with_the_roads_height_and_grade() {
         let net = Network::load("tests/data/networks/grid-signals.net.xml").expect("a network");
-        // Lanes of 3.2 m; the grid's crossings lie 100 m apart, B1 in its middle. C1B1 comes to it from the east.
+        // Lanes are 3.2 m wide; the grid's crossings are 100 m apart, with B1 in the middle. C1B1 leads to B1 from the east.
         let lane = net.lane_named("C1B1_0").expect("a lane");
         let near = Some(lane);
         let elsewhere = far_away();
@@ -116,7 +116,7 @@ mod tests {
         let line = net.pose(LanePosition { lane, s_m: 40.0, offset_m: 0.0 });
         let (middle, left) = (line.position.truncate(), DVec2::from_angle(line.yaw_rad).perp());
         let at = |offset_m: f64| ground.surface(middle + left * offset_m);
-        // Its neighbour and the two lanes the other way are road too; beyond them and beside the shoulder there is grass.
+        // The lane beside it and the two lanes of the other direction are road, too; grass begins beyond the shoulders.
         assert_eq!([0.0, -1.9, 3.2, 5.4, 6.4, 9.6, 11.5].map(at), [GroundSurface::Asphalt; 7]);
         assert_eq!([-2.1, 11.7].map(at), [GroundSurface::Grass; 2]);
         let junction = net.junction(net.junction_named("B1").expect("a junction"));
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn the_area_of_a_junction_is_asphalt_where_no_lane_is_drawn() {
-        // A network without insides of junctions.
+        // A network without internal lanes.
         let net = Network::load("tests/data/networks/random-8.net.xml").expect("a network");
         let elsewhere = far_away();
         let way = || RoadGround { route: &elsewhere, near_s_m: 1.0 };
@@ -154,7 +154,7 @@ mod tests {
                 "{}",
                 junction.id
             );
-            // One whose front is on no lane, as beside a corner, stands on the same ground.
+            // Without a lane of the ego, as beside a corner, the ground is the same where a lane is near.
             let is_near_a_lane = net.locate(junction.position, None).is_some();
             let unhinted = seen(None).surface(junction.position.truncate());
             assert_eq!(unhinted == GroundSurface::Asphalt, is_near_a_lane, "{}", junction.id);
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn the_way_over_a_gap_between_two_lanes_is_asphalt() {
-        // Two lanes to the east with 14 m between them, where a junction without an outline is.
+        // Two lanes to the east with a gap of 14 m, at a junction without an outline.
         let lane = |id: &str, from: f64| {
             format!(
                 "<edge id=\"{id}\"><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"40\" shape=\"{from},0 {},0\"/></edge>",
@@ -181,7 +181,7 @@ mod tests {
         let route = way_along(vec![DVec2::ZERO, DVec2::new(94.0, 0.0)]);
         let way = RoadGround { route: &route, near_s_m: 45.0 };
         let ground = NetworkGround { network: &net, near: None, height_m: 0.0, way };
-        // A lane of 3.2 m and its shoulders of 0.4 m.
+        // The lane is 3.2 m wide and each shoulder 0.4 m.
         let at = |y: f64| ground.surface(DVec2::new(47.0, y));
         assert_eq!([0.0, 1.9, -1.9].map(at), [GroundSurface::Asphalt; 3]);
         assert_eq!([2.1, -2.1].map(at), [GroundSurface::Grass; 2]);

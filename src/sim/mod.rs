@@ -1,5 +1,5 @@
-//! The simulation. In: a [`Scenario`](crate::scenario::Scenario) and [`Controls`](crate::controls::Controls) once a tick. Out: events, and a
-//! [`Snapshot`] of all there is to see, record or hash.
+//! The simulation. In: a [`Scenario`](crate::scenario::Scenario), then [`Controls`](crate::controls::Controls) once a tick. Out: events,
+//! and a [`Snapshot`] of everything that can be shown, recorded or hashed.
 
 mod error;
 mod event;

@@ -1,4 +1,4 @@
-//! The world at one tick, as everybody above the simulation sees it: plain data, world axes, SI.
+//! The world at one tick, as all modules above the simulation see it: plain data, world axes, SI.
 
 use crate::{
     controls::Indicator,
@@ -11,48 +11,49 @@ use crate::{
     traffic::{VehicleBody, VehicleId, VehicleLamps},
 };
 
-/// One car of the traffic at a tick, between two steps of its engine.
+/// A vehicle of the traffic at one tick, interpolated between two steps of the engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VehicleSnapshot {
-    /// Which car; never the ego.
+    /// Id of the vehicle; never the ego's.
     pub id: VehicleId,
-    /// Pose of its centre now.
+    /// Pose of the vehicle's centre now.
     pub pose: Pose,
-    /// Pose one tick earlier, so that a frame can be drawn between the two.
+    /// Pose one tick earlier, so that a frame can be drawn in between.
     pub pose_before: Pose,
-    /// Front bumper along the ego's route, metres; `None` beside it. On a closed route with a fixed number of cars all are on it.
+    /// Front bumper along the ego's route, metres; `None` beside the route. On a closed route with a fixed number of vehicles, never
+    /// `None`.
     pub s_m: Option<f64>,
-    /// Where it is on a network; `None` on a closed route, and beside all lanes.
+    /// Lane position on a network; `None` on a closed route, and off all lanes.
     pub lane: Option<LanePosition>,
-    /// Speed, m/s.
+    /// Speed along the heading, m/s; negative is backwards.
     pub speed_mps: f64,
-    /// Acceleration, m/s2.
+    /// Acceleration along the heading, m/s².
     pub accel_mps2: f64,
-    /// Way driven since the start, metres: wheels turn by it.
+    /// Distance driven since the start, metres, for the rotation of the wheels.
     pub odometer_m: f64,
-    /// Size and kind.
+    /// Length, width and kind of the body.
     pub body: VehicleBody,
-    /// Height of the road under it, metres.
+    /// Height of the road under the vehicle, metres.
     pub height_m: f64,
-    /// Its lamps.
+    /// Lamps that are on.
     pub lamps: VehicleLamps,
-    /// How the body leans on its springs; only for the picture.
+    /// Pitch of the body, for the picture only.
     pub pitch: Pitch,
 }
 
-/// The pitch of a car's body on its springs, radians, nose up positive.
+/// Pitch of a vehicle's body on its suspension, radians, positive nose up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pitch {
-    /// Now.
+    /// Pitch at this tick.
     pub now_rad: f32,
-    /// One tick earlier.
+    /// Pitch one tick earlier.
     pub before_rad: f32,
     rate_radps: f32,
 }
 
 impl Pitch {
-    /// A tick of `dt_s` under an acceleration along the car. A damped spring: 2 degrees at 1 g, 1.3 Hz, 0.45 of critical
-    /// damping (the middle of what saloons have: Gillespie 1992, chapter 5).
+    /// Advances by `dt_s` under a longitudinal acceleration. Damped spring: 2 degrees at 1 g, 1.3 Hz, 0.45 of critical damping (the middle
+    /// of the values of saloons: Gillespie 1992, chapter 5).
     #[must_use]
     pub fn step(self, accel_mps2: f64, dt_s: f64) -> Self {
         const RAD_PER_MPS2: f32 = 0.0356 / 9.81;
@@ -67,70 +68,69 @@ impl Pitch {
     }
 }
 
-/// Everything at one tick.
+/// The world at one tick, seen from one vehicle, the ego.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
-    /// When.
     pub tick: Tick,
-    /// There is no participant: nobody sees the ego, which stands far from all roads, and its numbers mean nothing.
+    /// True in a drive without a participant: the ego is parked far from all roads and its values are meaningless.
     pub is_without_ego: bool,
-    /// The ego now.
+    /// State of the ego at this tick.
     pub ego: EgoState,
-    /// The ego one tick earlier.
+    /// State of the ego one tick earlier.
     pub ego_before: EgoState,
     /// Ego's front bumper along the route, metres.
     pub ego_s_m: f64,
-    /// Lane of the ego's front bumper on a network; `None` on a closed route, and beside all lanes.
+    /// Lane of the ego's front bumper on a network; `None` on a closed route, and off all lanes.
     pub ego_lane: Option<LanePosition>,
-    /// Which of the ego's indicators are on.
+    /// Ego's indicators that are on.
     pub ego_indicator: Indicator,
     /// Ego's lateral offset from the lane's centre line, metres, positive to the left.
     pub lane_offset_m: f64,
-    /// All other cars, by ascending id.
+    /// All other vehicles, by ascending id.
     pub cars: Vec<VehicleSnapshot>,
-    /// What the signals of the network show; empty where there are none.
+    /// States of the network's signals; empty without signals.
     pub signals: SignalStates,
-    /// The leader: its id, the gap in metres (bumper to bumper) and its speed in m/s. `None` if the ego is alone.
+    /// Vehicle ahead; `None` if the ego is alone.
     pub leader: Option<Leader>,
-    /// Advice that stands now.
+    /// Advice in force, if there is any.
     pub advice: Option<Advice>,
-    /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 where none is there.
+    /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 without vehicles.
     pub mean_speed_mps: f64,
 }
 
-/// The car ahead in the lane.
+/// The vehicle ahead in the lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leader {
-    /// Which car.
+    /// Id of the leader.
     pub id: VehicleId,
-    /// Own front bumper to its rear bumper, metres.
+    /// Gap, ego's front bumper to the leader's rear bumper, metres.
     pub gap_m: f64,
-    /// Its speed, m/s.
+    /// Speed of the leader, m/s.
     pub speed_mps: f64,
 }
 
-/// True if a car this far beside the lane's middle, metres, overlaps one in the middle.
+/// Returns true if a car with this lateral offset, metres, overlaps one in the middle of the lane.
 pub fn is_in_lane(lane_offset_m: f64) -> bool {
     lane_offset_m.abs() < CAR_WIDTH_M
 }
 
-/// Where a chain of [`Snapshot::hash`] begins (FNV-1a's offset).
+/// Start value of a chain of [`Snapshot::hash`] (FNV-1a's offset).
 pub const HASH_START: u64 = rng::FNV_START;
 
 impl Snapshot {
-    /// The car ahead, if the ego could run into it: less than a car's width beside the lane's middle, where the others drive.
-    /// [`Snapshot::leader`] is there wherever the ego is.
+    /// Returns the leader if the ego overlaps its lateral range: less than a car's width from the middle of the lane. [`Snapshot::leader`]
+    /// does not depend on the ego's lateral offset.
     pub fn leader_in_lane(&self) -> Option<Leader> {
         self.leader.filter(|_| is_in_lane(self.lane_offset_m))
     }
 
-    /// Speeds of all vehicles that are there, m/s, the ego's last; backwards is negative.
+    /// Returns the speeds of all vehicles, m/s, the ego's last; negative is backwards.
     pub fn speeds_mps(&self) -> impl Iterator<Item = f64> {
         let ego = (!self.is_without_ego).then_some(self.ego.speed_mps);
         self.cars.iter().map(|car| car.speed_mps).chain(ego)
     }
 
-    /// The ego's lamps, as others see them.
+    /// Returns the ego's lamps as other drivers see them.
     pub fn ego_lamps(&self) -> VehicleLamps {
         VehicleLamps {
             brake: self.ego.braking,
@@ -140,15 +140,16 @@ impl Snapshot {
         }
     }
 
-    /// Fingerprint of this snapshot, chained to that of the ones before: equal if and only if (but for chance) every
-    /// bit of every number that matters to a drive is equal.
+    /// Returns a hash of this snapshot, chained to the hash `before`. Two hashes are equal if and only if, except by chance, every bit of
+    /// every number that matters to a drive is equal.
     pub fn hash(&self, before: u64) -> u64 {
         let mut hash = before;
         self.visit(&mut |_, _, value| hash = rng::fnv_1a(hash, &value.to_bits().to_le_bytes()));
         hash
     }
 
-    /// The first number in which two snapshots differ: its name, the car, both values. `None` if all bits are equal.
+    /// Returns the first number in which two snapshots differ: its name with the vehicle's id, and both values. `None` if all bits are
+    /// equal.
     pub fn first_difference(&self, other: &Self) -> Option<(String, f64, f64)> {
         let list = |snapshot: &Self| {
             let mut list = Vec::new();
@@ -163,7 +164,7 @@ impl Snapshot {
         Some((format!("{} of car {}", pair.0.0, pair.0.1), pair.0.2, pair.1.2))
     }
 
-    /// Every number that a drive depends on: its name, the car it belongs to, its value.
+    /// Visits every number that a drive depends on, with its name and the vehicle's id (0 for the ego).
     fn visit(&self, put: &mut dyn FnMut(&'static str, u32, f64)) {
         let ego = &self.ego;
         put("tick", 0, self.tick.seconds());
@@ -179,7 +180,7 @@ impl Snapshot {
         put("steering torque", 0, ego.steering_torque_nm.into());
         put("lane offset", 0, self.lane_offset_m);
         for car in &self.cars {
-            // On a closed route that is all there is to its place.
+            // On a closed route this alone defines the position.
             if let Some(s_m) = car.s_m {
                 put("place", car.id.0, s_m);
             }
@@ -202,14 +203,14 @@ impl Snapshot {
 }
 
 impl VehicleSnapshot {
-    /// This vehicle for the physics of another.
+    /// Returns this vehicle as an obstacle for the physics of another.
     pub(super) fn obstacle(&self) -> crate::ego::Obstacle {
         let VehicleBody { length_m, width_m, .. } = self.body;
         let Self { pose, speed_mps, height_m, .. } = *self;
         crate::ego::Obstacle { id: self.id.0, pose, speed_mps, length_m, width_m, height_m }
     }
 
-    /// A car as its engine placed it, at this pose.
+    /// Returns the snapshot of a vehicle as its engine placed it, with this pose.
     pub(super) fn at_start(car: &crate::traffic::CarState, pose: Pose) -> Self {
         Self {
             id: car.id,

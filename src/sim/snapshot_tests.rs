@@ -1,10 +1,10 @@
-//! A body on its springs, and the fingerprint of a snapshot.
+//! Tests of the body's pitch and of the snapshot's hash.
 
 use super::*;
 use crate::policy::Action;
 
 #[test]
-fn a_body_dives_under_brakes_smoothly_and_settles() {
+fn a_body_pitches_smoothly_under_braking_and_settles() {
     let mut pitch = Pitch::default();
     let (mut lowest, mut largest_step) = (0f32, 0f32);
     for _ in 0..300 {
@@ -15,7 +15,7 @@ fn a_body_dives_under_brakes_smoothly_and_settles() {
     let rest = -3.0 * 0.0356 / 9.81;
     assert!((pitch.now_rad - rest).abs() < 0.02 * rest.abs(), "{}", pitch.now_rad);
     assert!(lowest > 1.35 * rest && lowest < 1.05 * rest, "a little over its rest: {lowest}");
-    // A car 5 m long: the bumper moves by less than 1.5 mm in 10 ms.
+    // The car is 5 m long: its bumper moves by less than 1.5 mm in 10 ms.
     assert!(largest_step * 2.5 < 0.0015, "{largest_step}");
 }
 
@@ -40,7 +40,7 @@ fn snapshot(cars: u32) -> Snapshot {
 }
 
 #[test]
-fn the_first_number_that_differs_is_named_with_its_car_and_both_values() {
+fn the_first_difference_is_named_with_its_vehicle_and_both_values() {
     let one = snapshot(3);
     assert_eq!(one.first_difference(&one.clone()), None);
     let mut other = one.clone();
@@ -72,7 +72,7 @@ fn the_first_number_that_differs_is_named_with_its_car_and_both_values() {
 }
 
 #[test]
-fn fingerprints_are_fnv_1a_chained_over_every_number() {
+fn hashes_are_fnv_1a_chained_over_every_number() {
     // The offset, and eight bytes of zero: the authors' test vectors for 64 bits (isthe.com/chongo, "FNV hash").
     assert_eq!(HASH_START, 0xcbf2_9ce4_8422_2325);
     assert_eq!(rng::fnv_1a(HASH_START, &[0; 8]), 0xa8c7_f832_281a_39c5);

@@ -1,74 +1,74 @@
-//! One drive in numbers. In: the snapshot at each tick and the events. Out: a [`Summary`], HC22's measure first. The
-//! averaging window is always stated (docs/references.md: ring).
+//! Summary of a drive. In: the snapshot of each tick and the events. Out: a [`Summary`], HC22's measure first. The averaging window is
+//! always stated (docs/references.md: ring).
 
 use super::{Event, EventKind, Snapshot, event::EndReason};
 use serde::Serialize;
 
-/// A contact, as the summary lists it.
+/// A contact in the summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ContactRecord {
     /// Seconds since the start of the drive.
     pub time_s: f64,
-    /// Number of the other car.
+    /// Id of the other vehicle.
     pub car: u32,
-    /// Ego's speed just before, m/s.
+    /// Speed of the ego just before, m/s.
     pub ego_speed_mps: f64,
-    /// The other's speed just before, m/s.
+    /// Speed of the other vehicle just before, m/s.
     pub car_speed_mps: f64,
-    /// Speed at which they closed in, m/s.
+    /// Closing speed, m/s.
     pub closing_mps: f64,
 }
 
-/// So many contacts are listed one by one; a drive of days may have any number.
+/// Largest number of contacts that are listed; a drive of days may have more.
 pub const MOST_CONTACTS: usize = 10_000;
 
-/// One drive in numbers. Means and deviations are over all ticks in the window; `None` where the window has none.
+/// Summary of a drive. Means and deviations are over all ticks in the window; `None` if the window has none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// First and last second of the window.
+    /// Start and end of the window, seconds since the start of the drive.
     pub window_s: [f64; 2],
     /// Mean speed of all vehicles, the ego included, m/s.
     pub mean_speed_mps: Option<f64>,
-    /// Standard deviation of speed over vehicles and time, m/s (N, not N-1).
+    /// Standard deviation of speed over vehicles and time, m/s (divisor N, not N-1).
     pub speed_sd_mps: Option<f64>,
     /// Mean speed of the ego, m/s.
     pub ego_mean_speed_mps: Option<f64>,
-    /// Share of the time with advice that the ego's speed was in the acceptable range, 0..1.
+    /// Share of the time with advice in which the ego's speed was in the acceptable range, 0..1.
     pub time_in_range: Option<f64>,
-    /// Smallest gap of the ego to its leader in the whole drive, metres, while it is in his lane ([`Snapshot::leader_in_lane`]).
+    /// Smallest gap of the ego to its leader in the whole drive, metres, while the ego is in the lane ([`Snapshot::leader_in_lane`]).
     pub min_gap_m: Option<f64>,
-    /// Contacts of the drive in order, the first `MOST_CONTACTS`.
+    /// The first `MOST_CONTACTS` contacts of the drive, in order.
     pub contacts: Vec<ContactRecord>,
-    /// How many contacts there were, those beyond the list included.
+    /// Number of all contacts, unlisted ones included.
     pub contact_count: u64,
-    /// How often the ego left the road.
+    /// Number of times the ego left the road.
     pub left_road: u32,
-    /// How often the ego ran a red light: on networks with signals.
+    /// Number of red lights that the ego ran; on networks with signals.
     #[serde(skip_serializing_if = "is_none_of")]
     pub red_lights: u32,
-    /// How often the ego and another vehicle missed each other narrowly: on networks.
+    /// Number of near misses of the ego; on networks.
     #[serde(skip_serializing_if = "is_none_of")]
     pub near_misses: u32,
-    /// How many advices were issued.
+    /// Number of advices issued.
     pub advices: u32,
     /// Length of the drive, seconds.
     pub duration_s: f64,
-    /// Why it ended; `None` if it was stopped.
+    /// Reason for the end; `None` if the drive was stopped.
     pub ended: Option<EndReason>,
-    /// What failed, where it ended by that.
+    /// Error message, if the drive failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
-    /// Fingerprint of every snapshot of the drive: equal for equal bits.
+    /// Hash of all snapshots of the drive, in hexadecimal; equal for equal bits.
     pub hash: String,
 }
 
-/// A summary does not speak of what a closed route has not.
+/// Returns true if a counter is omitted: counters of networks are 0 on closed routes.
 fn is_none_of(count: &u32) -> bool {
     *count == 0
 }
 
 impl Summary {
-    /// How the drive ended, as recordings say it: "stopped" if somebody stopped it.
+    /// Returns the reason for the end as recordings have it; "stopped" if the drive was stopped.
     pub fn end_in_words(&self) -> String {
         match (self.ended, &self.failure) {
             (_, Some(why)) => format!("failed: {}", why.split_once("\n  remedy").map_or(why.as_str(), |(why, _)| why)),
@@ -78,7 +78,7 @@ impl Summary {
     }
 }
 
-/// Collects what [`Summary`] tells.
+/// Accumulates a [`Summary`] over a drive.
 #[derive(Clone, Debug)]
 pub struct SummaryAccumulator {
     window_s: [f64; 2],
@@ -103,7 +103,7 @@ pub struct SummaryAccumulator {
 }
 
 impl SummaryAccumulator {
-    /// An empty tally; means are taken over `window_s`, from the first second to the last.
+    /// Returns an empty accumulator; means are over the time between the two seconds of `window_s`.
     pub fn new(window_s: [f64; 2]) -> Self {
         Self {
             window_s,
@@ -128,7 +128,7 @@ impl SummaryAccumulator {
         }
     }
 
-    /// One tick has passed.
+    /// Adds one tick and its events.
     pub fn add(&mut self, snapshot: &Snapshot, events: &[Event]) {
         self.hash = snapshot.hash(self.hash);
         self.duration_s = snapshot.tick.seconds();
@@ -156,7 +156,7 @@ impl SummaryAccumulator {
         }
     }
 
-    /// The drive is over because this failed.
+    /// Marks the drive as failed with this message.
     pub fn fail(&mut self, why: String) {
         self.ended = Some(EndReason::Failed);
         self.failure = Some(why);
@@ -189,7 +189,7 @@ impl SummaryAccumulator {
         }
     }
 
-    /// What it comes to.
+    /// Returns the summary of the ticks so far.
     pub fn summary(&self) -> Summary {
         let share = |sum: f64, n: u64| (n > 0).then(|| sum / n as f64);
         let mean = share(self.sum_mps, self.vehicle_ticks);

@@ -1,4 +1,4 @@
-//! A drive of five ticks, counted by hand.
+//! Summary of a drive of five ticks, computed by hand.
 
 use super::*;
 use crate::{
@@ -27,7 +27,7 @@ fn snapshot(tick: u64, ego_mps: f64, car_mps: f64, gap_m: Option<f64>, target_mp
     }
 }
 
-/// Within half a metre a second.
+/// Returns an advice with an acceptable range of half a metre per second on either side.
 fn advice(target_mps: f64) -> Advice {
     let action = Action::Speed(target_mps);
     Advice {
@@ -41,7 +41,7 @@ fn advice(target_mps: f64) -> Advice {
     }
 }
 
-/// The ego at 1 to 5 m/s behind a car at 2 m/s. The gap is least after the window.
+/// Returns a drive with the ego at 1 to 5 m/s behind a car at 2 m/s; the gap is smallest after the window.
 fn drive() -> Vec<Snapshot> {
     vec![
         snapshot(1, 1.0, 2.0, Some(7.0), Some(1.0)),
@@ -64,26 +64,26 @@ fn summary(window_s: [f64; 2], drive: &[Snapshot], events: &[Event]) -> Summary 
 #[test]
 fn means_are_over_the_window_and_the_least_gap_over_the_whole_drive() {
     let found = summary([0.02, 0.04], &drive(), &[]);
-    // Speeds in the window: 2 3 4 of the ego, 2 2 2 of the other: 15 in 6, and 41 of their squares.
+    // Speeds in the window are 2, 3, 4 of the ego and 2, 2, 2 of the other vehicle: a sum of 15 over 6, and 41 of the squares.
     assert_eq!((found.mean_speed_mps, found.ego_mean_speed_mps), (Some(2.5), Some(3.0)));
     let sd_mps = found.speed_sd_mps.unwrap();
     assert!((sd_mps - (41.0_f64 / 6.0 - 6.25).sqrt()).abs() < 1e-12, "{sd_mps}: N, not N-1");
-    // With advice are ticks 2 (in its range, at the edge) and 4 (not).
+    // There is advice at tick 2 (in range, at its edge) and tick 4 (out of range).
     assert_eq!(found.time_in_range, Some(0.5));
     assert_eq!(found.min_gap_m, Some(3.5));
     assert_eq!((found.window_s, found.duration_s), ([0.02, 0.04], 0.05));
-    // A window that the drive does not fill ends with it.
+    // A window longer than the drive ends with the drive.
     let whole = summary([0.0, f64::INFINITY], &drive(), &[]);
     assert_eq!((whole.window_s, whole.ego_mean_speed_mps), ([0.0, 0.05], Some(3.0)));
     assert_eq!((whole.mean_speed_mps, whole.time_in_range), (Some(2.5), Some(0.75)));
 }
 
 #[test]
-fn what_there_was_not_has_no_number() {
+fn missing_quantities_are_none() {
     let nothing = SummaryAccumulator::new([0.0, 1.0]).summary();
     assert_eq!((nothing.mean_speed_mps, nothing.speed_sd_mps, nothing.ego_mean_speed_mps), (None, None, None));
     assert_eq!((nothing.time_in_range, nothing.min_gap_m, nothing.ended), (None, None, None));
-    // A drive that ends before its window begins has a gap, and no mean.
+    // A drive that ends before its window has a gap and no mean.
     let early = summary([1.0, 2.0], &drive(), &[]);
     assert_eq!((early.mean_speed_mps, early.min_gap_m), (None, Some(3.5)));
     let alone = summary([0.0, 1.0], &[snapshot(1, 2.0, 3.0, None, None)], &[]);
@@ -115,7 +115,7 @@ fn events_are_counted_and_contacts_keep_their_numbers() {
 }
 
 #[test]
-fn the_fingerprint_is_that_of_every_snapshot_in_its_order() {
+fn the_hash_depends_on_every_snapshot_and_their_order() {
     let all = [0.0, f64::INFINITY];
     let [first, again] = [(); 2].map(|()| summary(all, &drive(), &[]).hash);
     assert_eq!(first, again);

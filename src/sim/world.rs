@@ -1,11 +1,10 @@
 //! The world of one drive. In: [`Controls`] once a tick. Out: [`Event`]s and the [`Snapshot`] of that tick.
 //!
-//! Traffic runs one step ahead (docs/decisions.md: 3): at the first tick of step k the engine is asked for k+1, told
-//! where the agents are and where they will be; until then the other cars move evenly from where they were to where they will
-//! be (`traffic_coupling`: on a closed route `ring_coupling`, on a network `network_coupling`). Agents are the participant's vehicle,
-//! the first, and every other that is advised (`agent`): they are simulated tick by tick in between. What one touches is in `contacts`,
-//! where it is on the road in `derived_state`, what policies and drivers know in `advice` and `perception`, whom it has to let go
-//! first in `give_way`.
+//! Traffic runs one step ahead (docs/decisions.md: 3). At the first tick of step k the engine gets the agents' present and predicted poses
+//! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; on a closed route `ring_coupling`,
+//! on a network `network_coupling`). Agents (`agent`) are the participant's vehicle, which is the first, and every other advised vehicle;
+//! they are simulated tick by tick. `contacts` finds contacts, `derived_state` the position on the road, `advice` and `perception` the
+//! input of policies and drivers, and `give_way` the vehicles with right of way.
 
 mod advice;
 mod agent;
@@ -53,38 +52,38 @@ use advice::AdviceSource;
 use std::{path::PathBuf, sync::Arc, time::Duration};
 use traffic_coupling::TrafficCoupling;
 
-/// Vehicles farther from an agent are no bodies of its physics, metres: none is there within a step.
+/// Largest distance from an agent at which another vehicle is a body in the agent's physics, metres. No vehicle covers it within a step.
 const TOUCHABLE_M: f64 = 100.0;
 
-/// One drive, running.
+/// A drive in progress.
 pub struct World {
     scenario: Scenario,
     map: Arc<RoadMap>,
     traffic: TrafficCoupling,
-    /// The participant's vehicle first, then the others that are advised, by ascending id. Where there is no participant the first is
-    /// no more than a view of all others.
+    /// Agents: the participant's vehicle first, then the other advised vehicles by ascending id. In a drive without a participant the first
+    /// one only holds a view of all vehicles.
     agents: Vec<Agent>,
-    /// Numbers of all that were agents at any time beside the participant's vehicle, ascending.
+    /// Ids of all vehicles other than the participant's that have been agents, ascending.
     advised: Vec<VehicleId>,
-    /// Contacts of those that have left.
+    /// Contacts of agents that have left.
     contacts_before: u32,
-    /// Who drives those beside the participant, where the scenario does not say it.
+    /// Source of drivers for the other agents; `None` uses the scenario's driver.
     drivers: Option<AgentDrivers>,
     touchable: Touchable,
     ended: Option<EndReason>,
 }
 
-/// What several agents could touch, as obstacles of their physics. Lists that are filled in each tick.
+/// Obstacles for the physics of several agents; buffers that are refilled each tick.
 #[derive(Default)]
 struct Touchable {
     agents: Vec<Obstacle>,
     cars: Vec<Obstacle>,
-    /// Of both those near one agent.
+    /// Agents and vehicles near one agent.
     near: Vec<Obstacle>,
 }
 
 impl World {
-    /// Loads the map, starts traffic, runs the warm-up and puts the agents on the road.
+    /// Loads the map, starts traffic, runs the warm-up and places the agents.
     ///
     /// # Errors
     /// See [`WorldError`]; the messages name the remedy.
@@ -92,7 +91,7 @@ impl World {
         Self::advised_by(scenario, None, AdviceSource::new)
     }
 
-    /// The same with this advice and these drivers of others.
+    /// Does the same as [`World::new`] with this source of advice and these drivers of the other agents.
     fn advised_by(
         scenario: &Scenario,
         drivers: Option<AgentDrivers>,
@@ -122,10 +121,10 @@ impl World {
         Ok(world)
     }
 
-    /// The traffic of a scenario after its warm-up, without any agent: every car on the closed route goes on by the traffic's own model.
+    /// Returns the map and the traffic of a closed route after its warm-up, without agents; the traffic's own model drives every vehicle.
     ///
     /// # Errors
-    /// See [`WorldError`].
+    /// See [`WorldError`]; also fails on a network.
     pub fn traffic_alone(scenario: &Scenario) -> Result<(Arc<RoadMap>, Box<dyn Traffic>), WorldError> {
         let map = Arc::new(scenario.load_map()?);
         match TrafficCoupling::start(&scenario.on(&map), &map)? {
@@ -137,8 +136,8 @@ impl World {
         }
     }
 
-    /// One tick with these controls of the participant, which reach the car after the scenario's extra delay. After the end of the drive
-    /// nothing moves any more.
+    /// Advances by one tick with the participant's controls, which reach the car after the scenario's extra delay. After the end of the
+    /// drive it only clears the events.
     ///
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
@@ -173,8 +172,8 @@ impl World {
         Ok(())
     }
 
-    /// Readies the next tick: asks for the step that it begins, if it begins one. True once the tick will not wait for the
-    /// traffic engine; this waits for that for `patience` at most. Nothing is to be seen of it before the tick.
+    /// Prepares the next tick: if the tick begins a step, asks the policies and the traffic engine for that step. Returns true once the
+    /// tick will not wait for the engine. Waits for at most `patience`. The result becomes visible only in the tick.
     ///
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
@@ -190,7 +189,8 @@ impl World {
         Ok(self.traffic.wait(patience)?)
     }
 
-    /// At the beginning of a step agents whose way is over leave, and vehicles that are to be advised become agents where they are.
+    /// Removes agents that have finished their path, and makes agents of vehicles that are to be advised. Called at the beginning of a
+    /// step.
     fn renew_agents(&mut self) -> Result<(), WorldError> {
         let (traffic, contacts) = (&self.traffic, &mut self.contacts_before);
         self.agents.retain(|agent| {
@@ -223,7 +223,7 @@ impl World {
         Ok(())
     }
 
-    /// All agents go on by a tick. True if the participant's vehicle has begun to touch another.
+    /// Moves all agents by one tick. Returns true if the participant's vehicle has begun to touch another.
     fn drive(&mut self) -> bool {
         match self.agents.as_mut_slice() {
             [participant] if self.scenario.participant => participant.drive(self.traffic.obstacles()),
@@ -231,12 +231,12 @@ impl World {
         }
     }
 
-    /// The same where there are several, each an obstacle to the others.
+    /// Does the same as `drive` for several agents, each an obstacle to the others.
     fn drive_several(&mut self) -> bool {
         let Touchable { agents, cars, near } = &mut self.touchable;
         agents.clear();
         agents.extend(present(&mut self.agents).iter().map(|agent| agent.obstacle()));
-        // All that are no agents are in the participant's view, at the end of this tick already.
+        // The participant's view has all vehicles that are not agents, at their poses of the end of this tick.
         let is_agent = |id: VehicleId| agents.binary_search_by_key(&id.0, |agent| agent.id).is_ok();
         let others = self.agents[0].view.cars.iter().filter(|car| !is_agent(car.id));
         cars.clear();
@@ -254,7 +254,7 @@ impl World {
         has_touched
     }
 
-    /// Every agent notes where it is, sees all others there, and what follows from that.
+    /// Updates the position and the image of every agent, then every agent's view of the others and the state derived from it.
     fn look_around(&mut self) {
         self.agents.iter_mut().for_each(Agent::locate);
         if let [participant, others @ ..] = self.agents.as_mut_slice() {
@@ -278,112 +278,111 @@ impl World {
         &self.agents[0]
     }
 
-    /// The drive lasts so many seconds longer than its scenario said; without an end it has none still.
+    /// Extends the drive by `seconds`; no effect on a drive without an end.
     pub fn extend(&mut self, seconds: f64) {
         if self.scenario.duration_s > 0.0 {
             self.scenario.duration_s += seconds;
         }
     }
 
-    /// Lets go of the traffic engine, so that another drive can have it (SUMO runs once a process). This drive is over.
+    /// Releases the traffic engine for another drive, as SUMO runs once a process. This drive cannot go on.
     pub fn stop_traffic(&mut self) {
         self.traffic.stop();
     }
 
-    /// Another engine from the next step on: to test what waits for one.
+    /// Replaces the engine from the next step on, for tests of waiting.
     #[cfg(test)]
     pub(crate) fn set_traffic(&mut self, traffic: Box<dyn Traffic>) {
         self.traffic.ring().set_engine(traffic);
     }
 
-    /// True once [`World::stop_traffic`] was called.
+    /// Returns true after a call of [`World::stop_traffic`].
     pub fn is_stopped(&self) -> bool {
         self.traffic.is_stopped()
     }
 
-    /// What happened in the last tick.
+    /// Returns the participant's events of the last tick.
     pub fn events(&self) -> &[Event] {
         &self.participant().events
     }
 
-    /// Everything at the present tick.
+    /// Returns the participant's view at the present tick.
     pub fn snapshot(&self) -> &Snapshot {
         &self.participant().view
     }
 
-    /// The vehicles that are advised beside the participant's now, by ascending id.
+    /// Returns the advised vehicles other than the participant's that are present, by ascending id.
     pub fn advised_others(&self) -> &[Agent] {
         &self.agents[1..]
     }
 
-    /// Numbers of all that were so at any time, ascending.
+    /// Returns the ids of all vehicles other than the participant's that have been advised, ascending.
     pub fn ever_advised(&self) -> &[VehicleId] {
         &self.advised
     }
 
-    /// How often any of them has begun to touch another vehicle.
+    /// Returns the number of contacts of all of these vehicles so far.
     pub fn contacts_of_others(&self) -> u32 {
         self.contacts_before + self.advised_others().iter().map(Agent::contact_count).sum::<u32>()
     }
 
-    /// True if there can be such vehicles.
+    /// Returns true if vehicles other than the participant's are or can become advised.
     pub fn advises_others(&self) -> bool {
         let can_come = self.scenario.is_on_network() && self.scenario.advised.of_those_that_come() > 0.0;
         self.participant().advice.advises() && (can_come || !self.advised.is_empty())
     }
 
-    /// The policy that drives; the scenario says which was asked for.
+    /// Returns the policy in use; the scenario has the policy that was requested.
     pub fn policy(&self) -> &policy::ResolvedPolicy {
         &self.participant().advice.policy
     }
 
-    /// The road.
     pub fn map(&self) -> &Arc<RoadMap> {
         &self.map
     }
 
-    /// The scenario that is being driven.
+    /// Returns the scenario, with the settings that follow from its road.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    /// Speeds that this drive is about.
+    /// Returns the speeds that the speedometer must cover.
     pub fn expected_speeds(&self) -> ExpectedSpeeds {
         self.participant().advice.expected
     }
 
-    /// How traffic was when the driver took over.
+    /// Returns the state of traffic at the hand-over to the driver.
     pub fn hand_over(&self) -> HandOver {
         self.traffic.hand_over()
     }
 
-    /// The ego's car.
+    /// Returns the parameters of the ego's car.
     pub fn ego_params(&self) -> &CarParams {
         self.participant().car.params()
     }
 
-    /// Name and version of the traffic engine.
+    /// Returns the name and version of the traffic engine.
     pub fn traffic_engine(&self) -> String {
         self.traffic.describe()
     }
 
-    /// The canonical copies of the demand's files that SUMO reads, in the order of the scenario's; none once traffic was let go.
+    /// Returns the canonical copies of the demand's files that SUMO reads, in the scenario's order; empty after [`World::stop_traffic`].
     pub fn demand_files(&self) -> &[PathBuf] {
         self.traffic.demand_files()
     }
 
-    /// Why the drive is over, once it is.
+    /// Returns the reason for the end of the drive, once it has ended.
     pub fn ended(&self) -> Option<EndReason> {
         self.ended
     }
 
-    /// Present seconds since the start of the drive.
+    /// Returns the time since the start of the drive, seconds.
     pub fn time_s(&self) -> f64 {
         self.snapshot().tick.0 as f64 * TICK_S
     }
 }
 
-/// Those of the agents that are there: all but the first where there is no participant.
+/// Returns the agents that are on the road: all, but not the first in a drive without a participant.
 fn present(agents: &mut [Agent]) -> &mut [Agent] {
     let first = usize::from(agents[0].view.is_without_ego);
     &mut agents[first..]

@@ -1,4 +1,4 @@
-//! What a world tells of itself to policies and to lane help, and what is left of one whose engine was let go.
+//! Tests of a world: observations of policies, lane help, put-back, sham advice, and a world whose engine was released.
 
 use super::{
     advice::{limited_idm, policy_settings},
@@ -36,13 +36,13 @@ fn a_policy_observes_its_own_car_the_one_ahead_and_the_ring() {
     assert!(seen.speed_mps > 0.5, "it drives: {seen:?}");
     assert_eq!(world.time_s(), 2.5, "250 ticks of 10 ms");
     assert_eq!(seen.speed_mps, snapshot.ego.speed_mps);
-    // HC22: a ring of 250 m, 22 cars with the ego; cars are numbered in the direction of travel, 5 m long.
+    // HC22: a ring of 250 m with 22 vehicles, the ego included; ids ascend in the direction of travel; vehicles are 5 m long.
     assert_eq!((seen.vehicles, seen.circumference_m.round()), (22, 250.0));
     let ahead = snapshot.cars.iter().find(|car| car.id.0 == 1).expect("the car ahead");
     assert_eq!(seen.leader_speed_mps, ahead.speed_mps);
     let gap_m = (ahead.s_m.unwrap() - snapshot.ego_s_m).rem_euclid(seen.circumference_m) - 5.0;
     assert!((seen.gap_m - gap_m).abs() < 1e-9, "{} and {gap_m}", seen.gap_m);
-    // The last of the other 21 is behind it.
+    // Vehicle 21, the last of the others, is behind the ego.
     let behind = snapshot.cars.iter().find(|car| car.id.0 == 21).expect("the car behind");
     let gap_m = (snapshot.ego_s_m - behind.s_m.unwrap()).rem_euclid(seen.circumference_m) - 5.0;
     let follower = seen.road.follower.expect("a follower");
@@ -54,16 +54,15 @@ fn a_policy_observes_its_own_car_the_one_ahead_and_the_ring() {
 }
 
 #[test]
-fn lane_help_sees_the_bend_that_comes_and_how_the_car_stands_in_its_lane() {
+fn lane_help_sees_the_bend_ahead_and_the_cars_offset_and_heading() {
     let mut world = ring();
     let hint = world.lane_hint();
-    // A circle of 250 m bends by one turn in its length; both bumpers begin in the
-    // middle of the lane, so that the car's own middle stands inside by 2.5 m squared over the circle's diameter.
+    // A circle of 250 m bends by one turn over its length. Both bumpers start in the middle of the lane, so that the car's centre is inside
+    // by 2.5 m squared over the circle's diameter.
     assert!((hint.curvature - TAU / 250.0).abs() < 0.02 * TAU / 250.0, "{}", hint.curvature);
     let inside_m = 2.5 * 2.5 / (250.0 / PI);
     assert!((hint.offset_m - inside_m).abs() < 0.01 && hint.heading_error_rad.abs() < 0.02, "{hint:?}");
-    // Straight on, out of a bend to the left: the lane turns away to the left, the car stands right of its middle and
-    // points right of it.
+    // Straight on in a left bend: the lane turns away to the left, the car is right of its centre line and points to the right of it.
     for _ in 0..300 {
         world.tick(&Controls { throttle: 0.3, ..Controls::default() }).expect("the native engine");
     }
@@ -78,17 +77,17 @@ fn lane_help_looks_a_fifth_of_a_second_ahead() {
         World::new(&Scenario { traffic: EngineChoice::Native, map: "practice".into(), ..Scenario::default() })
             .expect("the shipped circuit");
     let route = Arc::clone(&world.map).route.clone();
-    // The place where the first bend begins: before it the road is straight, after it bent.
+    // Start of the first bend: the road is straight before it and bent after it.
     let bent = |s_m: f64| route.curvature_at(s_m, LANE_HINT_SPAN_M).abs() > 0.01;
     let mut begins_m = 20.0;
     while bent(begins_m) || !bent(begins_m + 2.0) {
         begins_m += 0.5;
     }
-    // 1 m before it nothing is seen of it by a car that stands, and it is seen at 20 m/s, 4 m on.
+    // 1 m before the bend a stopped car does not see it; at 20 m/s, 4 m ahead, it does.
     world.agents[0].view.ego_s_m = begins_m - 1.0 + CAR_LENGTH_M / 2.0;
     world.agents[0].view.ego.speed_mps = 0.0;
     assert!(world.lane_hint().curvature.abs() < 0.01);
-    // Nor in reverse gear, whatever the speed.
+    // Nor in reverse, at any speed.
     world.agents[0].view.ego.speed_mps = -20.0;
     assert!(world.lane_hint().curvature.abs() < 0.01);
     world.agents[0].view.ego.speed_mps = 20.0;
@@ -96,7 +95,7 @@ fn lane_help_looks_a_fifth_of_a_second_ahead() {
 }
 
 #[test]
-fn an_engine_that_was_let_go_keeps_its_cars_and_drives_no_further() {
+fn a_released_engine_keeps_its_vehicles_and_makes_no_further_step() {
     let mut world = ring();
     drive(&mut world, 20);
     let before = world.traffic.ring().cars().to_vec();
@@ -109,7 +108,7 @@ fn an_engine_that_was_let_go_keeps_its_cars_and_drives_no_further() {
 }
 
 #[test]
-fn only_a_drive_that_has_an_end_can_be_made_longer() {
+fn only_a_drive_with_an_end_can_be_extended() {
     let mut world = World::new(&Scenario { traffic: EngineChoice::Native, duration_s: 60.0, ..Scenario::default() })
         .expect("a world");
     world.extend(30.0);
@@ -121,12 +120,12 @@ fn only_a_drive_that_has_an_end_can_be_made_longer() {
 }
 
 #[test]
-fn a_policy_aims_at_the_speed_at_which_the_even_ring_flows() {
+fn a_policys_equilibrium_speed_is_that_of_the_ring_with_even_gaps() {
     let world = ring();
     // docs/references.md: ring: 22 cars on 250 m flow at 4.362 m/s.
     let settings = policy_settings(world.scenario(), &world.map.route);
     assert!((settings.equilibrium_mps - 4.362).abs() < 0.005, "{settings:?}");
-    // The drivers' own wish ends where the road's limit is lower.
+    // The drivers' desired speed is capped by the road's limit.
     let quick =
         Scenario { idm: crate::idm::IdmParams { v0: 500.0, ..world.scenario().idm }, ..world.scenario().clone() };
     let limit_mps = world.map.route.speed_limit_mps(0.0);
@@ -136,7 +135,7 @@ fn a_policy_aims_at_the_speed_at_which_the_even_ring_flows() {
 }
 
 #[test]
-fn cars_move_evenly_within_a_step_and_their_wheels_turn_by_the_way() {
+fn vehicles_move_evenly_within_a_step_and_their_odometers_match() {
     let mut world = ring();
     let start: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m.unwrap()).collect();
     drive(&mut world, 305);
@@ -154,7 +153,7 @@ fn cars_move_evenly_within_a_step_and_their_wheels_turn_by_the_way() {
 }
 
 #[test]
-fn the_car_of_a_world_creeps_as_the_scenario_has_it() {
+fn the_ego_creeps_if_the_scenario_says_so() {
     for creep in [false, true] {
         let scenario = Scenario { traffic: EngineChoice::Native, creep, ..Scenario::default() };
         assert_eq!(World::new(&scenario).expect("a world").ego_params().gearbox.creep, creep);
@@ -162,7 +161,7 @@ fn the_car_of_a_world_creeps_as_the_scenario_has_it() {
 }
 
 #[test]
-fn an_error_names_the_settings_that_decide_on_it_the_likeliest_first() {
+fn an_error_names_the_settings_it_depends_on_the_most_likely_first() {
     assert_eq!(WorldError::NoParticipant.settings(), ["participant"]);
     let setting = |key| WorldError::Setting { key, message: String::new() };
     assert_eq!(setting("participant").settings(), ["participant", "demand", "map"]);
@@ -172,7 +171,7 @@ fn an_error_names_the_settings_that_decide_on_it_the_likeliest_first() {
 }
 
 #[test]
-fn the_odometer_of_the_ego_adds_up_the_way_that_it_drove() {
+fn the_egos_odometer_is_the_distance_that_it_drove() {
     let mut world = ring();
     let mut way_m = 0.0;
     for _ in 0..300 {
@@ -184,7 +183,7 @@ fn the_odometer_of_the_ego_adds_up_the_way_that_it_drove() {
 }
 
 #[test]
-fn a_vehicle_that_turns_off_leads_until_its_tail_has_left_the_lane() {
+fn a_vehicle_that_turns_off_leads_until_its_rear_has_left_the_lane() {
     let world = ring();
     let route = &world.map.route;
     let (tail_m, turned_rad) = (130.0, PI / 3.0);
@@ -198,7 +197,7 @@ fn a_vehicle_that_turns_off_leads_until_its_tail_has_left_the_lane() {
         look_around(&mut snapshot, route);
         snapshot.leader
     };
-    // Of 4 m/s at 60 degrees half goes along the lane. Both are 1.8 m wide.
+    // At 60 degrees, half of 4 m/s is along the lane. Both vehicles are 1.8 m wide.
     for beside_m in [0.0, 1.7] {
         let found = leader(beside_m).expect("a leader");
         assert!((found.gap_m - 20.0).abs() < 0.1 && (found.speed_mps - 2.0).abs() < 0.01, "{found:?}");
@@ -207,7 +206,7 @@ fn a_vehicle_that_turns_off_leads_until_its_tail_has_left_the_lane() {
 }
 
 #[test]
-fn a_car_that_is_put_back_stands_a_metre_before_the_vehicle_behind_it() {
+fn a_car_that_is_put_back_is_one_metre_ahead_of_the_vehicle_behind() {
     let mut world = ring();
     let car = |id: u32, s_m: f64, speed_mps: f64| VehicleSnapshot {
         id: VehicleId(id),
@@ -218,7 +217,7 @@ fn a_car_that_is_put_back_stands_a_metre_before_the_vehicle_behind_it() {
     };
     let scenario = world.scenario().clone();
     let agent = &mut world.agents[0];
-    // The ego's front is 3 m ahead of the vehicle behind; 5 m of the ego's length and 1 m between them are wanted.
+    // The ego's front is 3 m ahead of the vehicle behind; the ego needs its length of 5 m and a gap of 1 m.
     agent.view.cars = vec![car(1, 130.0, 4.0), car(2, 97.0, 3.0)];
     agent.view.ego_s_m = 100.0;
     agent.wants_back = true;
@@ -227,7 +226,7 @@ fn a_car_that_is_put_back_stands_a_metre_before_the_vehicle_behind_it() {
 }
 
 #[test]
-fn the_ego_is_back_in_its_lane_only_a_fifth_of_a_metre_inside_its_edge() {
+fn the_ego_is_back_in_its_lane_only_0_2_m_inside_the_edge() {
     let world = ring();
     let route = &world.map.route;
     let half_m = route.width_m(0.0) / 2.0;
@@ -239,12 +238,12 @@ fn the_ego_is_back_in_its_lane_only_a_fifth_of_a_metre_inside_its_edge() {
     assert_eq!(watch(half_m - 0.01), None, "at the edge the ego is still in its lane");
     let left = watch(-half_m - 0.01);
     assert!(matches!(left, Some(EventKind::LeftRoad { .. })), "{left:?}");
-    // No flicker at the edge.
+    // No repeated events at the edge.
     assert_eq!([half_m + 0.1, half_m - 0.1, half_m - 0.19].map(&mut watch), [None, None, None]);
     assert_eq!(watch(half_m - 0.21), Some(EventKind::BackOnRoad));
 }
 
-/// Every advice of a drive by the simulated driver: when it was issued, s, and its target, m/s.
+/// Returns every advice of a drive by the simulated driver: issue time, s, and target, m/s.
 fn advised(scenario: &Scenario) -> Vec<(f64, f64)> {
     let mut world = World::new(scenario).expect("the shipped ring");
     let mut driver =
@@ -262,7 +261,7 @@ fn advised(scenario: &Scenario) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn sham_advice_is_that_of_another_drive_whatever_this_traffic_does() {
+fn sham_advice_comes_from_another_drive_and_ignores_this_traffic() {
     let own = Scenario {
         traffic: EngineChoice::Native,
         policy: "follower-stopper".into(),
@@ -276,12 +275,12 @@ fn sham_advice_is_that_of_another_drive_whatever_this_traffic_does() {
     let (with_own, with_sham) = (advised(&own), advised(&sham));
     let times = |list: &[(f64, f64)]| list.iter().map(|(time_s, _)| *time_s).collect::<Vec<_>>();
     assert_eq!((times(&with_own), with_own.len()), (times(&with_sham), 15), "as often, at the same times");
-    // The same targets as in the drive that it is taken from, from another moment on.
+    // The same targets as in the source drive, from another starting point.
     let targets = |list: &[(f64, f64)]| list.iter().map(|(_, target_mps)| *target_mps).collect::<Vec<_>>();
     let (of_other, shown) = (targets(&advised(&other_drive(&sham))), targets(&with_sham));
     let begins = (0..of_other.len()).find(|n| [&of_other[*n..], &of_other[..*n]].concat() == shown);
     assert!(begins.is_some_and(|n| (4..=11).contains(&n)), "in the middle half of 15: {of_other:?} {shown:?}");
-    // A driver who stands still all the time is advised the same.
+    // A driver who stays stopped gets the same advice.
     let mut world = World::new(&sham).expect("the shipped ring");
     let mut standing = Vec::new();
     while world.ended().is_none() {
@@ -296,7 +295,7 @@ fn sham_advice_is_that_of_another_drive_whatever_this_traffic_does() {
 }
 
 #[test]
-fn a_standing_start_hands_over_in_the_jam_and_the_foot_holds_the_car_until_the_leader_goes() {
+fn a_standing_start_begins_in_the_jam_with_the_brake_on() {
     let scenario = Scenario {
         traffic: EngineChoice::Native,
         policy: "none".into(),

@@ -1,18 +1,18 @@
-//! How fast a bend lets one drive. In: the route and the lateral acceleration that its drivers take as comfortable. Out: the
-//! highest speed at every place, reached in time by gentle braking. One rule for both engines. Metres, m/s, m/s2.
+//! Speed limits in bends. In: the route and the lateral acceleration that drivers find comfortable. Out: the highest speed at every
+//! position, with gentle braking before bends. One rule for both engines. Metres, m/s, m/s2.
 
 use crate::map::Route;
 
-/// Length over which a bend's curvature is taken, metres: two cars.
+/// Length over which the curvature of a bend is measured, metres: two vehicle lengths.
 const SPAN_M: f64 = 10.0;
-/// Distance between two places of the table, metres, at the most.
+/// Maximum distance between two positions of the table, metres.
 const STEP_M: f64 = 1.0;
-/// The braking before a bend, m/s2: gentler than the model's own comfortable one, so that it is kept to.
+/// Deceleration before a bend, m/s2: gentler than the model's comfortable one, so that the model can follow it.
 const BRAKING_MPS2: f64 = 1.0;
-/// Speeds above this are no bound, m/s: the fastest that any model drives.
+/// Upper limit of the table, m/s: no model drives faster.
 const UNBOUNDED_MPS: f64 = 100.0;
 
-/// The highest speed at every place of a route.
+/// Highest speed at every position of a route.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BendSpeeds {
     step_m: f64,
@@ -20,7 +20,7 @@ pub(super) struct BendSpeeds {
 }
 
 impl BendSpeeds {
-    /// Of a route with this lateral acceleration; `None` where none is set.
+    /// Computes the speeds of a route for a lateral acceleration, m/s2; `None` if no acceleration is given.
     pub fn of(route: &Route, lateral_mps2: Option<f64>) -> Option<Self> {
         let lateral_mps2 = lateral_mps2?;
         let n = (route.length_m() / STEP_M).ceil().max(1.0) as usize;
@@ -30,7 +30,7 @@ impl BendSpeeds {
             (lateral_mps2 / bend.max(1e-9)).sqrt().min(UNBOUNDED_MPS)
         };
         let mut cap_mps: Vec<f64> = (0..n).map(cap).collect();
-        // Backwards, twice round: what is before the first place is the end of the route.
+        // Backwards and twice round: the end of the route lies before its first position.
         for i in (0..2 * n).rev() {
             let ahead_mps = cap_mps[(i + 1) % n];
             let here = &mut cap_mps[i % n];
@@ -39,7 +39,7 @@ impl BendSpeeds {
         Some(Self { step_m, cap_mps })
     }
 
-    /// The highest speed at a place of the route, m/s.
+    /// Returns the highest speed at a position of the route, m/s.
     pub fn at(&self, s_m: f64) -> f64 {
         let n = self.cap_mps.len();
         let i = (s_m.max(0.0) / self.step_m) as usize % n;
@@ -53,22 +53,22 @@ mod tests {
     use crate::map::RoadMap;
 
     #[test]
-    fn a_ring_has_one_speed_everywhere_and_a_road_with_bends_brakes_before_them() {
+    fn bend_speed_is_constant_on_a_ring_and_drops_before_a_bend_of_a_road() {
         let ring = RoadMap::load("ring-250").unwrap().route;
         assert_eq!(BendSpeeds::of(&ring, None), None);
         let speeds = BendSpeeds::of(&ring, Some(3.0)).unwrap();
-        // A radius of 39.79 m: the root of 3 times that is 10.93 m/s.
+        // The radius is 39.79 m: the square root of 3 times that is 10.93 m/s.
         assert!((0..250).all(|s| (speeds.at(f64::from(s)) - 10.93).abs() < 0.02), "{}", speeds.at(0.0));
         let practice = RoadMap::load("practice").unwrap().route;
         let speeds = BendSpeeds::of(&practice, Some(3.0)).unwrap();
         let metres = || (0..practice.length_m() as u32).map(f64::from);
         let slowest = metres().map(|s| speeds.at(s)).fold(f64::INFINITY, f64::min);
-        // Its tightest bend has 25 m: 8.66 m/s.
+        // The tightest bend has a radius of 25 m: 8.66 m/s.
         assert!((slowest - 8.66).abs() < 0.1, "{slowest}");
         for s in metres() {
             let (here, next) = (speeds.at(s), speeds.at(s + 1.0));
             assert!(here * here - next * next <= 2.0 * BRAKING_MPS2 * 1.05 + 1e-9, "{s}: {here} {next}");
-            // Between two places of the table the bend may be a hair sharper.
+            // Between two positions of the table the bend may be slightly sharper.
             assert!(here * here * practice.curvature_at(s, SPAN_M).abs() <= 3.0 * 1.01, "{s}: {here}");
         }
     }

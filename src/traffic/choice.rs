@@ -1,4 +1,4 @@
-//! Which engine moves the cars, as a person writes it: `sumo`, `native` or `HOST:PORT`.
+//! Choice of the traffic engine, as a user writes it: `sumo`, `native` or `HOST:PORT`.
 
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
@@ -13,16 +13,16 @@ pub enum EngineChoice {
     Sumo,
     /// The native IDM ring.
     Native,
-    /// A SUMO that runs elsewhere and listens (`sumo -n NET --remote-port PORT`).
+    /// Remote SUMO that listens (`sumo -n NET --remote-port PORT`).
     Remote {
         /// Name or address of its machine.
         host: String,
-        /// Its `--remote-port`.
+        /// Port given by its `--remote-port`.
         port: u16,
     },
 }
 
-/// The text names no engine.
+/// Text that names no engine.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "unknown traffic engine \"{0}\"{near}: allowed are sumo, native, or HOST:PORT of a SUMO that listens (localhost:8813)",
@@ -31,7 +31,8 @@ pub enum EngineChoice {
 pub struct UnknownEngine(pub String);
 
 impl EngineChoice {
-    /// The engine in this program that moves cars as this one does, where this one is elsewhere and may be gone.
+    /// Returns the local engine that moves vehicles as this remote one does, for a remote that may no longer run; `None` for a local
+    /// engine.
     pub fn stand_in(&self) -> Option<Self> {
         matches!(self, Self::Remote { .. }).then_some(Self::Sumo)
     }

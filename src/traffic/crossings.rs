@@ -1,5 +1,5 @@
-//! Where a route meets itself, and cars that stand inside each other. In: a route, or poses of cars. Out: the two places on the
-//! route, or the two cars. Metres.
+//! Self-crossings of a route, and overlapping vehicles. In: a route, or poses of vehicles. Out: the two positions on the route, or the two
+//! vehicles. Metres.
 
 use crate::{
     map::Route,
@@ -8,13 +8,13 @@ use crate::{
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// Distance between the places that are compared, metres: a crossing is no narrower than a car.
+/// Distance between compared positions, metres: a crossing is no narrower than a vehicle.
 const EVERY_M: f64 = 1.0;
-/// Places that are no further apart along the route are one place, metres: two cars.
+/// Positions no further apart along the route than this count as one, metres: two vehicle lengths.
 const SAME_PLACE_M: f64 = 2.0 * CAR_LENGTH_M;
 
-/// Two places of a route, far apart along it, between which cars touch: the route crosses or touches itself there. `None` for one that
-/// keeps away from itself.
+/// Returns two positions of a route, far apart along it, at which vehicles would touch: the route crosses or touches itself there. `None`
+/// if it keeps clear of itself.
 pub(super) fn self_crossing(route: &Route) -> Option<(f64, f64)> {
     let n = (route.length_m() / EVERY_M).ceil().max(1.0) as usize;
     let s_m = |k: usize| route.length_m() * k as f64 / n as f64;
@@ -37,7 +37,7 @@ pub(super) fn self_crossing(route: &Route) -> Option<(f64, f64)> {
     None
 }
 
-/// Two cars that stand inside each other, by their places in the list. Those that touch are let be.
+/// Returns the indices of two vehicles that overlap. Vehicles that only touch do not count.
 pub(super) fn overlapping(cars: &[Pose]) -> Option<(usize, usize)> {
     let pairs = (1..cars.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
     let mut near =
@@ -45,9 +45,9 @@ pub(super) fn overlapping(cars: &[Pose]) -> Option<(usize, usize)> {
     near.find(|&(a, b)| overlap(&cars[a], &cars[b]))
 }
 
-/// Two boxes are apart where a side of one of them has the other wholly beyond it.
+/// Checks whether two vehicles overlap, by the separating axis test.
 fn overlap(a: &Pose, b: &Pose) -> bool {
-    /// Cars that drive bumper to bumper round a bend overlap by less, metres.
+    /// Overlap that still counts as touching, metres: vehicles bumper to bumper in a bend overlap by less.
     const TOUCH_M: f64 = 0.2;
     let apart = b.position - a.position;
     let axes = [a.forward(), a.left(), b.forward(), b.left()];
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_figure_of_eight_meets_itself_in_the_middle_and_rings_nowhere() {
-        // Gerono's: x = 60 cos t, y = 60 sin t cos t; it passes the origin at a quarter and at three quarters.
+        // Lemniscate of Gerono: x = 60 cos t, y = 60 sin t cos t. It passes the origin at a quarter and at three quarters of its length.
         let eight = route(
             (0..=400)
                 .map(|k| f64::from(k) / 400.0 * TAU)
@@ -84,7 +84,7 @@ mod tests {
         for (found_m, share) in [(first_m, 0.25), (second_m, 0.75)] {
             assert!((found_m / eight.length_m() - share).abs() < 0.02, "{first_m} {second_m} of {}", eight.length_m());
         }
-        // To the north, and round to the north again, half a car's width further to the west.
+        // North, and round to north again, half a vehicle's width further west.
         let beside = [(0.0, 0.0), (0.0, 60.0), (40.0, 60.0), (40.0, -60.0), (-0.9, -60.0), (-0.9, 30.0), (-40.0, 30.0)];
         assert!(self_crossing(&route(beside.map(DVec2::from).to_vec())).is_some());
         for name in ["ring-250", "ring-641", "practice"] {

@@ -1,5 +1,5 @@
-//! Which vehicles come to a road network, where from, where to and how many. In: files of SUMO's, or flows of a scenario. Out: what an
-//! engine is given. Each vehicle finds its way itself (SUMO's router, when it departs).
+//! Demand of a road network: number, kinds, origins and destinations of the vehicles that enter. In: SUMO files, or flows of a scenario.
+//! Out: input for an engine. SUMO's router finds the route of each vehicle when it departs.
 
 use super::{
     VehicleKind,
@@ -12,20 +12,20 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The most vehicles an hour that a flow may bring: a lane carries some 2,000.
+/// Maximum rate of a flow, vehicles per hour. A lane carries about 2,000.
 pub const MOST_PER_HOUR: f64 = 100_000.0;
 
-/// SUMO's name of the type of vehicles that have none in a file.
+/// SUMO's type for vehicles that have no type in a file.
 pub(super) const DEFAULT_TYPE: &str = "DEFAULT_VEHTYPE";
-/// Attributes of a type whose vehicles change lanes only while they drive, and at most at 11 degrees: a share of 0.2 of their way goes
-/// sideways. SUMO's share of 1 leaves one that stops in a change standing across both lanes.
+/// Attributes of a vehicle type that changes lanes only while it drives, at 11 degrees at most: the lateral speed is at most 0.2 of the
+/// speed. With SUMO's share of 1, a vehicle that stops during a lane change stands across both lanes.
 const AS_A_CAR_STEERS: &str = "lcMaxSpeedLatStanding=\"0\" lcMaxSpeedLatFactor=\"0.2\"";
 
 /// Demand for a road network.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Demand {
-    /// Files as SUMO has them (`rou.xml`: vehicles, trips, flows, routes, types), by ascending time of departure. SUMO reads canonical copies.
+    /// SUMO files (`rou.xml`: vehicles, trips, flows, routes, types), by ascending time of departure. SUMO reads canonical copies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<PathBuf>,
     /// Flows from edge to edge.
@@ -33,50 +33,48 @@ pub struct Demand {
     pub flows: Vec<Flow>,
 }
 
-/// Vehicles that come at random times, as many an hour on average.
+/// Flow of vehicles with random departure times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Flow {
-    /// Edge on which they come.
+    /// Edge on which the vehicles enter.
     pub from: String,
-    /// Edge at whose end they go.
+    /// Edge at whose end the vehicles leave.
     pub to: String,
-    /// How many an hour.
+    /// Mean rate, vehicles per hour.
     pub per_hour: f64,
-    /// Shares of the kinds; all cars where there are none. They need not add up to one.
+    /// Shares of the vehicle kinds; all vehicles are cars if empty. The shares need not add up to one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mix: Vec<KindShare>,
 }
 
-/// A share of a kind.
+/// Share of one vehicle kind in a flow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KindShare {
-    /// The kind.
     pub kind: VehicleKind,
-    /// Its share.
+    /// Weight relative to the other shares of the flow, 0 or more.
     pub share: f64,
 }
 
-/// A flow that cannot be.
+/// Fault in the flows or files of a demand.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DemandFault {
-    /// Its rate.
+    /// The rate of a flow is out of range.
     #[error("flow {flow}: per_hour is {value}; allowed: a number above 0, at most {MOST_PER_HOUR}")]
     Rate {
         /// Number of the flow, from 1.
         flow: usize,
-        /// The rate.
+        /// Rate of the flow, vehicles per hour.
         value: f64,
     },
-    /// A share.
+    /// A share of a flow is negative or not finite, or no share is above 0.
     #[error("flow {flow}: the share of {} is {value}; allowed: a number from 0, one of them above it", .kind.name())]
     Share {
         /// Number of the flow, from 1.
         flow: usize,
-        /// Of which kind.
+        /// Vehicle kind with this share.
         kind: VehicleKind,
-        /// The share.
         value: f64,
     },
     /// The reading was interrupted.
@@ -85,65 +83,63 @@ pub enum DemandFault {
     /// A file that cannot be read.
     #[error("{}: {problem}", .file.display())]
     File {
-        /// The file.
         file: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         problem: String,
     },
-    /// Something in a file.
+    /// An element of a file is at fault.
     #[error("{}:{line}: {element}: {problem}", .file.display())]
     Element {
-        /// The file.
         file: PathBuf,
-        /// Line, from 1.
+        /// Line number, counted from 1.
         line: u32,
-        /// Which element, for example `trip "t7"`.
+        /// Label of the element, for example `trip "t7"`.
         element: String,
-        /// What is wrong with it, and what is allowed.
+        /// Description of the fault, with the allowed values.
         problem: String,
     },
-    /// More vehicles than can be.
+    /// The files bring too many vehicles.
     #[error("{}: the demand brings {value} vehicles and persons; allowed: at most {MOST_VEHICLES}{SHORTER}", .file.display())]
     Vehicles {
-        /// The file with which they are too many.
+        /// File at which the limit is exceeded.
         file: PathBuf,
-        /// How many, with those of the files before it.
+        /// Number of vehicles and persons up to the end of this file, including flows and earlier files.
         value: u64,
     },
-    /// More vehicles than can be by the demand's own flows.
+    /// The demand's own flows bring too many vehicles.
     #[error(
         "the flows of the demand bring {value} vehicles until {until_s} s; allowed: at most {MOST_VEHICLES}\n  remedy: a lower \
          per_hour, or a shorter drive"
     )]
     FlowVehicles {
-        /// How many.
+        /// Number of vehicles before `until_s`.
         value: u64,
-        /// Length of the drive, s.
+        /// Time until which vehicles are counted, s.
         until_s: f64,
     },
-    /// An edge.
+    /// A flow names an edge that does not exist or is part of a junction.
     #[error(
         "flow {flow}: {side} is \"{edge}\"; allowed: the id of an edge of this network that is no part of a junction{near}"
     )]
     Edge {
         /// Number of the flow, from 1.
         flow: usize,
-        /// `from` or `to`.
+        /// Attribute at fault: `from` or `to`.
         side: &'static str,
-        /// The edge.
+        /// Id of the edge.
         edge: String,
-        /// The nearest name that exists, as a question; empty where none is near.
+        /// Nearest existing name, as a question; empty if none is near.
         near: String,
     },
 }
 
 impl Demand {
-    /// True if nobody comes.
+    /// Returns true if the demand has neither files nor flows.
     pub fn is_empty(&self) -> bool {
         self.files.is_empty() && self.flows.is_empty()
     }
 
-    /// Fails if a flow cannot be. `edges` are the ids of those that vehicles can depart from.
+    /// Checks rates, shares and edges of all flows. `edges` has the ids of the edges that a flow may name.
     ///
     /// # Errors
     /// The first fault.
@@ -160,15 +156,15 @@ impl Demand {
         Ok(())
     }
 
-    /// Copies the files through the gate in front of SUMO into a private folder. Vehicles are counted until a time, s.
+    /// Writes canonical copies of the files into a private folder, through the gate in front of SUMO. Vehicles are counted until a time, s.
     ///
     /// # Errors
-    /// The first part that SUMO is not given, or that cannot be driven on the network; or the demand brings too many vehicles.
+    /// The first element that is refused or cannot be driven on the network; or the demand brings too many vehicles.
     pub fn canonical(&self, network: &Network, until_s: f64, folder: &Path) -> Result<CanonicalDemand, DemandFault> {
         demand_file::copy(self, network, until_s, folder)
     }
 
-    /// Fails if a number of a flow cannot be, on whatever network.
+    /// Checks rates and shares of all flows, which do not depend on the network.
     ///
     /// # Errors
     /// The first fault.
@@ -186,10 +182,10 @@ impl Demand {
         Ok(())
     }
 
-    /// The flows as SUMO reads them, with `car` as attributes of the type of passenger cars. Every kind of a flow is a flow of its own:
-    /// exponential times between vehicles stay exponential when they are split. Nobody changes lanes while he stands, nor does who has no type
-    /// in a file: SUMO would move them sideways with 1 m/s, through whoever stands beside them. `defines_default_type` is true if a file has
-    /// that type.
+    /// Returns the flows as a SUMO file, with `car` as attributes of the type of passenger cars. Each kind in a flow gets a flow of its
+    /// own: exponential times between vehicles stay exponential when they are split. Vehicles at a standstill do not change lanes, and
+    /// neither do vehicles without a type in a file: SUMO would move them sideways at 1 m/s, through vehicles beside them.
+    /// `defines_default_type` is true if a file has that type.
     pub(super) fn flows_xml(&self, car: &str, defines_default_type: bool) -> String {
         let mut text = String::from("<routes>\n");
         if !defines_default_type {
@@ -230,7 +226,7 @@ impl Demand {
     }
 }
 
-/// Name of the type of vehicles of a kind.
+/// Returns the name of the vehicle type of a kind.
 fn type_name(kind: VehicleKind) -> String {
     format!("codrive.{}", kind.name())
 }
@@ -279,7 +275,7 @@ mod tests {
             KindShare { kind: VehicleKind::Bus, share: 0.0 },
         ];
         let text = flow(720.0, mix).flows_xml("carFollowModel=\"IDM\"", false);
-        // 540 and 180 an hour.
+        // The rates are 540 and 180 vehicles per hour.
         assert!(
             text.contains("type=\"codrive.car\" begin=\"0\" end=\"1000000\" period=\"exp(0.150000000)\""),
             "{text}"

@@ -1,8 +1,8 @@
-//! The number of vehicles, persons and containers that a demand brings. In: its flows and the elements of its `rou.xml` files, one after the
-//! other. Out: how many depart until a time, of random flows the expected number; or what is wrong with an attribute that says so.
+//! Number of vehicles, persons and containers in a demand. In: its flows and the elements of its `rou.xml` files, in order. Out: the number
+//! of departures before a time, for random flows the expected number; or the fault in an attribute that determines it.
 //!
-//! A drive is refused before SUMO has the files where they are too many: SUMO keeps each vehicle that waits. And a drive says how
-//! many found no room where they come: SUMO lets them wait beside the road, where nothing is seen of them.
+//! A drive with too many vehicles is refused before SUMO gets the files, because SUMO keeps every waiting vehicle in memory. A drive also
+//! reports how many vehicles found no room to enter: SUMO keeps them waiting off the road, where they are not visible.
 
 use super::{Demand, demand_file::MOST_VEHICLES};
 use crate::sumo_xml::{
@@ -11,35 +11,36 @@ use crate::sumo_xml::{
 };
 use std::{io, path::Path};
 
-/// The most vehicles that one flow may bring within a second: SUMO tries to find room for each in every step. A lane carries one in two
+/// Maximum number of vehicles of one flow within a second: SUMO tries to insert each of them in every step. A lane carries one in two
 /// seconds.
 pub const MOST_PER_S: f64 = 1000.0;
-/// The most edges of one route with its repetitions, and of all routes that are repeated together: SUMO writes each out.
+/// Maximum number of edges of one route with its repetitions; the next constant is the maximum of all repeated routes together. SUMO writes
+/// each edge out.
 pub const MOST_ROUTE_EDGES: f64 = 100_000.0;
 const MOST_REPEATED_EDGES: f64 = 10_000_000.0;
-/// The most types of vehicles, and the most members of a distribution. A file by SUMO's `createVehTypeDistribution.py` has 100.
+/// Maximum number of vehicle types, and of members of a distribution. A file by SUMO's `createVehTypeDistribution.py` has 100.
 pub const MOST_TYPES: usize = 20_000;
-/// The remedy of a rate that is too high.
+/// Remedy for a rate that is too high.
 const LOWER: &str = "\n  remedy: state a rate that roads carry; a lane takes some 2,000 vehicles an hour";
-/// Length for which a drive without an end is counted, s.
+/// Counted duration of a drive without an end, s.
 pub const ENDLESS_S: f64 = 3600.0;
-/// Length of a flow without an end in SUMO, s.
+/// Duration of a flow without an end in SUMO, s.
 const OPEN_FLOW_S: f64 = 86_400.0;
-/// Attributes that state a number an hour.
+/// Attributes with a rate per hour.
 const PER_HOUR: [&str; 4] = ["vehsPerHour", "personsPerHour", "containersPerHour", "perHour"];
 
 impl Demand {
-    /// Time until which a demand is counted, s: the length of the drive and of what comes before it.
+    /// Returns the time until which a demand is counted, s: `before_s` plus the duration of the drive, or `ENDLESS_S` if that is 0.
     pub fn horizon_s(duration_s: f64, before_s: f64) -> f64 {
         before_s + if duration_s > 0.0 { duration_s } else { ENDLESS_S }
     }
 
-    /// Vehicles that its own flows bring until a time, s.
+    /// Returns the number of vehicles of the demand's own flows before a time, s.
     pub(super) fn due_of_flows(&self, until_s: f64) -> f64 {
         self.flows.iter().map(|flow| flow.per_hour * until_s / 3600.0).sum()
     }
 
-    /// How many vehicles are to depart before `until_s` seconds; `None` where a file does not say it in numbers, or cannot be read.
+    /// Returns the number of vehicles due to depart before `until_s`, s; `None` if a file cannot be read or does not state the number.
     pub fn due(&self, until_s: f64) -> Option<f64> {
         let of_flows = self.due_of_flows(until_s);
         self.files.iter().try_fold(of_flows, |sum, file| Some(sum + due_of_file(file, until_s)?))
@@ -69,7 +70,7 @@ fn due_of_element(tag: &Tag, until_s: f64, times: &mut IntervalTimes) -> Option<
     }
 }
 
-/// Sums of all files of a demand.
+/// Running totals over all files of a demand.
 pub(super) struct DemandCount {
     until_s: f64,
     times: IntervalTimes,
@@ -79,18 +80,18 @@ pub(super) struct DemandCount {
 }
 
 impl DemandCount {
-    /// A count until a time, s, that begins with those that the demand's own flows bring.
+    /// Creates a count until a time, s, that starts with the vehicles of the demand's own flows.
     pub fn new(demand: &Demand, until_s: f64) -> Self {
         let vehicles = demand.due_of_flows(until_s);
         Self { until_s, times: IntervalTimes::default(), vehicles, types: 0, repeated_edges: 0.0 }
     }
 
-    /// Vehicles, persons and containers until now.
+    /// Returns the number of vehicles, persons and containers so far, rounded up.
     pub fn vehicles(&self) -> u64 {
         self.vehicles.ceil() as u64
     }
 
-    /// Adds an element that begins. The error says what is wrong and what is allowed.
+    /// Adds an element at its start tag. The error states the fault and the allowed values.
     pub fn add(&mut self, tag: &Tag) -> Result<(), String> {
         self.times.leave(tag);
         match tag.name.as_str() {
@@ -161,7 +162,7 @@ impl DemandCount {
     }
 }
 
-/// Times of flows that state none of their own, s: those of the interval around them.
+/// Begin and end that the enclosing interval gives to flows without their own, s.
 #[derive(Clone, Copy, Default)]
 struct FlowTimes {
     begin_s: Option<f64>,
@@ -174,23 +175,23 @@ impl FlowTimes {
     }
 }
 
-/// The interval around the elements that are read.
+/// Interval that encloses the elements being read.
 #[derive(Default)]
 struct IntervalTimes {
-    /// Times that it gives to its flows.
+    /// Begin and end for the flows in it.
     of_flows: FlowTimes,
-    /// Depth of the interval; elements that lie deeper are in it.
+    /// Nesting depth of the interval; deeper elements belong to it.
     depth: Option<usize>,
 }
 
 impl IntervalTimes {
-    /// Takes the start of an interval.
+    /// Enters an interval at its start tag.
     fn enter(&mut self, tag: &Tag) -> Result<(), String> {
         *self = Self { of_flows: FlowTimes::of(tag)?, depth: Some(tag.depth) };
         Ok(())
     }
 
-    /// Forgets the interval where an element that begins is not in it.
+    /// Leaves the interval if a new element is not inside it.
     fn leave(&mut self, tag: &Tag) {
         if self.depth.is_some_and(|depth| tag.depth <= depth) {
             *self = Self::default();
@@ -198,17 +199,17 @@ impl IntervalTimes {
     }
 }
 
-/// Departures of the vehicles of a flow.
+/// Rate and times of the departures of a flow.
 struct FlowRate {
     begin_s: f64,
     end_s: f64,
-    /// Vehicles a second on average.
+    /// Mean rate, vehicles per second.
     per_s: f64,
-    /// At random times, and not at even ones.
+    /// True for random departure times, false for even ones.
     is_random: bool,
-    /// The most, where the flow states it.
+    /// Maximum number of departures, if the flow states one.
     number: Option<f64>,
-    /// The rate as the file has it.
+    /// Rate attribute as written in the file, for messages.
     said: String,
 }
 
@@ -238,12 +239,12 @@ impl FlowRate {
             let names = "period, probability, vehsPerHour, perHour or number";
             return Err(format!("it states no rate; allowed: {names}"));
         };
-        // All at once where it has no length.
+        // A flow of zero length departs all at once.
         let per_s = if end_s > begin_s { count / (end_s - begin_s) } else { f64::INFINITY };
         Ok(flow((per_s, false), format!("number is \"{count}\"")))
     }
 
-    /// Departures before a time, s. The first of even ones is at the flow's begin.
+    /// Returns the number of departures before a time, s. The first departure of an even flow is at its begin.
     fn until(&self, until_s: f64) -> f64 {
         let most = self.number.unwrap_or(f64::INFINITY);
         let until_s = if self.per_s.is_infinite() { until_s } else { until_s.min(self.end_of_rate_s()) };
@@ -252,12 +253,12 @@ impl FlowRate {
             return 0.0;
         }
         let count = length_s * self.per_s;
-        // 1/1.8 of 3.6 s is a hair more than 2.
+        // Allows for rounding: 3.6 s divided by 1.8 s can be slightly above 2.
         let count = if self.is_random { count } else { (count - 1e-9).ceil() };
         count.min(most)
     }
 
-    /// End of its departures, s: SUMO lets a number at a stated rate go on beyond all ends.
+    /// Returns the end of the departures, s: SUMO continues a flow with a number and a rate beyond its end.
     fn end_of_rate_s(&self) -> f64 {
         self.number.map_or(self.end_s, |number| self.begin_s + number / self.per_s)
     }
@@ -267,7 +268,7 @@ impl FlowRate {
     }
 }
 
-/// Vehicles a second of a period, and if they come at random.
+/// Parses a period: vehicles per second, and true for random departures.
 fn of_period(text: &str) -> Result<(f64, bool), String> {
     let wrong = || not_allowed("period", text, "seconds above 0, or exp(NUMBER A SECOND)");
     let above = |number: &str| number.trim().parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
@@ -277,7 +278,7 @@ fn of_period(text: &str) -> Result<(f64, bool), String> {
     seconds(text).filter(|period_s| *period_s > 0.0).map(|period_s| (1.0 / period_s, false)).ok_or_else(wrong)
 }
 
-/// Seconds of a time as SUMO writes it: `90`, `0:01:30` or `0:00:01:30`.
+/// Parses a time in SUMO's format to seconds: `90`, `0:01:30` or `0:00:01:30`.
 fn seconds(text: &str) -> Option<f64> {
     let parts: Vec<f64> = text.trim().split(':').map(str::parse).collect::<Result<_, _>>().ok()?;
     let seconds = match parts[..] {
@@ -289,7 +290,7 @@ fn seconds(text: &str) -> Option<f64> {
     seconds.is_finite().then_some(seconds)
 }
 
-/// A time at which something departs, s; `None` of one that waits for another vehicle.
+/// Parses a departure time, s; `None` for a keyword such as `triggered`.
 fn departure(name: &str, text: &str) -> Result<Option<f64>, String> {
     match text.trim() {
         "triggered" | "containerTriggered" | "split" | "now" | "begin" => Ok(None),
@@ -306,7 +307,7 @@ fn time(name: &str, tag: &Tag) -> Result<Option<f64>, String> {
     found.map(Some).ok_or_else(|| not_allowed(name, text, "seconds from 0, or h:mm:ss"))
 }
 
-/// A whole number from 0 that SUMO can hold.
+/// Parses an attribute as a whole number from 0 to `i32::MAX`, SUMO's limit; `None` if the attribute is missing.
 fn whole(name: &str, tag: &Tag) -> Result<Option<f64>, String> {
     let Some(text) = tag.attribute(name) else { return Ok(None) };
     let number = text.trim().parse::<u32>().ok().filter(|n| *n <= i32::MAX as u32);

@@ -1,4 +1,4 @@
-//! Tests of the count of a demand, by numbers that follow by hand from SUMO's documentation of flows.
+//! Tests of the count of a demand. The expected numbers follow by hand from SUMO's documentation of flows.
 
 use super::*;
 use crate::traffic::Flow;
@@ -10,7 +10,7 @@ fn due(elements: &str, until_s: f64) -> Option<f64> {
     Demand { files: vec![file], flows: Vec::new() }.due(until_s)
 }
 
-/// Count of one file's elements until a time, or the text of the first fault.
+/// Returns the count of one file's elements before a time, s, or the text of the first fault.
 fn counted(elements: &str, until_s: f64) -> Result<u64, String> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("x.rou.xml");
@@ -26,7 +26,7 @@ fn counted(elements: &str, until_s: f64) -> Result<u64, String> {
 
 #[test]
 fn vehicles_that_are_due_are_counted_as_by_hand() {
-    // Each 1.8 s from 0 on: at 0 and 1.8, and at 3.6 not yet.
+    // One departure every 1.8 s from 0 on; the one at 3.6 s is not before 3.6 s.
     let even = "<flow id=\"f\" begin=\"0\" end=\"9999\" vehsPerHour=\"2000\"/>";
     assert_eq!([0.0, 1.0, 3.6, 3.7].map(|until_s| due(even, until_s)), [0.0, 1.0, 2.0, 3.0].map(Some));
     assert_eq!(due("<flow id=\"f\" begin=\"10\" end=\"20\" number=\"5\"/>", 15.0), Some(3.0), "at 10, 12 and 14");
@@ -54,14 +54,14 @@ fn every_kind_of_rate_counts_until_the_end_of_the_drive() {
         ("<personFlow id=\"f\" begin=\"0\" end=\"100\" personsPerHour=\"360\"/>", 10),
         ("<personFlow id=\"f\" begin=\"0\" end=\"100\" period=\"5\"/>", 20),
         ("<containerFlow id=\"f\" begin=\"0\" end=\"100\" containersPerHour=\"3600\"/>", 100),
-        // SUMO ends one without an end after a day; the drive is over sooner.
+        // SUMO ends a flow without an end after a day; the drive ends earlier.
         ("<flow id=\"f\" begin=\"0\" period=\"1\"/>", 1000),
         ("<flow id=\"f\" period=\"1\"/>", 1000),
-        // A number without a rate is spread over that day, or over its own times.
+        // A number without a rate is spread over that day, or over the flow's own times.
         ("<flow id=\"f\" begin=\"0\" number=\"864\"/>", 10),
         ("<flow id=\"f\" begin=\"0\" end=\"2000\" number=\"100\"/>", 50),
         ("<flow id=\"f\" begin=\"0\" end=\"0\" number=\"9\"/>", 9),
-        // Both: at most so many.
+        // With a number and a period, the number is the maximum.
         ("<flow id=\"f\" begin=\"0\" number=\"3\" period=\"10\"/>", 3),
         (
             "<interval begin=\"100\" end=\"200\"><flow id=\"f\" period=\"10\"/></interval><flow id=\"g\" period=\"100\"/>",
@@ -131,7 +131,7 @@ fn repeated_routes_types_and_members_have_bounds() {
     assert_eq!(counted("<route id=\"r\" edges=\"a b\" repeat=\"49999\"/>", 1.0), Ok(0));
     let fault = counted("<route id=\"r\" edges=\"a b\" repeat=\"50000\"/>", 1.0).expect_err("100,002 edges");
     assert_eq!(fault, "repeat is 50000, with which the route has 100002 edges; allowed: at most 100000");
-    // A hundred of 100,000 edges each are the most.
+    // The limit is a hundred routes of 100,000 edges each.
     let long = "<route edges=\"a b\" repeat=\"49999\"/>";
     assert_eq!(counted(&long.repeat(100), 1.0), Ok(0));
     assert!(counted(&long.repeat(101), 1.0).expect_err("too many").starts_with("repeated routes have 10100000 edges"));

@@ -1,7 +1,7 @@
-//! Files of demand before SUMO has them. In: `rou.xml` files that somebody wrote, and the network. Out: canonical copies in a private folder,
-//! which SUMO reads in their place, or the first fault with file, line, value and remedy. Files go through the gate in front of SUMO
-//! ([`crate::sumo_xml`]), element by element. SUMO itself would find an edge that is not there after an hour of driving, and leave
-//! out vehicles that stand out of order without a word.
+//! Check of demand files before SUMO reads them. In: `rou.xml` files of users, and the network. Out: canonical copies in a private folder,
+//! which SUMO reads in their place, or the first fault with file, line, value and remedy. Files pass the gate in front of SUMO
+//! ([`crate::sumo_xml`]) element by element. SUMO itself would find a missing edge after an hour of driving, and would silently leave out
+//! vehicles that are out of order.
 
 use super::{Demand, DemandFault, demand_count::DemandCount, is_interrupted};
 use crate::{
@@ -21,27 +21,27 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The most vehicles that the files of a demand may bring together: two days of a thousand at a time, and 0.8 GB if all of them wait.
+/// Maximum number of vehicles in a demand: two days with a thousand vehicles at a time, and 0.8 GB of memory if all of them wait.
 pub const MOST_VEHICLES: u64 = 200_000;
-/// Attributes that name one edge or several, of elements that SUMO drives along.
+/// Attributes with the ids of one or several edges, in elements that define routes.
 const EDGES: [&str; 4] = ["from", "to", "via", "edges"];
 
 /// Canonical copies of a demand's files.
 #[derive(Debug, Default)]
 pub struct CanonicalDemand {
-    /// The copies, in the order of the files.
+    /// Paths of the copies, in the order of the files.
     pub files: Vec<PathBuf>,
-    /// Types of vehicles that they define, as far as anybody asks: true for SUMO's default type.
+    /// True if a file defines SUMO's default vehicle type.
     pub defines_default_type: bool,
-    /// Parts that were left out, by the file that had them.
+    /// Parts that the copies leave out, by original file.
     pub dropped: Vec<(PathBuf, Dropped)>,
 }
 
-/// Copies a demand's files into `folder`, which is private and holds no demand yet.
+/// Writes canonical copies of a demand's files into `folder`, which is private and holds no demand yet.
 ///
 /// # Errors
-/// A file cannot be read or has a part that SUMO is not given, names an edge that the network has not or one that cannot be come to, has
-/// vehicles out of order, or all together bring more than [`MOST_VEHICLES`] until a time, s.
+/// A file cannot be read or written; it has a part that is refused, a missing or unreachable edge, or vehicles out of order; the demand
+/// brings more than [`MOST_VEHICLES`] before `until_s`, s; or the program was interrupted.
 pub(super) fn copy(
     demand: &Demand,
     network: &Network,
@@ -78,7 +78,7 @@ pub(super) fn copy(
     Ok(copies)
 }
 
-/// Bytes of a file that comes with the program, which goes as it is.
+/// Returns the bytes of a file shipped with the program, which SUMO gets unchanged; `None` for any other file.
 fn shipped_bytes(file: &Path) -> Option<Vec<u8>> {
     read_bounded(file, SETTINGS_BYTES).ok().filter(|bytes| data_folders::is_shipped_for_sumo(bytes))
 }
@@ -94,7 +94,7 @@ impl From<StreamError> for DemandFault {
     }
 }
 
-/// A file that is read.
+/// State of the reading of one file.
 struct Scan<'a, 'n> {
     ways: &'a mut Ways<'n>,
     last_depart_s: f64,
@@ -124,7 +124,7 @@ impl Scan<'_, '_> {
         faults.map_err(|problem| Problem { element: tag.label(), problem })
     }
 
-    /// The edges of an element: they are there, and a way leads from the first to the last.
+    /// Checks that the edges of an element exist and that a route leads from `from` to `to`.
     fn edges(&mut self, tag: &Tag) -> Result<(), String> {
         let network = self.ways.network;
         for name in EDGES {
@@ -144,7 +144,7 @@ impl Scan<'_, '_> {
         Ok(())
     }
 
-    /// SUMO leaves out who departs before somebody that stands above.
+    /// Checks that departure times ascend: SUMO leaves out a vehicle that departs before one above it in the file.
     fn departure(&mut self, tag: &Tag) -> Result<(), String> {
         let Some(depart_s) = number(tag, if tag.name == "flow" { "begin" } else { "depart" }) else { return Ok(()) };
         if depart_s < self.last_depart_s {
@@ -159,10 +159,10 @@ impl Scan<'_, '_> {
     }
 }
 
-/// Where roads lead, whoever may drive on them.
+/// Reachability between edges, regardless of permissions.
 struct Ways<'n> {
     network: &'n Network,
-    /// The edges that can be come to from one, a bit each.
+    /// Edges reachable from an edge, one bit each.
     reached: BTreeMap<EdgeId, Vec<u64>>,
 }
 
@@ -186,7 +186,7 @@ impl Ways<'_> {
     }
 }
 
-/// What helps where a demand is too large.
+/// Remedy for a demand that is too large.
 pub(super) const SHORTER: &str = "\n  remedy: keep those that depart during the drive (SUMO's tools/route/cutRoutes.py), or state flows in the scenario";
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Interrupts waiting for another program. In: a signal to the program, or somebody who no longer wants what a thread waits
-//! for. Out: whether that came, for everything here that waits for another program, and if traffic is being started.
+//! Interruption of waits for another program. In: a signal to the program, or a request to end the waits of one thread. Out: the state of
+//! the interruption, for all code that waits for another program; and the number of starts of traffic under way.
 
 use super::TrafficError;
 use std::{
@@ -10,44 +10,43 @@ use std::{
     },
 };
 
-/// One for the whole process because signals are.
+/// Process-wide flag, because signals are process-wide.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
-    /// The interruption that this thread obeys besides.
+    /// Interruption that this thread obeys in addition.
     static OBEYED: RefCell<Option<Interruption>> = const { RefCell::new(None) };
 }
 
-/// From here on no engine of this process waits for another program: a wait ends within a tenth of a second with
+/// Ends all present and future waits of this process for another program: each ends within a tenth of a second with
 /// [`TrafficError::Interrupted`](super::TrafficError::Interrupted).
 pub fn interrupt() {
     INTERRUPTED.store(true, Ordering::Relaxed);
 }
 
-/// True once [`interrupt`] was called, or the [`Interruption`] that this thread obeys.
+/// Returns true once [`interrupt`] was called, or the [`Interruption`] of this thread was triggered.
 pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed) || OBEYED.with_borrow(|own| own.as_ref().is_some_and(Interruption::has_come))
 }
 
-/// Fails with [`TrafficError::Interrupted`] once the wait is over: for what goes on step by step.
+/// Fails after an interruption; for work that proceeds step by step.
 ///
 /// # Errors
-/// As said.
+/// [`TrafficError::Interrupted`].
 pub fn go_on() -> Result<(), TrafficError> {
     if is_interrupted() { Err(TrafficError::Interrupted) } else { Ok(()) }
 }
 
-/// Starts of traffic that are under way in this process.
+/// Number of starts of traffic under way in this process.
 static STARTING: AtomicUsize = AtomicUsize::new(0);
 
-/// A start of traffic, from the first look at its files to the end of the warm-up, until it is dropped. SUMO cannot be
-/// interrupted while it reads a file. As nothing of the drive is recorded yet, a program that shall end meanwhile may do so
-/// at once.
+/// Start of traffic, from the first read of its files to the end of the warm-up; it ends on drop. SUMO cannot be interrupted while it reads
+/// a file. Nothing of the drive is recorded yet, so a program that must end during a start may exit at once.
 #[derive(Debug)]
 pub struct TrafficStart(());
 
 impl TrafficStart {
-    /// Begins one.
+    /// Registers a start of traffic.
     pub fn begin() -> Self {
         STARTING.fetch_add(1, Ordering::SeqCst);
         Self(())
@@ -60,22 +59,22 @@ impl Drop for TrafficStart {
     }
 }
 
-/// Number of starts of traffic that are under way.
+/// Returns the number of starts of traffic under way.
 pub fn starts_under_way() -> usize {
     STARTING.load(Ordering::SeqCst)
 }
 
-/// The end of one thread's waiting; clones are the same one.
+/// Interruption of one thread's waits; clones share one state.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicBool>);
 
 impl Interruption {
-    /// Whatever this thread waits for from here on ends with it.
+    /// Makes all further waits of this thread end with this interruption.
     pub fn obey(&self) {
         OBEYED.set(Some(self.clone()));
     }
 
-    /// Ends the waiting of the thread that obeys it.
+    /// Ends the waits of the thread that obeys it.
     pub fn interrupt(&self) {
         self.0.store(true, Ordering::Relaxed);
     }

@@ -1,28 +1,27 @@
-//! Other cars that follow by another model than the drive's own. In: a model, a share and a seed. Out: which cars have it.
-//! The models are SUMO's, with its own numbers and its own noise, so that only SUMO in this process has them.
+//! Other vehicles with a car-following model different from the drive's own. In: a model, a share and a seed. Out: the vehicles that have
+//! it. The models are SUMO's, with SUMO's parameters and noise; only SUMO in this process has them.
 
 use crate::rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A car-following model.
+/// Car-following model of other vehicles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FollowingModel {
-    /// The drive's own, the Intelligent Driver Model
+    /// Intelligent Driver Model, the drive's own model
     #[default]
     Idm,
-    /// Krauss 1998 as SUMO has it, its default: keeps a safe speed, and dawdles
+    /// Krauss 1998 as implemented in SUMO, its default: keeps a safe speed, with random slowdowns
     Krauss,
-    /// SUMO's Extended IDM: sees late and errs
+    /// SUMO's Extended IDM, with a reaction time and perception errors
     Eidm,
 }
 
 impl FollowingModel {
-    /// All of them.
     pub const ALL: [Self; 3] = [Self::Idm, Self::Krauss, Self::Eidm];
 
-    /// As it is written in settings.
+    /// Returns the name used in settings.
     pub fn name(self) -> &'static str {
         match self {
             Self::Idm => "idm",
@@ -31,7 +30,7 @@ impl FollowingModel {
         }
     }
 
-    /// As SUMO calls it.
+    /// Returns SUMO's name of the model.
     pub(super) fn sumo_name(self) -> &'static str {
         match self {
             Self::Idm => "IDM",
@@ -41,17 +40,18 @@ impl FollowingModel {
     }
 }
 
-/// How many of the other cars have another model, and which.
+/// Share of other vehicles with a different car-following model, and that model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelMixture {
-    /// Their model; [`FollowingModel::Idm`] leaves all as they are.
+    /// Model of these vehicles; [`FollowingModel::Idm`] changes no vehicle.
     pub model: FollowingModel,
-    /// Their share of the other cars, 0 to 1.
+    /// Share of these vehicles among the other vehicles, 0 to 1.
     pub share: f64,
 }
 
 impl ModelMixture {
-    /// Which of `cars` cars have it: the nearest whole number of the others, drawn by `seed`; never the ego, car 0.
+    /// Returns a flag for each of `cars` vehicles, true for those with the model. Their number is the share of the others, rounded; `seed`
+    /// draws them. The ego, vehicle 0, is never among them.
     pub fn members(&self, cars: usize, seed: u64) -> Vec<bool> {
         let mut members = vec![false; cars];
         if self.model == FollowingModel::Idm || cars == 0 {
@@ -71,13 +71,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_many_others_have_the_model_as_their_share_says_and_never_the_ego() {
+    fn the_stated_share_of_others_has_the_model_and_the_ego_never_has() {
         let count = |model, share, seed| {
             let members = ModelMixture { model, share }.members(22, seed);
             assert!(members.len() == 22 && !members[0]);
             members.iter().filter(|has| **has).count()
         };
-        // Of 21 others.
+        // There are 21 other vehicles.
         for (share, expected) in [(0.0, 0), (0.1, 2), (0.5, 11), (1.0, 21)] {
             assert_eq!(count(FollowingModel::Krauss, share, 1), expected);
             assert_eq!(count(FollowingModel::Idm, share, 1), 0);

@@ -1,6 +1,6 @@
-//! All other cars. In: a [`TrafficSetup`], then once a step what those do that somebody drives. Out: the state of every car at the end
-//! of that step. Two engines behind one trait: SUMO (in process or elsewhere) and the native IDM ring. Only
-//! `traffic::sumo` knows SUMO.
+//! Traffic: all other vehicles. In: a [`TrafficSetup`], then once per step the reports of externally driven vehicles. Out: the state of
+//! every vehicle at the end of the step. Two engines implement [`Traffic`]: SUMO (in this process or remote) and the native IDM ring. Only
+//! `traffic::sumo` depends on SUMO.
 
 mod bends;
 mod choice;
@@ -31,30 +31,28 @@ pub use vehicles::{Departure, NetworkVehicle, VehicleBody, VehicleChanges, Vehic
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
 use std::{sync::Arc, time::Duration};
 
-/// The hardest that any car of the traffic brakes, m/s2 (SUMO's default for passenger cars). The model is never clipped at
-/// `b` (docs/references.md: idm); it reaches this bound only behind an ego that cuts in or stops dead.
+/// Hardest braking of any vehicle of the traffic, m/s2 (SUMO's default for passenger cars). The model is never clipped at `b`
+/// (docs/references.md: idm); it reaches this bound only behind an ego that cuts in or stops suddenly.
 pub const EMERGENCY_BRAKING_MPS2: f64 = 9.0;
 
-/// A speed that an acceleration below this leads to is none, m/s2: SUMO rounds such creeping to a stop. Without it the two
-/// engines agree to 1e-5 m/s instead of 1e-11 once a queue moves up by hairs.
+/// Creep limit, m/s2: SUMO rounds a speed below this times the step length to 0. Without this rule, the two engines agree to 1e-5 m/s
+/// instead of 1e-11 once a queue moves up in very small steps.
 pub const CREEP_MPS2: f64 = 1e-4;
 
-/// Number of a car: the ego is 0, car 1 starts ahead of it (its leader), and so on in driving direction, so that the last is
-/// the ego's follower.
+/// Number of a vehicle. On a ring the ego is 0, vehicle 1 starts ahead of it (its leader), and so on in driving direction; the last is the
+/// ego's follower.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct VehicleId(pub u32);
 
-/// The participant's car, in every engine.
+/// Number of the participant's vehicle, in every engine.
 pub const EGO: VehicleId = VehicleId(0);
 
-/// One car at the end of a step.
+/// State of one vehicle at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CarState {
-    /// Which car.
     pub id: VehicleId,
     /// Front bumper along the route, metres, in `0..length_m`.
     pub s_m: f64,
-    /// Speed, m/s.
     pub speed_mps: f64,
     /// Acceleration over the step, m/s2.
     pub accel_mps2: f64,
@@ -62,39 +60,37 @@ pub struct CarState {
     pub braking: bool,
 }
 
-/// Where a car starts.
+/// Initial position and speed of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialVehicle {
     /// Front bumper along the route, metres.
     pub s_m: f64,
-    /// Speed, m/s.
     pub speed_mps: f64,
 }
 
-/// Everything an engine needs to begin.
+/// Start settings of a traffic engine.
 #[derive(Clone, Debug)]
 pub struct TrafficSetup {
-    /// The road.
     pub map: Arc<RoadMap>,
-    /// All cars; car `i` has [`VehicleId`] `i`, car 0 is the ego.
+    /// Initial vehicles; vehicle `i` has [`VehicleId`] `i`, vehicle 0 is the ego.
     pub cars: Vec<InitialVehicle>,
-    /// Model of every car, noise included.
+    /// Car-following parameters of every vehicle, noise included.
     pub idm: IdmParams,
-    /// Other cars that have another one.
+    /// Other vehicles with a different car-following model.
     pub mixture: ModelMixture,
     /// Length of a step, seconds.
     pub step_s: f64,
-    /// Seed of the noise.
+    /// Seed of the noise, of the choice of vehicles with a different model, and of SUMO's random numbers.
     pub seed: u64,
-    /// Where the noise of a car comes from.
+    /// Assignment of noise streams to vehicles.
     pub noise_streams: NoiseStreams,
-    /// How long a SUMO that runs elsewhere may take for the connection and for each answer, seconds.
+    /// Timeout of a remote SUMO for the connection and for each reply, seconds.
     pub timeout_s: f64,
-    /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as the car-following model knows none.
+    /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as in the car-following model.
     pub lateral_accel_mps2: Option<f64>,
 }
 
-/// What somebody's vehicle does in one step: as it is now and as it will be at the end of the step.
+/// State of an externally driven vehicle in one step: at present, and as predicted for the end of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExternalVehicleState {
     /// Present pose of its centre.
@@ -107,36 +103,33 @@ pub struct ExternalVehicleState {
     pub next_speed_mps: f64,
 }
 
-/// A vehicle that does not follow its model in a step, because somebody drives it.
+/// Report of an externally driven vehicle, which does not follow its model in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleReport {
-    /// Which.
     pub id: VehicleId,
-    /// What it does.
     pub state: ExternalVehicleState,
 }
 
 impl VehicleReport {
-    /// That of the ego.
+    /// Creates the report of the ego.
     pub fn of_ego(state: ExternalVehicleState) -> Self {
         Self { id: EGO, state }
     }
 }
 
-/// A traffic engine. One call is one step; all cars move at once from one state. It is begun on one thread and may be
-/// driven on another, so that a window hears its keys meanwhile.
+/// Traffic engine. One call is one step; all vehicles move at once from one state. An engine may start on one thread and run on another, so
+/// that a window stays responsive.
 pub trait Traffic: Send {
-    /// Advances by one step. The cars of these reports, by ascending id, are where the reports say; every other is driven by its
-    /// own model, from where its last report left it. A reported car whose body has left the lane is not seen by the others.
+    /// Advances by one step. Vehicles with a report, by ascending id, move as reported; the model drives every other vehicle, from the
+    /// position of its last report if it had one. Other vehicles do not see an externally driven vehicle whose body has left the lane.
     ///
     /// # Errors
-    /// If the engine failed, a number is not finite, or the reports are not of cars that are here, each once and in order; the drive
-    /// cannot go on. Also if a car that is reported no more was left beside the road.
+    /// The engine failed, after which the drive cannot continue; a number is not finite; the reports are not of existing vehicles, each
+    /// once and in order; or a vehicle that was left off the lane has no report.
     fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError>;
 
-    /// [`Traffic::step`] in two parts, for whoever must not wait for an engine that runs elsewhere: begins a step. Nothing
-    /// else may be asked before [`Traffic::finish_step`] has said that it is over. An engine in this process takes the
-    /// whole step here.
+    /// Begins a step: the first half of [`Traffic::step`], for callers that must not wait for a remote engine. No other method may be
+    /// called until [`Traffic::finish_step`] returns true. An engine in this process computes the whole step here.
     ///
     /// # Errors
     /// As [`Traffic::step`].
@@ -144,7 +137,7 @@ pub trait Traffic: Send {
         self.step(reports)
     }
 
-    /// True once the step that was begun is over; waits for that for `patience` at most.
+    /// Returns true once the begun step is over; waits at most `patience`.
     ///
     /// # Errors
     /// The engine failed, or took longer than [`TrafficSetup::timeout_s`].
@@ -152,17 +145,17 @@ pub trait Traffic: Send {
         Ok(true)
     }
 
-    /// All cars at the end of the last step, by ascending id, the ego first.
+    /// Returns all vehicles at the end of the last step, by ascending id, the ego first.
     fn cars(&self) -> &[CarState];
 
-    /// Name and version, for recordings and messages.
+    /// Returns name and version of the engine, for recordings and messages.
     fn describe(&self) -> String;
 }
 
-/// Starts the engine chosen, all cars at their places.
+/// Starts the chosen engine with all vehicles at their initial positions.
 ///
 /// # Errors
-/// If the setup cannot be simulated, SUMO is not here or in use, or nobody listens at the address.
+/// The setup cannot be simulated, SUMO is absent or in use, or no program listens at the address.
 pub fn start(engine: &EngineChoice, setup: TrafficSetup) -> Result<Box<dyn Traffic>, TrafficError> {
     Ok(match engine {
         EngineChoice::Native => Box::new(NativeTraffic::start(setup)?),
@@ -171,7 +164,7 @@ pub fn start(engine: &EngineChoice, setup: TrafficSetup) -> Result<Box<dyn Traff
     })
 }
 
-/// Why traffic cannot start or go on.
+/// Reason why traffic cannot start or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum TrafficError {
     /// SUMO is not on this machine.
@@ -182,18 +175,18 @@ pub enum TrafficError {
     /// Another simulation of this process uses SUMO.
     #[error("SUMO is in use: one program runs one SUMO simulation at a time")]
     Busy,
-    /// Two cars would stand inside each other at the start.
+    /// Two vehicles would overlap at the start.
     #[error(
         "cars {a} and {b} would stand inside each other at the start, at x {x_m:.1} m, y {y_m:.1} m: the route passes there twice, or is drawn much shorter than it is declared\n  remedy: another number of vehicles, or another route"
     )]
     CarsOverlap {
-        /// One car, counted from 0, the ego.
+        /// Number of one vehicle; 0 is the ego.
         a: usize,
-        /// The other.
+        /// Number of the other vehicle.
         b: usize,
-        /// Where, metres to the east.
+        /// Position of the overlap, metres to the east.
         x_m: f64,
-        /// Where, metres to the north.
+        /// Position of the overlap, metres to the north.
         y_m: f64,
     },
     /// The built-in engine cannot drive a route that meets itself.
@@ -201,108 +194,108 @@ pub enum TrafficError {
         "the route crosses or touches itself: at {first_m:.0} m it comes to where it is at {second_m:.0} m, and the built-in engine knows no right of way\n  remedy: drive with --traffic sumo, or choose a route that does not meet itself (route = [..] in map.toml)"
     )]
     RouteMeetsItself {
-        /// The first place, metres along the route.
+        /// First position, metres along the route.
         first_m: f64,
-        /// The second.
+        /// Second position, metres along the route.
         second_m: f64,
     },
-    /// The route changes lanes, which cars of a closed file do not.
+    /// The route changes lanes, but SUMO's vehicles on a closed route keep their lanes.
     #[error(
         "the route changes from lane \"{from}\" to lane \"{to}\", and SUMO's cars of a closed route keep their lanes\n  remedy: choose edges that one lane each leads along (route = [..] in map.toml), or drive with --traffic native"
     )]
     RouteChangesLanes {
-        /// The lane that is entered.
+        /// Lane by which the route enters the edge.
         from: String,
-        /// The lane that is left.
+        /// Lane by which the route leaves the edge.
         to: String,
     },
-    /// A lane of the route leads to two lanes of the same edge that are both on it.
+    /// A lane of the route leads to two lanes of the same edge, and both are on the route.
     #[error(
         "the route goes from lane \"{from}\" to lane \"{to}\", and elsewhere over lane \"{other}\" of the same edge, to which \"{from}\" leads, too: SUMO's cars of a closed route would take either\n  remedy: choose edges of which each is driven once (route = [..] in map.toml), or drive with --traffic native"
     )]
     RouteForks {
-        /// The lane that leads to both.
+        /// Lane that leads to both.
         from: String,
-        /// The one that the route takes there.
+        /// Lane that the route takes there.
         to: String,
-        /// The other.
+        /// Other lane, which the route takes elsewhere.
         other: String,
     },
     /// SUMO or the connection to it reported an error.
     #[error("SUMO: {0}")]
     Sumo(String),
-    /// Nobody listens where a SUMO shall be.
+    /// No program listens at the address of a remote SUMO.
     #[error(
         "no program listens at {address} ({why})\n  remedy: start SUMO there: sumo --net-file NET --remote-port PORT"
     )]
     Unreachable {
-        /// Host and port.
+        /// Host and port of the remote SUMO.
         address: String,
-        /// What the system says.
+        /// Error message of the system.
         why: String,
     },
-    /// A SUMO that runs elsewhere does not answer in time.
+    /// A remote SUMO does not reply in time.
     #[error(
         "SUMO at {address} did not answer within {seconds} s: {what} did not come\n  remedy: see whether it still runs and \
          whether the network is up; a SUMO started with --num-clients N answers when all N are connected; \
          --traffic-timeout allows more time"
     )]
     Silent {
-        /// Host and port.
+        /// Host and port of the remote SUMO.
         address: String,
-        /// What was waited for.
+        /// Item that did not arrive.
         what: String,
-        /// How long, seconds.
+        /// Time limit that was exceeded, seconds.
         seconds: f64,
     },
-    /// A SUMO that runs elsewhere, or the way to it, has failed.
+    /// A remote SUMO, or the connection to it, has failed.
     #[error("SUMO at {address} is gone: {why}; {what} did not come\n  remedy: start it again and see its own messages")]
     Lost {
-        /// Host and port.
+        /// Host and port of the remote SUMO.
         address: String,
-        /// What was waited for.
+        /// Item that did not arrive.
         what: String,
-        /// What happened.
+        /// Cause of the failure.
         why: String,
     },
-    /// Another program listens where a SUMO shall be.
+    /// Another program listens at the address of a remote SUMO.
     #[error(
         "the program that listens at {address} is not SUMO: it says \"{said}\"\n  remedy: name the port that SUMO got with --remote-port"
     )]
     NotSumo {
-        /// Host and port.
+        /// Host and port of the remote SUMO.
         address: String,
-        /// What it answered, one line.
+        /// Reply of the program, one line.
         said: String,
     },
-    /// A SUMO that runs elsewhere is of another version, and would move cars otherwise.
+    /// A remote SUMO has another version, which would move vehicles differently.
     #[error("SUMO at {address} is {theirs}; this program needs {ours}\n  remedy: start that version there")]
     OtherVersion {
-        /// Host and port.
+        /// Host and port of the remote SUMO.
         address: String,
-        /// Its version.
+        /// Version of the remote SUMO.
         theirs: String,
-        /// The one that it has to be.
+        /// Version that this program needs.
         ours: String,
     },
-    /// The program was told to end while it waited.
+    /// The program was interrupted while it waited for SUMO.
     #[error("interrupted while waiting for SUMO")]
     Interrupted,
-    /// There is no room for the ego where it shall start.
+    /// The start edge has no room for the ego.
     #[error(
         "no room for the ego on edge \"{edge}\" within {waited_s} s: other vehicles are there all the time\n  remedy: another place \
          (--path-start), fewer vehicles in the demand, or a longer wait (--wave-wait)"
     )]
     NoRoom {
-        /// Where it starts.
+        /// Id of the start edge.
         edge: String,
-        /// How long it was waited, seconds.
+        /// Duration of the wait, seconds.
         waited_s: f64,
     },
-    /// Other models are SUMO's, and this engine is not SUMO in this process.
+    /// A car-following model was chosen that only SUMO in this process has.
     #[error("other cars cannot follow by {}: only SUMO in this program has that model\n  remedy: --traffic sumo, or --other-model idm", .0.name())]
     NoSuchModel(FollowingModel),
-    /// The road has an open path, and vehicles come and go there.
+    /// The engine cannot drive a road with an open path, on which vehicles enter and leave.
     #[error(
         "traffic is {0}; allowed on a road whose path is open: sumo; only SUMO in this program moves vehicles on a network\n  \
          remedy: --traffic sumo"
@@ -314,11 +307,11 @@ pub enum TrafficError {
     /// A number is NaN or infinite.
     #[error("{what} of car {car} is not a finite number: {value}")]
     NotFinite {
-        /// Which quantity.
+        /// Name of the quantity.
         what: &'static str,
-        /// Which car.
+        /// Number of the vehicle.
         car: u32,
-        /// Its value.
+        /// Value of the quantity.
         value: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! What a step did to a car's motion, one rule for both engines: speed, acceleration, brake lamps. SI units.
+//! Motion of a vehicle after a step, one rule for both engines: speed, acceleration, brake lamps. SI units.
 
 use super::CarState;
 use crate::{
@@ -6,23 +6,23 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
 };
 
-/// Below this speed a car counts as standing, m/s (SUMO's halting speed).
+/// Speed at or below which a vehicle counts as stopped, m/s (SUMO's halting speed).
 const STANDING_MPS: f64 = 0.1;
 
-/// One step of a car's speed, m/s.
+/// Speeds of a vehicle in one step, m/s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpeedStep {
-    /// Before the step, with its noise: what the model started from.
+    /// Speed before the step, with noise: the input of the model.
     pub before_mps: f64,
-    /// What the model, or the driver, made of it.
+    /// Speed chosen by the model or by the driver.
     pub chosen_mps: f64,
-    /// The same with noise: what the next step starts from.
+    /// Chosen speed with noise: the input of the next step.
     pub after_mps: f64,
 }
 
 impl CarState {
-    /// Pose of its centre, where the engine has its front on the route: to 1e-9 m as SUMO draws it (test:
-    /// `poses_are_where_sumo_draws_the_cars`). No part of the state, for a drive asks for it between the steps.
+    /// Returns the pose of the vehicle's centre, with its front on the route. It equals the pose that SUMO draws to 1e-9 m (test:
+    /// `poses_are_where_sumo_draws_the_cars`). The pose is not part of the state, because a drive also asks for it between steps.
     pub fn pose(&self, route: &Route) -> Pose {
         route.pose_of_front(self.s_m, CAR_LENGTH_M)
     }
@@ -35,14 +35,14 @@ impl CarState {
     }
 }
 
-/// Deceleration that rolling resistance and drag give without a foot on the brake, m/s2 (SUMO's figure).
+/// Returns the deceleration by rolling resistance and drag without braking, m/s2 (SUMO's formula).
 fn coasting_mps2(speed_mps: f64) -> f64 {
     (0.05 + 0.005 * speed_mps) * speed_mps
 }
 
-/// SUMO's rule: a car lights its lamps if it stands or brakes harder than it would coast. Once lit they stay so until it no
-/// longer slows down: in a dense flow at 1.3 m/s with noise 0.5 they then change 11 times a minute instead of 24; in the
-/// flow of the paper's ring with noise 0.2 they never do, in its wave twice a stop.
+/// Returns true if the brake lamps are lit. By SUMO's rule, a vehicle lights them if it stands or brakes harder than it would coast. Lit
+/// lamps stay lit until the vehicle no longer slows down. In a dense flow at 1.3 m/s with noise 0.5 they then change 11 times a minute
+/// instead of 24. In the flow of the paper's ring with noise 0.2 they never change, in its wave twice per stop.
 fn lamps_lit(speed: SpeedStep, were_lit: bool, step_s: f64) -> bool {
     let coasting_mps = if were_lit { 0.0 } else { coasting_mps2(speed.before_mps) * step_s };
     speed.chosen_mps <= STANDING_MPS || speed.chosen_mps < speed.before_mps - coasting_mps

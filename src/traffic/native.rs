@@ -1,12 +1,12 @@
-//! The native engine: the IDM on a closed route of one lane, for training and for speed. In: a [`TrafficSetup`], then
-//! reports. Out: [`CarState`]s. Metres, m/s.
+//! The native engine: the IDM on a closed route of one lane, for training and for fast runs. In: a [`TrafficSetup`], then reports. Out:
+//! [`CarState`]s. Metres, m/s.
 //!
-//! All accelerations come from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (docs/references.md: idm),
-//! which is also SUMO's update; then noise. A car wants the speed `min(v0, limit of its lane)`, as SUMO has it.
+//! All accelerations are computed from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (docs/references.md: idm), which is
+//! also SUMO's update; then the noise is added. The desired speed is `min(v0, limit of the lane)`, as in SUMO.
 //!
-//! Measured against SUMO: the same to 1e-11 m over 600 s on both rings, noise included (`tests/traffic`). Two things differ
-//! elsewhere: SUMO brakes before a lane with a lower limit, and it sees a leader on the lane after the next only within
-//! its braking distance, where this engine always sees it.
+//! Measured against SUMO: agreement to 1e-11 m over 600 s on both rings, noise included (`tests/traffic`). Two things differ elsewhere:
+//! SUMO brakes before a lane with a lower limit, and SUMO sees a leader on the lane after the next only within its braking distance,
+//! whereas this engine always sees it.
 
 use super::{
     CREEP_MPS2, CarState, EMERGENCY_BRAKING_MPS2, Traffic, TrafficError, TrafficSetup, VehicleId, VehicleReport,
@@ -29,21 +29,21 @@ pub struct NativeTraffic {
     /// Front bumpers along the route, by id.
     s_m: Vec<f64>,
     speed_mps: Vec<f64>,
-    /// What the model chose in the last step, noise left out.
+    /// Acceleration that the model chose in the last step, without noise.
     accel_mps2: Vec<f64>,
-    /// Cars that others see, in driving order.
+    /// Indices of the vehicles that others see, in driving order.
     order: Vec<usize>,
-    /// By id; false of a reported car that has left the lane.
+    /// Visibility to other vehicles, by id; false for an externally driven vehicle that has left the lane.
     is_seen: Vec<bool>,
     cars: Vec<CarState>,
     bends: Option<BendSpeeds>,
 }
 
 impl NativeTraffic {
-    /// All cars at their places.
+    /// Starts the engine with all vehicles at their initial positions.
     ///
     /// # Errors
-    /// If the setup cannot be simulated.
+    /// The setup cannot be simulated.
     pub fn start(setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
         setup.check_has_one_model()?;
@@ -74,7 +74,7 @@ impl NativeTraffic {
         })
     }
 
-    /// Takes a car to a pose and a speed.
+    /// Moves a vehicle to a pose and a speed.
     fn place(&mut self, car: usize, pose: &Pose, speed_mps: f64) {
         let near = self.is_seen[car].then_some(self.s_m[car]);
         let point = reported::place(&self.map.route, pose, near);
@@ -83,7 +83,8 @@ impl NativeTraffic {
         self.speed_mps[car] = speed_mps.max(0.0);
     }
 
-    /// Sorts anew each step: cars do not overtake, but one that left the lane may come back anywhere.
+    /// Sorts the visible vehicles by position. Needed in every step: vehicles do not overtake, but one that left the lane may return
+    /// anywhere.
     fn sort(&mut self) {
         self.order.clear();
         self.order.extend((0..self.s_m.len()).filter(|car| self.is_seen[*car]));
@@ -91,7 +92,7 @@ impl NativeTraffic {
         self.order.sort_unstable_by(|&a, &b| s_m[a].total_cmp(&s_m[b]).then(a.cmp(&b)));
     }
 
-    /// What the model wants of every car, all from the present state.
+    /// Computes the acceleration of every visible vehicle, all from the present state.
     fn choose(&mut self) {
         let route = &self.map.route;
         let mut idm = self.idm;
@@ -100,20 +101,20 @@ impl NativeTraffic {
             idm.v0 = self.idm.v0.min(route.speed_limit_mps(self.s_m[i]));
             let bend_mps = self.bends.as_ref().map_or(f64::INFINITY, |bends| bends.at(self.s_m[i]));
             idm.v0 = idm.v0.min(bend_mps);
-            // The last of the order has its leader one lap on; a car alone follows itself.
+            // The leader of the last vehicle in the order is one lap ahead; a single vehicle follows itself.
             let lap_m = if k + 1 == self.order.len() { route.length_m() } else { 0.0 };
             let gap_m = self.s_m[leader] + lap_m - self.s_m[i] - CAR_LENGTH_M;
             let accel = idm.acceleration(self.speed_mps[i], self.speed_mps[leader], gap_m);
             self.accel_mps2[i] = accel.max(-EMERGENCY_BRAKING_MPS2);
             if self.speed_mps[i] + accel * self.step_s > bend_mps {
-                // The model comes down to a lower speed slowly; a driver does not enter a bend too fast.
+                // The model approaches a lower desired speed slowly; a driver does not enter a bend too fast.
                 let down_mps2 = (bend_mps - self.speed_mps[i]) / self.step_s;
                 self.accel_mps2[i] = self.accel_mps2[i].min(down_mps2.max(-idm.b));
             }
         }
     }
 
-    /// Moves all cars but the reported ones, and draws everybody's noise.
+    /// Draws the noise of every vehicle and moves all vehicles without a report.
     fn advance(&mut self, reports: &[VehicleReport]) {
         let route = &self.map.route;
         let mut driven = reports.iter().map(|report| report.id.0 as usize).peekable();

@@ -1,30 +1,30 @@
-//! Noise on the acceleration, one definition for both engines (docs/references.md: idm). In: a setup. Out: each car's speed with its
-//! noise, m/s.
+//! Noise on the acceleration, one definition for both engines (docs/references.md: idm). In: a setup. Out: each vehicle's speed with noise,
+//! m/s.
 //!
-//! Flow adds `sqrt(dt) N(0, noise)` to the acceleration of each step. Here the model's step comes first, then the noise
-//! changes the speed that the next step starts from, because that is what can be told to SUMO. The car's speeds are Flow's;
-//! its place follows one step later, 0.6 mm (sd) a step at noise 0.2 and steps of 0.1 s. Both engines then agree to rounding.
+//! Flow adds `sqrt(dt) N(0, noise)` to the acceleration of each step. Here the model's step comes first; then the noise changes the speed
+//! that the next step starts from, because SUMO accepts noise only in this form. The speeds equal Flow's; the positions follow one step
+//! later, 0.6 mm (sd) per step at noise 0.2 and steps of 0.1 s. Both engines then agree to rounding.
 
 use super::{TrafficSetup, VehicleId};
 use crate::rng::{self, Stream};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where the noise of a car comes from.
+/// Assignment of noise streams to vehicles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum NoiseStreams {
-    /// Each vehicle has a stream of its own, which no other vehicle disturbs
+    /// Each vehicle has its own stream, independent of other vehicles
     #[default]
     Own,
-    /// All draw from one stream in turn, as in recordings from before 2026-11-23
+    /// All vehicles draw from one stream in turn, as in recordings from before 2026-11-23
     Shared,
 }
 
-/// Draws the noise of every car.
+/// Noise generator of all vehicles.
 #[derive(Clone, Debug)]
 pub(super) struct Noise {
-    /// By the car's number; one alone is for all.
+    /// Streams by vehicle number; a single stream serves all vehicles.
     streams: Vec<Stream>,
     /// Standard deviation of the speed change in a step, m/s.
     sd_mps: f64,
@@ -40,9 +40,9 @@ impl Noise {
         Self { streams, sd_mps: setup.idm.noise * setup.step_s.sqrt() * setup.step_s }
     }
 
-    /// A car's speed with its noise, m/s. To be called once a step for every car, the ego included whoever drives it, and in the order
-    /// of ids where all share a stream: a draw that is not used keeps all later ones where they are. A car that the model holds
-    /// stays where it is: noise does not creep through a queue.
+    /// Returns a vehicle's speed with noise, m/s. Must be called once per step for every vehicle, including externally driven ones, and in
+    /// the order of ids if all share a stream: a discarded draw keeps all later draws unchanged. A vehicle that the model keeps at a
+    /// standstill gets no noise, so that queues do not creep.
     pub(super) fn push(&mut self, car: VehicleId, speed_mps: f64) -> f64 {
         if self.sd_mps == 0.0 {
             return speed_mps;

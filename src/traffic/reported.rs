@@ -1,5 +1,5 @@
-//! Reported cars as traffic sees them: one rule for both engines. In: [`VehicleReport`]s and the route. Out: where on the
-//! route such a car is and whether others see it there. Metres, m/s.
+//! Externally driven vehicles as other traffic sees them: one rule for both engines. In: [`VehicleReport`]s and the route. Out: position of
+//! such a vehicle on the route, and whether others see it there. Metres, m/s.
 
 use super::{CarState, ExternalVehicleState, TrafficError, VehicleId, VehicleReport, motion::SpeedStep};
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
 };
 
 impl ExternalVehicleState {
-    /// Fails if a number in it is not finite: SUMO accepts NaN without a word, and the car is gone.
+    /// Checks that all numbers are finite: SUMO accepts NaN silently and loses the vehicle.
     ///
     /// # Errors
     /// [`TrafficError::NotFinite`].
@@ -30,8 +30,8 @@ impl ExternalVehicleState {
     }
 }
 
-/// Fails unless these are reports of different ones of `cars` cars, by ascending id, and every car that was left beside the road
-/// is among them.
+/// Checks that the reports are of different vehicles, by ascending id, and that every vehicle that was left off the lane has one. `is_seen`
+/// has one entry per vehicle, false for one off the lane.
 pub(super) fn check_reports(reports: &[VehicleReport], is_seen: &[bool]) -> Result<(), TrafficError> {
     reports.iter().try_for_each(|report| report.state.check(report.id))?;
     let is_ordered = reports.windows(2).all(|pair| pair[0].id < pair[1].id);
@@ -48,18 +48,17 @@ pub(super) fn check_reports(reports: &[VehicleReport], is_seen: &[bool]) -> Resu
     }
 }
 
-/// Front bumper of a car at `pose` on the route. `near_s_m` as in [`Route::project`].
+/// Returns the position on the route of the front bumper of a vehicle at `pose`. `near_s_m` as in [`Route::project`].
 pub(super) fn place(route: &Route, pose: &Pose, near_s_m: Option<f64>) -> RoutePosition {
     route.project(pose.front(CAR_LENGTH_M), near_s_m)
 }
 
-/// True if a part of the car's body is on the lane: 2.5 m off the centre of a lane of 3.2 m is the last place where others
-/// see it.
+/// Returns true if a part of the vehicle's body is on the lane. On a lane of 3.2 m, others see a vehicle up to 2.5 m off the centre line.
 pub fn is_on_lane(route: &Route, point: RoutePosition) -> bool {
     point.offset_m.abs() <= (route.width_m(point.s_m) + CAR_WIDTH_M) / 2.0
 }
 
-/// Brings a car's state to the end of a step that `report` described, at `s_m`.
+/// Updates a vehicle's state to the end of a step that `report` described, with its front at `s_m`.
 pub(super) fn follow(car: &mut CarState, report: &ExternalVehicleState, s_m: f64, step_s: f64) {
     let next_mps = report.next_speed_mps.max(0.0);
     car.s_m = s_m;

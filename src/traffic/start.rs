@@ -1,24 +1,24 @@
-//! Starting layouts on a closed route, and what a setup must fulfil before an engine takes it. In: number of cars, length
-//! of the route, gap at a standstill, speed. Out: [`InitialVehicle`]s, or what is wrong and what is allowed. Metres, m/s.
+//! Initial layouts on a closed route, and checks of a setup before an engine starts. In: number of vehicles, length of the route, gap at a
+//! standstill, speed. Out: [`InitialVehicle`]s, or the fault and the allowed values. Metres, m/s.
 
 use super::{FollowingModel, InitialVehicle, TrafficError, TrafficSetup, crossings::overlapping};
 use crate::space::CAR_LENGTH_M;
 
-/// The share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (docs/references.md: ring).
+/// Share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (docs/references.md: ring).
 const HOLE_SHARE: f64 = 0.2;
 
-/// `n` cars evenly spaced over `length_m`, the ego at 0, all at `speed_mps`; `s0_m` is the model's gap at a standstill.
+/// Returns `n` vehicles evenly spaced over `length_m`, the ego at 0, all at `speed_mps`; `s0_m` is the model's gap at a standstill.
 ///
 /// # Errors
-/// [`TrafficError::Setup`] if there are fewer than 2 cars or more than fit.
+/// [`TrafficError::Setup`] if there are fewer than 2 vehicles or more than fit.
 pub fn even(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec<InitialVehicle>, TrafficError> {
     check_count(n, length_m, s0_m)?;
     let spacing_m = length_m / n as f64;
     Ok((0..n).map(|i| InitialVehicle { s_m: i as f64 * spacing_m, speed_mps }).collect())
 }
 
-/// `n` cars close together and one hole of a fifth of the route, half-way round from the ego: a wave is there within 75 s
-/// (docs/references.md: ring). Where cars are many the hole is smaller, so that none is closer than `s0_m`.
+/// Returns `n` vehicles close together with one hole of a fifth of the route, half-way round from the ego: a wave forms within 75 s
+/// (docs/references.md: ring). With many vehicles the hole is smaller, so that no gap is below `s0_m`.
 ///
 /// # Errors
 /// As [`even`].
@@ -30,7 +30,7 @@ pub fn bunched(n: usize, length_m: f64, s0_m: f64, speed_mps: f64) -> Result<Vec
     Ok((0..n).map(|i| InitialVehicle { s_m: place(i), speed_mps }).collect())
 }
 
-/// How far apart the cars of a bunch stand, front to front, metres; what is left of `length_m` is their hole.
+/// Returns the spacing of the vehicles in a bunch, front to front, metres. The rest of `length_m` is the hole.
 pub fn bunch_spacing_m(n: usize, length_m: f64, s0_m: f64) -> f64 {
     (length_m * (1.0 - HOLE_SHARE) / n as f64).max(CAR_LENGTH_M + s0_m)
 }
@@ -52,7 +52,7 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
 }
 
 impl TrafficSetup {
-    /// Fails where other cars have a model that only SUMO in this process has.
+    /// Checks that no other vehicle has a model that only SUMO in this process has.
     pub(super) fn check_has_one_model(&self) -> Result<(), TrafficError> {
         match self.mixture.model {
             FollowingModel::Idm => Ok(()),
@@ -60,10 +60,10 @@ impl TrafficSetup {
         }
     }
 
-    /// Fails if no engine can simulate this.
+    /// Checks that an engine can simulate this setup.
     ///
     /// # Errors
-    /// [`TrafficError::NotFinite`] or [`TrafficError::Setup`], naming the value and what is allowed.
+    /// [`TrafficError::NotFinite`], [`TrafficError::Setup`] or [`TrafficError::CarsOverlap`], with the value at fault.
     pub fn check(&self) -> Result<(), TrafficError> {
         let length_m = self.map.route.length_m();
         check_count(self.cars.len(), length_m, 0.0)?;
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bunch_on_the_paper_ring_is_that_of_the_field() {
+    fn a_bunch_on_the_250_m_ring_leaves_a_hole_of_50_m() {
         let cars = bunched(22, 250.0, 2.0, 0.0).unwrap();
         let steps: Vec<f64> = cars.windows(2).map(|pair| pair[1].s_m - pair[0].s_m).collect();
         assert_eq!(steps.iter().filter(|step| (**step - 9.0909).abs() < 1e-4).count(), 20);

@@ -1,5 +1,5 @@
-//! Vehicles on a road network: what moves there, which has come and which has gone. In: the records of an engine. Out: plain data, by
-//! ascending id. Metres, m/s, world axes.
+//! Vehicles on a road network: their states, departures and arrivals. In: the records of an engine. Out: plain data, by ascending id.
+//! Metres, m/s, world axes.
 
 use super::VehicleId;
 use crate::{
@@ -8,30 +8,29 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// What kind of vehicle it is: which model stands for it in the picture.
+/// Kind of a vehicle, which selects its model in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum VehicleKind {
-    /// A passenger car, and whatever has no kind of its own here.
+    /// Passenger car, and every vehicle of SUMO without a kind of its own here.
     #[default]
     Car,
-    /// A delivery van.
+    /// Van; SUMO's class `delivery`.
     Van,
-    /// A lorry, with or without a trailer.
+    /// Lorry, with or without a trailer.
     Truck,
-    /// A bus or coach.
+    /// Bus; SUMO's classes `bus` and `coach`.
     Bus,
-    /// A motorcycle or moped.
+    /// Motorcycle; SUMO's classes `motorcycle` and `moped`.
     Motorcycle,
-    /// A bicycle.
+    /// Bicycle; SUMO's classes `bicycle` and `scooter`.
     Bicycle,
 }
 
 impl VehicleKind {
-    /// All of them.
     pub const ALL: [Self; 6] = [Self::Car, Self::Van, Self::Truck, Self::Bus, Self::Motorcycle, Self::Bicycle];
 
-    /// Its name in tables and files.
+    /// Returns the name used in tables and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Car => "car",
@@ -43,7 +42,7 @@ impl VehicleKind {
         }
     }
 
-    /// SUMO's class of such vehicles, which has its own sizes, speeds and permissions.
+    /// Returns SUMO's class of such vehicles, which has its own sizes, speeds and permissions.
     pub fn sumo_class(self) -> &'static str {
         match self {
             Self::Car => "passenger",
@@ -52,7 +51,7 @@ impl VehicleKind {
         }
     }
 
-    /// The kind that stands for a class of SUMO's.
+    /// Returns the kind for a vehicle class of SUMO.
     pub fn of_sumo_class(class: &str) -> Self {
         match class {
             "delivery" => Self::Van,
@@ -65,16 +64,13 @@ impl VehicleKind {
     }
 }
 
-/// Size and kind of a vehicle: what does not change while it is there.
+/// Kind and size of a vehicle, which never change.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VehicleBody {
-    /// Its kind.
     pub kind: VehicleKind,
-    /// Bumper to bumper, metres.
+    /// Length from bumper to bumper, metres.
     pub length_m: f64,
-    /// Width, metres.
     pub width_m: f64,
-    /// Height, metres.
     pub height_m: f64,
 }
 
@@ -85,67 +81,62 @@ impl Default for VehicleBody {
 }
 
 impl VehicleBody {
-    /// The passenger car that all vehicles of a ring are.
+    /// Passenger car, the body of all vehicles of a ring.
     pub const CAR: Self = Self { kind: VehicleKind::Car, length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M, height_m: 1.5 };
 }
 
-/// What of its lamps is lit.
+/// Lamps of a vehicle that are lit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct VehicleLamps {
-    /// Brake lamps.
     pub brake: bool,
     /// The left indicator blinks.
     pub left: bool,
     /// The right indicator blinks.
     pub right: bool,
-    /// Blue or yellow light.
+    /// A blue or yellow emergency light is on.
     pub emergency: bool,
 }
 
-/// One vehicle at the end of a step.
+/// State of one vehicle at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NetworkVehicle {
-    /// Which; never given twice in a drive.
+    /// Number of the vehicle, unique in a drive.
     pub id: VehicleId,
-    /// Size and kind.
     pub body: VehicleBody,
-    /// Its lane; `None` beside all lanes.
+    /// Lane of the vehicle; `None` off all lanes.
     pub lane: Option<LaneId>,
     /// Front bumper along that lane, declared metres from its start.
     pub s_m: f64,
-    /// Beside the lane's middle, metres, positive to the left.
+    /// Lateral offset of the vehicle from the centre line, metres, positive to the left.
     pub offset_m: f64,
-    /// Pose of its centre on the ground plane.
+    /// Pose of the vehicle's centre on the ground plane.
     pub pose: Pose,
-    /// Height of the road under its front, metres.
+    /// Height of the road under the front bumper, metres.
     pub height_m: f64,
-    /// Speed, m/s.
     pub speed_mps: f64,
-    /// Acceleration over the step, m/s2; 0 in the step in which it came.
+    /// Acceleration over the step, m/s2; 0 in the step of its departure.
     pub accel_mps2: f64,
-    /// Its lamps.
     pub lamps: VehicleLamps,
 }
 
-/// A vehicle that has come in a step.
+/// Vehicle that departed in a step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Departure {
-    /// Its number from now on.
+    /// Number of the vehicle, from this step on.
     pub id: VehicleId,
-    /// Its name in the demand.
+    /// Name of the vehicle in the demand.
     pub name: String,
-    /// Its type in the demand.
+    /// Type of the vehicle in the demand.
     pub kind: String,
-    /// Size and kind.
     pub body: VehicleBody,
 }
 
-/// Who has come and who has gone in a step.
+/// Departures and arrivals of a step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VehicleChanges {
-    /// Those that have come, by ascending id. One that came and went in the same step is in both lists.
+    /// Vehicles that departed, by ascending id. A vehicle that departs and arrives in the same step is in both lists.
     pub departed: Vec<Departure>,
-    /// Those that have gone, by ascending id.
+    /// Vehicles that arrived, by ascending id.
     pub arrived: Vec<VehicleId>,
 }
 

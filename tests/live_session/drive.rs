@@ -1,4 +1,4 @@
-//! A drive of a session on a real road: it lasts longer when the experimenter says so, and its recording says the same.
+//! A drive of a session on a real road: the experimenter extends it, and its recording agrees.
 
 use codrive::{
     input::{
@@ -20,7 +20,7 @@ use codrive::{
 use std::time::Duration;
 
 #[test]
-fn an_extended_drive_is_recorded_whole_and_driven_again_to_the_bit() {
+fn an_extended_drive_is_recorded_whole_and_replays_to_the_bit() {
     let gpu = Gpu::shared().expect("a graphics adapter is needed");
     let scenario = Scenario {
         traffic: EngineChoice::Native,
@@ -48,7 +48,7 @@ fn an_extended_drive_is_recorded_whole_and_driven_again_to_the_bit() {
     assert_eq!((replay.verdict().ticks, replay.verdict().first_difference), (175, None));
     let manifest = std::fs::read_to_string(recording.join("manifest.json")).unwrap();
     assert!(manifest.contains("\"participant\": \"P03\""), "{manifest}");
-    // A scenario that cannot start leaves the devices where they are.
+    // A scenario that cannot start leaves the devices with the caller.
     devices = Some(live.into_devices());
     assert!(
         LiveDrive::with_devices(&Scenario { vehicles: 400, ..scenario }, &mut devices).is_err() && devices.is_some()
@@ -56,7 +56,7 @@ fn an_extended_drive_is_recorded_whole_and_driven_again_to_the_bit() {
 }
 
 #[test]
-fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
+fn buttons_in_a_session_only_ask_and_the_selector_begins_in_drive() {
     let (to, told) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
@@ -86,13 +86,13 @@ fn buttons_of_a_led_drive_only_ask_and_the_selector_begins_in_drive() {
 }
 
 #[test]
-fn time_in_range_is_that_of_the_recorded_speeds_and_advices() {
+fn time_in_range_equals_that_of_the_recorded_speeds_and_advice() {
     let wide = Scenario {
         traffic: EngineChoice::Native,
         duration_s: 8.0,
         policy: "constant".into(),
         hold_s: 1.0,
-        // The car rolls out from 4.6 m/s with no foot on a pedal: into the range, and out of it below.
+        // The vehicle coasts from 4.6 m/s without pedals: into the range, and out of it below.
         vehicles: 12,
         warm_up_s: 5.0,
         policy_speed_mps: 3.8,
@@ -114,7 +114,7 @@ fn time_in_range_is_that_of_the_recorded_speeds_and_advices() {
         kit.frame(Duration::ZERO, |_| ()).unwrap();
     }
     kit.live.as_mut().unwrap().finish_recording().unwrap();
-    // From the tables: the speed at the end of each step within the range of the advice that stands.
+    // From the tables: the speed at the end of each step is within the range of the advice in force.
     let ego = TableReader::parquet(&Table::Ego.parquet(&recording)).unwrap();
     let advice = TableReader::parquet(&Table::Advice.parquet(&recording)).unwrap();
     let (ticks, low, high) = (advice.wholes("tick"), advice.numbers("range_low_mps"), advice.numbers("range_high_mps"));

@@ -1,6 +1,5 @@
-//! Between the loop of a drive and the wheel on the desk: a [`LiveDrive`] as its window runs it, a reading thread, and a motor that
-//! writes down what reaches the rim. What the kernel makes of it is tested in `tests/wheel/`, the window itself in
-//! `tests/window/wheel.rs`.
+//! Force feedback between the loop of a drive and the wheel: a [`LiveDrive`] as its window runs it, a reading thread, and a motor that
+//! records the levels sent to it. `tests/wheel/` covers the kernel's part, `tests/window/wheel.rs` the window itself.
 
 use codrive::{
     input::{
@@ -30,12 +29,12 @@ use std::{
 
 const STEERING: u16 = 0;
 const ACCELERATOR: u16 = 2;
-/// Some 50 degrees to either side: about what the ring's bend takes.
+/// Raw steering positions about 50 degrees to either side, roughly what the ring's bend takes.
 const LEFT: i32 = 29_100;
 const RIGHT: i32 = 36_400;
 const STRAIGHT: i32 = 32_767;
 
-/// What the motor was told. A level above 0 turns towards greater values of the axis: to the right.
+/// Message to the motor. A positive level turns towards greater values of the axis: to the right.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sent {
     Level(i16),
@@ -56,7 +55,7 @@ impl ForceDevice for Motor {
     }
 }
 
-/// A system with one wheel, which is plugged in while the flag stands.
+/// A system with one wheel, plugged in while the flag is set.
 struct Desk {
     plugged: Arc<AtomicBool>,
     events: Receiver<(u16, i32)>,
@@ -101,9 +100,9 @@ impl WheelPort for Desk {
     }
 }
 
-/// A car that rolls on the ring with a foot on the accelerator, and the wheel that it is driven with.
+/// A vehicle that rolls on the ring with the accelerator pressed, and the wheel that drives it.
 struct Seat {
-    // Above the reading thread: the drive ends first, as in the program.
+    // Declared above the reading thread so that the drive is dropped first, as in the program.
     live: LiveDrive,
     motor: Motor,
     plugged: Arc<AtomicBool>,
@@ -138,7 +137,7 @@ impl Seat {
         self.hand.send((code, raw)).unwrap();
     }
 
-    /// A hundredth of a second, in the world and on the clock.
+    /// Advances the world and the wall clock by 10 ms each.
     fn frame(&mut self) {
         self.live.advance(Duration::from_millis(10), |_| ()).unwrap();
         sleep(Duration::from_millis(10));
@@ -148,7 +147,7 @@ impl Seat {
         (0..count).for_each(|_| self.frame());
     }
 
-    /// Drives until something holds; a slow machine has 30 s.
+    /// Drives until a condition holds, for at most 3000 frames, about 30 s.
     fn until(&mut self, what: &str, holds: impl Fn(&Self) -> bool) {
         for _ in 0..3000 {
             if holds(self) {
@@ -167,12 +166,12 @@ impl Seat {
         self.motor.0.lock().unwrap().last().copied()
     }
 
-    /// Levels from here on.
+    /// Discards the recorded levels.
     fn forget(&self) {
         self.motor.0.lock().unwrap().clear();
     }
 
-    /// Holds the wheel to the left until it is pushed.
+    /// Holds the wheel to the left until the motor pushes.
     fn bend(&mut self) {
         self.put(STEERING, LEFT);
         self.until("a push", |seat| matches!(seat.last(), Some(Sent::Level(level)) if level != 0));
@@ -194,7 +193,7 @@ fn a_wheel_that_is_held_to_one_side_is_pushed_to_the_other() {
             "a push back",
             |seat| matches!(seat.last(), Some(Sent::Level(level)) if level.signum() == to_the && level.abs() > 1000),
         );
-        // It stays so while the wheel is held still.
+        // The direction stays the same while the wheel is held still.
         seat.forget();
         seat.frames(40);
         let sent = seat.sent();
@@ -205,7 +204,7 @@ fn a_wheel_that_is_held_to_one_side_is_pushed_to_the_other() {
 }
 
 #[test]
-fn nothing_pushes_while_the_drive_is_paused_even_if_the_wheel_is_turned() {
+fn no_force_during_a_pause_even_if_the_wheel_is_turned() {
     let mut seat = Seat::new();
     seat.bend();
     seat.live.toggle_pause();
@@ -223,7 +222,7 @@ fn nothing_pushes_while_the_drive_is_paused_even_if_the_wheel_is_turned() {
 }
 
 #[test]
-fn time_stands_while_the_wheel_is_unplugged_and_force_fades_in_when_it_is_back() {
+fn time_stops_while_the_wheel_is_unplugged_and_force_fades_in_afterwards() {
     let mut seat = Seat::new();
     seat.bend();
     let full = seat.live.devices.torque_nm().unwrap().abs();
@@ -234,7 +233,7 @@ fn time_stands_while_the_wheel_is_unplugged_and_force_fades_in_when_it_is_back()
     seat.forget();
     seat.frames(30);
     assert_eq!((seat.live.drive.world.snapshot().tick, seat.sent()), (stood, vec![]));
-    // Back again, and turned at once: no hand is surprised.
+    // The wheel is back and turned at once: the force must not jump.
     seat.plugged.store(true, Ordering::Relaxed);
     seat.put(STEERING, LEFT);
     seat.put(ACCELERATOR, 100);
@@ -248,7 +247,7 @@ fn time_stands_while_the_wheel_is_unplugged_and_force_fades_in_when_it_is_back()
 }
 
 #[test]
-fn the_end_of_a_drive_and_a_panic_in_its_midst_take_the_force_from_the_wheel() {
+fn the_end_of_a_drive_and_a_panic_both_remove_the_force() {
     for panics in [false, true] {
         let mut seat = Seat::new();
         seat.bend();
@@ -263,7 +262,7 @@ fn the_end_of_a_drive_and_a_panic_in_its_midst_take_the_force_from_the_wheel() {
         assert_eq!(sent.last(), Some(&Sent::End), "panics: {panics}");
         assert_eq!(sent.iter().filter(|sent| **sent == Sent::End).count(), 1);
     }
-    // A panic that aborted would run none of this.
+    // A panic that aborts would skip this cleanup.
     let profiles = include_str!("../../Cargo.toml");
     assert!(!profiles.contains("panic ="), "profiles of Cargo.toml unwind");
 }

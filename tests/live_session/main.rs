@@ -1,5 +1,5 @@
-//! A participant's session without a window: what the participant does and the experimenter decides, on a road that only keeps
-//! count; and that every step is on the disk.
+//! A participant's session without a window: inputs of the participant and decisions of the experimenter, on a road that only counts time.
+//! Every step must be on the disk.
 
 mod drive;
 mod force;
@@ -25,7 +25,7 @@ fn reason(text: &str) -> String {
 }
 
 #[test]
-fn a_session_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk() {
+fn a_session_runs_from_welcome_to_thanks_with_every_step_on_the_disk() {
     let mut rig = Rig::new();
     assert!(matches!(rig.live_session().screen(BackendStatus::default()), ParticipantScreen::Page("# Hello")));
     assert_eq!(rig.running(), "welcome");
@@ -57,7 +57,7 @@ fn a_session_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk()
     assert_eq!(rig.road.folder, Some(rig.out.join("sourcedata/sub-P03/practice")));
     // The practice ends by its criterion, before its 30 s.
     rig.pass(3.0);
-    // 1.9 s in the range, out of it, and 1.9 s again are no 2 s without a break.
+    // 1.9 s in the range, a step out of it, and another 1.9 s are not 2 s without a break.
     (0..39).for_each(|k| rig.road.now.in_range.add(k != 19, 0.1));
     rig.pass(0.1);
     assert_eq!(rig.sees(), "drive practice");
@@ -96,9 +96,9 @@ fn a_session_goes_from_the_welcome_to_the_thanks_and_every_step_is_on_the_disk()
 }
 
 #[test]
-fn after_a_cut_the_session_goes_on_at_what_was_cut_when_the_experimenter_says_so() {
+fn after_a_cut_the_session_resumes_at_the_cut_item_on_command() {
     let mut rig = Rig::new();
-    // At each kind of item: a page, questions, the words before a drive, the drive itself, a rest.
+    // At each kind of item: a page, questions, the text before a drive, the drive itself, a rest.
     type Step = (&'static str, fn(&mut Rig));
     let steps: [Step; 5] = [
         ("welcome", |_| ()),
@@ -143,7 +143,7 @@ fn after_a_cut_the_session_goes_on_at_what_was_cut_when_the_experimenter_says_so
 }
 
 #[test]
-fn answers_before_a_cut_are_kept_and_gone_on_with_and_a_repeated_questionnaire_begins_anew() {
+fn responses_survive_a_cut_and_a_repeated_questionnaire_starts_empty() {
     let mut rig = Rig::new();
     rig.next();
     rig.next();
@@ -165,7 +165,7 @@ fn answers_before_a_cut_are_kept_and_gone_on_with_and_a_repeated_questionnaire_b
         panic!("questions")
     };
     assert_eq!((form.answered(), form.focus()), (cut.answers.clone(), 2));
-    // Cut again before anything new: still there.
+    // A second cut before any new response: the responses are kept.
     rig.open();
     assert_eq!(rig.log().passages.pop().unwrap().answers, cut.answers);
 
@@ -188,7 +188,7 @@ fn answers_before_a_cut_are_kept_and_gone_on_with_and_a_repeated_questionnaire_b
 }
 
 #[test]
-fn what_is_broken_off_comes_again_and_what_is_called_back_comes_once_more() {
+fn items_broken_off_or_called_back_are_run_again() {
     let mut rig = Rig::new();
     rig.until_practice();
     rig.drive_off();
@@ -206,7 +206,7 @@ fn what_is_broken_off_comes_again_and_what_is_called_back_comes_once_more() {
     let practice = rig.live_session().items().into_iter().find(|item| item.name == "practice").unwrap();
     assert_eq!((practice.earlier.as_str(), practice.state), ("broken off", ItemState::Now));
 
-    // Called back while another item runs: it comes next. The running one called back is broken off.
+    // A repeat while another item runs: the repeated item comes next. A repeat of the running item breaks it off.
     rig.command(SessionCommand::Repeat { item: "welcome".into(), reason: reason("did not read it") });
     assert_eq!(rig.running(), "practice");
     rig.command(SessionCommand::Repeat { item: "practice".into(), reason: reason("wrong seat") });
@@ -219,7 +219,7 @@ fn what_is_broken_off_comes_again_and_what_is_called_back_comes_once_more() {
 }
 
 #[test]
-fn skipping_leaves_out_what_runs_or_what_comes_next() {
+fn skipping_omits_the_running_or_the_next_item() {
     let mut rig = Rig::new();
     rig.command(SessionCommand::Skip(reason("knows it")));
     assert_eq!(rig.running(), "before", "on to the next");
@@ -230,7 +230,7 @@ fn skipping_leaves_out_what_runs_or_what_comes_next() {
         (rig.road.said.as_slice(), rig.running().as_str()),
         (["skipped: no time".to_owned()].as_slice(), "nothing")
     );
-    // Nothing runs: what comes next is left out, and the participant goes on waiting.
+    // No item runs: the next item is skipped, and the participant keeps waiting.
     rig.command(SessionCommand::Skip(reason("not tired")));
     assert_eq!(rig.running(), "nothing");
     rig.command(SessionCommand::Go);
@@ -243,7 +243,7 @@ fn skipping_leaves_out_what_runs_or_what_comes_next() {
 }
 
 #[test]
-fn drives_and_rests_last_longer_are_held_and_go_on() {
+fn drives_and_rests_are_extended_held_and_resumed() {
     let mut rig = Rig::new();
     rig.refused(SessionCommand::Extend { seconds: 5.0, reason: reason("x") }, "no drive and no rest to extend");
     rig.refused(SessionCommand::Pause, "there is no drive to pause");
@@ -282,7 +282,7 @@ fn drives_and_rests_last_longer_are_held_and_go_on() {
 }
 
 #[test]
-fn notes_and_marks_are_in_the_session_and_while_driving_in_the_recording() {
+fn notes_and_marks_are_in_the_session_and_during_drives_in_the_recording() {
     let mut rig = Rig::new();
     rig.command(SessionCommand::Note(reason("left-handed")));
     rig.until_practice();
@@ -305,7 +305,7 @@ fn notes_and_marks_are_in_the_session_and_while_driving_in_the_recording() {
 }
 
 #[test]
-fn a_participant_who_asks_to_stop_holds_the_drive_and_sickness_ends_the_session_for_good() {
+fn a_request_to_stop_holds_the_drive_and_sickness_ends_the_session() {
     let mut rig = Rig::new();
     rig.until_practice();
     rig.drive_off();
@@ -330,9 +330,9 @@ fn a_participant_who_asks_to_stop_holds_the_drive_and_sickness_ends_the_session_
 }
 
 #[test]
-fn a_request_to_stop_holds_whatever_is_on_the_screen_until_the_experimenter_decides() {
+fn a_request_to_stop_holds_every_screen_until_the_experimenter_decides() {
     let mut rig = Rig::new();
-    // What the participant does and how long they wait then, and what was on the screen before.
+    // Screen before each request, and the participant's inputs that lead to it.
     type Step = (&'static str, fn(&mut Rig));
     let steps: [Step; 7] = [
         ("page welcome", |_| ()),
@@ -378,7 +378,7 @@ fn a_request_to_stop_holds_whatever_is_on_the_screen_until_the_experimenter_deci
     }
     let kinds: Vec<String> = rig.log().notes.into_iter().map(|note| note.kind).collect();
     assert_eq!(kinds, ["asked", "resumed"].repeat(7), "each with the experimenter's answer");
-    // And the other decisions.
+    // The other decisions of the experimenter.
     rig.input(FormInput::Stop);
     rig.command(SessionCommand::Skip(reason("enough rest")));
     assert!(!rig.live_session().asked() && rig.sees() == "words before trial-1-narrow");
@@ -402,7 +402,7 @@ fn a_session_is_complete_partial_withdrawn_or_excluded() {
     };
     let words = Completion::ALL.map(Completion::word);
     assert!(words.iter().all(|word| STATES.contains(word)) && words.len() == STATES.len(), "analyse knows them all");
-    // All drives skipped, and the first broken off before: nobody's session is complete like that.
+    // All drives were skipped, and the first was broken off before: such a session is not complete.
     let mut rig = Rig::new();
     to_the_end(&mut rig);
     assert_eq!((rig.log().end.unwrap().complete, state(&rig)), (true, Completion::Partial));
@@ -420,7 +420,7 @@ fn a_session_is_complete_partial_withdrawn_or_excluded() {
     rig.command(SessionCommand::Stop(reason("sickness")));
     assert_eq!(state(&rig), Completion::Withdrawn);
 
-    // In the middle of a drive: it ends the session, too.
+    // An exclusion during a drive also ends the session.
     let mut rig = Rig::new();
     rig.until_practice();
     rig.drive_off();
@@ -434,7 +434,7 @@ fn a_session_is_complete_partial_withdrawn_or_excluded() {
 }
 
 #[test]
-fn a_drive_that_cannot_start_or_go_on_is_said_and_comes_again() {
+fn a_failing_drive_is_reported_and_comes_again() {
     let mut rig = Rig::new();
     rig.until_practice();
     rig.road.fails = true;
@@ -454,11 +454,11 @@ fn a_drive_that_cannot_start_or_go_on_is_said_and_comes_again() {
 }
 
 #[test]
-fn on_a_full_disk_the_session_stays_says_why_and_keeps_its_log_until_there_is_room() {
+fn on_a_full_disk_the_session_waits_says_why_and_keeps_its_log() {
     let mut rig = Rig::new();
     rig.until_practice();
     rig.drive_off();
-    // Nothing can be written: a folder is where the new log would lie.
+    // Nothing can be written: a folder has the name of the new log.
     let source = rig.out.join("sourcedata/sub-P03");
     let in_the_way = source.join("session.new");
     std::fs::create_dir(&in_the_way).unwrap();

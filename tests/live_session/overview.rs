@@ -1,5 +1,5 @@
-//! What the windows show of a session: the plan with what became of each point, how long it still lasts, what is seen and what
-//! is waited for.
+//! The session as the windows show it: the plan with the state of each item, the remaining time, the participant's screen and the reason
+//! for waiting.
 
 use crate::rig::Rig;
 use codrive::{
@@ -16,7 +16,7 @@ fn one(rig: &mut Rig, name: &str) -> (ItemState, String) {
 }
 
 #[test]
-fn each_point_of_the_plan_says_what_became_of_it_now_and_earlier() {
+fn each_item_of_the_plan_shows_its_present_and_earlier_states() {
     use ItemState::{Again, Ahead, Broken, Done, Now, Skipped};
     let is = |state: ItemState, earlier: &str| (state, earlier.to_owned());
     let mut rig = Rig::new();
@@ -48,7 +48,7 @@ fn each_point_of_the_plan_says_what_became_of_it_now_and_earlier() {
 }
 
 #[test]
-fn what_is_to_come_is_the_sum_of_what_is_not_behind_and_nothing_after_the_end() {
+fn remaining_time_sums_the_open_items_and_is_zero_after_the_end() {
     let mut rig = Rig::new();
     let all_s = rig.live_session().to_come_s();
     rig.next();
@@ -65,7 +65,7 @@ fn what_is_to_come_is_the_sum_of_what_is_not_behind_and_nothing_after_the_end() 
 }
 
 #[test]
-fn the_participant_sees_what_the_experimenter_is_told_they_see() {
+fn the_experimenter_is_told_what_the_participant_sees() {
     let mut rig = Rig::new();
     let texts = rig.study.file.texts.clone();
     let none = BackendStatus::default();
@@ -78,12 +78,12 @@ fn the_participant_sees_what_the_experimenter_is_told_they_see() {
         "it is being loaded"
     );
     assert_eq!(rig.live_session().phase(none), SessionPhase::Driving);
-    // 3 s of countdown, of which one frame is over.
+    // 3 s of countdown, less one frame.
     rig.pass(0.15);
     let left_s = rig.live_session().left_s(none).unwrap();
     assert!((2.85..3.0).contains(&left_s), "{left_s}");
     assert!(matches!(rig.live_session().screen(none), ParticipantScreen::Countdown(3, 0, _)));
-    // In flowing traffic the car begins with its speed, and the countdown says which: 4 m/s are 8.9 mph.
+    // In moving traffic the ego starts at its speed, and the countdown shows it: 4 m/s are 8.9 mph.
     let flowing = BackendStatus { speed_mps: 4.0, ..none };
     assert!(matches!(
         rig.live_session().screen(flowing),

@@ -38,7 +38,7 @@ name = "end"
 questionnaire = "acceptance"
 "#;
 
-/// Takes the option of this number at the next stops, one after the other, and goes on.
+/// Picks these options at the next stops in order, and turns the page.
 fn pick(rig: &mut Rig, options: &[usize]) {
     for (stop, option) in options.iter().enumerate() {
         rig.input(FormInput::Pick { stop, option: *option });
@@ -53,7 +53,7 @@ fn words(rig: &mut Rig) -> String {
     }
 }
 
-/// Agrees, and passes the screening: yes, normal sight, never sick, and no to the rest.
+/// Consents and passes the screening: yes, normal sight, never sick, and no to the rest.
 fn until_trials(rig: &mut Rig) {
     rig.next();
     pick(rig, &[0]);
@@ -64,7 +64,7 @@ fn until_trials(rig: &mut Rig) {
 }
 
 #[test]
-fn who_declines_is_thanked_and_nothing_else_is_asked_or_kept() {
+fn a_participant_who_declines_is_thanked_and_nothing_else_is_kept() {
     let mut rig = Rig::of(STUDY);
     assert!(matches!(
         rig.live_session().screen(BackendStatus::default()),
@@ -93,7 +93,7 @@ fn who_declines_is_thanked_and_nothing_else_is_asked_or_kept() {
 }
 
 #[test]
-fn there_is_consent_once_it_is_given_and_never_of_who_declines() {
+fn consent_holds_from_the_response_on_and_never_after_a_refusal() {
     for (answer, agrees) in [(0, true), (1, false)] {
         let mut rig = Rig::of(STUDY);
         assert!(!rig.live_session().has_consent(), "the first page");
@@ -122,14 +122,14 @@ fn a_screening_ends_the_session_by_the_answer_that_its_file_names() {
 }
 
 #[test]
-fn after_every_trial_its_questions_come_and_a_score_above_the_limit_ends_the_session() {
+fn questions_follow_trials_and_a_score_above_the_limit_ends_the_session() {
     let mut rig = Rig::of(STUDY);
     until_trials(&mut rig);
     rig.drive_off();
     rig.pass(8.1);
     rig.next();
     assert_eq!(rig.sees(), "questions trial-1-narrow-raw-tlx, page 1 of 2");
-    // Twelve times five is sixty, the limit itself.
+    // Twelve steps of five are sixty, the limit itself.
     pick(&mut rig, &[12, 12, 12]);
     pick(&mut rig, &[12, 12, 12]);
     assert_eq!(rig.running(), "trial-2-wide");
@@ -148,7 +148,7 @@ fn after_every_trial_its_questions_come_and_a_score_above_the_limit_ends_the_ses
 }
 
 #[test]
-fn a_trial_that_is_repeated_or_skipped_takes_its_questions_along() {
+fn a_repeated_or_skipped_trial_includes_its_questions() {
     let mut rig = Rig::of(STUDY);
     until_trials(&mut rig);
     rig.drive_off();
@@ -168,7 +168,7 @@ fn a_trial_that_is_repeated_or_skipped_takes_its_questions_along() {
     pick(&mut rig, &[2, 2, 2]);
     pick(&mut rig, &[2, 2, 2]);
     assert_eq!(rig.log().answers["trial-1-narrow-raw-tlx"][0].answer, 10);
-    // Nobody is asked about a drive that was not.
+    // A skipped drive skips its questionnaires.
     assert_eq!(rig.running(), "trial-2-wide");
     rig.command(SessionCommand::Skip("no time".into()));
     assert_eq!(rig.running(), "end");

@@ -36,7 +36,7 @@ fn prompt(rig: &mut Rig) -> Option<FmsPrompt> {
     }
 }
 
-/// Moves the number and answers, `after_s` after the question came.
+/// Changes the number by `turn` and confirms, `after_s` after the question appeared.
 fn answer(rig: &mut Rig, turn: i32, after_s: f64) {
     rig.pass(after_s);
     rig.input(FormInput::Turn(turn));
@@ -49,18 +49,18 @@ fn ratings(rig: &Rig) -> Vec<(String, f64, Option<u8>)> {
 }
 
 #[test]
-fn each_minute_asks_and_every_answer_is_in_the_recording_and_in_the_log() {
+fn a_question_comes_each_minute_and_every_response_is_recorded_and_logged() {
     let mut rig = Rig::of(STUDY);
     rig.drive_off();
     rig.pass(59.0);
     assert_eq!((prompt(&mut rig), rig.road.said.len()), (None, 0));
-    // Nothing is asked, so the keys of the scale do nothing.
+    // No question is open, so the keys of the scale do nothing.
     rig.input(FormInput::Turn(5));
     rig.input(FormInput::Next);
     rig.pass(1.1);
     assert_eq!(prompt(&mut rig).map(|prompt| prompt.value), Some(0));
     assert_eq!(rig.road.said, ["fms_asked: ", "chime"]);
-    // A drive that is held takes no answer, and its time does not run on.
+    // A held drive takes no response, and the time of the question stops.
     rig.command(SessionCommand::Pause);
     rig.input(FormInput::Turn(9));
     rig.pass(30.0);
@@ -69,14 +69,14 @@ fn each_minute_asks_and_every_answer_is_in_the_recording_and_in_the_log() {
     assert_eq!(prompt(&mut rig), None);
     let said = rig.road.said.last().unwrap().clone();
     assert!(said.starts_with("fms 3: 3 of 20 after 2."), "{said}");
-    // The next begins at the last answer, and goes after fifteen seconds.
+    // The next question starts at the last response and disappears after 15 s.
     rig.pass(60.0);
     assert_eq!(prompt(&mut rig).map(|prompt| prompt.value), Some(3));
     rig.input(FormInput::Turn(1));
     rig.pass(14.0);
     assert_eq!(rig.road.said.last().unwrap(), "fms_unanswered: no answer in 15 s");
     assert_eq!(prompt(&mut rig), None);
-    // The third would stand at 180 s, and the drive ends at 200 s.
+    // The third question comes at 180 s; the drive ends at 200 s.
     rig.pass(46.0);
     answer(&mut rig, -1, 1.0);
     let of = |time_s: f64, value: Option<u8>| ("trial-1-narrow".to_owned(), time_s, value);
@@ -84,11 +84,11 @@ fn each_minute_asks_and_every_answer_is_in_the_recording_and_in_the_log() {
     assert_eq!(rig.live_session().ratings().as_deref(), Some("FMS (0 to 20) 3, no answer, 2"));
     rig.pass(20.0);
     rig.next();
-    // In the next drive the question begins at the last answer of this one.
+    // In the next drive the question starts at the last response of this drive.
     rig.drive_off();
     rig.pass(60.1);
     assert_eq!(prompt(&mut rig).map(|prompt| prompt.value), Some(2));
-    // A cut loses the drive, and no rating.
+    // A cut loses the drive, but no rating.
     rig.open();
     assert_eq!(ratings(&rig).len(), 3);
     rig.command(SessionCommand::Go);
@@ -102,7 +102,7 @@ fn each_minute_asks_and_every_answer_is_in_the_recording_and_in_the_log() {
 }
 
 #[test]
-fn a_rating_above_its_limit_ends_the_drive_and_the_visit_and_says_why() {
+fn a_rating_above_its_limit_ends_drive_and_session_and_gives_the_reason() {
     let mut rig = Rig::of(STUDY);
     rig.drive_off();
     rig.pass(60.1);
@@ -123,7 +123,7 @@ fn a_rating_above_its_limit_ends_the_drive_and_the_visit_and_says_why() {
     assert!(matches!(rig.live_session().screen(now), ParticipantScreen::Wait(said) if said == words));
     let said = rig.live_session().error().unwrap_or_default().to_owned();
     assert!(said.contains(reason), "{said}");
-    // Nothing comes any more, whatever hand or experimenter do.
+    // The session is over for every input of participant and experimenter.
     rig.input(FormInput::Next);
     rig.refused(SessionCommand::Skip("late".into()), "the session is over");
 }

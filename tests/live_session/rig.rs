@@ -1,4 +1,4 @@
-//! A session with all around it, and a road on which time passes when the test says so.
+//! A session with its study, data set and a road on which time passes only when the test says so.
 
 use codrive::{
     drive_loop::RunError,
@@ -50,7 +50,7 @@ kind = "trials"
 name = "trial"
 "##;
 
-/// A road on which time passes when the test says so.
+/// A road on which time passes only when the test says so.
 #[derive(Debug, Default)]
 pub struct Counted {
     pub scenario: Option<Scenario>,
@@ -81,7 +81,7 @@ impl DriveBackend for Counted {
 
     fn begin(&mut self, folder: &Path) -> Result<(), RunError> {
         fs::create_dir(folder).expect("a new folder");
-        // A folder with nothing in it would be no drive after a cut.
+        // An empty folder would not count as a drive after a cut.
         fs::write(folder.join("rows"), "").expect("written");
         self.folder = Some(folder.into());
         Ok(())
@@ -118,7 +118,7 @@ impl DriveBackend for Counted {
     }
 }
 
-/// A session with all around it.
+/// A session with its study, data set and road.
 pub struct Rig {
     _folder: tempfile::TempDir,
     pub out: PathBuf,
@@ -132,12 +132,12 @@ impl Rig {
         Self::of(STUDY)
     }
 
-    /// With these settings of every drive, too.
+    /// Starts a session with these settings added to every drive.
     pub fn with(base: &str) -> Self {
         Self::of(&STUDY.replace("[base]\n", &format!("[base]\n{base}\n")))
     }
 
-    /// A session of another study.
+    /// Starts a session of another study.
     pub fn of(study: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("data");
@@ -147,7 +147,7 @@ impl Rig {
         rig
     }
 
-    /// Begins the session, or goes on with it as after a crash: nobody has said goodbye.
+    /// Starts the session, or resumes it as after a crash, without an orderly end.
     pub fn open(&mut self) {
         self.live_session = None;
         self.road = Counted::default();
@@ -161,7 +161,7 @@ impl Rig {
         self.live_session.as_mut().unwrap()
     }
 
-    /// Time passes in frames of 50 ms.
+    /// Lets time pass in frames of 50 ms.
     pub fn pass(&mut self, seconds: f64) {
         for _ in 0..(seconds / 0.05).round() as usize {
             self.road.pass(0.05);
@@ -174,7 +174,7 @@ impl Rig {
         self.live_session.as_mut().unwrap().input(input, &mut self.road).unwrap();
     }
 
-    /// Reads the page and goes on.
+    /// Waits 1 s on the page and goes on.
     pub fn next(&mut self) {
         self.pass(1.0);
         self.input(FormInput::Next);
@@ -184,7 +184,7 @@ impl Rig {
         self.live_session.as_mut().unwrap().command(command, &mut self.road).unwrap();
     }
 
-    /// The command is not obeyed, and this is said.
+    /// Checks that the command is refused with this message and changes nothing.
     pub fn refused(&mut self, command: SessionCommand, has: &str) {
         let before = self.log();
         self.command(command);
@@ -197,7 +197,7 @@ impl Rig {
         SessionLog::load(&self.out.join("sourcedata/sub-P03").join(FILE)).unwrap()
     }
 
-    /// What was, as name and outcome.
+    /// Returns name and outcome of all past item runs.
     pub fn passages(&self) -> Vec<(String, ItemOutcome)> {
         self.log().passages.into_iter().map(|p| (p.item, p.outcome)).collect()
     }
@@ -217,14 +217,14 @@ impl Rig {
         }
     }
 
-    /// From a page before a drive to the drive itself.
+    /// Goes from the page before a drive into the drive itself.
     pub fn drive_off(&mut self) {
         self.next();
         self.pass(3.5);
         assert!(self.sees().starts_with("drive "), "{}", self.sees());
     }
 
-    /// To the intro of the practice drive.
+    /// Goes to the text before the practice drive.
     pub fn until_practice(&mut self) {
         self.next();
         self.next();

@@ -1,4 +1,4 @@
-//! A drive that begins at a standstill waits for a foot on the brake.
+//! A drive that begins at a standstill waits until the brake is pressed.
 
 use super::rig::Rig;
 use codrive::panel::ParticipantScreen;
@@ -15,7 +15,7 @@ fn a_drive_from_a_standstill_counts_down_only_with_a_foot_on_the_brake() {
         panic!("words over the picture")
     };
     assert_eq!(words, "Press the brake pedal and hold it.");
-    // Two of three seconds, then the foot slips off: it counts anew.
+    // Two of three seconds, then the foot leaves the brake: the countdown starts again.
     rig.road.now.brake = 0.3;
     rig.pass(2.0);
     assert_eq!(rig.sees(), "countdown to practice");

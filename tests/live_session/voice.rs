@@ -1,4 +1,4 @@
-//! Spoken instructions as a session plays them: when a page opens, again when they are wanted, and never longer than their page.
+//! Spoken instructions in a session: they start when a page opens, repeat on request, and stop with their page.
 
 use crate::rig::Rig;
 use codrive::{
@@ -8,7 +8,7 @@ use codrive::{
 };
 use std::path::Path;
 
-/// A WAV file of so many seconds of silence, 8 kHz, 16 bits, by the letter of the format.
+/// Writes a WAV file of silence with this length, 8 kHz, 16 bits, following the format exactly.
 fn wav(path: &Path, seconds: u32) {
     let size = 16_000 * seconds;
     let mut bytes = b"RIFF\0\0\0\0WAVEfmt \x10\0\0\0\x01\0\x01\0\x40\x1f\0\0\x80\x3e\0\0\x02\0\x10\0data".to_vec();
@@ -17,7 +17,7 @@ fn wav(path: &Path, seconds: u32) {
     std::fs::write(path, bytes).unwrap();
 }
 
-/// A study whose welcome and trials are spoken.
+/// Returns a study whose welcome and trials are spoken.
 fn study(folder: &Path) -> String {
     wav(&folder.join("welcome.wav"), 3);
     wav(&folder.join("trial.wav"), 2);
@@ -37,7 +37,7 @@ fn notes(rig: &Rig) -> Vec<String> {
     rig.log().notes.into_iter().filter(|note| note.kind == "spoken").map(|note| note.text).collect()
 }
 
-/// The file that is to be played.
+/// Returns the file of the next voice order, or `stop`.
 fn played(rig: &mut Rig) -> Option<String> {
     match rig.live_session().take_voice_order() {
         Some(VoiceOrder::Play(text)) => Some(text.file),
@@ -53,7 +53,7 @@ fn hears(rig: &mut Rig, status: VoiceStatus) -> Option<String> {
 }
 
 #[test]
-fn a_text_begins_with_its_page_comes_again_and_ends_with_the_page() {
+fn a_spoken_text_starts_with_its_page_repeats_and_ends_with_it() {
     let folder = tempfile::tempdir().unwrap();
     let mut rig = Rig::of(&study(folder.path()));
     assert!(rig.live_session().is_spoken());
@@ -63,7 +63,7 @@ fn a_text_begins_with_its_page_comes_again_and_ends_with_the_page() {
     hears(&mut rig, VoiceStatus::Playing);
     hears(&mut rig, VoiceStatus::Playing);
     assert_eq!(notes(&rig), ["welcome.wav began"]);
-    // R, and the button that goes back elsewhere.
+    // R, and the button that goes back on other pages, repeat the text.
     rig.input(FormInput::Again);
     assert_eq!(played(&mut rig).as_deref(), Some("welcome.wav"));
     hears(&mut rig, VoiceStatus::Playing);
@@ -72,26 +72,26 @@ fn a_text_begins_with_its_page_comes_again_and_ends_with_the_page() {
     rig.input(FormInput::Back);
     assert_eq!(played(&mut rig).as_deref(), Some("welcome.wav"));
     hears(&mut rig, VoiceStatus::Playing);
-    // The page can be left at once, and takes its text along.
+    // The page can be left at once, and the text stops with it.
     rig.next();
     assert_eq!(rig.running(), "silent");
     assert_eq!((played(&mut rig).as_deref(), rig.live_session().is_spoken()), (Some("stop"), false));
     rig.next();
     assert_eq!((rig.running().as_str(), played(&mut rig).as_deref()), ("trial-1-a", Some("trial.wav")));
     assert_eq!(notes(&rig).last().unwrap(), "welcome.wav was cut");
-    // Without a device the page is silent, the experimenter is told, and the session goes on.
+    // Without a sound device the page is silent, the experimenter is warned, and the session goes on.
     let warning = hears(&mut rig, VoiceStatus::Failed("no sound card".into())).unwrap();
     assert_eq!(warning, "trial.wav is not heard: no sound card; the page shows the same text");
     assert_eq!(notes(&rig).last().unwrap(), "trial.wav is not heard: no sound card");
     rig.drive_off();
     rig.pass(8.1);
     rig.next();
-    // The words of the trials stand, and are spoken, before the first.
+    // The text of the trials is shown and spoken before the first trial only.
     assert_eq!((rig.running().as_str(), played(&mut rig)), ("trial-2-b", None));
 }
 
 #[test]
-fn what_is_asked_to_stop_is_silent_and_a_cut_in_the_text_is_in_the_log() {
+fn a_request_to_stop_silences_the_voice_and_the_log_has_the_cut() {
     let folder = tempfile::tempdir().unwrap();
     let mut rig = Rig::of(&study(folder.path()));
     played(&mut rig);
@@ -103,7 +103,7 @@ fn what_is_asked_to_stop_is_silent_and_a_cut_in_the_text_is_in_the_log() {
 }
 
 #[test]
-fn the_printed_plan_has_each_text_beside_its_file_and_mistakes_have_their_line() {
+fn the_printed_plan_has_each_text_and_its_file_and_mistakes_a_line() {
     let folder = tempfile::tempdir().unwrap();
     let text = study(folder.path());
     let parsed = |text: &str| Study::parse(text.to_owned(), Path::new("spoken.toml")).map_err(|error| error.0);

@@ -1,4 +1,4 @@
-//! A session with a wheel in the participant's hands, from the reading thread's words to answers on the disk.
+//! A session operated with a wheel, from the messages of the reading thread to responses on the disk.
 
 use crate::rig::Rig;
 use codrive::{
@@ -14,7 +14,7 @@ use codrive::{
 use std::time::Duration;
 
 #[test]
-fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
+fn a_wheel_and_its_buttons_operate_pages_and_questions() {
     const STEERING: u16 = 0;
     const CROSS: u16 = 288;
     const TRIANGLE: u16 = 291;
@@ -49,9 +49,9 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
     act(&mut rig, &[turn(0.0), press(CROSS)]);
     act(&mut rig, &[press(CROSS)]);
     assert_eq!(rig.sees(), "questions before, page 1 of 2");
-    // 13 degrees to the right are a place: the middle of the scale, and one more.
+    // 13 degrees to the right are one place: the middle of the scale, and one more.
     act(&mut rig, &[turn(-13.0), turn(-26.0), press(CROSS)]);
-    // Back to the first question, one place to the left, and on; the wheel goes on from where it is.
+    // Back to the first question, one place to the left, and on; the wheel continues from its present angle.
     act(&mut rig, &[press(TRIANGLE), turn(-11.0), press(CROSS), press(RIGHT_PADDLE)]);
     for step in 0..5 {
         act(&mut rig, &[turn(-40.0 - 20.0 * f64::from(step)), press(CROSS)]);
@@ -66,9 +66,9 @@ fn a_wheel_and_its_buttons_lead_through_pages_and_questions() {
     assert!(rig.log().notes.iter().any(|note| note.kind == "mark" && note.text == "by the participant"));
 }
 
-/// The shipped sickness questionnaire and a page after it, by the d-pad and two buttons alone: no key, no mouse, no turn of the wheel.
+/// The shipped sickness questionnaire and a page after it, with the d-pad and two buttons alone: no key, no mouse, no turn of the wheel.
 #[test]
-fn a_questionnaire_is_answered_corrected_and_left_by_the_d_pad_and_two_buttons() {
+fn d_pad_and_two_buttons_answer_correct_and_leave_a_questionnaire() {
     const STUDY: &str = r#"title = "Pad"
 participants = 1
 order = "fixed"
@@ -118,17 +118,17 @@ name = "trial"
     };
     push(&mut rig, CROSS, 0);
     assert_eq!(rig.sees(), "questions ssq, page 1 of 2");
-    // Without an answer the question stays.
+    // Without a response the question stays.
     push(&mut rig, CROSS, 0);
-    // None: right is the first of the list. One too far, and back.
+    // Response "none": right selects the first of the list. One too far, and back.
     for (code, way) in [(HAT_X, 1), (HAT_X, 1), (HAT_X, -1), (CROSS, 0)] {
         push(&mut rig, code, way);
     }
-    // Slight for fatigue, down as right; then thought better of: back, and none.
+    // "Slight" for fatigue, where down acts as right; then corrected: back, and "none".
     for (code, way) in [(HAT_Y, 1), (HAT_Y, 1), (CROSS, 0), (TRIANGLE, 0), (HAT_Y, -1), (CROSS, 0)] {
         push(&mut rig, code, way);
     }
-    // The six that are left of the first page, its button, the eight of the second: severe, which left reaches at once.
+    // The six remaining questions of the first page, its button, and the eight of the second: "severe", which left selects at once.
     for page in [6, 8] {
         for _ in 0..page {
             push(&mut rig, HAT_X, -1);
@@ -146,7 +146,7 @@ name = "trial"
 }
 
 #[test]
-fn between_drives_a_wheel_that_is_plugged_in_or_out_is_news_and_its_pedals_answer_where_no_button_does() {
+fn between_drives_plugging_is_reported_and_pedals_stand_in_for_buttons() {
     let (to, told) = std::sync::mpsc::channel();
     let mut kit =
         SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &ParticipantCode::new("P03").unwrap());
@@ -163,7 +163,7 @@ fn between_drives_a_wheel_that_is_plugged_in_or_out_is_news_and_its_pedals_answe
     };
     let (inputs, news, _) = after(WheelMessage::Connected(Box::new(found)));
     assert!(inputs.is_empty() && news.len() == 1 && news[0].ends_with("is there"), "{inputs:?} {news:?}");
-    // The accelerator to the floor is Enter, once; the brake goes back. 255 is no foot, 0 the floor.
+    // The accelerator fully pressed is Enter, once; the brake goes back. 255 is released, 0 fully pressed.
     let pedal = |code: u16, raw: i32| WheelMessage::Axis { code, raw, at: None };
     let moved = after(WheelMessage::Axis { code: 0, raw: 30_000, at: None });
     assert!(moved.2, "whoever turns the wheel has it in hands");

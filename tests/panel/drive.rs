@@ -1,4 +1,4 @@
-//! The experimenter's panel as a person uses it: by the names on it.
+//! The experimenter's settings panel, used through the labels on it.
 
 use codrive::{
     panel::{
@@ -17,7 +17,7 @@ use std::{path::PathBuf, time::Duration};
 const KEYS: [(&str, &str); 4] =
     [("Space", "start, pause"), ("F1", "this list"), ("Up, W", "accelerate"), ("Down, S", "brake")];
 
-/// What stands around the panel in the program.
+/// The panel with the state that the program gives it.
 struct Bench {
     panel: SettingsPanel,
     scenario: Scenario,
@@ -42,7 +42,7 @@ impl Bench {
         Self { panel, scenario, phase, readings, history, error: None, recorded_in: None, commands }
     }
 
-    /// A drive on the ring, 150 s old: a wave that the ego calms.
+    /// Returns the state after 150 s of a drive on the ring, with a wave that the ego damps.
     fn driving() -> Self {
         let mut bench = Self::new(Scenario::default(), DrivePhase::Running);
         for step in 0..1500 {
@@ -95,7 +95,7 @@ fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> 
     crate::harness(bench, size, scale, |ui, bench| bench.show(ui))
 }
 
-/// High enough for the whole panel, so that no test has to scroll.
+/// Returns a window high enough for the whole panel, so that no test has to scroll.
 fn tall(bench: Bench) -> Harness<'static, Bench> {
     harness(bench, [900.0, 2700.0], 1.0)
 }
@@ -106,7 +106,7 @@ fn open(harness: &mut Harness<'static, Bench>, section: &str) {
     harness.run();
 }
 
-/// Types a number into the input of that name, as a person does: click, select all, type, Enter.
+/// Types a number into the input with this label as a user does: click, select all, type, Enter.
 fn type_number(harness: &mut Harness<'static, Bench>, label: &str, text: &str) {
     harness.get_by_role_and_label(Role::SpinButton, label).click();
     harness.run();
@@ -139,7 +139,7 @@ fn an_edited_number_comes_with_the_restart() {
     let commands = press(&mut harness, "Restart");
     assert_eq!(*restarted(&commands), Scenario { vehicles: 18, ..Scenario::default() });
 
-    // The program drives it: nothing is left to apply.
+    // The program now drives the edited scenario: nothing is left to apply.
     harness.state_mut().scenario.vehicles = 18;
     harness.run();
     assert!(harness.query_by_label("Edited: restart to apply.").is_none());
@@ -152,7 +152,7 @@ fn a_number_out_of_range_becomes_the_nearest_allowed() {
     type_number(&mut harness, "Hold", "-3");
     type_number(&mut harness, "T  Desired time gap to the leader", "99");
     type_number(&mut harness, "Range", "nan");
-    // A hold of one tick does not go with steps of 0.1 s, and the panel says so instead of restarting.
+    // A hold of one tick does not fit steps of 0.1 s; the panel says so and does not restart.
     harness.get_by_label_contains("hold_s is 0.01; allowed: a whole number of steps");
     assert_eq!(press(&mut harness, "Restart"), []);
     type_number(&mut harness, "Hold", "2");
@@ -178,7 +178,7 @@ fn words_are_chosen_from_lists() {
 }
 
 #[test]
-fn what_is_not_in_the_list_can_be_typed() {
+fn values_outside_the_list_can_be_typed() {
     let mut harness = tall(Bench::driving());
     harness.get_by_label("Traffic").click();
     harness.run();
@@ -224,7 +224,7 @@ fn a_running_drive_can_be_paused_and_a_paused_one_stepped_and_started() {
 }
 
 #[test]
-fn every_setting_that_a_window_can_drive_is_there_with_its_tooltip() {
+fn every_setting_for_windows_is_in_the_panel_with_its_tooltip() {
     let mut harness = tall(Bench::driving());
     for section in ["Display", "Sound", "Rig", "Surroundings"] {
         open(&mut harness, section);
@@ -239,7 +239,7 @@ fn every_setting_that_a_window_can_drive_is_there_with_its_tooltip() {
         harness.remove_cursor();
         harness.run_steps(60);
     }
-    // Every window has a participant, and refuses a drive without.
+    // A drive in a window always has a participant, so the panel lacks this setting.
     for field in Scenario::fields().into_iter().filter(|field| field.path != "participant") {
         let flag = field.flag().replace('-', " ");
         let found = match field.table() {
@@ -258,7 +258,7 @@ fn the_readings_are_those_of_the_drive() {
     let shows = |harness: &Harness<'static, Bench>, text: &str| {
         assert!(harness.query_by_label_contains(text).is_some(), "no {text}");
     };
-    // 4.45 m/s is 9.95 mph, 4.3 is 9.62, the range is 1 mph to either side.
+    // 4.45 m/s are 9.95 mph, 4.3 are 9.62; the range is 1 mph to either side.
     for text in ["2:29.9", "10.0 mph    4.45 m/s", "9.6 mph    4.30 m/s", "8.6 – 10.6 mph  in range", "6.3 m"] {
         shows(&harness, text);
     }
@@ -280,7 +280,7 @@ fn an_error_is_shown_in_full() {
 }
 
 #[test]
-fn closed_it_leaves_not_one_pixel() {
+fn a_closed_panel_leaves_no_pixel() {
     let mut bench = Bench::driving();
     bench.panel.open = false;
     let mut harness = tall(bench);
@@ -290,12 +290,12 @@ fn closed_it_leaves_not_one_pixel() {
     assert!(picture.pixels().all(|pixel| *pixel == first));
 }
 
-/// Where the panel paints in a window of 1280 x 720 points over a picture.
+/// Returns the areas in which the panel paints in a window of 1280 x 720 points.
 fn painted(mut bench: Bench) -> Vec<egui::Rect> {
     let ctx = egui::Context::default();
     theme::apply(&ctx);
     let mut areas = Vec::new();
-    // The second pass has the sizes that the first one found.
+    // The second pass uses the sizes that the first one found.
     for _ in 0..2 {
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1280.0, 720.0));
         let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
@@ -310,7 +310,7 @@ fn painted(mut bench: Bench) -> Vec<egui::Rect> {
 }
 
 #[test]
-fn it_paints_on_its_own_side_only_and_nothing_when_closed() {
+fn the_panel_paints_on_its_own_side_only_and_nothing_when_closed() {
     let open = painted(Bench::driving());
     assert!(!open.is_empty());
     let left = open.iter().map(|area| area.left()).fold(f32::INFINITY, f32::min);
@@ -332,9 +332,9 @@ fn the_list_of_keys_shows_what_it_was_given() {
     }
 }
 
-/// For looking at: written only where the environment names a folder.
+/// Pictures for visual checks are written only if the environment names a folder.
 #[test]
-fn it_fits_a_laptop_at_every_scale() {
+fn the_panel_fits_a_laptop_at_every_scale() {
     for (name, size, scale) in
         [("1x", [1280.0, 900.0], 1.0), ("2x", [800.0, 900.0], 2.0), ("tall", [900.0, 1700.0], 1.0)]
     {
@@ -358,7 +358,7 @@ fn it_fits_a_laptop_at_every_scale() {
     }
 }
 
-/// The picture of a drive with what the panel put out over it.
+/// Returns the panel's output, open or hidden, as drawn over the picture of a drive.
 fn picture_with(open: bool) -> image::RgbaImage {
     use codrive::{
         render::{Gpu, OFFSCREEN, PanelOutput as Output, Quality, Renderer, render_with_panel},
@@ -391,7 +391,7 @@ fn picture_with(open: bool) -> image::RgbaImage {
 }
 
 #[test]
-fn a_hidden_panel_leaves_not_one_pixel_on_the_picture() {
+fn a_hidden_panel_leaves_no_pixel_on_the_picture() {
     let changed = |open| picture_with(open).pixels().filter(|pixel| pixel.0 != [0; 4]).count();
     assert_eq!(changed(false), 0);
     assert!(changed(true) > 5000, "an open one is seen");

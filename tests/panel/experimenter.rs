@@ -1,4 +1,4 @@
-//! The experimenter's window as a person uses it: by the names on it, with the mouse and by keyboard alone, at every scale.
+//! The experimenter's window, used through the labels on it: with the mouse and by keyboard alone, at every scale.
 
 use codrive::{
     ego::EgoState,
@@ -25,12 +25,12 @@ use egui_kittest::{
 use glam::{DVec2, DVec3, Quat};
 use std::{f64::consts::TAU, time::Duration};
 
-/// The 250 m ring.
+/// Length of the 250 m ring, m.
 const LENGTH_M: f64 = 250.0;
 const RADIUS_M: f64 = LENGTH_M / TAU;
 const CARS: u32 = 21;
 
-/// What stands around the window in the program.
+/// The window with the state that the program gives it.
 pub struct Bench {
     experimenter: ExperimenterPanel,
     panel: SettingsPanel,
@@ -41,7 +41,7 @@ pub struct Bench {
     health: DriveHealth,
     picture: Option<egui::TextureHandle>,
     plan: Option<&'static str>,
-    /// There has been no drive yet.
+    /// True before the first drive.
     before_drives: bool,
     folder: tempfile::TempDir,
     commands: Vec<Command>,
@@ -52,7 +52,7 @@ fn on_ring(s_m: f64) -> Pose {
     Pose::new(DVec2::from_angle(angle) * RADIUS_M, angle + TAU / 4.0)
 }
 
-/// The ring at this step: a wave that runs backwards and that the ego calms.
+/// Returns the ring at this step: a wave that travels upstream and that the ego damps.
 fn snapshot(step: u64) -> Snapshot {
     let time_s = step as f64 * 0.1;
     let calm = (-time_s / 90.0).exp();
@@ -104,7 +104,7 @@ fn snapshot(step: u64) -> Snapshot {
 }
 
 impl Bench {
-    /// A drive that has lasted so many steps.
+    /// Returns the state of a drive after this many steps.
     pub fn after(steps: u64) -> Self {
         let scenario = Scenario::default();
         let choices = SettingChoices::default().with("map", ["ring-250", "practice"], None);
@@ -145,7 +145,7 @@ impl Bench {
 
     fn show(&mut self, ui: &mut egui::Ui) {
         let picture = self.picture.get_or_insert_with(|| {
-            // Sky over grass, where the program has the driver's picture.
+            // Sky over grass, in place of the driver's picture.
             let row = |y: usize| {
                 if y < 90 { egui::Color32::from_rgb(120, 160, 210) } else { egui::Color32::from_rgb(70, 90, 50) }
             };
@@ -183,7 +183,7 @@ pub fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Ben
     crate::harness(bench, size, scale, |ui, bench| bench.show(ui))
 }
 
-/// As high as the settings.
+/// Returns a window as high as the settings.
 fn tall(bench: Bench) -> Harness<'static, Bench> {
     harness(bench, [1400.0, 1900.0], 1.0)
 }
@@ -227,7 +227,7 @@ fn the_range_is_set_and_comes_with_the_restart() {
 }
 
 #[test]
-fn settings_are_saved_and_loaded_under_a_name_and_not_overwritten_unasked() {
+fn settings_are_saved_and_loaded_by_name_and_overwritten_only_on_request() {
     let mut harness = tall(Bench::after(10));
     type_into(&mut harness, Role::SpinButton, "Vehicles", "18");
     harness.key_press(Key::Enter);
@@ -241,7 +241,7 @@ fn settings_are_saved_and_loaded_under_a_name_and_not_overwritten_unasked() {
     let file = harness.state().folder.path().join("scenarios/dense.toml");
     assert_eq!(Scenario::from_file(&file).unwrap().vehicles, 18);
 
-    // Back to what drives, and again under the same name: refused until it is asked for.
+    // Back to the driven scenario, and a second save under the same name: refused until confirmed.
     click(&mut harness, "Discard");
     type_into(&mut harness, Role::TextInput, "Save as", "dense");
     click(&mut harness, "Save");
@@ -299,7 +299,7 @@ fn nothing_moves_under_the_pointer_when_the_first_setting_is_changed() {
 }
 
 #[test]
-fn the_window_ends_and_lists_its_keys_by_keys_of_its_own() {
+fn keys_end_the_window_and_list_its_keys() {
     let mut harness = tall(Bench::after(10));
     assert_eq!(press(&mut harness, Modifiers::COMMAND, Key::Q), [Command::End]);
     press(&mut harness, Modifiers::NONE, Key::F1);
@@ -307,7 +307,7 @@ fn the_window_ends_and_lists_its_keys_by_keys_of_its_own() {
         harness.get_by_label(key);
         harness.get_by_label(what);
     }
-    // Esc takes the list away and ends nothing.
+    // Esc closes the list and does not end the session.
     assert_eq!(press(&mut harness, Modifiers::NONE, Key::Escape), []);
     assert!(harness.query_by_label("Keys").is_none());
     let mut bench = Bench::after(10);
@@ -328,7 +328,7 @@ fn moments_are_marked_and_notes_written_with_mouse_and_keys() {
     harness.event(egui::Event::Text("yawned".into()));
     harness.run();
     assert_eq!(press(&mut harness, Modifiers::NONE, Key::Enter), [Command::Note("yawned".into())]);
-    // The line is empty again and has the cursor still.
+    // The input is empty again and still has the cursor.
     harness.event(egui::Event::Text("twice".into()));
     harness.run();
     assert_eq!(press(&mut harness, Modifiers::NONE, Key::Enter), [Command::Note("twice".into())]);
@@ -337,11 +337,11 @@ fn moments_are_marked_and_notes_written_with_mouse_and_keys() {
 }
 
 #[test]
-fn everything_is_reached_by_tab_and_what_has_the_keyboard_is_seen() {
+fn tab_reaches_every_widget_and_the_focus_is_visible() {
     let mut harness = tall(Bench::after(10));
     let mut seen = Vec::new();
     let before = harness.render().unwrap();
-    // Once round, and on to the vehicles.
+    // All widgets once, and on to the vehicles.
     for _ in 0..62 {
         harness.key_press(Key::Tab);
         harness.run();
@@ -357,14 +357,14 @@ fn everything_is_reached_by_tab_and_what_has_the_keyboard_is_seen() {
     let after = harness.render().unwrap();
     let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a != b).count();
     assert!(changed > 100, "{changed} pixels show where the keyboard is");
-    // Space and Enter press what has it.
+    // Space and Enter press the focused button.
     harness.get_by_role_and_label(Role::Button, "Pause").focus();
     harness.run();
     assert_eq!(press(&mut harness, Modifiers::NONE, Key::Space), [Command::Drive(PanelCommand::Pause)]);
 }
 
 #[test]
-fn in_a_study_the_plan_is_on_the_left_and_the_drive_is_not_the_panels_to_command() {
+fn in_a_study_the_plan_is_on_the_left_and_the_panel_commands_no_drive() {
     let mut bench = Bench::after(100);
     bench.plan = Some("trial 2 of 3");
     let mut harness = tall(bench);
@@ -378,9 +378,9 @@ fn in_a_study_the_plan_is_on_the_left_and_the_drive_is_not_the_panels_to_command
     assert!(harness.query_by_label("Mark").is_none() && harness.query_by_label("Note").is_none());
 }
 
-/// Before the first drive nothing but the participant's pages is there to be seen: they are as large as the window lets them be.
+/// Before the first drive the window shows only the participant's pages, as large as it permits.
 #[test]
-fn pages_are_read_over_the_participants_shoulder_until_there_is_a_drive() {
+fn the_participants_pages_are_shown_large_until_the_first_drive() {
     let seen = |before_drives: bool| {
         let bench = Bench { before_drives, plan: Some("consent"), ..Bench::after(100) };
         let harness = harness(bench, [1920.0, 1080.0], 1.0);
@@ -388,12 +388,12 @@ fn pages_are_read_over_the_participants_shoulder_until_there_is_a_drive() {
         harness.get_by_label("The driver's picture").rect().width()
     };
     let [page, drive] = [seen(true), seen(false)];
-    // Half of the window: letters of a 25th of the page's height are 22 points then, and read as easily as the window's own.
+    // Half of the window: letters of 1/25 of the page's height are then 22 points high, as readable as the window's own.
     assert!(page > 0.5 * 1920.0 && drive < 0.35 * 1920.0, "{page} {drive}");
 }
 
 #[test]
-fn a_narrow_window_has_pages_that_keys_turn_and_the_worst_lamp_in_sight() {
+fn a_narrow_window_has_pages_turned_by_keys_and_shows_the_worst_lamp() {
     let mut bench = Bench::after(600);
     bench.health.recording = Some(RecordingHealth { waiting: [20, 32], free_gb: Some(61.4) });
     let mut harness = harness(bench, [640.0, 400.0], 2.0);
@@ -413,8 +413,7 @@ fn a_narrow_window_has_pages_that_keys_turn_and_the_worst_lamp_in_sight() {
     harness.get_by_label("Space and time, metres along the road");
 }
 
-/// Of these colours there are so many pixels; what the pictures show is looked at, too, where the environment names a
-/// folder for them.
+/// Counts the pixels of these colours. Pictures for visual checks are written only if the environment names a folder.
 #[test]
 fn cars_lines_and_lamps_are_on_the_picture_at_every_scale() {
     for (name, size, scale) in

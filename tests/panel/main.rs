@@ -1,4 +1,4 @@
-//! What egui draws, as people use it: by the names on it, with the mouse and by keyboard, at every scale.
+//! The interfaces that egui draws, used through their labels, with the mouse and by keyboard, at every scale.
 
 mod drive;
 mod experimenter;
@@ -13,7 +13,7 @@ use codrive::panel::theme;
 use egui::Ui;
 use egui_kittest::Harness;
 
-/// What `show` draws of `state` at this size in points and scale.
+/// Returns a window in which `show` draws `state`, at this size in points and this scale.
 fn harness<State: 'static>(
     state: State,
     size: [f32; 2],

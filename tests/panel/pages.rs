@@ -1,5 +1,5 @@
-//! Pages from a participant's chair: keys in their order, what is in sight, letters that grow with the picture, from a laptop to a television
-//! of 3840 x 2160.
+//! Pages as a participant uses them: the order of keys, visible content, and letters that grow with the picture, from a laptop to a
+//! television of 3840 x 2160.
 
 use crate::screens::{Desk, harness, keys, save};
 use codrive::{
@@ -21,9 +21,9 @@ fn event(key: Key, pressed: bool) -> Event {
     Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE }
 }
 
-/// A slow picture must not turn answers round: several keys of one pass count one after the other.
+/// A slow picture must not reorder responses: several keys of one pass act one after the other.
 #[test]
-fn keys_of_one_picture_act_in_the_order_in_which_they_were_pressed() {
+fn keys_of_one_picture_act_in_the_order_of_pressing() {
     use Key::{ArrowRight, Enter};
     let mut harness = harness(Desk::questions(YES_NO), [900.0, 600.0], 1.0);
     let pressed = [ArrowRight, Enter, ArrowRight, ArrowRight, Enter];
@@ -33,9 +33,9 @@ fn keys_of_one_picture_act_in_the_order_in_which_they_were_pressed() {
     assert_eq!((form.answer("first"), form.answer("second")), (Some(&json!(true)), Some(&json!(false))));
 }
 
-/// Words and the keys after them, all in one slow picture: the words are kept, and the keys are the next question's.
+/// Text and the keys after it arrive in one slow picture: the text is kept, and the keys act on the next question.
 #[test]
-fn keys_after_words_of_one_picture_go_on_to_the_next_question() {
+fn keys_after_text_in_one_picture_act_on_the_next_question() {
     use Key::{ArrowRight, Enter};
     let mut harness = harness(Desk::shipped("demographics"), [900.0, 600.0], 1.0);
     let strokes = |key: Key| [event(key, true), event(key, false)];
@@ -51,7 +51,7 @@ fn keys_after_words_of_one_picture_go_on_to_the_next_question() {
 fn a_key_that_is_held_down_answers_once() {
     let mut harness = harness(Desk { page: Some("# Welcome"), ..Desk::new() }, [900.0, 600.0], 1.0);
     for _ in 0..5 {
-        // A key that was not let go between two presses repeats.
+        // A key that is not released between two presses repeats.
         harness.event(event(Key::Enter, true));
         harness.run();
     }
@@ -75,9 +75,9 @@ fn shift_and_enter_begin_a_new_line_of_a_text() {
     assert_eq!(harness.state().form().answer("more"), Some(&json!("one\ntwo")));
 }
 
-/// What is asked is seen whole where the hand is, with the words that an answer is missing.
+/// The focused question is visible as a whole, with the message that a response is missing.
 #[test]
-fn the_question_where_the_hand_is_is_in_sight_with_all_its_answers() {
+fn the_focused_question_is_visible_with_all_its_options() {
     use Key::{ArrowDown, ArrowRight, Enter};
     for size in SIZES {
         let em = size[1] / 25.0;
@@ -102,7 +102,7 @@ fn the_question_where_the_hand_is_is_in_sight_with_all_its_answers() {
     }
 }
 
-/// On a television of 3840 x 2160 all letters have the share of the height that they have at 1920 x 1080.
+/// On a television of 3840 x 2160 all letters have the same share of the height as at 1920 x 1080.
 #[test]
 fn letters_have_the_same_share_of_the_height_at_1080_and_2160_lines() {
     let shares = |size: [f32; 2]| {
@@ -128,12 +128,12 @@ fn letters_have_the_same_share_of_the_height_at_1080_and_2160_lines() {
     let [hd, uhd] = [shares([1920.0, 1080.0]), shares([3840.0, 2160.0])];
     for (i, (hd, uhd)) in hd.into_iter().zip(uhd).enumerate() {
         assert!((uhd / hd - 1.0).abs() < 0.03, "{i}: {hd} and {uhd} of the height");
-        // 13 mm on a television of 55 inches (685 mm high): 30 minutes of arc at 1.5 m, letters of half that height.
+        // 13 mm on a television of 55 inches (685 mm high): 30 minutes of arc at 1.5 m; letters have half that height.
         assert!(hd > 0.019, "{i}: {hd} of the height");
     }
 }
 
-/// The last thing that can be chosen at a stop, by its name for a reader of the screen.
+/// Returns the accessible name of the last option at a stop.
 fn last_option(stop: &FormPosition<'_>) -> String {
     let element = stop.element;
     match element.kind {
@@ -145,10 +145,10 @@ fn last_option(stop: &FormPosition<'_>) -> String {
     }
 }
 
-/// Whoever reads a page knows how much is asked: each page of the shipped questionnaires is seen whole when it comes, from its first
-/// question to the last answer.
+/// The reader sees how much a page asks: each page of the shipped questionnaires is visible as a whole when it opens, from its first
+/// question to the last option.
 #[test]
-fn every_page_of_the_shipped_questionnaires_is_seen_whole() {
+fn every_page_of_the_shipped_questionnaires_is_visible_as_a_whole() {
     let mut cut = Vec::new();
     for name in [
         "consent",
@@ -169,7 +169,7 @@ fn every_page_of_the_shipped_questionnaires_is_seen_whole() {
             let (page, stops) = (form.progress().0, form.stops());
             let last = last_option(stops.last().unwrap());
             let bottom = harness.get_all_by_label(&last).map(|node| node.rect().bottom()).fold(0.0, f32::max);
-            // Below a scale are the words of its ends.
+            // The words of its ends are below a scale.
             let is_scale = stops.last().unwrap().element.kind == ElementKind::Rating;
             let bottom = bottom + if is_scale { 0.95 / 25.0 * 720.0 } else { 0.0 };
             // The last line begins there.

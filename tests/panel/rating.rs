@@ -1,4 +1,4 @@
-//! The sickness scale while driving, as a participant sees it: where it stands, and which keys act; and the sign that the room is recorded.
+//! The sickness scale while driving, as a participant sees it: its position and its keys; and the sign that the room is recorded.
 
 use codrive::{
     panel::{ParticipantScreen, ScreenPainter, ScreenState, room_sign},
@@ -31,11 +31,11 @@ fn asked(size: [f32; 2], wheel: bool) -> Harness<'static, Asked> {
 }
 
 #[test]
-fn the_scale_stands_beside_the_road_and_has_keys_that_do_not_drive() {
+fn the_scale_is_beside_the_road_and_its_keys_do_not_drive() {
     for size in [[900.0, 600.0], [1280.0, 720.0], [1920.0, 1080.0], [3840.0, 2160.0]] {
         let mut harness = asked(size, false);
         let shown = harness.get_by_label("How sick do you feel now? 20").rect();
-        // The bonnet begins at two thirds of the height: above it are road and mirror. The dial reaches to three fifths of the width.
+        // The bonnet begins at two thirds of the height, with road and mirror above it. The dial reaches three fifths of the width.
         assert!(shown.left() > 0.65 * size[0] && shown.right() < size[0], "{shown:?} of {size:?}");
         assert!(shown.top() > 0.67 * size[1] && shown.bottom() < size[1], "{shown:?} of {size:?}");
         for key in [Key::ArrowUp, Key::ArrowDown, Key::ArrowLeft, Key::ArrowRight, Key::Space] {

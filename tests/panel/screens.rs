@@ -1,5 +1,5 @@
-//! The participant's screens and the experimenter's part of a session as people use them: by the names on them, by keys, by
-//! mouse; and pictures of all of them.
+//! The participant's screens and the experimenter's part of a session, used through their labels, by keys and mouse; and pictures of all of
+//! them.
 
 use codrive::{
     panel::{
@@ -14,7 +14,7 @@ use egui_kittest::{Harness, kittest::Queryable};
 use serde_json::json;
 use std::path::Path;
 
-/// A questionnaire with every kind of question, short enough to be seen at once.
+/// A questionnaire with every kind of question, short enough to be visible at once.
 const EVERY_KIND: &str = r#"{ "title": "You and this drive", "pages": [
   { "name": "one", "title": "About you", "elements": [
     { "type": "html", "name": "intro", "html": "<p>There are no wrong answers.</p>" },
@@ -35,7 +35,7 @@ const EVERY_KIND: &str = r#"{ "title": "You and this drive", "pages": [
     { "type": "comment", "name": "more", "title": "What else?" }
   ] } ] }"#;
 
-/// What a screen of the program has around it.
+/// A participant's screen with the state that the program gives it.
 pub struct Desk {
     pub screens: ScreenPainter,
     pub form: Option<QuestionnaireForm>,
@@ -143,14 +143,14 @@ fn keys_alone_answer_every_kind_of_question() {
         (form.answer("symptom.Nausea"), form.answer("seen")),
         (Some(&json!("Severe")), Some(&json!(["Waves", "A jam"])))
     );
-    // A text keeps its letters: m is no mark, and Backspace takes a letter away.
+    // A text field keeps its letters: m sets no mark, and Backspace deletes a letter.
     type_in(&mut harness, "mini");
     keys(&mut harness, &[Backspace, Enter]);
     assert_eq!(harness.state().form().answer("car"), Some(&json!("min")));
     assert!(!harness.state().inputs.contains(&FormInput::Mark));
     type_in(&mut harness, "two");
     keys(&mut harness, &[Enter]);
-    // Backspace goes back where no text is.
+    // Outside a text field Backspace goes back.
     keys(&mut harness, &[Key::PageUp]);
     assert_eq!(harness.state().form().page().name, "two");
     keys(&mut harness, &[Key::PageDown, Enter, Enter, Enter]);
@@ -220,7 +220,7 @@ fn pages_and_rests_say_which_key_acts_and_only_then() {
 }
 
 #[test]
-fn the_drive_alone_has_not_one_pixel_of_a_screen() {
+fn the_drive_alone_has_no_pixel_of_a_screen() {
     let picture = |desk: Desk| harness(desk, [320.0, 180.0], 1.0).render().expect("a picture");
     let plain = picture(Desk::new());
     let first = *plain.get_pixel(0, 0);
@@ -230,9 +230,9 @@ fn the_drive_alone_has_not_one_pixel_of_a_screen() {
     assert!((300..320 * 180 / 2).contains(&changed), "{changed}: a box, and the rest is the picture's");
 }
 
-/// Every line of a page lies within the window, and what the hand is at is in sight.
+/// Every line of a page lies within the window, and the focused row is visible.
 #[test]
-fn questions_fit_small_and_large_windows_at_every_scale_and_follow_the_hand() {
+fn questions_fit_all_windows_at_every_scale_and_follow_the_focus() {
     for (size, scale) in [([640.0, 360.0], 1.0), ([320.0, 180.0], 2.0), ([960.0, 540.0], 2.0)] {
         let mut harness = harness(Desk::shipped("ssq"), size, scale);
         let rows = harness.state().form().stops().len();
@@ -250,10 +250,10 @@ fn questions_fit_small_and_large_windows_at_every_scale_and_follow_the_hand() {
     }
 }
 
-/// What is asked, what a star means and all eight rows of a page of symptoms are seen together, on the second page as on the
-/// first, and by whoever comes from another page's end.
+/// Instruction, meaning of the star and all eight rows of a page of symptoms are visible together, on both pages, and after arriving from
+/// the end of the page before.
 #[test]
-fn a_page_of_symptoms_is_seen_whole_and_from_its_top_in_windows_of_16_to_9() {
+fn a_page_of_symptoms_is_visible_from_its_top_in_windows_of_16_to_9() {
     for size in [[640.0, 360.0], [1280.0, 720.0], [1920.0, 1080.0]] {
         let mut harness = harness(Desk::shipped("ssq"), size, 1.0);
         for page in 0..2 {
@@ -290,7 +290,7 @@ pub fn save<State>(harness: &mut Harness<'static, State>, name: &str) {
     }
 }
 
-/// For looking at: written only where the environment names a folder; that each shows something is tested in any case.
+/// Pictures for visual checks are written only if the environment names a folder; in any case each must show something.
 #[test]
 fn every_screen_has_its_picture() {
     use Key::{ArrowRight, Enter};
@@ -334,7 +334,7 @@ fn every_screen_has_its_picture() {
     save(&mut every, "every-three");
 }
 
-/// The experimenter's part with a session around it.
+/// The experimenter's part with the state of a session.
 struct Lead {
     panel: SessionPanel,
     items: Vec<SessionItem>,
@@ -422,14 +422,14 @@ fn every_command_is_given_by_keys_alone_with_its_reason() {
         assert_eq!(enter(&mut harness), [expected]);
         assert!(harness.query_by_label("Cancel").is_none(), "done is done");
     }
-    // Sickness has its reason already, but is asked about; Esc takes it back.
+    // Sickness has its reason already but asks for confirmation; Esc cancels it.
     assert_eq!(ctrl(&mut harness, Key::I), []);
     harness.get_by_label("End the session");
     keys(&mut harness, &[Key::Escape]);
     assert!(harness.query_by_label("End the session").is_none() && harness.state().commands.is_empty());
     assert_eq!(ctrl(&mut harness, Key::I), []);
     assert_eq!(enter(&mut harness), [SessionCommand::Stop("sickness".into())]);
-    // Which item, and for how long.
+    // The commands ask which item, and for how long.
     ctrl(&mut harness, Key::R);
     keys(&mut harness, &[Key::ArrowUp, Key::ArrowUp]);
     type_in(&mut harness, "x");
@@ -441,7 +441,7 @@ fn every_command_is_given_by_keys_alone_with_its_reason() {
 }
 
 #[test]
-fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
+fn buttons_act_only_when_possible_and_ending_a_drive_asks_first() {
     let mut harness = lead(Lead::new(SessionPhase::Held), [420.0, 700.0]);
     let press = |harness: &mut Harness<'static, Lead>, label: &str| {
         harness.get_by_role_and_label(Role::Button, label).click();
@@ -461,7 +461,7 @@ fn buttons_act_where_they_can_and_what_ends_a_drive_is_asked_about() {
         let line = harness.get_by_label(name).rect().center().y;
         assert!(harness.get_all_by_label(word).any(|node| (node.rect().center().y - line).abs() < 4.0), "{name}");
     }
-    // What it was about is over: the question goes.
+    // The question disappears when its drive is over.
     press(&mut harness, "Break off Ctrl+B");
     harness.state_mut().phase = SessionPhase::Over;
     harness.run();

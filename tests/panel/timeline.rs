@@ -1,4 +1,4 @@
-//! The timeline of a replay: what is on it, and what a person does with it.
+//! The timeline of a replay: its content and its controls.
 
 use crate::experimenter::save;
 use codrive::panel::{
@@ -8,7 +8,7 @@ use codrive::panel::{
 use egui::accesskit::Role;
 use egui_kittest::{Harness, kittest::Queryable};
 
-/// A timeline under a person's hands.
+/// A timeline with the commands that its user gave.
 #[derive(Default)]
 struct Hand {
     time_s: f64,
@@ -59,7 +59,7 @@ fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
     harness.state_mut().time_s = 160.0;
     harness.run();
     harness.get_by_label("driving again up to here: 75 %");
-    // A click in the middle of the line goes to the middle of the drive.
+    // A click in the middle of the line seeks to the middle of the drive.
     let above = harness.get_by_role_and_label(Role::Button, "Play").rect().top() - 30.0;
     harness.drag_at(egui::pos2(450.0, above));
     harness.run();
@@ -70,10 +70,10 @@ fn a_timeline_plays_steps_and_seeks_and_says_what_is_proven() {
     assert!((time_s - 100.0).abs() < 1.0, "{time_s}");
     let picture = harness.render().unwrap();
     save(&picture, "timeline");
-    // Red, or half of it at the edge of a line; amber has three quarters as much green as red.
+    // Red, or half red at the edge of a line; amber has three quarters as much green as red.
     let red = |pixel: &image::Rgba<u8>| pixel.0[0] > 110 && f32::from(pixel.0[1]) < 0.6 * f32::from(pixel.0[0]);
     let columns: Vec<u32> = picture.enumerate_pixels().filter(|(.., pixel)| red(pixel)).map(|(x, ..)| x).collect();
-    // 200 s are 864 points from 18 on; advice is from 20 to 150 s, and the speed crosses it now and then.
+    // 200 s are 864 points from 18 on; advice lasts from 20 to 150 s, and the speed line crosses it at times.
     let x = |time_s: f64| 18.0 + time_s / 200.0 * 864.0;
     let ends = [columns.iter().min(), columns.iter().max()].map(|end| f64::from(*end.unwrap()));
     assert!((ends[0] - x(20.0)).abs() < 3.0 && (ends[1] - x(150.0)).abs() < 3.0, "{ends:?}");

@@ -1,4 +1,4 @@
-//! The page of wheel and pedals and the check screen, by the names on them.
+//! The page of wheel and pedals and the check screen, used through their labels.
 
 use codrive::{
     input::{
@@ -15,7 +15,7 @@ use codrive::{
 use egui::accesskit::Role;
 use egui_kittest::{Harness, kittest::Queryable};
 
-/// The page and what stands around it.
+/// The page with the state that the program gives it.
 #[derive(Default)]
 struct Bench {
     page: CalibrationPage,
@@ -55,7 +55,7 @@ fn press(harness: &mut Harness<'static, Bench>, button: &str) -> Vec<Calibration
     std::mem::take(&mut harness.state_mut().commands)
 }
 
-/// For looking at: written only where the environment names a folder.
+/// Returns the picture of a window; writes it for visual checks only if the environment names a folder.
 fn picture<S>(harness: &mut Harness<'static, S>, name: &str) -> image::RgbaImage {
     let picture = harness.render().expect("a picture");
     if let Ok(folder) = std::env::var("CODRIVE_PICTURES") {
@@ -64,7 +64,7 @@ fn picture<S>(harness: &mut Harness<'static, S>, name: &str) -> image::RgbaImage
     picture
 }
 
-/// Answers the questions of a G29 up to one of them.
+/// Returns a calibration of a G29 with all steps done before `until`.
 fn answered(until: CalibrationStep) -> Calibration {
     let mut calibration = Calibration::new(device(), 0.0).unwrap();
     let mut now_s = REST_S + 0.1;
@@ -97,11 +97,11 @@ fn without_a_wheel_the_page_says_what_to_do() {
 }
 
 #[test]
-fn it_shows_the_wheels_turn_the_pedals_and_the_last_button() {
+fn the_page_shows_the_wheel_angle_the_pedals_and_the_last_button() {
     let mut shown = wheel();
     shown.last_button = Some(289);
     let mut harness = harness(bench(Some(shown)));
-    // (32767 - 27000) / 32767 of 450 degrees to the left; the accelerator half way down, its ends taken off.
+    // (32767 - 27000) / 32767 of 450 degrees to the left; the accelerator is half pressed, without its dead zones.
     harness.get_by_label_contains("+79.2°");
     harness.get_by_label("way  49 %  effect  49 %");
     harness.get_by_label("way   0 %  effect   0 %");
@@ -141,7 +141,7 @@ fn a_calibration_can_be_given_up() {
 fn an_action_waits_for_its_button_and_takes_it_from_another() {
     let mut harness = harness(bench(Some(wheel())));
     press(&mut harness, "button for horn");
-    // Cross, which answers as shipped.
+    // Button 288 is the cross, which confirms responses in the shipped profile.
     harness.state_mut().wheel.as_mut().unwrap().last_button = Some(288);
     harness.run();
     let commands = press(&mut harness, "Save");
@@ -162,7 +162,7 @@ fn an_edited_curve_can_be_discarded() {
 }
 
 #[test]
-fn the_ruler_of_the_check_screen_is_as_long_as_it_says() {
+fn the_ruler_of_the_check_screen_has_its_stated_length() {
     let truth = DisplayTruth {
         screen_width_m: 1.25,
         eye_distance_m: 1.0,

@@ -1,11 +1,11 @@
-//! What a policy makes of its driver, in the experimenter's window.
+//! A policy's estimate of the driver, in the experimenter's window.
 
 use crate::experimenter::{Bench, harness};
 use codrive::policy::{Advice, DriverEstimate, DriverTraits};
 use egui_kittest::kittest::Queryable;
 
 #[test]
-fn who_drives_is_shown_with_its_uncertainty_where_the_policy_asks() {
+fn the_driver_estimate_is_shown_with_its_uncertainty_if_there_is_one() {
     let mut bench = Bench::after(600);
     let mut told = harness(Bench::after(600), [1400.0, 1900.0], 1.0);
     told.run();

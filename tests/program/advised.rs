@@ -1,4 +1,4 @@
-//! Several advised vehicles from the command line: a run that says which, and the curve over their share.
+//! Several advised vehicles from the command line: a run that lists them, and the curve over their share.
 
 use assert_cmd::Command;
 use codrive::rng;
@@ -10,7 +10,7 @@ pub fn codrive(arguments: &[&str]) -> Command {
     command
 }
 
-/// Exit code and all that was said.
+/// Returns the exit code and the output of a command.
 pub fn said(command: &mut Command) -> (i32, String) {
     let output = command.output().expect("it runs");
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
@@ -18,7 +18,7 @@ pub fn said(command: &mut Command) -> (i32, String) {
 }
 
 #[test]
-fn a_curve_over_advised_vehicles_begins_with_nobody_on_the_same_seeds_and_is_drawn() {
+fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let words = [
@@ -54,7 +54,7 @@ fn a_curve_over_advised_vehicles_begins_with_nobody_on_the_same_seeds_and_is_dra
     };
     let ignores = "driven whole; ignores advice";
     assert_eq!(found, of("pi").chain(of("constant")).chain(of(ignores)).collect::<Vec<_>>());
-    // Nobody is advised by either policy in the same drives; with somebody advised they differ.
+    // With no vehicle advised, the drives of both policies are equal; with advised vehicles they differ.
     let speeds = |policy_is: &str, advised_is: &str| -> Vec<&str> {
         rows[1..]
             .iter()
@@ -65,7 +65,7 @@ fn a_curve_over_advised_vehicles_begins_with_nobody_on_the_same_seeds_and_is_dra
     assert_eq!(speeds("pi", "0"), speeds("constant", "0"));
     assert_ne!(speeds("pi", "0")[0], speeds("pi", "0")[1], "each ring has a seed of its own");
     assert_ne!(speeds("pi", "0"), speeds("pi", "11"));
-    // Who ignores the advice drives the same cars on the same seeds, and other than advised and than the traffic's own.
+    // Drivers who ignore the advice drive the same vehicles on the same seeds, but unlike advised drivers and unlike the engine's own.
     assert_eq!(speeds(ignores, "0"), speeds("pi", "0"));
     assert!(speeds(ignores, "11") != speeds("pi", "11") && speeds(ignores, "11") != speeds("pi", "0"));
     let drivers: Vec<&str> =
@@ -86,7 +86,7 @@ fn a_curve_over_advised_vehicles_begins_with_nobody_on_the_same_seeds_and_is_dra
 }
 
 #[test]
-fn a_run_with_a_share_of_the_vehicles_advised_says_which_and_how_fast_all_are() {
+fn a_run_with_advised_vehicles_lists_them_and_the_mean_speed_of_all() {
     let arguments = ["run", "--traffic", "native", "--duration", "2", "--policy", "pi", "--advised", "20%"];
     let (code, text) = said(&mut codrive(&arguments));
     assert!(code == 0 && text.contains("advised                  4 of 22 (18.2 %): cars 0, 5, 11, 16\n"), "{text}");
@@ -98,7 +98,7 @@ fn a_run_with_a_share_of_the_vehicles_advised_says_which_and_how_fast_all_are() 
 }
 
 #[test]
-fn a_curve_on_a_network_is_over_all_that_come_and_says_how_many_came_left_and_found_no_room() {
+fn a_curve_on_a_network_counts_vehicles_entered_left_and_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let words = "evaluate --map merge --engine sumo --policy pi --over 2 --horizon 30 --warm-up 0 --advised 50% --out";
@@ -111,11 +111,11 @@ fn a_curve_on_a_network_is_over_all_that_come_and_says_how_many_came_left_and_fo
     let ignores = "driven whole; ignores advice";
     assert_eq!(of("policy"), ["pi", "pi", "pi", "pi", ignores, ignores, ignores, ignores]);
     assert_eq!(of("advised_share"), ["0", "0", "0.5", "0.5", "0", "0", "0.5", "0.5"]);
-    // The same vehicles on the same seeds: as many of them are driven whole.
+    // The seeds and vehicles are the same, so the same number of vehicles is advised.
     let advised = of("advised_vehicles");
     assert_eq!(advised[..2], ["0", "0"]);
     assert_eq!(advised[2..4], advised[6..8]);
-    // Whom chance takes of the 18 that come is known of the streams alone.
+    // The random streams alone determine which of the 18 entering vehicles are advised.
     let chosen = |seed: u64| {
         let takes = |id: &u32| rng::stream(seed, &format!("vehicle/{id}/advised")).uniform(0.0, 1.0) < 0.5;
         (1..=18).filter(takes).count().to_string()
@@ -123,7 +123,7 @@ fn a_curve_on_a_network_is_over_all_that_come_and_says_how_many_came_left_and_fo
     let seed: u64 = of("seed")[0].parse().unwrap();
     assert_eq!(advised[2..4], [chosen(seed), chosen(seed + 1)]);
     assert_ne!(advised[2], "11", "as many as of 22 cars of a ring would prove nothing");
-    // 30 s of a vehicle each 1.8 s and one each 36 s, from 0 on: 17 and 1 are sent, and the free road takes them.
+    // In 30 s, one vehicle every 1.8 s and one every 36 s, from 0 on: 17 and 1 enter, and the free road has room for them.
     assert_eq!((of("inflow_per_h"), of("vehicles_refused")), (vec!["2160"; 8], vec!["0"; 8]));
     assert!(of("mean_speed_mps").iter().all(|speed| speed.parse::<f64>().is_ok_and(|mps| mps > 5.0)), "{rings}");
     let figure = fs::read_to_string(out.join("speed-against-share.svg")).unwrap();

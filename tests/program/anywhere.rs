@@ -1,5 +1,5 @@
-//! The program away from its checkout: alone in a folder with spaces and umlauts, called from elsewhere, by another user without
-//! a home, from a folder that nobody may write to.
+//! The program outside its checkout: alone in a folder with spaces and umlauts, called from another folder, by another user without a home,
+//! and in a read-only folder.
 
 use std::{
     fs,
@@ -8,7 +8,7 @@ use std::{
     process::{Command, Output},
 };
 
-/// A copy of the program at `bin/codrive` below a folder of its own, with nothing of the project around it.
+/// A copy of the program at `bin/codrive` in its own folder, without any other file of the project.
 struct Elsewhere {
     folder: tempfile::TempDir,
 }
@@ -29,7 +29,7 @@ impl Elsewhere {
         self.folder.path().join(name)
     }
 
-    /// The program, called from `work`, with a home and a folder for temporary files, and nothing else in its environment.
+    /// Returns the program's command, called from `work`, with only a home and a folder for temporary files in its environment.
     fn command(&self) -> Command {
         self.program(Command::new(self.at("bin/codrive")))
     }
@@ -39,7 +39,7 @@ impl Elsewhere {
         command
     }
 
-    /// Somebody else, if the tests run as root: rights mean nothing to root. Otherwise this user.
+    /// Returns the command as run by another user if the tests run as root, because permissions do not bind root; otherwise as this user.
     fn stranger(&self) -> Command {
         if fs::metadata("/proc/self").unwrap().uid() != 0 {
             return self.command();
@@ -82,7 +82,7 @@ fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
 }
 
 #[test]
-fn own_maps_are_kept_in_the_home_and_known_by_name_and_without_a_home_the_remedy_is_said() {
+fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
     let elsewhere = Elsewhere::new();
     let made = run(elsewhere.command().args(["map", "ring", "--circumference", "300"]));
     assert!(made.status.success() && said(&made).contains("codrive --map ring-300"), "{}", said(&made));
@@ -101,7 +101,7 @@ fn own_maps_are_kept_in_the_home_and_known_by_name_and_without_a_home_the_remedy
 }
 
 #[test]
-fn another_user_without_a_home_drives_and_leaves_one_folder_among_the_temporary_files() {
+fn another_user_without_a_home_drives_and_leaves_one_temporary_folder() {
     let elsewhere = Elsewhere::new();
     for name in ["", "bin", "tmp", "work"] {
         fs::set_permissions(elsewhere.at(name), fs::Permissions::from_mode(0o777)).unwrap();
@@ -114,7 +114,7 @@ fn another_user_without_a_home_drives_and_leaves_one_folder_among_the_temporary_
     let [own] = &left[..] else { panic!("{left:?}") };
     assert!(own.file_name().unwrap().to_string_lossy().starts_with("codrive-"), "{own:?}");
     assert_eq!(fs::metadata(own).unwrap().mode() & 0o077, 0, "others neither see nor change it");
-    // What others can write to is not believed.
+    // A folder that others can write to is not trusted.
     fs::set_permissions(own, fs::Permissions::from_mode(0o777)).unwrap();
     let refused = run(elsewhere.stranger().env_remove("HOME").args(DRIVE));
     assert!(
@@ -125,7 +125,7 @@ fn another_user_without_a_home_drives_and_leaves_one_folder_among_the_temporary_
 }
 
 #[test]
-fn an_installed_program_reads_its_share_which_nobody_may_write_to() {
+fn an_installed_program_reads_its_read_only_share_folder() {
     let elsewhere = Elsewhere::new();
     let project = Path::new(env!("CARGO_MANIFEST_DIR"));
     let share = elsewhere.at("share/codrive");
@@ -165,7 +165,7 @@ fn a_named_folder_comes_first_and_one_without_data_is_refused_by_name() {
     }
     let by_environment = run(elsewhere.command().env("CODRIVE_DATA", &named).args(["map", "list"]));
     assert_eq!(maps(&String::from_utf8_lossy(&by_environment.stdout)), ["ring-250"]);
-    // A variable is set once and forgotten: what it names is said.
+    // A variable may be set and forgotten, so the program prints the folder that it names.
     let line = format!("codrive: maps and policies are those of {} (CODRIVE_DATA)\n", named.display());
     assert_eq!(String::from_utf8_lossy(&by_environment.stderr), line);
     let wrong = elsewhere.at("work");
@@ -180,7 +180,7 @@ fn a_named_folder_comes_first_and_one_without_data_is_refused_by_name() {
     assert!(refused.status.code() == Some(2) && said(&refused).contains("named by CODRIVE_DATA"), "{}", said(&refused));
 }
 
-/// A library that makes a file when it is loaded, and a program that does so when it is run.
+/// Builds a library that creates the file `victim` when it is loaded, and a program that does so when it runs.
 fn hostile(elsewhere: &Elsewhere, victim: &Path) {
     let source = elsewhere.at("hostile.c");
     let text = format!(
@@ -206,7 +206,7 @@ fn hostile(elsewhere: &Elsewhere, victim: &Path) {
             fs::create_dir_all(place.parent().unwrap()).unwrap();
             fs::write(place, format!("open({:?}, 'w')\n", victim.display().to_string())).unwrap();
         }
-        // Settings of liblsl may name a file that it writes.
+        // The settings file of liblsl may name a file that liblsl writes.
         fs::write(folder.join("lsl_api.cfg"), format!("[log]\nlevel = 9\nfile = {}\n", victim.display())).unwrap();
     }
 }
@@ -225,7 +225,7 @@ fn no_library_or_program_of_the_working_folder_or_above_is_run() {
     }
     let refused = run(elsewhere.command().args(drive));
     assert!(refused.status.code() == Some(1) && said(&refused).contains("SUMO was not found"), "{}", said(&refused));
-    // The fault is a real one: what a person names is loaded.
+    // The library is a working one: the program loads it from a folder that the user names.
     let home = elsewhere.at("work/.sumo/sumo");
     let loaded = run(elsewhere.command().args(drive).env("CODRIVE_SUMO_HOME", &home));
     assert!(victim.exists(), "{}", said(&loaded));

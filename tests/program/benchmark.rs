@@ -1,4 +1,4 @@
-//! `codrive evaluate --benchmark`: the same result whoever asks for it, and rings that nothing else has seen.
+//! `codrive evaluate --benchmark`: the same result on any number of threads, and rings that no other code has used.
 
 use assert_cmd::Command;
 use serde_json::Value;
@@ -57,7 +57,7 @@ fn a_benchmark_is_the_same_on_one_thread_and_on_two_and_pairs_its_rings() {
 }
 
 #[test]
-fn a_row_of_several_seeds_is_set_beside_the_fastest_single_policy_ring_by_ring() {
+fn a_row_of_several_seeds_is_compared_with_the_fastest_single_policy() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("small.toml");
     let more = "[[row]]\nname = \"PI\"\npolicies = [\"pi\"]\n[[row]]\nname = \"slow\"\npolicies = [\"constant\"]\n";
@@ -67,7 +67,7 @@ fn a_row_of_several_seeds_is_set_beside_the_fastest_single_policy_ring_by_ring()
     let judged: Value = serde_json::from_slice(&program.assert().success().get_output().stdout).unwrap();
     let mean = |k: usize| judged["cells"][k]["mean_speed_mps"]["mean"].as_f64().unwrap();
     let beside = &judged["cells"][1]["over_fastest_single"];
-    // No advice is cell 0 and does not count.
+    // Cell 0 has no advice and does not count.
     let (name, fastest) = if mean(2) > mean(3) { ("PI", mean(2)) } else { ("slow", mean(3)) };
     assert_eq!(beside["policy"], name);
     assert!((beside["gain_mps"]["mean"].as_f64().unwrap() - (mean(1) - fastest)).abs() < 1e-9, "{beside}");
@@ -77,7 +77,7 @@ fn a_row_of_several_seeds_is_set_beside_the_fastest_single_policy_ring_by_ring()
 }
 
 #[test]
-fn a_row_of_its_own_place_is_beside_no_advice_there_and_every_cell_has_a_dot_in_a_figure() {
+fn a_row_with_its_own_conditions_has_its_own_baseline_and_a_dot_per_cell() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("small.toml");
     let own = r#"
@@ -109,7 +109,7 @@ holds_s = [0.1]
         "a machine's, 0.1 s, closing",
     ];
     assert_eq!(places, expected);
-    // Without advice there is nothing to follow: its own model drives an exact ego like the others.
+    // Without advice an exact ego has no speed to follow: the driver's own model drives it, as it drives the other vehicles.
     assert!(json["cells"][3]["gain_mps"]["mean"].is_number());
     for (hold, rows, driver) in
         [("1", ["no advice", "two seeds of one"], "people"), ("0.1", ["no advice", "a machine's"], "closing")]
@@ -125,7 +125,7 @@ holds_s = [0.1]
     }
 }
 
-/// Sources, without files of tests alone.
+/// Collects the source files below a folder, without files of tests.
 fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -144,11 +144,11 @@ fn nothing_but_the_benchmark_takes_its_random_numbers() {
     let naming = |text: &str| text.contains("\"benchmark\"") || text.contains("SEALED_STREAM");
     let mut who: Vec<&str> = found.iter().filter(|(_, text)| naming(text)).map(|(path, _)| path.as_str()).collect();
     who.sort_unstable();
-    // The command, which has a flag of this name, and the judge with its report.
+    // The command, which has a flag of this name, and the benchmark with its report.
     let allowed = ["cli/evaluate/benchmark/mod.rs", "cli/evaluate/benchmark/report.rs", "cli/evaluate/mod.rs"];
     assert_eq!(who.len(), allowed.len(), "{who:?}");
     assert!(who.iter().zip(allowed).all(|(path, end)| path.replace('\\', "/").ends_with(end)), "{who:?}");
-    // The flag is not the stream.
+    // The command uses the flag only, not the stream.
     let (_, command) = found.iter().find(|(path, _)| path.replace('\\', "/").ends_with("evaluate/mod.rs")).unwrap();
     assert!(!command.contains("SEALED_STREAM"));
 }

@@ -1,4 +1,4 @@
-//! The command line as a person meets it: exit codes and messages of mistakes, and short runs of the commands.
+//! The command line as users meet it: exit codes and messages of mistakes, and short runs of the commands.
 
 use assert_cmd::Command;
 use std::{
@@ -7,14 +7,14 @@ use std::{
     process::{self, Stdio},
 };
 
-/// The program, told nothing by the environment it is tested in.
+/// Returns the program's command without the display variables of the test environment.
 fn codrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command
 }
 
-/// Exit code and what was said on stderr.
+/// Runs the program and returns the exit code and its standard error.
 fn failure(arguments: &[&str]) -> (i32, String) {
     said(&mut codrive(arguments))
 }
@@ -60,7 +60,7 @@ fn a_corrupt_network_is_named_with_its_line() {
     assert_run_refused(&["--map", file.to_str().unwrap()], &["broken.net.xml", "routes"]);
 }
 
-/// What the program says to these arguments, with `input` on its standard input; ended where it waits for ever.
+/// Runs the program with `input` as standard input, for at most 60 s. Returns the exit code and standard error.
 fn said_in_time(arguments: &[&str], input: &[u8]) -> (Option<i32>, String) {
     let mut command = codrive(arguments);
     let output = command.write_stdin(input).timeout(std::time::Duration::from_secs(60)).output().unwrap();
@@ -73,14 +73,14 @@ fn a_pipe_in_the_place_of_a_file_is_named_and_never_waited_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let study = path("short.toml");
-    // A data set that was begun with it.
+    // A data set that was begun with this study.
     fs::create_dir(folder.path().join("session")).unwrap();
     let segment = "[[segment]]\nkind = \"text\"\nname = \"welcome\"\ntext = \"Hello\"\n";
     fs::write(&study, format!("title = \"Short\"\nparticipants = 1\nseed = 7\n{segment}")).unwrap();
     fs::copy(&study, path("session/study.toml")).unwrap();
     let rehearse = |out: &str| ["study", &study, "--rehearse", "--participants", "1", "--out", out].map(str::to_owned);
     let analyse = |folder: &str| ["analyse", folder].map(str::to_owned).to_vec();
-    // Where the pipe is, what is run, what it says of the pipe.
+    // For each pipe: its path, the command, and the message about it.
     let table: [(&str, Vec<String>, &str); 6] = [
         (
             "train/checkpoint.json",
@@ -221,7 +221,7 @@ fn a_persons_own_wheel_profile_is_known_by_its_name() {
         text.contains("\"desk-rik\" (did you mean desk-rig?); there are g29, g27, g920, g923, desk-rig\n"),
         "{text}"
     );
-    // With a name that is known the drive fails for want of a display alone.
+    // With a known name the drive fails only because there is no display.
     let (code, text) = drive("desk-rig");
     assert!(code == 1 && text.contains("display"), "{text}");
     fs::write(wheels.join("desk-rig.toml"), "name = 3\n").unwrap();
@@ -234,7 +234,7 @@ fn without_an_adapter_the_picture_says_what_to_install() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.png");
     let arguments = ["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", file.to_str().unwrap()];
-    // A backend that does not exist here: no adapter is found.
+    // This backend does not exist here, so no adapter is found.
     let (code, text) = said(codrive(&arguments).env("WGPU_BACKEND", "dx12"));
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("adapter") && text.contains("mesa-vulkan-drivers"), "{text}");
@@ -285,7 +285,7 @@ fn a_network_is_counted_with_what_its_closed_route_leaves_out() {
         let file = format!("{}/tests/data/networks/{name}.net.xml", env!("CARGO_MANIFEST_DIR"));
         String::from_utf8(codrive(&["map", "show", &file]).output().unwrap().stdout).unwrap()
     };
-    // A loop of four streets, the first of two lanes, a dead end and an island.
+    // A loop of four streets, the first with two lanes, a dead end and an island.
     let text = shown("one-way");
     for part in ["6, in 2 parts", "lanes          7,", "none: flat", "leaves out 3 of 7 lanes"] {
         assert!(text.contains(part), "{part:?} is not in:\n{text}");
@@ -293,7 +293,7 @@ fn a_network_is_counted_with_what_its_closed_route_leaves_out() {
     assert!(shown("ramps").contains("open path      1300 m; it leaves out 9 of 14 lanes"), "{}", shown("ramps"));
 }
 
-/// Commands that print, each of which can be run again and again: with every path they need.
+/// Returns the commands that print and can be run repeatedly, with all paths that they need.
 fn talkative(folder: &Path) -> Vec<Vec<String>> {
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let made = |arguments: &[&str]| _ = codrive(arguments).assert().success();
@@ -325,7 +325,7 @@ fn talkative(folder: &Path) -> Vec<Vec<String>> {
     words.iter().map(|words| words.iter().map(|word| (*word).to_owned()).collect()).collect()
 }
 
-/// Exit code and standard error of the program with this as its standard output.
+/// Runs the program with this standard output. Returns the exit code and standard error.
 fn into_output(arguments: &[String], output: impl Into<Stdio>) -> (Option<i32>, String) {
     let mut command = process::Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
@@ -334,12 +334,12 @@ fn into_output(arguments: &[String], output: impl Into<Stdio>) -> (Option<i32>, 
 }
 
 #[test]
-fn where_nobody_reads_on_every_command_ends_quietly() {
+fn every_command_ends_quietly_when_its_output_pipe_is_closed() {
     let folder = tempfile::tempdir().unwrap();
     for arguments in talkative(folder.path()) {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
-        // 128 and SIGPIPE, as a shell sees of any other tool.
+        // 128 and SIGPIPE, as a shell reports for any other tool.
         assert_eq!(into_output(&arguments, writer), (Some(141), String::new()), "{arguments:?}");
     }
 }
@@ -357,7 +357,7 @@ fn on_a_full_disk_every_command_says_that_its_output_is_lost() {
 }
 
 #[test]
-fn a_message_that_nobody_takes_changes_no_exit_code() {
+fn a_message_that_cannot_be_written_changes_no_exit_code() {
     let mut command = process::Command::new(env!("CARGO_BIN_EXE_codrive"));
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let status = command.args(["run", "--map", "nowhere"]).stderr(full).status().unwrap();
@@ -365,7 +365,7 @@ fn a_message_that_nobody_takes_changes_no_exit_code() {
 }
 
 #[test]
-fn an_evaluation_is_written_even_where_nobody_reads_its_table() {
+fn an_evaluation_is_written_even_if_its_output_pipe_is_closed() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let (reader, writer) = std::io::pipe().unwrap();
@@ -376,7 +376,7 @@ fn an_evaluation_is_written_even_where_nobody_reads_its_table() {
 }
 
 #[test]
-fn a_locale_that_does_not_exist_is_no_matter() {
+fn an_unknown_locale_changes_nothing() {
     for locale in ["C.UTF-8@x", "../x", "xx_YY.KLINGON", "xx_YY.UTF-8"] {
         let mut command = codrive(&["run", "--duration", "1"]);
         let output = command.env("LC_ALL", locale).output().unwrap();
@@ -385,7 +385,7 @@ fn a_locale_that_does_not_exist_is_no_matter() {
 }
 
 #[test]
-fn without_a_session_of_the_desktop_a_picture_is_drawn_without_a_complaint() {
+fn without_a_desktop_session_a_picture_is_drawn_without_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.png");
     let mut command =
@@ -394,14 +394,14 @@ fn without_a_session_of_the_desktop_a_picture_is_drawn_without_a_complaint() {
     assert_eq!((code, text.as_str()), (0, ""));
 }
 
-/// A drive of a second, where `more` says nothing else.
+/// Returns the arguments of a drive of 1 s on the native engine, unless `more` names another engine.
 fn drive_with(more: &[&str]) -> Vec<String> {
     let engine: &[&str] = if more.contains(&"--traffic") { &[] } else { &["--traffic", "native"] };
     [&["run", "--duration", "1"], engine, more].concat().iter().map(|word| (*word).to_owned()).collect()
 }
 
 #[test]
-fn one_wrong_letter_of_any_name_is_answered_with_the_name_that_was_meant() {
+fn a_name_with_one_wrong_letter_is_answered_with_the_intended_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
@@ -464,7 +464,7 @@ fn one_wrong_letter_of_any_name_is_answered_with_the_name_that_was_meant() {
     for (arguments, meant) in &asked {
         let (code, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
         assert_eq!(code, 2, "{arguments:?}: {text}");
-        // clap has words of its own: "a similar argument exists: '--vehicles'".
+        // clap has its own wording: "a similar argument exists: '--vehicles'".
         let near =
             text.lines().find(|line| line.contains("did you mean") || line.contains("similar")).unwrap_or_default();
         assert!(near.contains(meant) && near.is_empty() == meant.is_empty(), "{arguments:?}: {text}");
@@ -484,7 +484,7 @@ fn one_wrong_letter_of_any_name_is_answered_with_the_name_that_was_meant() {
 }
 
 #[test]
-fn auto_warns_of_nothing_that_nobody_chose() {
+fn auto_does_not_warn_about_defaults() {
     for map in ["ring-250", "ring-641", "practice"] {
         let arguments = run(&["--map", map]);
         let (code, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
@@ -493,7 +493,7 @@ fn auto_warns_of_nothing_that_nobody_chose() {
         let (code, text) = failure(&[&["evaluate", "--policy", "auto", "--map", map][..], &short].concat());
         assert_eq!((code, text.as_str()), (0, ""), "{map}");
     }
-    // What somebody chose is told.
+    // A hold that the user set is reported.
     let arguments = run(&["--map", "ring-641", "--hold", "2"]);
     let (_, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
     assert!(text.contains("trained for holds of 4 to 30 s and is asked to hold for 2 s"), "{text}");

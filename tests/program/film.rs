@@ -1,5 +1,5 @@
-//! What `codrive replay` draws of a recording: one picture, all of them, a video, a video with sound. In ffmpeg's place stands
-//! a script that keeps what it is given: its arguments, and how many bytes of pictures.
+//! Pictures, videos and sound that `codrive replay` makes from a recording. A script in place of ffmpeg records its arguments and the
+//! number of picture bytes.
 
 use codrive::record::{Table, TableReader};
 use std::{
@@ -9,8 +9,8 @@ use std::{
     process::{Command, Output},
 };
 
-/// Arguments into a file, pictures counted, the last argument made a file. With a file named "fails" beside it, it does so at
-/// once; with one named "late", after it has taken all pictures.
+/// Script in place of ffmpeg: records its arguments, counts the picture bytes and creates its last argument. With a file "fails" beside it,
+/// it fails at once; with a file "late", after it has read all pictures.
 const FFMPEG: &str = r#"#!/bin/sh
 here=$(dirname "$0")
 [ ! -e "$here/fails" ] || exit 3
@@ -21,7 +21,7 @@ for last; do :; done
 echo film >"$last"
 "#;
 
-/// A recorded drive of two seconds, and room for what is made of it.
+/// A recorded drive of 2 s in a folder that also takes the results.
 struct Place {
     folder: tempfile::TempDir,
 }
@@ -49,13 +49,13 @@ impl Place {
         Command::new(env!("CARGO_BIN_EXE_codrive")).args(arguments).env("PATH", path).output().unwrap()
     }
 
-    /// Replays at 64 by 36 pixels. Exit code and what was said.
+    /// Replays at 64 by 36 pixels. Returns the exit code and the output.
     fn replay(&self, more: &[&str]) -> (i32, String) {
         let output = self.codrive(&[&["replay", &self.path("drive"), "--size", "64x36"], more].concat());
         (output.status.code().unwrap(), text(&output))
     }
 
-    /// What the script wrote down.
+    /// Returns the lines that the script recorded in a file.
     fn kept(&self, name: &str) -> Vec<String> {
         let text = fs::read_to_string(self.folder.path().join("bin").join(name)).unwrap_or_default();
         text.lines().map(|line| line.trim().to_owned()).collect()
@@ -73,7 +73,7 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn one_picture_is_that_of_its_moment_and_all_of_them_are_numbered() {
+fn a_picture_shows_its_time_and_all_pictures_are_numbered() {
     let place = Place::recorded();
     let [png, frames] = ["at.png", "frames"].map(|name| place.path(name));
     let (code, said) = place.replay(&["--png", &png, "--at", "1", "--frames", &frames, "--rate", "10"]);
@@ -85,11 +85,11 @@ fn one_picture_is_that_of_its_moment_and_all_of_them_are_numbered() {
     let open = |path: &Path| image::open(path).unwrap().into_rgba8();
     let at = open(Path::new(&png));
     assert_eq!(at.dimensions(), (64, 36));
-    // The tenth is drawn after tick 100, as the one at 1 s.
+    // The tenth picture is drawn after tick 100, as is the picture at 1 s.
     assert!(at == open(&all[9]), "another moment than 1 s");
     assert!(at != open(&all[0]) && at != open(&all[19]), "the car moves");
 
-    // Nothing is overwritten, and a moment after the end is named.
+    // Nothing is overwritten, and a time after the end is named.
     let (code, said) = place.replay(&["--frames", &frames]);
     assert!(code == 2 && said.contains("frames"), "{said}");
     assert_eq!(pictures(Path::new(&frames)).len(), 20);
@@ -100,7 +100,7 @@ fn one_picture_is_that_of_its_moment_and_all_of_them_are_numbered() {
 }
 
 #[test]
-fn a_video_is_every_picture_in_ffmpegs_hands_and_its_sound_is_joined_to_it() {
+fn ffmpeg_gets_every_picture_of_a_video_and_joins_the_sound() {
     let place = Place::recorded();
     let [film, sound] = ["film.mp4", "drive.wav"].map(|name| place.path(name));
     let (code, said) = place.replay(&["--video", &film, "--rate", "10"]);
@@ -123,18 +123,18 @@ fn a_video_is_every_picture_in_ffmpegs_hands_and_its_sound_is_joined_to_it() {
     assert!(joined.contains("drive.wav") && joined.contains("-c:v copy") && joined.ends_with("both.mp4"), "{joined}");
     let left: Vec<PathBuf> = pictures(place.folder.path());
     assert!(!left.iter().any(|path| path.to_str().unwrap().contains("mute")), "{left:?}");
-    // Two seconds of sound, whatever its rate.
+    // Two seconds of sound at any sample rate.
     let wav = hound::WavReader::open(&sound).unwrap();
     assert_eq!(wav.duration(), 2 * wav.spec().sample_rate);
 }
 
 #[test]
-fn an_ffmpeg_that_fails_or_is_not_there_is_said_and_nothing_is_called_done() {
+fn a_failing_or_missing_ffmpeg_is_reported_and_nothing_is_called_done() {
     let place = Place::recorded();
     fs::write(place.path("bin/fails"), "").unwrap();
     let (code, said) = place.replay(&["--video", &place.path("film.mp4"), "--rate", "5"]);
     assert!(code == 1 && said.contains("ffmpeg"), "{said}");
-    // One that takes all pictures and cannot write them, on a full disk.
+    // This script reads all pictures and then fails, as on a full disk.
     fs::rename(place.path("bin/fails"), place.path("bin/late")).unwrap();
     let (code, said) = place.replay(&["--video", &place.path("late.mp4"), "--rate", "5"]);
     assert!(
@@ -151,7 +151,7 @@ fn an_ffmpeg_that_fails_or_is_not_there_is_said_and_nothing_is_called_done() {
 }
 
 #[test]
-fn the_least_gap_of_the_summary_is_that_of_the_table() {
+fn the_smallest_gap_of_the_summary_equals_that_of_the_table() {
     let place = Place::recorded();
     let summary = fs::read_to_string(place.path("drive/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();

@@ -1,4 +1,4 @@
-//! Texts of others that would command a terminal: they are seen, and do nothing.
+//! Texts from outside with control sequences of a terminal: they are shown escaped and have no effect.
 
 use std::{
     fs,
@@ -8,11 +8,11 @@ use std::{
     process::Command,
 };
 
-/// Clears the screen by two ways, sets the title, goes back over the line, and turns the direction of writing.
+/// Control sequences that clear the screen in two ways, set the title, return to the start of the line, and reverse the writing direction.
 const HOSTILE: &str = "a\u{1b}[2Jb\u{9b}2Jc\u{1b}]0;mine\u{7}\rd\u{202e}e";
 const SEEN: &str = r"a\u001b[2Jb\u009b2Jc\u001b]0;mine\u0007\u000dd\u202ee";
 
-/// Words of the program on both outputs for these arguments, with `home` as the user's.
+/// Runs the program with `home` as the user's home. Returns both outputs.
 fn said(home: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.args(arguments).env("HOME", home).env_remove("XDG_DATA_HOME").env_remove("XDG_CONFIG_HOME");
@@ -51,7 +51,7 @@ fn the_name_of_a_file_cannot_command_the_terminal() {
     assert_seen(&said(home.path(), &["run", "--map", name]));
     fs::write(&file, "<net>").unwrap();
     assert_seen(&said(home.path(), &["run", "--map", name]));
-    // What clap refuses is typed, or found by a pattern of the shell; clap itself leaves sequences of escapes out.
+    // Arguments that clap refuses come from typing or from a shell pattern; clap itself removes escape sequences.
     let refused = said(home.path(), &["run", HOSTILE]);
     assert!(refused.contains(r"b\u009b2Jc"), "{refused:?}");
     assert_harmless(&refused);
@@ -81,7 +81,7 @@ fn the_version_of_a_server_cannot_command_the_terminal() {
     std::thread::spawn(move || {
         let mut stream = listener.accept().unwrap().0;
         stream.read_exact(&mut [0; 10]).unwrap();
-        // A status, then protocol 20 and a name, as SUMO answers.
+        // A status, then protocol 20 and a name, as SUMO sends them.
         let name = format!("SUMO {HOSTILE}").into_bytes();
         let mut answer = b"\0\0\0\0\x07\0\0\0\0\0\0\0\0\0\0\0\x14\0\0\0".to_vec();
         answer[11] = (10 + name.len()) as u8;

@@ -1,4 +1,5 @@
-//! Waits for SUMO that a signal ends: a trial in a process of its own, and SUMO's reading in this one, which nothing interrupts.
+//! Signals that end a wait for SUMO: for a trial of the files in its own process, and for SUMO's reading in this process, which cannot be
+//! interrupted.
 
 use std::{
     fs,
@@ -16,7 +17,7 @@ struct SlowDrive {
 }
 
 impl SlowDrive {
-    /// Begins one of which SUMO reads the files for a minute; with a demand of the user's own, or the map's.
+    /// Starts a drive in which SUMO reads its files for 60 s, with the user's own demand or the map's.
     fn begin(with_own_demand: bool) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
@@ -38,12 +39,12 @@ impl SlowDrive {
         Self { folder, program }
     }
 
-    /// Entries of the folder for temporary files.
+    /// Returns the entries of the folder for temporary files.
     fn temporary(&self) -> Vec<PathBuf> {
         fs::read_dir(self.folder.path().join("tmp")).unwrap().map(|entry| entry.unwrap().path()).collect()
     }
 
-    /// The process that tries the files.
+    /// Returns the id of the process that tries the files.
     fn trial(&self) -> Option<u32> {
         let id = self.program.id();
         let mut tasks = fs::read_dir(format!("/proc/{id}/task")).unwrap();
@@ -57,7 +58,7 @@ impl SlowDrive {
         assert!(Command::new("kill").arg(name).arg(self.program.id().to_string()).status().unwrap().success());
     }
 
-    /// Waits for its end, a second at most; how it ended and what it said.
+    /// Waits at most 1 s for the end of the program. Returns its exit status and standard error.
     fn ended(&mut self) -> (ExitStatus, String) {
         let status = within("the end of the program", Duration::from_secs(1), || self.program.try_wait().unwrap());
         let mut said = String::new();
@@ -88,7 +89,7 @@ fn within<T>(what: &str, limit: Duration, mut look: impl FnMut() -> Option<T>) -
 const LONG: Duration = Duration::from_secs(10);
 
 fn is_alive(process: u32) -> bool {
-    // One that has ended and that nobody has waited for yet is a zombie.
+    // A process that has ended but was not yet waited for is a zombie.
     let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
     state.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'))
 }
@@ -98,7 +99,7 @@ fn a_program_whose_sumo_reads_a_file_ends_within_a_second_of_each_signal() {
     for signal in ["-INT", "-TERM"] {
         let mut drive = SlowDrive::begin(false);
         within("a temporary folder", LONG, || (!drive.temporary().is_empty()).then_some(()));
-        // SUMO is being called now.
+        // By then the program is inside the call of SUMO.
         sleep(Duration::from_millis(300));
         drive.signal(signal);
         let (status, said) = drive.ended();
@@ -123,7 +124,7 @@ fn a_trial_is_named_after_two_seconds_and_ends_with_its_program() {
 }
 
 #[test]
-fn a_trial_ends_with_a_program_that_is_killed_and_the_next_start_removes_what_it_left() {
+fn a_trial_ends_with_its_killed_program_and_the_next_start_cleans_up() {
     let mut drive = SlowDrive::begin(true);
     let trial = within("a trial", LONG, || drive.trial());
     drive.program.kill().unwrap();

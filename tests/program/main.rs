@@ -1,5 +1,5 @@
-//! The program as its users call it: its arguments, its words, where it finds its data, what it writes. In: the built program and
-//! folders of their own. Out: exit codes, messages, files.
+//! The program as its users call it: arguments, messages, places of its data, and files that it writes. In: the built program and temporary
+//! folders. Out: exit codes, messages, files.
 
 mod advised;
 mod anywhere;

@@ -1,4 +1,4 @@
-//! What lies on the disk is the user's alone, tells nothing of where it was made, and can be driven again elsewhere.
+//! Written files are readable by the user only, contain no paths of the machine that made them, and can be driven again elsewhere.
 
 use assert_cmd::Command;
 use codrive::record::{TableReader, tables};
@@ -17,13 +17,13 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// All files below a folder.
+/// Returns the paths of all files below a folder.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     entries.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
-/// Everything that a file says: its bytes, and of a table the words of all columns, which are compressed.
+/// Returns the text of a file: its bytes, and for a table also the texts of all columns, which are compressed.
 fn said(path: &Path) -> String {
     let mut said = String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
     if path.extension().is_some_and(|kind| kind == "parquet") {
@@ -35,7 +35,7 @@ fn said(path: &Path) -> String {
     said
 }
 
-/// A home with a map and a policy in it, a study that names them, and a recording and a rehearsal made from there.
+/// A home with a map and a policy, from which a study, a recording and a rehearsal can be made.
 struct Author {
     scratch: tempfile::TempDir,
 }
@@ -56,12 +56,12 @@ impl Author {
         self.scratch.path().canonicalize().unwrap().join(name)
     }
 
-    /// Runs it in the author's home.
+    /// Runs the program in the author's home.
     fn run(&self, arguments: &[&str]) {
         codrive(arguments).env("HOME", self.at("ann")).current_dir(self.at("ann")).assert().success();
     }
 
-    /// A drive on the author's map with the author's policy.
+    /// Records a drive on the author's map with the author's policy.
     fn record(&self) -> PathBuf {
         let (map, policy, recording) = (self.at("ann/own ring"), self.at("ann/calm.toml"), self.at("recording"));
         let drive = ["run", "--traffic", "native", "--duration", "3"];
@@ -72,7 +72,7 @@ impl Author {
 }
 
 #[test]
-fn nothing_that_is_written_says_where_its_author_keeps_things() {
+fn no_written_file_contains_a_path_of_its_author() {
     let author = Author::new();
     let recording = author.record();
     let policy = format!("policy={}", text(&author.at("ann/calm.toml")));
@@ -88,7 +88,7 @@ fn nothing_that_is_written_says_where_its_author_keeps_things() {
     );
     let (file, data) = (author.at("ann/short.toml"), author.at("data"));
     fs::write(&file, study).unwrap();
-    // The second time it is known for the same study.
+    // The second run recognizes the data set as that of the same study.
     for _ in 0..2 {
         author.run(&["study", text(&file), "--rehearse", "--out", text(&data)]);
     }
@@ -112,7 +112,7 @@ fn nothing_that_is_written_says_where_its_author_keeps_things() {
 }
 
 #[test]
-fn a_recording_drives_again_where_its_authors_files_are_not() {
+fn a_recording_drives_again_without_its_authors_files() {
     let author = Author::new();
     let recording = author.record();
     let elsewhere = author.at("elsewhere");
@@ -129,7 +129,7 @@ fn a_recording_drives_again_where_its_authors_files_are_not() {
     assert!(elsewhere.join("copy-what-if-policy-none-driver-idm/inputs/maps/own ring/net.xml").exists());
     codrive(&["analyse", "copy"]).current_dir(&elsewhere).assert().success();
 
-    // What it carries is as safe against a change as its tables.
+    // A change to the files that the recording includes is found as in its tables.
     let about = elsewhere.join("copy/inputs/maps/own ring/map.toml");
     let was = fs::read(&about).unwrap();
     fs::write(&about, [&was[..], b"# changed\n"].concat()).unwrap();
@@ -145,7 +145,7 @@ fn a_recording_drives_again_where_its_authors_files_are_not() {
 
 #[cfg(unix)]
 #[test]
-fn what_every_command_writes_is_the_users_alone() {
+fn only_the_user_can_read_what_a_command_writes() {
     use std::os::unix::fs::PermissionsExt;
     let author = Author::new();
     let recording = author.record();
@@ -184,7 +184,7 @@ fn what_every_command_writes_is_the_users_alone() {
 
 #[cfg(unix)]
 #[test]
-fn no_command_writes_through_a_link_that_someone_has_planted() {
+fn no_command_writes_through_a_planted_link() {
     use std::os::unix::fs::symlink;
     let author = Author::new();
     let recording = author.record();
@@ -243,8 +243,8 @@ fn a_participants_folder_that_is_a_link_is_refused() {
 }
 
 #[test]
-fn a_map_of_the_authors_own_is_carried_by_name_too_and_shipped_ones_are_not() {
-    // A folder of the program's own as another machine has it: with one map more.
+fn a_recording_includes_the_authors_own_map_but_not_shipped_maps() {
+    // A data folder of the program as on another machine, with one more map.
     let author = Author::new();
     let (project, root) = (Path::new(env!("CARGO_MANIFEST_DIR")), author.at("program"));
     for name in codrive::map::SHIPPED {

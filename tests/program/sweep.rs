@@ -1,4 +1,4 @@
-//! A sweep from the command line: the same tables however it is carried out, what is done stays done, and what fails is told.
+//! A sweep from the command line: the same tables in every way of running it, finished runs are kept, and failures are reported.
 
 use super::advised::{codrive, said};
 use std::{
@@ -8,10 +8,10 @@ use std::{
     time::Duration,
 };
 
-/// Four drives of two seconds.
+/// A plan of four drives of 2 s.
 const PLAN: &str = "[[drives]]\n[drives.settings]\ntraffic = \"native\"\nduration_s = 2\ntrees = 0\n[drives.each]\npolicy = [\"none\", \"pi\"]\nseed = \"1-2\"\n";
 
-/// A folder with a plan in it.
+/// Writes a plan into a temporary folder.
 fn plan(text: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plan.toml");
@@ -19,7 +19,7 @@ fn plan(text: &str) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Names and times of the parts of a folder.
+/// Returns names and modification times of the parts in a folder.
 fn parts(out: &Path) -> Vec<(String, std::time::SystemTime)> {
     let entries = fs::read_dir(out.join("parts")).unwrap().map(|entry| entry.unwrap());
     let mut parts: Vec<_> = entries
@@ -30,7 +30,7 @@ fn parts(out: &Path) -> Vec<(String, std::time::SystemTime)> {
 }
 
 #[test]
-fn a_plan_comes_to_the_same_table_at_once_in_parts_and_a_second_time() {
+fn a_plan_gives_the_same_table_at_once_in_parts_and_repeated() {
     let (folder, plan) = plan(PLAN);
     let out = folder.path().join("whole");
     let sweep = |out: &Path, more: &[&str]| said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(out).args(more));
@@ -40,7 +40,7 @@ fn a_plan_comes_to_the_same_table_at_once_in_parts_and_a_second_time() {
     let made = parts(&out);
     assert_eq!(made.len(), 4);
 
-    // Nothing is made again.
+    // No run is repeated.
     let (code, text) = sweep(&out, &[]);
     assert!(code == 0 && parts(&out) == made, "{text}");
 
@@ -56,7 +56,7 @@ fn a_plan_comes_to_the_same_table_at_once_in_parts_and_a_second_time() {
     }
     assert_eq!(fs::read(array.join("drives.parquet")).unwrap(), table);
 
-    // One that is lost is made anew, with the same bytes.
+    // A lost part is made again with the same bytes.
     fs::remove_file(array.join("parts").join(&made[1].0)).unwrap();
     let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&array).arg("--list"));
     assert!(code == 0 && text.matches("  done  ").count() == 3 && text.matches("  open  ").count() == 1, "{text}");
@@ -68,15 +68,15 @@ fn a_plan_comes_to_the_same_table_at_once_in_parts_and_a_second_time() {
 }
 
 #[test]
-fn a_run_that_fails_is_tried_again_and_told_and_the_others_are_kept() {
-    // Policies are read when the plan is, and again when it is their turn.
+fn a_failed_run_is_retried_and_reported_and_the_others_are_kept() {
+    // Policies are read with the plan, and again when their run starts.
     let text = PLAN.replace("\"none\", \"pi\"", "\"none\", \"calm.toml\"");
     let (folder, plan) = plan("");
     let policy = folder.path().join("calm.toml");
     fs::write(&plan, text).unwrap();
     fs::write(&policy, "format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = 4.0\n").unwrap();
     let out = folder.path().join("out");
-    // Something else stands where two of the parts belong.
+    // A folder blocks the path of one part.
     let (_, listed) = said(codrive(&["sweep"]).arg(&plan).arg("--list"));
     let names: Vec<&str> = listed.split_whitespace().filter(|word| word.ends_with(".parquet")).collect();
     assert_eq!(names.len(), 4, "{listed}");
@@ -92,8 +92,8 @@ fn a_run_that_fails_is_tried_again_and_told_and_the_others_are_kept() {
 
 #[test]
 #[allow(clippy::disallowed_methods, reason = "a limit is of the clock on the wall")]
-fn a_run_that_hangs_is_ended_at_its_limit_tried_again_and_told_and_the_others_are_kept() {
-    // Two drives that take a moment, and one that would take hours; the short ones have the time that a busy machine may need.
+fn a_hanging_run_is_ended_retried_and_reported_and_the_others_are_kept() {
+    // Two drives that take a moment, and one that would take hours. The limit leaves the short ones enough time on a busy machine.
     let text = PLAN.replace("[[drives]]\n", "[[drives]]\nlimit_s = 4\n").replace("duration_s = 2\n", "");
     let text = text.replace("policy = [\"none\", \"pi\"]\nseed = \"1-2\"", "duration_s = [600000, 1, 2]");
     let (folder, plan) = plan(&text);
@@ -103,13 +103,13 @@ fn a_run_that_hangs_is_ended_at_its_limit_tried_again_and_told_and_the_others_ar
     let told = "drives 1: duration_s 600000: it was not done after limit_s, 4 s";
     assert!(code == 1 && text.contains("1 runs failed") && text.contains(told), "{text}");
     assert_eq!(parts(&out).len(), 2, "{text}");
-    // Once, and once again.
+    // The first attempt and one retry.
     assert!(start.elapsed() >= Duration::from_secs(8), "{:?}", start.elapsed());
 }
 
 #[cfg(unix)]
 #[test]
-fn a_sweep_that_is_stopped_or_whose_worker_is_killed_goes_on_where_it_was() {
+fn a_sweep_resumes_after_a_stop_and_after_a_killed_worker() {
     let long = PLAN.replace("duration_s = 2", "duration_s = 120").replace("\"1-2\"", "\"1-4\"");
     let (folder, plan) = plan(&long);
     let out = folder.path().join("out");
@@ -136,11 +136,11 @@ fn a_sweep_that_is_stopped_or_whose_worker_is_killed_goes_on_where_it_was() {
     let before: Vec<String> = parts(&out).into_iter().map(|part| part.0).collect();
     assert!((1..8).contains(&before.len()), "{before:?}");
 
-    // A worker that is killed costs its run, which another makes.
+    // A killed worker costs its run, which another worker repeats.
     let child = start();
     let workers = format!("/proc/{0}/task/{0}/children", child.id());
     let victim = loop {
-        // Threads start the workers, so that they are children of a thread.
+        // Threads start the workers, so each worker is a child of a thread.
         let tasks = fs::read_dir(format!("/proc/{}/task", child.id())).unwrap();
         let children = tasks.flatten().filter_map(|task| fs::read_to_string(task.path().join("children")).ok());
         let all: String = children.collect::<Vec<_>>().join(" ");

@@ -1,4 +1,4 @@
-//! `codrive tune` as a person meets it: the file that it writes drives, and mistakes are answered before anything runs.
+//! `codrive tune` as users meet it: the file that it writes can drive, and mistakes are reported before anything runs.
 
 use assert_cmd::Command;
 use std::fs;
@@ -9,14 +9,14 @@ fn codrive(arguments: &[&str]) -> Command {
     command
 }
 
-/// Exit code, standard output and standard error.
+/// Runs the program. Returns the exit code, standard output and standard error.
 fn said(arguments: &[&str]) -> (i32, String, String) {
     let output = codrive(arguments).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }
 
-/// A ring and a search of a second.
+/// Options of a search that takes about a second.
 const SHORT: [&str; 10] =
     ["--budget", "8", "--over", "4", "--horizon", "20", "--warm-up", "5", "--driver", "reaction=1,error=0.5"];
 
@@ -43,7 +43,7 @@ fn a_tuned_controller_is_a_file_that_drives_and_can_be_tuned_further() {
 }
 
 #[test]
-fn mistakes_are_answered_before_anything_is_driven() {
+fn mistakes_are_reported_before_anything_is_driven() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("mine.toml");
     let out = out.to_str().unwrap();

@@ -1,6 +1,6 @@
-//! Kills at named points of a recording's life, with how many of its ticks are left at least, and at any moment, with how many
-//! seconds are lost; `CODRIVE_KILLS=1000` (scripts/kills) for more of those, by hand. Drives in a window are killed in tests/window;
-//! recoveries, sessions and power cuts are those of tests/faults, which kill at any call from outside.
+//! Drives killed at named points of a recording, with the ticks that must be left, and at random moments, with the seconds lost.
+//! `CODRIVE_KILLS=1000` (scripts/kills) repeats the random kills by hand. tests/window kills drives in a window. tests/faults covers
+//! recoveries, sessions and power cuts, and kills at any call from outside.
 
 use codrive::{
     record::{Manifest, RecordError, Table, TableReader, kill_point::POINTS, recover},
@@ -17,7 +17,7 @@ use std::{
 
 const KILLED: i32 = 9;
 
-/// The program, to be killed at `point`; empty for not at all.
+/// Returns the program's command, to be killed at `point`; an empty `point` kills nothing.
 fn codrive(arguments: &[&str], point: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.args(arguments).env("RUST_LOG", "error").stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -29,7 +29,7 @@ fn codrive(arguments: &[&str], point: &str) -> Command {
     command
 }
 
-/// Signal that ended it, exit code, and what it said.
+/// Runs a command and returns its signal, its exit code and its output.
 fn ended(mut command: Command) -> (Option<i32>, Option<i32>, String) {
     let output = command.output().unwrap();
     let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
@@ -47,7 +47,7 @@ fn succeeds(arguments: &[&str]) -> String {
     text
 }
 
-/// A drive of 3 s at full speed: 300 ticks.
+/// Returns the arguments of a drive of 3 s at full speed: 300 ticks.
 fn run<'a>(engine: &'a str, out: &'a str) -> [&'a str; 9] {
     ["run", "--traffic", engine, "--duration", "3", "--warm-up", "0", "--out", out]
 }
@@ -58,7 +58,7 @@ fn ticks(recording: &Path) -> u64 {
     ticks.len() as u64
 }
 
-/// Points of a drive, with how many of its 300 ticks are left at least. At full speed rows go to the disk at the end.
+/// Points of a drive, each with the least number of its 300 ticks that must be left. At full speed the rows reach the disk at the end.
 const DRIVE: &[(&str, u64)] = &[
     ("begin.folder", 0),
     ("replace.written:1", 0),
@@ -99,7 +99,7 @@ fn a_drive_killed_at_any_point_of_its_life_is_recovered_and_replays() {
                     succeeds(&["replay", out]);
                 }
             }
-            // Nothing was recorded yet, and the same command begins anew.
+            // Nothing was recorded yet, so the same command starts the drive again.
             Err(RecordError::Absent(_)) => {
                 assert!(["begin.folder", "replace.written:1"].contains(point), "{point}")
             }
@@ -113,18 +113,18 @@ fn a_drive_killed_at_any_point_of_its_life_is_recovered_and_replays() {
 }
 
 #[test]
-fn every_point_of_the_program_is_walked() {
+fn every_kill_point_of_the_program_is_tested() {
     let text = [include_str!("kills.rs"), include_str!("../window/kills.rs")].concat();
     let unwalked: Vec<_> = POINTS.iter().filter(|point| !text.contains(&format!("\"{point}"))).collect();
     assert!(unwalked.is_empty(), "{unwalked:?}");
 }
 
-/// How many kills by the clock: few in a usual run.
+/// Returns the number of kills at random moments, 6 by default.
 fn kills() -> usize {
     std::env::var("CODRIVE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(6)
 }
 
-/// A drive in real time that is killed at any moment. Returns how much of it is not in its tables, seconds.
+/// Kills a drive in real time `after_s` after its journal appears. Returns the seconds of the drive that its tables lack, an upper bound.
 fn lost_s(mut child: std::process::Child, drive: &Path, after_s: f64) -> f64 {
     while !drive.join("journal/rows.blocks").exists() {
         assert!(child.try_wait().unwrap().is_none(), "ended by itself");
@@ -132,7 +132,7 @@ fn lost_s(mut child: std::process::Child, drive: &Path, after_s: f64) -> f64 {
     }
     std::thread::sleep(Duration::from_secs_f64(after_s));
     let begun = fs::metadata(drive.join("manifest.json")).unwrap().modified().unwrap();
-    // How far the drive had come is at most the life of its recording.
+    // The time driven is at most the age of the recording.
     let alive_s = begun.elapsed().unwrap().as_secs_f64();
     child.kill().unwrap();
     child.wait().unwrap();
@@ -150,7 +150,7 @@ fn real_time(engine: &str, out: &Path) -> std::process::Child {
 }
 
 #[test]
-fn a_drive_that_runs_is_left_alone_by_every_command_and_ends_whole() {
+fn every_command_leaves_a_running_drive_alone_and_it_ends_whole() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("p1");
     let out = drive.to_str().unwrap();
@@ -164,7 +164,7 @@ fn a_drive_that_runs_is_left_alone_by_every_command_and_ends_whole() {
         let is_said = text.contains("still running") || text.contains("holds a recording already");
         assert!(code == Some(2) && is_said, "{command:?}: {code:?} {text}");
     }
-    // As Ctrl-C does.
+    // SIGINT, as Ctrl-C sends it.
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     child.wait().unwrap();
     assert!(Manifest::load(&drive).unwrap().is_complete() && ticks(&drive) > 0);
@@ -194,7 +194,7 @@ fn a_kill_at_any_moment_loses_half_a_second_at_most() {
         fs::remove_dir_all(&drive).unwrap();
     }
     for (engine, lost) in lost {
-        // 0.5 s is promised of an idle machine; beside other tests a batch may wait as long again for a processor.
+        // The promise is 0.5 s on an idle machine; with other tests running a batch may wait another 0.5 s for a processor.
         let most_s = if std::env::var_os("CODRIVE_KILLS").is_some() { 0.5 } else { 1.0 };
         assert!(lost.iter().all(|s| *s <= most_s), "{engine}: {lost:?}");
         print(engine, lost);

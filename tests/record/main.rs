@@ -1,5 +1,4 @@
-//! Recordings hold every tick, survive a cut at any byte and a kill at any moment, are never overwritten, and replay to the
-//! same bits.
+//! Recordings hold every tick, survive a cut at any byte and a kill at any moment, are never overwritten, and replay to the same bits.
 
 mod kills;
 mod network;
@@ -47,7 +46,7 @@ fn every_tick_and_step_is_in_the_tables_and_rows_join_by_their_tick() {
     assert_eq!(cars.rows(), 120 * 22);
     assert_eq!(advice.rows(), 12);
 
-    // The ego is car 0 of its step, with the same numbers.
+    // The ego is car 0 of its step, with the same values.
     let (speeds, places) = (ego.numbers("speed_mps"), ego.numbers("s_m"));
     let (car_ticks, ids) = (cars.wholes("tick"), cars.ids("car"));
     let (car_speeds, car_places) = (cars.numbers("speed_mps"), cars.numbers("s_m"));
@@ -60,7 +59,7 @@ fn every_tick_and_step_is_in_the_tables_and_rows_join_by_their_tick() {
     }
     assert_eq!(joined, 120);
 
-    // Gap and headway differ by a car, the target stands in its range, the mean is that of the cars of the step.
+    // Gap and headway differ by a vehicle's length, the target lies in its range, and the mean is over the vehicles of the step.
     let (gaps, headways) = (ego.numbers("gap_m"), ego.numbers("headway_m"));
     assert!(gaps.iter().zip(&headways).all(|(g, h)| (h.unwrap() - g.unwrap() - 5.0).abs() < 1e-9));
     let mean = ego.numbers("mean_speed_mps")[1199].unwrap();
@@ -79,7 +78,7 @@ fn every_tick_and_step_is_in_the_tables_and_rows_join_by_their_tick() {
 }
 
 #[test]
-fn files_are_the_users_alone_and_nothing_is_overwritten() {
+fn only_the_user_can_read_the_files_and_nothing_is_overwritten() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("p1");
     record(&drive, "1");
@@ -121,7 +120,7 @@ fn a_replay_proves_every_tick() {
 
 #[cfg(feature = "desktop")]
 #[test]
-fn the_sound_of_a_recording_is_as_long_as_the_drive_private_and_the_same_again() {
+fn the_sound_file_is_as_long_as_the_drive_private_and_reproducible() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("p1");
     record(&drive, "3");
@@ -152,7 +151,7 @@ fn any_moment_of_a_replay_is_the_world_as_it_was_then() {
     record(&drive, "12.05");
     let (prover, opened) = Verifier::start(&drive).unwrap();
     assert_eq!(opened.end.0, 1205);
-    // Nobody looks until it is over, as where the window is hidden.
+    // Nothing reads the timeline until the replay is over, as if the window were hidden.
     while !prover.is_over() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
@@ -163,7 +162,7 @@ fn any_moment_of_a_replay_is_the_world_as_it_was_then() {
 
     let mut world = Replay::open(&drive).unwrap();
     let mut at = 0;
-    // Backwards in the film, forwards in the world: the film knows no order.
+    // The timeline is read backwards and the world is driven forwards: the timeline can be read in any order.
     let mut wanted: Vec<u64> = vec![1205, 1203, 1200, 977, 500, 333, 10, 1];
     let seen: Vec<_> = wanted.iter().map(|tick| film.at(*tick as f64 / 100.0)).collect();
     wanted.reverse();
@@ -172,7 +171,7 @@ fn any_moment_of_a_replay_is_the_world_as_it_was_then() {
         at = *tick;
         let now = world.world().snapshot();
         let ego = snapshot.ego_before.position.lerp(snapshot.ego.position, f64::from(*fraction));
-        // Between two steps of 0.1 s a car under 3 m/s2 is no further from the straight line than 4 mm.
+        // Between two steps of 0.1 s a vehicle under 3 m/s2 is at most 4 mm from the straight line.
         assert!(ego.distance(now.ego.position) < 0.005, "tick {tick}: {}", ego.distance(now.ego.position));
         assert!((snapshot.ego.speed_mps - now.ego.speed_mps).abs() < 0.05, "tick {tick}");
         for (shown, car) in snapshot.cars.iter().zip(&now.cars) {
@@ -195,7 +194,7 @@ fn a_replay_that_is_closed_in_the_middle_ends_at_once() {
 }
 
 #[test]
-fn a_what_if_drives_the_same_seed_with_changes_and_prints_the_paired_difference() {
+fn a_what_if_drives_the_same_seed_and_prints_the_paired_difference() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("drive");
     record(&drive, "20");
@@ -217,7 +216,7 @@ fn a_what_if_drives_the_same_seed_with_changes_and_prints_the_paired_difference(
     assert_eq!((other.seed, other.duration_s, &*other.policy), (same.seed, 20.0, "constant"));
     assert_eq!(TableReader::parquet(&Table::Ego.parquet(&beside)).unwrap().rows(), 2000);
 
-    // Nothing is overwritten; what is no setting is named.
+    // Nothing is overwritten; an unknown setting is named.
     let (code, text) = program(&["--what-if", "policy=constant", "--what-if", "driver=perfect"]);
     assert!(code != 0 && text.contains("nothing is overwritten"), "{code} {text}");
     let (code, text) = program(&["--what-if", "polcy=none"]);

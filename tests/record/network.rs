@@ -1,5 +1,5 @@
-//! Recordings of drives on networks: vehicles come and go in the table of the cars, the demand goes along, and the drive replays to
-//! the bit.
+//! Recordings of drives on networks: the table of cars has the vehicles that enter and leave, the recording includes the demand, and the
+//! drive replays to the bit.
 
 use super::{codrive, said};
 use codrive::{
@@ -13,7 +13,7 @@ use std::{
     process::Command,
 };
 
-/// A scenario with a file of demand beside it.
+/// Writes a scenario with a demand file beside it and returns the scenario's path.
 pub fn town(folder: &Path) -> std::path::PathBuf {
     let trips: String = (0..40)
         .map(|k| format!("<trip id=\"v{k}\" depart=\"{k}\" from=\"B0B1\" to=\"B1C1\" departLane=\"best\"/>\n"))
@@ -31,7 +31,7 @@ pub fn town(folder: &Path) -> std::path::PathBuf {
 }
 
 #[test]
-fn a_drive_on_a_network_has_its_vehicles_in_the_tables_and_replays_to_the_bit() {
+fn a_network_drive_has_its_vehicles_in_the_tables_and_replays_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let scenario = town(folder.path());
     let hashes: Vec<Option<String>> = ["p1", "p2"]
@@ -58,11 +58,11 @@ fn a_drive_on_a_network_has_its_vehicles_in_the_tables_and_replays_to_the_bit() 
     assert!(x_m.iter().all(Option::is_some));
     let beside = (0..cars.rows()).filter(|&i| s_m[i].is_none()).count();
     assert!(beside > 100 && beside < cars.rows() - 100, "{beside} of {} rows are beside the path", cars.rows());
-    // A lane that the path does not go over.
+    // B1B2 is not on the path.
     let off = (0..cars.rows()).filter(|&i| lanes[i].starts_with("B1B2"));
     assert!(off.clone().count() > 10 && off.into_iter().all(|i| s_m[i].is_none() && lane_s_m[i].is_some()));
 
-    // At a full second all have a row, by the tables of who came and who went; in between those within 100 m of the ego.
+    // At a full second every vehicle has a row, as departures and arrivals say; between full seconds only those within 100 m of the ego.
     let came =
         |table: Table| -> Vec<u64> { TableReader::parquet(&table.parquet(&drive)).unwrap().wholes("tick").to_vec() };
     let (departures, arrivals) = (came(Table::Departures), came(Table::Arrivals));
@@ -86,7 +86,7 @@ fn a_drive_on_a_network_has_its_vehicles_in_the_tables_and_replays_to_the_bit() 
     }
     assert!(far > 100 && near > 1000, "{far} {near}");
 
-    // The files that it was made from may be gone.
+    // The recording needs no file that it was made from.
     fs::remove_file(folder.path().join("trips.rou.xml")).unwrap();
     let (code, text) = said(&mut codrive(&["analyse", drive.to_str().unwrap()]));
     assert!(code == 0 && text.contains("of 1 drive"), "{code} {text}");
@@ -95,7 +95,7 @@ fn a_drive_on_a_network_has_its_vehicles_in_the_tables_and_replays_to_the_bit() 
     assert!(code == 0 && text.contains("are the same to the bit; every file agrees"), "{text}");
 }
 
-/// The smallest headway of the analysis is that of the tables: the gap, and how long that leader is.
+/// Checks that the analysis has the smallest headway of the tables: the gap plus the length of the leader at that tick.
 fn headways_have_the_length_of_each_leader(drive: &Path) {
     let table = |table: Table| TableReader::parquet(&table.parquet(drive)).unwrap();
     let (ego, came) = (table(Table::Ego), table(Table::Departures));
@@ -114,8 +114,8 @@ fn headways_have_the_length_of_each_leader(drive: &Path) {
     assert!((found - least_m).abs() < 1e-9, "{found} {least_m}");
 }
 
-/// A scenario with an ego in the south of the grid and lorries that cross it in the north, too far away to see each other: they come
-/// every 4 s and have nothing random.
+/// Writes a scenario with an ego in the south of the grid and lorries that cross it in the north, too far apart to see each other. A lorry
+/// departs every 4 s, without randomness.
 fn lorries(folder: &Path) -> PathBuf {
     let trips: String = (0..15)
         .map(|k| format!("<trip id=\"v{k}\" type=\"lorry\" depart=\"{}\" from=\"A2B2\" to=\"B2C2\"/>\n", 4 * k))
@@ -133,7 +133,7 @@ fn lorries(folder: &Path) -> PathBuf {
     file
 }
 
-/// The command that records that drive, and where.
+/// Returns the command that records the drive with lorries, and the folder of the recording.
 pub fn run_lorries(folder: &Path, name: &str) -> (Command, PathBuf) {
     let (scenario, drive) = (lorries(folder), folder.join(name));
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
@@ -141,7 +141,7 @@ pub fn run_lorries(folder: &Path, name: &str) -> (Command, PathBuf) {
     (command, drive)
 }
 
-/// Runs SUMO's own program on that demand with the options of the engine until `end`, seconds, and lets it write what `outputs` name.
+/// Runs SUMO's own program on the lorries' demand until `end` s, with the options of the engine and the output files in `outputs`.
 pub fn run_sumo(folder: &Path, end: &str, outputs: &[(&str, &Path)]) {
     let home = sumo::home().unwrap();
     let arguments = "--step-length 0.100 --default.carfollowmodel IDM --precision 16 --time-to-teleport -1 --collision.action none \
@@ -156,8 +156,8 @@ pub fn run_sumo(folder: &Path, end: &str, outputs: &[(&str, &Path)]) {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
 }
 
-/// What SUMO's own program writes: for each vehicle the first step in which it is there and the last, each with lane, metres along it and
-/// speed.
+/// Returns the first and the last step of each vehicle in the output of SUMO's own program: time in s, lane, metres along the lane, speed
+/// in m/s.
 fn written_by_sumo(folder: &Path) -> BTreeMap<String, [(f64, String, f64, f64); 2]> {
     let out = folder.join("fcd.xml");
     run_sumo(folder, "90", &[("--fcd-output", &out)]);
@@ -176,14 +176,14 @@ fn written_by_sumo(folder: &Path) -> BTreeMap<String, [(f64, String, f64, f64); 
     found
 }
 
-/// The tick at whose end the engine has what SUMO's program writes for a time: its first step is written as 0 s, and the drive begins
-/// after a warm-up of 100 steps.
+/// Returns the tick at whose end the engine has the state that SUMO's own program writes for a time in s. The first step of SUMO has time
+/// 0; the drive begins after a warm-up of 100 steps.
 pub fn tick(time_s: f64) -> i64 {
     10 * ((time_s / 0.1).round() as i64 - 99)
 }
 
 #[test]
-fn departures_and_arrivals_are_those_that_the_program_of_sumo_writes() {
+fn departures_and_arrivals_equal_those_of_the_sumo_program() {
     let folder = tempfile::tempdir().unwrap();
     let (mut command, drive) = run_lorries(folder.path(), "p1");
     let output = command.output().unwrap();
@@ -205,7 +205,7 @@ fn departures_and_arrivals_are_those_that_the_program_of_sumo_writes() {
         assert_eq!(&lanes[row], lane);
         assert!((s_m[row].unwrap() - pos_m).abs() < 1e-9 && (speeds[row].unwrap() - speed_mps).abs() < 1e-9, "{row}");
     }
-    // Size and kind stand in the file of the demand.
+    // Size and class are those of the demand file.
     assert!(table.words("kind").iter().all(|kind| kind == "truck"));
     for (column, size_m) in [("length_m", 9.0), ("width_m", 2.5), ("height_m", 3.5)] {
         assert!(table.numbers(column).iter().all(|found| *found == Some(size_m)), "{column}");
@@ -223,13 +223,13 @@ fn departures_and_arrivals_are_those_that_the_program_of_sumo_writes() {
         assert_eq!(&lanes[row], lane);
         assert!((s_m[row].unwrap() - pos_m).abs() < 1e-9, "{row}: {} {pos_m}", s_m[row].unwrap());
     }
-    // Who goes has come.
+    // Every vehicle that arrives has departed.
     let came: BTreeSet<_> = table.ids("vehicle").into_iter().collect();
     assert_eq!(came.len(), table.rows(), "a number is given once");
     assert!(arrivals.ids("vehicle").iter().all(|id| came.contains(id)));
 }
 
-/// What SUMO's own program writes a signal to show at each step: the time and the letters, where they change.
+/// Returns the states of a signal in the output of SUMO's own program, as time in s and letters, one entry for each change.
 fn shown_by_sumo(folder: &Path, signal: &str) -> Vec<(f64, String)> {
     let (out, events) = (folder.join("tls.xml"), folder.join("tls.add.xml"));
     let event = format!("<timedEvent type=\"SaveTLSStates\" source=\"{signal}\" dest=\"{}\"/>", out.display());
@@ -246,18 +246,18 @@ fn shown_by_sumo(folder: &Path, signal: &str) -> Vec<(f64, String)> {
 }
 
 #[test]
-fn signals_change_when_the_program_of_sumo_has_them_change() {
+fn signals_change_when_the_sumo_program_changes_them() {
     let folder = tempfile::tempdir().unwrap();
     let (mut command, drive) = run_lorries(folder.path(), "p1");
     assert!(command.output().unwrap().status.success());
     let last = TableReader::parquet(&Table::Ego.parquet(&drive)).unwrap().rows() as i64;
     let table = TableReader::parquet(&Table::Signals.parquet(&drive)).unwrap();
     let (ticks, signals, states) = (table.wholes("tick"), table.words("signal"), table.words("state"));
-    // All that the file has, at the start.
+    // All signals of the file have a row at the start.
     let at_start: Vec<&str> =
         signals.iter().zip(&ticks).filter(|(_, tick)| **tick == 0).map(|(id, _)| id.as_str()).collect();
     assert_eq!(at_start, ["A1", "B0", "B1", "B2", "C1"]);
-    // The ego comes to neither of these two, and lorries to one of them.
+    // The ego comes near neither of these two signals; lorries pass one of them.
     for signal in ["A1", "B2"] {
         let written = shown_by_sumo(folder.path(), signal);
         let before = written.iter().rposition(|(time_s, _)| tick(*time_s) <= 0).unwrap();
@@ -274,7 +274,7 @@ fn signals_change_when_the_program_of_sumo_has_them_change() {
 }
 
 #[test]
-fn the_path_goes_over_the_edges_of_the_scenario_by_lanes_that_the_file_connects() {
+fn the_path_follows_the_scenario_on_lanes_that_the_file_connects() {
     let folder = tempfile::tempdir().unwrap();
     let (mut command, drive) = run_lorries(folder.path(), "p1");
     assert!(command.output().unwrap().status.success());
@@ -284,7 +284,7 @@ fn the_path_goes_over_the_edges_of_the_scenario_by_lanes_that_the_file_connects(
     assert_eq!(path.wholes("order"), (0..path.rows() as u64).collect::<Vec<_>>());
     let streets: Vec<&str> = edges.iter().filter(|edge| !edge.starts_with(':')).map(String::as_str).collect();
     assert_eq!(streets, ["A0B0", "B0B1", "B1C1", "C1C0", "C0B0", "B0A0"]);
-    // The file itself: how long each lane is, and which lanes lead into which.
+    // The network file has the length of each lane and the connections between lanes.
     let text = fs::read_to_string("tests/data/networks/grid-signals.net.xml").unwrap();
     let document = roxmltree::Document::parse(&text).unwrap();
     let lane =
@@ -311,16 +311,16 @@ fn the_path_goes_over_the_edges_of_the_scenario_by_lanes_that_the_file_connects(
         assert!((starts[k].unwrap() - start_m).abs() < 1e-9, "{k}");
         start_m += length_m;
         if k > 0 {
-            // Within an edge the path may change lanes: the lane is the one from which it goes on.
+            // Within an edge the path may change lanes: the recorded lane is the one from which the path leaves the edge.
             let pair = (lanes[k - 1].clone(), edges[k].clone());
             assert!(connections.contains(&pair), "{pair:?}");
         }
     }
-    // Five junctions are crossed.
+    // The path crosses five junctions.
     assert!(path.rows() >= 11, "{lanes:?}");
 }
 
-/// Tables of a drive on a network.
+/// Number of tables of a drive on a network.
 const TABLES: usize = Table::OF_EVERY_DRIVE.len() + Table::OF_NETWORKS.len();
 
 fn replayed(drive: &Path) -> (i32, String) {
@@ -328,9 +328,9 @@ fn replayed(drive: &Path) -> (i32, String) {
 }
 
 #[test]
-fn a_drive_on_a_network_that_is_killed_keeps_its_tables_and_replays() {
+fn a_killed_network_drive_keeps_its_tables_and_replays() {
     let folder = tempfile::tempdir().unwrap();
-    // How much is on the disk in the middle of a drive is the disk's affair; the last table that takes its place is the last of all.
+    // No number of rows is promised in the middle of a drive. The last table to be renamed ends the writing of tables.
     let last = format!("finish.table_renamed:{}", TABLES);
     for (point, least) in
         [("tick:4500", 0), ("flush.synced", 1), ("finish.tables_written", 5000), (last.as_str(), 5000)]
@@ -347,7 +347,7 @@ fn a_drive_on_a_network_that_is_killed_keeps_its_tables_and_replays() {
         if rows["ego"] == 0 {
             continue;
         }
-        // Six streets and five junctions between them, five signals, and the lorries of 0, 4 and 8 s, who are still under way at 10 s.
+        // Six streets and five junctions between them, five signals, and the lorries of 0, 4 and 8 s, which are still on the road at 10 s.
         assert!(rows["path"] >= 11 && rows["signals"] >= 5 && rows["departures"] >= 3, "{point}: {rows:?}");
         assert!(rows["ego"] < 5000 || (rows["departures"] > 8 && rows["arrivals"] > 2), "{point}: {rows:?}");
         let (code, text) = replayed(&drive);
@@ -356,7 +356,7 @@ fn a_drive_on_a_network_that_is_killed_keeps_its_tables_and_replays() {
 }
 
 #[test]
-fn advised_vehicles_of_a_network_come_and_go_in_their_table_and_replay_to_the_bit() {
+fn advised_vehicles_of_a_network_are_in_their_table_and_replay_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (scenario, drive) = (town(folder.path()), folder.path().join("advised"));
     let out = drive.to_str().unwrap();
@@ -384,9 +384,9 @@ fn advised_vehicles_of_a_network_come_and_go_in_their_table_and_replay_to_the_bi
     let departures = read(Table::Departures);
     let kinds = departures.words("kind").into_iter().zip(departures.ids("vehicle"));
     let cars: BTreeSet<u32> = kinds.filter(|(kind, _)| kind == "car").filter_map(|(_, id)| id).collect();
-    // Of the cars and of nobody else; the streams take more than a quarter of them and not all.
+    // Only cars are advised; the random streams select more than a quarter of them, but not all.
     assert!(ids.is_subset(&cars) && 4 * ids.len() > cars.len() && ids.len() < cars.len(), "{ids:?} of {cars:?}");
-    // The trips are 200 m long: the first are over within the minute.
+    // The trips are 200 m long: the first end within the minute.
     let last = rows.last().unwrap().0;
     let at_end: BTreeSet<u32> = rows.iter().filter(|(tick, _)| *tick == last).map(|(_, id)| *id).collect();
     assert!(at_end.len() < ids.len(), "some have left: {at_end:?} of {ids:?}");

@@ -1,5 +1,5 @@
-//! `codrive analyse` of drives on networks: travel times, time lost and throughput are those that SUMO's own program writes of the same
-//! traffic; what a recording lacks is said.
+//! `codrive analyse` of drives on networks: travel times, time lost and throughput equal those that SUMO's own program writes for the same
+//! traffic. The report names what a recording lacks.
 
 use super::{
     codrive,
@@ -9,7 +9,7 @@ use super::{
 use codrive::record::{Table, TableReader};
 use std::{collections::BTreeMap, fs, path::Path};
 
-/// A table that was written: its rows by the names of the columns.
+/// Reads a CSV table that the analysis wrote; each row is keyed by column name.
 fn rows(file: &Path) -> Vec<BTreeMap<String, String>> {
     let text = fs::read_to_string(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
@@ -21,17 +21,17 @@ fn number(row: &BTreeMap<String, String>, column: &str) -> Option<f64> {
     Some(&row[column]).filter(|cell| !cell.is_empty()).map(|cell| cell.parse().unwrap())
 }
 
-/// Analyses a drive and says what was written, or told.
+/// Analyses a drive and returns the exit code and the output.
 fn analyse(drive: &Path, more: &[&str]) -> (i32, String) {
     said(&mut codrive(&[&["analyse", drive.to_str().unwrap()], more].concat()))
 }
 
-/// Seconds of the drive at which its last full second ends, and those of a time of SUMO's.
+/// Returns the time of the drive, s, for a time of SUMO's own program, s.
 fn drive_s(time_s: f64) -> f64 {
     tick(time_s) as f64 * 0.01
 }
 
-/// The numbers of an attribute of all such elements of a file of SUMO's.
+/// Returns these attributes of all elements with this name in an XML file of SUMO.
 fn elements(file: &Path, name: &str, attributes: &[&str]) -> Vec<Vec<String>> {
     let text = fs::read_to_string(file).unwrap();
     let document = roxmltree::Document::parse(&text).unwrap();
@@ -40,11 +40,11 @@ fn elements(file: &Path, name: &str, attributes: &[&str]) -> Vec<Vec<String>> {
 }
 
 #[test]
-fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writes() {
+fn travel_times_time_lost_and_throughput_equal_those_of_the_sumo_program() {
     let folder = tempfile::tempdir().unwrap();
     let (mut command, drive) = run_lorries(folder.path(), "p1");
     assert!(command.output().unwrap().status.success());
-    // Lorries come over A2B2, stand at the signal B2, and go over B2C2: lines before the signal, behind it, and on one lane.
+    // Lorries enter on A2B2, stop at the signal B2 and leave on B2C2: lines before the signal, behind it, and on one lane.
     let lines = ["A2B2:20", "B2C2:30", "B2C2_0:30"];
     let asked: Vec<&str> = lines.iter().flat_map(|line| ["--line", line]).collect();
     let (code, text) = analyse(&drive, &asked);
@@ -62,7 +62,7 @@ fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writ
     fs::write(&loops, format!("<additional>\n{detectors}</additional>\n")).unwrap();
     run_sumo(folder.path(), "90", &[("--tripinfo-output", &info), ("--additional-files", &loops)]);
 
-    // Vehicles are numbered in the order in which they come; those who came before the drive have no travel time.
+    // Vehicles are numbered in order of departure; those that departed before the drive have no travel time.
     let last_s = TableReader::parquet(&Table::Ego.parquet(&drive)).unwrap().rows() as f64 * 0.01;
     let mut wanted: Vec<[f64; 3]> = elements(&info, "tripinfo", &["depart", "arrival", "timeLoss"])
         .into_iter()
@@ -77,7 +77,7 @@ fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writ
     for (trip, [depart, arrival, loss_s]) in whole.iter().zip(&wanted) {
         assert!((number(trip, "departure_s").unwrap() - drive_s(*depart)).abs() < 1e-9, "{trip:?}");
         assert!((number(trip, "travel_time_s").unwrap() - (arrival - depart)).abs() < 1e-9, "{trip:?}");
-        // SUMO sums over steps of 0.1 s, the rows are a second apart: the shares of the limit between them are as if on a straight line.
+        // SUMO sums over steps of 0.1 s. The rows are 1 s apart, and the ratio of speed to limit is interpolated linearly between them.
         let found_s = number(trip, "time_loss_s").unwrap();
         assert!((found_s - loss_s).abs() < 0.1, "{found_s} {loss_s}");
     }
@@ -93,7 +93,7 @@ fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writ
     );
     assert_eq!(number(trial, "trips"), Some(wanted.len() as f64));
 
-    // Who comes onto each loop in the drive.
+    // Entries at each loop during the drive.
     let entered = |ids: &[&str]| -> usize {
         let found = elements(&events, "instantOut", &["id", "time", "state"]);
         let is_entry = |cells: &&Vec<String>| {
@@ -115,7 +115,7 @@ fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writ
     assert!(entered(&["A2B2_0:20", "A2B2_1:20"]) > 5 && entered(&["B2C2_0:30", "B2C2_1:30"]) > 5);
     assert_eq!(trial["line_flow_per_h"], passed[0]["flow_per_h"]);
 
-    // What a ring alone has is empty, and the page says why; so does a file beside the tables.
+    // Measures of rings alone are empty; the report and a file beside the tables say why.
     assert!(["sd_over_cars_mps", "throughput_per_h", "fuel_l_100km"].iter().all(|name| trial[*name].is_empty()));
     assert!(
         ["mean_speed_mps", "ego_speed_mps", "ego_fuel_l_100km", "red_lights"]
@@ -136,7 +136,7 @@ fn travel_times_time_lost_and_throughput_are_those_that_the_program_of_sumo_writ
 }
 
 #[test]
-fn lines_that_are_in_no_network_are_refused_with_what_to_do() {
+fn lines_outside_the_network_are_refused_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let ring = folder.path().join("ring");
     super::record(&ring, "2");
@@ -146,7 +146,7 @@ fn lines_that_are_in_no_network_are_refused_with_what_to_do() {
     assert!(code != 0 && text.contains("wanted is LANE_OR_EDGE:METRES"), "{text}");
 }
 
-/// A short drive of the ego alone on the grid.
+/// Records a drive of 20 s with the ego alone on the grid.
 fn alone(folder: &Path) -> std::path::PathBuf {
     let (drive, scenario) = (folder.join("alone"), folder.join("alone.toml"));
     let net = fs::canonicalize("tests/data/networks/grid-signals.net.xml").unwrap();
@@ -168,7 +168,7 @@ fn an_ego_alone_on_a_network_is_analysed() {
     let (code, text) = analyse(&drive, &[]);
     assert_eq!(code, 0, "{text}");
     let trial = &rows(&drive.join("analysis/trials.csv"))[0];
-    // Of the ego alone all speeds are its own; it passes the middle of its path or does not.
+    // With the ego alone every speed is its own; it may or may not pass the middle of its path.
     let [mean, space_mean] = ["mean_speed_mps", "space_mean_speed_mps"].map(|name| number(trial, name).unwrap());
     assert!((mean - space_mean).abs() < 0.2, "{mean} {space_mean}");
     assert_eq!(trial["vehicles"], "1");

@@ -1,4 +1,4 @@
-//! Promises of recordings about cuts and what-ifs, each where a fault would show.
+//! Promises of recordings about cuts and what-ifs, each in a case that would show a fault.
 
 use codrive::{
     drive_loop::offline::OfflineDrive,
@@ -18,7 +18,7 @@ fn ticks(drive: &Path) -> usize {
 }
 
 #[test]
-fn a_what_if_is_as_long_as_its_recording_also_where_that_was_stopped() {
+fn a_what_if_of_a_stopped_recording_is_as_long_as_the_recording() {
     let folder = tempfile::tempdir().unwrap();
     let (drive, out) = (folder.path().join("p1"), folder.path().join("instead"));
     let mut run = OfflineDrive::new(&scenario(), [0.0, f64::INFINITY]).unwrap();
@@ -32,7 +32,7 @@ fn a_what_if_is_as_long_as_its_recording_also_where_that_was_stopped() {
     assert!(pair.is_proven && pair.recorded.duration_s == 4.0 && pair.instead.duration_s == 4.0, "{pair:?}");
 }
 
-/// Ticks that recovery finds in a recording as it lies on the disk now.
+/// Returns the number of ticks that recovery finds in a copy of the files that are on the disk now.
 fn ticks_if_cut(drive: &Path, copy: &Path) -> usize {
     let _ = fs::remove_dir_all(copy);
     fs::create_dir_all(copy.join("journal")).unwrap();
@@ -44,7 +44,7 @@ fn ticks_if_cut(drive: &Path, copy: &Path) -> usize {
 }
 
 #[test]
-fn a_cut_of_a_drive_without_a_window_costs_half_a_second_at_most() {
+fn a_cut_of_a_drive_without_a_window_loses_half_a_second_at_most() {
     let folder = tempfile::tempdir().unwrap();
     let (drive, copy) = (folder.path().join("p1"), folder.path().join("cut"));
     let mut run = OfflineDrive::new(&scenario(), [0.0, f64::INFINITY]).unwrap();
@@ -53,7 +53,7 @@ fn a_cut_of_a_drive_without_a_window_costs_half_a_second_at_most() {
         run.step().unwrap();
         run.keep_time();
         let driven = run.world().snapshot().tick.0 as usize;
-        // The writing thread may be late on a loaded machine; what was never handed to it does not come.
+        // The writing thread may be late on a loaded machine; ticks that it never received would never arrive.
         let mut waits = 0;
         while ticks_if_cut(&drive, &copy) + 50 < driven {
             waits += 1;

@@ -1,5 +1,6 @@
-//! A changed recording with all its checksums made anew is found out wherever the drive says otherwise. Every key of the manifest,
-//! the summary and the scenario, every column and every file is changed, deleted and emptied; what no drive can prove is listed here.
+//! A replay detects a change to a recording even after all checksums were recomputed, wherever the drive itself contradicts the change.
+//! Every key of the manifest, the summary and the scenario, every column and every file is changed, deleted and emptied. Values that no
+//! drive can prove are listed here.
 
 use super::{
     codrive,
@@ -22,10 +23,10 @@ use std::{
     sync::{Mutex, OnceLock},
 };
 
-/// SUMO runs one simulation a process.
+/// SUMO runs one simulation per process.
 pub static SUMO: Mutex<()> = Mutex::new(());
 
-/// Six cars, three of them advised, for 3 s.
+/// Returns a scenario with six vehicles, three of them advised; its drives last 3 s.
 fn scenario() -> Scenario {
     Scenario {
         traffic: EngineChoice::Native,
@@ -40,7 +41,7 @@ fn scenario() -> Scenario {
     }
 }
 
-/// That drive, recorded once.
+/// Returns the folder of that drive, recorded once.
 pub fn whole() -> &'static Path {
     static WHOLE: OnceLock<tempfile::TempDir> = OnceLock::new();
     let folder = WHOLE.get_or_init(|| {
@@ -54,7 +55,7 @@ pub fn whole() -> &'static Path {
     Box::leak(folder.path().join("whole").into_boxed_path())
 }
 
-/// A copy of a recording after `tamper`.
+/// Returns a copy of a recording after `tamper`, and the temporary folder that owns it.
 pub fn tampered(of: &Path, tamper: impl FnOnce(&Path)) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("p1");
@@ -63,7 +64,7 @@ pub fn tampered(of: &Path, tamper: impl FnOnce(&Path)) -> (tempfile::TempDir, Pa
     (folder, drive)
 }
 
-/// Result of a replay: a report, or why it cannot begin or go on.
+/// Replays a recording. Returns the report, or why the replay cannot begin or go on.
 pub fn replayed(drive: &Path) -> Result<ReplayReport, String> {
     let mut replay = Replay::open(drive).map_err(|error| error.to_string())?;
     replay.advance(u64::MAX).map_err(|error| error.to_string())?;
@@ -74,7 +75,7 @@ pub fn is_found(drive: &Path) -> bool {
     replayed(drive).is_ok_and(|report| !report.is_proven()) || replayed(drive).is_err()
 }
 
-/// Places of all values that are no list of keys, as JSON pointers.
+/// Returns the JSON pointers of all leaf values.
 fn leaves(value: &Value, at: &str) -> Vec<String> {
     match value {
         Value::Object(keys) if !keys.is_empty() => {
@@ -87,7 +88,7 @@ fn leaves(value: &Value, at: &str) -> Vec<String> {
     }
 }
 
-/// Another value of the same kind.
+/// Returns another value of the same kind.
 fn other(value: &Value) -> Value {
     match value {
         Value::Null => "other".into(),
@@ -99,7 +100,7 @@ fn other(value: &Value) -> Value {
     }
 }
 
-/// Values of a file that a replay of a resealed recording does not find when they are changed, and when they are deleted.
+/// Returns the values of a file whose change, and whose deletion, a replay of the resealed recording does not detect.
 fn unfound(file: &str) -> [BTreeSet<String>; 2] {
     let before = read_json(&whole().join(file));
     let seals = ["/checksums", "/sha256"];
@@ -135,7 +136,7 @@ fn set<const N: usize>(names: [&str; N]) -> BTreeSet<String> {
 
 #[test]
 fn a_resealed_recording_that_was_not_changed_is_proven_file_by_file() {
-    // A table of another device is beside them, and an input that the drive does not read.
+    // The copy also holds a table of another device and an input that the drive does not read.
     let (_folder, drive) = tampered(whole(), |drive| {
         for name in ["streams/eyes.parquet", "inputs/maps/other/net.xml"] {
             fs::create_dir_all(drive.join(name).parent().unwrap()).unwrap();
@@ -157,12 +158,12 @@ fn a_resealed_recording_that_was_not_changed_is_proven_file_by_file() {
 }
 
 #[test]
-fn every_key_of_the_manifest_that_follows_from_the_drive_is_found() {
+fn a_change_of_any_manifest_key_that_follows_from_the_drive_is_found() {
     let [changed, deleted] = unfound("manifest.json");
-    // Who and what took part, and when: facts that no drive can prove.
+    // Program, machine and time: facts that no drive can prove.
     assert_eq!(changed, set(["/program", "/build", "/policy_asked", "/began", "/machine", "/graphics"]));
     assert_eq!(deleted, set(["/policy_asked"]));
-    // Facts that may be there or not, and a drive that says that it was cut.
+    // Optional facts, and a drive that claims to have been cut.
     let added = [("participant", json!("P7")), ("screen", Value::Null), ("state", "recovered".into())];
     for (key, value) in added {
         let (_folder, drive) =
@@ -193,7 +194,7 @@ fn every_key_of_the_manifest_that_follows_from_the_drive_is_found() {
 }
 
 #[test]
-fn every_key_of_the_summary_is_found() {
+fn a_change_of_any_summary_key_is_found() {
     assert_eq!(unfound("summary.json"), [BTreeSet::new(), BTreeSet::new()]);
     let (_folder, drive) = tampered(whole(), |drive| {
         edit_json(&drive.join("summary.json"), |keys| keys["more"] = 1.into());
@@ -213,7 +214,7 @@ fn every_key_of_the_summary_is_found() {
     );
 }
 
-/// Settings of the picture that are in no manifest.
+/// Settings of the picture that no manifest holds.
 const SEEN: [&str; 14] = [
     "/ordinary_paints",
     "/time_h",
@@ -231,7 +232,7 @@ const SEEN: [&str; 14] = [
     "/quality",
 ];
 
-/// Another value that a setting allows.
+/// Returns another value that the setting allows.
 fn other_setting(scenario: &Value, place: &str) -> Value {
     let words = [
         ("/map", "practice"),
@@ -262,11 +263,11 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
         return (!is).into();
     }
     if place == "/step_s" {
-        // The hold is a whole number of steps.
+        // The hold must be a whole number of steps.
         return 0.05.into();
     }
     if place == "/idm/v0" {
-        // Nobody drives faster than the limit, 30 m/s.
+        // No vehicle drives faster than the limit, 30 m/s.
         return 29.0.into();
     }
     let candidates: Vec<Value> = match was {
@@ -278,7 +279,7 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
 }
 
 #[test]
-fn every_setting_that_moves_a_vehicle_is_found() {
+fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
     let text = fs::read_to_string(whole().join("scenario.toml")).unwrap();
     let before = serde_json::to_value(Scenario::from_toml(&text, "scenario.toml").unwrap()).unwrap();
     let _sumo = SUMO.lock();
@@ -294,7 +295,7 @@ fn every_setting_that_moves_a_vehicle_is_found() {
         if !is_found(&drive) {
             unfound.insert(place.clone());
         }
-        // Deleted, it would have the default.
+        // Without its line a setting would have the default.
         let key = place.rsplit('/').next().unwrap();
         let lines: String =
             text.lines().filter(|line| !line.starts_with(&format!("{key} ="))).map(|l| format!("{l}\n")).collect();
@@ -306,8 +307,8 @@ fn every_setting_that_moves_a_vehicle_is_found() {
             assert!(record::changes(&drive).map_or(true, |found| !found.is_empty()), "{place} deleted");
         }
     }
-    // Settings of what is seen and heard, and of what this drive has none of: a contact, a wait for a wave, another model, help for
-    // keys, a path, a policy with a speed of its own, a SUMO elsewhere.
+    // Settings of picture and sound, and settings without effect in this drive: contact, waiting for a wave, a second model, lane help for
+    // keys, a path, a policy with a target speed, SUMO on another machine.
     let stated = [
         "/advice_tone",
         "/flash_patch",
@@ -332,7 +333,7 @@ fn every_setting_that_moves_a_vehicle_is_found() {
 }
 
 #[test]
-fn every_file_that_is_gone_or_empty_is_found() {
+fn every_missing_or_empty_file_is_found() {
     for name in files(whole(), "").into_iter().filter(|name| name != "lock") {
         let gone = |drive: &Path| fs::remove_file(drive.join(&name)).unwrap();
         let empty = |drive: &Path| fs::write(drive.join(&name), "").unwrap();
@@ -356,7 +357,7 @@ fn every_file_that_is_gone_or_empty_is_found() {
             assert!(is_found(&drive), "{name} {how}");
         }
     }
-    // A drive without frames has none; a mark that nobody made is no row of the drive.
+    // A file that the recording does not list is found as well.
     let (_folder, drive) = tampered(whole(), |drive| fs::write(drive.join("notes.txt"), "mine").unwrap());
     let found = record::changes(&drive).unwrap();
     assert_eq!(found[0].to_string(), "notes.txt: checksums.json does not list it");
@@ -364,7 +365,7 @@ fn every_file_that_is_gone_or_empty_is_found() {
 }
 
 #[test]
-fn a_seal_that_is_gone_is_an_alteration() {
+fn a_missing_seal_is_an_alteration() {
     let found = |tamper: &dyn Fn(&Path)| {
         let (_folder, drive) = tampered(whole(), tamper);
         assert!(is_found(&drive));
@@ -408,13 +409,13 @@ fn a_seal_that_is_gone_is_an_alteration() {
         found(&within(more)),
         "ego.parquet: checksums.json has a SHA-256 of column more, which no such table has"
     );
-    // A table with the same values in other bytes.
+    // The same table values, written as other bytes.
     let anew = |drive: &Path| write(&drive.join("ego.parquet"), &rows(&drive.join("ego.parquet")));
     assert_eq!(found(&anew), "ego.parquet: was written anew; all values are as they were");
 }
 
 #[test]
-fn a_recording_without_a_tick_is_not_the_same_and_says_so() {
+fn a_recording_without_ticks_is_reported_as_different() {
     let (_folder, drive) = tampered(whole(), |drive| {
         for table in ["ego", "cars", "advice", "events", "advised"] {
             let path = drive.join(format!("{table}.parquet"));
@@ -430,13 +431,13 @@ fn a_recording_without_a_tick_is_not_the_same_and_says_so() {
 }
 
 #[test]
-fn a_simulated_driver_who_did_not_drive_is_found_by_the_controls() {
+fn a_false_simulated_driver_is_found_by_the_controls() {
     let (_folder, drive) = tampered(whole(), |drive| {
         edit_json(&drive.join("manifest.json"), |keys| keys["driver"] = "simulated: sloppy".into());
         let path = drive.join("scenario.toml");
         let text = fs::read_to_string(&path).unwrap().replace("driver = \"follow\"", "driver = \"sloppy\"");
         fs::write(&path, text).unwrap();
-        // Nobody else is advised, so that the controls alone tell.
+        // The recorded controls are those of the driver `follow`; driven again with `sloppy` they differ.
         reseal(drive);
     });
     let facts: Vec<String> = replayed(&drive).unwrap().facts.iter().map(ToString::to_string).collect();

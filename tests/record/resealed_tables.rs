@@ -1,5 +1,5 @@
-//! Every column of every table, changed by somebody who makes all checksums anew: what follows from the drive is found, on a ring and on a
-//! network.
+//! Changes in every column of every table, with all checksums recomputed: a replay finds each column that follows from the drive, on a ring
+//! and on a network.
 
 use super::{
     codrive,
@@ -14,10 +14,10 @@ use serde_json::Value;
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
 
 const CONTROLS: [&str; 5] = ["throttle", "brake", "steering_wheel_rad", "selector", "indicator"];
-/// Columns that follow from no drive.
+/// Columns that do not follow from the drive.
 const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
 
-/// Changes all columns but `keep` in the middle of these tables, resealed. The columns, and those that a replay names.
+/// Changes one row of these tables, in all columns but `keep`, and reseals. Returns the changed columns and those that a replay names.
 fn changed_columns(of: &Path, tables: &[(&str, &[&str])]) -> [BTreeSet<(String, String)>; 2] {
     let mut changed = BTreeSet::new();
     let (_folder, drive) = tampered(of, |drive| {
@@ -38,7 +38,7 @@ fn changed_columns(of: &Path, tables: &[(&str, &[&str])]) -> [BTreeSet<(String, 
 }
 
 #[test]
-fn every_column_that_follows_from_the_drive_is_found_in_every_table() {
+fn a_change_of_any_column_that_follows_from_the_drive_is_found() {
     let ego: Vec<&str> = ["tick"].into_iter().chain(CONTROLS).chain(OF_DEVICES).collect();
     let advice: Vec<&str> = ["tick"].into_iter().chain(OF_DEVICES).collect();
     let tables = [
@@ -50,7 +50,7 @@ fn every_column_that_follows_from_the_drive_is_found_in_every_table() {
     ];
     let [changed, found] = changed_columns(whole(), &tables);
     assert_eq!(found, changed);
-    // A tick is the row's place, a control is driven with, the kind of an event says who made it.
+    // The tick is the row's position, a control is an input of the drive, and the kind of an event says who made it.
     let single: Vec<(&str, &str)> = ["ego", "cars", "advice", "events", "advised"]
         .map(|table| (table, "tick"))
         .into_iter()
@@ -68,7 +68,7 @@ fn every_column_that_follows_from_the_drive_is_found_in_every_table() {
         });
         assert!(is_found(&drive), "{table}.{column}");
     }
-    // Times of devices and frames are as they were sealed, and no more.
+    // Values of devices and frames are checked against the checksums only.
     for column in OF_DEVICES {
         let table = if column == "wheel_force_nm" { "ego" } else { "advice" };
         let (_folder, drive) = tampered(whole(), |drive| {
@@ -85,7 +85,7 @@ fn every_column_that_follows_from_the_drive_is_found_in_every_table() {
 }
 
 #[test]
-fn a_column_that_is_gone_new_or_of_another_kind_is_found() {
+fn a_missing_new_or_retyped_column_is_found() {
     for (change, what) in [
         ("gone", "column gap_m is missing"),
         ("new", "column more is new"),
@@ -116,7 +116,7 @@ fn a_column_that_is_gone_new_or_of_another_kind_is_found() {
 }
 
 #[test]
-fn every_column_of_a_networks_tables_is_found_and_no_flag_hides_a_table() {
+fn a_change_of_any_network_column_is_found_and_no_flag_hides_a_table() {
     let _sumo = SUMO.lock();
     let folder = tempfile::tempdir().unwrap();
     let (scenario, drive) = (super::network::town(folder.path()), folder.path().join("town"));
@@ -134,7 +134,7 @@ fn every_column_of_a_networks_tables_is_found_and_no_flag_hides_a_table() {
     ];
     let [changed, found] = changed_columns(&drive, &tables);
     assert_eq!(found, changed);
-    // The last row of each is gone.
+    // The last row of each table is removed.
     let (_folder, short) = tampered(&drive, |drive| {
         for (table, _) in &tables {
             let path = drive.join(format!("{table}.parquet"));
@@ -148,7 +148,7 @@ fn every_column_of_a_networks_tables_is_found_and_no_flag_hides_a_table() {
         let first = if *table == "path" { "order" } else { "tick" };
         assert_eq!(columns.get(&(*table, first.to_owned())), Some(&1), "{table}: {columns:?}");
     }
-    // A flag says that there are no such tables, and they are gone.
+    // The manifest's flag and its tables are removed together.
     for (flag, gone) in
         [("network_tables", &["departures", "arrivals", "signals", "path"][..]), ("advised_table", &["advised"])]
     {
@@ -162,7 +162,7 @@ fn every_column_of_a_networks_tables_is_found_and_no_flag_hides_a_table() {
 }
 
 #[test]
-fn a_number_that_differs_in_its_last_bit_alone_is_found() {
+fn a_difference_in_the_last_bit_alone_is_found() {
     for (table, column) in [("ego", "speed_mps"), ("cars", "x_m"), ("advised", "throttle")] {
         let (_folder, drive) = tampered(whole(), |drive| {
             let path = drive.join(format!("{table}.parquet"));
@@ -184,7 +184,7 @@ fn a_number_that_differs_in_its_last_bit_alone_is_found() {
 
 #[test]
 fn a_recovered_drive_is_proven_and_one_with_a_hole_is_not() {
-    // From this tick on rows are one tick later, so that it has none.
+    // Rows from this tick on are moved one tick later, so that the tick itself has no row.
     let without = |tick: u64| {
         let (_folder, drive) = tampered(whole(), |drive| {
             fs::remove_file(drive.join("summary.json")).unwrap();

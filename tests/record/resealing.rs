@@ -1,4 +1,4 @@
-//! Recordings in the hands of somebody who knows the format: a copy with another value, and all checksums made anew. In: a recording's
+//! Changes to recordings by someone who knows the format: a copy with another value, and all checksums recomputed. In: a recording's
 //! folder. Out: the same folder, changed.
 
 use super::tampering::{replaced, rows};
@@ -19,7 +19,8 @@ pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// SHA-256 of a column: for each row a byte 1 and its bytes, little-endian, words with their length; or a byte 0.
+/// Returns the SHA-256 of a column: for each row a byte 1 and the value, little-endian, texts with their length; or a byte 0 without a
+/// value.
 pub fn column_sha256(column: &ArrayRef) -> String {
     let (any, mut bytes) = (column.as_any(), Vec::new());
     let mut put = |value: Option<Vec<u8>>| {
@@ -49,7 +50,7 @@ pub fn files(folder: &Path, within: &str) -> Vec<String> {
     names.collect()
 }
 
-/// Makes every checksum of a recording anew, as somebody does who knows the format.
+/// Recomputes every checksum of a recording.
 pub fn reseal(drive: &Path) {
     let (mut tables, mut others) = (Map::new(), Map::new());
     for name in files(drive, "") {
@@ -87,7 +88,7 @@ pub fn read_json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
-/// Changes a file of JSON, and keeps how it is written.
+/// Changes a JSON file and keeps its formatting.
 pub fn edit_json(path: &Path, change: impl FnOnce(&mut Value)) {
     let mut value = read_json(path);
     change(&mut value);
@@ -95,7 +96,7 @@ pub fn edit_json(path: &Path, change: impl FnOnce(&mut Value)) {
     fs::write(path, format!("{value:#}{end}")).unwrap();
 }
 
-/// A row with another value in each column but those of `keep`.
+/// Returns the rows with another value at `row` in each column but `keep`.
 pub fn with_other_row(all: &RecordBatch, row: usize, keep: &[&str]) -> RecordBatch {
     let schema = all.schema();
     let columns = schema.fields().iter().zip(all.columns()).map(|(field, column)| {

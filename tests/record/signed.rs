@@ -1,4 +1,4 @@
-//! A signature by the lab's key is what nobody else can make anew: `codrive sign`, and `--signer` of replay and analyse.
+//! A signature needs the lab's key: `codrive sign`, and `--signer` of replay and analyse.
 
 use super::{
     codrive, record,
@@ -35,7 +35,7 @@ fn a_signed_recording_is_authentic_until_anything_of_it_changes() {
     let (code, text) = said(&mut codrive(&["replay", path, "--signer", &other]));
     assert!(code == 1 && text.contains("which is not in"), "{text}");
 
-    // All checksums anew, in a fact that no drive can prove.
+    // All checksums are recomputed after a change of a fact that no drive can prove.
     let forged = folder.path().join("forged");
     copy(&drive, &forged);
     let manifest = fs::read_to_string(forged.join("manifest.json")).unwrap();
@@ -51,7 +51,7 @@ fn a_signed_recording_is_authentic_until_anything_of_it_changes() {
         let (code, text) = said(&mut codrive(&[command, forged_path, "--signer", &signers]));
         assert!(code == 1 && text.contains("was changed after lab@example.org signed it"), "{command}: {text}");
     }
-    // What is not as it was written is not signed.
+    // A recording that is not as written is not signed.
     fs::write(drive.join("summary.json"), "{}").unwrap();
     let (code, text) = said(&mut codrive(&["sign", path, "--key", &lab]));
     assert!(code == 1 && text.contains("not signed") && text.contains("summary.json: "), "{text}");
@@ -66,7 +66,7 @@ fn ssh_keygen_accepts_the_signature_of_a_recording() {
     verified_by_openssh(&drive.join("manifest.json"));
 }
 
-/// OpenSSH's own tool, which is part of what scripts/test-setup asks for.
+/// Verifies a signature with OpenSSH's ssh-keygen, which scripts/test-setup asks for.
 fn verified_by_openssh(file: &Path) {
     let arguments = ["-Y", "verify", "-f", &key("allowed_signers"), "-I", "lab", "-n", "codrive", "-s"];
     let mut command = Command::new("ssh-keygen");

@@ -1,5 +1,5 @@
-//! Whoever changes a recording afterwards is found out: a replay names the table, the row, the column and both values of what a
-//! drive makes, and the file and column of what devices made.
+//! A replay detects later changes of a recording: it names table, row, column and both values where the drive differs, and file and column
+//! of values from devices.
 
 use super::{codrive, said};
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
@@ -10,7 +10,7 @@ use std::{
     sync::Arc,
 };
 
-/// A new value for a cell.
+/// New value of a cell, by column type.
 enum Cell {
     Number(f64),
     Whole(u64),
@@ -42,7 +42,7 @@ pub fn write(path: &Path, rows: &RecordBatch) {
     writer.close().unwrap();
 }
 
-/// Changes one cell of a table. Returns what stood there, as a person reads it.
+/// Changes one cell of a table. Returns the previous value as text.
 fn change(path: &Path, row: usize, column: &str, cell: &Cell) -> String {
     let batch = rows(path);
     let at = batch.schema().index_of(column).unwrap();
@@ -79,7 +79,7 @@ fn change(path: &Path, row: usize, column: &str, cell: &Cell) -> String {
     was
 }
 
-/// A drive of 6 s with advice every second, and a copy of it under a name.
+/// A drive of 6 s with advice every second; `copy` makes a named copy of it.
 struct Drive {
     folder: tempfile::TempDir,
 }
@@ -151,7 +151,7 @@ fn a_changed_input_is_named_by_its_column_and_by_what_it_changes() {
 }
 
 #[test]
-fn what_devices_made_is_named_by_file_and_column() {
+fn changed_values_of_devices_are_named_by_file_and_column() {
     let drive = Drive::new();
     for (table, column, cell) in [
         ("ego", "wheel_force_nm", Cell::Number(0.5)),
@@ -167,7 +167,7 @@ fn what_devices_made_is_named_by_file_and_column() {
 }
 
 #[test]
-fn rows_that_were_taken_out_or_put_in_are_named() {
+fn removed_and_added_rows_are_named() {
     let drive = Drive::new();
     for (table, row) in [("cars", 60 * 22), ("advice", 6), ("events", 1)] {
         let path = |copy: &Path| copy.join(format!("{table}.parquet"));
@@ -187,7 +187,7 @@ fn rows_that_were_taken_out_or_put_in_are_named() {
         assert!(code == 1 && text.contains(", driven again nothing"), "{text}");
         assert!(text.contains(&format!("{table}.parquet: has {} rows; {row} were written", row + 1)), "{text}");
     }
-    // A step taken out of the middle costs its rows, and no others.
+    // A step removed from the middle changes its own rows only.
     let copy = drive.copy("step-out");
     let all = rows(&copy.join("cars.parquet"));
     write(&copy.join("cars.parquet"), &joined(&all.slice(0, 22 * 20), &all.slice(22 * 21, 22 * 39)));
@@ -197,7 +197,7 @@ fn rows_that_were_taken_out_or_put_in_are_named() {
         "{text}"
     );
     assert!(text.contains("cells and rows that differ: 22 in 600 ticks"), "{text}");
-    // A step written twice: its rows are too many, and no others.
+    // A step written twice adds its own rows only.
     let copy = drive.copy("step-twice");
     let all = rows(&copy.join("cars.parquet"));
     write(&copy.join("cars.parquet"), &joined(&all.slice(0, 22 * 21), &all.slice(22 * 20, 22 * 40)));
@@ -207,13 +207,13 @@ fn rows_that_were_taken_out_or_put_in_are_named() {
         "{text}"
     );
     assert!(text.contains("cells and rows that differ: 22 in 600 ticks"), "{text}");
-    // The last step once more at the end.
+    // The last step is repeated at the end.
     let copy = drive.copy("step-after");
     let all = rows(&copy.join("cars.parquet"));
     write(&copy.join("cars.parquet"), &joined(&all, &all.slice(all.num_rows() - 22, 22)));
     let (code, text) = replay(&copy);
     assert!(code == 1 && text.contains("cells and rows that differ: 22 in 600 ticks"), "{text}");
-    // A row of the ego taken out of the middle: what follows cannot be driven.
+    // An ego row is removed from the middle: the ticks after it cannot be driven.
     let copy = drive.copy("ego-out");
     let all = rows(&copy.join("ego.parquet"));
     write(&copy.join("ego.parquet"), &joined(&all.slice(0, 50), &all.slice(51, 549)));
@@ -221,7 +221,7 @@ fn rows_that_were_taken_out_or_put_in_are_named() {
     assert!(code == 1 && text.contains("ego.parquet: rows are missing from 0.51 s on"), "{text}");
 }
 
-/// Two batches as one, column by column.
+/// Concatenates two batches column by column.
 fn joined(first: &RecordBatch, second: &RecordBatch) -> RecordBatch {
     let columns = first.columns().iter().zip(second.columns()).map(|(a, b)| -> ArrayRef {
         let (a, b) = (a.as_any(), b.as_any());
@@ -243,7 +243,7 @@ fn joined(first: &RecordBatch, second: &RecordBatch) -> RecordBatch {
 }
 
 #[test]
-fn a_changed_manifest_scenario_summary_or_list_of_checksums_is_named() {
+fn a_changed_manifest_scenario_summary_or_checksum_list_is_named() {
     let drive = Drive::new();
     for (file, from, to, also) in [
         ("manifest.json", "\"seed\": 1", "\"seed\": 2", "its own SHA-256 differs"),
@@ -260,7 +260,7 @@ fn a_changed_manifest_scenario_summary_or_list_of_checksums_is_named() {
         fs::write(&path, text.replacen(from, to, 1)).unwrap();
         let (code, text) = replay(&copy);
         assert!(code == 1 && text.contains(&format!("{file}: is not as it was written: {also}")), "{text}");
-        // Another seed is another world from the first step with noise on.
+        // Another seed changes the world from the first step with noise on.
         assert_eq!(text.contains("first difference"), file == "scenario.toml", "{text}");
     }
     let copy = drive.copy("gone");

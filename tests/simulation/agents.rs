@@ -1,4 +1,4 @@
-//! Several advised vehicles in one world: each with a body, a driver, a policy and a view of its own.
+//! Several advised vehicles in one world: each with its own body, driver, policy and view.
 
 use crate::world::one_at_a_time;
 use codrive::{
@@ -21,12 +21,12 @@ fn scenario(traffic: &str, advised: u32) -> Scenario {
     }
 }
 
-/// A drive by the simulated driver; `look` sees the world after each tick.
+/// Runs a drive with the simulated driver; `look` sees the world after each tick.
 fn drive(scenario: &Scenario, seconds: f64, look: impl FnMut(&World)) -> World {
     drive_by(&scenario.driver, scenario, seconds, look)
 }
 
-/// The same with another driver in the participant's vehicle.
+/// Runs a drive with another driver in the participant's vehicle.
 fn drive_by(driver: &str, scenario: &Scenario, seconds: f64, mut look: impl FnMut(&World)) -> World {
     let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
     let params = preset(driver).expect("a preset");
@@ -44,8 +44,8 @@ fn numbers(world: &World) -> Vec<u32> {
 }
 
 #[test]
-fn each_advised_vehicle_sees_all_others_and_all_see_it_where_its_body_is() {
-    // 22 vehicles, four of them advised: 0, 22/4, 44/4, 66/4, rounded down.
+fn each_advised_vehicle_sees_all_others_and_is_seen_at_its_body() {
+    // Of 22 vehicles, four are advised: 0, 22/4, 44/4, 66/4, rounded down.
     let mut advised_s = [0; 3];
     let world = drive(&scenario("native", 4), 20.0, |world| {
         for (agent, ticks) in world.advised_others().iter().zip(&mut advised_s) {
@@ -59,12 +59,12 @@ fn each_advised_vehicle_sees_all_others_and_all_see_it_where_its_body_is() {
         let own = agent.snapshot();
         assert_eq!(own.tick, ego.tick);
         assert!(own.ego.speed_mps > 0.5 && agent.controls() != &Controls::default(), "it drives");
-        // By ascending numbers, without itself, the participant's first.
+        // The others are sorted by number, without the vehicle itself, the participant's first.
         let seen: Vec<u32> = own.cars.iter().map(|car| car.id.0).collect();
         assert_eq!(seen, (0..22).filter(|id| *id != agent.id().0).collect::<Vec<_>>());
         let participant = &own.cars[0];
         assert_eq!((participant.s_m, participant.speed_mps), (Some(ego.ego_s_m), ego.ego.speed_mps));
-        // The next in driving order leads, its place being what the participant sees of it.
+        // The next vehicle in driving order is the leader, at the position that the participant sees.
         let place = |id: u32| ego.cars[id as usize - 1];
         let (itself, next) = (place(agent.id().0), place(agent.id().0 + 1));
         assert_eq!((itself.s_m, itself.speed_mps), (Some(own.ego_s_m), own.ego.speed_mps));
@@ -75,7 +75,7 @@ fn each_advised_vehicle_sees_all_others_and_all_see_it_where_its_body_is() {
         let gap_m = route.ahead(own.ego_s_m, next.s_m.expect("on the ring")) - CAR_LENGTH_M;
         assert!((leader.gap_m - gap_m).abs() < 1e-9, "{leader:?} and {gap_m}");
         assert!((own.mean_speed_mps - ego.mean_speed_mps).abs() < 1e-9, "one mean of all");
-        // Wheels turn by the way: from its start at a standstill on.
+        // The wheel angle follows the distance from the start, which is a standstill.
         let start_m = 250.0 / 22.0 * f64::from(agent.id().0);
         assert!((itself.odometer_m - route.ahead(start_m, own.ego_s_m)).abs() < 0.3, "{}", itself.odometer_m);
     }
@@ -87,7 +87,7 @@ fn traffic_keeps_behind_vehicles_that_are_advised_to_crawl() {
     for engine in ["native", "sumo"] {
         let slow = Scenario { policy: "constant".into(), policy_speed_mps: 2.0, ..scenario(engine, 3) };
         let (mut least_m, mut contacts) = (f64::INFINITY, 0);
-        // The participant ignores advice: two others alone hold all up.
+        // The participant ignores advice: two other vehicles alone slow all vehicles down.
         let world = drive_by("idm", &slow, 60.0, |world| {
             let snapshot = world.snapshot();
             let mut places: Vec<f64> = snapshot.cars.iter().filter_map(|car| car.s_m).collect();
@@ -99,13 +99,13 @@ fn traffic_keeps_behind_vehicles_that_are_advised_to_crawl() {
         });
         assert!(least_m > 1.0, "{engine}: {least_m} m");
         assert!(contacts == 0 && world.advised_others().iter().all(|agent| agent.contact_count() == 0), "{engine}");
-        // Nobody passes: all come down to what two of them are advised, give or take their errors of 0.3 m/s.
+        // No vehicle passes: all slow down to the advice of these two, within the drivers' errors of 0.3 m/s.
         let mean_mps = world.snapshot().mean_speed_mps;
         assert!((1.6..2.4).contains(&mean_mps), "{engine}: {mean_mps} m/s");
     }
 }
 
-/// Hashes of every tick of all views, the participant's first.
+/// Returns the hashes of every tick of all views, the participant's first.
 fn hashes(scenario: &Scenario, seconds: f64) -> Vec<u64> {
     let mut chain = vec![0; scenario.advised.of(scenario.vehicles) as usize];
     drive(scenario, seconds, |world| {
@@ -140,19 +140,19 @@ fn the_engines_agree_on_a_drive_with_several_advised_vehicles() {
     });
     let pairs = native.iter().flatten().zip(sumo.iter().flatten());
     let most = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    // Rounding alone (tests/traffic: contract), which the physics, in 32 bits, let grow.
+    // Only rounding differs (tests/traffic: contract), amplified by the physics in 32 bits.
     assert!(most < 0.01, "{most} m/s");
 }
 
 #[test]
 fn drivers_of_advised_vehicles_have_streams_of_their_own() {
-    // Two cars opposite to each other on an even ring without noise: whatever tells them apart is their drivers' error.
+    // Two vehicles are opposite to each other on an even ring without noise: any difference comes from their drivers' errors.
     let even = Scenario { idm: IdmParams { noise: 0.0, ..IdmParams::default() }, ..scenario("native", 4) };
     let world = drive(&even, 10.0, |_| ());
     let speeds: Vec<f64> = world.advised_others().iter().map(|agent| agent.snapshot().ego.speed_mps).collect();
     let apart = |a: usize, b: usize| (speeds[a] - speeds[b]).abs();
     assert!(apart(0, 1) > 1e-3 && apart(1, 2) > 1e-3 && apart(0, 2) > 1e-3, "{speeds:?}");
-    // The driver of a vehicle is the same however many others are advised: what he asks for at first is.
+    // The driver of a vehicle does not depend on the number of other advised vehicles, and neither do its first controls.
     let first = |advised: u32| {
         let world = drive(&scenario("native", advised), 0.01, |_| ());
         world.advised_others().iter().find(|agent| agent.id().0 == 11).map(|agent| *agent.controls())
@@ -162,7 +162,7 @@ fn drivers_of_advised_vehicles_have_streams_of_their_own() {
 }
 
 #[test]
-fn two_advised_vehicles_that_run_into_each_other_both_know_it() {
+fn a_contact_of_two_advised_vehicles_is_reported_for_both() {
     let crawl = Scenario {
         vehicles: 2,
         policy: "constant".into(),
@@ -175,7 +175,7 @@ fn two_advised_vehicles_that_run_into_each_other_both_know_it() {
         SimulatedDriver::new(&preset("follow").expect("a preset"), world.ego_params(), 1).expect("a driver");
     let mut touched = None;
     while world.ended().is_none() {
-        // Steers as he does, and does not brake.
+        // Steers like the simulated driver, and does not brake.
         let steered = driver.controls(&world.perceived_by(&driver));
         let controls = Controls { throttle: 0.4, brake: 0.0, ..steered };
         world.tick(&controls).expect("the engine goes on");
@@ -200,7 +200,7 @@ fn two_advised_vehicles_that_run_into_each_other_both_know_it() {
 }
 
 #[test]
-fn without_a_policy_or_with_nobody_to_advise_no_other_vehicle_is_taken_over() {
+fn no_vehicle_is_taken_over_without_a_policy_or_advised_vehicles() {
     let none = drive(&Scenario { policy: "none".into(), ..scenario("native", 4) }, 0.1, |_| ());
     assert!(none.advised_others().is_empty());
     let nobody = drive(&scenario("native", 0), 1.0, |world| assert_eq!(world.snapshot().advice, None));

@@ -1,4 +1,4 @@
-//! Advised vehicles on a network: of those that come some are simulated whole, along the routes of the demand.
+//! Advised vehicles on a network: a share of the vehicles that enter is fully simulated, along the routes of the demand.
 
 use crate::world::one_at_a_time;
 use codrive::{
@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 
-/// Cars across the grid, 1,200 an hour together; the ego goes round.
+/// Returns a scenario with 1,200 cars an hour in total across the grid; the ego drives round.
 fn scenario(advised: f64) -> Scenario {
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 400.0, mix: Vec::new() };
     let flows = vec![flow("A0B0", "B2C2"), flow("C2C1", "A1A0"), flow("A2A1", "C0B0")];
@@ -29,7 +29,7 @@ fn scenario(advised: f64) -> Scenario {
     }
 }
 
-/// Drives to the end; `look` sees the world after each tick.
+/// Runs a drive to its end; `look` sees the world after each tick.
 fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
     let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
     let params = preset(&scenario.driver).expect("a preset");
@@ -42,19 +42,19 @@ fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
     world
 }
 
-/// What is known of an advised vehicle.
+/// Observations of an advised vehicle.
 #[derive(Default)]
 struct Seen {
     ticks: u32,
     advised_ticks: u32,
-    /// Beside the lane of its way.
+    /// Ticks off the lane of its route.
     beside_ticks: u32,
     way_m: f64,
     last: Option<glam::DVec2>,
 }
 
 #[test]
-fn of_the_cars_that_come_a_share_is_advised_along_its_own_way_and_leaves_at_its_end() {
+fn a_share_of_cars_is_advised_along_its_routes_and_leaves_at_the_end() {
     let _alone = one_at_a_time();
     let scenario = scenario(0.5);
     let mut all: BTreeSet<VehicleId> = BTreeSet::new();
@@ -70,7 +70,7 @@ fn of_the_cars_that_come_a_share_is_advised_along_its_own_way_and_leaves_at_its_
             of.ticks += 1;
             of.advised_ticks += u32::from(own.advice.is_some());
             assert_eq!((own.tick, own.cars.len()), (snapshot.tick, snapshot.cars.len()), "it sees as many others");
-            // Where its body is, there the participant sees it; from the moment on in which it is no more SUMO's.
+            // The participant sees it at the position of its body, from the moment when SUMO no longer drives it.
             let image = snapshot.cars.iter().find(|car| car.id == agent.id()).expect("it is there");
             let place = own.ego.position.truncate();
             assert!(image.pose.position.distance(place) < 1e-6, "{} m", image.pose.position.distance(place));
@@ -79,13 +79,14 @@ fn of_the_cars_that_come_a_share_is_advised_along_its_own_way_and_leaves_at_its_
             assert!(step_m <= 1.2 * own.ego.speed_mps.abs() * 0.01 + 0.005, "{step_m} m in a tick");
             of.way_m += step_m;
             of.last = Some(place);
-            // On its way, not beside it. That goes over evenly where it changes lanes, and a driver when there is a gap: from one lane of 3.2 m.
+            // The vehicle stays on its route. Where the route changes lanes, the offset from it passes smoothly over one lane of 3.2 m, and
+            // a driver changes when there is a gap.
             assert!(own.lane_offset_m.abs() < 3.2, "{} m beside its way", own.lane_offset_m);
             of.beside_ticks += u32::from(own.lane_offset_m.abs() >= 1.6);
             met += u32::from(own.leader.is_some_and(|leader| leader.gap_m < 30.0));
         }
     });
-    // Whom chance takes is known of the streams alone; those that stood in a junction when the ego came stay SUMO's.
+    // The random streams alone determine the chosen vehicles; SUMO keeps those that stood in a junction when the ego started.
     let of_streams =
         |id: &VehicleId| rng::stream(scenario.seed, &format!("vehicle/{}/advised", id.0)).uniform(0.0, 1.0) < 0.5;
     let chosen: BTreeSet<VehicleId> = all.iter().copied().filter(of_streams).collect();
@@ -96,11 +97,12 @@ fn of_the_cars_that_come_a_share_is_advised_along_its_own_way_and_leaves_at_its_
     let there: BTreeSet<VehicleId> = world.snapshot().cars.iter().map(|car| car.id).collect();
     let gone: Vec<_> = advised.difference(&there).collect();
     assert!(gone.len() >= 2, "{gone:?} have left");
-    // From A0B0 or its like to the second or third crossing on: 300 m and more, less what was driven before the start.
+    // The routes lead from A0B0 or a similar edge to the second or third crossing: 300 m and more, less the distance driven before the
+    // start.
     let farthest = gone.iter().map(|id| seen[id].way_m).fold(0.0, f64::max);
     assert!(farthest > 250.0, "{farthest} m");
     for (id, of) in &seen {
-        // One change of lanes on streets of 90 m: on a tenth of 900 m at most.
+        // One lane change on streets of 90 m: at most a tenth of 900 m.
         assert!(
             of.beside_ticks * 10 <= of.ticks,
             "{id:?} was beside its lane in {} of {} ticks",

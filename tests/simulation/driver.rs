@@ -1,5 +1,5 @@
-//! What must hold of simulated drivers in the ego: they keep their lane, reach and hold what is advised, react when a
-//! person would and not before, and keep behind their leader with calm feet. Figures in the comments are measured.
+//! Requirements on simulated drivers in the ego. They keep their lane, reach and hold the advice, respond as late as a person would, and
+//! keep behind their leader with few pedal changes. Figures in the comments are measured.
 
 use codrive::{
     controls::Controls,
@@ -14,20 +14,20 @@ use codrive::{
 use glam::{DVec2, dvec2};
 use std::f64::consts::{PI, TAU};
 
-/// One lane as a closed route; its length is that of its shape.
+/// Returns a closed route of one lane, as long as its shape.
 fn closed(shape: Vec<DVec2>) -> Route {
     let length_m = shape.windows(2).map(|p| p[0].distance(p[1])).sum();
     let (id, edge) = ("e0_0".to_owned(), "e0".to_owned());
     Route::new(vec![RouteLane { id, edge, start_s_m: 0.0, length_m, speed_limit_mps: 30.0, width_m: 3.2, shape }])
 }
 
-/// A ring of radius `r`, a point every 2.5 m as SUMO's nets have them.
+/// Returns a ring of radius `r` with a point every 2.5 m, as in SUMO's networks.
 fn ring(r: f64) -> Route {
     let n = (TAU * r / 2.5).ceil() as usize;
     closed((0..=n).map(|i| DVec2::from_angle(TAU * i as f64 / n as f64) * r).collect())
 }
 
-/// Two straights of 500 m and two bends of 50 m radius.
+/// Returns two straights of 500 m and two bends of 50 m radius.
 fn oval() -> Route {
     let bend = |centre: DVec2, from: f64| {
         (0..=63).map(move |i| centre + DVec2::from_angle(from + PI * f64::from(i) / 63.0) * 50.0)
@@ -38,8 +38,8 @@ fn oval() -> Route {
     closed(shape)
 }
 
-/// A block of houses with sides of 60 m: its corners have a radius of 6 m, as netconvert makes them for a turn from lane to lane of
-/// two streets. To the left, or to the right.
+/// Returns the route round a block with sides of 60 m, to the left or to the right. Its corners have a radius of 6 m, as netconvert makes
+/// them for a turn between lanes of two streets.
 fn block(to_right: bool) -> Route {
     let arc = |i: i32| DVec2::splat(24.0) + DVec2::from_angle(PI / 2.0 * f64::from(i) / 9.0) * 6.0;
     let corner = |k: i32| (0..=9).map(move |i| arc(i).rotate(DVec2::from_angle(PI / 2.0 * f64::from(k))));
@@ -51,7 +51,7 @@ fn block(to_right: bool) -> Route {
     closed(shape)
 }
 
-/// A straight road of two lanes that follow each other, with these limits in m/s.
+/// Returns a straight road of two consecutive lanes with these limits, m/s.
 fn limits_change(first_mps: f64, then_mps: f64) -> Route {
     let lane = |edge: &str, speed_limit_mps: f64, from: f64, to: f64| RouteLane {
         id: format!("{edge}_0"),
@@ -65,7 +65,7 @@ fn limits_change(first_mps: f64, then_mps: f64) -> Route {
     Route::open(vec![lane("a", first_mps, 0.0, 600.0), lane("b", then_mps, 600.0, 1500.0)])
 }
 
-/// The car ahead: front bumper along the route and speed at a time in seconds.
+/// Vehicle ahead: front bumper along the route and speed at a time in seconds.
 type LeaderAt<'a> = &'a dyn Fn(f64) -> (f64, f64);
 
 struct OfflineDrive<'a> {
@@ -76,16 +76,16 @@ struct OfflineDrive<'a> {
     /// Advised speed at a time in seconds.
     advised: &'a dyn Fn(f64) -> Option<f64>,
     leader: Option<LeaderAt<'a>>,
-    /// Speed limit, m/s; that of the route if none is named.
+    /// Speed limit, m/s; `None` takes the route's.
     limit_mps: Option<f64>,
     seconds: f64,
 }
 
-/// What was seen of one tick.
+/// Observations of one tick.
 struct Seen {
     controls: Controls,
     state: EgoState,
-    /// Offset of the car's centre from the lane's, metres.
+    /// Offset of the ego's centre from the lane's centre line, metres.
     offset_m: f64,
     gap_m: f64,
     contact: bool,
@@ -157,7 +157,7 @@ fn calm<'a>(route: &'a Route, name: &str) -> OfflineDrive<'a> {
 }
 
 #[test]
-fn a_driver_comes_to_a_lower_limit_with_no_more_than_its_speed_and_to_a_higher_one_only_there() {
+fn a_driver_brakes_before_a_lower_limit_and_speeds_up_at_a_higher_one() {
     for (first_mps, then_mps) in [(25.0, 8.33), (8.33, 25.0)] {
         let route = limits_change(first_mps, then_mps);
         let drive = OfflineDrive { start_speed_mps: first_mps, limit_mps: None, seconds: 130.0, ..calm(&route, "idm") };
@@ -166,10 +166,10 @@ fn a_driver_comes_to_a_lower_limit_with_no_more_than_its_speed_and_to_a_higher_o
             let there = seen.iter().find(|seen| seen.state.position.x >= m).expect("it comes there");
             there.state.speed_mps
         };
-        // Police tolerate 3 km/h of what they measure; nobody is fined for less.
+        // Police tolerate 3 km/h above the limit; smaller excesses are not fined.
         let over_mps = speed_at(600.0 - CAR_LENGTH_M / 2.0) - first_mps.min(then_mps);
         assert!(over_mps < 3.0 / 3.6, "{first_mps} {then_mps}: {over_mps}");
-        // Nobody slows down half a kilometre before the sign.
+        // No driver slows down half a kilometre before the sign.
         assert!(speed_at(300.0) > 0.8 * first_mps, "{}", speed_at(300.0));
         assert!(speed_at(1100.0) > 0.75 * then_mps, "{}", speed_at(1100.0));
     }
@@ -181,23 +181,23 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     (mean, (values.map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt())
 }
 
-/// Largest offset from the lane's centre, metres.
+/// Returns the largest offset from the lane's centre line, metres.
 fn farthest(seen: &[Seen]) -> f64 {
     seen.iter().map(|s| s.offset_m.abs()).fold(0.0, f64::max)
 }
 
-/// Smallest gap to the leader, metres.
+/// Returns the smallest gap to the leader, metres.
 fn smallest_gap(seen: &[Seen]) -> f64 {
     seen.iter().map(|s| s.gap_m).fold(f64::INFINITY, f64::min)
 }
 
-/// Times at which the foot came onto the brake or left it, s.
+/// Returns the times at which the brake was applied or released, s.
 fn brake_edges(seen: &[Seen]) -> Vec<f64> {
     let on = |i: usize| seen[i].controls.brake > 0.0;
     (1..seen.len()).filter(|&i| on(i) != on(i - 1)).map(|i| i as f64 * TICK_S).collect()
 }
 
-/// Drives `v` m/s for 10 s and then brakes with 3 m/s2 to a standstill, from an equilibrium gap.
+/// Returns a leader that drives at `v` m/s for 10 s and then brakes at 3 m/s2 to a standstill, from an equilibrium gap.
 fn braking_leader(v: f64) -> impl Fn(f64) -> (f64, f64) {
     move |t: f64| {
         let braked_s = (t - 10.0).clamp(0.0, v / 3.0);
@@ -206,7 +206,7 @@ fn braking_leader(v: f64) -> impl Fn(f64) -> (f64, f64) {
     }
 }
 
-/// Up to 9 m/s with 1 m/s2, down with 1.5 m/s2, 8 s of standing, again.
+/// Returns a leader that accelerates at 1 m/s2 to 9 m/s, brakes at 1.5 m/s2, stands for 8 s, and repeats this.
 fn sawtooth_leader(t: f64) -> (f64, f64) {
     let (round, u) = ((t / 23.0).floor(), t % 23.0);
     let (way_m, v) = if u < 9.0 {
@@ -220,7 +220,7 @@ fn sawtooth_leader(t: f64) -> (f64, f64) {
 
 #[test]
 fn drivers_stay_within_30_cm_of_the_rings_centre_line() {
-    // perfect: 0.08 m from 2 to 6 m/s, 0.18 m at 10 m/s (as it finds the line; 0.02 m later); follow: 0.24 m.
+    // The preset `perfect` has 0.08 m from 2 to 6 m/s and 0.18 m at 10 m/s (while it finds the line; 0.02 m later); `follow` has 0.24 m.
     let route = ring(39.8);
     for speed in [2.0, 4.0, 7.0, 10.0] {
         for name in ["perfect", "follow", "idm"] {
@@ -233,8 +233,8 @@ fn drivers_stay_within_30_cm_of_the_rings_centre_line() {
 
 #[test]
 fn a_driver_keeps_to_the_line_of_a_motorway_at_its_speeds() {
-    // 130 km/h are 36 m/s; 45 m/s are driven where there is no limit. A car of 1.8 m in a lane of 3.2 m has 0.7 m to either side, and
-    // a driver wanders: half of that is his.
+    // 130 km/h are 36 m/s; 45 m/s occur where there is no limit. A car of 1.8 m in a lane of 3.2 m has 0.7 m on either side, of which the
+    // driver may use half.
     let route = ring(5000.0);
     for speed in [27.0, 36.0, 45.0] {
         for name in ["perfect", "follow", "idm"] {
@@ -257,7 +257,7 @@ fn a_driver_keeps_to_the_line_of_a_motorway_at_its_speeds() {
 
 #[test]
 fn a_driver_turns_round_street_corners_within_the_lane() {
-    // The middle of the car stays over its lane of 3.2 m: 1.6 m to either side.
+    // The centre of the car stays over its lane of 3.2 m: 1.6 m to either side.
     for to_right in [false, true] {
         let route = block(to_right);
         for name in ["perfect", "follow", "idm"] {
@@ -270,7 +270,7 @@ fn a_driver_turns_round_street_corners_within_the_lane() {
     }
 }
 
-/// 60 m straight, an arc of a radius and so many degrees to the right, and 60 m straight.
+/// Returns 60 m straight, an arc to the right with this radius and angle, and 60 m straight.
 fn right_turn(radius_m: f64, turn_deg: f64) -> Route {
     let part = |i: i32| DVec2::from_angle(-turn_deg.to_radians() * f64::from(i) / 6.0);
     let arc = (0..=6).map(|i| dvec2(60.0, -radius_m) + part(i).rotate(DVec2::Y) * radius_m);
@@ -282,8 +282,9 @@ fn right_turn(radius_m: f64, turn_deg: f64) -> Route {
 
 #[test]
 fn a_driver_who_turns_right_does_not_swing_out_into_the_lane_beside() {
-    // From the outer lane of a street into that of another, with lanes of 3.2 m and kerbs of 1.5 m: the arc of netconvert has 3.1 m, less than
-    // the car's 4.7 m. A car of 1.8 m that is 0.7 m out touches the line; 1.1 m in, its wheels come to the end of the shoulder of 0.4 m.
+    // The turn leads from the outer lane of a street to that of another, with lanes of 3.2 m and kerbs of 1.5 m. The arc of netconvert has
+    // 3.1 m, less than the car's 4.7 m. A car of 1.8 m touches the line 0.7 m off the centre. At 1.1 m its wheels reach the end of the 0.4
+    // m shoulder.
     for (radius_m, turn_deg) in [(3.1, 90.0), (4.0, 90.0), (6.0, 90.0), (4.0, 70.0)] {
         let route = right_turn(radius_m, turn_deg);
         for name in ["perfect", "follow", "idm"] {
@@ -301,7 +302,7 @@ fn a_driver_who_turns_right_does_not_swing_out_into_the_lane_beside() {
 
 #[test]
 fn a_driver_slows_down_for_a_corner_between_two_long_straights() {
-    // A street of 5 m with a corner of 93 degrees, as OpenStreetMap has them: 2.5 m to either side, and the shoulder of 0.4 m.
+    // The street of 5 m has a corner of 93 degrees, as in OpenStreetMap data: 2.5 m to either side, and the shoulder of 0.4 m.
     let shape = vec![DVec2::ZERO, dvec2(60.0, 0.0), dvec2(60.0, 0.0) + DVec2::from_angle(-1.62) * 60.0];
     let route = Route::open(vec![closed(shape).lanes()[0].clone()]);
     for name in ["perfect", "follow", "idm"] {
@@ -312,7 +313,7 @@ fn a_driver_slows_down_for_a_corner_between_two_long_straights() {
     }
 }
 
-/// 200 m straight, to the left and to the right by as many degrees on arcs of a radius, and straight on.
+/// Returns 200 m straight, then left and right by the same angle on arcs of this radius, and straight on.
 fn s_bend(radius_m: f64, turn_deg: f64) -> Route {
     let part = |i: i32| DVec2::from_angle(turn_deg.to_radians() * f64::from(i) / 6.0);
     let first = (0..=6).map(|i| dvec2(0.0, radius_m) + part(i).rotate(DVec2::NEG_Y) * radius_m);
@@ -326,7 +327,7 @@ fn s_bend(radius_m: f64, turn_deg: f64) -> Route {
 }
 
 #[test]
-fn a_driver_slows_down_for_an_s_that_ends_as_it_began() {
+fn a_driver_slows_down_for_an_s_bend_that_ends_in_its_old_direction() {
     for (radius_m, turn_deg) in [(4.0, 75.0), (6.0, 90.0), (15.0, 45.0)] {
         let route = s_bend(radius_m, turn_deg);
         for name in ["perfect", "follow", "idm"] {
@@ -341,8 +342,8 @@ fn a_driver_slows_down_for_an_s_that_ends_as_it_began() {
 }
 
 #[test]
-fn a_road_that_is_declared_twice_as_long_as_it_is_drawn_is_driven_as_it_is_drawn() {
-    // A road of 60 m, a right angle with 6 m, and a road of 60 m.
+fn the_drawn_shape_counts_on_a_road_declared_twice_as_long() {
+    // The route is a road of 60 m, a right angle with a radius of 6 m, and a road of 60 m.
     let arc = (0..=9).map(|i| dvec2(60.0, 6.0) + DVec2::from_angle(PI / 2.0 * f64::from(i) / 9.0 - PI / 2.0) * 6.0);
     let mut shape = vec![DVec2::ZERO];
     shape.extend(arc);
@@ -360,7 +361,7 @@ fn a_road_that_is_declared_twice_as_long_as_it_is_drawn_is_driven_as_it_is_drawn
 
 #[test]
 fn a_perfect_driver_holds_the_advised_speed() {
-    // 0.000 m/s after 40 s.
+    // Measured: an error of 0.000 m/s after 40 s.
     let route = ring(39.8);
     for speed in [1.0, 2.0, 4.0, 4.43, 8.0] {
         let seen = OfflineDrive { advised: &|_| Some(speed), ..calm(&route, "perfect") }.go();
@@ -371,8 +372,8 @@ fn a_perfect_driver_holds_the_advised_speed() {
 }
 
 #[test]
-fn a_follower_wanders_about_the_advised_speed_by_his_error() {
-    // Error 0.3 m/s: measured 4.01 +- 0.30 m/s.
+fn a_follower_wanders_about_the_advised_speed_by_its_error() {
+    // With an error of 0.3 m/s: measured 4.01 +- 0.30 m/s.
     let route = ring(102.0);
     let seen =
         OfflineDrive { advised: &|_| Some(4.0), start_speed_mps: 4.0, seconds: 600.0, ..calm(&route, "follow") }.go();
@@ -381,7 +382,7 @@ fn a_follower_wanders_about_the_advised_speed_by_his_error() {
 }
 
 #[test]
-fn a_changed_advice_moves_the_foot_after_the_reaction_time_and_not_before() {
+fn a_changed_advice_moves_the_pedals_only_after_the_reaction_time() {
     let route = ring(2000.0);
     let params = DriverParams { error_mps: 0.0, ..preset("follow").unwrap() };
     let reaction = (params.reaction_s / TICK_S) as usize;
@@ -395,7 +396,7 @@ fn a_changed_advice_moves_the_foot_after_the_reaction_time_and_not_before() {
         let (changed, same) = (run(true), run(false));
         let differs = (0..changed.len()).find(|&i| changed[i].controls != same[i].controls).unwrap();
         assert_eq!(differs, 2000 + reaction, "{before} to {after} m/s");
-        // 80 % of the step 2 s after the reaction, all of it within 10 s, and an overshoot of 0.6 %.
+        // 80 % of the step is done 2 s after the response, all of it within 10 s, with an overshoot of 0.6 %.
         let reached = |i: usize| (changed[i].state.speed_mps - before) / (after - before);
         assert!(
             reached(differs + 200) > 0.5 && (reached(differs + 1000) - 1.0).abs() < 0.05,
@@ -409,7 +410,7 @@ fn a_changed_advice_moves_the_foot_after_the_reaction_time_and_not_before() {
 
 #[test]
 fn drivers_of_each_kind_stop_behind_a_braking_leader() {
-    // Measured: 1.62 m (sloppy at 4 m/s) to 1.80 m from the leader's bumper, where the model stops at 2 m.
+    // Measured gaps: 1.62 m (`sloppy` at 4 m/s) to 1.80 m, where the model stops at 2 m.
     let route = ring(2000.0);
     for name in PRESETS {
         for speed in [4.0, 10.0, 20.0] {
@@ -424,18 +425,18 @@ fn drivers_of_each_kind_stop_behind_a_braking_leader() {
 }
 
 #[test]
-fn stop_and_go_is_driven_with_calm_feet_and_no_contact() {
+fn stop_and_go_is_driven_with_few_pedal_changes_and_no_contact() {
     let route = ring(2000.0);
     for name in PRESETS {
         let run = OfflineDrive { advised: &|_| Some(6.0), seconds: 230.0, ..calm(&route, name) };
         let seen = OfflineDrive { leader: Some(&sawtooth_leader), ..run }.go();
         assert!(!seen.iter().any(|s| s.contact) && smallest_gap(&seen) > 1.0, "{name}: {} m", smallest_gap(&seen));
         assert!(!seen.iter().any(|s| s.controls.throttle > 0.0 && s.controls.brake > 0.0), "{name}: both pedals");
-        // Ten rounds, each with one way onto the brake and one off it: 19 to 21 changes.
+        // Ten rounds, each with one application and one release of the brake: 19 to 21 changes.
         let edges = brake_edges(&seen);
         assert!(edges.len() <= 24, "{name}: {} changes to or from the brake", edges.len());
         assert!(edges.windows(2).all(|w| w[1] - w[0] > 0.3), "{name}: the foot dances: {edges:?}");
-        // He stands while the leader stands.
+        // The ego stands while the leader stands.
         let standing = seen.iter().filter(|s| s.state.speed_mps.abs() < 0.02).count() as f64 * TICK_S;
         assert!(standing > 40.0, "{name}: stood for {standing} s");
     }
@@ -447,14 +448,14 @@ fn without_advice_the_model_drives_and_slows_for_bends() {
     let seen = OfflineDrive { seconds: 200.0, ..calm(&route, "idm") }.go();
     let top = seen.iter().map(|s| s.state.speed_mps).fold(0.0, f64::max);
     let sideways = seen.iter().map(|s| s.state.lateral_accel_mps2.abs()).fold(0.0, f64::max);
-    // 24.4 m/s on 500 m of straight from the bend's 12.2 m/s, at the model's 1 m/s2. Measured 3.9 m/s2 where the bend
-    // of this oval begins at once, 0.37 m inside its line.
+    // On 500 m of straight the ego reaches 24.4 m/s from the bend's 12.2 m/s, at the model's 1 m/s2. Measured: 3.9 m/s2 where the bend of
+    // this oval begins without a transition, 0.37 m inside its line.
     assert!(top > 20.0, "{top}");
     assert!(sideways < 4.5 && farthest(&seen) < 0.5, "{sideways} {}", farthest(&seen));
 }
 
 #[test]
-fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
+fn a_driver_handles_a_car_without_creep() {
     let mut car = CarParams::default();
     car.gearbox.creep = false;
     let mut ego = EgoCar::new(&car, Pose::default(), 0.0, 0).unwrap();
@@ -480,7 +481,7 @@ fn a_driver_of_a_car_without_creep_needs_no_other_feet() {
 }
 
 #[test]
-fn the_same_seed_drives_the_same_and_another_does_not() {
+fn the_same_seed_drives_alike_and_another_seed_does_not() {
     let route = ring(39.8);
     let run = |seed| {
         let seen = OfflineDrive { seed, advised: &|_| Some(4.0), seconds: 20.0, ..calm(&route, "sloppy") }.go();

@@ -1,5 +1,5 @@
-//! What must hold of the ego as a whole: it accelerates, brakes, corners and stands like a mid-size saloon, keeps out
-//! of other cars, and does the same twice. Figures in the comments are measured.
+//! Requirements on the ego as a whole: it accelerates, brakes, corners and stands like a mid-size saloon, stays outside other vehicles, and
+//! repeats a drive exactly. Figures in the comments are measured.
 
 use codrive::{
     controls::{Controls, STEERING_RATIO, Selector},
@@ -43,7 +43,7 @@ fn drive_on(ego: &mut EgoCar, controls: Controls, seconds: f64, ground: &Uniform
     (0..ticks).map(tick).collect()
 }
 
-/// Largest jerk, m/s3: the change of the mean acceleration of a tenth of a second from one such tenth to the next.
+/// Returns the largest jerk, m/s3: the change of the mean acceleration from one tenth of a second to the next.
 fn jerk(states: &[EgoState]) -> f64 {
     let mean = |w: &[EgoState]| w.iter().map(|s| s.accel_mps2).sum::<f64>() / w.len() as f64;
     let tenths: Vec<f64> = states.windows(10).map(mean).collect();
@@ -55,7 +55,7 @@ fn tilt(state: &EgoState) -> (f32, f32) {
     (pitch, roll)
 }
 
-/// Drives with a steady steering wheel at `speed_mps` until the circle is steady; returns its radius and last state.
+/// Drives with a constant steering angle at `speed_mps` until the circle is steady; returns its radius, metres, and the last state.
 fn circle(speed_mps: f64, road_wheel_rad: f64) -> (f64, EgoState) {
     let mut ego = car(speed_mps);
     let mut integral = 0.0;
@@ -73,7 +73,7 @@ fn circle(speed_mps: f64, road_wheel_rad: f64) -> (f64, EgoState) {
 }
 
 #[test]
-fn it_settles_on_its_springs_and_stays() {
+fn the_car_settles_on_its_springs_and_stays() {
     let states = drive(&mut car(0.0), gear(Selector::Neutral), 10.0);
     let highest = states.iter().map(|s| s.position.z.abs()).fold(0.0, f64::max);
     assert!(highest < 1e-4, "{highest} m off the road");
@@ -87,8 +87,8 @@ fn it_settles_on_its_springs_and_stays() {
 }
 
 #[test]
-fn it_stands_for_a_minute_on_the_brake_within_a_millimetre() {
-    // 0.59 mm, all of it in the first half second, when the creep leans on the standing tyres; then nothing.
+fn the_car_stands_for_a_minute_on_the_brake_within_a_millimetre() {
+    // Measured: 0.59 mm, all in the first half second, when the creep torque loads the standing tyres; then nothing.
     for controls in [brake(1.0), brake(0.3), gear(Selector::Neutral)] {
         let states = drive(&mut car(0.0), controls, 60.0);
         let farthest = states.iter().map(|s| s.position.length()).fold(0.0, f64::max);
@@ -100,8 +100,8 @@ fn it_stands_for_a_minute_on_the_brake_within_a_millimetre() {
 }
 
 #[test]
-fn it_stands_still_after_a_drive_as_well() {
-    // Stops that are not straight leave tyres and springs loaded sideways.
+fn the_car_stands_still_after_a_drive_as_well() {
+    // Stops with steering leave tyres and springs loaded sideways.
     let mut ego = car(8.0);
     let turning = Controls { steering_wheel_rad: 2.0, ..throttle(0.2) };
     drive(&mut ego, turning, 2.0);
@@ -112,8 +112,8 @@ fn it_stands_still_after_a_drive_as_well() {
 }
 
 #[test]
-fn it_reaches_100_kmh_in_8_to_12_s_and_a_plausible_top_speed() {
-    // 9.1 s and 214 km/h.
+fn the_car_reaches_100_kmh_in_8_to_12_s_and_a_plausible_top_speed() {
+    // Measured: 9.1 s and 214 km/h.
     let states = drive(&mut car(0.0), throttle(1.0), 90.0);
     let time_s = states.iter().position(|s| s.speed_mps > 100.0 / 3.6).unwrap() as f64 * TICK_S;
     assert!((8.0..12.0).contains(&time_s), "0-100 km/h in {time_s} s");
@@ -123,7 +123,7 @@ fn it_reaches_100_kmh_in_8_to_12_s_and_a_plausible_top_speed() {
 
 #[test]
 fn full_braking_from_50_kmh_takes_10_to_14_m_and_is_straight() {
-    // 10.9 m, 0.00 m aside.
+    // Measured: 10.9 m, and 0.00 m to the side.
     let mut ego = car(50.0 / 3.6);
     let states = drive(&mut ego, brake(1.0), 4.0);
     let end = states.last().unwrap();
@@ -147,8 +147,8 @@ fn the_anti_lock_brake_leaves_grip_to_steer() {
 
 #[test]
 fn the_rings_circle_needs_the_bicycle_models_steering() {
-    // delta = L / r + (1/c_f - 1/c_r) a_y / g, c: cornering stiffness per load. On r = 39.8 m at 10 m/s: 4.03 degrees
-    // from geometry and 0.20 from understeer.
+    // delta = L / r + (1/c_f - 1/c_r) a_y / g, with c: cornering stiffness per load. On r = 39.8 m at 10 m/s: 4.03 degrees from geometry
+    // and 0.20 from understeer.
     let p = CarParams::default();
     let gradient = 1.0 / p.tyres.front_cornering - 1.0 / p.tyres.rear_cornering;
     for (radius_m, speed_mps) in [(39.8, 3.0), (39.8, 10.0), (102.0, 10.0)] {
@@ -171,7 +171,7 @@ fn the_steering_wheel_pulls_back_and_lets_go_when_the_tyres_slide() {
     let (small, medium) = (torque(0.02), torque(0.04));
     assert!(small < -0.2 && medium < 1.5 * small, "{small} {medium}");
     assert!((torque(-0.02) + small).abs() < 0.02, "left and right differ");
-    // Far beyond the grip the pneumatic trail is gone.
+    // Far beyond the grip limit there is no pneumatic trail.
     let sliding = torque(0.35);
     assert!(sliding.abs() < torque(0.09).abs(), "{sliding}");
     let standing = drive(&mut car(0.0), Controls { steering_wheel_rad: 3.0, ..brake(1.0) }, 2.0);
@@ -182,7 +182,7 @@ fn the_steering_wheel_pulls_back_and_lets_go_when_the_tyres_slide() {
 fn the_body_rolls_outwards_dives_and_squats_a_little() {
     let (_, state) = circle(10.0, 0.073);
     let (_, roll) = tilt(&state);
-    // Left turn: the right side goes down, a positive turn about x. 0.25 g.
+    // In a left turn the right side goes down: a positive rotation about x. The lateral acceleration is 0.25 g.
     assert!((0.008..0.03).contains(&roll), "roll {roll}");
     let dive = drive(&mut car(25.0), brake(0.5), 2.0);
     let (pitch, _) = tilt(dive.last().unwrap());
@@ -204,8 +204,8 @@ fn the_pitch_after_a_stop_dies_within_a_second() {
 }
 
 #[test]
-fn without_a_pedal_it_creeps_at_walking_pace_unless_told_not_to() {
-    // 1.71 m/s, 6.1 km/h.
+fn without_a_pedal_the_car_creeps_unless_creep_is_off() {
+    // Measured: 1.71 m/s, 6.1 km/h.
     let states = drive(&mut car(0.0), throttle(0.0), 20.0);
     let creep = states.last().unwrap().speed_mps;
     assert!((1.5..2.0).contains(&creep), "{creep}");
@@ -215,7 +215,7 @@ fn without_a_pedal_it_creeps_at_walking_pace_unless_told_not_to() {
     let mut ego = EgoCar::new(&params, Pose::default(), 0.0, 0).unwrap();
     let moved = drive(&mut ego, throttle(0.0), 20.0).last().unwrap().position.length();
     assert!(moved < 0.001, "{moved}");
-    // And it still drives.
+    // The car still drives.
     assert!(drive(&mut ego, throttle(0.15), 5.0).last().unwrap().speed_mps > 1.5);
     drive(&mut ego, throttle(0.0), 60.0);
     assert!(ego.state().speed_mps.abs() < 0.01, "{}", ego.state().speed_mps);
@@ -223,8 +223,7 @@ fn without_a_pedal_it_creeps_at_walking_pace_unless_told_not_to() {
 
 #[test]
 fn walking_pace_is_smooth() {
-    // Measured: creep 3.9, gentle stop at 1.2 m/s2 4.4 (the last jolt of any car that stops on a steady pedal), pulling
-    // away 3.3 m/s3.
+    // Measured, m/s3: creep 3.9; gentle stop at 1.2 m/s2 4.4 (the last jolt of any car that stops on a constant pedal); pulling away 3.3.
     let mut ego = car(0.0);
     drive(&mut ego, brake(0.3), 3.0);
     let creep = drive(&mut ego, throttle(0.0), 10.0);
@@ -242,27 +241,27 @@ fn gear_changes_are_mild_and_never_taken_back() {
         let states = drive(&mut car(0.0), throttle(tenth as f32 / 10.0), 60.0);
         let gears: Vec<i8> = states.iter().map(|s| s.gear).collect();
         assert!(gears.windows(2).all(|w| w[1] == w[0] || w[1] == w[0] + 1), "throttle {tenth}: {gears:?}");
-        // After the first second, in which the foot itself is a step. Measured: 0.4 at 0.1, 1.5 at 0.3, 6.5 at 1.0.
+        // The first second is left out, because the pedal step itself causes jerk. Measured: 0.4 at 0.1, 1.5 at 0.3, 6.5 at 1.0.
         let (jerk, limit) = (jerk(&states[100..]), if tenth <= 3 { 2.0 } else { 8.0 });
         assert!(jerk < limit, "throttle {tenth}: {jerk} m/s3");
     }
-    // Rolling out changes down one by one, just as mildly: 1.5 m/s3.
+    // Coasting to a stop shifts down one by one, just as mildly: 1.5 m/s3.
     let states = &drive(&mut car(25.0), throttle(0.0), 120.0)[200..];
     assert!(states.windows(2).all(|w| w[1].gear == w[0].gear || w[1].gear == w[0].gear - 1));
     assert!(states.last().unwrap().gear == 1 && jerk(states) < 3.0, "{}", jerk(states));
 }
 
 #[test]
-fn coasting_slows_it_plausibly() {
-    // Drag, rolling resistance and the engine: 0.34 m/s2 at 25 m/s, 0.30 at 10 m/s.
+fn coasting_slows_the_car_plausibly() {
+    // Deceleration by drag, rolling resistance and the engine: 0.34 m/s2 at 25 m/s, 0.30 at 10 m/s.
     let decel = |speed: f64| -drive(&mut car(speed), throttle(0.0), 3.0).last().unwrap().accel_mps2;
     assert!((0.25..0.6).contains(&decel(25.0)), "{}", decel(25.0));
     assert!((0.1..0.5).contains(&decel(10.0)), "{}", decel(10.0));
 }
 
 #[test]
-fn a_simple_foot_holds_4_mps() {
-    // On and off: what a key does. The foot presses 0.2 below and releases above; the speed stays within 0.5 m/s.
+fn an_on_off_pedal_holds_4_mps() {
+    // The target of the pedal is on or off, as with a key: 0.25 below 4 m/s, 0 above. The speed stays within 0.5 m/s.
     let mut ego = car(4.0);
     let mut pedal = 0.0f32;
     for i in 0..6000 {
@@ -276,7 +275,7 @@ fn a_simple_foot_holds_4_mps() {
 
 #[test]
 fn grass_is_slow_and_slippery() {
-    // 28.2 km/h at full throttle.
+    // Measured: 28.2 km/h at full throttle.
     let states = drive_on(&mut car(0.0), throttle(1.0), 60.0, &MEADOW);
     let top_kmh = states.last().unwrap().speed_mps * 3.6;
     assert!((22.0..32.0).contains(&top_kmh), "{top_kmh}");
@@ -301,7 +300,7 @@ fn reverse_goes_in_only_near_a_standstill() {
     let states = drive(&mut ego, back, 4.0);
     let end = states.last().unwrap();
     assert!(end.speed_mps < -1.5 && end.gear == -1 && end.position.x < states[0].position.x, "{}", end.speed_mps);
-    // A forward gear is refused as well while it rolls back.
+    // A forward gear is also refused while the car rolls back.
     assert_eq!(drive(&mut ego, throttle(0.0), 0.1).last().unwrap().gear, -1);
 }
 
@@ -324,7 +323,7 @@ fn wheels_roll_as_far_as_the_car_drives() {
 
 #[test]
 fn the_prediction_meets_the_future() {
-    // A tenth of a second ahead, as the traffic needs it: straight braking, a bend, a stop.
+    // The prediction is a tenth of a second ahead, as the traffic needs it: straight braking, a bend, a stop.
     let mut ego = car(10.0);
     let bend = Controls { steering_wheel_rad: 1.0, ..throttle(0.2) };
     drive(&mut ego, bend, 3.0);
@@ -333,7 +332,7 @@ fn the_prediction_meets_the_future() {
             let (pose, speed) = ego.predict(0.1);
             let now = drive(&mut ego, controls, 0.1).pop().unwrap();
             let miss = (pose.position - now.pose().position).length();
-            // At the foot's steps the acceleration is not constant: 2.2 m/s2 for 0.1 s are 11 mm and 0.2 m/s.
+            // At pedal steps the acceleration is not constant: 2.2 m/s2 for 0.1 s are 11 mm and 0.2 m/s.
             assert!(miss < 0.013 && (speed - now.speed_mps).abs() < 0.25, "{miss} {speed} {}", now.speed_mps);
         }
         let (pose, _) = ego.predict(0.1);
@@ -346,7 +345,7 @@ fn the_prediction_meets_the_future() {
     assert!(speed == 0.0 && pose.position.x < 0.2, "a braked car stops and stays: {speed} {pose:?}");
 }
 
-/// A car standing across the way at 30 m, its side or tail turned by `yaw_rad`.
+/// Drives into a standing car at 30 m, rotated by `yaw_rad`. Returns the ego and the contacts with their ticks.
 fn run_into(speed_mps: f64, yaw_rad: f64) -> (EgoCar, Vec<(usize, Contact)>) {
     let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), speed_mps, 1).unwrap();
     let obstacle = [Obstacle { pose: Pose::new(dvec2(30.0, 0.2), yaw_rad), speed_mps: 0.0, ..Obstacle::default() }];
@@ -358,14 +357,14 @@ fn run_into(speed_mps: f64, yaw_rad: f64) -> (EgoCar, Vec<(usize, Contact)>) {
 }
 
 #[test]
-fn it_cannot_pass_through_a_standing_car() {
+fn the_ego_cannot_pass_through_a_standing_car() {
     for speed in [5.0, 30.0, 60.0] {
         for yaw in [0.0, 0.3, 1.57] {
             let (ego, contacts) = run_into(speed, yaw);
             let (_, first) = contacts[0];
             assert!((first.closing_mps - first.ego_speed_mps).abs() < 0.5, "{first:?}");
             assert!(first.ego_speed_mps > 0.9 * speed && first.car_speed_mps == 0.0, "{first:?}");
-            // Bumper to bumper at 25 m when the other stands straight; with its side towards us at 26.6 m.
+            // Contact is at 25 m, bumper to bumper, if the other car stands straight, and at 26.6 m if its side faces the ego.
             let nearest = if yaw > 1.0 { 26.7 } else { 25.5 };
             let s = ego.state();
             let passed = s.position.x > nearest && s.position.y.abs() < 1.5;
@@ -379,7 +378,7 @@ fn it_cannot_pass_through_a_standing_car() {
 }
 
 #[test]
-fn a_car_that_drives_into_it_pushes_it() {
+fn a_car_that_drives_into_the_ego_pushes_it() {
     for speed in [2.0, 15.0, 30.0] {
         let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
         let mut first = None;
@@ -399,7 +398,7 @@ fn a_car_that_drives_into_it_pushes_it() {
 }
 
 #[test]
-fn a_car_that_appears_on_top_of_it_does_no_harm() {
+fn a_car_that_appears_on_top_of_the_ego_does_no_harm() {
     let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 1).unwrap();
     for i in 0..500 {
         let x = if i < 50 { 400.0 } else { 3.0 };
@@ -412,8 +411,7 @@ fn a_car_that_appears_on_top_of_it_does_no_harm() {
     assert!(s.position.z.abs() < 0.01 && pitch.abs() < 0.01 && roll.abs() < 0.02, "{s:?}");
 }
 
-/// The sign of a quaternion changes where a heading passes west; taken for a turn of its own, it threw the ego away with
-/// 300 m/s.
+/// The sign of a quaternion changes when a heading passes west. When this was taken for a rotation, it threw the ego away at 300 m/s.
 #[test]
 fn a_car_that_turns_past_west_pushes_no_harder() {
     for heading in [0.0, std::f64::consts::PI] {
@@ -426,7 +424,7 @@ fn a_car_that_turns_past_west_pushes_no_harder() {
     }
 }
 
-/// A drive with pedals and wheel drawn at random, and a car that comes and goes.
+/// Runs a drive with random pedals and steering, and a car that appears and disappears.
 fn random_drive(seed: u64, ticks: usize, start: DVec2) -> Vec<EgoState> {
     let mut draw = rng::stream(seed, "fuzz");
     let speed = draw.uniform(0.0, 40.0);
@@ -460,7 +458,7 @@ fn random_drive(seed: u64, ticks: usize, start: DVec2) -> Vec<EgoState> {
 }
 
 #[test]
-fn no_driver_can_break_it() {
+fn no_controls_can_break_the_ego() {
     for seed in 0..500 {
         for s in random_drive(seed, 200, DVec2::ZERO) {
             let numbers = [s.speed_mps, s.accel_mps2, s.lateral_accel_mps2, s.yaw_rate, f64::from(s.engine_rpm)];

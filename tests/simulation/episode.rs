@@ -1,5 +1,5 @@
-//! Whole drives that are advised from outside, hold by hold: to the bit the same as drives whose policy gives the same advice, and rewards
-//! as counted by hand. `python/tests/test_drive.py` drives the last of them, too.
+//! Whole drives advised from outside, hold by hold: equal to the bit to drives whose policy gives the same advice, with rewards as computed
+//! by hand. `python/tests/test_drive.py` also runs the last of them.
 
 use crate::world::one_at_a_time;
 use codrive::{
@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use std::{collections::BTreeSet, fmt::Write};
 
 const GRID: &str = "tests/data/networks/grid-signals.net.xml";
-/// What Rust and Python both come to. Where drives have changed on purpose: what the test prints.
+/// Expected result of Rust and Python. After an intended change of drives, replace it by the output of the test.
 const EXPECTED: &str = include_str!("../../python/tests/drive.txt");
 
 fn config_of(map: &str, driver: Option<&str>, demand: Demand, set: Value) -> Result<EpisodeConfig, SettingsError> {
@@ -34,7 +34,7 @@ fn on_ring(set: Value) -> EpisodeConfig {
     config_of("ring-250", Some("follow"), Demand::default(), set).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Cars across the grid, 1,200 an hour together; the ego goes round.
+/// Returns a configuration with 1,200 cars an hour in total across the grid; the ego drives round.
 fn on_grid(mut set: Value) -> EpisodeConfig {
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 400.0, mix: Vec::new() };
     let flows = vec![flow("A0B0", "B2C2"), flow("C2C1", "A1A0"), flow("A2A1", "C0B0")];
@@ -50,7 +50,7 @@ fn begin(config: &EpisodeConfig, seed: u64) -> Episode {
     Episode::begin(config, seed).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Everybody is advised this.
+/// Runs one hold with the same action for every agent.
 fn hold(episode: &mut Episode, action: f32) -> HoldOutcome {
     let actions = vec![action; episode.agents().len()];
     episode.hold(&actions).unwrap_or_else(|error| panic!("{error}"))
@@ -60,13 +60,13 @@ fn agents(episode: &Episode) -> Vec<u32> {
     episode.agents().map(|id| id.0).collect()
 }
 
-/// All states of a drive so far, one more step.
+/// Adds one more step to the chained hash of a drive's states.
 fn chained(world: &World, before: u64) -> u64 {
     let own = world.snapshot().hash(before);
     world.advised_others().iter().fold(own, |hash, agent| agent.snapshot().hash(hash))
 }
 
-/// A drive whose policy always advises `speed_mps`, for as many steps: its fingerprint.
+/// Runs a drive of `steps` steps whose policy always advises `speed_mps`. Returns its fingerprint.
 fn by_policy(config: &EpisodeConfig, speed_mps: f64, seed: u64, steps: usize) -> u64 {
     let scenario = Scenario {
         policy: "constant".into(),
@@ -83,10 +83,10 @@ fn by_policy(config: &EpisodeConfig, speed_mps: f64, seed: u64, steps: usize) ->
 }
 
 #[test]
-fn advice_from_outside_is_to_the_bit_that_of_a_policy_which_advises_the_same() {
+fn outside_advice_equals_the_same_advice_of_a_policy_to_the_bit() {
     let _guard = one_at_a_time();
     for traffic in ["native", "sumo"] {
-        // Level 4 of 0 to 10 m/s in eleven levels.
+        // Level 4 of eleven levels from 0 to 10 m/s.
         let config = on_ring(json!({
             "traffic": traffic, "advised": 4.to_string(), "action": "speed", "levels": 11, "warm_up_s": 20.0,
         }));
@@ -100,15 +100,15 @@ fn advice_from_outside_is_to_the_bit_that_of_a_policy_which_advises_the_same() {
         let fingerprint = episode.fingerprint();
         drop(episode);
         assert_eq!(fingerprint, by_policy(&config, 4.0, 3, 120), "{traffic}");
-        // What is advised, and the seed, do matter.
+        // The advice and the seed change the result.
         assert_ne!(fingerprint, by_policy(&config, 4.5, 3, 120));
         assert_ne!(fingerprint, by_policy(&config, 4.0, 4, 120));
     }
 }
 
 #[test]
-fn a_controller_that_is_asked_outside_drives_as_within_to_the_bit() {
-    // It answers what each agent is told at each hold with a speed of its own, and looks at nothing between.
+fn a_controller_outside_the_world_drives_as_inside_to_the_bit() {
+    // It returns its own speed for each agent's observation at each hold, and observes nothing in between.
     let scenario = Scenario {
         traffic: "native".parse().expect("an engine"),
         advised: "4".parse().expect("a number"),
@@ -137,7 +137,7 @@ fn a_controller_that_is_asked_outside_drives_as_within_to_the_bit() {
     assert!(aims.len() > 1, "they are advised differently: {aims:?}");
 }
 
-/// A drive as [`OfflineDrive`] makes it, with policies that stand outside of the world.
+/// Drive as made by [`OfflineDrive`], with policies outside the world.
 struct OfflineDriveFromOutside {
     world: World,
     driver: codrive::driver::SimulatedDriver,
@@ -177,9 +177,9 @@ impl OfflineDriveFromOutside {
 }
 
 #[test]
-fn on_a_network_agents_come_and_go_and_what_is_advised_is_to_the_bit_that_of_a_policy() {
+fn advice_to_agents_on_a_network_equals_a_policys_to_the_bit() {
     let _alone = one_at_a_time();
-    // A hold of one step, so that whoever comes is advised at once by either.
+    // With a hold of one step, both advise an entering vehicle at once.
     let set = json!({
         "action": "speed", "levels": 11, "top_speed_mps": 10.0, "hold_s": 0.1, "horizon_s": 90.0,
     });
@@ -203,7 +203,7 @@ fn on_a_network_agents_come_and_go_and_what_is_advised_is_to_the_bit_that_of_a_p
             assert!(agent.reward.is_finite() && agent.last_seen.speed_mps > -0.5, "{agent:?}");
         }
     }
-    // Chance, known of the streams alone, takes at most these.
+    // The random streams alone determine the vehicles that may be chosen.
     let may = |id: &u32| *id == 0 || rng::stream(1, &format!("vehicle/{id}/advised")).uniform(0.0, 1.0) < 0.5;
     assert!(ever.iter().all(may), "{ever:?}");
     assert!(ever.len() >= 6 && !gone.is_empty(), "{ever:?} were advised, {gone:?} have left");
@@ -214,11 +214,11 @@ fn on_a_network_agents_come_and_go_and_what_is_advised_is_to_the_bit_that_of_a_p
 }
 
 #[test]
-fn who_comes_within_a_hold_is_advised_from_the_next_one_on() {
+fn a_vehicle_that_enters_within_a_hold_is_advised_from_the_next() {
     let _alone = one_at_a_time();
     let config = on_grid(json!({ "action": "speed", "levels": 11, "hold_s": 5.0, "horizon_s": 60.0 }));
     assert_eq!(config.learning.network.sees, "speed,leader_speed,gap,speed_limit");
-    // The grid's limit of 13.89 m/s is the highest advice, and what becomes 1.
+    // The grid's limit of 13.89 m/s is the highest advice, action 1.
     assert!((config.learning.action_limits()[1] - 13.89).abs() < 0.01, "{:?}", config.learning.action_limits());
     let mut episode = begin(&config, 1);
     let mut late = 0;
@@ -243,11 +243,11 @@ fn who_comes_within_a_hold_is_advised_from_the_next_one_on() {
 }
 
 #[test]
-fn without_a_participant_the_drive_goes_on_alone_until_somebody_can_be_advised() {
+fn without_a_participant_a_drive_waits_for_the_first_advised_vehicle() {
     let _alone = one_at_a_time();
     let config = on_grid(json!({ "participant": false, "warm_up_s": 0.0, "hold_s": 2.0, "horizon_s": 60.0 }));
     let mut episode = begin(&config, 1);
-    // At the beginning the roads are empty.
+    // The roads are empty at the beginning.
     let waited_s = episode.world().time_s();
     assert!(waited_s > 0.0 && (waited_s / 2.0).fract().abs() < 1e-9, "{waited_s} s are whole holds");
     let (mut holds, mut most) = (0, 0);
@@ -274,7 +274,7 @@ fn rewards_are_the_mean_speeds_of_the_hold_less_penalties() {
         let first = hold(&mut episode, 2.0);
         (first, hold(&mut episode, 1.0))
     };
-    // The same advice step by step, and what the speeds are then: 0.5 m/s2, then none.
+    // The reference applies the same advice step by step and reads the speeds: 0.5 m/s2, then none.
     let set = json!({ "traffic": "native", "advised": "2", "levels": 3, "warm_up_s": 20.0, "hold_s": 1.0 });
     let config = on_ring(set);
     let scenario = Scenario { duration_s: 0.0, seed: 5, ..config.scenario.clone() };
@@ -298,7 +298,7 @@ fn rewards_are_the_mean_speeds_of_the_hold_less_penalties() {
     let (first, second) = of("all");
     near(first.mean_speed_mps, all[0]);
     for agent in 0..2 {
-        // The largest acceleration costs the whole penalty, none nothing.
+        // The largest acceleration costs the whole penalty, none costs nothing.
         near(first.agents[agent].reward, all[0] - 0.75);
         near(second.agents[agent].reward, all[1]);
     }
@@ -320,7 +320,7 @@ fn the_horizon_ends_an_episode_and_so_does_a_contact_with_its_penalty() {
     assert_eq!(truncated, [false, false, true]);
     assert!(episode.is_over() && episode.agents().len() == 0 && episode.observations().is_empty());
     assert!(matches!(episode.hold(&[]), Err(EpisodeError::Over)));
-    // To the letter, at 15 m/s, whatever is ahead; the leader begins at a standstill.
+    // The driver follows the advice of 15 m/s exactly, whatever is ahead; the leader starts at a standstill.
     let set = json!({
         "traffic": "native", "vehicles": 10, "warm_up_s": 0.0, "start": "even", "hold_s": 5.0, "horizon_s": 100.0, "advised": "2",
         "action": "speed", "levels": 2, "top_speed_mps": 15.0, "collision_penalty": 40.0,
@@ -339,7 +339,7 @@ fn the_horizon_ends_an_episode_and_so_does_a_contact_with_its_penalty() {
         assert!((rewarded.reward - (outcome.mean_speed_mps - penalty)).abs() < 1e-9, "{rewarded:?}");
     }
     assert!(world.agents().iter().any(|agent| agent.contact_count() > 0));
-    // All stand for the rest of the hold: its mean is below what was driven, by that part.
+    // All vehicles stand for the rest of the hold, which lowers its mean by that part.
     let driven = world.snapshot().tick.0 % 500 / 10;
     assert!(driven > 0 && outcome.mean_speed_mps < world.snapshot().mean_speed_mps.max(15.0) * driven as f64 / 50.0);
 }
@@ -364,7 +364,7 @@ fn drawn_drivers_differ_from_seed_to_seed_and_are_the_same_again() {
 }
 
 #[test]
-fn what_does_not_fit_is_told_with_what_is_allowed() {
+fn unsuitable_settings_are_refused_with_the_allowed_values() {
     let told = |map: &str, set: Value| config_of(map, None, Demand::default(), set).expect_err("no settings").message;
     for (set, begins) in [
         (json!({ "sees": "speed,signal_distance" }), "sees names `signal_distance`; this closed route has none"),
@@ -432,7 +432,7 @@ fn the_drive_of_python_is_that_of_rust() {
 }
 
 #[test]
-fn a_circumference_is_seen_where_its_scale_is_that_of_the_road() {
+fn the_circumference_is_an_input_if_its_scale_suits_the_road() {
     let config = |map: &str, set: Value| config_of(map, None, Demand::default(), set);
     let seen = |map: &str, set: Value| {
         let inputs = config(map, set).expect("settings").inputs();
@@ -440,7 +440,7 @@ fn a_circumference_is_seen_where_its_scale_is_that_of_the_road() {
     };
     for ring in ["ring-250", "ring-641"] {
         assert_eq!(seen(ring, json!({})), "speed,leader_speed,gap,circumference", "{ring}");
-        // Its own scale is whatever it is set to.
+        // On a ring the circumference is an input, whatever scale is set.
         let far = json!({ "scaling.circumference_from_m": 1.0, "scaling.circumference_to_m": 2.0 });
         assert_eq!(seen(ring, far), "speed,leader_speed,gap,circumference", "{ring}");
     }

@@ -1,4 +1,4 @@
-//! Whole drives over crossings without signals: one where all stop, and a road with priority. The ego comes from the south.
+//! Whole drives over crossings without signals: an all-way stop, and a road with priority. The ego comes from the south.
 
 use super::{
     network::{drive, scenario},
@@ -11,17 +11,17 @@ use codrive::{
 };
 use std::collections::BTreeSet;
 
-/// Where the line is on the ego's path, metres: 200 m to the middle of the crossing, less half of it (7.2 m).
+/// Position of the line on the ego's path, metres: 200 m to the centre of the crossing, less half of it (7.2 m).
 const LINE_M: f64 = 192.8;
 
-/// What an ego does at the crossing.
+/// Behaviour of an ego at the crossing.
 #[derive(Debug, Default)]
 struct Passage {
-    /// How often it comes to a standstill before the line.
+    /// Number of stops before the line.
     stops: u32,
-    /// Vehicles that go over their lines while it stands.
+    /// Vehicles that cross their lines while the ego stands.
     went_before: BTreeSet<VehicleId>,
-    /// Hardest braking from its first standstill to the other side, m/s2.
+    /// Hardest braking between its first stop and the other side, m/s2.
     braking_mps2: f64,
 }
 
@@ -58,16 +58,16 @@ fn pass(network: &str, path: &str, flows: Vec<Flow>, seed: u64) -> (Summary, Pas
     (summary, passage)
 }
 
-/// It went over, and nobody came near.
+/// Checks that the ego crossed without a contact or a near miss.
 fn check_peace(summary: &Summary, case: &str) {
     assert_eq!(summary.ended, Some(EndReason::PathEnd), "{case}: it stood to the end");
     assert_eq!((summary.contact_count, summary.near_misses), (0, 0), "{case}");
 }
 
 #[test]
-fn where_all_stop_the_ego_stops_once_goes_in_its_turn_and_does_not_stop_again_halfway() {
+fn at_an_all_way_stop_the_ego_stops_once_and_goes_in_its_turn() {
     let _alone = one_at_a_time();
-    // 1,600 vehicles an hour on the three other arms: somebody is nearly always there before the ego.
+    // With 1,600 vehicles an hour on the three other arms, another vehicle nearly always arrives before the ego.
     let others = || {
         let straight = [flow("NC", "CS", 500.0), flow("EC", "CW", 500.0), flow("WC", "CE", 500.0)];
         straight
@@ -85,16 +85,17 @@ fn where_all_stop_the_ego_stops_once_goes_in_its_turn_and_does_not_stop_again_ha
                 passage.went_before.len() <= 3,
                 "{case}: who comes first goes first, one of each other arm: {passage:?}"
             );
-            // Who has begun to cross and brakes is in everybody's way; an engine alone slows the car by less than 1 m/s2.
+            // A vehicle that brakes in the crossing blocks all others; the engine alone slows the car by less than 1 m/s2.
             assert!(passage.braking_mps2 < 1.0, "{case}: {passage:?}");
         }
     }
 }
 
 #[test]
-fn a_road_with_priority_is_crossed_and_entered_in_gaps_that_bother_nobody() {
+fn a_priority_road_is_crossed_and_entered_in_gaps_of_sufficient_size() {
     let _alone = one_at_a_time();
-    // A vehicle every 4.5 s on average, by chance: less than the gap for which drivers wait (docs/references.md: yield), so that some egos wait.
+    // A vehicle comes every 4.5 s on average, at random: less than the critical gap of drivers (docs/references.md: yield), so some egos
+    // wait.
     let others = || vec![flow("EC", "CW", 400.0), flow("WC", "CE", 400.0)];
     let mut waited = 0;
     for path in ["SC CN", "SC CW", "SC CE"] {

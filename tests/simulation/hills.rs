@@ -1,4 +1,4 @@
-//! A drive on a hill: its grade acts on the car, and who drives in the tunnel below is not there for it.
+//! A drive on a hill: its grade acts on the car, and vehicles in the tunnel below do not interact with it.
 
 use super::world::one_at_a_time;
 use codrive::{
@@ -16,13 +16,14 @@ use glam::{DVec2, dvec2};
 
 const HILL: &str = "tests/data/networks/hill.net.xml";
 
-/// The hill's steep piece: from 62 m to 112 m of the lane the road rises evenly, as its shape in the file says.
+/// Returns a position on the steep section, metres, and its grade: the road rises evenly from 62 m to 112 m of the lane, as its shape in
+/// the file says.
 fn slope(route: &Route) -> (f64, f64) {
     let s_m = 90.0;
     (s_m, route.grade(s_m))
 }
 
-/// A drive up the hill that begins on the steep piece.
+/// Returns a scenario for a drive up the hill that starts on the steep section.
 fn on_slope() -> Scenario {
     let route = codrive::map::RoadMap::load_along(HILL, &["up"]).expect("the hill").route;
     let path_start_m = slope(&route).0 + CAR_LENGTH_M / 2.0;
@@ -34,7 +35,7 @@ fn a_car_on_a_hill_in_neutral_rolls_back_by_g_times_the_sine_of_the_grade() {
     let _alone = one_at_a_time();
     let mut world = World::new(&on_slope()).unwrap_or_else(|error| panic!("{error}"));
     let (_, grade) = slope(&world.map().route);
-    // 5 m to 14 m high over 62.52 m on the ground.
+    // The road rises from 5 m to 14 m over 62.52 m on the ground.
     assert!((grade - 9.0 / 62.52).abs() < 0.002, "{grade}");
     let z = world.snapshot().ego.position.z;
     assert!((5.0..14.0).contains(&z), "it stands on the hill: {z}");
@@ -53,16 +54,16 @@ fn a_car_on_a_hill_in_neutral_rolls_back_by_g_times_the_sine_of_the_grade() {
     let expected_mps2 = -9.81 * (sin - rolling * cos);
     let rate_mps2 = after.speed_mps - before.speed_mps;
     println!("{rate_mps2} {expected_mps2}, z {} {}", before.position.z, after.position.z);
-    // Air holds back by 1 % at 2 m/s at most.
+    // Drag reduces the acceleration by at most 1 % at 2 m/s.
     assert!((rate_mps2 / expected_mps2 - 1.0).abs() < 0.01, "{rate_mps2} {expected_mps2}");
     assert!(after.position.z < before.position.z, "downhill");
-    // It leans with the road, nose up.
+    // The car pitches with the road, nose up.
     let nose = (after.rotation * glam::Vec3::X).z;
     assert!((f64::from(nose) - sin).abs() < 0.01, "{nose} {sin}");
 }
 
 #[test]
-fn on_a_hill_the_brake_holds_a_car_and_the_engine_at_idle_holds_it_with_the_pull_of_its_converter() {
+fn on_a_hill_the_brake_holds_the_car_and_the_converter_pulls_at_idle() {
     let _alone = one_at_a_time();
     let mut world = World::new(&Scenario { creep: true, ..on_slope() }).unwrap_or_else(|error| panic!("{error}"));
     let (_, grade) = slope(&world.map().route);
@@ -79,7 +80,7 @@ fn on_a_hill_the_brake_holds_a_car_and_the_engine_at_idle_holds_it_with_the_pull
             world.snapshot().ego.speed_mps
         })
         .collect();
-    // A standing converter takes k w^2 at idle and multiplies it; first gear and final drive carry it to the axle.
+    // A stalled converter takes k w^2 at idle and multiplies it; first gear and final drive transmit it to the axle.
     let p = world.ego_params();
     let idle_rad_s = p.engine.idle_rpm * std::f64::consts::TAU / 60.0;
     let turbine_nm = p.gearbox.pump_nms2 * idle_rad_s * idle_rad_s * p.gearbox.stall_ratio * p.gearbox.efficiency;
@@ -92,7 +93,7 @@ fn on_a_hill_the_brake_holds_a_car_and_the_engine_at_idle_holds_it_with_the_pull
     assert!((rate_mps2 / expected_mps2 - 1.0).abs() < 0.02, "{rate_mps2} {expected_mps2}");
 }
 
-/// A road to the east that rises evenly.
+/// Road to the east that rises evenly.
 struct Slope(f64);
 
 impl GroundModel for Slope {
@@ -105,8 +106,8 @@ impl GroundModel for Slope {
     }
 }
 
-/// Where the front of a car is in each tick, metres from a line, that its driver comes to with 10 m/s from 50 m before and stops at, and that
-/// opens after 30 s.
+/// Returns the position of the front of a car in each tick, metres from a line. Its driver approaches the line at 10 m/s from 50 m away and
+/// stops; the line opens after 30 s.
 fn stops_at_a_line(grade: f64) -> Vec<f64> {
     let (car, line_m) = (CarParams::default(), 50.0);
     let start = Pose::new(dvec2(-CAR_LENGTH_M / 2.0, 0.0), 0.0);
@@ -130,15 +131,15 @@ fn stops_at_a_line(grade: f64) -> Vec<f64> {
 }
 
 #[test]
-fn a_driver_stops_before_a_line_on_a_hill_stands_there_and_drives_off_without_rolling_back() {
-    // Streets are as steep as 12 %; the steepest of public roads are 20 % and more.
+fn a_driver_stops_at_a_line_on_a_hill_and_starts_without_rolling_back() {
+    // Streets are as steep as 12 %; the steepest public roads have 20 % and more.
     for grade in [-0.2, -0.12, 0.0, 0.12, 0.2] {
         let fronts = stops_at_a_line(grade);
         let (stood_m, then_m) = (fronts[1500], fronts[3000]);
         assert!((-4.0..=0.0).contains(&stood_m), "{grade}: it stands {stood_m} m before the line");
         assert!((then_m - stood_m).abs() < 0.02, "{grade}: it moves by {} m in 15 s", then_m - stood_m);
         let back_m = fronts[3000..].iter().fold(f64::INFINITY, |least, front_m| front_m.min(least)) - then_m;
-        // Nobody behind is nearer than a metre.
+        // No vehicle behind is closer than a metre.
         assert!(
             back_m > -1.0 && fronts[3999] > 10.0,
             "{grade}: it rolls back {back_m} m and drives {} m",
@@ -148,10 +149,10 @@ fn a_driver_stops_before_a_line_on_a_hill_stands_there_and_drives_off_without_ro
 }
 
 #[test]
-fn a_car_on_a_hill_is_not_touched_by_those_in_the_tunnel_below() {
+fn vehicles_in_the_tunnel_below_do_not_touch_a_car_on_the_hill() {
     let _alone = one_at_a_time();
-    // By its description the road up crosses above the tunnel at (139, 31.5), 17 m high; the tunnel lies 2.6 m below zero there. The network
-    // begins at y = 0, 100 m to the south of the description's.
+    // By its description, the road crosses above the tunnel at (139, 31.5), 17 m high; the tunnel lies 2.6 m below zero there. The network
+    // begins at y = 0, 100 m south of the description's origin.
     let route = codrive::map::RoadMap::load_along(HILL, &["up"]).expect("the hill").route;
     let above_m = route.project(dvec2(140.3, 130.0), None).s_m;
     let flow = Flow { from: "tunnel".into(), to: "tunnel".into(), per_hour: 1200.0, mix: Vec::new() };

@@ -1,4 +1,4 @@
-//! Lanes beside the ego's in a drive: what a policy is told of who is there, and of where the path changes lanes.
+//! Lanes beside the ego's in a drive: a policy's inputs for vehicles there, and for lane changes of the path.
 
 use super::{
     network::{GRID, drive, driver, flows, policy_that_sees, scenario},
@@ -12,8 +12,8 @@ use codrive::{
     traffic::{Demand, Flow},
 };
 
-/// The gap to the next vehicle ahead of an ego that drives up B0B1 in its outer lane, in the inner lane (x = 91.60 m in the file), by where bodies are on
-/// the ground. `None` where one is about to leave that lane, or to come in.
+/// Returns the gap from an ego that drives up B0B1 in its outer lane to the next vehicle ahead in the inner lane (x = 91.60 m in the file),
+/// by the positions of bodies on the ground. `None` if a vehicle is about to leave that lane or to enter it.
 fn gap_by_bodies_m(snapshot: &Snapshot) -> Option<f64> {
     let own_m = snapshot.ego.pose().front(CAR_LENGTH_M).y;
     let on_street = snapshot.cars.iter().filter(|car| car.pose.yaw_rad.sin() > 0.9 && car.pose.position.y < 260.0);
@@ -32,10 +32,10 @@ fn gap_by_bodies_m(snapshot: &Snapshot) -> Option<f64> {
 }
 
 #[test]
-fn a_policy_is_told_the_gap_to_the_next_vehicle_in_the_lane_beside() {
+fn a_policy_gets_the_gap_to_the_next_vehicle_in_the_lane_beside() {
     let _alone = one_at_a_time();
     let folder = tempfile::tempdir().expect("a folder");
-    // It advises 2 m/s at 0 m and 8 m/s at 60 m and beyond.
+    // The policy advises 2 m/s at 0 m and 8 m/s at 60 m and beyond.
     let policy = policy_that_sees(folder.path(), "left_leader_gap", 0.0, 60.0);
     let drive = Scenario { policy, hold_s: 1.0, warm_up_s: 40.0, ..scenario("B0B1 B1B2", flows()) };
     let mut world = World::new(&drive).unwrap_or_else(|error| panic!("{error}"));
@@ -59,7 +59,7 @@ fn a_policy_is_told_the_gap_to_the_next_vehicle_in_the_lane_beside() {
 }
 
 #[test]
-fn a_policy_is_told_of_lines_and_of_the_end_of_a_lane_and_refused_where_no_lane_is_beside() {
+fn a_policy_gets_distances_to_lines_and_lane_ends_if_they_exist() {
     let _alone = one_at_a_time();
     let folder = tempfile::tempdir().expect("a folder");
     let first_advice_mps = |map: &str, path: &str, feature: &str, to: f64| {
@@ -72,7 +72,7 @@ fn a_policy_is_told_of_lines_and_of_the_end_of_a_lane_and_refused_where_no_lane_
         Ok::<f64, String>(world.snapshot().advice.expect("advice").target_mps)
     };
     let (round, town) = ("tests/data/networks/roundabout.net.xml", "tests/data/networks/town.net.xml");
-    // The way to what is seen is the middle of the range, where 5 m/s are advised: by the lengths in the files, less 20 m.
+    // The distance to the feature is the middle of the range, where 5 m/s are advised: from the lengths in the files, less 20 m.
     for (map, path, feature, way_m) in [
         (round, "Ss se eE", "yield_distance", 124.07 - 20.0),
         (town, "cn nne", "stop_distance", 104.90 - 20.0),
@@ -86,10 +86,10 @@ fn a_policy_is_told_of_lines_and_of_the_end_of_a_lane_and_refused_where_no_lane_
 }
 
 #[test]
-fn a_driver_changes_lanes_among_others_without_touching_them_and_indicates_until_it_is_over() {
+fn a_driver_changes_lanes_in_traffic_without_contact_and_indicates() {
     let _alone = one_at_a_time();
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 700.0, mix: Vec::new() };
-    // All go by B1C1, where the ego comes by the outer lane and has to leave by the inner one.
+    // All vehicles use B1C1, which the ego enters on the outer lane and must leave on the inner one.
     let demand =
         Demand { files: Vec::new(), flows: vec![flow("A1B1", "C1C2"), flow("A1B1", "C1C0"), flow("B0B1", "C1C2")] };
     for seed in 1..=3 {
@@ -98,7 +98,7 @@ fn a_driver_changes_lanes_among_others_without_touching_them_and_indicates_until
         let found = drive(&Scenario { warm_up_s: 60.0, seed, ..on_grid }, |world| {
             let (snapshot, net) = (world.snapshot(), &world.map().network);
             let lane = snapshot.ego_lane.map(|at| net.lane(at.lane).id.as_str());
-            // On the outer lane before the change is over.
+            // The ego is on the outer lane before the change is over.
             if lane == Some("B1C1_0") && snapshot.ego_s_m > 69.20 + 9.03 + 1.0 {
                 indicated += u32::from(snapshot.ego_indicator == Indicator::Left);
                 beside += 1;

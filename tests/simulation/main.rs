@@ -1,5 +1,5 @@
-//! The simulation from the outside: the car, simulated drivers, policies and networks of others, training, the world. In: the
-//! library's public types. Out: numbers that a reference, another program or a closed form gives as well.
+//! The simulation from the outside: car, simulated drivers, policies, networks of other programs, training, world. In: the library's public
+//! types. Out: figures that a reference, another program or a closed form gives as well.
 
 mod agents;
 mod agents_network;

@@ -1,5 +1,4 @@
-//! A drive on a road network: vehicles come and go around the ego, which follows its path, stops at signals and ends where the path
-//! does.
+//! A drive on a road network: vehicles enter and leave around the ego, which follows its path, stops at signals and ends with the path.
 
 use super::world::one_at_a_time;
 use codrive::{
@@ -15,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 
-/// Flows across the grid, 2,400 vehicles an hour together.
+/// Returns flows across the grid, 2,400 vehicles an hour in total.
 pub(super) fn flows() -> Demand {
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 600.0, mix: Vec::new() };
     let flows = vec![flow("A0B0", "B2C2"), flow("C2C1", "A1A0"), flow("A2A1", "C0B0"), flow("B0B1", "B1B2")];
@@ -31,7 +30,7 @@ pub(super) fn driver(world: &World) -> SimulatedDriver {
     SimulatedDriver::new(&params, world.ego_params(), world.scenario().seed).expect("a driver")
 }
 
-/// Drives to the end; `see` is shown the world after each tick. What came of it.
+/// Runs a drive to its end; `see` gets the world after each tick. Returns the summary.
 pub(super) fn drive(scenario: &Scenario, mut see: impl FnMut(&World)) -> codrive::sim::Summary {
     let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
     let mut driver = driver(&world);
@@ -48,7 +47,7 @@ pub(super) fn drive(scenario: &Scenario, mut see: impl FnMut(&World)) -> codrive
 const ROUND: &str = "A0B0 B0B1 B1C1 C1C2 C2B2 B2A2 A2A1 A1A0 A0B0 B0B1 B1B2";
 
 #[test]
-fn vehicles_come_and_go_at_the_ends_of_steps_move_evenly_between_and_the_same_seed_gives_the_same_bits() {
+fn vehicles_enter_and_leave_at_steps_and_move_evenly_in_between() {
     let _alone = one_at_a_time();
     let scenario = Scenario { warm_up_s: 30.0, ..scenario(ROUND, flows()) };
     let step_ticks = scenario.step_ticks();
@@ -68,8 +67,8 @@ fn vehicles_come_and_go_at_the_ends_of_steps_move_evenly_between_and_the_same_se
         here = now;
         for car in &snapshot.cars {
             *ever.entry(car.id).or_default() += 1;
-            // The front bumper goes its way by its speed, and somewhat more where it changes lanes in a bend. (The heading is SUMO's,
-            // which turns a car at once where it begins to change lanes right behind a bend.)
+            // The front bumper moves by its speed, and somewhat more during a lane change in a bend. (The heading is SUMO's, which rotates
+            // a car at once if it begins a lane change right behind a bend.)
             let [from, to] = [car.pose_before, car.pose].map(|pose| pose.front(car.body.length_m));
             let way_m = from.distance(to);
             assert!(way_m <= 1.5 * car.speed_mps * 0.01 + 0.01, "{way_m} m in a tick at {} m/s", car.speed_mps);
@@ -79,7 +78,7 @@ fn vehicles_come_and_go_at_the_ends_of_steps_move_evenly_between_and_the_same_se
         }
         if let Some(place) = snapshot.ego_lane {
             let net = &world.map().network;
-            // The place in the lane is where the front bumper is.
+            // The lane position is that of the front bumper.
             let front = snapshot.ego.pose().front(CAR_LENGTH_M);
             assert!(net.pose(place).position.truncate().distance(front) < 1.0, "{place:?} {front}");
         }
@@ -95,7 +94,7 @@ fn vehicles_come_and_go_at_the_ends_of_steps_move_evenly_between_and_the_same_se
 }
 
 #[test]
-fn a_drive_ends_where_its_path_does_and_says_so() {
+fn a_drive_ends_at_the_end_of_its_path_and_reports_it() {
     let _alone = one_at_a_time();
     let (mut ends, mut last_s_m, mut length_m) = (Vec::new(), 0.0, 0.0);
     let summary = drive(&scenario("A0B0 B0C0", Demand::default()), |world| {
@@ -105,20 +104,20 @@ fn a_drive_ends_where_its_path_does_and_says_so() {
     });
     assert_eq!(ends, [EventKind::Ended(EndReason::PathEnd)]);
     assert_eq!((summary.ended, summary.end_in_words()), (Some(EndReason::PathEnd), "end of the path".into()));
-    // The two edges and the junction between, by SUMO's declared lengths.
+    // The length is that of the two edges and the junction between, as declared by SUMO.
     let net = Network::load(GRID).expect("a network");
     let streets = ["A0B0_0", "B0C0_0"].map(|lane| net.lane_named(lane).expect("a lane"));
     let path = codrive::map::network::Path::through(&net, &streets, false).expect("a path");
     assert!((length_m - path.length_m()).abs() < 1e-6);
-    // At most one tick beyond, at 14 m/s.
+    // The end is at most one tick late, at 14 m/s.
     assert!((0.0..0.2).contains(&(last_s_m - length_m)), "{last_s_m} {length_m}");
     assert!(summary.duration_s < 60.0 && summary.left_road == 0, "{summary:?}");
 }
 
 #[test]
-fn the_ego_stops_before_the_line_of_a_red_signal_and_goes_when_it_is_green() {
+fn the_ego_stops_before_a_red_signal_and_goes_when_it_is_green() {
     let _alone = one_at_a_time();
-    // The way round the grid passes a signal at every crossing.
+    // The route round the grid passes a signal at every crossing.
     let (mut crossed, mut stood_at_red, mut was) = (Vec::new(), 0, 0.0);
     drive(&scenario(ROUND, Demand::default()), |world| {
         let (snapshot, map) = (world.snapshot(), world.map());
@@ -127,7 +126,7 @@ fn the_ego_stops_before_the_line_of_a_red_signal_and_goes_when_it_is_green() {
             let line_m = pair[0].start_s_m + pair[0].length_m;
             let net = &map.network;
             let [from, to] = [&pair[0], &pair[1]].map(|lane| net.lane_named(&lane.id).expect("a lane"));
-            // Where the path changes lanes, a stretch has the lane by which it is left.
+            // Where the path changes lanes, a section has the lane by which the path leaves it.
             let way = net.connections_from(from).iter().find(|way| way.next() == to);
             let Some(ruled) = way.and_then(|way| way.signal) else { continue };
             let light = snapshot.signals.light(ruled.signal, ruled.index.expect("a link")).expect("a light");
@@ -146,7 +145,7 @@ fn the_ego_stops_before_the_line_of_a_red_signal_and_goes_when_it_is_green() {
 }
 
 #[test]
-fn the_ego_comes_into_traffic_where_there_is_room() {
+fn the_ego_enters_traffic_where_there_is_room() {
     let _alone = one_at_a_time();
     let busy = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 1500.0, mix: Vec::new() };
     let demand = Demand { files: Vec::new(), flows: vec![busy("A0B0", "B0C0"), busy("A1A0", "A0B0")] };
@@ -159,7 +158,7 @@ fn the_ego_comes_into_traffic_where_there_is_room() {
         };
         println!("{:?}, {} cars, nearest {}", world.hand_over(), world.snapshot().cars.len(), nearest_m(&world));
         assert!(world.snapshot().cars.len() > 3 && nearest_m(&world) > 3.0);
-        // Those behind it need not brake hard for it (SUMO's comfortable deceleration here is 1.5 m/s2), nor does it.
+        // Vehicles behind the ego need not brake hard for it (SUMO's comfortable deceleration here is 1.5 m/s2), and neither does the ego.
         let mut driver = driver(&world);
         for _ in 0..400 {
             let controls = driver.controls(&world.perceived_by(&driver));
@@ -174,9 +173,9 @@ fn the_ego_comes_into_traffic_where_there_is_room() {
     }
 }
 
-/// The merge's main road begins where the ego does: SUMO let a car depart in the very step in which the ego came, into it.
+/// The merge's main road begins where the ego starts: SUMO let a car depart into the ego in the same step in which the ego started.
 #[test]
-fn nobody_departs_into_an_ego_that_comes_in_the_same_step() {
+fn no_vehicle_departs_into_an_ego_that_enters_in_the_same_step() {
     let _alone = one_at_a_time();
     for (seed, warm_up_s) in [(6, 34.2), (24, 46.8), (43, 34.2), (1, 0.0), (1, 0.1)] {
         let scenario = Scenario { map: "merge".into(), warm_up_s, seed, duration_s: 5.0, ..Scenario::default() };
@@ -186,7 +185,7 @@ fn nobody_departs_into_an_ego_that_comes_in_the_same_step() {
 }
 
 #[test]
-fn what_cannot_be_driven_is_refused_with_what_where_and_the_remedy() {
+fn an_impossible_drive_is_refused_with_fault_place_and_remedy() {
     let _alone = one_at_a_time();
     let refused = |scenario: &Scenario| World::new(scenario).err().expect("it is refused").to_string();
     for (path, words) in [
@@ -213,7 +212,7 @@ fn what_cannot_be_driven_is_refused_with_what_where_and_the_remedy() {
     }
 }
 
-/// The file of a policy that sees one feature from `from` to `to` and advises between 2 and 8 m/s.
+/// Writes a policy that sees one feature from `from` to `to` and advises between 2 and 8 m/s. Returns its file.
 pub(super) fn policy_that_sees(folder: &std::path::Path, feature: &str, from: f64, to: f64) -> String {
     let file = folder.join(format!("{feature}.toml"));
     let text = format!(
@@ -226,7 +225,7 @@ pub(super) fn policy_that_sees(folder: &std::path::Path, feature: &str, from: f6
 }
 
 #[test]
-fn a_policy_that_names_what_it_sees_of_the_road_is_told_that_and_refused_where_there_is_none() {
+fn a_policy_gets_the_road_features_that_it_names_if_they_exist() {
     let _alone = one_at_a_time();
     let folder = tempfile::tempdir().expect("a folder");
     let policy = policy_that_sees(folder.path(), "signal_green", 0.0, 1.0);
@@ -237,7 +236,7 @@ fn a_policy_that_names_what_it_sees_of_the_road_is_told_that_and_refused_where_t
     while world.ended().is_none() {
         let net = &world.map().network;
         let edge = world.snapshot().ego_lane.map(|at| net.edge_of(at.lane).id.clone());
-        // The file: the ways straight on from B0B1 have the links 11 and 12 of signal B1.
+        // In the file, the connections straight on from B0B1 have the links 11 and 12 of signal B1.
         let b1 = net.signals().iter().position(|signal| signal.id == "B1").expect("a signal");
         let b1 = SignalId::from_index(b1);
         let letter = world.snapshot().signals.letters(b1)[11];
@@ -260,11 +259,11 @@ fn a_policy_that_names_what_it_sees_of_the_road_is_told_that_and_refused_where_t
 }
 
 #[test]
-fn a_policy_sees_the_end_of_its_path_nobody_ahead_and_the_limit() {
+fn a_policy_sees_the_end_of_its_path_a_free_road_and_the_limit() {
     let _alone = one_at_a_time();
     let folder = tempfile::tempdir().expect("a folder");
-    // What it sees, over what range, and what it advises at the start, with 20 m of the first edge behind the front bumper: 2 m/s at
-    // the lower end of the range, 8 at the upper one.
+    // Feature, its range, and the advice at the start, with 20 m of the first edge behind the front bumper: 2 m/s at the lower end of the
+    // range, 8 at the upper one.
     let length_m = {
         let world = World::new(&scenario("B0B1 B1B2", Demand::default())).expect("a world");
         world.map().route.length_m()
@@ -272,7 +271,7 @@ fn a_policy_sees_the_end_of_its_path_nobody_ahead_and_the_limit() {
     for (feature, range, advised_mps) in [
         ("path_left", [0.0, 2.0 * (length_m - 20.0)], 5.0),
         ("gap", [0.0, 2000.0], 5.0),
-        // grid-signals.net.xml: 13.89 m/s on all lanes.
+        // In grid-signals.net.xml the limit is 13.89 m/s on all lanes.
         ("speed_limit", [0.0, 2.0 * 13.89], 5.0),
         ("follower_gap", [0.0, 4000.0], 3.5),
     ] {
@@ -292,7 +291,7 @@ fn a_policy_sees_the_end_of_its_path_nobody_ahead_and_the_limit() {
 }
 
 #[test]
-fn a_demand_stands_in_the_scenarios_file_and_its_files_beside_it() {
+fn a_demand_is_part_of_the_scenario_file_with_its_files_beside_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("town.toml");
     let text = "map = \"town\"\npath = \"a b\"\n\n[demand]\nfiles = [\"trips.rou.xml\"]\n\n[[demand.flows]]\nfrom = \"a\"\nto = \"b\"\n\
@@ -302,7 +301,7 @@ fn a_demand_stands_in_the_scenarios_file_and_its_files_beside_it() {
     assert_eq!(scenario.demand.files, [folder.path().join("trips.rou.xml")]);
     assert_eq!((scenario.demand.flows[0].per_hour, scenario.traffic.clone()), (300.0, EngineChoice::Sumo));
     assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").expect("its own file"), scenario);
-    // A drive without one says nothing of it: files of before are as they were.
+    // A drive without a demand does not mention it, so older files stay unchanged.
     assert!(!Scenario::default().to_toml().contains("demand"));
     let text_of_file = text;
     let typo = text.replace("per_hour", "per_hours");
@@ -314,13 +313,13 @@ fn a_demand_stands_in_the_scenarios_file_and_its_files_beside_it() {
 }
 
 #[test]
-fn an_ego_that_takes_another_way_than_its_path_drives_on_and_is_seen_by_others() {
+fn an_ego_that_leaves_its_path_drives_on_and_other_vehicles_see_it() {
     let _alone = one_at_a_time();
     let flow = Flow { from: "A0B0".into(), to: "B1C1".into(), per_hour: 700.0, mix: Vec::new() };
     let demand = Demand { files: Vec::new(), flows: vec![flow] };
     let mut world =
         World::new(&Scenario { path_start_m: 20.0, ..scenario("A0B0 B0C0 C0C1", demand) }).expect("a world");
-    // It turns left at B0, where its path goes on straight.
+    // The ego turns left at B0, where its path goes straight on.
     let other =
         codrive::map::RoadMap::load_along(GRID, &["A0B0", "B0B1", "B1C1", "C1C2", "C2B2"]).expect("a way").route;
     let mut driver = driver(&world);
@@ -331,14 +330,14 @@ fn an_ego_that_takes_another_way_than_its_path_drives_on_and_is_seen_by_others()
         s_m = other.project(ego.pose().front(CAR_LENGTH_M), Some(s_m)).s_m;
         let mut seen = world.perceived_by(&driver);
         (seen.lane, seen.leader, seen.stop_ahead_m) = (driver.look(&other, &ego, Some(s_m)), None, None);
-        // It stands still on the way that is not its path.
+        // The ego stops on the road that is not its path.
         let stands = (190.0..230.0).contains(&s_m) && stood < 3000;
         stood += u32::from(stands && ego.speed_mps < 0.1);
         let controls = driver.controls(&seen);
         let controls = if stands { Controls { throttle: 0.0, brake: 0.4, ..controls } } else { controls };
         world.tick(&controls).expect("a tick");
         lanes.extend(world.snapshot().ego_lane.map(|at| world.map().network.lane(at.lane).id.clone()));
-        // Those in its lane behind it, as it stands; others pass in the lane beside.
+        // Vehicles behind it in its lane while it stands; others pass in the lane beside.
         let ego = world.snapshot().ego.pose();
         let behind = world
             .snapshot()
@@ -359,14 +358,14 @@ fn an_ego_that_takes_another_way_than_its_path_drives_on_and_is_seen_by_others()
     println!("{s_m} of {} m, {lanes:?}, nearest {nearest_m}, stood {stood}", other.length_m());
     assert!(s_m > other.length_m() - 20.0 && stood == 3000);
     assert!(["B0B1_0", "B1C1_0", "C1C2_1"].iter().all(|lane| lanes.contains(*lane)), "{lanes:?}");
-    // Somebody came up behind it, and stopped.
+    // A vehicle came up behind it and stopped.
     assert!((5.5..15.0).contains(&nearest_m), "{nearest_m}");
 }
 
 #[test]
 fn a_path_may_begin_beside_a_pavement() {
     let _alone = one_at_a_time();
-    // Of "ce", "eend" and "wc" the file has lane 0 of the first and the last for pedestrians alone.
+    // In the file, lane 0 of "ce" and "wc" is for pedestrians alone; "eend" has no such lane.
     let town = Scenario { map: "tests/data/networks/town.net.xml".into(), ..scenario("wc ce eend", Demand::default()) };
     let found = drive(&town, |_| {});
     assert_eq!((found.ended, found.left_road), (Some(EndReason::PathEnd), 0), "{found:?}");
@@ -376,7 +375,7 @@ fn a_path_may_begin_beside_a_pavement() {
 fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
     let _alone = one_at_a_time();
     let flow = |from: &str, per_hour: f64| Flow { from: from.into(), to: "eE".into(), per_hour, mix: Vec::new() };
-    // Both go by the entry from the south, one of them from half round the ring.
+    // Both flows pass the entry from the south; one of them comes from half-way round the ring.
     let demand = Demand { files: Vec::new(), flows: vec![flow("Ww", 500.0), flow("Nn", 200.0)] };
     let mut stood_ticks = 0;
     for seed in 1..=6 {
@@ -385,7 +384,7 @@ fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
         let (mut others, mut hardest_mps2) = (BTreeSet::new(), 0.0f64);
         let found = drive(&scenario, |world| {
             let (snapshot, net) = (world.snapshot(), &world.map().network);
-            // The line is at the end of Ss, 124.07 m long in the file.
+            // The line is at the end of Ss, which is 124.07 m long in the file.
             let is_at_line = (119.0..124.07).contains(&snapshot.ego_s_m) && snapshot.ego.speed_mps.abs() < 0.1;
             stood_ticks += u32::from(is_at_line);
             for car in &snapshot.cars {
@@ -393,7 +392,7 @@ fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
                 if is_at_line && lane == Some(":s_2_0") {
                     others.insert(car.id);
                 }
-                // Those on the ring before the entry, while the ego drives in.
+                // Vehicles on the ring before the entry, while the ego enters.
                 if (124.07..140.0).contains(&snapshot.ego_s_m) && matches!(lane, Some("ws_0" | ":s_2_0" | "se_0")) {
                     hardest_mps2 = hardest_mps2.min(car.accel_mps2);
                 }
@@ -405,7 +404,7 @@ fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
         );
         assert_eq!((found.ended, found.contact_count, found.left_road), (Some(EndReason::PathEnd), 0, 0));
         assert_eq!(found.near_misses, 0);
-        // The model's comfortable deceleration.
+        // The limit is the model's comfortable deceleration.
         assert!(hardest_mps2 > -1.5, "{hardest_mps2}");
     }
     assert!(stood_ticks > 100);

@@ -1,4 +1,4 @@
-//! Drives without a participant: vehicles come and go alone, SUMO's and those that are advised.
+//! Drives without a participant: SUMO's vehicles and advised vehicles enter and leave, with no ego of a participant.
 
 use crate::world::one_at_a_time;
 use codrive::{
@@ -17,7 +17,7 @@ use codrive::{
 use roxmltree::Document;
 use std::{fs, process::Command};
 
-/// The merge, with this share advised.
+/// Returns a scenario of the merge with this share of advised vehicles.
 fn merge(advised: f64) -> Scenario {
     Scenario {
         map: "merge".into(),
@@ -31,7 +31,7 @@ fn merge(advised: f64) -> Scenario {
     }
 }
 
-/// Drives to the end with the pedals at rest; `look` sees the world after each tick.
+/// Runs a drive to its end with the pedals at rest; `look` sees the world after each tick.
 fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
     let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
     while world.ended().is_none() {
@@ -41,7 +41,7 @@ fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
     world
 }
 
-/// What SUMO's own program says of the merge at the end of a step.
+/// State of the merge at the end of a step, by SUMO's own program.
 struct Written {
     running: usize,
     mean_mps: f64,
@@ -50,7 +50,7 @@ struct Written {
     waiting: f64,
 }
 
-/// The same of each step.
+/// Returns the state at the end of each step, by SUMO's own program.
 fn sumo_program(steps: usize, scenario: &Scenario) -> Vec<Written> {
     let folder = tempfile::tempdir().expect("a folder");
     let (home, summary) = (sumo::home().expect("SUMO is here"), folder.path().join("summary.xml"));
@@ -84,7 +84,7 @@ fn sumo_program(steps: usize, scenario: &Scenario) -> Vec<Written> {
 }
 
 #[test]
-fn without_participant_and_advice_all_vehicles_are_as_in_sumos_own_program() {
+fn without_participant_and_advice_all_vehicles_match_sumos_own_program() {
     let _alone = one_at_a_time();
     let scenario = Scenario { policy: "none".into(), ..merge(0.0) };
     let mut driven = Vec::new();
@@ -100,13 +100,13 @@ fn without_participant_and_advice_all_vehicles_are_as_in_sumos_own_program() {
     assert!(expected.len() == driven.len() && driven.iter().any(|(cars, _)| *cars > 12), "{driven:?}");
     for (step, (own, sumo)) in driven.iter().zip(&expected).enumerate() {
         assert!(own.0 == sumo.running, "step {step}: {own:?} and {}", sumo.running);
-        // An empty road has no mean: SUMO says -1.
+        // An empty road has no mean speed: SUMO writes -1.
         assert!(own.0 == 0 || (own.1 - sumo.mean_mps).abs() < 1e-6, "step {step}: {own:?} and {}", sumo.mean_mps);
     }
 }
 
 #[test]
-fn an_evaluation_with_nobody_advised_is_what_sumos_own_program_makes_of_it() {
+fn an_evaluation_without_advised_vehicles_matches_sumos_own_program() {
     let _alone = one_at_a_time();
     let scenario = Scenario { duration_s: 200.0, advised: AdvisedVehicles::Count(0), ..merge(0.0) };
     let found = evaluation_drive::evaluate(&scenario).expect("a drive");
@@ -129,12 +129,12 @@ fn an_evaluation_with_nobody_advised_is_what_sumos_own_program_makes_of_it() {
 }
 
 #[test]
-fn an_evaluation_of_a_share_has_no_participant_and_says_how_many_were_advised() {
+fn an_evaluation_of_a_share_states_the_number_of_advised_vehicles() {
     let _alone = one_at_a_time();
     let scenario = Scenario { participant: true, duration_s: 40.0, ..merge(0.5) };
     let found = evaluation_drive::evaluate(&scenario).expect("a drive");
     let flow = found.network.expect("a network");
-    // Whom chance takes is known of the streams alone: vehicles are numbered from 1.
+    // The random streams alone determine the chosen vehicles; numbers start at 1.
     let takes = |id: u32| rng::stream(scenario.seed, &format!("vehicle/{id}/advised")).uniform(0.0, 1.0) < 0.5;
     assert_eq!(flow.advised as usize, (1..=flow.of).filter(|id| takes(*id)).count(), "{flow:?}");
     assert!(flow.advised >= 5 && found.in_range.is_some_and(|share| (0.0..=1.0).contains(&share)), "{found:?}");
@@ -142,7 +142,7 @@ fn an_evaluation_of_a_share_has_no_participant_and_says_how_many_were_advised() 
 }
 
 #[test]
-fn advised_vehicles_see_no_participant_and_means_are_over_those_that_are_there() {
+fn advised_vehicles_see_no_participant_and_means_are_over_vehicles() {
     let _alone = one_at_a_time();
     let mut advised_ticks = 0;
     let world = drive(&merge(0.5), |world| {
@@ -157,7 +157,7 @@ fn advised_vehicles_see_no_participant_and_means_are_over_those_that_are_there()
         let sum: f64 = snapshot.cars.iter().map(|car| car.speed_mps).sum();
         let mean_mps = if snapshot.cars.is_empty() { 0.0 } else { sum / snapshot.cars.len() as f64 };
         assert!((snapshot.mean_speed_mps - mean_mps).abs() < 1e-9, "{} and {mean_mps}", snapshot.mean_speed_mps);
-        // Where it stands is no place of the road.
+        // The parking position is not on the road.
         assert!(snapshot.ego.position.x < -900.0 && snapshot.ego_lane.is_none());
     });
     assert!(world.ever_advised().len() >= 5, "{:?}", world.ever_advised());
@@ -166,7 +166,7 @@ fn advised_vehicles_see_no_participant_and_means_are_over_those_that_are_there()
 }
 
 #[test]
-fn its_summary_and_its_bits_are_of_the_others_alone() {
+fn summary_and_hash_cover_the_other_vehicles_alone() {
     let _alone = one_at_a_time();
     let once = || {
         let mut run = OfflineDrive::new(&Scenario { duration_s: 20.0, ..merge(0.5) }, [0.0, 20.0]).expect("a drive");
@@ -192,7 +192,7 @@ fn its_summary_and_its_bits_are_of_the_others_alone() {
 }
 
 #[test]
-fn it_is_refused_where_nobody_comes_and_where_somebody_is_to_drive() {
+fn a_drive_without_participant_needs_a_demand_and_no_driver() {
     let _alone = one_at_a_time();
     let ring = Scenario { map: "ring-250".into(), advised: AdvisedVehicles::default(), ..merge(0.0) };
     let said = World::new(&ring).map(drop).expect_err("a ring").to_string();
@@ -205,7 +205,7 @@ fn it_is_refused_where_nobody_comes_and_where_somebody_is_to_drive() {
         said.starts_with("participant is false: nobody drives in this scenario") && said.contains("codrive run"),
         "{said}"
     );
-    // Only a share can be advised of those that come: a number would be nobody.
+    // Only a share of the entering vehicles can be advised: a number would select none.
     let several = Scenario { advised: AdvisedVehicles::Count(3), ..merge(0.0) };
     let said = World::new(&several).map(drop).expect_err("a number").to_string();
     assert!(said.starts_with("advised is 3; allowed with a path or a demand"), "{said}");
@@ -218,7 +218,7 @@ fn it_is_refused_where_nobody_comes_and_where_somebody_is_to_drive() {
 }
 
 #[test]
-fn its_recording_holds_the_others_and_is_recovered_and_driven_again_to_the_bit() {
+fn a_recording_without_participant_is_recovered_and_replayed_to_the_bit() {
     let _alone = one_at_a_time();
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("drive");
@@ -226,19 +226,19 @@ fn its_recording_holds_the_others_and_is_recovered_and_driven_again_to_the_bit()
     run.record(&path).expect("a recording");
     run.until(20.0).expect("SUMO goes on");
     let there = run.world().snapshot().cars.len();
-    // Cut: it ends without its tables.
+    // The recording is cut off without its tables.
     drop(run);
     record::recover(&path).expect("it is recovered");
     let table = |table: Table| TableReader::parquet(&table.parquet(&path)).expect("a table");
     let (ego, cars, advised) = (table(Table::Ego), table(Table::Cars), table(Table::Advised));
-    // 20 s of 10 ms: fingerprints and pedals at rest, and nothing of a car.
+    // 20 s of 10 ms have fingerprints and pedals at rest, but no state of a car.
     assert_eq!((ego.rows(), ego.wholes("hash").len()), (2000, 2000));
     assert!(ego.numbers("throttle").iter().chain(&ego.numbers("brake")).all(|pedal| *pedal == Some(0.0)));
     for column in ["x_m", "z_m", "yaw_rad", "speed_mps", "jerk_mps3", "engine_rpm", "s_m", "lane_offset_m", "gap_m"] {
         assert!(ego.numbers(column).iter().all(Option::is_none), "{column}");
     }
     assert!(cars.ids("car").iter().all(|car| *car != Some(EGO.0)));
-    // Each second all that are there.
+    // Every second has all vehicles on the road.
     assert!(cars.wholes("tick").iter().all(|tick| tick.is_multiple_of(100)));
     assert_eq!(cars.wholes("tick").iter().filter(|tick| **tick == 2000).count(), there);
     assert!(advised.rows() > 100, "{} rows", advised.rows());
@@ -249,7 +249,7 @@ fn its_recording_holds_the_others_and_is_recovered_and_driven_again_to_the_bit()
     assert!(said.contains("a drive without a participant") && said.contains("remedy: its tables cars"), "{said}");
 }
 
-/// Flows between edges of a network that roads connect, a few of them.
+/// Returns a few flows between connected edges of a network.
 fn flows(network: &Network) -> Vec<Flow> {
     let for_cars =
         |edge: &&Edge| edge.kind == EdgeKind::Normal && edge.lanes().any(|lane| network.lane(lane).admits_cars());

@@ -1,4 +1,4 @@
-//! The bodies of other vehicles around the ego: they come and go, each of its own size.
+//! Bodies of other vehicles around the ego: they appear and disappear, each with its own size.
 
 use super::ego::{ROAD, brake};
 use codrive::{
@@ -8,7 +8,7 @@ use codrive::{
 use glam::dvec2;
 
 #[test]
-fn bodies_of_others_come_and_go_each_as_long_and_wide_as_it_is() {
+fn bodies_of_other_vehicles_appear_and_disappear_with_their_own_size() {
     let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 0).unwrap();
     let at = |id: u32, x: f64, length_m: f64| Obstacle {
         id,
@@ -17,7 +17,7 @@ fn bodies_of_others_come_and_go_each_as_long_and_wide_as_it_is() {
         width_m: 2.5,
         ..Obstacle::default()
     };
-    // A lorry of 12 m whose middle is 8.4 m ahead of the ego's: a tenth of a metre overlaps (6 + 2.5 - 8.4). A car there is 3.4 m away.
+    // The centre of a lorry of 12 m is 8.4 m ahead of the ego's: a tenth of a metre overlaps (6 + 2.5 - 8.4). A car there is 3.4 m away.
     let mut touched = Vec::new();
     for list in [
         vec![at(5, 8.4, 5.0)],
@@ -28,7 +28,7 @@ fn bodies_of_others_come_and_go_each_as_long_and_wide_as_it_is() {
         touched.push(ego.tick(&brake(0.5), &ROAD, &list).iter().map(|contact| contact.car).collect::<Vec<_>>());
     }
     assert_eq!(touched, [vec![], vec![], vec![], vec![31]]);
-    // It is gone: the ego, pushed back a little, stands free.
+    // The lorry is gone: the ego, pushed back a little, stands free.
     for _ in 0..200 {
         assert!(ego.tick(&brake(0.5), &ROAD, &[at(9, -30.0, 5.0)]).is_empty());
     }

@@ -1,5 +1,5 @@
-//! Networks in ONNX: what is written equals what was trained, networks of others drive, and what does not fit is named
-//! before the drive.
+//! Networks in ONNX: a written file equals the trained network, networks of other programs drive, and unsuitable files are refused before
+//! the drive.
 
 use assert_cmd::Command;
 use codrive::{
@@ -21,7 +21,7 @@ use tract_onnx::pb::{
     AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, attribute_proto, tensor_proto::DataType,
 };
 
-/// A network of the usual size with random weights.
+/// Returns a network of the usual size with random weights.
 fn network(levels: u32) -> Network {
     let mut stream = rng::stream(7, "onnx");
     let mut layer = |n: usize, m: usize| NetworkLayer {
@@ -60,7 +60,7 @@ fn observations(n: usize) -> Vec<Observation> {
 }
 
 #[test]
-fn what_is_written_equals_what_was_trained_over_10_000_observations() {
+fn a_written_file_equals_the_trained_network_on_10_000_observations() {
     for levels in [0, 5] {
         let trained = network(levels);
         let loaded = OnnxPolicy::from_bytes(&onnx::write(&trained), None).unwrap();
@@ -82,7 +82,7 @@ fn what_is_written_equals_what_was_trained_over_10_000_observations() {
     }
 }
 
-/// The file with something changed.
+/// Returns the bytes of the file after a change.
 fn changed(levels: u32, change: impl FnOnce(&mut ModelProto)) -> Vec<u8> {
     let mut model = ModelProto::decode(onnx::write(&network(levels)).as_slice()).unwrap();
     change(&mut model);
@@ -94,7 +94,7 @@ fn fault(bytes: &[u8], description: Option<&str>) -> String {
 }
 
 #[test]
-fn what_does_not_fit_is_named_before_the_drive() {
+fn an_unsuitable_file_is_refused_by_name_before_the_drive() {
     assert!(fault(b"policy = 3", None).starts_with("is no ONNX file"));
     assert!(fault(b"", None).starts_with("is no ONNX file"));
     let silent = changed(0, |m| m.metadata_props.clear());
@@ -108,7 +108,7 @@ fn what_does_not_fit_is_named_before_the_drive() {
     assert_eq!(said, "weights `bias0` hold a NaN");
 }
 
-/// A node that gives `output`.
+/// Returns a node that computes `output`.
 fn node(kind: &str, inputs: &[&str], output: &str, attribute: Vec<AttributeProto>) -> NodeProto {
     NodeProto {
         input: inputs.iter().map(|name| (*name).to_owned()).collect(),
@@ -124,7 +124,7 @@ fn numbers(name: &str, values: &[i64]) -> AttributeProto {
     AttributeProto { name: name.into(), r#type: kind, ints: values.to_vec(), ..AttributeProto::default() }
 }
 
-/// The file, whose action is multiplied by the mean of what `nodes` make of it, called `large`.
+/// Returns the file with its action multiplied by the mean of `large`, the result of `nodes`.
 fn with_nodes(nodes: Vec<NodeProto>) -> Vec<u8> {
     changed(0, |m| {
         let graph = m.graph.as_mut().unwrap();
@@ -136,13 +136,13 @@ fn with_nodes(nodes: Vec<NodeProto>) -> Vec<u8> {
     })
 }
 
-/// A constant list of whole numbers.
+/// Returns a node with a constant list of whole numbers.
 fn list(name: &str, values: &[i64]) -> NodeProto {
     node("Constant", &[], name, vec![numbers("value_ints", values)])
 }
 
 #[test]
-fn sizes_that_no_policy_has_are_refused_before_anything_is_made_of_that_size() {
+fn excessive_sizes_are_refused_before_any_allocation() {
     let sized = |kind: &str, sizes: &[i64]| {
         let inputs: &[&str] = if kind == "ConstantOfShape" { &["sizes"] } else { &["base", "sizes"] };
         fault(&with_nodes(vec![list("base", &[1]), list("sizes", sizes), node(kind, inputs, "large", vec![])]), None)
@@ -151,8 +151,8 @@ fn sizes_that_no_policy_has_are_refused_before_anything_is_made_of_that_size() {
         for size in [-1, -5, i64::MIN, i64::MAX, 1 << 40, 1 << 30, 5 << 20] {
             let said = sized(kind, &[size]);
             assert!(said.starts_with("cannot be run: node "), "{kind} {size}: {said}");
-            // Of others the runtime takes the lower 32 bits, 0, and breaks off at a mean over nothing.
-            // The runtime has made a node of its own of the second by then.
+            // The runtime takes the lower 32 bits of a size; if these are 0, it fails at a mean over nothing. By then it has replaced
+            // `Expand` by a node of its own.
             let own = if kind == "Expand" { "(MultiBroadcastTo)" } else { "" };
             let is_named = said.contains(&format!("({kind})")) || (!own.is_empty() && said.contains(own));
             let named = is_named && said.contains("`large`") && !said.contains("broke off");
@@ -161,7 +161,7 @@ fn sizes_that_no_policy_has_are_refused_before_anything_is_made_of_that_size() {
     }
     let said = sized("ConstantOfShape", &[5 << 20]);
     assert!(said.contains("has the shape [5242880]; allowed: sizes of 0 or more, 4194304 numbers"), "{said}");
-    // Each doubles the last: 40 nodes reach 2^40 numbers.
+    // Each node doubles the size of the last: 40 nodes reach 2^40 numbers.
     let name = |k: usize| if k == 0 { "base".to_owned() } else { format!("twice{k}") };
     let axis = AttributeProto {
         name: "axis".into(),
@@ -197,7 +197,7 @@ fn a_network_of_as_many_nodes_as_are_allowed_loads() {
 }
 
 #[test]
-fn operators_that_draw_numbers_are_refused_also_inside_a_network_within_the_network() {
+fn random_operators_are_refused_also_in_nested_graphs() {
     let shape = || vec![numbers("shape", &[1])];
     let kinds = ["RandomNormal", "RandomUniform", "RandomNormalLike", "RandomUniformLike", "Multinomial", "Bernoulli"];
     for kind in kinds {
@@ -219,7 +219,7 @@ fn operators_that_draw_numbers_are_refused_also_inside_a_network_within_the_netw
 }
 
 #[test]
-fn weights_are_as_many_as_their_shape_says() {
+fn the_number_of_weights_must_match_their_shape() {
     let with = |change: &dyn Fn(&mut TensorProto)| {
         fault(&changed(0, |m| change(&mut m.graph.as_mut().unwrap().initializer[0])), None)
     };
@@ -235,8 +235,8 @@ fn weights_are_as_many_as_their_shape_says() {
 }
 
 #[test]
-fn a_panic_of_the_runtime_is_an_error_with_its_words() {
-    // A convolution of a stride of 0 divides by it.
+fn a_panic_of_the_runtime_is_an_error_with_its_message() {
+    // A convolution with a stride of 0 divides by it.
     let strides = numbers("strides", &[0]);
     let shape = node("Reshape", &["observation", "three"], "signal", vec![]);
     let convolution = node("Conv", &["signal", "kernel"], "large", vec![strides]);
@@ -247,7 +247,7 @@ fn a_panic_of_the_runtime_is_an_error_with_its_words() {
     assert!(said.contains("(ConvHir): the runtime (tract) cannot deal with it and broke off: "), "{said}");
 }
 
-/// A description of the network above, with one line changed.
+/// Returns a description of the network above, with one line changed.
 fn description(change: [&str; 2]) -> String {
     let text = r#"action = "acceleration"
 limits = [-0.5, 0.5]
@@ -305,9 +305,9 @@ fn data(name: &str) -> PathBuf {
 }
 
 #[test]
-fn exports_of_pytorch_drive_with_the_numbers_that_pytorch_gives() {
-    // Made by tests/data/torch-exports.py: a network of 4, 16, 16 and 1, both exporters, any number of rows at once; and
-    // what PyTorch answered to three rows.
+fn exports_of_pytorch_drive_with_the_numbers_of_pytorch() {
+    // Made by tests/data/torch-exports.py: a network of 4, 16, 16 and 1, both exporters, any number of rows at once; and PyTorch's outputs
+    // for three rows.
     let answers: Vec<Vec<f32>> =
         serde_json::from_str(&fs::read_to_string(data("torch-answers.json")).unwrap()).unwrap();
     for name in ["torch-legacy.onnx", "torch-dynamo.onnx"] {
@@ -333,7 +333,7 @@ fn an_onnx_file_drives_and_a_foreign_one_is_refused_with_exit_2() {
     fs::write(&file, onnx::write(&network(0))).unwrap();
     let report: serde_json::Value = serde_json::from_str(&run(0).0).unwrap();
     assert_eq!(report["summary"]["advices"], 5, "one a second");
-    // A description beside the file wins over the one in it.
+    // A description beside the file takes precedence over the one in it.
     fs::write(dir.path().join("policy.onnx.toml"), "action = 3").unwrap();
     assert!(run(2).1.contains("policy.onnx: is no description of a network"));
     fs::remove_file(dir.path().join("policy.onnx.toml")).unwrap();
@@ -345,12 +345,12 @@ fn an_onnx_file_drives_and_a_foreign_one_is_refused_with_exit_2() {
 
 #[test]
 fn an_advisor_keeps_the_last_advice_of_a_network_that_overflows() {
-    // A first layer of 1e38: beyond some speed the sum overflows to infinity less infinity.
+    // With a first layer of 1e38, the sum overflows beyond some speed to infinity minus infinity.
     let mut wild = network(0);
     wild.layers[2].weights.iter_mut().for_each(|row| row[0] = f32::MAX);
     wild.layers[2].bias[0] = 0.0;
     let bytes = onnx::write(&wild);
-    // Such a file is refused; one that passes the questions and fails later is simulated in policy/hold.rs.
+    // Such a file is refused. One that passes the checks and fails later is simulated in policy/hold.rs.
     let said = fault(&bytes, None);
     assert!(said.contains("a policy must give finite numbers"), "{said}");
     let mut advisor = Advisor::new(Some(Box::new(wild)), Hold::of_steps(1, 0.1), 0.5);
@@ -359,7 +359,7 @@ fn an_advisor_keeps_the_last_advice_of_a_network_that_overflows() {
 }
 
 #[test]
-fn onnxruntime_opens_what_is_written_and_gives_the_same_numbers() {
+fn onnxruntime_opens_a_written_file_and_computes_the_same_numbers() {
     let dir = tempfile::tempdir().unwrap();
     let trained = network(0);
     fs::write(dir.path().join("policy.onnx"), onnx::write(&trained)).unwrap();
@@ -418,7 +418,7 @@ fn onnxruntime_keeps_the_state_of_an_estimator_and_reads_the_same_traits() {
     assert!(report["about"].as_str().unwrap().contains("speed_bias_mps"), "{report}");
 }
 
-/// What a program in Python prints as JSON, run in `folder` with what scripts/setup --test brings.
+/// Runs a Python program in `folder` with the packages from scripts/setup --test, and returns the JSON that it prints.
 fn python(folder: &Path, program: &str) -> serde_json::Value {
     let place = Path::new(env!("CARGO_MANIFEST_DIR")).join(".test-python");
     assert!(place.join("onnxruntime").exists(), "onnxruntime is not in .test-python/; run scripts/setup --test");

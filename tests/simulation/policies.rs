@@ -1,5 +1,5 @@
-//! What ships and what it is measured against: baselines as the field has them (docs/references.md: advice), and the
-//! trained policies of `assets/policies`, on rings that neither has seen. 800 s after the warm-up, transients included.
+//! Shipped policies and their references: baselines of the field (docs/references.md: advice), and the trained policies of
+//! `assets/policies`, on rings that neither has seen. 800 s after the warm-up, transients included.
 
 use codrive::{
     driver::Population,
@@ -13,7 +13,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The paper's ring with the wave on it; the ego follows to the letter but brakes where it must.
+/// Returns the paper's ring with its wave; the ego follows advice exactly but brakes where it must.
 fn paper_ring(hold_s: f64) -> TrainConfig {
     TrainConfig {
         ring: RingConfig { circumference_min_m: 250.0, circumference_max_m: 250.0, ..RingConfig::default() },
@@ -23,7 +23,7 @@ fn paper_ring(hold_s: f64) -> TrainConfig {
     }
 }
 
-/// The same with a driver.
+/// Returns the paper's ring with a simulated driver of this reaction time and error.
 fn driven(hold_s: f64, reaction_s: f64, error_mps: f64) -> TrainConfig {
     TrainConfig {
         driver: DriverConfig {
@@ -41,7 +41,7 @@ fn mean(verdicts: &[EvaluationResult], of: fn(&EvaluationResult) -> f64) -> f64 
     verdicts.iter().map(of).sum::<f64>() / verdicts.len() as f64
 }
 
-/// A policy known by name at the saturated wave: 20 rings.
+/// Evaluates a policy by its name at the saturated wave, on 20 rings.
 fn baseline(name: &str, aim_mps: f64, change: TrainConfig) -> Vec<EvaluationResult> {
     let settings = PolicySettings { aim_mps, equilibrium_mps: 4.362, step_s: 0.1 };
     let config = TrainConfig { ring: RingConfig { warm_up_s: 600.0, ..change.ring }, ..change };
@@ -54,8 +54,7 @@ fn calm(verdicts: &[EvaluationResult]) -> usize {
 
 #[test]
 fn two_phase_advice_reaches_its_aim_and_calms_every_ring() {
-    // docs/references.md: advice: U is reached exactly; calm after 85, 97 and 125 s; without the slow phase 4.43 fails at
-    // 3.20 m/s.
+    // docs/references.md: advice: U is reached exactly; calm after 85, 97 and 125 s; without the slow phase 4.43 fails at 3.20 m/s.
     for (aim_mps, calm_s) in [(4.0, 85.0), (4.3, 97.0), (4.43, 125.0)] {
         let verdicts = baseline("two-phase", aim_mps, paper_ring(0.1));
         assert_eq!(calm(&verdicts), 20, "{aim_mps}");
@@ -69,8 +68,8 @@ fn two_phase_advice_reaches_its_aim_and_calms_every_ring() {
 
 #[test]
 fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
-    // docs/references.md: follower-stopper: 4.0 calm in 116 s, 4.3 in 159 s. With a car that pulls away at 0.3 m/s2; at
-    // 1.5 m/s2 it chases the gaps that its own stops make and 4.3 fails.
+    // docs/references.md: follower-stopper: 4.0 calm in 116 s, 4.3 in 159 s. This needs a car that pulls away at 0.3 m/s2. At 1.5 m/s2 it
+    // chases the gaps that its own stops make, and 4.3 fails.
     let gentle = TrainConfig {
         driver: DriverConfig { ego_accel_mps2: 0.3, brakes_for_leader: false, ..paper_ring(0.1).driver },
         ..paper_ring(0.1)
@@ -88,9 +87,8 @@ fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
 
 #[test]
 fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
-    // docs/references.md: pi: 4.34 m/s when engaged moving. An ego that keeps the model's own distance is there on every
-    // ring; one that follows to the letter with a vehicle's lag of 1 s settles at the same speed wherever its gap was
-    // below about 5.5 m.
+    // docs/references.md: pi: 4.34 m/s when engaged while moving. An ego that keeps the model's own distance reaches it on every ring. One
+    // that follows exactly with a vehicle's lag of 1 s settles at the same speed if its gap was below about 5.5 m.
     let settled = |verdicts: &[EvaluationResult]| {
         assert!(verdicts.iter().all(|v| !v.crashed));
         let calmed: Vec<EvaluationResult> =
@@ -106,7 +104,7 @@ fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
         TrainConfig { driver: DriverConfig { ego_response_s: 1.0, ..paper_ring(0.1).driver }, ..paper_ring(0.1) },
     ));
     assert!(calmed >= 18, "{calmed}");
-    // To the letter and at once it copies its leader for ever (docs/references.md: pi: 3.13 in the jam).
+    // An ego that follows exactly and at once copies its leader for ever (docs/references.md: pi: 3.13 in the jam).
     assert_eq!(calm(&baseline("pi", 0.0, paper_ring(0.1))), 0);
 }
 
@@ -114,7 +112,7 @@ fn assets() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/policies")
 }
 
-/// Folders of all shipped policies.
+/// Returns the folders of all shipped policies.
 fn shipped() -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> =
         fs::read_dir(assets()).unwrap().map(|e| e.unwrap().path()).filter(|p| p.join("policy.toml").exists()).collect();
@@ -123,7 +121,7 @@ fn shipped() -> Vec<PathBuf> {
     folders
 }
 
-/// The files that `CODRIVE_WRITE_ONNX` writes, for a policy that was trained before the format was what it is.
+/// Checks the ONNX files of a policy. With `CODRIVE_WRITE_ONNX` it writes them first, for a policy trained before the format changed.
 #[cfg(feature = "onnx")]
 fn is_the_same_in_onnx(folder: &Path, network: &Network) {
     use codrive::policy::onnx;
@@ -139,7 +137,7 @@ fn is_the_same_in_onnx(folder: &Path, network: &Network) {
 }
 
 #[test]
-fn shipped_policies_are_the_same_in_both_formats_and_bring_their_configuration() {
+fn shipped_policies_are_equal_in_both_formats_and_have_configurations() {
     for folder in shipped() {
         let network = Network::from_file(&folder.join("policy.toml")).unwrap();
         #[cfg(feature = "onnx")]
@@ -151,7 +149,7 @@ fn shipped_policies_are_the_same_in_both_formats_and_bring_their_configuration()
     }
 }
 
-/// A shipped policy on 20 fresh rings.
+/// Evaluates a shipped policy on 20 fresh rings.
 fn driven_by(name: &str, config: &TrainConfig) -> Vec<EvaluationResult> {
     driven_on(name, config, 20)
 }
@@ -170,7 +168,7 @@ fn speed_advice_reaches_4_2_at_every_hold_up_to_30_s() {
         let verdicts = driven_by("ring-250-speed", &paper_ring(hold_s));
         let speed = mean(&verdicts, |v| v.mean_mps);
         assert!(speed >= 4.2, "hold {hold_s} s: {speed}");
-        // A driver who keeps the model's own distance besides: an even ring would flow at 4.362.
+        // This driver also keeps the model's own distance: an even ring would flow at 4.362.
         let verdicts = driven_by("ring-250-speed", &driven(hold_s, 0.0, 0.0));
         let (speed, in_range) = (mean(&verdicts, |v| v.mean_mps), mean(&verdicts, |v| v.in_range.unwrap()));
         assert!(speed >= 4.17 && in_range > 0.8, "hold {hold_s} s, driver: {speed}, in range {in_range}");
@@ -181,7 +179,7 @@ fn speed_advice_reaches_4_2_at_every_hold_up_to_30_s() {
 }
 
 #[test]
-fn to_the_letter_speed_advice_exceeds_the_published_series_at_every_hold() {
+fn exact_speed_advice_exceeds_the_published_series_at_every_hold() {
     for [hold_s, published_mps] in codrive::metrics::figures::PUBLISHED.into_iter().filter(|p| p[0] <= 24.0) {
         let speed = mean(&driven_by("ring-250-speed-exact", &paper_ring(hold_s)), |v| v.mean_mps);
         assert!(speed >= published_mps, "hold {hold_s} s: {speed}, published {published_mps}");
@@ -189,8 +187,8 @@ fn to_the_letter_speed_advice_exceeds_the_published_series_at_every_hold() {
 }
 
 #[test]
-fn acceleration_advice_lets_nobody_stand_for_good() {
-    // The first policy that shipped advised 0.00 m/s for ever to a driver who answered late.
+fn acceleration_advice_lets_no_driver_stand_for_ever() {
+    // The first shipped policy advised 0.00 m/s for ever to a driver who responded late.
     for hold_s in [0.1, 1.0, 10.0, 30.0] {
         for config in [driven(hold_s, 0.0, 0.0), driven(hold_s, 1.0, 0.5), driven(hold_s, 2.0, 0.5)] {
             let verdicts = driven_by("ring-250-acceleration", &config);
@@ -212,7 +210,7 @@ fn shipped_policies_help_on_other_rings_without_training_anew() {
     }
 }
 
-/// A ring of this length with so many cars.
+/// Returns a ring of this length with this number of vehicles.
 fn ring_of(length_m: f64, cars: u32, base: TrainConfig) -> TrainConfig {
     TrainConfig {
         ring: RingConfig {
@@ -229,12 +227,12 @@ fn ring_of(length_m: f64, cars: u32, base: TrainConfig) -> TrainConfig {
 const SHIPPED_FOR_250_M: [&str; 2] = ["ring-250-speed", "ring-250-acceleration"];
 
 #[test]
-fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m_with_18_to_26_cars() {
-    // The corners, and the densest rings on which advice is given, from 8.7 m of road a car on: there the flow is slow, and an
-    // erring driver wastes the little road that there is. On each of them both policies speak, and help.
+fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m() {
+    // These are the corners, and the densest rings on which advice is given, from 8.7 m of road per vehicle on. There the flow is slow, and
+    // a driver with errors wastes part of the little road. On each of them both policies advise and help.
     let corners = [(210.0, 18), (290.0, 18), (290.0, 26)];
     let dense = [(210.0, 24), (230.0, 26)];
-    // 0.01 m/s is more than rounding and chance over 16 rings, and was promised of these; of those between, no loss.
+    // The gain of 0.01 m/s exceeds rounding and chance over 16 rings. The rings in between must have no loss.
     let gain = corners.into_iter().chain(dense).map(|ring| (ring, 0.01));
     let between = [(227.0, 26), (220.0, 25), (225.0, 25), (215.0, 24), (240.0, 26)];
     for ((length_m, cars), least_mps) in gain.chain(between.map(|ring| (ring, 0.0))) {
@@ -253,8 +251,8 @@ fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m_with_18_to_26_ca
 }
 
 #[test]
-fn on_a_ring_too_dense_for_advice_all_is_as_without_it_to_the_bit() {
-    // Less than 8.7 m of road a car, of which the car itself takes 5.
+fn on_a_ring_too_dense_for_advice_a_policy_changes_no_bit() {
+    // There is less than 8.7 m of road per vehicle, of which the vehicle itself takes 5.
     for (length_m, cars) in [(210.0, 26), (220.0, 26), (210.0, 25), (215.0, 25), (225.0, 26)] {
         let ring = ring_of(length_m, cars, driven(10.0, 0.0, 0.0));
         let without = evaluate(&ring, "shipped", 16, || None);
@@ -265,7 +263,7 @@ fn on_a_ring_too_dense_for_advice_all_is_as_without_it_to_the_bit() {
 }
 
 #[test]
-fn on_the_long_ring_its_policies_win_back_more_than_half_of_what_the_wave_takes() {
+fn policies_of_the_long_ring_recover_over_half_of_the_waves_loss() {
     // docs/references.md: ring: 640.9 m, 40 cars, 17.88 m/s: 6.05 m/s in the wave, 8.956 m/s in an even flow.
     let (wave_mps, even_mps) = (6.05, 8.956);
     for (hold_s, reaction_s, error_mps) in [(4.0, 1.0, 0.5), (10.0, 0.0, 0.0), (30.0, 1.0, 0.5)] {
@@ -285,8 +283,8 @@ fn on_the_long_ring_its_policies_win_back_more_than_half_of_what_the_wave_takes(
 }
 
 #[test]
-fn advice_that_asks_who_drives_does_no_harm_where_other_advice_does() {
-    // PeRP's drivers, up to 5 m/s slower or faster than advised: who drives 5 m/s below an advice of 4 stands.
+fn personal_advice_does_no_harm_to_drivers_whom_generic_advice_harms() {
+    // PeRP's drivers are up to 5 m/s slower or faster than advised: a driver 5 m/s below an advice of 4 stands.
     let config = driven(10.0, 0.0, 0.0).driven_by_some_of(Population::Perp);
     let mean_of = |verdicts: &[EvaluationResult]| mean(verdicts, |v| v.mean_mps);
     let without = mean_of(&evaluate(&config, "shipped", 64, || None));

@@ -1,5 +1,5 @@
-//! The episode that Rust and Python both drive: python/tests/test_episode.py compares the rings of the package with the same file. In: a
-//! seed and a rule for the actions. Out: rewards and observations of each hold, to the bit.
+//! The episode that Rust and Python both run: python/tests/test_episode.py compares the rings of the package with the same file. In: a seed
+//! and a rule for the actions. Out: rewards and observations of each hold, to the bit.
 
 use codrive::{
     rng::{FNV_START, fnv_1a},
@@ -10,11 +10,11 @@ use codrive::{
 };
 use std::fmt::Write;
 
-/// What both have to come to. Where the rings have changed on purpose: what this test prints.
+/// Expected result of both. After an intended change of the rings, replace it by the output of this test.
 const EXPECTED: &str = include_str!("../../python/tests/episode.txt");
 const RINGS: usize = 20;
 
-/// Eight holds of 1 s with a horizon of 3 s, so that each ring begins a second and a third episode; drivers drawn at random.
+/// Returns eight holds of 1 s with a horizon of 3 s, so that each ring begins a second and a third episode; the drivers are random.
 fn config() -> TrainConfig {
     let paper = TrainConfig::paper_ring();
     TrainConfig {

@@ -1,9 +1,9 @@
-//! `codrive train` and what it makes, through the program itself.
+//! `codrive train` and its results, through the program itself.
 
 use assert_cmd::Command;
 use std::{fs, path::Path};
 
-/// A training of seconds: small rings, small net.
+/// Configuration of a training of seconds: small rings, small network.
 const SMALL: &str = "vehicles_min = 8\nvehicles_max = 8\ncircumference_min_m = 100\ncircumference_max_m = 100\n\
     warm_up_s = 10\nhorizon_s = 30\nhidden_width = 8\nbatch = 640\nrings = 16\nvalue_batch = 320\njudge_every = 2\n\
     iterations = 2\n";
@@ -12,7 +12,7 @@ fn codrive(arguments: &[&str]) -> assert_cmd::assert::Assert {
     Command::cargo_bin("codrive").unwrap().args(arguments).assert()
 }
 
-/// Exit 2 and what was said.
+/// Runs the program, checks that it exits with 2, and returns its message.
 fn refused(arguments: &[&str]) -> String {
     let output = codrive(arguments).code(2).get_output().clone();
     String::from_utf8(output.stderr).unwrap()
@@ -39,7 +39,7 @@ fn a_training_makes_a_policy_that_drives_and_resumes_to_the_same_bits() {
     let output = codrive(&drive).success().get_output().clone();
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["summary"]["advices"], 5, "one a second");
-    // The ONNX file beside it drives alike: the same table but for the name.
+    // The ONNX file beside it drives alike: its table is equal except for the name.
     let onnx = text(&whole.join("policy.onnx"));
     let judged = |policy: &str| {
         let arguments = ["evaluate", "--config", &config, "--policy", policy, "--over", "2", "--json"];
@@ -49,7 +49,7 @@ fn a_training_makes_a_policy_that_drives_and_resumes_to_the_same_bits() {
     };
     assert!((judged(&policy) - judged(&onnx)).abs() < 1e-3);
 
-    // Nothing is overwritten, and a training is resumed only as it was.
+    // No file is overwritten, and a training resumes only with its old settings.
     let before = fs::read(whole.join("policy.toml")).unwrap();
     let said = refused(&["train", "--config", &config, "--out", &text(&whole)]);
     assert!(said.contains("holds a training already (policy.toml)"), "{said}");
@@ -60,7 +60,7 @@ fn a_training_makes_a_policy_that_drives_and_resumes_to_the_same_bits() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_said_and_leaves_the_checkpoint_of_before() {
+fn a_full_disk_is_reported_and_leaves_the_old_checkpoint() {
     let dir = tempfile::tempdir().unwrap();
     let config = dir.path().join("small.toml");
     fs::write(&config, SMALL).unwrap();
@@ -68,7 +68,7 @@ fn a_full_disk_is_said_and_leaves_the_checkpoint_of_before() {
     codrive(&["train", "--config", &text(&config), "--out", &text(&out)]).success();
     let before = fs::read(out.join("checkpoint.json")).unwrap();
     let resume = ["train", "--resume", "--iterations", "4", "--out", &text(&out)];
-    // Room for files of half the checkpoint's size, in blocks of 512 bytes: to a program the same as a disk that is full.
+    // The file size limit is half the checkpoint's size, in blocks of 512 bytes: a program cannot tell this from a full disk.
     let room = before.len() / 2 / 512;
     let output = std::process::Command::new("sh")
         .args(["-c", &format!("trap '' XFSZ; ulimit -f {room}; exec \"$@\""), "sh", env!("CARGO_BIN_EXE_codrive")])
@@ -84,7 +84,7 @@ fn a_full_disk_is_said_and_leaves_the_checkpoint_of_before() {
 }
 
 #[test]
-fn an_evaluation_writes_tables_with_windows_and_seeds_and_figures_and_overwrites_nothing() {
+fn an_evaluation_writes_tables_and_figures_and_overwrites_no_file() {
     let dir = tempfile::tempdir().unwrap();
     let config = dir.path().join("small.toml");
     fs::write(&config, SMALL).unwrap();
@@ -102,7 +102,7 @@ fn an_evaluation_writes_tables_with_windows_and_seeds_and_figures_and_overwrites
     for name in ["speed-against-hold.svg", "adherence.svg", "space-time-two-phase-hold-5-s-driver-perfect.svg"] {
         let picture = fs::read_to_string(Path::new(&out).join(name)).unwrap();
         assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n") && !picture.contains("NaN"), "{name}");
-        // As wide as a journal's page, and the same as PNG at 300 dots an inch where the program draws pictures.
+        // The figure is as wide as a journal's page. It is also a PNG at 300 dots per inch if the program can draw pictures.
         assert!(picture.contains(" width=\"183mm\" "), "{name}");
         #[cfg(feature = "desktop")]
         {
@@ -119,7 +119,7 @@ fn an_evaluation_writes_tables_with_windows_and_seeds_and_figures_and_overwrites
     assert!(said.contains("draws a driver for each ring") && said.contains("--driver"), "{said}");
 }
 
-/// An evaluation of short drives as JSON: its rows by policy and driver.
+/// Runs an evaluation of short drives as JSON. Returns its rows by policy and driver.
 fn evaluated(arguments: &[&str], [warm_up, horizon]: [&str; 2]) -> Vec<serde_json::Value> {
     let short = ["evaluate", "--json", "--over", "2", "--warm-up", warm_up, "--horizon", horizon];
     let all: Vec<&str> = short.iter().chain(arguments).copied().collect();
@@ -129,7 +129,7 @@ fn evaluated(arguments: &[&str], [warm_up, horizon]: [&str; 2]) -> Vec<serde_jso
 }
 
 #[test]
-fn each_driver_is_the_same_person_on_every_engine() {
+fn each_driver_behaves_alike_on_every_engine() {
     let drivers = ["follow", "perfect", "sloppy", "idm", "guarded", "exact", "reaction=1,error=0.5"];
     for engine in ["ring", "native", "sumo"] {
         let named: Vec<&str> = drivers.iter().flat_map(|driver| ["--driver", driver]).collect();
@@ -140,12 +140,12 @@ fn each_driver_is_the_same_person_on_every_engine() {
         let speeds = |row: &serde_json::Value| [0, 1].map(|ring| row["rings"][ring]["mean_mps"].as_f64().unwrap());
         for (i, driver) in drivers.iter().enumerate() {
             assert_eq!((&advised[i]["policy"], &none[i]["policy"]), (&"constant".into(), &"none".into()));
-            // 2 m/s is slower than the traffic: who follows it slows everybody down, and who ignores it does not.
+            // 2 m/s is slower than the traffic: a driver who follows it slows all vehicles down, a driver who ignores it does not.
             let [with, without] = [&advised[i], &none[i]].map(speeds);
             assert_eq!(with == without, *driver == "idm", "{driver} on {engine}: {with:?} {without:?}");
             assert_eq!(advised[i]["crashes"], 0, "{driver} on {engine}");
         }
-        // 8 m/s is faster: of those who follow to the letter only one brakes.
+        // 8 m/s is faster: of the two drivers who follow exactly, only `guarded` brakes.
         let fast = ["--engine", engine, "--policy", "constant", "--aim", "8"];
         let named = ["--driver", "exact", "--driver", "guarded", "--driver", "follow"];
         let rows = evaluated(&fast.iter().chain(&named).copied().collect::<Vec<_>>(), ["5", "20"]);
@@ -155,7 +155,7 @@ fn each_driver_is_the_same_person_on_every_engine() {
 }
 
 #[test]
-fn an_evaluation_has_a_driver_who_brakes_a_row_without_advice_and_loud_crashes() {
+fn an_evaluation_has_a_row_without_advice_and_reports_crashes() {
     let dir = tempfile::tempdir().unwrap();
     let out = text(&dir.path().join("out"));
     let rows = evaluated(&["--policy", "ring-250-speed", "--policy", "pi"], ["120", "300"]);
@@ -181,7 +181,7 @@ fn an_evaluation_has_a_driver_who_brakes_a_row_without_advice_and_loud_crashes()
 }
 
 #[test]
-fn auto_is_the_policy_shipped_for_the_map_and_an_unknown_one_is_answered_with_it() {
+fn auto_is_the_policy_of_the_map_and_an_unknown_name_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let config = dir.path().join("small.toml");
     fs::write(&config, SMALL).unwrap();
@@ -193,7 +193,7 @@ fn auto_is_the_policy_shipped_for_the_map_and_an_unknown_one_is_answered_with_it
 }
 
 #[test]
-fn a_whole_drive_is_judged_by_the_same_measures_on_sumo_as_on_the_native_engine() {
+fn whole_drives_have_the_same_measures_on_sumo_and_the_native_engine() {
     let judged = |engine: &str| -> serde_json::Value {
         let whole = ["evaluate", "--engine", engine, "--policy", "two-phase", "--driver", "perfect", "--over", "2"];
         let short = ["--warm-up", "5", "--horizon", "20", "--json"];
@@ -210,7 +210,8 @@ fn a_whole_drive_is_judged_by_the_same_measures_on_sumo_as_on_the_native_engine(
             assert!(report["fuel_l_100km"].as_f64().unwrap() > 1.0, "{report}");
             assert_eq!(report["crashed"], false);
         }
-        // The engines agree to 1e-11 m where nobody drives; the ego's report goes through SUMO's text of angles and places.
+        // The engines agree to 1e-11 m without an externally driven vehicle; the ego's report passes through SUMO's text format of angles
+        // and positions.
         for measure in ["mean_mps", "sd_over_cars_mps", "least_gap_m", "fuel_l_100km"] {
             let [a, b] = [&native, &sumo].map(|report| report[measure].as_f64().unwrap());
             assert!((a - b).abs() < 0.01 * a.abs(), "{measure}: {a} native, {b} on SUMO");

@@ -1,4 +1,4 @@
-//! The whole world without a window: determinism, events, the ego among cars that SUMO moves.
+//! The whole world without a window: determinism, events, and the ego among vehicles that SUMO moves.
 
 use codrive::{
     controls::Controls,
@@ -32,7 +32,7 @@ const STANDING: Controls = Controls {
     indicator: codrive::controls::Indicator::Off,
 };
 
-/// Every snapshot of `seconds` of a drive by the simulated driver.
+/// Returns every snapshot of `seconds` of a drive by the simulated driver.
 fn drive(scenario: &Scenario, seconds: f64) -> Vec<Snapshot> {
     let mut world = World::new(scenario).unwrap();
     let params = preset(&scenario.driver).unwrap();
@@ -47,7 +47,7 @@ fn drive(scenario: &Scenario, seconds: f64) -> Vec<Snapshot> {
 }
 
 #[test]
-fn a_car_beside_the_road_or_turned_around_is_put_back_into_the_gap_where_it_left_and_no_other_car_is_touched() {
+fn a_car_off_the_road_is_put_back_into_its_gap_without_a_contact() {
     let mut world = World::new(&Scenario {
         vehicles: 8,
         display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
@@ -64,7 +64,7 @@ fn a_car_beside_the_road_or_turned_around_is_put_back_into_the_gap_where_it_left
     }
     assert!(world.is_astray() && world.snapshot().lane_offset_m.abs() > 6.0);
     let left_at_m = world.snapshot().ego_s_m;
-    // Others may pass where it would stand: then there is no room, and after a while there is.
+    // Other vehicles may pass the position: then there is no room at first, but later there is.
     let waited = (0..3000).find(|_| {
         let done = world.put_back();
         assert!(done != Err(NotPutBack::OnLane) && done != Err(NotPutBack::Over), "{done:?}");
@@ -93,7 +93,7 @@ fn a_car_beside_the_road_or_turned_around_is_put_back_into_the_gap_where_it_left
     }
 }
 
-/// The first tick at which two drives differ, found by bisection over chained hashes, and the field.
+/// Returns the first tick at which two drives differ, found by bisection over chained hashes, with the field and both values.
 fn first_difference(a: &[Snapshot], b: &[Snapshot]) -> Option<(u64, String, f64, f64)> {
     let chain = |snapshots: &[Snapshot]| -> Vec<u64> {
         snapshots
@@ -143,7 +143,7 @@ fn another_input_is_found_at_its_very_tick() {
 }
 
 #[test]
-fn sumo_moves_21_cars_and_the_native_engine_moves_them_alike() {
+fn sumo_and_the_native_engine_move_21_cars_alike() {
     let _guard = one_at_a_time();
     let quiet = |engine| {
         let mut s = scenario(engine);
@@ -162,7 +162,7 @@ fn sumo_moves_21_cars_and_the_native_engine_moves_them_alike() {
 }
 
 #[test]
-fn traffic_is_where_the_engine_wants_it_at_each_step_and_moves_evenly_between() {
+fn traffic_matches_the_engine_at_each_step_and_moves_evenly_between() {
     let mut world = World::new(&scenario("native")).unwrap();
     let mut before: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m.unwrap()).collect();
     let route = world.map().route.clone();
@@ -185,8 +185,8 @@ fn traffic_is_where_the_engine_wants_it_at_each_step_and_moves_evenly_between() 
 }
 
 #[test]
-fn where_a_policy_falls_silent_the_dial_shows_no_advice_and_an_event_says_so() {
-    // One that expects to gain 2 m/s at a standstill and 1 m/s less with each m/s that is driven.
+fn a_silent_policy_shows_no_advice_and_causes_an_event() {
+    // The policy expects a gain of 2 m/s at a standstill, and 1 m/s less per m/s of speed.
     let mut network = Network::from_file(&policy::file_of("ring-250-speed").unwrap()).unwrap();
     network.expected_gain = Some(ExpectedGain {
         silent_below_mps: 0.0,
@@ -212,14 +212,14 @@ fn where_a_policy_falls_silent_the_dial_shows_no_advice_and_an_event_says_so() {
         }
         assert_eq!(world.snapshot().advice.is_some(), withheld.is_empty() && !issued.is_empty());
     }
-    // Once, at the first second at which it drives faster than 2 m/s; silence stands for ten minutes.
+    // Advice is withheld once, in the first second at more than 2 m/s; the silence lasts for ten minutes.
     let [(tick, speed_mps)] = withheld[..] else { panic!("{withheld:?}") };
     assert!(tick.0.is_multiple_of(100) && (2.0..3.6).contains(&speed_mps), "{withheld:?}");
     assert!(issued.iter().all(|issued| *issued < tick) && issued.len() > 1);
 }
 
 #[test]
-fn the_queue_stands_behind_an_ego_that_stands_and_nobody_passes_through() {
+fn the_queue_stands_behind_a_stopped_ego_and_no_vehicle_passes() {
     let _guard = one_at_a_time();
     for engine in ["sumo", "native"] {
         let mut world = World::new(&scenario(engine)).unwrap();
@@ -232,7 +232,7 @@ fn the_queue_stands_behind_an_ego_that_stands_and_nobody_passes_through() {
         assert!((snapshot.ego.position - start).length() < 0.001, "{engine}: the ego stood");
         let fastest = snapshot.cars.iter().map(|car| car.speed_mps).fold(0.0, f64::max);
         assert!(fastest < 0.05, "{engine}: a car still moves at {fastest} m/s");
-        // The last car is the ego's follower, the first its leader: all stand in order with a gap behind one another.
+        // The last vehicle is the ego's follower, the first its leader: all stand in order, with gaps.
         let route = &world.map().route;
         let mut ahead = snapshot.ego_s_m;
         for car in snapshot.cars.iter().rev() {
@@ -244,7 +244,7 @@ fn the_queue_stands_behind_an_ego_that_stands_and_nobody_passes_through() {
 }
 
 #[test]
-fn driving_into_the_leader_is_an_event_with_time_speeds_and_car_and_can_end_the_drive() {
+fn a_contact_with_the_leader_is_an_event_and_can_end_the_drive() {
     for (contact, ends) in [(OnContact::Continue, false), (OnContact::End, true)] {
         let mut world = World::new(&Scenario { contact, ..scenario("native") }).unwrap();
         let mut contacts = Vec::new();
@@ -262,7 +262,7 @@ fn driving_into_the_leader_is_an_event_with_time_speeds_and_car_and_can_end_the_
         };
         assert_eq!(car.0, 1, "the leader");
         assert!(ego_speed_mps > car_speed_mps && closing_mps > 0.5, "{:?}", contacts[0]);
-        // On the ring of 39.8 m radius the leader, 5 m ahead, points 0.126 rad further to the left.
+        // On the ring of 39.8 m radius, the leader 5 m ahead points 0.126 rad further to the left.
         assert!((angle_rad - 0.126).abs() < 0.05, "{angle_rad}");
         assert!(contacts[0].tick.seconds() > 0.5);
         assert_eq!(world.ended() == Some(EndReason::Contact), ends);
@@ -285,12 +285,12 @@ fn leaving_the_road_is_an_event_grass_is_slow_and_coming_back_is_an_event() {
         let edges = |k: &EventKind| matches!(k, EventKind::LeftRoad { .. } | EventKind::BackOnRoad);
         kinds.extend(world.events().iter().map(|e| e.kind).filter(edges));
     };
-    // Straight on, out of the bend.
+    // The ego drives straight on, out of the bend.
     for _ in 0..800 {
         tick(&mut world, &Controls { throttle: 0.25, ..Controls::default() });
     }
     assert!(world.snapshot().lane_offset_m < -3.0, "a left-hand bend is left to the right");
-    // Back by steering left, slowly.
+    // It returns by steering left, slowly.
     for _ in 0..4000 {
         let slow = world.snapshot().ego.speed_mps < 3.0;
         let steer = if world.snapshot().lane_offset_m < -1.0 { 5.0 } else { 1.05 };
@@ -327,8 +327,7 @@ fn the_saturated_wave_runs_on_with_the_ego_on_rapier_and_advice_calms_it() {
         let late = &drive(&wave, 300.0)[15_000..];
         late.iter().map(|snapshot| snapshot.mean_speed_mps).sum::<f64>() / late.len() as f64
     };
-    // docs/references.md: ring: 3.00 m/s without advice; docs/references.md: advice: two-phase reaches its aim, here 98.5
-    // % of 4.362 m/s.
+    // docs/references.md: ring: 3.00 m/s without advice. docs/references.md: advice: two-phase reaches its aim, here 98.5 % of 4.362 m/s.
     let without = mean("none", "idm");
     let with = mean("two-phase", "perfect");
     assert!((without - 3.0).abs() < 0.08, "{without}");
@@ -384,7 +383,7 @@ fn a_person_with_four_keys_and_slow_thumbs_holds_4_mps_in_the_lane() {
     use codrive::input::{DriveKey, Keyboard};
     let mut world = World::new(&Scenario { policy: "none".into(), ..scenario("native") }).unwrap();
     let mut keyboard = Keyboard::default();
-    // Looks at the dial five times a second, sees where the needle is going, and acts 0.4 s later.
+    // This person looks at the dial five times a second, sees the trend of the needle, and acts 0.4 s later.
     let mut seen = std::collections::VecDeque::from([0.0, 0.0]);
     let (mut speeds, mut offsets) = (Vec::new(), Vec::new());
     for tick in 0..9000 {
@@ -404,14 +403,15 @@ fn a_person_with_four_keys_and_slow_thumbs_holds_4_mps_in_the_lane() {
     }
     let (low, high) = speeds.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
     let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
-    // Half the width of the 250 m ring's useful band (+-1 mph, docs/references.md: band) on either side of his own mean.
+    // The limit is half the width of the 250 m ring's useful band (+-1 mph, docs/references.md: band), on either side of the person's own
+    // mean.
     assert!(high - low < 0.9 && (mean - 4.0).abs() < 0.3, "{low} to {high} m/s, mean {mean}");
     let off_m = offsets.iter().copied().fold(0.0, f64::max);
     assert!(off_m < 0.5, "{off_m} m off the centre line");
 }
 
 #[test]
-fn a_policy_that_was_told_who_drives_is_refused_where_nobody_can_tell_it() {
+fn a_policy_that_needs_driver_traits_is_refused_without_them() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("teacher.toml");
     let personal = policy::file_of("ring-250-personal").expect("it ships");
@@ -422,6 +422,6 @@ fn a_policy_that_was_told_who_drives_is_refused_where_nobody_can_tell_it() {
     let words =
         "must be told who drives (reaction, speed_bias, tracking_error, time_gap_factor, willingness, latent_1, ";
     assert!(said.contains("teacher.toml") && said.contains(words) && said.contains("remedy: "), "{said}");
-    // With its estimator it finds out by itself.
+    // With its estimator, the policy infers the driver by itself.
     assert!(asked("ring-250-personal".into()).is_ok());
 }

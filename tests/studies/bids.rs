@@ -1,5 +1,5 @@
-//! The data set of a rehearsed study before judges from outside: the validator of BIDS, and the shipped scripts for pandas and
-//! R, as whoever analyses it would run them. `scripts/setup --test` installs all three.
+//! The data set of a rehearsed study, read by outside programs: the BIDS validator, and the shipped scripts for pandas and R as an analyst
+//! would run them. `scripts/setup --test` installs all three.
 
 use crate::common::text;
 use serde_json::Value;
@@ -10,13 +10,13 @@ use std::{
     process::Command,
 };
 
-/// A rehearsed study in a scratch folder.
+/// A rehearsed study in a temporary folder.
 pub struct Place {
     folder: tempfile::TempDir,
 }
 
 impl Place {
-    /// The study with trials of this length, rehearsed.
+    /// Rehearses a study with trials of this length, s.
     pub fn rehearsed(duration_s: f64, participants: usize) -> Self {
         let place = Self { folder: tempfile::tempdir().unwrap() };
         let study = place.folder.path().join("short.toml");
@@ -30,7 +30,7 @@ impl Place {
         self.folder.path().join("data")
     }
 
-    /// The program with these arguments and the data set. What it said on standard error.
+    /// Runs the program with these arguments and the data set. Returns its standard error.
     pub fn codrive(&self, arguments: &[&str]) -> String {
         let output = crate::common::codrive(&[arguments, &[self.data().to_str().unwrap()]].concat(), "warn");
         assert!(output.status.success(), "{}", text(&output));
@@ -41,7 +41,7 @@ impl Place {
         self.script_into(program, script, None)
     }
 
-    /// The same with its second argument, where it writes tables.
+    /// Runs a shipped script on the data set, with `out` as its second argument if it writes tables. Returns its output.
     fn script_into(&self, program: &str, script: &str, out: Option<&Path>) -> String {
         let script = root().join("assets/analysis").join(script);
         let output = outside(program).arg(script).arg(self.data()).args(out).output();
@@ -50,7 +50,7 @@ impl Place {
         text(&output)
     }
 
-    /// Rows of a table of the analysis by its columns' names.
+    /// Returns the rows of an analysis table, keyed by column name.
     fn rows(&self, name: &str) -> Vec<BTreeMap<String, String>> {
         crate::common::table(&self.data().join("derivatives/codrive").join(name))
     }
@@ -60,7 +60,7 @@ pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A program with what `scripts/setup --test` installed for Python.
+/// Returns the command of a program with the Python packages that `scripts/setup --test` installed.
 pub fn outside(program: &str) -> Command {
     let place = root().join(".test-python");
     assert!(place.join("wanted").exists(), ".test-python/ is not there; run scripts/setup --test");
@@ -69,14 +69,14 @@ pub fn outside(program: &str) -> Command {
     command
 }
 
-/// What the validator finds in a data set.
+/// Returns the validator's report of a data set.
 fn issues(data: &Path) -> Value {
     let arguments = ["-c", "from bids_validator_deno import cli; cli()", "--format", "json", "--max-rows", "-1"];
     let output = outside("python3").args(arguments).arg(data).output().unwrap();
     serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", text(&output)))
 }
 
-/// Errors that the validator finds in a data set; and how many participants and files it saw.
+/// Returns the validator's errors of a data set, and the number of participants and of files that it saw.
 pub fn errors(data: &Path) -> (Vec<String>, usize, u64) {
     let report = issues(data);
     let issues = report["issues"]["issues"].as_array().unwrap();
@@ -85,8 +85,8 @@ pub fn errors(data: &Path) -> (Vec<String>, usize, u64) {
     (found, subjects, report["summary"]["totalFiles"].as_u64().unwrap())
 }
 
-/// Warnings of the validator that stay, with the reason. All are about what is recommended and nobody but the laboratory knows, or what
-/// there is none of.
+/// Validator warnings that remain, each with its reason. They concern recommended entries that only the laboratory knows, or that do not
+/// exist here.
 const WARNINGS: [(&str, &str, &str); 8] = [
     ("JSON_KEY_RECOMMENDED", "License", "`licence` of the study's file, which the study of this test has not"),
     ("TOO_FEW_AUTHORS", "", "`authors` of the study's file, which the study of this test has not"),
@@ -111,20 +111,20 @@ const WARNINGS: [(&str, &str, &str); 8] = [
 ];
 
 #[test]
-fn the_validator_of_bids_finds_no_error_and_the_scripts_read_what_has_no_reactions() {
+fn the_bids_validator_finds_no_error_and_scripts_read_data_without_events() {
     let place = Place::rehearsed(4.0, 3);
     let (found, subjects, files) = errors(&place.data());
     assert!(found.is_empty(), "{found:#?}");
-    // Description, readme, participants and their sidecar, as much of two questionnaires, sidecars of events and channels; for each
-    // participant scans, 4 drives and 2 answers with a sidecar each, and of each drive motion and its events with a sidecar each, and
-    // the channels.
+    // Four files: description, readme, participants and their sidecar. Two questionnaires have a table and a sidecar each; two sidecars are
+    // of events and channels. Each participant has scans, 4 drives and 2 sets of responses with a sidecar each; each drive also has motion
+    // and its events with a sidecar each, and channels.
     assert_eq!((subjects, files), (3, 4 + 4 + 2 + 3 * (2 * (1 + 4 + 2) + 4 * (2 + 2 + 1))));
     let report = issues(&place.data());
     let key = |issue: &Value| ["code", "subCode"].map(|key| issue[key].as_str().unwrap_or_default().to_owned());
     let said: BTreeSet<[String; 2]> = report["issues"]["issues"].as_array().unwrap().iter().map(key).collect();
     let explained = WARNINGS.map(|(code, sub, _)| [code.to_owned(), sub.to_owned()]);
     assert_eq!(said, BTreeSet::from(explained), "warnings that are not explained, or explained and not there");
-    // Folders of results beside the data are none of BIDS.
+    // Result folders beside the data are not part of BIDS.
     for folder in ["report", "analysis"] {
         fs::create_dir(place.data().join(folder)).unwrap();
         fs::write(place.data().join(folder).join("report.html"), "none of BIDS").unwrap();
@@ -142,7 +142,7 @@ fn the_validator_of_bids_finds_no_error_and_the_scripts_read_what_has_no_reactio
     let r = place.script("Rscript", "read_study.R");
     assert!(r.contains("3 participants, 9 trials") && r.contains("too few observations for a model: 0 of 0"), "{r}");
 
-    // The judge is awake: events without their onset are no events, motion without its rate is no motion, and a tag is a word of HED.
+    // The validator does detect faults: events without onset, motion without sampling rate, and a tag that HED does not have.
     let motion = "sub-R02/motion/sub-R02_task-trial_tracksys-codrive_run-2_motion.json";
     for (file, from, to, said) in [
         ("sub-R01/beh/sub-R01_task-trial_run-1_events.tsv", "onset", "when", "sub-R01_task-trial_run-1_events.tsv"),
@@ -160,7 +160,7 @@ fn the_validator_of_bids_finds_no_error_and_the_scripts_read_what_has_no_reactio
 }
 
 #[test]
-fn pandas_and_r_find_the_means_that_stand_in_the_table_of_trials() {
+fn pandas_and_r_find_the_means_of_the_table_of_trials() {
     let place = Place::rehearsed(30.0, 4);
     place.codrive(&["analyse"]);
     let trials: Vec<_> = place.rows("trials.csv").into_iter().filter(|row| !row["condition"].is_empty()).collect();
@@ -170,7 +170,7 @@ fn pandas_and_r_find_the_means_that_stand_in_the_table_of_trials() {
     for said in [&pandas, &r] {
         assert!(said.contains("4 participants, 12 trials"), "{said}");
     }
-    // The conditions in the study's order, by pandas as columns, by R as rows.
+    // The conditions are in the study's order: columns in pandas, rows in R.
     let row = pandas.lines().find(|line| line.starts_with("mean_speed_mps  mean")).expect(&pandas);
     let by_pandas: Vec<f64> = row.split_whitespace().skip(2).map(|word| word.parse().unwrap()).collect();
     for (place, condition) in ["narrow", "middle", "wide"].into_iter().enumerate() {
@@ -184,16 +184,16 @@ fn pandas_and_r_find_the_means_that_stand_in_the_table_of_trials() {
         let by_r: f64 = row.split_whitespace().nth(2).unwrap().parse().unwrap();
         assert!((by_r - mean).abs() < 1e-4, "{condition}: {by_r} {mean}");
     }
-    // Each fitted a model, and pandas joined a recording of 30 s to its advices.
+    // Both scripts fitted a model, and pandas joined a recording of 30 s to its advice.
     assert!(pandas.contains("Mixed Linear Model") && pandas.contains("3000 ticks"), "{pandas}");
     assert!(r.contains("Satterthwaite") && r.contains("== reaction_s =="), "{r}");
 }
 
 #[test]
-fn one_participant_is_read_and_said_to_be_too_few() {
+fn one_participant_is_read_and_reported_as_too_few() {
     let place = Place::rehearsed(4.0, 1);
     place.codrive(&["analyse"]);
-    // A folder that is not there is made.
+    // A missing output folder is created.
     let out = place.data().with_file_name("new").join("tables");
     let pandas = place.script_into("python3", "read_study.py", Some(&out));
     assert!(pandas.contains("1 participants, 3 trials") && pandas.contains("too few participants"), "{pandas}");

@@ -1,5 +1,5 @@
-//! What tests of rehearsed studies share. In: how long drives are, and what is asked at the end. Out: the text of a small study,
-//! the program's words, tables by their columns' names.
+//! Helpers of the tests of rehearsed studies. In: lengths of the drives, and the last questionnaire. Out: the text of a small study, the
+//! program's output, tables keyed by column name.
 
 use std::{
     collections::BTreeMap,
@@ -8,8 +8,8 @@ use std::{
     process::{Command, Output},
 };
 
-/// A study on the native engine with a factor of three levels, a practice, and trials in every order. `last` is its last
-/// questionnaire: name of the segment and of the questionnaire.
+/// Returns the text of a study on the native engine with a factor of three levels, a practice, and trials in every order. `last` names the
+/// segment of the last questionnaire and the questionnaire.
 pub fn study(duration_s: f64, practice_s: f64, last: [&str; 2]) -> String {
     let [name, questionnaire] = last;
     format!(
@@ -49,17 +49,17 @@ questionnaire = "{questionnaire}"
     )
 }
 
-/// The program, which logs from this level on.
+/// Runs the program, logging from this level on.
 pub fn codrive(arguments: &[&str], log: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_codrive")).args(arguments).env("RUST_LOG", log).output().unwrap()
 }
 
-/// Everything that a program said.
+/// Returns standard output and standard error of a program.
 pub fn text(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
-/// Rows of a table by its columns' names; every row has every cell, and of a TSV none is empty.
+/// Reads a table; rows are keyed by column name. Every row must have every cell, and a TSV must have no empty cell.
 pub fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
     let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let separator = if path.extension().is_some_and(|e| e == "csv") { ',' } else { '\t' };

@@ -1,5 +1,5 @@
-//! Drivers as they were: a rehearsal whose participants' numbers are known, found again by the analysis, and driven with in another
-//! rehearsal. In: a small study on the native engine. Out: numbers that are those that were drawn, within what drives can tell.
+//! Estimated driver traits: the analysis recovers the known traits of a rehearsal's participants, and another rehearsal drives with them.
+//! In: a small study on the native engine. Out: estimates near the true values, within what drives can tell.
 
 use crate::common::{codrive, table, text};
 use std::{
@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// One advised drive of 400 s each on a ring with a wave.
+/// A study with one advised drive of 400 s per participant, on a ring with a wave.
 const STUDY: &str = r#"title = "Who drove"
 participants = 8
 seed = 3
@@ -24,7 +24,8 @@ kind = "drive"
 name = "drive"
 "#;
 
-/// People: what is left out of the last two is drawn.
+/// Driver traits of eight participants. The last two lack some: a missing reaction time or error is drawn, a missing time gap factor is
+/// not.
 const PEOPLE: &str = r#"format = "codrive drivers 1"
 study = "A laboratory's"
 [[driver]]
@@ -66,7 +67,7 @@ speed_bias_mps = 0.3
 
 type Row = BTreeMap<String, String>;
 
-/// A folder with a study of this file's kind, and the files that are named.
+/// Writes this study and the named files into a temporary folder. Returns it and the path of the data set.
 fn place(study: &str, files: &[(&str, &str)]) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in [("study.toml", study)].iter().chain(files) {
@@ -95,7 +96,7 @@ fn number(row: &Row, name: &str) -> Option<f64> {
     row.get(name).and_then(|cell| cell.parse().ok())
 }
 
-/// Truth and what was found of everybody of whom it was told, with the ends of the interval.
+/// Returns true value, estimate and ends of the interval of each participant that has all four.
 fn pairs(truth: &[Row], found: &[Row], true_name: &str, names: [&str; 3]) -> Vec<[f64; 4]> {
     let pair = |(truth, found): (&Row, &Row)| {
         assert_eq!(truth["participant_id"], found["participant"]);
@@ -105,7 +106,7 @@ fn pairs(truth: &[Row], found: &[Row], true_name: &str, names: [&str; 3]) -> Vec
     truth.iter().zip(found).filter_map(pair).collect()
 }
 
-/// Pearson's correlation of truth and found.
+/// Returns Pearson's correlation of true values and estimates.
 fn correlation(pairs: &[[f64; 4]]) -> f64 {
     let n = pairs.len() as f64;
     let mean = |k: usize| pairs.iter().map(|pair| pair[k]).sum::<f64>() / n;
@@ -120,7 +121,7 @@ fn is_within(pair: &[f64; 4]) -> bool {
 }
 
 #[test]
-fn who_drove_is_found_again_and_drives_in_the_next_rehearsal() {
+fn estimated_drivers_match_the_true_ones_and_drive_the_next_rehearsal() {
     let (folder, out) = place(STUDY, &[("people.toml", PEOPLE)]);
     let (code, said) = rehearse(folder.path(), &out, "8", Some(&folder.path().join("people.toml")));
     assert!(code == 0 && said.contains("8 of 8 participants"), "{said}");
@@ -142,25 +143,27 @@ fn who_drove_is_found_again_and_drives_in_the_next_rehearsal() {
     assert_eq!([reactions.len(), biases.len(), errors.len()], [8; 3], "{found:?}");
     assert!(gaps.len() >= 4, "on a ring with a wave most are behind somebody for half a minute: {gaps:?}");
     for pair in &reactions {
-        // Less than the spread of people's reaction times (docs/references.md: drivers), so that they can be told apart.
+        // The limit is smaller than the spread of reaction times between people (docs/references.md: drivers), so that participants can be
+        // told apart.
         assert!((pair[1] - pair[0]).abs() < 0.25, "{pair:?}");
     }
     for pair in &biases {
-        // The mean of a wander of 0.35 m/s and 5 s over the 270 s in which the advice decides has a standard error of 0.07 m/s.
+        // The mean of an error of 0.35 m/s with a correlation time of 5 s has a standard error of 0.07 m/s over the 270 s in which the
+        // advice decides.
         assert!((pair[1] - pair[0]).abs() < 0.15 || is_within(pair), "{pair:?}");
     }
     for pair in &errors {
-        // 270 s are 27 independent pieces of that wander: a standard error of 14 %, twice.
+        // 270 s are 27 independent samples of that error: a standard error of 14 %; the limit is twice that.
         assert!((pair[1] / pair[0] - 1.0).abs() < 0.3, "{pair:?}");
     }
     for pair in &gaps {
-        // Half the step to the next driver of this study.
+        // The limit is half the step to the next driver of this study.
         assert!((pair[1] - pair[0]).abs() < 0.1, "{pair:?}");
     }
     for (pairs, least) in [(&reactions, 0.95), (&biases, 0.95), (&errors, 0.9), (&gaps, 0.95)] {
         assert!(correlation(pairs) > least, "{} of {pairs:?}", correlation(pairs));
     }
-    // Of 28 and more numbers 95 % should lie in their intervals; fewer than 80 % of 28 would be chance in one of 500 studies.
+    // 95 % of 28 or more values should lie in their intervals; by chance fewer than 80 % of 28 do in one of 500 studies.
     let all: Vec<&[f64; 4]> = [&reactions, &biases, &errors, &gaps].into_iter().flatten().collect();
     let share = all.iter().filter(|pair| is_within(pair)).count() as f64 / all.len() as f64;
     assert!(share >= 0.8, "{share}: {all:?}");
@@ -173,7 +176,7 @@ fn who_drove_is_found_again_and_drives_in_the_next_rehearsal() {
     let html = fs::read_to_string(report.join("report.html")).unwrap();
     assert!(html.contains("<h2>Drivers</h2>") && html.contains("<code>reaction_rests_on_s</code>"));
 
-    // The next rehearsal drives with what was found: its truth is what the file says, in turn.
+    // The next rehearsal drives with the estimates: its true values are those of the file, in turn.
     let (next, next_out) = place(&STUDY.replace("400.0", "10.0"), &[]);
     let (code, said) = rehearse(next.path(), &next_out, "9", Some(&report.join("drivers.toml")));
     assert!(code == 0, "{said}");
@@ -185,7 +188,7 @@ fn who_drove_is_found_again_and_drives_in_the_next_rehearsal() {
 }
 
 #[test]
-fn a_rehearsal_goes_on_with_the_same_drivers_only() {
+fn a_rehearsal_continues_with_the_same_drivers_only() {
     let other = PEOPLE.replace("reaction_s = 0.6", "reaction_s = 0.65");
     let longer = PEOPLE.to_owned() + "[[driver]]\n";
     let study = STUDY.replace("400.0", "5.0");
@@ -205,7 +208,7 @@ fn a_rehearsal_goes_on_with_the_same_drivers_only() {
 }
 
 #[test]
-fn a_wrong_file_of_drivers_is_told_and_nothing_is_made() {
+fn a_faulty_driver_file_is_reported_and_nothing_is_written() {
     let slip = PEOPLE.replacen("reaction_s", "reacton_s", 1);
     let far = PEOPLE.replacen("time_gap_factor = 1.0", "time_gap_factor = 10", 1);
     let (folder, out) = place(STUDY, &[("slip.toml", &slip), ("far.toml", &far)]);

@@ -1,5 +1,5 @@
-//! Sickness that is asked while driving, rehearsed: recordings, data set and analysis say the same of each question, and a rating
-//! above its limit ends a session.
+//! Sickness ratings while driving, rehearsed: recordings, data set and analysis agree on each question, and a rating above its limit ends a
+//! session.
 
 use crate::common::{codrive, table, text};
 use codrive::replay::Replay;
@@ -33,14 +33,14 @@ fn rehearsed(folder: &Path, study: &str) -> String {
 }
 
 #[test]
-fn every_question_stands_in_recording_data_set_and_analysis_alike() {
+fn every_question_is_in_the_recording_the_data_set_and_the_analysis() {
     let folder = tempfile::tempdir().unwrap();
     rehearsed(folder.path(), STUDY);
     let data = folder.path().join("data");
     let output = codrive(&["analyse", data.to_str().unwrap()], "warn");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output));
     let analysed = table(&data.join("derivatives/codrive/fms.csv"));
-    // Two people, two drives of a minute, asked at 20 and 40 s: one at 60 s could not be answered.
+    // Two participants, two drives of a minute, asked at 20 and 40 s: a question at 60 s could not be answered.
     assert_eq!(analysed.len(), 8);
     let times: Vec<&str> = analysed.iter().map(|row| row["time_s"].as_str()).collect();
     assert_eq!(times, ["20", "40"].repeat(4));
@@ -63,7 +63,7 @@ fn every_question_stands_in_recording_data_set_and_analysis_alike() {
         assert!((took_s - row["answer_s"].parse::<f64>().unwrap()).abs() < 0.006, "{row:?} {took_s}");
         assert!((0.0..=20.0).contains(&row["value"].parse::<f64>().unwrap()));
     }
-    // An answer is no control of the car.
+    // A rating is not a control of the vehicle.
     let recording = data.join("sourcedata/sub-R01").join(&analysed[0]["recording"]);
     let mut replay = Replay::open(&recording).unwrap();
     replay.advance(10_000).unwrap();
@@ -78,9 +78,9 @@ fn every_question_stands_in_recording_data_set_and_analysis_alike() {
 }
 
 #[test]
-fn a_rating_above_its_limit_ends_a_rehearsed_session_and_stays_in_the_data() {
+fn a_rating_above_its_limit_ends_a_rehearsed_session_and_is_kept() {
     let folder = tempfile::tempdir().unwrap();
-    // Ratings of 0 are most of them in the first minutes: with a limit of 0, and twenty minutes, somebody is above.
+    // Most ratings of the first minutes are 0. With a limit of 0 and twenty minutes, some participant exceeds it.
     let study = STUDY
         .replace("duration_s = 60.0", "duration_s = 600.0")
         .replace("fms_every_s = 20.0", "fms_every_s = 60.0\nstop_above = { score = \"fms\", value = 0.0 }");

@@ -1,5 +1,5 @@
-//! One study whose free texts are markup of every format that they are written into: each file is read by its own format's reader
-//! (`read_hostile.py`), and the texts are texts there.
+//! A study whose free texts are markup of every format that they are written into. `read_hostile.py` reads each file with a reader of its
+//! format and finds the texts unchanged.
 
 use super::{
     bids::root,
@@ -7,7 +7,7 @@ use super::{
 };
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
-/// Markup of HTML, SVG, Markdown, CSV, TSV and of spreadsheets' formulas, on one line.
+/// Markup of HTML, SVG, Markdown, CSV, TSV and spreadsheet formulas, on one line.
 const HOSTILE: &str =
     r#"=1+1,"q" <hostile onhostile="x">&amp;]]> *hostile* [hostile](http://x) `hostile` | שלום \ ${x}"#;
 
@@ -62,7 +62,7 @@ fn questionnaire() -> String {
     .to_string()
 }
 
-/// Files that were read by kind: all, and those that hold one of the texts.
+/// Returns for each kind of file the number read, and the number that hold one of the texts.
 fn read(folder: &Path) -> BTreeMap<String, [usize; 2]> {
     let script = root().join("tests/studies/read_hostile.py");
     let output = Command::new("python3").arg(script).arg(folder).output().unwrap();
@@ -75,7 +75,7 @@ fn read(folder: &Path) -> BTreeMap<String, [usize; 2]> {
     said.split_whitespace().map(kind).collect()
 }
 
-/// No file below the folder has these letters in its name or its bytes, but the list of who was erased.
+/// Asserts that no file below the folder has `letters` in its name or its bytes, except the list of erased participants.
 fn assert_nowhere(folder: &Path, letters: &str) {
     for entry in fs::read_dir(folder).unwrap().flatten() {
         let (path, name) = (entry.path(), entry.file_name());
@@ -91,7 +91,7 @@ fn assert_nowhere(folder: &Path, letters: &str) {
 }
 
 #[test]
-fn free_texts_are_texts_in_every_file_that_they_are_written_into() {
+fn free_texts_stay_texts_in_every_file_that_holds_them() {
     let place = tempfile::tempdir().unwrap();
     let all = place.path().join("all");
     fs::create_dir(&all).unwrap();

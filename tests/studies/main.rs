@@ -1,5 +1,5 @@
-//! Studies: plan, order, sessions and rehearsals, and the data set that comes of them. In: small studies on the native engine.
-//! Out: files that outside readers and validators take.
+//! Studies: plan, order, sessions, rehearsals and their data set. In: small studies on the native engine. Out: files that outside readers
+//! and validators accept.
 
 mod bids;
 mod common;

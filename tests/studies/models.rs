@@ -1,5 +1,5 @@
-//! The planned analysis against another program (R with lme4 and lmerTest, as `scripts/setup --test` installs them), and a study from
-//! its plan to its report.
+//! The planned analysis against another program (R with lme4 and lmerTest, as `scripts/setup --test` installs them), and a study from its
+//! plan to its report.
 
 use crate::common::{codrive, study, table, text};
 use codrive::analysis::{
@@ -8,7 +8,7 @@ use codrive::analysis::{
 };
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
-/// What R says.
+/// Runs a script in R and returns its standard output.
 fn r(script: &str) -> String {
     let output = Command::new("Rscript").args(["--vanilla", "-e", script]).output();
     let output = output.unwrap_or_else(|e| panic!("Rscript: {e}; scripts/setup --test installs it"));
@@ -24,7 +24,8 @@ fn near(found: f64, known: f64, share: f64) -> bool {
     (found - known).abs() <= share * known.abs().max(1e-12)
 }
 
-/// Rows of a table that R has: who, the covariate, the response; and what lmerTest makes of it.
+/// Fits a mixed model to a table of R (participant, covariate, response). Returns the model, lmerTest's row of each coefficient, and the
+/// standard deviations, REML criterion and Shapiro-Wilk test of R.
 fn compared(data: &str) -> (MixedModel, Vec<Vec<f64>>, Vec<f64>) {
     let script = format!(
         "suppressMessages(library(lmerTest)); options(digits = 15); {data}; d$g <- as.integer(factor(d$g)) - 1L; \
@@ -48,8 +49,8 @@ fn agrees(found: &ContrastEstimate, known: &[f64]) {
     }
 }
 
-/// The example of lme4's own documentation, reaction times by days without sleep (the data set `sleepstudy` that R
-/// brings): as printed there, an intercept of 251.405, 10.467 a day, deviations of 37.12 between and 30.99 within persons.
+/// Example of lme4's own documentation, reaction times by days without sleep (R's data set `sleepstudy`). It prints an intercept of
+/// 251.405, 10.467 a day, and deviations of 37.12 between and 30.99 within persons.
 #[test]
 fn the_published_example_of_a_random_intercept_has_its_printed_figures() {
     let (model, terms, more) = compared("d <- setNames(lme4::sleepstudy, c('y', 'x', 'g'))");
@@ -63,9 +64,9 @@ fn the_published_example_of_a_random_intercept_has_its_printed_figures() {
     assert!(near(test.w, more[3], 1e-3) && near(test.p, more[4], 1e-2), "{test:?} {more:?}");
 }
 
-/// Persons with one to ten rows, whose covariate differs between them as well: no closed form has this.
+/// Participants with one to ten rows each, whose covariate also differs between them: no closed form exists.
 #[test]
-fn what_is_not_balanced_is_as_in_another_program() {
+fn unbalanced_data_give_the_results_of_lmertest() {
     let (model, terms, more) = compared(
         "d <- setNames(lme4::sleepstudy, c('y', 'x', 'g')); d <- d[(seq_len(180) * 7) %% 11 < 6, ]; d <- d[-(1:9 * 3), ]",
     );
@@ -93,14 +94,14 @@ fn succeeded(arguments: &[&str]) -> String {
 }
 
 #[test]
-fn a_study_is_planned_rehearsed_with_drawn_people_and_analysed_as_planned_and_as_r_does() {
+fn a_planned_and_rehearsed_study_is_analysed_as_planned_and_as_r_does() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (file, data) = (at("study.toml"), at("data"));
     fs::write(&file, study(20.0, 2.0, ["workload", "raw-tlx"]) + PLAN).unwrap();
     let rehearse = ["study", &file, "--rehearse", "--population", "people", "--out", &data];
     succeeded(&rehearse);
-    // Each is drawn from the population: the data set says who was drawn.
+    // Each participant is drawn from the population; the data set has the true values.
     let people = table(Path::new(&at("data/participants.tsv")));
     let mut reactions: Vec<&str> = people.iter().map(|row| row["true_reaction_s"].as_str()).collect();
     reactions.sort_unstable();
@@ -147,7 +148,7 @@ fn a_study_is_planned_rehearsed_with_drawn_people_and_analysed_as_planned_and_as
         }
     }
 
-    // Changed after the first session: by a file of now, and by a session that was led with it.
+    // A change after the first session: in a later file, and in a session that ran with it.
     fs::write(at("later.toml"), study(20.0, 2.0, ["workload", "raw-tlx"]) + &PLAN.replace("= 0.1", "= 0.3")).unwrap();
     succeeded(&["analyse", &data, "--study", &at("later.toml")]);
     assert!(report().contains("smallest_effect: planned 0.1, now 0.3."));
@@ -157,19 +158,19 @@ fn a_study_is_planned_rehearsed_with_drawn_people_and_analysed_as_planned_and_as
     succeeded(&rehearse);
     succeeded(&["analyse", &data]);
     assert!(report().contains("The plan is that of the first session."));
-    // Who is excluded after the session is told with the models, and nothing counts as altered by that.
+    // A participant excluded after the session is reported with the models; the exclusion does not count as an alteration.
     succeeded(&["study", &file, "--exclude", "R02", "--reason", "fell asleep", "--out", &data]);
     succeeded(&["analyse", &data]);
     let left_out = fs::read_to_string(at("data/derivatives/codrive/left_out.csv")).unwrap();
     assert!(left_out.ends_with("\nsub-R02,,,,excluded by the experimenter: fell asleep\n"), "{left_out}");
     assert!(fs::read_to_string(at("data/derivatives/codrive/models.csv")).unwrap().contains(",5,15,"));
-    // Any other change is another study.
+    // Any other change makes another study.
     fs::write(at("other.toml"), study(21.0, 2.0, ["workload", "raw-tlx"]) + PLAN).unwrap();
     let other = codrive(&["study", &at("other.toml"), "--rehearse", "--out", &data], "warn");
     assert!(!other.status.success() && text(&other).contains("is not the study"), "{}", text(&other));
 }
 
-/// Rows of a table of R, which quotes its words.
+/// Reads a table that R wrote, without the quotes around its words.
 fn unquoted(path: &Path) -> Vec<BTreeMap<String, String>> {
     let rows = table(path).into_iter();
     let bare = |text: String| text.trim_matches('"').to_owned();

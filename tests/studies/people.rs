@@ -1,5 +1,5 @@
-//! A rehearsed study with consent, screening, a limit and questionnaires after every trial: what the plan, the data set and the
-//! analysis say of them; then one participant is given their data, and another is erased.
+//! A rehearsed study with consent, screening, a limit and questionnaires after every trial: its plan, data set and analysis. Then one
+//! participant's data are exported, and another participant is erased.
 
 use crate::common::{codrive, table, text};
 use std::{collections::BTreeSet, fs, path::Path};
@@ -45,14 +45,14 @@ fn study(folder: &Path, from: &str, to: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// Runs the program; what it said.
+/// Runs the program and returns its exit code and output.
 fn said(arguments: &[&str]) -> (i32, String) {
     let output = codrive(arguments, "warn");
     (output.status.code().unwrap_or(-1), text(&output))
 }
 
 #[test]
-fn questionnaires_after_trials_stand_by_trial_and_condition_wherever_answers_stand() {
+fn questionnaires_after_trials_have_trial_and_condition_everywhere() {
     let folder = tempfile::tempdir().unwrap();
     let file = study(folder.path(), "seed = 7", "seed = 7");
     let data = folder.path().join("data");
@@ -64,18 +64,18 @@ fn questionnaires_after_trials_stand_by_trial_and_condition_wherever_answers_sta
         "{plan}"
     );
     let (code, words) = said(&["study", &file, "--rehearse", "--out", out]);
-    // Who is rehearsed was invited: they agree and pass the screening.
+    // Simulated participants consent and pass the screening.
     assert!(code == 0 && words.contains("3 of 3 participants completed the study"), "{words}");
     assert!(table(&data.join("phenotype/consent.tsv")).iter().all(|row| row["agree"] == "true"));
 
-    // One table a place: each participant meets both conditions, at places 1 and 2.
+    // One table per place: each participant meets both conditions, at places 1 and 2.
     let tlx: Vec<_> =
         [1, 2].iter().flat_map(|i| table(&data.join(format!("phenotype/trial_{i}_nasa_tlx.tsv")))).collect();
     let key: BTreeSet<[&str; 2]> = tlx.iter().map(|row| [&*row["participant_id"], &*row["condition"]]).collect();
     assert_eq!((tlx.len(), key.len()), (6, 6));
     let names = ["mental", "physical", "temporal", "performance", "effort", "frustration"];
     for row in &tlx {
-        // Weights are counted here from the pairs, and are 15 in all.
+        // The weights are counted from the pairs and sum to 15.
         let count =
             |name: &str| row.iter().filter(|(key, value)| key.contains("-or-") && *value == name).count() as f64;
         let number = |name: &str| row[name].parse::<f64>().unwrap();
@@ -84,7 +84,7 @@ fn questionnaires_after_trials_stand_by_trial_and_condition_wherever_answers_sta
         assert!((number("score_weighted-tlx") - wanted).abs() < 1e-5, "{row:?}");
     }
     let scans = table(&data.join("sub-R02/sub-R02_scans.tsv"));
-    // Answers about a trial are in the list with its place and condition, as the trial is.
+    // The list of scans has questionnaires about a trial with the place and condition of the trial.
     let of_trial = |name: &str| scans.iter().filter(|scan| scan["filename"].contains(name)).collect::<Vec<_>>();
     let places =
         |name: &str| of_trial(name).iter().map(|s| [s["place"].clone(), s["condition"].clone()]).collect::<Vec<_>>();
@@ -115,7 +115,7 @@ fn questionnaires_after_trials_stand_by_trial_and_condition_wherever_answers_sta
         assert!(report.contains(has), "{has}");
     }
 
-    // One is given theirs; one is erased, and the analysis goes on with the others.
+    // One participant's data are exported; another is erased, and the analysis continues with the rest.
     let mine = folder.path().join("mine");
     let (code, words) = said(&["study", &file, "--out", out, "--export", "R02", "--to", mine.to_str().unwrap()]);
     assert!(code == 0 && words.contains("all that"), "{words}");
@@ -143,9 +143,9 @@ fn questionnaires_after_trials_stand_by_trial_and_condition_wherever_answers_sta
 }
 
 #[test]
-fn a_rehearsal_is_stopped_by_a_limit_as_a_person_would_be() {
+fn a_limit_stops_a_rehearsal_as_it_would_stop_a_participant() {
     let folder = tempfile::tempdir().unwrap();
-    // No answer is below 1: the mean of four is above 0 for everybody.
+    // No response is below 1: the mean of four exceeds 0 for every participant.
     let file = study(
         folder.path(),
         "after = [\"trust\", \"nasa-tlx\"]",

@@ -1,5 +1,4 @@
-//! A recording that lies where it does not belong is found, and so is a table that says otherwise than the log; what people do with a data
-//! set as it is meant to be is no alarm.
+//! A recording in the wrong place and a table that contradicts the log are found. The intended ways to change a data set are no alarm.
 
 use crate::common::{codrive, text};
 use codrive::{
@@ -32,7 +31,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// A copy of a data set of two participants, rehearsed once.
+/// Returns a copy of a data set of two participants, rehearsed once.
 fn data_set() -> (tempfile::TempDir, PathBuf) {
     static WHOLE: OnceLock<tempfile::TempDir> = OnceLock::new();
     let whole = WHOLE.get_or_init(|| {
@@ -46,13 +45,13 @@ fn data_set() -> (tempfile::TempDir, PathBuf) {
     (folder, root)
 }
 
-/// All that is wrong with a data set, a line each.
+/// Returns all faults of a data set, one per line.
 fn wrong(root: &Path) -> Vec<String> {
     let listed = checksums::changes(root).unwrap();
     listed.iter().chain(&places::misplaced(root).unwrap()).map(ToString::to_string).collect()
 }
 
-/// Faults found by the places alone, as if every checksum had been made anew.
+/// Returns the faults that the check of places alone finds, as if all checksums had been recomputed.
 fn misplaced(tamper: impl FnOnce(&Path)) -> String {
     let (_folder, root) = data_set();
     tamper(&root);
@@ -60,7 +59,7 @@ fn misplaced(tamper: impl FnOnce(&Path)) -> String {
     places::misplaced(&root).unwrap().iter().map(|found| format!("{found}\n")).collect()
 }
 
-/// The folder of the trial of a participant with this number.
+/// Returns the folder of a participant's trial of this number.
 fn trial(root: &Path, subject: &str, number: u32) -> PathBuf {
     let begins = format!("trial-{number}-");
     let is_it = |name: &str| name.starts_with(&begins) && !name.ends_with("-baseline");
@@ -82,7 +81,7 @@ fn edit(path: &Path, from: &str, to: &str) {
 }
 
 #[test]
-fn what_is_done_with_a_data_set_as_it_is_meant_to_be_is_no_alarm() {
+fn intended_changes_of_a_data_set_are_no_alarm() {
     let (_folder, root) = data_set();
     assert_eq!(wrong(&root), [""; 0]);
     let (data, code) = (DataSet::open(&root, &study()).unwrap(), |text: &str| ParticipantCode::new(text).unwrap());
@@ -136,7 +135,7 @@ fn swapped_trials_and_baselines_are_found() {
         found.contains("-baseline: is a recording of participant R02; it lies in the folder of sub-R01"),
         "{found}"
     );
-    // By another policy than the plan has for its condition.
+    // Driven with another policy than the condition's in the plan.
     let found = misplaced(|root| {
         let manifest = trial(root, "sub-R01", 1).join("manifest.json");
         edit(&manifest, "\"name\": \"ring-250-speed\"", "\"name\": \"pi\"");
@@ -151,7 +150,7 @@ fn swapped_trials_and_baselines_are_found() {
         edit(&from.with_file_name("session.json"), &was, is);
     });
     assert!(found.contains("sourcedata/sub-R01/trial-9-wide: is not named after trial-1-"), "{found}");
-    // Of another time than its passage.
+    // With another start time than the session log has for it.
     let found = misplaced(|root| {
         let manifest = trial(root, "sub-R01", 1).join("manifest.json");
         let keys: serde_json::Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
@@ -161,7 +160,7 @@ fn swapped_trials_and_baselines_are_found() {
 }
 
 #[test]
-fn tables_that_say_otherwise_than_the_log_are_found() {
+fn tables_that_contradict_the_log_are_found() {
     let of_scans = |from: &'static str, to: &'static str| {
         misplaced(|root| edit(&root.join("sub-R01/sub-R01_scans.tsv"), from, to))
     };
@@ -198,7 +197,7 @@ fn tables_that_say_otherwise_than_the_log_are_found() {
 }
 
 #[test]
-fn a_folder_too_many_or_too_few_is_found() {
+fn an_extra_or_missing_folder_is_found() {
     let found = misplaced(|root| copy(&trial(root, "sub-R02", 1), &root.join("sourcedata/sub-R01/trial-9-wide")));
     assert!(
         found.contains("sourcedata/sub-R01/trial-9-wide: session.json of its participant does not name it"),
@@ -211,7 +210,7 @@ fn a_folder_too_many_or_too_few_is_found() {
 }
 
 #[test]
-fn an_analysis_names_first_what_is_wrong_and_so_does_its_exit_code() {
+fn an_analysis_names_faults_first_and_fails_with_its_exit_code() {
     let (_folder, root) = data_set();
     let path = root.to_str().unwrap();
     swap(&trial(&root, "sub-R01", 1), &trial(&root, "sub-R01", 2));
@@ -231,7 +230,7 @@ fn an_analysis_names_first_what_is_wrong_and_so_does_its_exit_code() {
 }
 
 #[test]
-fn a_signed_data_set_is_authentic_and_so_is_each_recording_in_it() {
+fn a_signed_data_set_and_each_of_its_recordings_are_authentic() {
     let (_folder, root) = data_set();
     let path = root.to_str().unwrap();
     let key = |name: &str| format!("{}/tests/data/signing/{name}", env!("CARGO_MANIFEST_DIR"));
@@ -247,19 +246,19 @@ fn a_signed_data_set_is_authentic_and_so_is_each_recording_in_it() {
     let drive = trial(&root, "sub-R01", 1);
     let (code, said) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
     assert!(code == Some(0) && said.contains("authentic: signed by lab"), "{said}");
-    // Somebody makes the list of the data set anew.
+    // The list of the data set is rewritten after it was signed.
     let list = fs::read_to_string(root.join("SHA256SUMS")).unwrap();
     fs::write(root.join("SHA256SUMS"), list.lines().rev().map(|line| format!("{line}\n")).collect::<String>()).unwrap();
     let (code, said) = run(&["analyse", path, "--signer", &signers]);
     assert!(code == Some(1) && said.contains("SHA256SUMS: was changed after lab signed it"), "{said}");
     fs::write(root.join("SHA256SUMS"), list).unwrap();
-    // A recording that was not in it.
+    // A recording that the list does not have.
     let manifest = drive.join("manifest.json");
     let other = fs::read(trial(&root, "sub-R01", 2).join("manifest.json")).unwrap();
     fs::write(&manifest, other).unwrap();
     let (code, said) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
     assert!(code == Some(1) && !said.contains("authentic: signed"), "{said}");
-    // The recording itself, with a fact that no drive can prove changed, and its own seal made anew.
+    // The recording itself, with a changed fact that no drive can prove, and its own checksum recomputed.
     copy(&data_set().1.join(drive.strip_prefix(&root).unwrap()), &drive);
     let mut keys: serde_json::Map<String, serde_json::Value> =
         serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! The analysis that a preregistration announces, against the one that a rehearsal's data get.
+//! The analysis that a preregistration announces, against the analysis of a rehearsal's data.
 
 use super::{
     bids::root,
@@ -6,7 +6,7 @@ use super::{
 };
 use std::fs;
 
-/// A shipped study whose drives are short and begin at once on the native engine; the plan and the conditions are its own.
+/// Returns a shipped study with short drives that begin at once on the native engine; plan and conditions stay.
 fn short(name: &str) -> String {
     let file = root().join("assets/studies").join(format!("{name}.toml"));
     let text = fs::read_to_string(file).unwrap();
@@ -19,24 +19,24 @@ fn short(name: &str) -> String {
         ];
         match set.iter().find(|(key, _)| line.starts_with(key)) {
             Some((key, value)) => format!("{key}{value}"),
-            // That of the practice, among others of its line.
+            // Duration of the practice, which is one of several settings on its line.
             None => line.replace("duration_s = 420.0", "duration_s = 4.0"),
         }
     };
-    // Nobody's symptoms end a session.
+    // No symptom score ends a session.
     let lines = text.lines().filter(|line| !line.starts_with("stop_above"));
     let short = lines.map(line).collect::<Vec<_>>().join("\n");
     short.replacen("[base]", "[base]\ntraffic = \"native\"", 1)
 }
 
-/// The number before these words.
+/// Returns the number before these words.
 fn number_before(text: &str, words: &str) -> usize {
     let at = text.find(words).unwrap_or_else(|| panic!("{words}: {text}"));
     let before = text[..at].trim_end().rsplit(' ').next().unwrap();
     before.parse().unwrap_or_else(|e| panic!("{before}: {e}"))
 }
 
-/// Tests and trials of the preregistration, tests of the report, and rows of contrasts in its table.
+/// Returns tests and trials of the preregistration, tests of the report, and rows of contrasts in its table.
 fn counted(study: &str) -> [usize; 4] {
     let place = tempfile::tempdir().unwrap();
     let [file, data, plan] =
@@ -63,8 +63,8 @@ fn counted(study: &str) -> [usize; 4] {
 }
 
 #[test]
-fn outcomes_of_advice_are_not_tested_against_no_advice_in_plan_and_analysis_alike() {
+fn plan_and_analysis_test_no_outcome_of_advice_against_no_advice() {
     let study = short("congestion-short").replace("\"fuel_l_100km\"]", "\"fuel_l_100km\", \"speed_error_mps\"]");
-    // Twelve less two: without advice there is no target.
+    // Twelve less two: without advice there is no target speed.
     assert_eq!(counted(&study), [10, 3, 10, 10]);
 }

@@ -1,4 +1,4 @@
-//! Scores of shipped questionnaires against worked examples, and mistakes in a score.
+//! Scores of shipped questionnaires against worked examples, and faulty scores.
 
 use codrive::study::{Questionnaire, questions::Answers};
 use serde_json::json;
@@ -9,11 +9,11 @@ fn questionnaire(name: &str) -> Questionnaire {
 }
 
 #[test]
-fn weights_of_the_load_index_are_how_often_each_demand_was_chosen() {
+fn tlx_weights_count_the_choices_of_each_demand() {
     let tlx = questionnaire("nasa-tlx");
     let names = ["mental", "physical", "temporal", "performance", "effort", "frustration"];
     let pairs: Vec<String> = tlx.answer_names().into_iter().filter(|name| name.contains("-or-")).collect();
-    // Every pair of six comes once.
+    // Every pair of six occurs once.
     let mut seen: Vec<[&str; 2]> =
         pairs.iter().map(|p| p.split_once("-or-").map(|(a, b)| if a < b { [a, b] } else { [b, a] }).unwrap()).collect();
     seen.sort();
@@ -39,7 +39,7 @@ fn weights_of_the_load_index_are_how_often_each_demand_was_chosen() {
 }
 
 #[test]
-fn the_acceptance_scale_has_its_third_sixth_and_eighth_pair_the_other_way_round() {
+fn the_acceptance_scale_reverses_its_third_sixth_and_eighth_pair() {
     let scale = questionnaire("van-der-laan");
     let elements: Vec<_> = scale.pages.iter().flat_map(|page| &page.elements).collect();
     // Van der Laan, Heino and De Waard (1997): nine pairs in this order, the left word first.
@@ -61,7 +61,7 @@ fn the_acceptance_scale_has_its_third_sixth_and_eighth_pair_the_other_way_round(
         let answers: Answers = elements.iter().zip(places).map(|(e, place)| (e.name.clone(), json!(place))).collect();
         scale.scores(&answers).into_iter().map(|(_, figure)| (figure.unwrap() * 1e9).round() / 1e9).collect()
     };
-    // The favourable word everywhere: left but for the third, sixth and eighth.
+    // The favourable word in every pair: the left one except in the third, sixth and eighth.
     assert_eq!(scored([1, 1, 5, 1, 1, 5, 1, 5, 1]), [2.0, 2.0]);
     assert_eq!(scored([5, 5, 1, 5, 5, 1, 5, 1, 5]), [-2.0, -2.0]);
     assert_eq!(scored([3; 9]), [0.0, 0.0]);

@@ -1,5 +1,5 @@
-//! The data set of a rehearsed study as others open it: pandas and R read every table by what the sidecars say, MNE-BIDS finds the
-//! participants and MNE the motion, hedtools takes the tags. What a participant is given and what is erased has its motion, too.
+//! The data set of a rehearsed study in outside readers: pandas and R read every table by its sidecar, MNE-BIDS finds the participants, MNE
+//! reads the motion, and hedtools accepts the tags. Export and erasure of a participant include the motion.
 
 use crate::{
     bids::{self, Place, outside},
@@ -9,7 +9,7 @@ use codrive::record::{Manifest, Table, TableReader};
 use serde_json::Value;
 use std::{collections::BTreeMap, fs, path::Path};
 
-/// What a script of `tests/studies/readers` says of a data set.
+/// Runs a script of `tests/studies/readers` on a data set and returns its standard output.
 fn read(program: &str, script: &str, data: &Path) -> String {
     let scratch = tempfile::tempdir().unwrap();
     let script = bids::root().join("tests/studies/readers").join(script);
@@ -23,7 +23,7 @@ fn said(script: &str, data: &Path) -> Value {
     serde_json::from_str(&read("python3", script, data)).unwrap()
 }
 
-/// Drives of a participant: name of the motion's table, and the recording.
+/// Returns the drives of a participant: name of the motion table, and path of the recording.
 fn drives(data: &Path, subject: &str) -> Vec<(String, std::path::PathBuf)> {
     let rows = table(&data.join(format!("{subject}/{subject}_scans.tsv")));
     let of_drive = rows.into_iter().filter(|row| row["recording"] != "n/a");
@@ -31,7 +31,7 @@ fn drives(data: &Path, subject: &str) -> Vec<(String, std::path::PathBuf)> {
 }
 
 #[test]
-fn pandas_and_r_read_every_table_by_its_sidecar_and_find_the_motion_that_was_recorded() {
+fn pandas_and_r_read_every_table_and_find_the_recorded_motion() {
     let place = Place::rehearsed(4.0, 2);
     let data = place.data();
     let pandas = said("read_tables.py", &data);
@@ -52,18 +52,19 @@ fn pandas_and_r_read_every_table_by_its_sidecar_and_find_the_motion_that_was_rec
             (pandas["motion"][name][0].as_f64().unwrap(), pandas["motion"][name][1].as_f64().unwrap()),
             (by_r[name.as_str()][0], by_r[name.as_str()][1]),
         ] {
-            // Every speed is rounded to 0.1 mm/s, so their mean is off by half of that at most.
+            // Every speed is rounded to 0.1 mm/s, so the mean of the speeds is off by at most half of that.
             assert!(rows == speeds.len() as f64 && (speed - mean).abs() < 5e-5, "{name}: {rows} {speed} {mean}");
         }
     }
-    // Participants, two questionnaires; of each participant scans, 2 answers and of 4 drives events, twice, and channels.
+    // Participants and two questionnaires; per participant scans, 2 sets of responses, and for each of 4 drives two tables of events and
+    // one of channels.
     let others = 1 + 2 + 2 * (1 + 2 + 4 * 3);
     assert!(r.contains(&format!("others {others} \n")), "{r}");
     assert_eq!(pandas["tables"], others + 8);
 }
 
 #[test]
-fn dates_are_another_years_and_the_seconds_between_a_participants_files_are_the_true_ones() {
+fn dates_are_shifted_by_years_and_times_between_files_stay_true() {
     let place = Place::rehearsed(4.0, 2);
     let data = place.data();
     let times = said("read_tables.py", &data)["times"].clone();
@@ -90,7 +91,7 @@ fn dates_are_another_years_and_the_seconds_between_a_participants_files_are_the_
 }
 
 #[test]
-fn mne_bids_finds_participants_and_runs_and_mne_takes_the_motion_with_its_events() {
+fn mne_bids_finds_participants_and_runs_and_mne_reads_the_motion() {
     let place = Place::rehearsed(4.0, 2);
     let data = place.data();
     let mne = said("read_mne.py", &data);
@@ -112,13 +113,13 @@ fn mne_bids_finds_participants_and_runs_and_mne_takes_the_motion_with_its_events
             "{name}"
         );
         assert!((1902..1925).contains(&read["year"].as_i64().unwrap()), "{read}");
-        // The first sample is that of tick 1; the first advice stands at tick 0.
+        // The first sample is at tick 1; the first advice is at tick 0.
         assert_eq!(read["first_event"], -0.01, "{name}");
     }
 }
 
 #[test]
-fn hedtools_takes_the_tags_of_every_row_and_finds_a_word_that_is_none() {
+fn hedtools_accepts_the_tags_of_every_row_and_finds_an_unknown_tag() {
     let place = Place::rehearsed(4.0, 1);
     assert_eq!(read("python3", "check_hed.py", &place.data()), "");
     let path = place.data().join("events.json");
@@ -129,7 +130,7 @@ fn hedtools_takes_the_tags_of_every_row_and_finds_a_word_that_is_none() {
 }
 
 #[test]
-fn motion_and_dates_follow_a_participant_who_is_given_the_data_or_erased() {
+fn export_and_erasure_of_a_participant_include_motion_and_dates() {
     let place = Place::rehearsed(4.0, 2);
     let data = place.data();
     let given = data.with_file_name("given");
@@ -153,7 +154,8 @@ fn motion_and_dates_follow_a_participant_who_is_given_the_data_or_erased() {
     };
     study_command(["--export", "R01", "--to", given.to_str().unwrap()]);
     let names = files_of(&data, "sub-R01");
-    // Of 4 drives motion, its events and both sidecars, and channels; events and sidecar; of 2 answers two; scans.
+    // For each of 4 drives: motion, its events and both sidecars, channels, and events with sidecar. For each of 2 questionnaires:
+    // responses and sidecar. Then scans and their sidecar.
     assert_eq!((names.len(), names.clone()), (4 * 5 + 4 * 2 + 2 * 2 + 2, files_of(&given, "sub-R01")));
     for (name, recording) in drives(&data, "sub-R01") {
         assert_eq!(fs::read(data.join(&name)).unwrap(), fs::read(given.join(&name)).unwrap(), "{name}");
@@ -164,7 +166,7 @@ fn motion_and_dates_follow_a_participant_who_is_given_the_data_or_erased() {
     let (found, subjects, _) = bids::errors(&given);
     assert!(found.is_empty() && subjects == 1, "{found:#?}");
 
-    // Listed with their sums, and taken from the list with the participant.
+    // The list has their checksums; erasing the participant removes them from it.
     let sums = |name: &str| fs::read_to_string(data.join("SHA256SUMS")).unwrap().matches(name).count();
     assert_eq!((sums("sub-R01_task-trial_tracksys-codrive_run-2_motion.tsv"), sums("sub-R01/date-shift.json")), (1, 1));
     let others = files_of(&data, "sub-R02");
@@ -173,9 +175,9 @@ fn motion_and_dates_follow_a_participant_who_is_given_the_data_or_erased() {
     assert_eq!((sums("sub-R01"), files_of(&data, "sub-R02")), (0, others));
     let (found, subjects, _) = bids::errors(&data);
     assert!(found.is_empty() && subjects == 1, "{found:#?}");
-    // Nothing is missing and nothing was changed.
+    // The analysis reports no missing and no changed file.
     assert_eq!(place.codrive(&["analyse"]), "");
-    // Motion can be made again from the recordings, and an analysis does not ask for it.
+    // Motion can be made again from the recordings, and an analysis does not need it.
     fs::remove_dir_all(data.join("sub-R02/motion")).unwrap();
     let output = crate::common::codrive(&["analyse", "--accept-changes", data.to_str().unwrap()], "warn");
     let report = data.join("derivatives/codrive/report.html");

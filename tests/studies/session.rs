@@ -1,5 +1,5 @@
-//! A rehearsed study: every order as often as it should be, a data set whose files are whole, a cut that costs one drive,
-//! the same bits for the same seed, and a message for whatever must not be.
+//! A rehearsed study: every order equally often, a data set with complete files, a cut that costs one drive, the same bits for the same
+//! seed, and a message for each fault.
 
 use crate::common::table;
 use codrive::{
@@ -17,7 +17,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The study of these tests.
+/// Returns the text of the study of these tests.
 fn short() -> String {
     let who = "authors = [\"A. Lead\", \"B. Second\"]\nlicence = \"CC0\"\ninstitution = \"A laboratory\"\n";
     who.to_owned() + &crate::common::study(6.0, 30.0, ["workload", "raw-tlx"])
@@ -32,7 +32,7 @@ fn codrive(arguments: &[&str]) -> (i32, String) {
     (output.status.code().unwrap(), crate::common::text(&output))
 }
 
-/// A folder with the study's file, and where its data go.
+/// Returns a temporary folder with the study file, that file's path, and the path of the data set.
 fn place() -> (tempfile::TempDir, PathBuf, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("short.toml"), folder.path().join("data"));
@@ -45,7 +45,7 @@ fn rehearse(file: &Path, out: &Path, participants: &str) -> (i32, String) {
     codrive(&["study", file, "--rehearse", "--participants", participants, "--out", out])
 }
 
-/// Names of all files below a folder.
+/// Returns the paths of all files below a folder, sorted.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut list = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -57,7 +57,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set() {
+fn six_participants_meet_every_order_once_and_the_data_set_is_complete() {
     let (_folder, file, out) = place();
     let (code, text) = rehearse(&file, &out, "6");
     assert!(code == 0 && text.contains("6 of 6 participants completed the study"), "{text}");
@@ -67,7 +67,7 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     assert_eq!(orders.len(), 6, "Williams' square of three conditions has six orders: {orders:?}");
     assert!(participants.iter().all(|row| row["state"] == "complete" && row["kind"] == "simulated"));
 
-    // The data set says what it is, of which study, and what lies where.
+    // The readme explains the data set, its study and its folders.
     let readme = fs::read_to_string(out.join("README.md")).or_else(|_| fs::read_to_string(out.join("README"))).unwrap();
     for has in ["# Short\n", "participants.tsv", "phenotype/", "sourcedata/", "study.toml", "codrive analyse"] {
         assert!(readme.contains(has), "{has}: {readme}");
@@ -97,11 +97,11 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     let levels = sickness.as_object().unwrap().values().find_map(|column| column["Levels"].as_object()).unwrap();
     assert_eq!(levels.keys().collect::<Vec<_>>(), ["0", "1", "2", "3"], "none, slight, moderate, severe");
 
-    // Every table has a sidecar that names each of its columns; all files are the user's alone.
+    // Every table has a sidecar that describes each of its columns; only the user can read the files.
     for path in files(&out) {
         let mode = fs::metadata(&path).unwrap().permissions().mode() & 0o777;
         assert_eq!(mode & 0o077, 0, "{}: {mode:o}", path.display());
-        // Motion has no head, and its channels are described by BIDS itself (tests/studies/readers).
+        // Motion has no header row, and BIDS itself describes its channels (tests/studies/readers).
         if path.extension().is_some_and(|e| e == "tsv") && !path.parent().unwrap().ends_with("motion") {
             let is_events = path.file_name().unwrap().to_str().unwrap().ends_with("_events.tsv");
             let sidecar = if is_events { out.join("events.json") } else { path.with_extension("json") };
@@ -115,7 +115,7 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     for (number, row) in participants.iter().enumerate() {
         let subject = &row["participant_id"];
         let mut scans = table(&out.join(subject).join(format!("{subject}_scans.tsv")));
-        // Answers have no recording.
+        // Questionnaires have no recording.
         scans.retain(|scan| scan["recording"] != "n/a");
         let events_of = |scan: &BTreeMap<String, String>| {
             table(&out.join(subject).join(scan["filename"].replace("_motion.tsv", "_events.tsv")))
@@ -127,10 +127,10 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
             let advice = TableReader::parquet(&Table::Advice.parquet(&out.join(&scan["recording"]))).unwrap();
             assert_eq!(events.iter().filter(|event| event["trial_type"] == "advice").count(), advice.rows());
         }
-        // The practice ends by its criterion, sooner than its 30 s.
+        // The practice ends by its criterion, before its 30 s.
         let ended = |event: &BTreeMap<String, String>| event["trial_type"] == "criterion";
         assert!(events_of(&scans[0]).iter().any(ended));
-        // The baseline is of the same seed, and nobody advises in it.
+        // The baseline has the seed of its trial and no advice.
         let scenario = |name: &str| {
             let text = fs::read_to_string(out.join(&scans[1][name]).join("scenario.toml")).unwrap();
             toml::from_str::<toml::Table>(&text).unwrap()
@@ -149,7 +149,7 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     }
     assert_eq!((workload.len(), table(&out.join("phenotype/ssq_before.tsv")).len()), (6, 6));
 
-    // The list has every file that holds data, and another program agrees with it.
+    // The list has every file with data, and another program confirms it.
     let checked = std::process::Command::new("sha256sum")
         .args(["--check", "--strict", "--quiet", "SHA256SUMS"])
         .current_dir(&out)
@@ -163,7 +163,7 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
         assert_eq!(is_listed, !name.ends_with("lock") && name != "SHA256SUMS", "{name}");
     }
 
-    // The analysis finds all of it.
+    // The analysis includes all drives.
     let (code, text) = codrive(&["analyse", out.to_str().unwrap()]);
     assert!(code == 0 && text.contains("24 drives"), "{text}");
     let report = out.join("derivatives/codrive");
@@ -183,10 +183,10 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     assert!(!figures("svg").is_empty());
     assert_eq!(figures("svg"), figures("png"), "every figure in both forms");
     let html = fs::read_to_string(report.join("report.html")).unwrap();
-    // Nothing is fetched: the only addresses are the names of SVG's format.
+    // The page loads nothing: its only addresses are names of the SVG format.
     assert_eq!(html.matches("http").count(), html.matches("xmlns=\"http://www.w3.org/2000/svg\"").count());
     assert!(!html.contains("<script") && !html.contains("NaN") && html.contains("narrow (N = 6)"));
-    // Every picture is a figure with a number and a caption; names of columns stand in the data dictionary alone.
+    // Every picture is a numbered figure with a caption; only the data dictionary names columns.
     let captions = html.matches("<figcaption><b>Figure ").count();
     assert!(captions == html.matches("<svg ").count() && captions == figures("svg").len(), "{captions}");
     let (page, dictionary) = html.split_once("<section id=\"data-dictionary\">").unwrap();
@@ -199,7 +199,7 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
             assert!(!column.contains('_') || !page.contains(column), "{file}: {column}");
         }
     }
-    // The methods beside the page are those in it, and say what was in the manifests.
+    // The methods file has the text of the page, with facts of the manifests.
     let methods = fs::read_to_string(report.join("methods.txt")).unwrap();
     for part in [
         "24 drives of 6 simulated participants were analysed.",
@@ -213,13 +213,13 @@ fn six_rehearsed_participants_meet_every_order_once_and_leave_a_whole_data_set()
     let (code, text) = codrive(&["analyse", out.join("sub-R02").to_str().unwrap()]);
     assert!(code == 0 && text.contains("4 drives"), "{text}");
 
-    // Who is through is not run again, and nothing changes.
+    // A completed participant is not run again, and no file changes.
     let before = fs::read(out.join("sourcedata/sub-R01/session.json")).unwrap();
     let (code, _) = rehearse(&file, &out, "6");
     assert!(code == 0 && fs::read(out.join("sourcedata/sub-R01/session.json")).unwrap() == before);
 }
 
-/// Everything that must be equal between two runs: all files but those with times of day.
+/// Returns the contents that must be equal between two runs: all files except those with times of day.
 fn contents(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let timed = |path: &Path| {
         ["session.json", "manifest.json", "SHA256SUMS", "date-shift.json"].iter().any(|name| path.ends_with(name))
@@ -232,7 +232,7 @@ fn contents(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     list.map(|path| (path.strip_prefix(out).unwrap().to_owned(), read(&path))).collect()
 }
 
-/// A list of files without its second column, when they were begun.
+/// Returns a list of files without its second column, the start times.
 fn without_time(scans: &str) -> Vec<u8> {
     let row = |line: &str| {
         let mut cells: Vec<&str> = line.split('\t').collect();
@@ -244,12 +244,12 @@ fn without_time(scans: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_data_set_that_was_changed_is_not_analysed_unless_asked_for_and_the_report_says_so() {
+fn a_changed_data_set_is_analysed_only_on_request_and_the_report_says_so() {
     let (_folder, file, out) = place();
     assert_eq!(rehearse(&file, &out, "2").0, 0);
     let analyse = |more: &[&str]| codrive(&[&["analyse", out.to_str().unwrap()], more].concat());
     assert_eq!(analyse(&[]).0, 0);
-    // A second analysis finds its own files there, and a what-if lies beside what was recorded: neither is a change.
+    // A second analysis finds its own files, and a what-if lies beside the recordings: neither is a change.
     let trial = out.join("sourcedata/sub-R01/trial-1-narrow");
     assert_eq!(codrive(&["replay", trial.to_str().unwrap(), "--what-if", "none"]).0, 0);
     assert_eq!(analyse(&[]).0, 0);
@@ -259,7 +259,7 @@ fn a_data_set_that_was_changed_is_not_analysed_unless_asked_for_and_the_report_s
     let (code, text) = analyse(&[]);
     assert!(code == 1 && text.contains("sourcedata/sub-R01/session.json: is not as it was written"), "{text}");
     assert!(text.contains("state of sub-R01 is complete; sourcedata/sub-R01/session.json says partial"), "{text}");
-    // To publish again does not make it right.
+    // Publishing again does not repair the change.
     assert_eq!(rehearse(&file, &out, "2").0, 0);
     let (code, text) = analyse(&[]);
     assert!(code == 1 && text.contains("sourcedata/sub-R01/session.json: is not as it was written"), "{text}");
@@ -270,7 +270,7 @@ fn a_data_set_that_was_changed_is_not_analysed_unless_asked_for_and_the_report_s
     let (code, text) = analyse(&[]);
     let names = ["advice.parquet: is not as it was written", "summary.json: is missing"];
     assert!(code == 1 && names.iter().all(|name| text.contains(name)) && text.contains("--accept-changes"), "{text}");
-    // What can still be read is analysed where that is asked for.
+    // With `--accept-changes` the readable part is analysed.
     fs::copy(out.join("sourcedata/sub-R02/trial-1-middle/advice.parquet"), trial.join("advice.parquet")).unwrap();
     let (code, text) = analyse(&["--accept-changes"]);
     assert!(code == 1 && text.contains("analysed although"), "{text}");
@@ -280,7 +280,7 @@ fn a_data_set_that_was_changed_is_not_analysed_unless_asked_for_and_the_report_s
         report.contains("is not as it was written, or not where it belongs")
             && report.contains("trial-1-narrow/summary.json: is missing")
     );
-    // A recording alone has its own fingerprints.
+    // A recording alone is checked against its own checksums.
     let (code, text) = codrive(&["analyse", trial.to_str().unwrap()]);
     assert!(code == 1 && text.contains("advice.parquet: ") && text.contains("--accept-changes"), "{text}");
 }
@@ -290,7 +290,7 @@ fn the_same_seed_gives_the_same_files_also_after_a_cut() {
     let (_folder, file, out) = place();
     let second = out.with_file_name("second");
     assert_eq!((rehearse(&file, &out, "2").0, rehearse(&file, &second, "1").0), (0, 0));
-    // The second participant is cut within the first trial: its journal is left, its session says running.
+    // The second participant is cut within the first trial: the journal is left, and the session says running.
     let (study, code) = (study(), ParticipantCode::new("R02").unwrap());
     let data = DataSet::open(&second, &study).unwrap();
     let mut session = Session::open(&data, &study, &code, ParticipantKind::Simulated, 1, "then").unwrap();
@@ -318,7 +318,7 @@ fn the_same_seed_gives_the_same_files_also_after_a_cut() {
 }
 
 #[test]
-fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
+fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_resumes() {
     let (_folder, file, out) = place();
     let long = short().replace("duration_s = 6.0", "duration_s = 600.0");
     fs::write(&file, long).unwrap();
@@ -350,7 +350,7 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
     );
     let rows = TableReader::parquet(&Table::Ego.parquet(&source.join("trial-1-narrow"))).unwrap().rows();
     assert!(rows < 60_000 && !source.join("trial-1-narrow/journal").exists());
-    // The next attempt takes a folder of its own.
+    // The next attempt has its own folder.
     let long = fs::read_to_string(&file).unwrap();
     let study = Study::parse(long, &file).unwrap();
     let data = DataSet::open(&out, &study).unwrap();
@@ -361,7 +361,7 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_goes_on_there() {
     assert_eq!(session.begin("now").unwrap(), again);
     drop(session);
 
-    // Killed without a word within it, it is made whole, and the next attempt has a folder of its own once more.
+    // After a kill within the drive the recording is recovered, and the next attempt again has its own folder.
     let mut child = rehearse();
     until(&mut child, &again.join("journal/rows.blocks"));
     child.kill().unwrap();
@@ -443,7 +443,7 @@ fn a_clock_that_is_set_back_changes_no_order_and_stays_in_the_stamps() {
     session.end(ItemOutcome::Done, "", "2026-03-29T09:00:30Z").unwrap();
     session.begin("2026-03-29T09:00:31Z").unwrap();
     drop(session);
-    // Cut, and opened at a time before all of it.
+    // Cut, and opened at an earlier time than all of its entries.
     let mut session = Session::open(&data, &study, &code, ParticipantKind::Person, 0, "2025-01-01T00:00:00Z").unwrap();
     let passages = &session.log().passages;
     assert_eq!(passages.iter().map(|p| p.outcome).collect::<Vec<_>>(), [ItemOutcome::Done, ItemOutcome::Cut]);
@@ -457,7 +457,7 @@ fn a_clock_that_is_set_back_changes_no_order_and_stays_in_the_stamps() {
 }
 
 #[test]
-fn folders_that_are_something_else_are_refused_and_left_alone() {
+fn other_folders_are_refused_and_left_alone() {
     let (folder, file, out) = place();
     let (code, text) = rehearse(&file, folder.path(), "1");
     assert!(code == 2 && text.contains("is no data set of a study"), "{text}");

@@ -1,4 +1,4 @@
-//! The studies that are shipped: what they compare, how long they take, that they are balanced.
+//! The shipped studies: comparisons, duration and balance.
 
 use super::study::{load, shipped};
 use codrive::{
@@ -7,7 +7,7 @@ use codrive::{
 };
 use std::{collections::BTreeMap, path::Path};
 
-/// Names and scenarios of the drives of the first participant.
+/// Returns names and scenarios of the first participant's drives.
 fn drives(study: &Study) -> Vec<(String, Scenario)> {
     let items = study.plan(0).items.into_iter();
     items
@@ -19,8 +19,8 @@ fn drives(study: &Study) -> Vec<(String, Scenario)> {
 }
 
 #[test]
-fn the_short_study_is_the_plan_of_the_paper_in_thirty_minutes() {
-    // HC22: thirty minutes, seven of them to get used to the car, three trials of five.
+fn the_short_study_follows_the_paper_and_takes_thirty_minutes() {
+    // HC22: thirty minutes, seven of them for practice, and three trials of five minutes.
     let study = load("congestion-short");
     let drives = drives(&study);
     assert_eq!(drives.iter().map(|d| d.1.duration_s).collect::<Vec<_>>(), [420.0, 300.0, 300.0, 300.0]);
@@ -34,9 +34,9 @@ fn the_short_study_is_the_plan_of_the_paper_in_thirty_minutes() {
     assert!(study.file.participants.is_multiple_of(6), "every order of three as often");
 }
 
-/// HC22 varies range, density and the others' model; what counts is a person with advice against the same person without.
+/// HC22 varies range, density and the others' model. This comparison is within participants: with advice against without.
 #[test]
-fn the_shipped_study_compares_advice_with_none_and_with_a_sham_in_one_wave_from_a_standstill() {
+fn the_shipped_study_compares_advice_with_none_and_with_a_sham() {
     let study = shipped();
     let drives = drives(&study);
     assert_eq!(drives.len(), 1 + 4 * 2 * 2);
@@ -49,7 +49,7 @@ fn the_shipped_study_compares_advice_with_none_and_with_a_sham_in_one_wave_from_
     assert!(hesitant.len() == 8 && hesitant.iter().all(|drive| (drive.idm.t, drive.idm.a) == (1.2, 0.8)));
     assert!(trials.iter().all(|(_, drive)| drive.standing_start && drive.wave_sd_mps >= 2.0));
     assert!(study.file.participants.is_multiple_of(16), "every order as often");
-    // A visit is booked for two hours: twenty minutes are for arriving, the information sheet and what goes wrong.
+    // A visit is booked for two hours: twenty minutes are for arrival, the information sheet and problems.
     assert!(study.plan(0).minutes() < 100.0, "{} min", study.plan(0).minutes());
     for study in [study, load("congestion-short")] {
         study.check_ranges("it").unwrap_or_else(|e| panic!("{e}"));
@@ -57,7 +57,7 @@ fn the_shipped_study_compares_advice_with_none_and_with_a_sham_in_one_wave_from_
 }
 
 #[test]
-fn both_begin_with_consent_screening_and_demographics_and_ask_about_every_condition_and_sickness() {
+fn both_studies_begin_with_consent_and_ask_about_conditions_and_sickness() {
     for name in ["congestion", "congestion-short"] {
         let study = load(name);
         let plan = study.plan(0);
@@ -68,20 +68,20 @@ fn both_begin_with_consent_screening_and_demographics_and_ask_about_every_condit
             assert_eq!(segment.fms_every_s, Some(60.0), "{name}: {}", segment.name);
             assert_eq!(segment.stop_above.as_ref().map(|limit| limit.score.as_str()), Some("fms"));
         }
-        // Somebody is asked about sickness by the SSQ before the trials, and stopped above a limit.
+        // Each participant fills in the SSQ before the trials, and a score above the limit ends the session.
         let at = |name: &str| plan.items.iter().position(|planned| planned.segment == name).unwrap();
         let ssq = study.file.segment.iter().find(|segment| segment.questionnaire.as_deref() == Some("ssq")).unwrap();
         assert!(ssq.stop_above.is_some() && at(&ssq.name) < at("trial"), "{name}");
         for trial in drives(&study).into_iter().filter(|(item, _)| item.starts_with("trial-")) {
             let asked = |word: &str| plan.items.iter().any(|planned| planned.name == format!("{}-{word}", trial.0));
-            // Trust in advice is nothing that somebody without any could tell.
+            // Participants without advice cannot rate their trust in it.
             assert_eq!((asked("raw-tlx"), asked("trust")), (true, trial.1.policy != "none"), "{name}: {}", trial.0);
         }
     }
 }
 
 #[test]
-fn a_range_that_the_dial_cannot_tell_apart_is_refused_where_it_is_set() {
+fn a_range_too_small_for_the_dial_is_refused_where_it_is_set() {
     let text = "title = \"t\"\nparticipants = 2\n[base]\ntraffic = \"native\"\n[[condition]]\nname = \"none\"\nset = { policy = \
                 \"none\", range_mph = 0.5 }\n[[condition]]\nname = \"b\"\nset = { range_mph = 0.5 }\n[[segment]]\nkind = \
                 \"trials\"\nname = \"trial\"\n";
@@ -91,13 +91,13 @@ fn a_range_that_the_dial_cannot_tell_apart_is_refused_where_it_is_set() {
         told.starts_with("t.toml:10:21: range_mph is 0.5; allowed: 0.650 or more on a speedometer in mph"),
         "{told}"
     );
-    // A dial in km/h has finer steps, and one without advice shows no range.
+    // A dial in km/h has finer steps, and a condition without advice shows no range.
     assert!(check(&text.replace("[base]", "[base]\nunits = \"kmh\"")).is_ok());
     assert!(check(&text.replace("set = { range_mph = 0.5 }", "")).is_ok());
 }
 
 #[test]
-fn every_condition_comes_as_often_at_every_place_and_every_drive_has_its_own_seed() {
+fn conditions_are_balanced_over_places_and_every_drive_has_its_own_seed() {
     let study = shipped();
     let mut places: BTreeMap<(usize, String), usize> = BTreeMap::new();
     let mut seeds = Vec::new();

@@ -1,4 +1,4 @@
-//! A study file is checked whole before anything starts, and its plan is balanced.
+//! A study file is checked as a whole before anything starts, and its plan is balanced.
 
 use codrive::study::{PlanItem, Questionnaire, Study, questions::Answers};
 use serde_json::{Value, json};
@@ -20,7 +20,7 @@ fn questionnaire(name: &str) -> Questionnaire {
     Questionnaire::find(name, Path::new(".")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The message about a study in which `from` of a good one is replaced.
+/// Returns the message about a valid study in which `from` is replaced by `to`.
 fn fault(from: &str, to: &str) -> String {
     let good = r#"title = "t"
 participants = 4
@@ -47,7 +47,7 @@ questionnaire = "raw-tlx"
     Study::parse(good.replacen(from, to, 1), path).expect_err("a mistake").0
 }
 
-/// A dial that follows each trial's traffic is a second factor: with 22 cars it would end at 25 mph here, with 5 at 80.
+/// A dial that followed each trial's traffic would be a second factor: here it would end at 25 mph with 22 cars, at 80 with 5.
 #[test]
 fn all_trials_have_one_full_scale_of_the_speedometer() {
     let study = |more: &str| {
@@ -64,7 +64,8 @@ fn all_trials_have_one_full_scale_of_the_speedometer() {
         };
         study(more).plan(0).items.into_iter().filter_map(|planned| full(planned.item)).collect()
     };
-    // The practice keeps what suits it; 15 % more than 2.2 times the even flow of five cars, at most the road's limit.
+    // The practice keeps its automatic dial. The trials' dial ends 15 % above 2.2 times the even flow of five cars, at most the speed
+    // limit.
     let [practice, first, second] = scales("")[..] else { panic!("three drives") };
     assert_eq!((practice, first), (0.0, second));
     assert!(first >= 60.0, "{first} mph: five cars on 250 m flow at 15 m/s and more");
@@ -148,7 +149,7 @@ fn every_mistake_is_named_with_its_place() {
             "trial.toml:18:17: ",
             "one of acceptance, consent, demographics, driving-experience, nasa-tlx, raw-tlx, screening, ssq, trust, van-der-laan",
         ),
-        // What a drive cannot begin with is at the place that set it, whichever drive finds it.
+        // A fault that stops a drive from starting is reported where it was set, whichever drive reveals it.
         ("traffic = \"native\"", "map = \"nowhere\"", "trial.toml:4:7: ", "nowhere"),
         ("traffic = \"native\"", "vehicles = 900", "trial.toml:4:12: ", "do not fit"),
         ("traffic = \"native\"", "policy = \"wisdom\"", "trial.toml:4:10: ", "wisdom"),
@@ -168,7 +169,7 @@ fn every_mistake_is_named_with_its_place() {
 
 #[test]
 fn scores_are_those_of_their_authors() {
-    // Which symptom counts for nausea, oculomotor, disorientation: table 5 of Kennedy, Lane, Berbaum and Lilienthal (1993).
+    // Symptoms of nausea, oculomotor and disorientation: table 5 of Kennedy, Lane, Berbaum and Lilienthal (1993).
     let ssq = questionnaire("ssq");
     let table = [
         ("general-discomfort", [1, 1, 0]),
@@ -190,7 +191,7 @@ fn scores_are_those_of_their_authors() {
     ];
     let asked: Vec<String> =
         ssq.pages.iter().flat_map(|page| &page.elements).flat_map(|element| element.answer_names()).collect();
-    // The two pages are one list, as the questionnaire has it.
+    // The two pages are one list, as in the questionnaire.
     let name = |symptom: &str| asked.iter().find(|name| name.ends_with(&format!(".{symptom}"))).expect(symptom).clone();
     let names: Vec<String> = table.iter().map(|(symptom, _)| name(symptom)).collect();
     assert_eq!(asked, names);
@@ -205,7 +206,7 @@ fn scores_are_those_of_their_authors() {
             assert!((found - wanted).abs() < 1e-9, "{what}, {name}: {found}, wanted {wanted}");
         }
     };
-    // Each symptom alone, severe: 3 in its scales, by the weights 9.54, 7.58, 13.92, and 3.74 for their sum.
+    // Each symptom alone, severe: 3 in its scales, with the weights 9.54, 7.58, 13.92, and 3.74 for their sum.
     for (i, (symptom, [n, o, d])) in table.iter().enumerate() {
         let [n, o, d] = [n, o, d].map(|counts| f64::from(3 * counts));
         let wanted = [9.54 * n, 7.58 * o, 13.92 * d, 3.74 * (n + o + d)];
@@ -214,7 +215,7 @@ fn scores_are_those_of_their_authors() {
     // Worked by hand: nausea 1 + 3 + 2 + 1 = 7, oculomotor 1 + 2 + 1 + 3 + 1 = 8, disorientation 3 + 2 + 1 + 2 = 8.
     let mixed = [1, 2, 1, 0, 3, 0, 3, 2, 1, 0, 0, 1, 2, 0, 0, 0];
     check(&answered(&|k| mixed[k]), [66.78, 60.64, 111.36, 86.02], "mixed answers");
-    // The ends of the published scales: nothing, and 200.34, 159.18, 292.32, 235.62.
+    // The ends of the published scales: 0, and 200.34, 159.18, 292.32, 235.62.
     check(&answered(&|_| 0), [0.0; 4], "nothing");
     check(&answered(&|_| 3), [200.34, 159.18, 292.32, 235.62], "all severe");
     let mut answers = answered(&|k| mixed[k]);
@@ -276,7 +277,7 @@ fn a_condition_compares_as_surveyjs_says() {
         let answers: Answers = answer.into_iter().map(|value| ("b".into(), value)).collect();
         q.pages[0].visible_elements(&answers).count() == 2
     };
-    // Below, at and above what it is compared with.
+    // Below, at and above the compared value.
     for (by, expected) in [
         ("= 3", [false, true, false]),
         ("<> 3", [true, false, true]),
@@ -286,11 +287,11 @@ fn a_condition_compares_as_surveyjs_says() {
         (">= 3", [false, true, true]),
     ] {
         assert_eq!([2, 3, 4].map(|n| holds(by, Some(json!(n)))), expected, "{by}");
-        // A word has no order; what is not answered equals nothing.
+        // A word has no order; a missing response equals nothing.
         assert_eq!(holds(by, Some(json!("three"))), by == "<> 3", "{by} with a word");
         assert_eq!(holds(by, None), by == "<> 3", "{by} without an answer");
     }
-    // A whole number and the same with a point are one.
+    // A whole number and the same value with a decimal point are equal.
     assert!(holds("= 3", Some(json!(3.0))) && !holds("<> 3", Some(json!(3.0))));
     assert!(holds("= 'yes'", Some(json!("yes"))) && !holds("= 'yes'", Some(json!("no"))));
     for (list, expected) in
@@ -322,7 +323,7 @@ fn all_orders_are_for_six_conditions_at_most() {
 }
 
 #[test]
-fn no_two_drives_of_any_participant_share_a_seed_and_every_reader_keeps_it() {
+fn every_drive_has_its_own_seed_and_every_reader_keeps_it() {
     let with_seed = |seed: u64| {
         let text = format!(
             "title = \"t\"\nparticipants = 2\nseed = {seed}\n[base]\ntraffic = \"native\"\nduration_s = 10.0\n[[condition]]\nname = \"a\"\n[[condition]]\nname = \"b\"\nset = {{ hold_s = 5.0 }}\n[[segment]]\nkind = \"trials\"\nname = \"trial\"\n"
@@ -335,7 +336,7 @@ fn no_two_drives_of_any_participant_share_a_seed_and_every_reader_keeps_it() {
         for participant in [0, 1, 2, 99, 100, 9_999] {
             for planned in study.plan(participant).items {
                 let PlanItem::Drive { scenario, .. } = planned.item else { continue };
-                // A double keeps whole numbers up to 2^53.
+                // A double represents whole numbers up to 2^53 exactly.
                 assert!(scenario.seed < 1 << 53, "{}", scenario.seed);
                 seen.insert((seed % 1_000_000, participant, scenario.seed));
             }
@@ -346,7 +347,7 @@ fn no_two_drives_of_any_participant_share_a_seed_and_every_reader_keeps_it() {
 }
 
 #[test]
-fn the_table_of_a_study_says_who_drives_what_when_and_for_how_long() {
+fn the_table_of_a_study_lists_each_participants_drives_and_times() {
     let text = r#"title = "Two holds"
 participants = 3
 order = "full"
@@ -376,8 +377,8 @@ name = "tlx"
 questionnaire = "raw-tlx"
 "#;
     let study = Study::parse(text.to_owned(), Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"));
-    // A page of one word is read at 238 a minute and turned in 3 s; the drives and the rest have their lengths; the questionnaire has 86
-    // words, six questions of 4 s and 2 pages.
+    // One word at 238 words a minute and 3 s per page; the drives and the rest have their own lengths. The questionnaire has 86 words, six
+    // questions of 4 s and 2 pages.
     let questions_s = 86.0 * 60.0 / 238.0 + 6.0 * 4.0 + 2.0 * 3.0;
     let expected = (60.0 / 238.0 + 3.0 + 90.0 + 30.0 + 90.0 + questions_s) / 60.0;
     assert!((study.plan(0).minutes() - expected).abs() < 1e-9, "{}", study.plan(0).minutes());
@@ -404,7 +405,7 @@ Not every order comes equally often with 3; with 4 it does.
 }
 
 #[test]
-fn a_name_is_small_letters_digits_and_hyphens_forty_at_most() {
+fn a_name_has_at_most_forty_lower_case_letters_digits_and_hyphens() {
     let named = |name: &str| {
         let text = format!(
             "title = \"t\"\nparticipants = 2\n[base]\ntraffic = \"native\"\n[[segment]]\nkind = \"text\"\nname = \"{name}\"\ntext = \"x\"\n"

@@ -1,4 +1,4 @@
-//! Data sets in which nobody finished a drive, before the validator of BIDS.
+//! Data sets without a finished drive, checked by the BIDS validator.
 
 use super::{
     bids::errors,
@@ -10,7 +10,7 @@ use codrive::study::{
 };
 use std::{fs, path::Path};
 
-/// Consent, a questionnaire, and trials in two conditions.
+/// A study with consent, a questionnaire, and trials in two conditions.
 const STUDY: &str = r#"title = "Unfinished"
 participants = 2
 [base]
@@ -37,7 +37,7 @@ after = ["raw-tlx"]
 fms_every_s = 60.0
 "#;
 
-/// A data set in `folder` with participants who answer whether they agree, and do nothing more.
+/// Makes a data set in `folder` with participants who only answer the question of consent.
 fn answered(folder: &Path, people: &[(&str, bool)]) -> (Study, DataSet) {
     let study = Study::parse(STUDY.into(), Path::new("unfinished.toml")).unwrap();
     let data = DataSet::open(folder, &study).unwrap();
@@ -77,7 +77,7 @@ fn a_data_set_without_a_finished_drive_is_valid() {
     set.exclude(&study, &ParticipantCode::new("P1").unwrap(), "fell asleep", "2026-05-03T11:00:00Z").unwrap();
     assert_valid(&data, 2);
     assert!(fs::read_to_string(data.join("participants.tsv")).unwrap().contains("\texcluded\n"));
-    // Nobody has begun.
+    // No participant has begun.
     let data = place.path().join("empty");
     answered(&data, &[]);
     assert_valid(&data, 0);
@@ -87,7 +87,7 @@ fn a_data_set_without_a_finished_drive_is_valid() {
 fn a_rehearsal_that_a_rule_ends_before_the_first_trial_is_valid() {
     let place = tempfile::tempdir().unwrap();
     let (file, data) = (place.path().join("study.toml"), place.path().join("data"));
-    // Simulated participants tell no symptoms: a limit below zero ends every session.
+    // Simulated participants report no symptoms: a limit below zero ends every session.
     let text_of = STUDY.replace(
         "questionnaire = \"driving-experience\"",
         "questionnaire = \"ssq\"\nstop_above = { score = \"total\", value = -1.0 }",

@@ -1,4 +1,4 @@
-//! What holds for every engine with nobody at the wheel, and how closely the engines agree.
+//! Contract of every engine without an externally driven vehicle, and the agreement between the engines.
 
 use super::*;
 
@@ -6,7 +6,7 @@ use super::*;
 fn an_even_ring_without_noise_keeps_its_speed() {
     let _alone = alone();
     for engine in ENGINES {
-        // From the equilibrium's own speed, and from a standing start.
+        // Starts at the equilibrium speed and from a standstill.
         for (speed_mps, settled_s) in [(EVEN_MPS, 0.0), (0.0, 100.0)] {
             let history = run_free(&engine, even("ring-250", 22, model(0.0), speed_mps), 6000);
             for cars in &history[(settled_s / STEP_S) as usize..] {
@@ -35,8 +35,9 @@ fn one_slowed_car_becomes_the_saturated_wave() {
 
 #[test]
 fn noise_alone_becomes_the_saturated_wave() {
-    // When the wave is full depends on the seed: over 300-600 s the mean of a drive is 3.06 m/s with a standard deviation of 0.08 over
-    // seeds (1,000 of them). The figure of the literature is that of the full wave: each seed has it in the five minutes after.
+    // The time at which the wave is saturated depends on the seed: over 300 to 600 s the mean of a drive is 3.06 m/s, with a standard
+    // deviation of 0.08 over 1,000 seeds. The literature states the figure of the saturated wave. Each seed reaches it in the five minutes
+    // after that.
     let _alone = alone();
     for engine in ENGINES {
         for seed in 1..=5 {
@@ -54,8 +55,8 @@ fn noise_alone_becomes_the_saturated_wave() {
 
 #[test]
 fn the_engines_agree_to_rounding_with_and_without_noise() {
-    // Same update, same draws: what is left is rounding (SUMO counts on the lane, we on the route), which a ring without
-    // stability may let grow: 2e-12 m/s and 1e-11 m in 600 s were measured.
+    // Same update, same draws: the rest is rounding (SUMO counts on the lane, the native engine on the route), which an unstable ring may
+    // amplify. Measured: 2e-12 m/s and 1e-11 m in 600 s.
     let _alone = alone();
     for noise in [0.0, 0.2] {
         let setup = ring(noise);
@@ -118,7 +119,7 @@ fn a_road_full_to_the_brim_stands_and_a_lone_pair_drives() {
         let (gap_m, way_m) = smallest_gap_and_way(&map, &history);
         assert!(gap_m > 1.5 && way_m >= 0.0, "{engine}: {gap_m} {way_m}");
         let pair = run_free(&engine, even("ring-250", 2, model(0.0), 0.0), 1200);
-        // 120 m each: (120 - 2) m at a time gap of 1 s leave a ring's limit of 30 m/s out of reach.
+        // Each vehicle has 120 m: with (120 - 2) m at a time gap of 1 s, a ring's limit of 30 m/s is out of reach.
         let last = &pair[1200];
         assert!(last.iter().all(|car| car.speed_mps > 25.0), "{engine}: {last:?}");
     }
@@ -126,8 +127,8 @@ fn a_road_full_to_the_brim_stands_and_a_lone_pair_drives() {
 
 #[test]
 fn brake_lamps_follow_braking_and_do_not_flicker() {
-    // Changes of the lamps per car and minute: in the even flow with noise none; in the wave two for each stop, of which
-    // there are 60 s / 33.5 s, with and without noise.
+    // Lamp changes per vehicle and minute: none in the even flow. In the wave there are two per stop, at 60 s / 33.5 s stops per minute,
+    // with and without noise.
     let _alone = alone();
     let changes = |history: &History, from_s: f64, to_s: f64| {
         let window = &history[(from_s / STEP_S) as usize..(to_s / STEP_S) as usize];
@@ -143,7 +144,7 @@ fn brake_lamps_follow_braking_and_do_not_flicker() {
         assert!((per_wave - 2.0 * 60.0 / 33.5).abs() < 0.1, "{engine}: {per_wave}");
         assert!((changes(&noisy, 300.0, 600.0) - per_wave).abs() < 0.1, "{engine}");
         for car in silent.iter().chain(&noisy).flatten() {
-            // Nobody coasts that hard: at 10 m/s the lamps light from 1.0 m/s2 on.
+            // No vehicle coasts that hard: at 10 m/s the lamps light from 1.0 m/s2 on.
             assert!(car.braking || car.accel_mps2 > -1.1, "{engine}: {car:?}");
             assert!(car.braking || car.speed_mps > 0.05, "{engine}: {car:?}");
             assert!(!car.braking || car.accel_mps2 < 0.3 || car.speed_mps < 0.15, "{engine}: {car:?}");
@@ -151,7 +152,7 @@ fn brake_lamps_follow_braking_and_do_not_flicker() {
     }
 }
 
-/// A rounded rectangle with straights of 200 and 60 m and bends of 40 m, with a limit of 25 m/s.
+/// Returns a rounded rectangle with straights of 200 and 60 m, bends of 40 m and a limit of 25 m/s.
 fn rectangle(folder: &std::path::Path) -> Arc<RoadMap> {
     let bend = "[[piece]]\nradius_m = 40\nturn_deg = 90\neasing_m = 20\n";
     let straights = ["solved = true", "solved = true", "straight_m = 200", "straight_m = 60"];
@@ -164,7 +165,7 @@ fn rectangle(folder: &std::path::Path) -> Arc<RoadMap> {
 }
 
 #[test]
-fn cars_slow_down_for_bends_if_they_are_told_to_and_the_engines_agree() {
+fn cars_slow_down_for_bends_if_a_limit_is_set_and_the_engines_agree() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let map = rectangle(folder.path());
@@ -174,7 +175,7 @@ fn cars_slow_down_for_bends_if_they_are_told_to_and_the_engines_agree() {
             TrafficSetup { map: Arc::clone(&map), cars, lateral_accel_mps2, ..even("ring-250", 6, model(0.0), 5.0) };
         run_free(engine, setup, 1500)
     };
-    // Of the middle of a car of 5 m, which is where its passengers sit.
+    // The lateral acceleration is that of the middle of a 5 m car, where its passengers sit.
     let sideways = |history: &History| {
         let of =
             |car: &CarState| car.speed_mps.powi(2) * map.route.curvature_at(car.s_m - CAR_LENGTH_M / 2.0, 10.0).abs();
@@ -184,7 +185,7 @@ fn cars_slow_down_for_bends_if_they_are_told_to_and_the_engines_agree() {
         let free = sideways(&driven(&engine, None));
         assert!(free > 8.0, "{engine}: without a bound they take the bend with {free} m/s2");
         let history = driven(&engine, Some(3.0));
-        // The front meets the bend 2.5 m before the passengers do, and leaves it as much sooner.
+        // The front enters and leaves the bend 2.5 m before the passengers do.
         assert!(sideways(&history) < 3.0 * 1.1, "{engine}: {}", sideways(&history));
         let top = history.iter().flatten().map(|car| car.speed_mps).fold(0.0, f64::max);
         assert!(top > 14.0, "{engine}: on the straights they drive on: {top}");

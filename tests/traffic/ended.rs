@@ -1,5 +1,5 @@
-//! Drives of the program on a SUMO that dies, falls silent, or is gone when they are replayed: each ends in time, keeps its
-//! recording, and says what happened.
+//! Drives of the program on a SUMO that dies, falls silent, or is gone at the replay: each drive ends in time, keeps its recording, and
+//! states the cause.
 
 use super::{
     remote::{Remote, listen, signal},
@@ -15,8 +15,8 @@ use std::{
     time::Duration,
 };
 
-/// How long the program may take to end once it is told to or has no traffic any more: a time-out of 0.5 s, and what two
-/// loaded cores add. Without time-outs none of these tests would end.
+/// Time limit for the program to end after a signal or the loss of its traffic: a time-out of 0.5 s, and the delay of two loaded cores.
+/// Without time-outs none of these tests would end.
 const SOON: Duration = Duration::from_secs(20);
 
 fn codrive(arguments: &[&str]) -> Child {
@@ -28,7 +28,7 @@ fn codrive(arguments: &[&str]) -> Child {
         .unwrap()
 }
 
-/// Exit code and what was printed, once it has ended, which it has to [`SOON`].
+/// Returns exit code and output of a program, which must end within [`SOON`].
 fn ended(mut program: Child) -> (i32, String) {
     let begun = now();
     let status = loop {
@@ -47,10 +47,10 @@ fn ended(mut program: Child) -> (i32, String) {
     (status.code().unwrap_or(-1), text)
 }
 
-/// A SUMO that listens already: where it is loaded slowly, the program would find nobody.
+/// Returns a SUMO that already listens. The program would find no listener while a SUMO still loads.
 fn listening() -> Remote {
     let remote = listen("ring-250");
-    // A connection would be its one client; the kernel's list of sockets is asked instead.
+    // A test connection would take the place of its only client, so the kernel's list of sockets is read instead.
     let entry = format!(":{:04X} 00000000:0000 0A", remote.port);
     for _ in 0..400 {
         let sockets = ["/proc/net/tcp", "/proc/net/tcp6"].map(|file| std::fs::read_to_string(file).unwrap_or_default());
@@ -62,13 +62,13 @@ fn listening() -> Remote {
     panic!("SUMO does not listen after 20 s");
 }
 
-/// A drive in real time on `remote`, recorded in `out`, that has begun.
+/// Starts a drive in real time on `remote`, recorded in `out`, and returns once it has begun.
 fn driving(remote: &Remote, out: &Path, timeout_s: &str) -> Child {
     let traffic = format!("127.0.0.1:{}", remote.port);
     let out = out.to_str().unwrap();
     let drive = ["run", "--real-time", "--traffic", &traffic, "--duration", "600", "--out", out];
     let program = codrive(&[&drive[..], &["--traffic-timeout", timeout_s]].concat());
-    // Its rows come to the disk twice a second.
+    // Rows are written to the disk twice a second.
     let (mut bytes, mut grown) = (0, 0);
     for _ in 0..400 {
         let now = std::fs::metadata(Path::new(out).join("journal/rows.blocks")).map_or(0, |file| file.len());
@@ -81,7 +81,7 @@ fn driving(remote: &Remote, out: &Path, timeout_s: &str) -> Child {
     panic!("no drive after 20 s: {:?}", ended(program));
 }
 
-/// How a drive in `out` ended, by its manifest and by its summary; its tables are there.
+/// Returns the end of a drive in `out` by its manifest and by its summary; checks that its tables exist.
 fn told(out: &Path) -> [String; 2] {
     let rows = TableReader::parquet(&Table::Ego.parquet(out)).unwrap().rows();
     assert!(rows >= 10, "{rows} ticks were kept");
@@ -121,13 +121,13 @@ fn a_drive_whose_sumo_falls_silent_ends_after_the_time_out_and_is_kept() {
 }
 
 #[test]
-fn ctrl_c_ends_a_drive_that_waits_for_sumo_at_once_and_it_was_stopped() {
+fn ctrl_c_at_once_ends_a_drive_that_waits_for_sumo_as_stopped() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("drive");
     let remote = listening();
     let program = driving(&remote, &out, "600");
     signal(&remote.child, "STOP");
-    // So that it waits already.
+    // The pause lets the program begin to wait.
     sleep(Duration::from_millis(300));
     signal(&program, "INT");
     let (code, text) = ended(program);
@@ -142,7 +142,7 @@ fn signals_end_a_program_that_waits_for_the_first_answer() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let traffic = listener.local_addr().unwrap().to_string();
         let program = codrive(&["run", "--traffic", &traffic, "--traffic-timeout", "600"]);
-        // It has connected and asks for the version: it waits.
+        // The program has connected, asks for the version, and waits.
         let (mut stream, _): (TcpStream, _) = listener.accept().unwrap();
         stream.read_exact(&mut [0; 10]).unwrap();
         signal(&program, name);
@@ -168,7 +168,7 @@ fn a_drive_on_a_remote_sumo_replays_in_process_when_that_is_gone() {
     let said: Vec<&str> = text.lines().filter(|line| line.contains(&traffic)).collect();
     assert!(said.len() == 1 && said[0].contains("driven again on SUMO in this program"), "{text}");
     assert!(text.contains("the same"), "{text}");
-    // Two drives, of which one is the recorded one; that is said once.
+    // Of the two drives one is the recorded one; the message appears once.
     let (code, text) = ended(codrive(&["replay", out.to_str().unwrap(), "--what-if", "hold=5"]));
     assert_eq!((code, text.matches("driven again on SUMO in this program").count()), (0, 1), "{text}");
 }
@@ -179,7 +179,7 @@ fn a_trial_on_a_remote_sumo_that_is_gone_has_its_baseline_in_process() {
     let folder = tempfile::tempdir().unwrap();
     let trial = folder.path().join("trial");
     let scenario = codrive::scenario::Scenario {
-        // A port at which nobody listens.
+        // A port without a listener.
         traffic: TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string().parse().unwrap(),
         duration_s: 2.0,
         warm_up_s: 0.0,

@@ -1,4 +1,4 @@
-//! Closed routes on which a lane leads to two lanes of the next edge: SUMO's cars know the edges and choose a lane by themselves.
+//! Closed routes on which a lane leads to two lanes of the next edge: SUMO's vehicles know the edges and choose a lane by themselves.
 
 use super::*;
 use codrive::traffic::sumo::SumoTraffic;
@@ -8,7 +8,7 @@ use std::{
     process::Command,
 };
 
-/// A block of four streets, ab of one lane, bc of two, to both of which ab leads. Both lead on to cd.
+/// Returns a block of four streets. Street ab has one lane and bc two; ab leads to both lanes of bc, and both lead on to cd.
 fn forked(folder: &Path) -> PathBuf {
     let place = |name: &str| folder.join(name);
     let node = |(id, x, y)| format!("<node id=\"{id}\" x=\"{x}\" y=\"{y}\"/>");
@@ -17,7 +17,7 @@ fn forked(folder: &Path) -> PathBuf {
     let edge = |(from, to, lanes, shape): (&str, &str, u32, &str)| {
         format!("<edge id=\"{from}{to}\" from=\"{from}\" to=\"{to}\" numLanes=\"{lanes}\" speed=\"13.9\" {shape}/>")
     };
-    // Its bends are wide.
+    // The bends are wide.
     let back = "shape=\"60,120 20,120 6,114 0,100 0,20 6,6 20,0 60,0\"";
     let edges: String =
         [("a", "b", 1, ""), ("b", "c", 2, ""), ("c", "d", 1, ""), ("d", "a", 1, back)].map(edge).concat();
@@ -48,15 +48,15 @@ fn cars_take_the_lane_of_the_route_where_one_leads_to_two() {
     assert!(ids.contains(&"bc_0") && !ids.contains(&"bc_1"), "{ids:?}");
     let drive = |traffic: &mut SumoTraffic| super::run(traffic, 900, |_, _| None);
     let here = drive(&mut SumoTraffic::start(setup.clone()).unwrap());
-    // Each car has been all round, through the fork: a lap takes less than 90 s.
+    // Each vehicle has been all round, through the fork: a lap takes less than 90 s.
     for car in 0..6 {
         let driven_m: f64 = here.iter().map(|cars| cars[car].speed_mps * STEP_S).sum();
         assert!(driven_m > route.length_m(), "car {car} drove {driven_m} m of {} m", route.length_m());
     }
-    // Who comes to the fork sees who is behind it: nobody drives into anybody.
+    // Vehicles at the fork see the vehicles behind them: there is no collision.
     let (gap_m, _) = smallest_gap_and_way(&setup.map, &here);
     assert!(gap_m > 0.0, "{gap_m}");
-    // A SUMO that runs elsewhere is told the same.
+    // A remote SUMO gets the same commands.
     let remote = super::remote::listen(net.to_str().unwrap());
     let there = drive(&mut super::remote::connect(&remote, &setup).unwrap());
     assert!(bits(&here) == bits(&there), "{:?}", differences(&setup.map, &here, &there));

@@ -1,10 +1,10 @@
-//! Fuel against SUMO's own program, which computes the emissions of a driving cycle.
+//! Fuel consumption compared with SUMO's own program, which computes the emissions of a driving cycle.
 
 use super::*;
 use codrive::metrics::fuel;
 use std::{fmt::Write, fs, process::Command};
 
-/// Speeds and accelerations that cars of a ring have: a wave with noise, started from a jam; and a lattice up to 40 m/s.
+/// Returns speeds and accelerations of cars on a ring (a wave with noise that starts from a jam), and a lattice up to 40 m/s.
 fn speeds_and_accelerations() -> Vec<(f32, f32)> {
     let history = run_free(&EngineChoice::Native, ring(0.2), 600);
     let of_the_ring = history.windows(2).flat_map(|pair| {
@@ -39,11 +39,11 @@ fn fuel_is_that_of_the_emission_model_of_sumo() {
     assert_eq!(emissions.lines().count(), cycle.len());
     let (mut idling, mut coasting, mut driving) = (0, 0, 0);
     for (line, &(v, a)) in emissions.lines().zip(&cycle) {
-        // Time, speed, acceleration, slope, CO, CO2, HC, PMx, NOx, fuel (mg/s), electricity.
+        // Columns: time, speed, acceleration, slope, CO, CO2, HC, PMx, NOx, fuel (mg/s), electricity.
         let fuel_mg_s: f64 = line.split(';').nth(9).and_then(|text| text.parse().ok()).expect("ten columns");
-        // SUMO's tables of fuel by volume take 742 g/l of petrol.
+        // SUMO's tables of fuel by volume assume 742 g/l for petrol.
         let found_mg_s = f64::from(fuel::sumo_rate_ml_s(v, a)) * 742.0;
-        // Six digits are printed; single precision has seven, of terms that cancel.
+        // SUMO prints six digits. Single precision has seven, and terms cancel.
         assert!((found_mg_s - fuel_mg_s).abs() < 1e-5 * fuel_mg_s + 2e-3, "{v} m/s, {a} m/s2: {found_mg_s}, {line}");
         match fuel_mg_s {
             _ if v < 0.5 => idling += 1,
@@ -51,6 +51,6 @@ fn fuel_is_that_of_the_emission_model_of_sumo() {
             _ => driving += 1,
         }
     }
-    // All three branches of the model were driven.
+    // The drive covers all three branches of the model.
     assert!(idling > 20 && coasting > 20 && driving > 20, "{idling} {coasting} {driving}");
 }

@@ -1,8 +1,8 @@
-//! Nothing foreign is obeyed: whatever passes the gate in front of SUMO makes it write no file, and connect nowhere. In: networks and demands with
-//! hostile parts drawn from SUMO's whole vocabulary. Out: what the system was asked for, as strace sees it.
+//! Security of the gate in front of SUMO: input that passes it makes SUMO write no file and connect nowhere. In: networks and demands with
+//! hostile parts drawn from SUMO's whole vocabulary. Out: the system calls, as strace reports them.
 //!
-//! One child process starts SUMO on many inputs in a row under one strace. `scripts/fuzz` sets `CODRIVE_GATE_INPUTS`, and
-//! `CODRIVE_GATE_SEED` makes others.
+//! One child process starts SUMO on many inputs in a row under one strace. `scripts/fuzz` sets `CODRIVE_GATE_INPUTS`; `CODRIVE_GATE_SEED`
+//! changes the inputs.
 
 use super::alone;
 use codrive::{
@@ -22,11 +22,11 @@ use std::{
     sync::Arc,
 };
 
-/// Set in the child: the folder of the inputs.
+/// Variable set in the child: the folder of the inputs.
 const CHILD: &str = "CODRIVE_GATE_CHILD";
-/// Inputs of an ordinary run.
+/// Number of inputs of an ordinary run.
 const INPUTS: usize = 200;
-/// Steps of SUMO on an input, 2 s: devices write when a vehicle comes.
+/// Steps of SUMO on an input, 2 s: devices write when a vehicle departs.
 const STEPS: usize = 20;
 /// Time until which vehicles are counted, s.
 const HORIZON_S: f64 = 3600.0;
@@ -34,7 +34,7 @@ const NET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/networks/grid
 const DEMAND: &str = "<routes>\n<vType id=\"t\" accel=\"2\"/>\n<vehicle id=\"v\" type=\"t\" depart=\"0\"><route edges=\"A0A1 A1A2\"/></vehicle>\n\
                       <trip id=\"w\" depart=\"0\" from=\"B0B1\" to=\"B1B2\"/>\n<flow id=\"f\" begin=\"0\" end=\"9\" period=\"3\" from=\"A1A0\" to=\"A0B0\"/>\n</routes>\n";
 
-/// Parts that write to the file VICTIM where SUMO has them as they are: in the network, in the type `t`, in the actuated signal.
+/// Parts that write to the file VICTIM if SUMO reads them unchanged: in the network, in the type `t`, in the actuated signal.
 const IN_NETWORK: [&str; 3] = [
     "<edgeData id=\"x\" file=\"VICTIM\" freq=\"1\"/>",
     "<laneData id=\"x\" file=\"VICTIM\" freq=\"1\"/>",
@@ -52,7 +52,7 @@ fn number(name: &str, otherwise: usize) -> usize {
         .map_or(otherwise, |text| text.parse().unwrap_or_else(|_| panic!("{name} is {text}; allowed: a number")))
 }
 
-/// All names of elements and attributes of SUMO's schemas, and all options, as keys of parameters.
+/// Vocabulary for hostile parts: all elements and attributes of SUMO's schemas, and all options, as keys of parameters.
 struct Words {
     elements: Vec<String>,
     attributes: Vec<String>,
@@ -99,7 +99,7 @@ fn one<'a>(stream: &mut Stream, list: &'a [String]) -> &'a str {
     &list[stream.index(list.len())]
 }
 
-/// A text with some hostile parts in it; they name `victim`.
+/// Returns a text with some hostile parts in it; they name `victim`.
 fn hostile(stream: &mut Stream, text: &str, words: &Words, victim: &str) -> String {
     let mut text = text.to_owned();
     for _ in 0..=stream.index(3) {
@@ -129,7 +129,7 @@ fn hostile(stream: &mut Stream, text: &str, words: &Words, victim: &str) -> Stri
     text
 }
 
-/// Ends of the tags of elements, `/` included where it stands there.
+/// Returns the ends of the tags of elements, before a `/` if there is one.
 fn tag_ends(text: &str) -> Vec<usize> {
     let ends = text.match_indices('>').map(|(at, _)| if text[..at].ends_with('/') { at - 1 } else { at });
     let is_start =
@@ -150,7 +150,7 @@ fn attribute(stream: &mut Stream, text: &mut String, name: &str, value: &str) {
     text.insert_str(at, &format!(" {name}=\"{value}\""));
 }
 
-/// Puts a part into an element that holds none, or behind one that holds some.
+/// Puts a part into an empty element, or behind the start tag of an element with content.
 fn within_tag(stream: &mut Stream, text: &mut String, part: &str) {
     let ends = tag_ends(text);
     let at = ends[stream.index(ends.len())];
@@ -162,7 +162,7 @@ fn within_tag(stream: &mut Stream, text: &mut String, part: &str) {
     text.replace_range(at..at + 2, &format!(">{part}</{name}>"));
 }
 
-/// A folder in which SUMO runs, with a file that nobody may touch.
+/// Folder in which SUMO runs, with a file that no program may change.
 struct Place {
     folder: tempfile::TempDir,
 }
@@ -180,7 +180,7 @@ impl Place {
         self.folder.path().join(name)
     }
 
-    /// Runs a program under strace; what it was refused or given, as lines.
+    /// Runs a program under strace. Returns its output and the system calls, one per line.
     fn traced(&self, program: &Path, arguments: &[&str]) -> (Output, String) {
         let log = self.at("trace");
         let output = Command::new("strace")
@@ -198,9 +198,9 @@ impl Place {
         (output, fs::read_to_string(log).unwrap())
     }
 
-    /// Calls that change a file that codrive did not name, or that lead elsewhere.
+    /// Returns the calls that change a file that codrive did not name, or that connect elsewhere.
     fn offences(&self, trace: &str) -> Vec<String> {
-        // By its path, or within a folder that is open.
+        // A file is named by its path, or by its name within an open folder.
         let own = ["\"", "<"].map(|quote| format!("{quote}{}/", self.at("tmp").display()));
         let is_offence = |line: &&str| {
             let Some(call) = line.split_once(' ').map(|(_, call)| call.trim_start()) else { return false };
@@ -210,7 +210,7 @@ impl Place {
                 || call.contains("\"/dev/null\"")
                 || call.starts_with("+++")
                 || call.starts_with("---");
-            // What a thread resumes was said in full where it began.
+            // A resumed call of a thread was reported in full where it began.
             !harmless && !call.starts_with("<...") && (!opens || changes)
         };
         trace.lines().filter(is_offence).map(str::to_owned).collect()
@@ -222,7 +222,7 @@ impl Place {
     }
 }
 
-/// Starts SUMO on each input, as a drive does. How many passed the gate, and on how many SUMO ran.
+/// Starts SUMO on each input, as a drive does. Returns the number of inputs that passed the gate, and the number on which SUMO ran.
 fn drive_all(folder: &Path) -> (usize, usize) {
     let (mut passed, mut driven) = (0, 0);
     let mut inputs: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -247,7 +247,7 @@ fn drive_all(folder: &Path) -> (usize, usize) {
             first_number: 0,
             seed: 1,
         };
-        // This process is the trial.
+        // This process is itself the trial.
         let Ok(mut traffic) = SumoNetwork::start_untried(&setup) else { continue };
         driven += usize::from((0..STEPS).all(|_| traffic.step(&[]).is_ok()));
     }
@@ -271,7 +271,7 @@ fn what_passes_the_gate_makes_sumo_write_nothing_and_connect_nowhere() {
         fs::create_dir(&folder).unwrap();
         let victim = place.at(&format!("victims/{k}.xml"));
         let victim = victim.to_str().unwrap();
-        // A new network costs a process, a new demand none.
+        // A new network costs a process; a new demand does not.
         let is_network = k % 8 == 0;
         let net = if is_network { hostile(&mut stream, &net, &words, victim) } else { net.clone() };
         let demand = if is_network { DEMAND.to_owned() } else { hostile(&mut stream, DEMAND, &words, victim) };
@@ -289,7 +289,7 @@ fn what_passes_the_gate_makes_sumo_write_nothing_and_connect_nowhere() {
     };
     let (passed, driven) = (count("\npassed "), count(" driven "));
     println!("{inputs} inputs, {passed} passed the gate, {driven} were driven");
-    // A gate that lets nothing through would prove nothing.
+    // A gate that refuses everything would prove nothing.
     assert!(passed > inputs / 5 && driven > passed / 2, "{passed} of {inputs} passed, {driven} driven");
     assert!(passed < inputs, "hostile parts are among the inputs");
     let offences = place.offences(&trace);
@@ -303,7 +303,7 @@ fn what_passes_the_gate_makes_sumo_write_nothing_and_connect_nowhere() {
 }
 
 #[test]
-fn the_same_parts_write_where_sumo_has_them_without_the_gate() {
+fn hostile_parts_write_files_if_sumo_reads_them_without_the_gate() {
     let place = Place::new();
     let net = fs::read_to_string(NET).unwrap();
     let victim = place.at("victims/x.xml");
@@ -324,7 +324,7 @@ fn the_same_parts_write_where_sumo_has_them_without_the_gate() {
         let is_seen = offences.iter().any(|line| line.contains(victim.to_str().unwrap()));
         assert!(is_seen && victim.exists(), "{demand}\n{offences:?}\n{}", String::from_utf8_lossy(&output.stderr));
         fs::remove_file(&victim).unwrap();
-        // And the gate refuses each, by name.
+        // The gate refuses each of them by name.
         let network = Network::load(files[0].to_str().unwrap());
         let copies = tempfile::tempdir().unwrap();
         let demand = Demand { files: vec![files[1].clone()], flows: Vec::new() };
@@ -336,7 +336,7 @@ fn the_same_parts_write_where_sumo_has_them_without_the_gate() {
     }
 }
 
-/// Output of SUMO's own program on a network and a demand: all vehicles of each step, with all digits.
+/// Returns the output of SUMO's own program on a network and a demand: all vehicles of each step, with all digits.
 fn vehicles_by_sumo(net: &Path, demand: &Path, folder: &Path) -> String {
     let (home, out) = (sumo::home().unwrap(), folder.join("fcd.xml"));
     let output = Command::new(home.join("bin/sumo"))
@@ -359,7 +359,7 @@ fn vehicles_by_sumo(net: &Path, demand: &Path, folder: &Path) -> String {
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = fs::read_to_string(out).unwrap();
-    // Its head names the files and the time.
+    // The head of the output names the files and the time.
     text[text.find("<timestep").unwrap()..].to_owned()
 }
 

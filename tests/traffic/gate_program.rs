@@ -1,5 +1,5 @@
-//! Hostile files of a person as they come to the program: by `run`, by `map import`, and in a recording. Each is refused by name with file, line and
-//! remedy before SUMO sees it, and no file of the user's changes.
+//! Hostile files given to the program: to `run`, to `map import`, and in a recording. Each is refused by name with file, line and remedy
+//! before SUMO reads it, and no file of the user changes.
 
 use std::{
     fs,
@@ -19,7 +19,7 @@ fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A folder with a file of the user's, a network of two roads one after the other, and a scenario with a demand there.
+/// Returns a folder with a file of the user, a network of two consecutive roads, and a scenario with a demand there.
 fn home() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -116,12 +116,12 @@ fn a_recording_carries_what_its_demand_includes_and_replays_elsewhere() {
         let is_proven = text.lines().any(|line| line.split_whitespace().eq([name, "driving"]));
         assert!(is_proven, "{name} was driven with: {text}");
     }
-    // Canonical as it is, nothing is left out any more.
+    // The copy is canonical, so nothing is left out.
     assert!(!text.contains("SUMO is not given"), "{text}");
 }
 
 #[test]
-fn a_recording_of_somebody_elses_passes_the_gate_before_it_is_replayed() {
+fn a_foreign_recording_passes_the_gate_before_its_replay() {
     let home = home();
     let at = |name: &str| home.path().join(name);
     fs::write(at("demand.rou.xml"), "<routes><trip id=\"a\" depart=\"1\" from=\"A0A1\" to=\"A1A2\"/></routes>")

@@ -1,10 +1,10 @@
-//! An ego that somebody drives, in both engines: how others react to it.
+//! An externally driven ego in both engines: the behaviour of the other vehicles.
 
 use super::*;
 use codrive::space::Pose;
 
-/// A drive of 90 s slower than the others: swings of 1.5 m/s2, braking at 3 m/s2 to a stop and a restart, twice. Speed at the
-/// end of each step, m/s.
+/// Returns the speed at the end of a step, m/s, in a drive of 90 s that is slower than the others: swings of 1.5 m/s2, and twice braking at
+/// 3 m/s2 to a stop with a restart.
 fn trace(step: usize, speed_mps: f64) -> f64 {
     let t = step as f64 * STEP_S;
     let accel = match t {
@@ -18,7 +18,7 @@ fn trace(step: usize, speed_mps: f64) -> f64 {
     (speed_mps + accel * STEP_S).clamp(0.0, 3.5)
 }
 
-/// A car along the road with its front at `s_m`, `offset_m` to the left of the lane.
+/// Returns a pose along the road with the front at `s_m`, `offset_m` to the left of the lane.
 fn beside(map: &RoadMap, s_m: f64, offset_m: f64) -> Pose {
     let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
     let left = Pose::new(pose.position, map.route.yaw_at(s_m)).left();
@@ -30,7 +30,7 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
     let _alone = alone();
     let setup = ring(0.0);
     let map = setup.map.clone();
-    // The reference: a car that SUMO itself drives along the trace.
+    // The reference is a vehicle that SUMO itself drives along the trace.
     let mut sumo = traffic::sumo::SumoTraffic::start(setup.clone()).unwrap();
     let mut reference = vec![sumo.cars().to_vec()];
     for step in 0..900 {
@@ -48,7 +48,7 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
         for step in 0..900 {
             let now = reference[step][0];
             let before = reference[step.saturating_sub(1)][0];
-            // What is known at this moment: the next speed is a guess by constant acceleration.
+            // Only the present is known: the next speed is a guess by constant acceleration.
             let next = (2.0 * now.speed_mps - before.speed_mps).max(0.0);
             traffic.step(&[VehicleReport::of_ego(report(&map, &now, next))]).unwrap();
             let pairs = traffic.cars().iter().zip(&reference[step + 1]).skip(1);
@@ -62,7 +62,7 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
 }
 
 #[test]
-fn behind_a_stopped_ego_a_queue_forms_and_nobody_passes() {
+fn behind_a_stopped_ego_a_queue_forms_and_no_vehicle_passes() {
     let _alone = alone();
     for engine in ENGINES {
         let setup = ring(0.2);
@@ -109,7 +109,8 @@ fn an_ego_comes_back_to_the_road_and_its_model_takes_over() {
         let setup = even("ring-250", 10, IdmParams { v0: 6.0, ..model(0.0) }, 0.0);
         let map = setup.map.clone();
         let mut traffic = traffic::start(&engine, setup).unwrap();
-        // Off to the left by 12 m within 20 s, on at 3 m/s, back where there is room, 5 s later by its own model.
+        // Leaves the road by 12 m to the left within 20 s, drives on at 3 m/s, returns where there is room, and follows its own model 5 s
+        // later.
         let mut back = None;
         let history = run(traffic.as_mut(), 1500, |step, cars| {
             let way_m = |step: usize| 3.0 * step as f64 * STEP_S;
@@ -136,7 +137,7 @@ fn an_ego_comes_back_to_the_road_and_its_model_takes_over() {
 }
 
 #[test]
-fn numbers_that_are_none_are_refused() {
+fn numbers_that_are_not_finite_are_refused() {
     let _alone = alone();
     for engine in ENGINES {
         let setup = ring(0.0);

@@ -1,10 +1,10 @@
-//! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives, `several` about several of them,
-//! `noise` about its strength, `sumo` about SUMO alone, `network` about roads on which vehicles come and go, `network_ego` about an ego there, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
-//! socket, `forks` about lanes that lead to several, `fuel` about the emission model, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
-//! `gate` and `gate_program` are about files that would make SUMO write.
-//! Metres, m/s, steps of 0.1 s.
+//! The contract of the traffic engines. `contract` covers both engines, `imposed` an externally driven ego, `several` several of them, and
+//! `noise` its strength. `sumo` covers SUMO alone, `network` roads that vehicles enter and leave, `network_ego` an ego there, and
+//! `networks` networks that are not shipped. `remote` covers a SUMO behind a socket, `forks` lanes that lead to several, and `fuel` the
+//! emission model. `strangers` covers other listeners in place of SUMO, and `ended` drives of the program that outlive their SUMO. `gate`
+//! and `gate_program` cover files that would make SUMO write. Metres, m/s, steps of 0.1 s.
 //!
-//! libsumo runs one simulation in a process, so every test holds [`alone`].
+//! libsumo runs one simulation per process, so every test holds [`alone`].
 
 mod contract;
 mod ended;
@@ -40,19 +40,18 @@ use std::{
 const STEP_S: f64 = 0.1;
 /// Speed of the even ring of 22 cars on 250 m, m/s (docs/references.md: ring).
 const EVEN_MPS: f64 = 4.362;
-/// Both engines.
 const ENGINES: [EngineChoice; 2] = [EngineChoice::Native, EngineChoice::Sumo];
 
-/// All cars at every step, the start first.
+/// States of all vehicles at every step; the first entry is the start.
 type History = Vec<Vec<CarState>>;
 
-/// The time, for bounds on how long things take.
+/// Returns the wall time, for limits on durations.
 #[allow(clippy::disallowed_methods, reason = "that a wait ends is a matter of wall time")]
 fn now() -> Instant {
     Instant::now()
 }
 
-/// The right to use SUMO in this process.
+/// Takes the right to use SUMO in this process.
 fn alone() -> MutexGuard<'static, ()> {
     static ONE: Mutex<()> = Mutex::new(());
     ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
@@ -62,7 +61,7 @@ fn model(noise: f64) -> IdmParams {
     IdmParams { noise, ..IdmParams::default() }
 }
 
-/// `n` cars evenly spaced on a map.
+/// Returns a setup of `n` vehicles evenly spaced on a map.
 fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
     let map = Arc::new(RoadMap::load(map).expect("the map is in the project"));
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
@@ -81,12 +80,12 @@ fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
     }
 }
 
-/// The paper's ring: 22 cars at its speed.
+/// Returns the setup of the paper's ring: 22 vehicles at its equilibrium speed.
 fn ring(noise: f64) -> TrafficSetup {
     even("ring-250", 22, model(noise), EVEN_MPS)
 }
 
-/// A report of an ego on the centre line whose next speed is `next_mps`.
+/// Returns the report of an ego on the centre line whose next speed is `next_mps`.
 fn report(map: &RoadMap, ego: &CarState, next_mps: f64) -> ExternalVehicleState {
     ExternalVehicleState {
         pose: ego.pose(&map.route),
@@ -96,7 +95,7 @@ fn report(map: &RoadMap, ego: &CarState, next_mps: f64) -> ExternalVehicleState 
     }
 }
 
-/// Runs `steps`; `drive` says for each step what the ego does, `None` for its own model.
+/// Runs `steps`; `drive` returns the ego's report for each step, or `None` for its own model.
 fn run(
     traffic: &mut dyn Traffic,
     steps: usize,
@@ -105,7 +104,7 @@ fn run(
     run_reported(traffic, steps, |step, cars| drive(step, cars).map(VehicleReport::of_ego).into_iter().collect())
 }
 
-/// The same with reports of any cars.
+/// Runs `steps` with reports of any vehicles.
 fn run_reported(
     traffic: &mut dyn Traffic,
     steps: usize,
@@ -120,13 +119,13 @@ fn run_reported(
     history
 }
 
-/// Starts `engine` and runs it with nobody at the wheel.
+/// Starts `engine` and runs it without externally driven vehicles.
 fn run_free(engine: &EngineChoice, setup: TrafficSetup, steps: usize) -> History {
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(traffic.as_mut(), steps, |_, _| None)
 }
 
-/// The even ring whose ego is braked to 0.5 m/s from 60 s to 62 s.
+/// Runs the setup with an ego that is braked to 0.5 m/s from 60 s to 62 s.
 fn run_kicked(engine: &EngineChoice, setup: TrafficSetup, steps: usize) -> History {
     let map = setup.map.clone();
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
@@ -135,7 +134,7 @@ fn run_kicked(engine: &EngineChoice, setup: TrafficSetup, steps: usize) -> Histo
     })
 }
 
-/// Mean speed and standard deviation across cars, both averaged over the time from `from_s` to `to_s`.
+/// Returns mean speed and standard deviation across vehicles, both averaged over the time from `from_s` to `to_s`.
 fn mean_and_spread(history: &History, from_s: f64, to_s: f64) -> (f64, f64) {
     let window = &history[(from_s / STEP_S) as usize..(to_s / STEP_S) as usize];
     let (mut means, mut spreads) = (0.0, 0.0);
@@ -148,13 +147,13 @@ fn mean_and_spread(history: &History, from_s: f64, to_s: f64) -> (f64, f64) {
     (means / window.len() as f64, spreads / window.len() as f64)
 }
 
-/// The smallest gap between any two cars, bumper to bumper, metres, and the smallest way a car went in a step.
+/// Returns the smallest gap between any two vehicles, bumper to bumper, and the smallest distance that a vehicle moved in a step, metres.
 fn smallest_gap_and_way(map: &RoadMap, history: &History) -> (f64, f64) {
     let (mut gap_m, mut way_m) = (f64::INFINITY, f64::INFINITY);
     for (step, cars) in history.iter().enumerate() {
         for (i, car) in cars.iter().enumerate() {
             let leader = &cars[(i + 1) % cars.len()];
-            // The shorter way round, so that an overlap is a negative gap and not nearly a lap.
+            // The shorter way round makes an overlap a negative gap, not nearly a lap.
             gap_m = gap_m.min(map.route.difference(car.s_m, leader.s_m) - CAR_LENGTH_M);
             if step > 0 {
                 way_m = way_m.min(map.route.difference(history[step - 1][i].s_m, car.s_m));
@@ -164,7 +163,7 @@ fn smallest_gap_and_way(map: &RoadMap, history: &History) -> (f64, f64) {
     (gap_m, way_m)
 }
 
-/// The largest differences between two histories in speed, place along the route, and position of the centre.
+/// Returns the largest differences between two histories in speed, position along the route, and position of the centre.
 fn differences(map: &RoadMap, a: &History, b: &History) -> (f64, f64, f64) {
     assert_eq!(a.len(), b.len());
     let mut most = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -177,13 +176,13 @@ fn differences(map: &RoadMap, a: &History, b: &History) -> (f64, f64, f64) {
     most
 }
 
-/// Every number of a history as bits.
+/// Returns every number of a history as bits.
 fn bits(history: &History) -> Vec<[u64; 3]> {
     let of = |car: &CarState| [car.s_m, car.speed_mps, car.accel_mps2].map(f64::to_bits);
     history.iter().flatten().map(of).collect()
 }
 
-/// Cars at rest at the places given.
+/// Returns vehicles at rest at the given positions.
 fn standing_at(places_m: &[f64]) -> Vec<InitialVehicle> {
     places_m.iter().map(|&s_m| InitialVehicle { s_m, speed_mps: 0.0 }).collect()
 }

@@ -1,5 +1,5 @@
-//! SUMO on road networks, against SUMO's own program with the same options: what it writes of every vehicle at every step is what the
-//! engine tells. The networks are made here by SUMO's own tools.
+//! SUMO on road networks, compared with SUMO's own program with the same options: the engine must report what that program writes for every
+//! vehicle at every step. SUMO's own tools make the networks here.
 
 use super::*;
 use codrive::map::network::{LaneId, LanePosition, Network, SignalId, SignalLight};
@@ -16,13 +16,13 @@ use std::{
 };
 use tempfile::TempDir;
 
-/// A network in a folder of its own.
+/// Network in a folder of its own.
 pub struct Town {
     pub folder: TempDir,
     pub net: PathBuf,
 }
 
-/// Runs a program of SUMO's.
+/// Runs one of SUMO's programs.
 pub fn run(program: &str, arguments: &[&str]) {
     let home = sumo::home().expect("SUMO is here");
     let done = Command::new(home.join("bin").join(program)).env("SUMO_HOME", &home).args(arguments).output();
@@ -31,7 +31,7 @@ pub fn run(program: &str, arguments: &[&str]) {
 }
 
 impl Town {
-    /// Three by three junctions with signals, two lanes each way.
+    /// Creates three by three junctions with signals and two lanes each way.
     pub fn grid() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let net = folder.path().join("grid.net.xml");
@@ -55,7 +55,7 @@ impl Town {
         }
     }
 
-    /// A file of demand: cars that cross the town in four directions, a bus, a truck and a motorcycle among them.
+    /// Writes a demand file: cars that cross the town in four directions, with a bus, a truck and a motorcycle among them.
     fn trips(&self) -> Demand {
         let file = self.folder.path().join("trips.rou.xml");
         let mut text = String::from("<routes>\n");
@@ -76,7 +76,7 @@ impl Town {
     }
 }
 
-/// What SUMO's program writes of a vehicle.
+/// State of a vehicle as written by SUMO's program.
 #[derive(Debug)]
 struct Written {
     place: [f64; 2],
@@ -86,7 +86,7 @@ struct Written {
     lane_pos_m: f64,
 }
 
-/// A file with what the engine makes of SUMO's default type: its vehicles change lanes only while they drive.
+/// Writes a file with the engine's version of SUMO's default type: its vehicles change lanes only while they drive.
 fn default_type(town: &Town) -> PathBuf {
     let file = town.folder.path().join("default.rou.xml");
     let text =
@@ -95,7 +95,7 @@ fn default_type(town: &Town) -> PathBuf {
     file
 }
 
-/// All vehicles of every step by SUMO's own program.
+/// Returns all vehicles of every step from SUMO's own program.
 fn written(town: &Town, setup: &NetworkSetup, steps: usize) -> Vec<BTreeMap<String, Written>> {
     let out = town.folder.path().join("fcd.xml");
     let routes = format!("{},{}", default_type(town).display(), setup.demand.files[0].display());
@@ -186,7 +186,7 @@ fn every_vehicle_of_every_step_is_as_the_program_of_sumo_writes_it() {
             let edge = |lane: LaneId| network.lane(lane).edge;
             changes_of_lane += usize::from(before.is_some_and(|before| before != lane && edge(before) == edge(lane)));
         }
-        // Sixteen links a junction with signals, of red, yellow and green.
+        // Each junction with signals has sixteen links, which are red, yellow or green.
         for k in 0..network.signals().len() {
             let signal = SignalId::from_index(k);
             assert_eq!(traffic.signal(signal).len(), 16);
@@ -205,7 +205,8 @@ fn every_vehicle_of_every_step_is_as_the_program_of_sumo_writes_it() {
     assert!(arrived > 100 && changes_of_lane > 20 && most > 40);
 }
 
-/// How far vehicles went sideways, metres in all, in steps before and after which they stood, and how many such steps there were.
+/// Returns the total lateral distance, metres, that vehicles moved in steps before and after which they stood, and the number of such
+/// steps.
 fn sideways_while_standing(setup: &NetworkSetup, steps: usize) -> (f64, usize) {
     let mut traffic = SumoNetwork::start(setup).expect("it starts");
     let mut before: BTreeMap<u32, (LaneId, f64, f64)> = BTreeMap::new();
@@ -225,16 +226,16 @@ fn sideways_while_standing(setup: &NetworkSetup, steps: usize) -> (f64, usize) {
 }
 
 #[test]
-fn nobody_goes_sideways_while_he_stands_but_by_a_type_of_his_own() {
+fn a_stopped_vehicle_moves_sideways_only_if_a_files_type_allows_it() {
     let _alone = alone();
     let town = Town::grid();
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 900.0, mix: Vec::new() };
     let flows = vec![flow("left0A0", "C2right2"), flow("bottom1B0", "B2top1"), flow("top0A2", "C0bottom2")];
     let (way_m, stood) = sideways_while_standing(&town.setup(Demand { files: Vec::new(), flows }), 2500);
     assert_eq!(way_m, 0.0);
-    // Nobody who drives shows it: a queue of four at a red light of 10 s has stood 400 steps, and there are several in 250 s.
+    // The test needs stopped vehicles: a queue of four at a red light of 10 s stands for 400 steps, and there are several in 250 s.
     assert!(stood > 1000, "{stood}");
-    // A file's own buses, trucks and motorcycles do as their types say.
+    // Buses, trucks and motorcycles of a file behave as their types state.
     let (way_m, _) = sideways_while_standing(&town.setup(town.trips()), 2500);
     assert!(way_m > 1.0, "{way_m} m");
 }
@@ -246,7 +247,7 @@ fn compare(found: &NetworkVehicle, written: &Written, setup: &NetworkSetup, step
     let apart = codrive::space::wrap_angle(found.pose.yaw_rad - (90.0 - written.angle_deg).to_radians());
     assert!(apart.abs() < 1e-9 && (found.speed_mps - written.speed_mps).abs() < 1e-9, "{}", what());
     assert!((found.s_m - written.lane_pos_m).abs() < 1e-9, "{}", what());
-    // The network's own place there is SUMO's, but where the vehicle changes lanes: SUMO moves it sideways by the lane's direction.
+    // The network's position is SUMO's, except during a lane change: SUMO moves the vehicle sideways by the lane's direction.
     let lane = found.lane.expect("on a lane");
     let place = LanePosition { lane, s_m: found.s_m, offset_m: found.offset_m };
     let point = setup.network.pose(place).position.truncate();
@@ -274,7 +275,7 @@ fn flows_bring_as_many_vehicles_of_each_kind_as_they_say() {
             *found.entry(new.body.kind.name()).or_default() += 1.0;
         }
     }
-    // 300 in 20 minutes, Poisson: four standard deviations.
+    // 300 vehicles in 20 minutes, Poisson distributed: the limit is four standard deviations.
     for (kind, wanted) in [("car", 150.0), ("van", 75.0), ("truck", 75.0)] {
         let count = found.get(kind).copied().unwrap_or_default();
         assert!((count - wanted).abs() < 4.0 * f64::sqrt(wanted), "{count} of {wanted} {kind}s");
@@ -282,7 +283,7 @@ fn flows_bring_as_many_vehicles_of_each_kind_as_they_say() {
 }
 
 #[test]
-fn a_demand_that_cannot_be_is_refused_with_its_words() {
+fn an_impossible_demand_is_refused_with_the_names_at_fault() {
     let _alone = alone();
     let town = Town::grid();
     let refused = |demand: Demand| {

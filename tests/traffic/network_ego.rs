@@ -1,5 +1,5 @@
-//! An ego on a road network: those behind it drive as behind a vehicle of SUMO's own that moves alike, on a road of two lanes, through a
-//! junction and in a merge; a vehicle that has to give way waits for it.
+//! An ego on a road network. Vehicles behind it drive as behind a vehicle of SUMO's own with the same motion: on a road of two lanes,
+//! through a junction and in a merge. A vehicle that must give way waits for it.
 
 use super::{
     network::{Town, run},
@@ -15,16 +15,16 @@ use codrive::{
 };
 use std::fs;
 
-/// The first vehicle, whose part the ego plays.
+/// Number of the first vehicle, which the ego replaces.
 const FIRST: VehicleId = VehicleId(0);
 
-/// A type without chance, so that one vehicle less in the demand changes nothing of the others. They keep their lanes: a change of lanes
-/// that comes a step later is no matter of millimetres.
+/// Vehicle type without randomness, so that the removal of one vehicle does not change the others. Its vehicles keep their lanes, because a
+/// lane change one step later makes a difference far above millimetres.
 const TYPE: &str = "<vType id=\"even\" carFollowModel=\"IDM\" speedFactor=\"1\" speedDev=\"0\" length=\"5\" width=\"1.8\" \
                     tau=\"1\" accel=\"1\" decel=\"1.5\" minGap=\"2\" lcSpeedGain=\"0\" lcKeepRight=\"0\"/>";
 
-/// Speed of the first vehicle at the end of a step, and its acceleration, as a foot makes them: swings, braking to a stop, a restart, with
-/// a jerk of 10 m/s3 at most (a hard foot; comfort ends at 1).
+/// Returns the speed of the first vehicle at the end of a step, m/s, from its present speed and acceleration, as a pedal produces it:
+/// swings, braking to a stop, and a restart. The jerk is at most 10 m/s3 (a hard driver; comfort ends at 1).
 fn trace(step: usize, speed_mps: f64, accel_mps2: f64) -> f64 {
     let t = step as f64 * STEP_S;
     let wanted = match t {
@@ -38,7 +38,7 @@ fn trace(step: usize, speed_mps: f64, accel_mps2: f64) -> f64 {
 }
 
 impl Town {
-    /// Roads from plain descriptions, made by netconvert.
+    /// Creates roads from plain descriptions with netconvert.
     pub fn of(nodes: &str, edges: &str, connections: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let net = folder.path().join("road.net.xml");
@@ -57,7 +57,7 @@ impl Town {
         Self { folder, net }
     }
 
-    /// `vehicles` as SUMO reads them, all of the type `even`.
+    /// Writes `vehicles` in SUMO's format, all of the type `even`.
     fn demand(&self, name: &str, vehicles: &str) -> Demand {
         let file = self.folder.path().join(format!("{name}.rou.xml"));
         fs::write(&file, format!("<routes>{TYPE}{vehicles}</routes>")).expect("written");
@@ -65,7 +65,7 @@ impl Town {
     }
 }
 
-/// What moves at every step, the first entry before the first.
+/// Returns the vehicles at every step; the first entry is the state before the first step.
 fn drive(
     setup: &NetworkSetup,
     steps: usize,
@@ -85,7 +85,7 @@ fn first(vehicles: &[NetworkVehicle]) -> Option<&NetworkVehicle> {
     vehicles.first().filter(|vehicle| vehicle.id == FIRST)
 }
 
-/// The ego as a vehicle of another drive was at a step and the next.
+/// Returns the report of an ego with the states of a vehicle of another drive at a step and at the next.
 fn report(now: &NetworkVehicle, next: &NetworkVehicle) -> EgoReport {
     let state = ExternalVehicleState {
         pose: now.pose,
@@ -96,14 +96,14 @@ fn report(now: &NetworkVehicle, next: &NetworkVehicle) -> EgoReport {
     EgoReport { id: FIRST, state, lane: next.lane, is_wrong_way: false, lamps: VehicleLamps::default() }
 }
 
-/// The largest difference in speed of any other vehicle between a drive whose first vehicle SUMO moves along the trace and one in which an
-/// ego does the same, m/s: where it is known where the ego will be, and where that is a guess.
+/// Returns the largest speed difference of any other vehicle, m/s, between two drives: SUMO moves the first vehicle along the trace, or an
+/// ego does the same. The first figure is for a known next position of the ego, the second for a guessed one.
 fn largest_difference(town: &Town, first_vehicle: &str, route: &str, others: &str, steps: usize) -> [f64; 2] {
     let own = imposed(town, first_vehicle, others, steps);
     [false, true].map(|guessed| difference(town, &own, route, others, guessed))
 }
 
-/// A drive whose first vehicle SUMO moves along the trace.
+/// Runs a drive whose first vehicle SUMO moves along the trace.
 fn imposed(town: &Town, first_vehicle: &str, others: &str, steps: usize) -> Vec<Vec<NetworkVehicle>> {
     let reference = town.setup(town.demand("own", &format!("{first_vehicle}{others}")));
     drive(&reference, steps, |step, traffic| {
@@ -114,7 +114,8 @@ fn imposed(town: &Town, first_vehicle: &str, others: &str, steps: usize) -> Vec<
     })
 }
 
-/// The same with an ego in its part. `guessed`: where it will be is not known but guessed by constant acceleration.
+/// Runs the drive with an ego in place of the first vehicle, and returns the largest speed difference. `guessed`: the ego's next position
+/// is guessed by constant acceleration instead of known.
 fn difference(town: &Town, own: &[Vec<NetworkVehicle>], route: &str, others: &str, guessed: bool) -> f64 {
     let steps = own.len() - 1;
     let start = first(&own[1]).expect("it departs at once");
@@ -133,7 +134,7 @@ fn difference(town: &Town, own: &[Vec<NetworkVehicle>], route: &str, others: &st
         if guessed && step > 0 && way_m > 1e-6 {
             let guess_mps = (now.speed_mps + now.accel_mps2 * STEP_S).max(0.0);
             let guess_m = (now.speed_mps + guess_mps) / 2.0 * STEP_S;
-            // Where SUMO's own vehicle goes is its speed times the step.
+            // SUMO's own vehicle moves by its speed times the step.
             let true_m = next.speed_mps * STEP_S;
             report.state.next_pose = now.pose.lerp(&next.pose, guess_m / true_m);
             report.state.next_speed_mps = guess_mps;
@@ -158,11 +159,11 @@ fn difference(town: &Town, own: &[Vec<NetworkVehicle>], route: &str, others: &st
     most
 }
 
-/// The contract: what others make of the ego's place and speed is what they make of a vehicle's of SUMO that moves alike. Two millimetres
-/// a second are a third of the noise of one step in the shipped scenarios.
+/// Limit of the contract, m/s: other vehicles must respond to the ego's position and speed as to a SUMO vehicle with the same motion. Two
+/// millimetres per second are a third of the noise of one step in the shipped scenarios.
 const FURTHEST_MPS: f64 = 0.002;
-/// The same where the place at the step's end is guessed by constant acceleration, while a hard foot changes it by 10 m/s3: as on a ring
-/// (`imposed`), the guess is wrong by half a centimetre then.
+/// Limit with a position guessed by constant acceleration, m/s, while the driver changes it by 10 m/s3. As on a ring (`imposed`), the guess
+/// is then wrong by half a centimetre.
 const GUESSED_MPS: f64 = 0.005;
 
 fn check(what: &str, [known, guessed]: [f64; 2]) {
@@ -171,7 +172,7 @@ fn check(what: &str, [known, guessed]: [f64; 2]) {
 }
 
 #[test]
-fn a_follower_on_a_road_of_two_lanes_drives_as_behind_a_vehicle_of_sumos() {
+fn a_follower_on_two_lanes_drives_as_behind_a_vehicle_of_sumo() {
     let _alone = alone();
     let town = Town::of(
         "<node id=\"a\" x=\"0\" y=\"0\"/><node id=\"b\" x=\"1500\" y=\"0\"/>",
@@ -184,16 +185,16 @@ fn a_follower_on_a_road_of_two_lanes_drives_as_behind_a_vehicle_of_sumos() {
              <route edges=\"ab\"/></vehicle>"
         )
     };
-    // One behind it, one beside it, one behind the one behind.
+    // One vehicle is behind the first, one beside it, and one behind the follower.
     let others = of("b", 0, 80.0, 6.0) + &of("c", 1, 90.0, 5.0) + &of("d", 0, 60.0, 6.0);
     let most = largest_difference(&town, &of("a", 0, 100.0, 6.0), "ab", &others, 450);
     check("two lanes", most);
 }
 
 #[test]
-fn a_follower_through_a_junction_drives_as_behind_a_vehicle_of_sumos() {
+fn a_follower_through_a_junction_drives_as_behind_a_vehicle_of_sumo() {
     let _alone = alone();
-    // Four roads meet; they turn left.
+    // Four roads meet; the vehicles turn left.
     let arms = [("w", 0, 200), ("e", 400, 200), ("s", 200, 0), ("n", 200, 400)];
     let nodes: String = arms.iter().map(|(id, x, y)| format!("<node id=\"{id}\" x=\"{x}\" y=\"{y}\"/>")).collect();
     let edge = |id: String, from: &str, to: &str| {
@@ -214,7 +215,7 @@ fn a_follower_through_a_junction_drives_as_behind_a_vehicle_of_sumos() {
 }
 
 #[test]
-fn those_behind_an_ego_that_merges_drive_as_behind_a_vehicle_of_sumos() {
+fn followers_of_a_merging_ego_drive_as_behind_a_vehicle_of_sumo() {
     let _alone = alone();
     let town = Town::of(
         "<node id=\"w\" x=\"0\" y=\"0\"/><node id=\"m\" x=\"300\" y=\"0\" type=\"zipper\"/><node id=\"e\" x=\"900\" y=\"0\"/>\
@@ -235,7 +236,7 @@ fn those_behind_an_ego_that_merges_drive_as_behind_a_vehicle_of_sumos() {
 }
 
 #[test]
-fn a_vehicle_that_has_to_give_way_waits_for_the_ego_and_goes_when_it_has_passed() {
+fn a_vehicle_that_must_give_way_waits_until_the_ego_has_passed() {
     let _alone = alone();
     // A minor road from the south meets a main road.
     let town = Town::of(
@@ -246,7 +247,8 @@ fn a_vehicle_that_has_to_give_way_waits_for_the_ego_and_goes_when_it_has_passed(
         "<connection from=\"main\" to=\"out\" fromLane=\"0\" toLane=\"0\"/><connection from=\"minor\" to=\"out\" fromLane=\"0\" toLane=\"0\"/>",
     );
     let minor = "<vehicle id=\"b\" type=\"even\" depart=\"0\" departLane=\"0\" departPos=\"70\" departSpeed=\"3\"><route edges=\"minor out\"/></vehicle>";
-    // On the main road somebody drives at 8 m/s: an ego, a vehicle of SUMO's, or nobody. When is the other on the junction?
+    // The main road has a vehicle at 8 m/s: an ego, a vehicle of SUMO's, or none. The test measures when the other vehicle is on the
+    // junction.
     let entered = |who: &str| {
         let main = "<vehicle id=\"a\" type=\"even\" depart=\"0\" departLane=\"0\" departPos=\"135\" departSpeed=\"8\"><route \
                     edges=\"main out\"/></vehicle>";
@@ -284,7 +286,7 @@ fn a_vehicle_that_has_to_give_way_waits_for_the_ego_and_goes_when_it_has_passed(
     assert!(ego.abs_diff(sumo) <= 1, "{ego} {sumo}");
 }
 
-/// A road of 1,000 m with so many lanes towards the east and one towards the west.
+/// Creates a road of 1,000 m with this number of lanes towards the east and one towards the west.
 fn street(lanes: u32) -> Town {
     Town::of(
         "<node id=\"w\" x=\"0\" y=\"0\"/><node id=\"e\" x=\"1000\" y=\"0\"/>",
@@ -296,8 +298,8 @@ fn street(lanes: u32) -> Town {
     )
 }
 
-/// Of a vehicle that comes up to an ego: its lanes, its lowest speed, and its least distance to the ego's middle, metres. The ego is where
-/// `place` says at each step: its pose, speed and lane, and whether it heads against that.
+/// Returns, for a vehicle that approaches an ego, its lanes, its lowest speed, and its least distance to the ego's centre, metres. `place`
+/// returns the ego's pose, speed and lane at each step, and whether it heads against the lane.
 fn meets(
     town: &Town,
     vehicle: &str,
@@ -331,14 +333,14 @@ fn vehicle(edge: &str, pos: u32, more: &str) -> String {
 }
 
 #[test]
-fn those_who_change_lanes_see_a_slow_ego_and_pass_it() {
+fn vehicles_that_change_lanes_see_a_slow_ego_and_pass_it() {
     let _alone = alone();
     let town = street(2);
     let setup = town.setup(Demand::default());
     let lane = |id: &str| setup.network.lane_named(id).expect("a lane");
     let [right, left] = ["there_0", "there_1"].map(lane);
     let start = || EgoStart { lane: right, s_m: 150.0, speed_mps: 3.0, route: vec!["there".into()] };
-    // The right lane's middle lies 4.8 m beside the road's.
+    // The centre line of the right lane lies 4.8 m beside the road's.
     let place = |step: usize| (Pose::new(glam::dvec2(147.5 + 0.3 * step as f64, -4.8), 0.0), 3.0, Some(right), false);
     let (lanes, slowest, nearest) = meets(&town, &vehicle("there", 20, ""), start(), 600, place);
     println!("{lanes:?}, at least {slowest:.2} m/s, {nearest:.2} m");
@@ -346,7 +348,7 @@ fn those_who_change_lanes_see_a_slow_ego_and_pass_it() {
     // The ego drives at 3 m/s.
     assert!(slowest > 3.5, "it does not queue: {slowest}");
     assert!(nearest > 3.0, "nor touch: {nearest}");
-    // Beside all lanes nobody sees it, and it is where it is.
+    // Off all lanes, no vehicle sees the ego, and its state stays as reported.
     let beside = |step: usize| (Pose::new(glam::dvec2(147.5 + 0.3 * step as f64, -12.0), 0.0), 3.0, None, false);
     let (lanes, slowest, _) = meets(&town, &vehicle("there", 20, ""), start(), 600, beside);
     assert_eq!((lanes, slowest > 11.9), (vec![Some(right)], true), "{slowest}");
@@ -360,7 +362,7 @@ fn an_oncoming_vehicle_stops_before_an_ego_on_its_lane() {
     let lane = |id: &str| setup.network.lane_named(id).expect("a lane");
     let [there, back] = ["there_0", "back_0"].map(lane);
     let start = EgoStart { lane: there, s_m: 300.0, speed_mps: 2.0, route: vec!["there".into()] };
-    // It overtakes nothing and stays on the lane of those that come, 1.6 m to the left of the road's middle, until it stands.
+    // The ego stays on the oncoming lane, 1.6 m to the left of the road's centre line, until it stops.
     let place = |step: usize| {
         let way_m = 0.2 * step.min(150) as f64;
         let speed = if step < 150 { 2.0 } else { 0.0 };
@@ -373,7 +375,7 @@ fn an_oncoming_vehicle_stops_before_an_ego_on_its_lane() {
 }
 
 #[test]
-fn an_ego_that_sumo_takes_for_one_of_a_crossing_lane_keeps_its_way() {
+fn an_ego_that_sumo_puts_on_a_crossing_lane_keeps_its_route() {
     let _alone = alone();
     let town = Town::grid();
     let way = "left0A0 A0B0 B0C0";
@@ -388,7 +390,7 @@ fn an_ego_that_sumo_takes_for_one_of_a_crossing_lane_keeps_its_way() {
         route: way.split(' ').map(str::to_owned).collect(),
     };
     let setup = NetworkSetup { egos: vec![ego], ..town.setup(Demand::default()) };
-    // The lane that turns off from where it comes: at their beginning it is on both.
+    // The lane that turns off overlaps the ego's lane at its beginning, so the ego is on both there.
     let from = start.lane.expect("on a lane");
     let vias: Vec<LaneId> = setup.network.connections_from(from).iter().filter_map(|way| way.via).collect();
     let mut mistaken = 0;

@@ -1,4 +1,4 @@
-//! Networks that do not come with the program: SUMO breaks down on some of them, and must not take the program along.
+//! Networks that are not shipped with the program: SUMO crashes on some of them, which must not end the program.
 
 use super::*;
 use codrive::traffic::{NativeTraffic, TrafficError, sumo::SumoTraffic};
@@ -8,15 +8,15 @@ use std::{
     time::Duration,
 };
 
-/// The ring's network with one attribute changed.
+/// Returns the ring's network with one attribute changed.
 fn changed(from: &str, to: &str) -> String {
     let text = std::fs::read_to_string(RoadMap::load("ring-250").unwrap().net_file).unwrap();
     assert!(text.contains(from), "the ring has no {from}");
     text.replacen(from, to, 1)
 }
 
-/// A network on which SUMO 1.28 itself breaks down and with which our reader finds no fault: an actuated signal whose phase
-/// is followed by one that is not there.
+/// Returns a network on which SUMO 1.28 crashes and in which codrive's reader finds no fault: an actuated signal with a next phase that
+/// does not exist.
 fn breaks_sumo() -> String {
     let phase = r#"<phase duration="9" minDur="1" maxDur="3" state="G" next="77"/>"#;
     let signal = format!(r#"<tlLogic id="n0" type="actuated" programID="0" offset="0">{phase}</tlLogic>"#);
@@ -36,13 +36,13 @@ fn run_on(net: &Path) -> Output {
         .unwrap()
 }
 
-/// The setup of the ring on the network in `file`.
+/// Returns the setup of the ring on the network in `file`.
 fn on(file: &Path) -> TrafficSetup {
     TrafficSetup { map: Arc::new(RoadMap::load(file.to_str().unwrap()).unwrap()), ..ring(0.0) }
 }
 
 #[test]
-fn a_network_of_somebody_else_is_tried_once_and_driven_on() {
+fn a_foreign_network_is_tried_once_and_then_driven() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let file = written(folder.path(), &changed("speed=\"", "friction=\"1\" speed=\""));
@@ -52,12 +52,12 @@ fn a_network_of_somebody_else_is_tried_once_and_driven_on() {
     let before = now();
     SumoTraffic::start(on(&file)).unwrap().step(&[]).unwrap();
     let second = before.elapsed();
-    // A process is started for the first and not for the second: it loads SUMO's hundred libraries, 0.1 s at least.
+    // A process starts for the first and not for the second: it loads SUMO's hundred libraries, 0.1 s at least.
     assert!(second < first && second < Duration::from_millis(500), "{first:?}, then {second:?}");
 }
 
 #[test]
-fn a_network_on_which_sumo_breaks_down_is_an_error_with_its_name_and_the_next_start_works() {
+fn a_network_that_crashes_sumo_is_an_error_and_the_next_start_works() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let file = written(folder.path(), &breaks_sumo());
@@ -72,7 +72,7 @@ fn a_network_on_which_sumo_breaks_down_is_an_error_with_its_name_and_the_next_st
 }
 
 #[test]
-fn the_program_says_so_and_does_not_break_down() {
+fn the_program_reports_a_network_that_crashes_sumo_and_survives() {
     let folder = tempfile::tempdir().unwrap();
     let file = written(folder.path(), &breaks_sumo());
     let ended = run_on(&file);
@@ -82,7 +82,7 @@ fn the_program_says_so_and_does_not_break_down() {
 }
 
 #[test]
-fn our_own_reader_refuses_a_network_before_sumo_sees_it() {
+fn the_reader_of_codrive_refuses_a_network_before_sumo_reads_it() {
     let folder = tempfile::tempdir().unwrap();
     let file = written(folder.path(), &changed("speed=\"", "speed=\"-"));
     let text = RoadMap::load(file.to_str().unwrap()).expect_err("a speed below 0").to_string();
@@ -114,12 +114,12 @@ fn cars_are_put_on_a_lane_for_cars_where_the_outermost_is_a_pavement() {
     assert!(setup.map.route.lanes().iter().any(|lane| lane.id == "ab_1"), "ab_0 is the pavement");
     let mut traffic = SumoTraffic::start(setup).unwrap();
     let history = super::run(&mut traffic, 300, |_, _| None);
-    // After 30 s at 1 m/s2 and at most 13.9 m/s: all have driven far on the route's lanes.
+    // After 30 s at 1 m/s2 and at most 13.9 m/s, all vehicles are far along the route's lanes.
     assert!(history[300].iter().all(|car| car.speed_mps > 3.0), "{:?}", history[300]);
 }
 
 #[test]
-fn a_figure_of_eight_is_driven_by_sumo_and_refused_by_the_engine_without_right_of_way() {
+fn only_sumo_drives_a_figure_of_eight_and_the_native_engine_refuses() {
     let _alone = alone();
     let net = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/networks/figure-eight.net.xml");
     let setup = || even(net, 6, model(0.0), 0.0);
@@ -129,7 +129,7 @@ fn a_figure_of_eight_is_driven_by_sumo_and_refused_by_the_engine_without_right_o
     assert!(error.to_string().contains("--traffic sumo"), "{error}");
     let mut traffic = SumoTraffic::start(setup()).unwrap();
     let history = super::run(&mut traffic, 600, |_, _| None);
-    // No two cars in the same place, at the crossing neither: each is 1.8 m wide.
+    // No two vehicles overlap, also at the crossing: each is 1.8 m wide.
     for cars in &history {
         for (k, car) in cars.iter().enumerate() {
             let middle = |car: &CarState| car.pose(&map.route).position;

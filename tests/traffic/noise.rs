@@ -1,10 +1,9 @@
-//! How strong the noise of each engine is, against its closed form (docs/references.md: idm): a change of the
-//! acceleration by sqrt(dt) N(0, noise), hence of the speed by dt sqrt(dt) noise in the standard deviation: 0.00632 m/s a
-//! step at 0.2 and 0.1 s.
+//! Strength of each engine's noise, compared with its closed form (docs/references.md: idm): a change of the acceleration by sqrt(dt) N(0,
+//! noise). The standard deviation of the speed change is dt sqrt(dt) noise: 0.00632 m/s per step at 0.2 and 0.1 s.
 
 use super::*;
 
-/// What of every car's change of speed the model does not say, m/s: of a flow in which nobody stands.
+/// Returns the part of every vehicle's speed changes that the model does not explain, m/s, for a flow in which no vehicle stands.
 fn residuals(engine: &EngineChoice, setup: &TrafficSetup, steps: usize) -> Vec<f64> {
     let history = run_free(engine, setup.clone(), steps);
     let (route, idm, step_s) = (&setup.map.route, setup.idm, setup.step_s);
@@ -15,7 +14,7 @@ fn residuals(engine: &EngineChoice, setup: &TrafficSetup, steps: usize) -> Vec<f
             let leader = &cars[(i + 1) % cars.len()];
             let gap_m = route.difference(car.s_m, leader.s_m) - CAR_LENGTH_M;
             let [v, ahead] = [car.speed_mps, leader.speed_mps];
-            // The model as the literature has it, not as the engines compute it.
+            // The model as in the literature, not as the engines compute it.
             let wish = idm.s0 + (v * idm.t + v * (v - ahead) / (2.0 * (idm.a * idm.b).sqrt())).max(0.0);
             let accel = idm.a * (1.0 - (v / idm.v0).powi(4) - (wish / gap_m).powi(2));
             assert!(pair[1][i].speed_mps > 0.5, "nobody stands in this flow");
@@ -26,7 +25,7 @@ fn residuals(engine: &EngineChoice, setup: &TrafficSetup, steps: usize) -> Vec<f
 }
 
 #[test]
-fn noise_has_the_strength_of_its_closed_form_in_each_engine_and_at_each_step() {
+fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
     let _alone = alone();
     for engine in ENGINES {
         for (noise, step_s) in [(0.2, 0.1), (0.5, 0.1), (0.2, 0.05)] {
@@ -41,7 +40,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine_and_at_each_step() {
                 format!("{engine}, noise {noise}, steps of {step_s} s: mean {mean:e}, sd {sd:e}, wanted {wanted:e}");
             assert!((sd / wanted - 1.0).abs() < 4.0 / (2.0 * n).sqrt(), "{what}");
             assert!(mean.abs() < 4.0 * wanted / n.sqrt(), "{what}");
-            // Normal: 68.27 % within one standard deviation. Independent: of the same car a step later, and of the next car.
+            // Normal: 68.27 % lie within one standard deviation. Independent: of the same vehicle one step later, and of the next vehicle.
             let within = residuals.iter().filter(|r| r.abs() < wanted).count() as f64 / n;
             assert!((within - 0.682_69).abs() < 4.0 * (0.682_69 * 0.317_31 / n).sqrt(), "{what}: {within}");
             for (lag, of) in [(22, "a step later"), (1, "of the next car")] {
@@ -50,20 +49,20 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine_and_at_each_step() {
                 assert!(correlation.abs() < 4.0 / n.sqrt(), "{what}: correlation {correlation} with that {of}");
             }
         }
-        // And none where none is wanted: what is left is rounding.
+        // Without noise in the settings there is none: the rest is rounding.
         let most = residuals(&engine, &ring(0.0), 100).into_iter().fold(0.0_f64, |most, r| most.max(r.abs()));
         assert!(most < 1e-9, "{engine}: {most:e}");
     }
 }
 
 #[test]
-fn the_noise_of_a_car_is_its_own_and_that_of_earlier_recordings_is_drawn_in_turn() {
+fn each_car_has_its_own_noise_and_shared_noise_is_drawn_in_turn() {
     const STEPS: usize = 100;
     let noise = |n: usize, noise_streams| {
         let setup = TrafficSetup { noise_streams, ..even("ring-250", n, model(0.2), 4.0) };
         residuals(&EngineChoice::Native, &setup, STEPS)
     };
-    // What two rings of different size draw, by step and car, for the cars that both have.
+    // The draws of two rings of different size, by step and vehicle, for the vehicles that both have.
     let furthest = |streams| {
         let (many, few) = (noise(22, streams), noise(20, streams));
         let apart = (0..STEPS).flat_map(|step| (0..20).map(move |car| (step, car)));

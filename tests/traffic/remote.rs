@@ -1,4 +1,4 @@
-//! A SUMO that runs elsewhere: here, a child process that listens.
+//! A remote SUMO: here, a child process that listens.
 
 use super::*;
 use codrive::traffic::{
@@ -14,7 +14,7 @@ use std::{
     time::Duration,
 };
 
-/// A listening SUMO, ended when dropped.
+/// Listening SUMO, ended on drop.
 pub struct Remote {
     pub child: Child,
     pub port: u16,
@@ -27,14 +27,13 @@ impl Drop for Remote {
     }
 }
 
-/// Sends a signal. The shell's own kill: a bare Debian has no other.
+/// Sends a signal with the shell's own kill, because a bare Debian has no other.
 pub fn signal(child: &Child, name: &str) {
     let sent = Command::new("sh").args(["-c", &format!("kill -{name} {}", child.id())]).status().unwrap();
     assert!(sent.success());
 }
 
-/// A port that nobody listens at and that no other test of this program was given: until SUMO has taken it, the system may give
-/// it out again.
+/// Returns a port without a listener that no other test of this program got: until SUMO has taken it, the system may assign it again.
 fn free_port() -> u16 {
     static GIVEN: Mutex<Vec<u16>> = Mutex::new(Vec::new());
     loop {
@@ -51,7 +50,7 @@ pub fn listen(map: &str) -> Remote {
     listen_for(map, 1)
 }
 
-/// The same for so many clients.
+/// Starts a listening SUMO for this number of clients.
 fn listen_for(map: &str, clients: u32) -> Remote {
     let port = free_port();
     let net = RoadMap::load(map).unwrap().net_file;
@@ -96,7 +95,7 @@ fn a_remote_sumo_drives_bit_for_bit_as_the_one_in_process() {
 }
 
 #[test]
-fn a_port_where_nobody_listens_is_an_error_with_the_remedy() {
+fn a_port_without_a_listener_is_an_error_with_a_remedy() {
     let _alone = alone();
     let port = free_port();
     let error = SumoTraffic::connect("127.0.0.1", port, ring(0.0)).err().expect("nobody listens").to_string();
@@ -127,7 +126,7 @@ fn a_remote_sumo_that_dies_is_an_error_and_not_a_hang() {
     assert!(text.contains(&format!("127.0.0.1:{} is gone", remote.port)) && text.contains("a step"), "{text}");
 }
 
-/// A client of SUMO's that looks on: it takes its place and makes every step along, until SUMO ends.
+/// Starts a client of SUMO that only watches: it takes its place and joins every step until SUMO ends.
 fn watch(port: u16) -> std::thread::JoinHandle<usize> {
     std::thread::spawn(move || {
         let mut stream = (0..400)
@@ -136,7 +135,7 @@ fn watch(port: u16) -> std::thread::JoinHandle<usize> {
                 TcpStream::connect(("127.0.0.1", port)).ok()
             })
             .expect("SUMO listens for a second client");
-        // Message, command: set the order to 2; then: one step.
+        // The commands are: set the order to 2, then make one step.
         let order = [0, 0, 0, 10, 6, 3, 0, 0, 0, 2];
         let step = [0, 0, 0, 14, 10, 2, 0, 0, 0, 0, 0, 0, 0, 0];
         let mut steps = 0;
@@ -148,7 +147,7 @@ fn watch(port: u16) -> std::thread::JoinHandle<usize> {
     })
 }
 
-/// One whole message.
+/// Reads one complete message.
 fn answer(stream: &mut TcpStream) -> std::io::Result<Vec<u8>> {
     let mut length = [0; 4];
     stream.read_exact(&mut length)?;
@@ -177,13 +176,13 @@ fn a_second_client_of_a_remote_sumo_watches_the_same_drive() {
 }
 
 #[test]
-fn a_step_of_a_remote_sumo_can_be_begun_and_waited_for_a_moment_at_a_time() {
+fn a_step_of_a_remote_sumo_can_be_begun_and_awaited_in_short_waits() {
     let _alone = alone();
     let setup = ring(0.0);
     let remote = listen("ring-250");
     let mut traffic = connect(&remote, &setup).unwrap();
     let before = traffic.cars().to_vec();
-    // SUMO is stopped by the system: the step does not come, and nobody waits longer than asked.
+    // The system stops SUMO: the step does not arrive, and the wait lasts no longer than requested.
     signal(&remote.child, "STOP");
     traffic.begin_step(&[]).unwrap();
     assert!(!traffic.finish_step(Duration::from_millis(20)).unwrap());
@@ -203,7 +202,7 @@ fn a_remote_sumo_that_falls_silent_is_an_error_after_the_time_out() {
     signal(&remote.child, "STOP");
     let begun = now();
     let error = traffic.step(&[]).unwrap_err();
-    // The time-out and what a loaded machine adds; without one this test would not end.
+    // The limit is the time-out and the delay of a loaded machine; without a time-out this test would not end.
     assert!(begun.elapsed() >= Duration::from_millis(500) && begun.elapsed() < Duration::from_secs(5));
     assert!(matches!(error, TrafficError::Silent { .. }), "{error}");
     let text = error.to_string();

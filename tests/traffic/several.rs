@@ -1,12 +1,13 @@
-//! Several cars that somebody drives, on either engine.
+//! Several externally driven vehicles, on either engine.
 
 use super::*;
 use codrive::traffic::VehicleId;
 
-/// The cars that are driven here: the ego, one half-way round, and one right behind that.
+/// Externally driven vehicles: the ego, one half-way round, and its follower.
 const DRIVEN: [u32; 3] = [0, 10, 11];
 
-/// Speed of a driven car after the next step, m/s: each brakes and goes on at another time, within what its gap allows.
+/// Returns the speed of an externally driven vehicle after the next step, m/s: each brakes and restarts at another time, within the limits
+/// of its gap.
 fn next_mps(car: u32, step: usize, speed_mps: f64) -> f64 {
     let time_s = (step as f64 - 40.0 * f64::from(car % 3)) * STEP_S;
     let wanted_mps = 3.2 + (time_s * 0.35).sin();
@@ -22,7 +23,7 @@ fn reports(map: &RoadMap, step: usize, cars: &[CarState]) -> Vec<VehicleReport> 
 }
 
 #[test]
-fn the_engines_agree_on_several_driven_cars_and_these_go_where_they_are_driven() {
+fn the_engines_agree_on_several_externally_driven_cars() {
     let _alone = alone();
     for noise in [0.0, 0.2] {
         let setup = even("ring-250", 22, model(noise), 3.2);
@@ -33,7 +34,7 @@ fn the_engines_agree_on_several_driven_cars_and_these_go_where_they_are_driven()
         });
         let (speed, place, position) = differences(&map, &native, &sumo);
         println!("noise {noise}: {speed:e} m/s, {place:e} m, {position:e} m");
-        // As closely as with nobody at the wheel (`contract`): same update, same draws.
+        // As close as without externally driven vehicles (`contract`): same update, same draws.
         assert!(speed < 1e-10 && place < 1e-9 && position < 1e-9, "noise {noise}: {speed:e} {place:e} {position:e}");
         for id in DRIVEN {
             let mut speed_mps = native[0][id as usize].speed_mps;
@@ -42,7 +43,7 @@ fn the_engines_agree_on_several_driven_cars_and_these_go_where_they_are_driven()
                 assert_eq!(cars[id as usize].speed_mps.to_bits(), speed_mps.to_bits(), "car {id}, step {step}");
             }
         }
-        // Who is not driven keeps his distance, whoever is ahead.
+        // Vehicles without a report keep their distance to any leader.
         let gap_m =
             |cars: &[CarState], id: usize| map.route.difference(cars[id].s_m, cars[(id + 1) % 22].s_m) - CAR_LENGTH_M;
         let own = (0..22).filter(|id| !DRIVEN.contains(&(*id as u32)));
@@ -52,7 +53,7 @@ fn the_engines_agree_on_several_driven_cars_and_these_go_where_they_are_driven()
 }
 
 #[test]
-fn a_remote_sumo_takes_several_driven_cars_bit_for_bit_as_the_one_in_process() {
+fn a_remote_sumo_moves_driven_cars_bit_for_bit_like_sumo_in_process() {
     let _alone = alone();
     let setup = even("ring-250", 22, model(0.2), 3.2);
     let map = setup.map.clone();
@@ -84,7 +85,7 @@ fn followers_of_several_driven_cars_drive_as_behind_sumos_own() {
         let history = run_reported(traffic.as_mut(), 600, |step, cars| reports(&map, step, cars));
         let (speed, place, _) = differences(&map, &history, &reference);
         println!("{engine}: {speed:e} m/s, {place:e} m");
-        // The next place of each is known, so that what is left is rounding: with a guess it was 4.3 mm/s (docs/decisions.md: 4).
+        // The next position of each is known, so the rest is rounding: with a guess it was 4.3 mm/s (docs/decisions.md: 4).
         assert!(speed < 1e-6 && place < 1e-5, "{engine}: {speed:e} m/s, {place:e} m");
     }
 }
@@ -94,7 +95,7 @@ fn a_driven_car_that_leaves_the_road_is_passed_and_another_on_it_is_not() {
     let _alone = alone();
     for engine in ENGINES {
         let mut setup = even("ring-250", 4, model(0.0), 0.0);
-        // Behind each of two that stand there is one that drives.
+        // Behind each of two stopped vehicles there is a moving one.
         setup.cars = standing_at(&[100.0, 200.0, 230.0, 60.0]);
         let map = setup.map.clone();
         let mut traffic = traffic::start(&engine, setup).expect("the engine starts");
@@ -110,8 +111,8 @@ fn a_driven_car_that_leaves_the_road_is_passed_and_another_on_it_is_not() {
         let way_m = |car: usize| -> f64 {
             (1..history.len()).map(|k| map.route.difference(history[k - 1][car].s_m, history[k][car].s_m)).sum()
         };
-        // Car 3 has the meadow's car on its way and goes on to the tail of car 1, which waits behind car 2.
-        // To the model's gap of 2 m at a standstill.
+        // Car 3 passes the vehicle in the meadow and goes on to the tail of car 1, which waits behind car 2. It stops at the model's gap of
+        // 2 m at a standstill.
         assert!((way_m(1) - 23.0).abs() < 0.5, "{engine}: {} m to the tail at 225 m", way_m(1));
         assert!((150.0..165.0).contains(&way_m(3)), "{engine}: {} m past 100 m", way_m(3));
         let error = traffic.step(&stand[1..]).expect_err("its model cannot drive there").to_string();
@@ -120,7 +121,7 @@ fn a_driven_car_that_leaves_the_road_is_passed_and_another_on_it_is_not() {
 }
 
 #[test]
-fn reports_of_cars_that_are_not_here_or_in_another_order_are_refused() {
+fn reports_of_missing_cars_or_in_the_wrong_order_are_refused() {
     let _alone = alone();
     for engine in ENGINES {
         let setup = ring(0.0);
@@ -139,7 +140,7 @@ fn reports_of_cars_that_are_not_here_or_in_another_order_are_refused() {
         nan.state.next_speed_mps = f64::NAN;
         let error = traffic.step(&[of(2, traffic.as_ref()), nan]).expect_err("no number").to_string();
         assert_eq!(error, "predicted speed of car 7 is not a finite number: NaN", "{engine}");
-        // Nothing of it was done: the next step is taken.
+        // Refused reports have no effect: the next step works.
         traffic.step(&[of(2, traffic.as_ref())]).expect("one car that is here");
     }
 }

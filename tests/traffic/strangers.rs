@@ -1,4 +1,4 @@
-//! What listens where a SUMO shall be and is none, or not ours: each is named, and in time.
+//! Programs that listen in place of a SUMO, or a SUMO of another version: each is named, and in time.
 
 use super::*;
 use codrive::traffic::{
@@ -11,11 +11,11 @@ use std::{
     time::Duration,
 };
 
-/// What a time-out of half a second may take on a loaded machine, the half second for a name included; without time-outs
-/// these tests would not end.
+/// Limit for a time-out of half a second on a loaded machine, including half a second for the name. Without time-outs these tests would not
+/// end.
 const SOON: Duration = Duration::from_secs(5);
 
-/// A server of one connection on this machine; `serve` is what it does with it. Returns its port.
+/// Starts a server for one connection on this machine, which `serve` handles. Returns its port.
 fn server(serve: impl FnOnce(TcpStream) + Send + 'static) -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
@@ -23,7 +23,7 @@ fn server(serve: impl FnOnce(TcpStream) + Send + 'static) -> u16 {
     port
 }
 
-/// Why codrive cannot drive on what listens at `port`.
+/// Returns the error of codrive on a program that listens at `port`.
 fn refused(port: u16) -> TrafficError {
     let begun = now();
     let setup = TrafficSetup { timeout_s: 0.5, ..ring(0.0) };
@@ -38,7 +38,7 @@ fn keep_silent(mut stream: TcpStream) {
 }
 
 #[test]
-fn a_server_that_accepts_and_stays_silent_is_an_error_with_host_port_and_what_was_waited_for() {
+fn a_silent_server_is_an_error_with_host_port_and_the_missing_reply() {
     let port = server(keep_silent);
     let error = refused(port);
     assert!(matches!(error, TrafficError::Silent { .. }), "{error}");
@@ -50,13 +50,13 @@ fn a_server_that_accepts_and_stays_silent_is_an_error_with_host_port_and_what_wa
 
 #[test]
 fn a_port_whose_queue_is_full_is_an_error_in_time() {
-    // Nobody accepts; whether the system itself takes the connection or not, no answer comes.
+    // No program accepts the connection. No reply comes, even if the system itself takes the connection.
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let error = refused(listener.local_addr().unwrap().port());
     assert!(matches!(error, TrafficError::Silent { .. }), "{error}");
 }
 
-/// As HTTP servers do: waits for a line, says that it was a bad one.
+/// Behaves as HTTP servers do: waits for a line and replies that the request was bad.
 fn http(stream: TcpStream) {
     let mut line = Vec::new();
     BufReader::new(&stream).read_until(b'\n', &mut line).unwrap();
@@ -86,7 +86,7 @@ fn a_server_that_speaks_first_is_not_sumo_at_all() {
 }
 
 #[test]
-fn what_answers_with_a_message_of_another_kind_is_not_sumo() {
+fn a_server_that_replies_with_another_message_is_not_sumo() {
     let port = server(|mut stream| {
         stream.write_all(&[0, 0, 0, 9, 1, 2, 3, 4, 5]).unwrap();
         keep_silent(stream);
@@ -95,7 +95,7 @@ fn what_answers_with_a_message_of_another_kind_is_not_sumo() {
 }
 
 #[test]
-fn what_claims_a_message_of_a_gigabyte_is_not_sumo_and_takes_no_memory() {
+fn a_server_that_claims_a_gigabyte_is_not_sumo_and_takes_no_memory() {
     let port = server(|mut stream| {
         stream.write_all(&[0x40, 0, 0, 0, 7]).unwrap();
         keep_silent(stream);
@@ -104,7 +104,7 @@ fn what_claims_a_message_of_a_gigabyte_is_not_sumo_and_takes_no_memory() {
 }
 
 #[test]
-fn a_server_that_hangs_up_is_an_error_with_what_was_waited_for() {
+fn a_server_that_hangs_up_is_an_error_with_the_missing_reply() {
     let port = server(drop);
     let error = refused(port);
     assert!(matches!(error, TrafficError::Lost { .. }), "{error}");
@@ -112,11 +112,11 @@ fn a_server_that_hangs_up_is_an_error_with_what_was_waited_for() {
 }
 
 #[test]
-fn a_sumo_of_another_version_is_refused_with_both_versions_before_anything_is_asked_of_it() {
+fn a_sumo_of_another_version_is_refused_with_both_versions() {
     let port = server(|mut stream| {
         let mut asked = [0; 10];
         stream.read_exact(&mut asked).unwrap();
-        // A status, then protocol 20 and a name: as SUMO 1.15.0 answers.
+        // A status, then protocol 20 and a name: the reply of SUMO 1.15.0.
         let mut answer = b"\0\0\0\x20\x07\0\0\0\0\0\0\x15\0\0\0\0\x14\0\0\0\x0bSUMO 1.15.0".to_vec();
         answer[3] = answer.len() as u8;
         stream.write_all(&answer).unwrap();
@@ -134,7 +134,7 @@ fn a_sumo_of_another_version_is_refused_with_both_versions_before_anything_is_as
 }
 
 #[test]
-fn the_version_that_is_asked_for_is_the_one_that_is_installed() {
+fn the_required_sumo_version_is_the_installed_one() {
     let setup = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/setup")).unwrap();
     assert!(setup.contains(VERSION), "scripts/setup does not install SUMO {VERSION}");
     let _alone = alone();

@@ -1,4 +1,4 @@
-//! SUMO in this process: that it is absent, in use, started often.
+//! SUMO in this process: absent, in use, and started many times.
 
 use super::*;
 use codrive::traffic::{FollowingModel, TrafficError, sumo::SumoTraffic};
@@ -42,9 +42,9 @@ fn fifty_starts_in_one_process_are_alike() {
 }
 
 #[test]
-fn a_car_of_another_model_drives_by_it() {
+fn a_car_with_another_model_follows_that_model() {
     let _alone = alone();
-    // Two cars at rest, each with 120 m of free road.
+    // Two vehicles at rest, each with 120 m of free road.
     let pair = |of_others, seed| {
         let mixture = ModelMixture { model: of_others, share: 1.0 };
         let setup = TrafficSetup { mixture, seed, ..even("ring-250", 2, model(0.0), 0.0) };
@@ -54,8 +54,8 @@ fn a_car_of_another_model_drives_by_it() {
         let history = pair(model, seed);
         [history[30][0].speed_mps, history[30][1].speed_mps]
     };
-    // The IDM pulls away with 1 m/s2. Krauss's car does with 2.6, of which it dawdles away on average a quarter (sigma is
-    // 0.5 and chance even), 5.85 m/s after 3 s; ten cars' mean errs by less than 0.15.
+    // The IDM pulls away with 1 m/s2. Krauss's model pulls away with 2.6 m/s2, of which it loses a quarter on average by random slowdowns
+    // (sigma is 0.5, chance uniform): 5.85 m/s after 3 s. The mean of ten cars deviates by less than 0.15.
     let [ego, other] = after_3_s(FollowingModel::Idm, 1);
     assert!((ego - 3.0).abs() < 0.1 && (other - 3.0).abs() < 0.1, "{ego} {other}");
     let mean = (1..=10).map(|seed| after_3_s(FollowingModel::Krauss, seed)[1]).sum::<f64>() / 10.0;
@@ -63,7 +63,7 @@ fn a_car_of_another_model_drives_by_it() {
     let beside = after_3_s(FollowingModel::Krauss, 1)[0];
     assert!((beside - 3.0).abs() < 0.1, "the ego has the drive's own model: {beside}");
     assert!((after_3_s(FollowingModel::Eidm, 1)[1] - other).abs() > 0.1);
-    // Its chance is the seed's.
+    // The seed determines its random numbers.
     let bits_of = |seed| bits(&pair(FollowingModel::Krauss, seed));
     assert!(bits_of(1) == bits_of(1) && bits_of(1) != bits_of(2));
 }
@@ -78,7 +78,7 @@ fn engines_without_other_models_refuse_them() {
 }
 
 #[test]
-fn a_network_that_is_not_the_maps_is_refused() {
+fn a_network_that_differs_from_the_maps_is_refused() {
     let _alone = alone();
     let mut setup = ring(0.0);
     let mut map = (*setup.map).clone();
@@ -93,7 +93,7 @@ fn a_broken_network_file_is_an_error_and_the_next_start_works() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("net.xml");
-    // SUMO 1.28 itself breaks down on this one.
+    // SUMO 1.28 itself crashes on this file.
     std::fs::write(&file, "<net><edge id=").unwrap();
     let error = RoadMap::load(file.to_str().unwrap()).expect_err("the file is broken");
     assert!(error.to_string().contains("net.xml:"), "{error}");

@@ -1,6 +1,6 @@
-//! Importing maps from other formats. In: an OpenDRIVE (`.xodr`), OpenStreetMap (`.osm`) or SUMO (`.net.xml`) file. Out: a
-//! folder in `maps/` with the network, its default path and a report, [`Imported`]. Conversion is SUMO's own netconvert, run as a
-//! program within limits (`netconvert`), with coarser options where fine ones fail (`tries`).
+//! Import of maps from other formats. In: an OpenDRIVE (`.xodr`), OpenStreetMap (`.osm`) or SUMO (`.net.xml`) file. Out: a folder in
+//! `maps/` with the network, its default path and a report, [`Imported`]. SUMO's own netconvert does the conversion, as a program within
+//! limits (`netconvert`), with coarser options if fine ones fail (`tries`).
 
 mod netconvert;
 mod repair;
@@ -26,35 +26,35 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// How long netconvert may run if nothing else is said, seconds: a town takes 20 s.
+/// Default time limit of netconvert, seconds: a town takes 20 s.
 pub const SECONDS: u64 = 300;
-/// How much memory it may have if nothing else is said, MiB: a town takes 1 GB.
+/// Default memory limit of netconvert, MiB: a town takes 1 GB.
 pub const MEMORY_MIB: u64 = 4096;
-/// Name of the report in a map's folder.
+/// File name of the report in a map's folder.
 pub const REPORT_FILE: &str = "import.txt";
 
-/// A map that was imported.
+/// Result of an import.
 #[derive(Debug)]
 pub struct Imported {
-    /// Its folder.
+    /// Folder of the new map.
     pub folder: PathBuf,
-    /// What came of the file.
+    /// Report on the conversion.
     pub report: ImportReport,
-    /// The map as a drive loads it, or why it cannot be driven yet.
+    /// Map as a drive loads it, or the reason why it cannot be driven yet.
     pub map: Result<RoadMap, MapError>,
 }
 
-/// Brings `file` into `<name>/` among the person's own maps and loads it once.
+/// Imports `file` into the folder `<name>/` of the user's own maps, and loads the map once.
 ///
 /// # Errors
-/// If the name is no plain word, the map exists, the file is none, empty or too large, the format is none of the three, netconvert
-/// is absent, fails or goes beyond `bounds`, or the network has no road for cars; then nothing is left behind.
+/// The name has other characters than letters, digits, - and _; the map exists; the file is missing, empty or too large; the format is
+/// unknown; netconvert is absent, fails or exceeds `bounds`; or the network has no road for cars. Nothing is left behind then.
 pub fn import(file: &Path, name: &str, bounds: &ImportBounds) -> Result<Imported, MapError> {
     let maps = catalog::own_folder().ok_or(MapError::NoHome)?;
     import_into(&maps, &netconvert::program(), file, name, bounds)
 }
 
-/// [`import`] with the two places named: the folder of maps, and the converter.
+/// Imports as [`import`] does, with the folder of maps and the converter given.
 pub(super) fn import_into(
     maps: &Path,
     netconvert: &Path,
@@ -77,7 +77,7 @@ pub(super) fn import_into(
         MapError::Parameter { what: "the file to import", value: file.display().to_string(), allowed }
     })?;
     check_references(file)?;
-    // Made beside its place and moved there when it is whole: an interrupted import is no map.
+    // Made beside its final place and moved there when complete: an interrupted import is never a map.
     let unfinished = maps.join(format!(".{name}.unfinished"));
     let failed = |source| MapError::Io { file: folder.clone(), source };
     let _ = std::fs::remove_dir_all(&unfinished);
@@ -92,7 +92,7 @@ pub(super) fn import_into(
     Ok(Imported { folder, report, map })
 }
 
-/// A regular file with something in it, and not too large.
+/// Checks that a file is regular, not empty and not too large.
 fn check_file(file: &Path) -> Result<(), MapError> {
     let failed = |source| MapError::Io { file: file.into(), source };
     let open = match open_regular(file) {
@@ -113,7 +113,7 @@ fn check_file(file: &Path) -> Result<(), MapError> {
     Ok(())
 }
 
-/// No document that netconvert would follow to other files.
+/// Checks that the document does not make netconvert read other files.
 fn check_references(file: &Path) -> Result<(), MapError> {
     let found = open_regular(file).and_then(|open| first_reference(BufReader::new(open)));
     match found.map_err(|source| MapError::Io { file: file.into(), source })? {
@@ -140,7 +140,7 @@ fn fill(
     Ok(report)
 }
 
-/// The text of `map.toml`.
+/// Returns the text of `map.toml`.
 fn map_file(name: &str, report: &ImportReport, net: &network::Network, path: &network::Path) -> String {
     let text = |text: String| toml::Value::String(text).to_string();
     let kind = if path.is_closed() { "A closed route" } else { "An open path" };

@@ -1,5 +1,5 @@
-//! SUMO's converter, run as a program within limits of time and memory. In: a file of another format and options. Out: a `net.xml`
-//! and what netconvert warned of, or its own words on why there is none.
+//! SUMO's converter, run as a program within limits of time and memory. In: a file of another format and options. Out: a `net.xml` and
+//! netconvert's messages, or its own error messages.
 
 use crate::{
     file::read_bounded,
@@ -13,27 +13,27 @@ use std::{
     time::Duration,
 };
 
-/// The most that netconvert may write into one file, bytes: what is over the limit of a network cannot be used.
+/// Largest file that netconvert may write, bytes: a network beyond its size limit cannot be used anyway.
 const FILE_BYTES: u64 = 2 * MOST_BYTES;
-/// How often it is asked whether it is done.
+/// Number of checks per second whether netconvert has ended.
 const WAITS_PER_S: u64 = 50;
-/// What it says of a file without a road.
+/// Message of netconvert for a file without a road.
 const NO_NODES: &str = "No nodes loaded";
-/// How many lines of an error are told.
+/// Largest number of lines of an error that is shown.
 const LINES_TOLD: usize = 5;
 
-/// What netconvert may take, and whether it is still wanted.
+/// Limits of netconvert, and the user's request to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct ImportBounds<'a> {
-    /// How long it may run, all tries together, seconds.
+    /// Time limit, all attempts together, seconds.
     pub seconds: u64,
-    /// How much memory it may have, MiB.
+    /// Memory limit of one run, MiB.
     pub memory_mib: u64,
-    /// Set once someone wants the import to end.
+    /// Set to true when the user wants the import to end.
     pub stop: &'a AtomicBool,
 }
 
-/// Path of SUMO's converter: in the first of SUMO's homes that has it.
+/// Returns the path of SUMO's converter: in the first of SUMO's folders that contains it.
 pub(super) fn program() -> PathBuf {
     let of = |home: PathBuf| home.join("bin").join(format!("netconvert{}", std::env::consts::EXE_SUFFIX));
     let homes = native_code::sumo_homes();
@@ -43,42 +43,42 @@ pub(super) fn program() -> PathBuf {
 
 /// One run of the converter.
 pub(super) struct Conversion<'a> {
-    /// The converter.
+    /// Path of the converter.
     pub program: &'a Path,
-    /// The option before the file, which says its format.
+    /// Option before the file, which names its format.
     pub format: &'a str,
-    /// What is converted.
+    /// File that is converted.
     pub file: &'a Path,
-    /// The file of the person, which errors name.
+    /// File of the user, which errors name.
     pub known: &'a Path,
-    /// What is written.
+    /// File that is written.
     pub net: &'a Path,
-    /// Further options.
+    /// Further options of netconvert.
     pub options: &'a [&'a str],
-    /// How many runs share the time that `bounds` allows.
+    /// Number of runs that share the time limit of `bounds`.
     pub shares: u64,
 }
 
 impl Conversion<'_> {
-    /// Runs it; what netconvert said comes back.
+    /// Runs netconvert and returns its messages.
     ///
     /// # Errors
-    /// It is absent, fails, goes beyond the bounds or is no longer wanted.
+    /// netconvert is absent, fails, exceeds the bounds, or the user stopped it.
     pub fn run(&self, bounds: &ImportBounds) -> Result<String, MapError> {
         if !self.program.is_file() {
             return Err(MapError::NetconvertAbsent { program: self.program.into() });
         }
         let io = |source| MapError::Io { file: self.program.into(), source };
-        // Its words go into a file: a pipe that nobody empties would hold it.
+        // Messages go into a file: a pipe that is not read would block the program.
         let log = self.net.with_extension("log");
         let mut command = bounded_command(self.program, bounds);
         command.arg(self.format).arg(self.file).arg("--output-file").arg(self.net).args(self.options);
         command.args(["--precision", "6", "--xml-validation", "never"]);
         if let Some(home) = self.program.parent().and_then(Path::parent) {
-            // SUMO's own table of projections: that of the system may have another version.
+            // SUMO's own projection database: the system's may have another version.
             let projections = home.join("data/proj");
             command.env("SUMO_HOME", home).env("PROJ_DATA", &projections).env("PROJ_LIB", &projections);
-            // A projection of the file's may name grids, which the library would fetch.
+            // A projection in the file may name grids, which the library would download.
             command.env("PROJ_NETWORK", "OFF");
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(private::file(&log).map_err(io)?);
@@ -91,13 +91,13 @@ impl Conversion<'_> {
             return Ok(words);
         }
         let mut errors = errors_of(&words);
-        // It says so of a file without a road, and after other errors.
+        // netconvert writes this message for a file without a road, and after other errors.
         if errors.len() == 1 && errors[0].starts_with(NO_NODES) {
             let detail = format!("the file has no road (netconvert: {NO_NODES})");
             return Err(MapError::NoPath { file: self.known.into(), detail });
         }
         errors.retain(|error| !error.starts_with(NO_NODES));
-        // The system's words where it gives no more memory, netconvert's, and those of what it calls.
+        // Messages of the system when memory runs out, of netconvert, and of its libraries.
         if let Some(line) = out_of_memory(&words) {
             return Err(self.beyond(bounds, format!("it needs more memory ({line})")));
         }
@@ -114,7 +114,7 @@ impl Conversion<'_> {
     }
 
     fn wait(&self, mut child: Child, bounds: &ImportBounds) -> Result<std::process::ExitStatus, MapError> {
-        // Counted, not read from a clock: only the order of magnitude matters.
+        // Waits are counted, not timed by a clock: only the order of magnitude matters.
         let most_waits = (bounds.seconds * WAITS_PER_S / self.shares.max(1)).max(1);
         let mut waits = 0;
         loop {
@@ -137,7 +137,7 @@ impl Conversion<'_> {
     }
 }
 
-/// The line with which it says that there is no more memory, if it does.
+/// Returns the first line that reports a lack of memory.
 fn out_of_memory(words: &str) -> Option<&str> {
     let says_so = |line: &&str| {
         ["std::bad_alloc", "memory exhausted", "Cannot allocate memory"].iter().any(|word| line.contains(word))
@@ -145,13 +145,13 @@ fn out_of_memory(words: &str) -> Option<&str> {
     words.lines().find(says_so).map(str::trim)
 }
 
-/// The errors among netconvert's words, with what and where as it says them. It names the file in a line of its own, which is
-/// left out: it is the file that the message begins with.
+/// Returns the errors among netconvert's messages, with cause and place. Its line with the file's name is left out: the message begins
+/// with that name already.
 fn errors_of(words: &str) -> Vec<String> {
     let mut errors: Vec<String> = Vec::new();
     let mut in_error = false;
     for line in words.lines() {
-        // What follows an error is indented.
+        // Lines that continue an error are indented.
         if !line.starts_with(' ') {
             in_error = line.starts_with("Error:");
         }
@@ -169,8 +169,8 @@ fn errors_of(words: &str) -> Vec<String> {
     errors
 }
 
-/// The program with bounds that the system keeps, also when this program is gone: memory, time of the processor, and size of
-/// its files. The shell sets them for itself and becomes the program.
+/// Returns the command with limits that the system enforces, even after this program has ended: memory, processor time and file size. A
+/// shell sets the limits for itself and then executes the program.
 #[cfg(unix)]
 fn bounded_command(program: &Path, bounds: &ImportBounds) -> Command {
     let file_blocks = FILE_BYTES / 512;
@@ -181,7 +181,7 @@ fn bounded_command(program: &Path, bounds: &ImportBounds) -> Command {
     );
     let mut command = Command::new("/bin/sh");
     command.arg("-c").arg(script).arg(program);
-    // A group of its own, so that all that it starts is ended with it.
+    // A process group of its own, so that its child processes end with it.
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     native_code::end_with_parent(&mut command);
     command
@@ -197,7 +197,7 @@ fn end_with_children(child: &mut Child) {
     if let Ok(group) = i32::try_from(child.id()) {
         let _ = nix::sys::signal::killpg(nix::unistd::Pid::from_raw(group), nix::sys::signal::Signal::SIGKILL);
     }
-    // It may be gone already.
+    // The process may have ended already.
     let _ = child.kill();
     let _ = child.wait();
 }
@@ -207,8 +207,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_keep_what_and_where_and_leave_out_warnings_and_the_file() {
-        // As netconvert 1.28 says it of a file that was cut off.
+    fn errors_keep_cause_and_place_and_leave_out_warnings_and_the_file() {
+        // Output of netconvert 1.28 for a truncated file.
         let words = "Warning: Ignoring geoidgrids and vgridshift in projection\nError: input ended before all started tags \
                      were ended; last tag started is 'link'\n In file '/tmp/x/cut.xodr'\n At line/column 117/11.\n\nError: \
                      No nodes loaded.\nQuitting (on error).\n";
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_want_of_memory_the_line_is_told_that_says_so() {
+    fn the_line_that_reports_a_lack_of_memory_is_found() {
         let words = "Loading...\nError: std::bad_alloc\nQuitting (on error).\n";
         assert_eq!(
             (out_of_memory(words), out_of_memory("Quitting (on error).")),

@@ -1,8 +1,8 @@
-//! Mends an OpenDRIVE file for a last try: takes out what netconvert cannot read and what it would not bring into a network anyway.
-//! In: the document's text. Out: the same without its signals, signs and objects, and with arcs of no curvature as straight lines. And mends a
-//! network that netconvert made: lanes with a speed limit of 0 get netconvert's default.
+//! Repairs files for an import. In: the text of an OpenDRIVE document. Out: the same text without signals, signs and objects, which
+//! netconvert may fail to read and would not import anyway, and with arcs of zero curvature as straight lines. For a network that
+//! netconvert made: lanes with a speed limit of 0 get netconvert's default.
 
-/// The mended text, and what was mended; `None` where there is nothing to mend.
+/// Returns the repaired text and a list of the repairs; `None` if there is nothing to repair.
 pub(super) fn repair(text: &str) -> Option<(String, Vec<String>)> {
     let (text, signals) = without_elements(text, "signals");
     let (text, objects) = without_elements(&text, "objects");
@@ -20,7 +20,7 @@ pub(super) fn repair(text: &str) -> Option<(String, Vec<String>)> {
     (!done.is_empty()).then_some((text, done))
 }
 
-/// The text without the elements of a name, and how many there were. They do not lie in each other.
+/// Returns the text without the elements of this name, and their number. The elements must not be nested.
 fn without_elements(text: &str, name: &str) -> (String, usize) {
     let (begin, end) = (format!("<{name}"), format!("</{name}>"));
     let (mut kept, mut rest, mut n) = (String::with_capacity(text.len()), text, 0);
@@ -39,7 +39,7 @@ fn without_elements(text: &str, name: &str) -> (String, usize) {
     (kept, n)
 }
 
-/// netconvert divides by the curvature of an arc, and its numbers are lost where that is 0.
+/// Replaces arcs of zero curvature by lines and returns their number: netconvert divides by the curvature.
 fn with_lines_for_flat_arcs(text: &str) -> (String, usize) {
     let (mut kept, mut rest, mut n) = (String::with_capacity(text.len()), text, 0);
     while let Some(at) = find_tag(rest, "<arc") {
@@ -60,11 +60,12 @@ fn with_lines_for_flat_arcs(text: &str) -> (String, usize) {
     (kept, n)
 }
 
-/// netconvert's own limit for roads without one, as a network has it, m/s, and in words. OpenDRIVE's files write 0 or -1 where no limit is
-/// known, and netconvert makes 0 of both: nobody could drive there.
+/// Default speed limit of netconvert for roads without one, as a network writes it, m/s, and as text. OpenDRIVE files write 0 or -1 for
+/// an unknown limit, and netconvert turns both into 0, at which no vehicle could drive.
 const DEFAULT_LIMIT: (&str, &str) = ("13.89", "50 km/h");
 
-/// The text of a network with a limit for each of its lanes, and how many got one, in words; `None` where all have one.
+/// Returns the text of a network with a positive speed limit for each lane, and a sentence on the number of lanes changed; `None` if all
+/// lanes have one.
 pub(super) fn with_default_limits(text: &str) -> Option<(String, String)> {
     let (mut kept, mut rest, mut n) = (String::new(), text, 0);
     while let Some(at) = find_tag(rest, "<lane") {
@@ -89,7 +90,7 @@ pub(super) fn with_default_limits(text: &str) -> Option<(String, String)> {
     (n > 0).then(|| (kept, format!("{} for {lanes} a speed limit of 0", DEFAULT_LIMIT.1)))
 }
 
-/// Where a tag begins whose name is just this.
+/// Returns the position of the first tag with exactly this name.
 fn find_tag(text: &str, begin: &str) -> Option<usize> {
     let ends =
         |at: &usize| text[at + begin.len()..].starts_with(|c: char| c.is_ascii_whitespace() || ['>', '/'].contains(&c));
@@ -101,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn signals_go_and_flat_arcs_become_lines_and_all_else_stays() {
+    fn signals_are_removed_flat_arcs_become_lines_and_all_else_stays() {
         let text = "<OpenDRIVE><road><geometry s=\"0\"><arc curvature=\"0.00\"/></geometry><geometry s=\"9\"><arc \
                     curvature='-0.02'/></geometry><signals a=\"1\"><signal type=\"\"/></signals></road><road><signals/><signalsX/>\
                     <objects>x</objects></road></OpenDRIVE>";

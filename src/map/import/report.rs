@@ -1,5 +1,5 @@
-//! What came of a file that was imported: what was taken, what was dropped, what netconvert warned of, and the path that is driven.
-//! In: the file and the network that was made of it. Out: an [`ImportReport`], and its lines for people. Metres.
+//! Report on an imported file: the parts imported and dropped, netconvert's warnings, and the path to drive. In: the file and the network
+//! made from it. Out: an [`ImportReport`], and its lines for people. Metres.
 
 use super::{SourceFormat, WarningKind, tries::MadeNetwork};
 use crate::{
@@ -12,41 +12,41 @@ use crate::{
 };
 use std::io::{BufRead, BufReader};
 
-/// How many kinds of warnings the terminal is told of; the file has all.
+/// Number of kinds of warnings shown in the terminal; the file lists all.
 const KINDS_TOLD: usize = 3;
-/// The longest example of a warning that is told, characters.
+/// Largest length of a warning's example, characters.
 const EXAMPLE_CHARS: usize = 160;
 
-/// What came of a file.
+/// Report on the import of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportReport {
-    /// The file's name, without its folder.
+    /// File name without its folder.
     pub file_name: String,
-    /// Its size, bytes.
+    /// Size of the file, bytes.
     pub bytes: u64,
-    /// What it is.
+    /// Format of the file.
     pub format: SourceFormat,
-    /// Elements of the file by name, where it is not a network already.
+    /// Number of elements in the file by name; empty for a SUMO network.
     pub elements: Vec<(&'static str, usize)>,
-    /// How it was made into a network, in words.
+    /// Description of the conversion.
     pub conversion: String,
-    /// Why finer options were not taken, one line each.
+    /// Reasons why finer options were rejected, one line each.
     pub finer: Vec<String>,
-    /// What the network has.
+    /// Counts of the network's parts.
     pub census: NetworkCensus,
-    /// Lanes of streets that are open to cars.
+    /// Number of street lanes open to cars.
     pub car_lanes: usize,
-    /// Connections that turn back on the spot.
+    /// Number of connections that are U-turns.
     pub u_turns: usize,
-    /// Streets for cars that no street leads to and that lead to none.
+    /// Number of streets for cars with no lane before or after any of their lanes.
     pub alone: usize,
-    /// Length of the default path, metres, how many streets it has, and whether its end is its start.
+    /// Length of the default path, metres; its number of streets; and true if it is closed.
     pub path: (f64, usize, bool),
-    /// What netconvert warned of.
+    /// Warnings of netconvert by kind.
     pub warnings: Vec<WarningKind>,
-    /// Errors in the file that it passed over.
+    /// Errors in the file that netconvert ignored, by kind.
     pub errors: Vec<WarningKind>,
-    /// Parts of a network that SUMO is not given.
+    /// Parts of the network that are not passed to SUMO.
     pub dropped: Dropped,
 }
 
@@ -73,12 +73,12 @@ impl ImportReport {
         })
     }
 
-    /// The lines for the terminal.
+    /// Returns the lines for the terminal.
     pub fn short(&self) -> Vec<String> {
         self.lines(KINDS_TOLD)
     }
 
-    /// The whole report, for a file.
+    /// Returns the whole report as text, for a file.
     pub fn text(&self) -> String {
         self.lines(usize::MAX).iter().map(|line| format!("{line}\n")).collect()
     }
@@ -134,7 +134,7 @@ impl ImportReport {
         lines
     }
 
-    /// What netconvert never brings of such a file.
+    /// Describes the parts that netconvert never imports from this format.
     fn left_out(&self) -> String {
         match self.format {
             SourceFormat::Sumo if !self.dropped.is_empty() => return self.dropped.to_string(),
@@ -150,7 +150,7 @@ fn street_lanes(net: &Network) -> impl Iterator<Item = &crate::map::network::Lan
     net.lanes().iter().filter(|lane| net.edge(lane.edge).kind.is_street())
 }
 
-/// Streets for cars without a way in or out.
+/// Counts the streets for cars with no lane before or after any of their lanes.
 fn alone(net: &Network) -> usize {
     let streets = net.edges().iter().filter(|edge| edge.kind.is_street());
     let for_cars = streets.filter(|edge| edge.lanes().any(|lane| net.lane(lane).admits_cars()));
@@ -158,7 +158,7 @@ fn alone(net: &Network) -> usize {
     for_cars.filter(|edge| edge.kind != EdgeKind::Connector && !edge.lanes().any(leads)).count()
 }
 
-/// How many elements of the kinds that people know a file has.
+/// Counts the elements of the file that people know by name.
 fn count_elements(file: &std::path::Path, format: SourceFormat) -> Result<Vec<(&'static str, usize)>, std::io::Error> {
     let kinds: &[(&str, &str)] = match format {
         SourceFormat::OpenDrive => {
@@ -171,7 +171,7 @@ fn count_elements(file: &std::path::Path, format: SourceFormat) -> Result<Vec<(&
     if kinds.is_empty() {
         return Ok(counts);
     }
-    // Tag by tag: a file may be one line, and larger than what is wanted in memory.
+    // Tag by tag: the file may be a single line, larger than the memory to use.
     let mut document = BufReader::new(open_regular(file)?);
     let mut tag = Vec::new();
     loop {

@@ -1,4 +1,4 @@
-//! Tests of imports: files that are none, limits and second tries, and what a report says.
+//! Tests of imports: invalid files, limits, further attempts, and the content of a report.
 
 use super::*;
 use crate::map::{loop_search::default_path, network::Network};
@@ -16,7 +16,7 @@ fn sumos_netconvert() -> PathBuf {
     program
 }
 
-/// A converter that does what `script` says; `$net` is the file that it is to write.
+/// Makes a converter that runs `script`; `$net` is the file that it must write.
 #[cfg(unix)]
 fn converter(folder: &Path, script: &str) -> PathBuf {
     let program = folder.join("netconvert");
@@ -26,8 +26,8 @@ fn converter(folder: &Path, script: &str) -> PathBuf {
     program
 }
 
-/// A network of straight lanes to the east, each from the end of the first that leads to it: id of the edge, length, and who may drive
-/// there. Two that lead to each other are the halves of a circle of 20 m.
+/// Returns a network of straight lanes heading east, each starting at the end of the first lane that leads to it. An edge is given by id,
+/// length and permitted class. Two edges that lead to each other become the halves of a circle of 20 m radius.
 fn net_of(edges: &[(&str, f64, &str)], ways: &[(&str, &str)]) -> String {
     let leads = |from: &str, to: &str| ways.contains(&(from, to));
     let begin_of = |id: &str| {
@@ -66,7 +66,7 @@ fn path_of(text: &str) -> Result<(Vec<String>, bool, f64), MapError> {
 }
 
 #[test]
-fn a_way_with_a_corner_inside_the_junction_is_left_out_of_the_path_while_there_is_another() {
+fn a_way_with_a_corner_inside_the_junction_is_avoided_if_possible() {
     // From a to the north, by b (100 m) or, after a corner inside the junction, by c (200 m).
     let lane = |id: &str, kind: &str, length: u32, shape: &str| {
         format!(
@@ -90,23 +90,23 @@ fn a_way_with_a_corner_inside_the_junction_is_left_out_of_the_path_while_there_i
     let text = |ways: &[String]| format!("<net>{}{}</net>", edges.concat(), ways.concat());
     let found = path_of(&text(&[way("b", "n"), way("c", "m")])).unwrap();
     assert_eq!(found.0, ["a_0", ":n_0", "b_0"]);
-    // Nor is it taken without the other: the longest street makes a path.
+    // The corner is avoided even without an alternative: the longest street makes a path.
     assert_eq!(path_of(&text(&[way("c", "m")])).unwrap().0, ["c_0"]);
 }
 
 #[test]
-fn without_a_loop_the_longest_open_path_is_found_on_lanes_for_cars_alone() {
+fn without_a_loop_the_longest_open_path_of_lanes_for_cars_is_found() {
     let fork = [("a", 100.0, "passenger"), ("b", 50.0, "passenger"), ("c", 80.0, "passenger"), ("d", 500.0, "bus")];
     let ways = [("a", "b"), ("a", "c"), ("c", "d")];
     assert_eq!(path_of(&net_of(&fork, &ways)).unwrap(), (vec!["a_0".into(), "c_0".into()], false, 180.0));
-    // By another way it is 210 m, and the fork is not taken.
+    // A third branch makes a path of 210 m, which is longer.
     let longer = [fork[0], fork[1], fork[2], ("e", 110.0, "passenger")];
     let found = path_of(&net_of(&longer, &[("a", "b"), ("a", "c"), ("a", "e")])).unwrap();
     assert_eq!(found, (vec!["a_0".into(), "e_0".into()], false, 210.0));
-    // A loop goes before a longer open path.
+    // A loop takes precedence over a longer open path.
     let looped = path_of(&net_of(&longer, &[("a", "e"), ("b", "c"), ("c", "b")])).unwrap();
     assert_eq!(looped, (vec!["b_0".into(), "c_0".into()], true, 130.0));
-    // One of 90 m is a circle on the spot.
+    // A loop of 90 m counts as driving round on the spot.
     let on_the_spot = [fork[0], fork[1], ("c", 40.0, "passenger"), ("e", 110.0, "passenger")];
     let found = path_of(&net_of(&on_the_spot, &[("a", "e"), ("b", "c"), ("c", "b")])).unwrap();
     assert_eq!(found, (vec!["a_0".into(), "e_0".into()], false, 210.0));
@@ -115,7 +115,7 @@ fn without_a_loop_the_longest_open_path_is_found_on_lanes_for_cars_alone() {
 }
 
 #[test]
-fn a_network_without_a_road_for_cars_says_what_it_has_instead() {
+fn a_network_without_a_road_for_cars_reports_what_it_has_instead() {
     let said = |edges: &[(&str, f64, &str)]| path_of(&net_of(edges, &[])).unwrap_err().to_string();
     assert!(said(&[]).contains("t.net.xml: no road for cars: the network has no street"));
     let walk = said(&[("w", 90.0, "pedestrian"), ("r", 90.0, "rail")]);
@@ -129,7 +129,7 @@ fn a_network_without_a_road_for_cars_says_what_it_has_instead() {
 fn a_road_that_joins_no_other_is_imported() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("road.osm");
-    // One way, 0.003 degrees to the east at 52 degrees north: 206 m.
+    // One way, 0.003 degrees east at 52 degrees north: 206 m.
     let text = "<osm version=\"0.6\"><node id=\"1\" lat=\"52\" lon=\"13\"/><node id=\"2\" lat=\"52\" lon=\"13.003\"/><way \
                 id=\"9\"><nd ref=\"1\"/><nd ref=\"2\"/><tag k=\"highway\" v=\"residential\"/><tag k=\"oneway\" v=\"yes\"/></way></osm>";
     fs::write(&file, text).unwrap();
@@ -141,7 +141,7 @@ fn a_road_that_joins_no_other_is_imported() {
 }
 
 #[test]
-fn what_cannot_be_read_is_refused_by_its_own_name_and_nothing_is_left() {
+fn an_unreadable_file_is_refused_by_its_own_name_and_nothing_is_left() {
     let folder = tempfile::tempdir().unwrap();
     let (maps, netconvert) = (folder.path().join("maps"), sumos_netconvert());
     let laughs = "<!DOCTYPE net [<!ENTITY a \"ha\">\n<!ENTITY b \"&a;&a;&a;\">]>\n<net>&b;</net>";
@@ -177,7 +177,7 @@ fn what_cannot_be_read_is_refused_by_its_own_name_and_nothing_is_left() {
 }
 
 #[test]
-fn signals_that_rule_no_lane_and_islands_are_told_and_do_not_hinder() {
+fn idle_signals_and_islands_are_reported_and_do_no_harm() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("two.net.xml");
     let roads =
@@ -205,7 +205,7 @@ fn signals_that_rule_no_lane_and_islands_are_told_and_do_not_hinder() {
 
 #[cfg(unix)]
 #[test]
-fn where_fine_options_fail_coarser_ones_are_tried_and_the_report_says_so() {
+fn where_fine_options_fail_coarser_ones_are_tried_and_reported() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("road.xodr");
     fs::write(&file, "<OpenDRIVE><road><signals/></road><road></road></OpenDRIVE>").unwrap();
@@ -224,10 +224,10 @@ fn where_fine_options_fail_coarser_ones_are_tried_and_the_report_says_so() {
     assert!(report.finer[0].ends_with("each metre: netconvert failed: too fine"), "{:?}", report.finer);
     assert_eq!(report.elements[0], ("roads", 2));
     assert_eq!(report.errors[0].example, "no road 3");
-    // The folder of SUMO, two above the converter, whatever was set before.
+    // SUMO's folder, two levels above the converter, overrides the environment.
     let home = folder.path().parent().unwrap().join("data/proj");
     assert_eq!(report.warnings[0].example, format!("table {}", home.display()));
-    // The last try is given a copy without signals; errors name the file all the same.
+    // The last attempt gets a copy without signals; errors still name the original file.
     let program = converter(
         folder.path(),
         "case \"$all\" in *repaired*) ;; *) echo 'Error: bad signal' >&2; exit 1;; esac\nexit 3",
@@ -238,10 +238,10 @@ fn where_fine_options_fail_coarser_ones_are_tried_and_the_report_says_so() {
 
 #[cfg(unix)]
 #[test]
-fn netconvert_is_given_the_canonical_copy_of_a_network_not_the_file() {
+fn netconvert_gets_the_canonical_copy_of_a_network_not_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let [file, good] = ["town.net.xml", "good.net.xml"].map(|name| folder.path().join(name));
-    // 5 m are no way to drive.
+    // 5 m are too short to drive.
     fs::write(&file, net_of(&[("a", 5.0, "passenger")], &[])).unwrap();
     fs::write(&good, net_of(&[("a", 90.0, "passenger")], &[])).unwrap();
     let program = converter(folder.path(), &format!("echo \"$all\" > $(dirname $0)/said; cp {} $net", good.display()));
@@ -253,10 +253,10 @@ fn netconvert_is_given_the_canonical_copy_of_a_network_not_the_file() {
 
 #[cfg(unix)]
 #[test]
-fn a_network_that_becomes_too_large_is_told_by_the_name_of_the_file_with_a_remedy() {
+fn a_network_that_becomes_too_large_is_reported_by_the_files_name() {
     let folder = tempfile::tempdir().unwrap();
     let maps = folder.path().join("maps");
-    // One byte more than is read. Coarser options may help with OpenDRIVE, and are tried; nothing helps with the others.
+    // One byte beyond the limit. Coarser options may help with OpenDRIVE, and are tried; nothing helps with other formats.
     let program = converter(folder.path(), "echo >> $(dirname $0)/runs; truncate -s $((48 * 1024 * 1024 + 1)) $net");
     for (name, runs) in [("town.xodr", 3), ("town.osm", 1)] {
         let file = folder.path().join(name);
@@ -274,7 +274,7 @@ fn a_network_that_becomes_too_large_is_told_by_the_name_of_the_file_with_a_remed
 
 #[cfg(unix)]
 #[test]
-fn lanes_that_netconvert_gives_no_speed_get_one_and_the_report_says_so() {
+fn lanes_without_a_speed_limit_get_one_and_the_report_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("road.xodr");
     fs::write(&file, "<OpenDRIVE><road/></OpenDRIVE>").unwrap();
@@ -289,7 +289,7 @@ fn lanes_that_netconvert_gives_no_speed_get_one_and_the_report_says_so() {
     let network = Network::load(&made.folder.join("net.xml").to_string_lossy()).unwrap();
     let limits: Vec<f64> = network.lanes().iter().map(|lane| lane.speed_limit_mps).collect();
     assert_eq!(limits, [13.89, 9.0]);
-    // A network of SUMO's own is taken as it is, and refused.
+    // A SUMO network is used as it is, and refused.
     let own = import_into(&folder.path().join("maps"), Path::new("none"), &still, "own", &bounds());
     assert!(own.map(|made| made.folder).unwrap_err().to_string().contains("speed"));
 }

@@ -1,5 +1,5 @@
-//! How a file becomes a network: the tries, from fine options to coarse ones, until one gives a network that can be driven. In: a
-//! file of a known format. Out: the network's bytes on the disk, the network, its default path, and how it was made.
+//! Conversion of a file into a network: attempts with ever coarser options, until one gives a network that can be driven. In: a file of a
+//! known format. Out: the network's bytes on the disk, the network, its default path, and how it was made.
 
 use super::{
     ImportBounds,
@@ -19,47 +19,46 @@ use crate::{
 };
 use std::path::Path;
 
-/// Lines through junctions that end further from the lanes that they join are not driven, metres: a car cannot follow a step of
-/// half its width.
+/// Largest gap between a line through a junction and the lanes that it joins, metres: a car cannot follow a step of half its width.
 const FITS_M: f64 = 0.5;
 
-/// What a file is.
+/// Format of a file to import.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceFormat {
-    /// OpenDRIVE.
+    /// OpenDRIVE, files `.xodr`.
     OpenDrive,
-    /// OpenStreetMap.
+    /// OpenStreetMap, files `.osm` and `.osm.xml`.
     OpenStreetMap,
-    /// SUMO's own.
+    /// SUMO's own network format, files `net.xml`.
     Sumo,
 }
 
-/// What a try gives to netconvert.
+/// Input of netconvert in an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Given {
-    /// Nothing: the file is a network.
+    /// No conversion: the file is a network already.
     Nothing,
-    /// The file; of a network its canonical copy.
+    /// Original file; for a SUMO network, its canonical copy.
     File,
-    /// A copy that was mended.
+    /// Repaired copy of the file.
     Repaired,
 }
 
-/// A way to make a network of a file.
+/// Attempt to make a network of a file.
 struct Try {
     given: Given,
-    /// netconvert's options.
+    /// Command-line options for netconvert.
     options: &'static [&'static str],
-    /// How that is told, after "taken ".
+    /// Description for the report, after "taken ".
     words: &'static str,
 }
 
-/// Heights are those that the file states; one without any stays flat.
+/// Options for OpenStreetMap. Heights come from the file; a file without heights stays flat.
 const OSM: [&str; 6] =
     ["--keep-edges.by-vclass", "passenger", "--remove-edges.isolated", "--osm.elevation", "true", "--junctions.join"];
 
 impl SourceFormat {
-    /// By the file's name.
+    /// Returns the format by the file's name; `None` if it is unknown.
     pub(super) fn of(file: &Path) -> Option<Self> {
         let name = file.file_name()?.to_string_lossy().to_lowercase();
         let ends = |ends: &[&str]| ends.iter().any(|end| name.ends_with(end));
@@ -71,7 +70,7 @@ impl SourceFormat {
         }
     }
 
-    /// Its name.
+    /// Returns the format's name for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::OpenDrive => "OpenDRIVE",
@@ -90,7 +89,7 @@ impl SourceFormat {
 
     fn tries(self) -> &'static [Try] {
         match self {
-            // Curves sampled each metre take much memory on some files, and lines through junctions do not always meet the lanes.
+            // Curves sampled every metre take much memory on some files, and lines through junctions do not always meet the lanes.
             Self::OpenDrive => &[
                 Try {
                     given: Given::File,
@@ -120,7 +119,7 @@ impl SourceFormat {
                     options: &[OSM[0], OSM[1], OSM[2], OSM[3], OSM[4], "--ignore-errors", "true"],
                     words: "with junctions as they are",
                 },
-                // netconvert takes a road for isolated that leads out of the file on both sides.
+                // netconvert treats a road as isolated if it leads out of the file at both ends.
                 Try {
                     given: Given::File,
                     options: &[OSM[0], OSM[1], OSM[3], OSM[4], OSM[5], "--ignore-errors", "true"],
@@ -135,21 +134,21 @@ impl SourceFormat {
     }
 }
 
-/// A network that a try has given.
+/// Network made by an attempt.
 pub(super) struct MadeNetwork {
     pub network: Network,
     pub path: network::Path,
-    /// How it was made.
+    /// Description of the attempt, for the report.
     pub words: String,
-    /// Why finer tries were not taken.
+    /// Reasons why finer attempts were rejected.
     pub before: Vec<String>,
     pub warnings: Vec<WarningKind>,
-    /// Errors that were passed over.
+    /// Errors in the file that netconvert ignored.
     pub errors: Vec<WarningKind>,
 }
 
-/// Makes `net` of a file: by the first try that gives a network which can be driven and whose lanes meet, else by the one
-/// whose lanes meet best.
+/// Converts a file into `net`: by the first attempt whose network can be driven and whose lines through junctions meet the lanes, else by
+/// the attempt with the smallest gap between them.
 pub(super) fn make(
     program: &Path,
     file: &Path,
@@ -181,7 +180,7 @@ pub(super) fn make(
                     let bytes = read_bounded(net, MOST_BYTES).map_err(failed)?;
                     best = Some((gap_m, bytes, MadeNetwork { before: before.clone(), ..made }));
                 }
-                // A network of SUMO's own is taken as its maker drew it.
+                // A SUMO network is accepted as its author drew it.
                 if fits || format == SourceFormat::Sumo {
                     break;
                 }
@@ -191,7 +190,7 @@ pub(super) fn make(
     }
     match best {
         Some((_, bytes, made)) => private::replace(net, &bytes).map_err(failed).map(|()| made),
-        // What netconvert could not read in one try is no reason where it could in another.
+        // An error of a finished conversion explains more than a failure of netconvert in another attempt.
         None => {
             let converted = |error: &MapError| {
                 matches!(error, MapError::NoPath { .. } | MapError::Converted { .. } | MapError::NetworkTooLarge { .. })
@@ -254,7 +253,7 @@ fn make_once(
         }
         None => String::new(),
     };
-    // Errors are about the file that a person knows; lines of what netconvert made are no lines of it.
+    // Errors name the user's file; line numbers of netconvert's result do not refer to it.
     let of = |problem: MapError| match one.given {
         Given::Nothing => problem,
         _ => MapError::Converted { file: file.into(), problem: Box::new(problem) },
@@ -281,13 +280,13 @@ fn make_once(
     let network = Network::read(known, &text).map_err(of)?;
     private::replace(net, network.sumo_text().as_str().as_bytes())
         .map_err(|source| MapError::Io { file: file.into(), source })?;
-    // This one is about the roads, whoever wrote them down.
+    // This error is about the roads, so it names the user's file.
     let path = default_path(file, &network)?;
     let count = |begin| warnings::count(&words, begin);
     Ok(MadeNetwork { network, path, words: how, before: Vec::new(), warnings: count(WARNING), errors: count(ERROR) })
 }
 
-/// The error of a network that could not be read, about the `file` that a person knows.
+/// Builds the error for a network that could not be read; it names the user's `file`.
 fn unreadable(file: &Path, net: &Path, what: &'static str, source: std::io::Error) -> MapError {
     let file = file.to_path_buf();
     match net.metadata() {
@@ -301,12 +300,12 @@ fn unreadable(file: &Path, net: &Path, what: &'static str, source: std::io::Erro
     }
 }
 
-/// False where no options help: the file cannot be read at all, or is none of the kind.
+/// Returns false if no options can help: the file cannot be read at all, or is not of this format.
 fn is_worth_another_try(error: &MapError, format: SourceFormat) -> bool {
     match error {
-        // Coarser options make curves of fewer points; there are none for the others.
+        // For OpenDRIVE, coarser options make curves of fewer points; for the other formats there are none.
         MapError::NetworkTooLarge { .. } => format == SourceFormat::OpenDrive,
-        // Its parser's, where the file is cut off or no XML.
+        // Message of netconvert's XML parser for a truncated file or text that is not XML.
         MapError::Netconvert { message, .. } => !message.contains("At line/column"),
         MapError::NetconvertAbsent { .. }
         | MapError::NotXml { .. }
@@ -318,14 +317,14 @@ fn is_worth_another_try(error: &MapError, format: SourceFormat) -> bool {
     }
 }
 
-/// The first line of an error, without the file that it is about.
+/// Returns the first line of an error, without the name of the file.
 fn in_one_line(error: &MapError, file: &Path) -> String {
     let text = error.to_string();
     let text = text.lines().next().unwrap_or_default();
     text.strip_prefix(&format!("{}: ", file.display())).unwrap_or(text).to_owned()
 }
 
-/// How far lines through junctions end from the lanes that they join, at most, metres; of those open to cars.
+/// Returns the largest gap between lines through junctions and the lanes that they join, metres; only lanes open to cars count.
 fn widest_joint_m(net: &Network) -> f64 {
     let is_inside = |lane| net.edge_of(lane).kind == EdgeKind::Internal;
     let joints = net.lane_ids().flat_map(|from| net.successors(from).map(move |to| (from, to)));

@@ -1,28 +1,28 @@
-//! What netconvert said, counted by kind. In: its words. Out: kinds of warnings, or of errors that it passed over, with their number
-//! and one example each, the most frequent first.
+//! Messages of netconvert, counted by kind. In: its output. Out: kinds of warnings, or of errors that it ignored, each with count and one
+//! example, the most frequent first.
 
 /// Warnings, or errors, of one kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WarningKind {
-    /// How many there were.
+    /// Number of messages of this kind.
     pub count: usize,
-    /// One of them, word for word.
+    /// One of the messages, verbatim.
     pub example: String,
 }
 
-/// How netconvert begins a line that stands for many of a kind.
+/// Text by which netconvert marks a line that summarises many messages of a kind.
 const TOTAL: &str = " total messages of type:";
 
-/// How its warnings begin.
+/// Prefix of netconvert's warnings.
 pub(super) const WARNING: &str = "Warning:";
-/// How its errors begin.
+/// Prefix of netconvert's errors.
 pub(super) const ERROR: &str = "Error:";
 
-/// Counts the lines that begin so by kind: those that differ in names and numbers alone are one.
+/// Counts the lines that start with `begin` by kind: lines that differ only in names and numbers are one kind.
 pub(super) fn count(words: &str, begin: &str) -> Vec<WarningKind> {
     let mut kinds: Vec<(String, WarningKind)> = Vec::new();
     for line in words.lines().filter_map(|line| line.strip_prefix(begin)).map(str::trim) {
-        // After a few of a kind netconvert tells their number, with % in the place of names and numbers.
+        // After a few messages of a kind netconvert writes their total, with % in place of names and numbers.
         if let Some((total, pattern)) = line.split_once(TOTAL) {
             let total = total.parse().unwrap_or(1);
             let pattern = pattern.trim();
@@ -43,7 +43,7 @@ pub(super) fn count(words: &str, begin: &str) -> Vec<WarningKind> {
     kinds
 }
 
-/// A warning without what differs between those of its kind: quoted names, and words with a digit.
+/// Returns a warning without the parts that vary within its kind: quoted names, and words with a digit.
 fn without_names(line: &str) -> String {
     let outside = line.split('\'').step_by(2).collect::<Vec<_>>().join("'");
     let words =
@@ -51,7 +51,7 @@ fn without_names(line: &str) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// True if a text is the pattern with something in the place of each %.
+/// Returns true if a text matches the pattern with any text in place of each %.
 fn fits(pattern: &str, text: &str) -> bool {
     let mut parts = pattern.split('%');
     let Some(mut rest) = parts.next().and_then(|first| text.strip_prefix(first)) else { return false };
@@ -67,8 +67,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn warnings_that_differ_in_names_and_numbers_are_one_kind_and_totals_count() {
-        // As netconvert 1.28 says it.
+    fn warnings_that_differ_in_names_and_numbers_are_one_kind() {
+        // Output of netconvert 1.28.
         let words = "proj_create: Error -38\nWarning: Edge '-1' has a grade of 12.5%.\nWarning: Edge '7#1' has a grade of 101%.\n\
                      Warning: Edge '3' has no lanes.\nWarning: 25 total messages of type: Edge '%' has a grade of %%.\n\
                      Warning: 4 total messages of type: Never '%' seen.\nSuccess.\n";

@@ -1,5 +1,5 @@
-//! What a network has, counted. In: a network. Out: a [`NetworkCensus`], for people who want to know what a file brings and what
-//! in it leads nowhere.
+//! Counts of a network's parts. In: a network. Out: a [`NetworkCensus`], which shows people the content of a file and its dead ends and
+//! islands.
 
 use super::{EdgeKind, Network};
 
@@ -8,43 +8,43 @@ use super::{EdgeKind, Network};
 pub struct NetworkCensus {
     /// Edges from junction to junction.
     pub streets: usize,
-    /// Their lanes.
+    /// Lanes of these edges.
     pub lanes: usize,
     /// Declared length of these lanes together, metres.
     pub lanes_m: f64,
-    /// Lanes of streets from which no connection leads on: ends of roads.
+    /// Lanes of streets without a connection to another street: ends of roads.
     pub ends: usize,
-    /// Lanes inside junctions.
+    /// Internal lanes of junctions.
     pub insides: usize,
-    /// Crossings for people on foot.
+    /// Crossings of streets for pedestrians.
     pub crossings: usize,
-    /// Areas for people on foot.
+    /// Walking areas for pedestrians.
     pub walking_areas: usize,
-    /// Junctions, without places to wait inside others.
+    /// Junctions, without internal ones.
     pub junctions: usize,
-    /// Those with signals.
+    /// Junctions with road signals.
     pub signalled: usize,
-    /// Signals.
+    /// Signals, railway signals included.
     pub signals: usize,
-    /// Signals that rule no connection: they do nothing.
+    /// Signals that control no connection: they have no effect.
     pub idle_signals: usize,
     /// Connections from street to street.
     pub connections: usize,
-    /// Parts between which no connection leads, in either direction.
+    /// Parts of the network that no connection joins, in either direction.
     pub islands: usize,
     /// Lowest and highest point of a centre line, metres.
     pub heights_m: (f64, f64),
 }
 
 impl NetworkCensus {
-    /// True if the network is not flat.
+    /// Returns true if the lowest or highest point is not at height 0.
     pub fn has_heights(&self) -> bool {
         self.heights_m.0 != 0.0 || self.heights_m.1 != 0.0
     }
 }
 
 impl Network {
-    /// Counts what the network has.
+    /// Counts the parts of the network.
     pub fn census(&self) -> NetworkCensus {
         let (low, high) = self.bounds();
         let of_kind = |kind: EdgeKind| self.edges.iter().filter(move |edge| edge.kind == kind);
@@ -72,9 +72,9 @@ impl Network {
         census
     }
 
-    /// Parts of streets between which no connection leads.
+    /// Counts the parts of the street network that no connection joins.
     fn islands(&self) -> usize {
-        // Each edge points to one of its part; the last of the chain stands for the part.
+        // Union-find: each edge points to another edge of its part; the last of the chain represents the part.
         let mut part: Vec<usize> = (0..self.edges.len()).collect();
         fn last(part: &mut [usize], mut edge: usize) -> usize {
             while part[edge] != edge {

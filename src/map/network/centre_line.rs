@@ -1,11 +1,11 @@
-//! The centre line of a lane, and the two ways between it and the world. In: the shape of a lane and its declared length. Out:
-//! the pose at a place in the lane, and the place nearest to a point. Metres; s in declared metres, offset positive to the left.
+//! Centre line of a lane, and the mappings between it and the world. In: the shape of a lane and its declared length. Out: the pose at a
+//! position in the lane, and the position nearest to a point. Metres; s in declared metres, offset positive to the left.
 //!
-//! A lane is a strip. Where its line has a corner, the strip is mitred: both sides meet on the line that halves the angle, as the
-//! edges of a road do. Each piece of the strip is a quadrilateral whose sides run along its segment, so that both ways are a few
-//! multiplications and each is exactly the inverse of the other. It is not where the quadrilateral is turned inside out, beyond the offsets
-//! of [`CentreLine::unfolded`]; and where a strip reaches over itself, on the inside of tight bends, a point has two places, of
-//! which the one that is nearer to the line is found.
+//! A lane is a strip. At a corner of its line the strip is mitred: both sides meet on the bisector of the angle, as the edges of a road
+//! do. Each piece of the strip is a quadrilateral whose sides run along its segment. Both mappings are therefore a few multiplications,
+//! and each is the exact inverse of the other. There are two exceptions. Beyond the offsets of [`CentreLine::unfolded`] the quadrilateral
+//! is turned inside out. On the inside of tight bends a strip may overlap itself, and a point has two positions; the one nearer to the
+//! line is found.
 
 use crate::{
     map::route::rounded_m,
@@ -13,40 +13,40 @@ use crate::{
 };
 use glam::{DVec2, DVec3};
 
-/// Points closer than this on the ground are one, metres.
+/// Points closer than this on the ground count as one, metres.
 const SAME_M: f64 = 1e-6;
-/// A line that is one point gets this extent, metres: netconvert writes the inside of a junction of no size so.
+/// Extent given to a line that is one point, metres: netconvert writes internal lanes of a junction without extent as a point.
 const EXTENT_M: f64 = 1e-4;
-/// The most that a mitre leans, as the tangent of half the turn: a corner of 150 degrees. Beyond, the strip has a gap.
+/// Largest lean of a mitre, as the tangent of half the turn: a corner of 150 degrees. Beyond it, the strip has a gap.
 const MOST_LEAN: f64 = 3.732;
 
-/// A lane's centre line: points with their positions.
+/// Centre line of a lane: points with their positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentreLine {
-    /// At least two, no two in a row the same on the ground.
+    /// At least two points; consecutive ones differ on the ground.
     points: Box<[DVec3]>,
     /// Position of each point, declared metres; the last is the lane's length.
     positions_m: Box<[f64]>,
 }
 
-/// The place on a line that is nearest to a point.
+/// Foot of a point: the place on a line that is nearest to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Foot {
-    /// Position, declared metres.
+    /// Position from the lane's start, declared metres.
     pub s_m: f64,
     /// Metres from the line, positive to the left.
     pub offset_m: f64,
-    /// How far the place found is from the point on the ground, metres: 0 but for points before the start or beyond the end.
+    /// Distance on the ground between the place found and the point, metres: 0 except for points before the start or beyond the end.
     pub miss_m: f64,
-    /// How far the point is above the line, metres.
+    /// Height of the point above the line, metres.
     pub above_m: f64,
-    /// Distance between the point and the line, metres; where the point is in no piece of the strip, what is missed counts twice.
+    /// Distance between the point and the line, metres; if no piece of the strip contains the point, the miss distance is added.
     pub distance_m: f64,
-    /// Heading of the line there, radians.
+    /// Heading of the line at the foot, radians.
     pub yaw_rad: f64,
 }
 
-/// One segment: where it begins, its direction on the ground, its length there and how its two ends lean.
+/// One segment: start, direction and length on the ground, rise, and the lean of the mitres at both ends.
 struct Segment {
     start: DVec3,
     along: DVec2,
@@ -57,14 +57,14 @@ struct Segment {
 }
 
 impl Segment {
-    /// Length of the parallel at `offset_m`, metres; not positive where the piece is turned inside out.
+    /// Returns the length of the parallel at `offset_m`, metres; not positive where the piece is turned inside out.
     fn parallel_m(&self, offset_m: f64) -> f64 {
         self.length_m + offset_m * (self.lean_end - self.lean_start)
     }
 }
 
 impl CentreLine {
-    /// The line through `shape`. One that is a single point gets an extent of 0.1 mm in the direction `heading`.
+    /// Builds the line through `shape`. A single point gets an extent of 0.1 mm in the direction `heading`.
     pub(super) fn new(shape: &[DVec3], length_m: f64, heading: DVec2) -> Self {
         let mut points: Vec<DVec3> = Vec::with_capacity(shape.len());
         for point in shape {
@@ -90,43 +90,43 @@ impl CentreLine {
         Self { points: points.into(), positions_m: positions_m.into() }
     }
 
-    /// The same line elsewhere.
+    /// Returns the line shifted by `by`, metres.
     pub(super) fn moved_by(&self, by: DVec3) -> Self {
         let points = self.points.iter().map(|point| *point + by).collect();
         Self { points, positions_m: self.positions_m.clone() }
     }
 
-    /// The points, no two in a row the same.
+    /// Returns the points; no two consecutive ones coincide on the ground.
     pub fn points(&self) -> &[DVec3] {
         &self.points
     }
 
-    /// Position of each point, declared metres; the last is the lane's length.
+    /// Returns the position of each point, declared metres; the last is the lane's length.
     pub fn positions_m(&self) -> &[f64] {
         &self.positions_m
     }
 
-    /// Declared length, metres.
+    /// Returns the declared length, metres.
     pub fn length_m(&self) -> f64 {
         self.positions_m[self.positions_m.len() - 1]
     }
 
-    /// Length as drawn, heights included, metres.
+    /// Returns the length as drawn, heights included, metres.
     pub fn drawn_m(&self) -> f64 {
         self.points.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
     }
 
-    /// Direction at the end on the ground, unit length.
+    /// Returns the direction at the end on the ground, unit length.
     pub fn end_direction(&self) -> DVec2 {
         self.direction(self.segments() - 1)
     }
 
-    /// Direction at the start on the ground, unit length.
+    /// Returns the direction at the start on the ground, unit length.
     pub fn start_direction(&self) -> DVec2 {
         self.direction(0)
     }
 
-    /// Number of segments.
+    /// Returns the number of segments.
     pub fn segments(&self) -> usize {
         self.points.len() - 1
     }
@@ -135,7 +135,7 @@ impl CentreLine {
         (self.points[k + 1] - self.points[k]).truncate().normalize_or(DVec2::X)
     }
 
-    /// Tangent of half the turn at point `k`, positive to the left: how far the mitre there leans.
+    /// Returns the lean of the mitre at point `k`: the tangent of half the turn, positive to the left.
     fn lean(&self, k: usize) -> f64 {
         if k == 0 || k == self.segments() {
             return 0.0;
@@ -164,7 +164,7 @@ impl CentreLine {
         after.clamp(1, self.segments()) - 1
     }
 
-    /// The pose at a position, brought into the lane, and an offset.
+    /// Returns the pose at a position, clamped to the lane, and an offset.
     pub fn pose(&self, s_m: f64, offset_m: f64) -> Pose3 {
         let s_m = s_m.clamp(0.0, self.length_m());
         let k = self.segment_at(s_m);
@@ -180,9 +180,9 @@ impl CentreLine {
         }
     }
 
-    /// Direction at `s_m` in segment `here`, smooth across the joints as that of [`Route`](crate::map::Route): around each it turns
-    /// evenly, over half of either segment but no further than the other one is long, nor than 1.5 m of the corner are cut. At the
-    /// lane's ends it is the segment's own.
+    /// Returns the direction at `s_m` in segment `here`, smooth across the joints as in [`Route`](crate::map::Route). Around each joint
+    /// it turns evenly, over half of either segment, but no further than the other segment is long and cutting at most 1.5 m of the
+    /// corner. At the lane's ends it is the direction of the segment.
     fn yaw_at(&self, here: usize, s_m: f64) -> f64 {
         let length_m = |k: usize| self.positions_m[k + 1] - self.positions_m[k];
         let yaw = |k: usize| self.direction(k).to_angle();
@@ -208,8 +208,8 @@ impl CentreLine {
         wrap_angle(yaw(from) + turn * fraction)
     }
 
-    /// Distance on the ground between a point and segment `k`, metres: cheap, and at most four times what
-    /// [`CentreLine::foot`] finds there (a mitre of 150 degrees is 3.9 times as long as its strip is wide).
+    /// Returns the distance on the ground between a point and segment `k`, metres. It is cheap, and at most four times the distance of
+    /// [`CentreLine::foot`]: a mitre of 150 degrees is 3.9 times as long as its strip is wide.
     pub(super) fn rough_distance_m(&self, k: usize, point: DVec3) -> f64 {
         let (start, end) = (self.points[k].truncate(), self.points[k + 1].truncate());
         let (step, there) = (end - start, point.truncate() - start);
@@ -217,7 +217,7 @@ impl CentreLine {
         (there - step * fraction).length()
     }
 
-    /// The place in segment `k` that is nearest to a point.
+    /// Returns the place in segment `k` that is nearest to a point.
     pub(super) fn foot(&self, k: usize, point: DVec3) -> Foot {
         let segment = self.segment(k);
         let there = (point - segment.start).truncate();
@@ -239,15 +239,15 @@ impl CentreLine {
             offset_m,
             miss_m: beyond_m.abs(),
             above_m,
-            // In a piece it is as far as its parallel. Pieces of a wavy line reach over each other by a little, and a place that is the
-            // point's goes before a place near it.
+            // In a piece, the distance is that to its line. Pieces of a wavy line overlap slightly; a piece that contains the point takes
+            // precedence over one near it.
             distance_m: if beside { offset_m.abs() } else { self.rough_distance_m(k, point) + beyond_m.abs() }
                 .hypot(above_m),
             yaw_rad: segment.along.to_angle(),
         }
     }
 
-    /// The place on the line that is nearest to a point.
+    /// Returns the place on the line that is nearest to a point.
     pub(super) fn nearest(&self, point: DVec3) -> Foot {
         let mut best = self.foot(0, point);
         for k in 1..self.segments() {
@@ -261,8 +261,8 @@ impl CentreLine {
         best
     }
 
-    /// Offsets between which no piece of the strip is turned inside out, metres: right (negative) and left. On the inside of a
-    /// tight bend a wide lane reaches beyond them, and a place there is not that of one position alone.
+    /// Returns the offsets between which no piece of the strip is turned inside out, metres: right (negative) and left. On the inside of
+    /// a tight bend a wide lane extends beyond them; a place there has no unique position.
     pub fn unfolded(&self) -> (f64, f64) {
         let mut limits = (f64::NEG_INFINITY, f64::INFINITY);
         for k in 0..self.segments() {

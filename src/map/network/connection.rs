@@ -1,93 +1,87 @@
-//! Connections as data: the ways from lane to lane, with direction, state and signal.
+//! Connections as data: links from lane to lane, with direction, state and signal.
 
 use super::{LaneId, SignalId, VehicleClasses, words::word_enum};
 use glam::DVec3;
 
 word_enum! {
-    /// Where a connection leads, seen from the lane that it leaves.
+    /// Direction of a connection, seen from the lane that it leaves.
     TurnDirection {
-        /// Straight on.
         Straight = "s",
-        /// Left.
         Left = "l",
-        /// Right.
         Right = "r",
-        /// Half left.
         PartLeft = "L",
-        /// Half right.
         PartRight = "R",
-        /// Back to where one came from.
+        /// U-turn, back to where the lane came from.
         Turnaround = "t",
-        /// The same with left-hand traffic.
+        /// U-turn with left-hand traffic.
         TurnaroundLeftHand = "T",
-        /// None is stated.
+        /// No direction in the file.
         Unknown = "invalid",
     }
 }
 
 word_enum! {
-    /// Who goes first on a connection; where a signal rules, the state that it begins with.
+    /// Right of way of a connection; at a signal, the state in which it begins.
     LinkState {
-        /// This one.
+        /// Priority over other connections.
         Major = "M",
-        /// Others.
+        /// Yields to other connections.
         Minor = "m",
-        /// Who comes from the right, or left.
+        /// Right before left, or left before right.
         Equal = "=",
-        /// Others, and this one stops first.
+        /// Stop sign: stops, then yields.
         Stop = "s",
-        /// Who came first; all stop.
+        /// All-way stop: vehicles go in the order of arrival.
         AllwayStop = "w",
-        /// One by one.
+        /// Zipper merge: vehicles merge alternately.
         Zipper = "Z",
-        /// Nothing leads on.
+        /// Dead end: no lane follows.
         DeadEnd = "-",
-        /// A signal that is off and blinks: yield.
+        /// Signal off and blinking: yield.
         OffBlinking = "o",
-        /// A signal that is off: the rule of the road.
+        /// Signal off: the junction's rule applies.
         Off = "O",
-        /// Red.
         Red = "r",
-        /// Red, an old letter.
+        /// Red, in an older notation.
         RedCapital = "R",
-        /// Yellow.
+        /// Yellow, for a link without priority.
         Yellow = "y",
-        /// Yellow for those that had priority.
+        /// Yellow, for a link with priority.
         YellowMajor = "Y",
-        /// Red and yellow.
+        /// Red and yellow, before green.
         RedYellow = "u",
-        /// Red and yellow, an old letter.
+        /// Red and yellow, in an older notation.
         RedYellowCapital = "U",
-        /// Green, yielding.
+        /// Green without priority: yields to others.
         GreenMinor = "g",
-        /// Green with priority.
+        /// Green with priority over other links.
         GreenMajor = "G",
-        /// All-way stop, an old letter.
+        /// All-way stop, in an older notation.
         AllwayStopOld = "a",
     }
 }
 
-/// The signal that rules a connection.
+/// Signal that controls a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SignalLink {
-    /// Which signal.
     pub signal: SignalId,
-    /// Place of its letter in the states of the signal; `None` where the signal lets it be, as a railway at its level crossing.
+    /// Index of the connection's letter in the states of the signal; `None` if the signal does not control it, such as a railway at its
+    /// level crossing.
     pub index: Option<u32>,
-    /// Place of the letter for the second half of the way, where there is one.
+    /// Index of the letter for the second part of the way through the junction, if there is one.
     pub second: Option<u32>,
 }
 
-/// What a person set for a connection beside the usual.
+/// Settings of a connection that differ from netconvert's defaults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ConnectionOptions {
-    /// True if it is never yielded on this way.
+    /// True if vehicles on this connection never yield.
     pub pass: bool,
-    /// True if the signal of the junction does not rule this way.
+    /// True if the junction's signal does not control this connection.
     pub uncontrolled: bool,
-    /// Where vehicles wait inside the junction, metres.
+    /// Waiting position inside the junction, metres.
     pub wait_at_m: Option<f64>,
-    /// From how far other traffic is seen, metres.
+    /// Distance at which other traffic becomes visible, metres.
     pub visibility_m: Option<f64>,
     /// Speed limit inside the junction, m/s.
     pub speed_mps: Option<f64>,
@@ -95,46 +89,46 @@ pub struct ConnectionOptions {
     pub length_m: Option<f64>,
     /// Line inside the junction; empty if none was set.
     pub shape: Vec<DVec3>,
-    /// Who may take this way, where it is not who may drive on both lanes.
+    /// Vehicle classes that may use the connection, if they differ from the classes of both lanes.
     pub permissions: Option<VehicleClasses>,
-    /// Who may change to the left inside the junction.
+    /// Vehicle classes that may change to the left inside the junction.
     pub change_left: Option<VehicleClasses>,
-    /// Who may change to the right inside the junction.
+    /// Vehicle classes that may change to the right inside the junction.
     pub change_right: Option<VehicleClasses>,
-    /// True of a left turn of bicycles in two parts.
+    /// True for an indirect left turn of bicycles, in two parts.
     pub indirect: bool,
 }
 
-/// A way from one lane to the next, or into the inside of a junction and out of it.
+/// Connection from one lane to the next, or into a junction and out of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connection {
-    /// The lane that it leaves.
+    /// Lane that the connection leaves.
     pub from: LaneId,
-    /// The lane where it leads in the end.
+    /// Lane that the connection leads to, beyond the junction.
     pub to: LaneId,
-    /// The first lane inside the junction on that way; `None` where none lies between.
+    /// First internal lane on the way; `None` if there is none.
     pub via: Option<LaneId>,
-    /// Where it leads.
+    /// Direction of the turn.
     pub direction: TurnDirection,
-    /// Who goes first.
+    /// Right of way of the connection.
     pub state: LinkState,
-    /// The signal that rules it.
+    /// Signal that controls the connection.
     pub signal: Option<SignalLink>,
-    /// Its place in the rules of its junction.
+    /// Index among the links of the junction.
     pub link: Option<u32>,
-    /// True if vehicles keep the junction clear where they could not leave it.
+    /// True if vehicles keep the junction clear when they could not leave it.
     pub keep_clear: bool,
-    /// What else a person set.
+    /// Settings that differ from the defaults.
     pub options: Option<Box<ConnectionOptions>>,
 }
 
 impl Connection {
-    /// The lane that follows at once: the inside of the junction, or the lane beyond.
+    /// Returns the lane that directly follows: the internal lane, or the lane beyond the junction.
     pub fn next(&self) -> LaneId {
         self.via.unwrap_or(self.to)
     }
 
-    /// True of a turn on the spot, back to where one came from.
+    /// Returns true for a U-turn.
     pub fn is_turnaround(&self) -> bool {
         matches!(self.direction, TurnDirection::Turnaround | TurnDirection::TurnaroundLeftHand)
     }

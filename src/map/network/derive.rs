@@ -1,11 +1,11 @@
-//! What follows from a network's elements once all are read: who leads into a lane, which connection is which link, what each signal
-//! rules, directions of lanes that are points, and the grid. In: a network with its lists filled. Out: the same, complete.
+//! Data derived from a network's elements once all are read: incoming lanes, links of connections, connections of signals, directions of
+//! lanes that are points, and the grid. In: a network with its lists filled. Out: the complete network.
 
 use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, JunctionId, LaneId, Network, SumoText, grid::SegmentGrid};
 use glam::{DVec2, DVec3};
 
 impl Network {
-    /// Fills what follows from the lists.
+    /// Fills all derived fields from the lists.
     pub(super) fn derive(&mut self) {
         self.order_ids();
         self.chain_lanes();
@@ -15,7 +15,8 @@ impl Network {
         self.grid = SegmentGrid::new(self);
     }
 
-    /// The same network with every coordinate moved, metres: the picture's own, near its local origin. SUMO's text is left out.
+    /// Returns a copy with every coordinate shifted by `by`, metres: for the picture, which is drawn near a local origin. SUMO's text is
+    /// left out.
     pub fn moved_by(&self, by: DVec3) -> Self {
         let mut moved = Self { sumo: SumoText::default(), ..self.clone() };
         let all = |points: &mut [DVec3]| points.iter_mut().for_each(|point| *point += by);
@@ -67,7 +68,7 @@ impl Network {
         (self.outgoing, self.incoming, self.incoming_starts) = (outgoing, incoming, incoming_starts);
     }
 
-    /// A lane that is one point gets the direction in which it is entered, or else left.
+    /// Gives a lane that is one point the direction of its first predecessor, or else of its first successor.
     fn turn_points(&mut self) {
         for lane in 0..self.lanes.len() {
             let id = LaneId::from_index(lane);
@@ -83,8 +84,8 @@ impl Network {
         }
     }
 
-    /// SUMO counts the links of a junction through its incoming lanes, and through the connections of each; ways onto a walking area
-    /// are none. Where that is not as many as the junction has rules, the lanes inside it say which link is which.
+    /// Assigns link numbers to connections. SUMO numbers the links of a junction by incoming lane, then by connection; connections onto
+    /// walking areas are skipped. If that count differs from the junction's number of rules, the internal lanes identify the links.
     fn name_links(&mut self) {
         for junction in 0..self.junctions.len() {
             let n = self.junctions[junction].links.len();
@@ -127,7 +128,7 @@ impl Network {
             let Some(ruled) = connection.signal else { continue };
             let signal = &mut self.signals[ruled.signal.index()];
             for link in [ruled.index, ruled.second].into_iter().flatten().map(|link| link as usize) {
-                // A signal without a program, as SUMO makes it for railways, has as many links as are named: 256 at most.
+                // A signal without a program, as SUMO makes it for railways, has as many links as connections name: 256 at most.
                 if signal.programs.is_empty() && link >= signal.links.len() {
                     signal.links.resize(link + 1, Vec::new());
                 }

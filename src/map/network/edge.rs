@@ -1,143 +1,143 @@
-//! Edges and lanes as data, as SUMO's net.xml has them. Metres, m/s, world axes.
+//! Edges and lanes as data, as in SUMO's net.xml. Metres, m/s, world axes.
 
 use super::{CentreLine, EdgeId, JunctionId, LaneId, VehicleClasses, words::word_enum};
 use glam::DVec3;
 use std::ops::Range;
 
 word_enum! {
-    /// What an edge is for.
+    /// Function of an edge.
     EdgeKind {
-        /// A street from a junction to a junction.
+        /// Street from a junction to a junction.
         Normal = "normal",
-        /// The inside of a junction.
+        /// Inside of a junction.
         Internal = "internal",
-        /// A connection between parts of a network, not drawn.
+        /// Connection between parts of a network, not drawn.
         Connector = "connector",
-        /// People cross a street here; its line goes across.
+        /// Crossing for pedestrians; its line runs across the street.
         Crossing = "crossing",
-        /// People walk here in any direction; the shape of its lane is an outline, not a line.
+        /// Area where pedestrians walk in any direction; the shape of its lane is an outline, not a line.
         WalkingArea = "walkingarea",
-        /// Part of a roundabout, in networks of old.
+        /// Part of a roundabout, in old networks.
         RoundaboutEdge = "roundabout_edge",
     }
 }
 
 impl EdgeKind {
-    /// True of a street between junctions.
+    /// Returns true for a street between junctions.
     pub fn is_street(self) -> bool {
         matches!(self, Self::Normal | Self::Connector | Self::RoundaboutEdge)
     }
 }
 
 word_enum! {
-    /// Where an edge's lanes lie beside its line.
+    /// Position of an edge's lanes relative to its line.
     LaneSpread {
-        /// On the right of it (of left-hand traffic: on the left): the line is between both directions.
+        /// To the right of the line (with left-hand traffic, to the left): the line separates the two directions.
         Right = "right",
-        /// On both sides of it: a road of one direction.
+        /// On both sides of the line: a road with one direction.
         Center = "center",
-        /// On both sides of the line of both directions together.
+        /// On both sides of the line, which both directions share.
         RoadCenter = "roadCenter",
     }
 }
 
-/// Lanes side by side in one direction.
+/// Edge: lanes side by side in one direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
-    /// SUMO's id.
+    /// SUMO's id, unique among edges.
     pub id: String,
-    /// What it is for.
+    /// Function of the edge.
     pub kind: EdgeKind,
-    /// Where a street begins; `None` inside junctions.
+    /// Junction where a street begins; `None` inside junctions.
     pub from: Option<JunctionId>,
-    /// Where a street ends; `None` inside junctions.
+    /// Junction where a street ends; `None` inside junctions.
     pub to: Option<JunctionId>,
-    /// The junction that an inside, a crossing or a walking area belongs to.
+    /// Junction that an internal edge, crossing or walking area belongs to.
     pub junction: Option<JunctionId>,
-    /// Places of its lanes in the network's list.
+    /// Range of the lanes in the network's list.
     pub(super) lanes: Range<u32>,
-    /// The street's name.
+    /// Name of the street, if the file has one.
     pub name: Option<String>,
     /// SUMO's type of road, such as `highway.residential`.
     pub road_type: Option<String>,
-    /// Which of two edges at a junction has priority: the higher.
+    /// Priority at junctions; of two edges the higher value goes first.
     pub priority: Option<i32>,
-    /// Where its lanes lie beside its line.
+    /// Position of the lanes relative to the line.
     pub spread: LaneSpread,
-    /// Its line, where the file has one; empty otherwise.
+    /// Line of the edge; empty if the file has none.
     pub shape: Vec<DVec3>,
-    /// Its stated length, metres, where it differs from the line's.
+    /// Length as the file states it, metres; `None` if it states none.
     pub length_m: Option<f64>,
-    /// Kilometrage of its start, metres.
+    /// Kilometrage of the start, metres.
     pub distance_m: Option<f64>,
-    /// The same track the other way.
+    /// Edge of the opposite direction on the same track.
     pub bidi: Option<EdgeId>,
-    /// The streets that a crossing crosses.
+    /// Streets that a crossing crosses.
     pub crosses: Vec<EdgeId>,
 }
 
 impl Edge {
-    /// Its lanes in SUMO's order: the outermost first, which is the right-most, or with left-hand traffic the left-most.
+    /// Returns the lanes in SUMO's order, the outermost first: the right-most, or with left-hand traffic the left-most.
     pub fn lanes(&self) -> impl DoubleEndedIterator<Item = LaneId> + ExactSizeIterator {
         (self.lanes.start as usize..self.lanes.end as usize).map(LaneId::from_index)
     }
 }
 
-/// A lane: a centre line with width, limit and permissions.
+/// Lane: a centre line with width, speed limit and permissions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
-    /// SUMO's id: the edge's, an underscore and the index.
+    /// SUMO's id: the id of the edge, an underscore and the index.
     pub id: String,
-    /// Its edge.
+    /// Edge that the lane belongs to.
     pub edge: EdgeId,
-    /// Declared length, metres: positions of vehicles count in it. May differ from the length of the line.
+    /// Declared length, metres, in which positions of vehicles count. May differ from the length of the line.
     pub length_m: f64,
     /// Speed limit, m/s.
     pub speed_limit_mps: f64,
-    /// Width, metres; 3.2 where the file has none.
+    /// Width, metres; 3.2 if the file states none.
     pub width_m: f64,
-    /// Its centre line.
+    /// Centre line in world axes.
     pub line: CentreLine,
-    /// The shape as the file has it, where the line leaves points of it out.
+    /// Shape of the file, if the centre line omits points of it.
     pub(super) drawn: Option<Box<[DVec3]>>,
-    /// Who may drive here.
+    /// Vehicle classes that may drive here.
     pub permissions: VehicleClasses,
-    /// Who may change from here to the left.
+    /// Vehicle classes that may change from here to the left.
     pub change_left: VehicleClasses,
-    /// Who may change from here to the right.
+    /// Vehicle classes that may change from here to the right.
     pub change_right: VehicleClasses,
-    /// The lane of the opposite direction that may be used to overtake.
+    /// Lane of the opposite direction that may be used to overtake.
     pub opposite: Option<LaneId>,
-    /// How far before the end of the line vehicles stop, metres.
+    /// Distance of the stop line before the end of the line, metres.
     pub end_offset_m: f64,
-    /// True of a lane to speed up on before a merge.
+    /// True for an acceleration lane before a merge.
     pub acceleration: bool,
-    /// True if a person drew the shape.
+    /// True if the shape was set by hand.
     pub custom_shape: bool,
-    /// SUMO's type of lane.
+    /// SUMO's type of the lane, if the file has one.
     pub lane_type: Option<String>,
-    /// Outline of a crossing that is no rectangle; empty otherwise.
+    /// Outline of a crossing that is not a rectangle; empty otherwise.
     pub outline: Vec<DVec3>,
-    /// Grip of the surface as a share of a dry road's, where the file has it.
+    /// Friction of the surface as a share of a dry road's, if the file states it.
     pub friction: Option<f64>,
 }
 
 impl Lane {
-    /// The shape as the file has it: at least two points, some of which may be the same.
+    /// Returns the shape of the file: at least two points, some of which may coincide.
     pub fn shape(&self) -> &[DVec3] {
         self.drawn.as_deref().unwrap_or(self.line.points())
     }
 
-    /// Half its width, metres.
+    /// Returns half the width, metres.
     pub fn half_width_m(&self) -> f64 {
         self.width_m / 2.0
     }
 
-    /// True if passenger cars may drive here.
+    /// Returns true if passenger cars may drive here.
     pub fn admits_cars(&self) -> bool {
         self.permissions.contains(VehicleClasses::PASSENGER)
     }
-    /// True where people walk and nobody drives.
+    /// Returns true if only pedestrians may use the lane: no road vehicles, bicycles or rail vehicles.
     pub fn is_footway(&self) -> bool {
         self.permissions.intersects(VehicleClasses::PEDESTRIAN)
             && !self.permissions.intersects(VehicleClasses::ROAD_MOTOR)
@@ -145,7 +145,7 @@ impl Lane {
             && !self.permissions.intersects(VehicleClasses::RAIL)
     }
 
-    /// True of a track on which nothing but trains and trams runs.
+    /// Returns true for a track that only rail vehicles use.
     pub fn is_railway(&self) -> bool {
         self.permissions.intersects(VehicleClasses::RAIL)
             && !self.permissions.intersects(VehicleClasses::ROAD_MOTOR)

@@ -1,17 +1,16 @@
-//! Which segments of lanes are near a point. In: all lanes of a network but walking areas. Out: for a point, the segments that come
-//! within [`REACH_M`] of it, and perhaps some others. A uniform grid whose cells are kept in a table by their hash: a cell costs the
-//! same wherever it is, looking one up takes one step and no memory. In cells that share a place in the table, segments of both
-//! are listed; they are told apart by their distance.
+//! Spatial index of lane segments. In: all lanes of a network except walking areas. Out: for a point, the segments within [`REACH_M`],
+//! and possibly some others. A uniform grid whose cells lie in a hash table: a cell costs the same at any coordinates, and a lookup takes
+//! one step and no allocation. Cells that share a slot of the table list the segments of both; the caller separates them by distance.
 
 use super::{EdgeKind, LaneId, Network, locate::REACH_M};
 use glam::DVec2;
 
-/// Side of a cell, metres; larger where lanes are longer than 2,000 km together, so that the table stays small.
+/// Side of a cell, metres; larger if the lanes together are longer than 2,000 km, to keep the table small.
 const CELL_M: f64 = 20.0;
-/// The most pieces that long segments are cut into, for all lanes together: see [`CELL_M`].
+/// Largest number of pieces that all lanes together are cut into, see [`CELL_M`].
 const MOST_PIECES: f64 = 100_000.0;
 
-/// Segments of a lane's centre line that follow each other in one cell.
+/// Consecutive segments of a lane's centre line in one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SegmentRun {
     pub lane: LaneId,
@@ -26,11 +25,11 @@ impl SegmentRun {
     }
 }
 
-/// The table.
+/// Hash table from cells to segments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct SegmentGrid {
     cell_m: f64,
-    /// Where the runs of each place of the table begin; one more at the end. The number of places is a power of two.
+    /// Index of the first run of each slot; one more entry at the end. The number of slots is a power of two.
     starts: Vec<u32>,
     runs: Vec<SegmentRun>,
 }
@@ -40,7 +39,7 @@ impl SegmentGrid {
         let lanes = || net.lane_ids().filter(|lane| net.edge_of(*lane).kind != EdgeKind::WalkingArea);
         let drawn_m: f64 = lanes().map(|lane| net.lane(lane).line.drawn_m()).sum();
         let cell_m = CELL_M.max(drawn_m / MOST_PIECES);
-        // Counted first and filled then: a list of all would be three times as large as the table.
+        // Counted first, then filled: a list of all runs would be three times as large as the table.
         let mut cells = Vec::new();
         let mut each_run = |what: &mut dyn FnMut((i64, i64), SegmentRun)| {
             for lane in lanes() {
@@ -65,7 +64,7 @@ impl SegmentGrid {
         Self { cell_m, starts, runs }
     }
 
-    /// The segments that may be within reach of a point; each at least once.
+    /// Returns the segments that may be within reach of a point; each at least once.
     pub fn near(&self, point: DVec2) -> &[SegmentRun] {
         let places = self.starts.len().saturating_sub(1);
         if places == 0 {
@@ -75,14 +74,14 @@ impl SegmentGrid {
         &self.runs[self.starts[k] as usize..self.starts[k + 1] as usize]
     }
 
-    /// Memory that it holds, bytes.
+    /// Returns the size of the table, bytes.
     #[cfg(test)]
     pub fn bytes(&self) -> usize {
         self.starts.len() * size_of::<u32>() + self.runs.len() * size_of::<SegmentRun>()
     }
 }
 
-/// The runs of a lane, cell by cell.
+/// Passes the runs of a lane to `what`, cell by cell.
 fn runs_of(
     net: &Network,
     lane: LaneId,
@@ -106,15 +105,15 @@ fn cell(point: DVec2, cell_m: f64) -> (i64, i64) {
     ((point.x / cell_m).floor() as i64, (point.y / cell_m).floor() as i64)
 }
 
-/// Place of a cell in a table of a power of two.
+/// Returns the slot of a cell in a table whose size is a power of two.
 fn place((x, y): (i64, i64), places: usize) -> usize {
-    // Fibonacci hashing: the golden ratio's bits spread neighbours over the table.
+    // Multiplicative hashing: the bits of the golden ratio spread neighbouring cells over the table.
     let mixed = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
     let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     ((mixed >> 32) as usize) & (places - 1)
 }
 
-/// The cells within reach of segment `k`, some more than once.
+/// Adds the cells within reach of segment `k`, some more than once.
 fn cells_near(from: DVec2, to: DVec2, cell_m: f64, k: u16, cells: &mut Vec<((i64, i64), u16)>) {
     let pieces = (from.distance(to) / cell_m).ceil().max(1.0);
     for piece in 0..pieces as usize {

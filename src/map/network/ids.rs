@@ -1,5 +1,5 @@
-//! Names of a network's parts within the program: indices, which cost nothing to keep and to compare. In and out: plain numbers.
-//! What SUMO calls a part stands in the part itself (`id`), for tables and messages.
+//! Indices of a network's parts within the program, cheap to store and to compare. In and out: plain numbers. Each part also has its SUMO
+//! id (`id`), for tables and messages.
 
 macro_rules! index_types {
     ($($(#[$meta:meta])* $name:ident),* $(,)?) => {
@@ -9,12 +9,12 @@ macro_rules! index_types {
             pub struct $name(u32);
 
             impl $name {
-                /// Its place in the network's list.
+                /// Returns the index in the network's list.
                 pub fn index(self) -> usize {
                     self.0 as usize
                 }
 
-                /// The part at a place in the network's list.
+                /// Converts an index in the network's list.
                 ///
                 /// # Panics
                 /// Beyond `u32::MAX`; the limits of a network's file lie far below.
@@ -27,14 +27,14 @@ macro_rules! index_types {
 }
 
 index_types! {
-    /// An edge: lanes side by side in one direction.
+    /// Index of an edge: lanes side by side in one direction.
     EdgeId,
-    /// A lane, also one inside a junction, a crossing or a walking area.
+    /// Index of a lane; internal lanes, crossings and walking areas have one too.
     LaneId,
-    /// A junction.
+    /// Index of a junction in the network.
     JunctionId,
-    /// A signal.
+    /// Index of a signal in the network.
     SignalId,
-    /// A connection from a lane to a lane.
+    /// Index of a connection from a lane to a lane.
     ConnectionId,
 }

@@ -1,60 +1,60 @@
-//! Junctions and right of way as data. In: what a net.xml says of each junction. Out: its area, its rules, and for each of its
-//! links who yields to whom. A **link** is a connection, or a crossing, by its place in the junction's rules.
+//! Junctions and right of way as data. In: the junctions of a net.xml. Out: their area, their rule, and the right of way of each link. A
+//! **link** is a connection or a crossing, by its index in the junction's rules.
 
 use super::{ConnectionId, JunctionId, LaneId, words::word_enum};
 use glam::{DVec2, DVec3};
 
 word_enum! {
-    /// The rule at a junction.
+    /// Rule of right of way at a junction.
     JunctionKind {
-        /// Signals.
+        /// Signals control the links.
         TrafficLight = "traffic_light",
-        /// Signals, and no rule while they are off.
+        /// Signals; no rule applies while they are off.
         TrafficLightUnregulated = "traffic_light_unregulated",
-        /// Signals, with turns to the right on red.
+        /// Signals, with right turns on red.
         TrafficLightRightOnRed = "traffic_light_right_on_red",
-        /// The edge of higher priority goes first.
+        /// Edges of higher priority go first.
         Priority = "priority",
-        /// As [`JunctionKind::Priority`], and the others stop.
+        /// As [`JunctionKind::Priority`], and vehicles on other edges stop first.
         PriorityStop = "priority_stop",
-        /// Who comes from the right goes first.
+        /// Vehicles from the right go first.
         RightBeforeLeft = "right_before_left",
-        /// Who comes from the left goes first.
+        /// Vehicles from the left go first.
         LeftBeforeRight = "left_before_right",
-        /// All stop; who came first goes first.
+        /// All vehicles stop, then go in the order of arrival.
         AllwayStop = "allway_stop",
-        /// Lanes merge one by one.
+        /// Lanes merge, one vehicle from each in turn.
         Zipper = "zipper",
-        /// A signal of a railway.
+        /// Railway junction with signals.
         RailSignal = "rail_signal",
-        /// A level crossing.
+        /// Level crossing of a railway and a road.
         RailCrossing = "rail_crossing",
-        /// No rule at all.
+        /// No rule of right of way.
         Unregulated = "unregulated",
-        /// A place inside a junction where vehicles wait.
+        /// Waiting position inside another junction.
         Internal = "internal",
-        /// The end of the road.
+        /// End of a road.
         DeadEnd = "dead_end",
-        /// Where traffic of a district begins and ends.
+        /// Start and end of a district's traffic.
         District = "district",
-        /// None is stated.
+        /// No type in the file.
         Unknown = "unknown",
     }
 }
 
 impl JunctionKind {
-    /// True where signals say who goes.
+    /// Returns true if road signals control the junction.
     pub fn has_signals(self) -> bool {
         matches!(self, Self::TrafficLight | Self::TrafficLightUnregulated | Self::TrafficLightRightOnRed)
     }
 }
 
-/// A set of a junction's links.
+/// Set of a junction's links, by index.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LinkSet(Box<[u64]>);
 
 impl LinkSet {
-    /// The set of SUMO's row of 0 and 1, whose last letter is link 0.
+    /// Parses SUMO's row of 0 and 1, whose last letter is link 0.
     pub(super) fn from_bits(bits: &str) -> Self {
         let mut words = vec![0u64; bits.len().div_ceil(64)];
         for (link, bit) in bits.bytes().rev().enumerate() {
@@ -63,17 +63,17 @@ impl LinkSet {
         Self(words.into())
     }
 
-    /// SUMO's row of 0 and 1 for a junction of so many links.
+    /// Returns SUMO's row of 0 and 1 for a junction with this number of links.
     pub(super) fn bits(&self, links: usize) -> String {
         (0..links).rev().map(|link| if self.contains(link) { '1' } else { '0' }).collect()
     }
 
-    /// True if the link is in the set.
+    /// Returns true if the link is in the set.
     pub fn contains(&self, link: usize) -> bool {
         self.0.get(link / 64).is_some_and(|word| word & (1 << (link % 64)) != 0)
     }
 
-    /// The links in the set, lowest first.
+    /// Returns the links in the set, in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = usize> {
         (0..self.0.len() * 64).filter(|link| self.contains(*link))
     }
@@ -82,53 +82,53 @@ impl LinkSet {
 /// Right of way of one link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkRule {
-    /// The links that it yields to.
+    /// Links that this link yields to.
     pub yields_to: LinkSet,
-    /// The links whose way it crosses.
+    /// Links that this link crosses.
     pub crosses: LinkSet,
     /// True if vehicles may wait inside the junction.
     pub waits_inside: bool,
-    /// The connection that this link is; `None` where the file does not tell.
+    /// Connection of this link; `None` if the file does not identify it.
     pub connection: Option<ConnectionId>,
 }
 
-/// An area where lanes meet.
+/// Junction: an area where lanes meet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Junction {
-    /// SUMO's id.
+    /// SUMO's id, unique among junctions.
     pub id: String,
-    /// Its rule.
+    /// Rule of right of way.
     pub kind: JunctionKind,
-    /// Its middle, as the file has it.
+    /// Position of the junction as the file states it.
     pub position: DVec3,
-    /// Outline of its area; may be empty, a point or a line.
+    /// Outline of the area; may be empty, a point or a line.
     pub shape: Vec<DVec3>,
-    /// True if a person drew the shape.
+    /// True if the shape was set by hand.
     pub custom_shape: bool,
-    /// Radius of its corners, metres, where the file has one.
+    /// Radius of the corners, metres, if the file states it.
     pub radius_m: Option<f64>,
-    /// Its name.
+    /// Name of the junction for people, if the file has one.
     pub name: Option<String>,
-    /// Lanes that lead into it, in the order of the rules.
+    /// Lanes that lead into the junction, in the order of the rules.
     pub incoming: Vec<LaneId>,
-    /// Lanes inside it, one a link; of an internal junction those whose traffic is waited for.
+    /// Internal lanes, one per link; for an internal junction, the lanes whose traffic has priority.
     pub inside: Vec<LaneId>,
-    /// Right of way, one a link.
+    /// Rules of right of way, one per link.
     pub links: Vec<LinkRule>,
-    /// What else the file says of it, as words.
+    /// Further attributes of the file, as name and value.
     pub(super) other: Vec<(String, String)>,
-    /// False if edges name it and the file has no such element, as in networks without any junction.
+    /// False if edges name the junction but the file has no such element, as in networks without junctions.
     pub declared: bool,
 }
 
 impl Junction {
-    /// True of a point of the ground plane in its area.
+    /// Returns true if a point of the ground plane lies in the area.
     pub fn covers(&self, point: DVec2) -> bool {
         is_inside(point, &self.shape)
     }
 }
 
-/// True of a point within a polygon: a ray to the east crosses its outline an odd number of times.
+/// Returns true if a point lies within a polygon: a ray to the east crosses its outline an odd number of times.
 fn is_inside(point: DVec2, outline: &[DVec3]) -> bool {
     let mut inside = false;
     for k in 0..outline.len() {
@@ -140,12 +140,12 @@ fn is_inside(point: DVec2, outline: &[DVec3]) -> bool {
     inside
 }
 
-/// A ring of edges whose traffic has priority.
+/// Ring of edges whose traffic has priority.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Roundabout {
-    /// Its junctions.
+    /// Junctions of the ring.
     pub junctions: Vec<JunctionId>,
-    /// Its edges, in the order of the file.
+    /// Edges of the ring, in the order of the file.
     pub edges: Vec<super::EdgeId>,
 }
 
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn the_last_letter_of_a_row_is_the_first_link() {
-        // 70 links, of which 0, 3 and 69 are in.
+        // 70 links, of which 0, 3 and 69 are in the set.
         let row = format!("1{}1001", "0".repeat(65));
         let set = LinkSet::from_bits(&row);
         assert_eq!(set.iter().collect::<Vec<_>>(), [0, 3, 69]);
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_inside_an_outline_that_goes_round_it() {
+    fn a_point_inside_an_outline_is_found() {
         let outline: Vec<DVec3> =
             [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (2.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 7.0)).into();
         assert_eq!(

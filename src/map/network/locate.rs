@@ -1,54 +1,55 @@
-//! From the world to a lane. In: a point, with a heading if there is one, and the lane where it was last. Out: the place in a lane,
-//! or nothing further than [`REACH_M`] from every centre line.
+//! Lane below a point. In: a point, with a heading if known, and the lane of the previous query as a hint. Out: the position in a lane,
+//! or `None` if every centre line is further away than [`REACH_M`].
 //!
-//! Lanes overlap: inside junctions ways cross and part from each other, bridges lie above roads, and strips of narrow streets
-//! reach into each other. Which of them it is, is decided so:
-//! 1. The hint's lane, as long as the point is in its strip: a car that turns left stays on its way through the junction.
-//! 2. Of the lanes that follow the hint's, lead into it or lie beside it, and of itself, the one whose line is nearest, if the point is in
-//!    its strip or at most a metre beside it.
-//! 3. Of all lanes whose strip has the point, the one whose line is nearest; else of all lanes. Heights count.
+//! Lanes overlap: inside junctions lanes cross and diverge, bridges lie above roads, and strips of narrow streets overlap. The lane is
+//! chosen in this order:
+//! 1. The hint's lane, as long as the point is in its strip: a vehicle that turns left stays on its lane through the junction.
+//! 2. The nearest of the hint's lane, its successors, its predecessors and its neighbours, if the point is in its strip or at most a
+//!    metre beside it.
+//! 3. The nearest of all lanes whose strip contains the point; else the nearest of all lanes. Heights count.
 //!
-//! Where a heading is given, 2 and 3 count a line that points elsewhere as further away: by 2 m if it points across and by 4 m if it
-//! points back, more than a lane's width; and a strip that has the point goes first only if it points less than a right angle away. Of lanes that are equally near, the first in the file is taken. Walking areas are not found: their shape is an outline, not a line.
+//! If a heading is given, steps 2 and 3 add a penalty to a line that points elsewhere: 2 m if it points across and 4 m if it points back,
+//! more than a lane's width. A strip that contains the point then takes precedence only if it points less than a right angle away. Among
+//! lanes equally near, the first in the file is taken. Walking areas are never found: their shape is an outline, not a line.
 
 use super::{EdgeKind, LaneId, LanePosition, Network, Side, centre_line::Foot};
 use crate::space::{Pose3, wrap_angle};
 use glam::DVec3;
 
-/// The furthest that a point may be from a centre line to be in its lane, metres: two lanes' widths and a verge.
+/// Largest distance between a point and the centre line of its lane, metres: the width of two lanes and a verge.
 pub const REACH_M: f64 = 10.0;
-/// How far beside or beyond a lane near the hint a point may be, metres: wheels on the verge, or between declared ends.
+/// Tolerance beside and beyond lanes near the hint, metres: for wheels on the verge, and for points between declared ends.
 const BESIDE_M: f64 = 1.0;
-/// How far beyond its borders and ends a point still counts as in a lane's strip, metres: what numbers round to.
+/// Tolerance at the borders and ends of a lane's strip, metres: covers rounding.
 const TOUCH_M: f64 = 1e-6;
-/// How far above or below its line a point is in a lane's strip, metres: less than what is kept clear below a bridge.
+/// Largest height difference between a point and a strip that contains it, metres: less than the clearance below a bridge.
 const HEIGHT_M: f64 = 2.5;
-/// What a line across the heading counts more, metres.
+/// Penalty of a line across the heading, metres.
 const ACROSS_M: f64 = 2.0;
 
-/// The best lane so far, for something that points somewhere or nowhere.
+/// Best lane so far, with or without a heading to match.
 struct Best<'n> {
     net: &'n Network,
     yaw_rad: Option<f64>,
-    /// True if the strip has the point and points as it does.
+    /// True if the strip contains the point and, if a heading is given, points less than a right angle away.
     fits: bool,
     cost_m: f64,
     found: Option<(LaneId, Foot)>,
 }
 
 impl Network {
-    /// The place in a lane of a point, near the lane `hint` if there is one; the head of this file says which where lanes overlap.
-    /// `None` if no centre line is within [`REACH_M`]. Takes no memory, and time that does not grow with the network.
+    /// Returns the position of a point in a lane, preferably near the lane `hint`. The head of this file defines the choice among
+    /// overlapping lanes. `None` if no centre line is within [`REACH_M`]. Allocates nothing; the time does not grow with the network.
     pub fn locate(&self, point: DVec3, hint: Option<LaneId>) -> Option<LanePosition> {
         self.locate_heading(point, None, hint)
     }
 
-    /// As [`Network::locate`], for something that points somewhere.
+    /// As [`Network::locate`], with the heading of the pose taken into account.
     pub fn locate_pose(&self, pose: &Pose3, hint: Option<LaneId>) -> Option<LanePosition> {
         self.locate_heading(pose.position, Some(pose.yaw_rad), hint)
     }
 
-    /// The place in one lane that is nearest to a point, however far.
+    /// Returns the position in one lane that is nearest to a point, at any distance.
     pub fn place_in(&self, lane: LaneId, point: DVec3) -> LanePosition {
         let Foot { s_m, offset_m, .. } = self.lane(lane).line.nearest(point);
         LanePosition { lane, s_m, offset_m }
@@ -93,7 +94,7 @@ impl Network {
             let line = &self.lane(run.lane).line;
             for k in run.segments() {
                 let rough_m = line.rough_distance_m(k, point);
-                // One that is further than four times the best cannot be nearer, but it may fit where the best does not.
+                // A segment further away than four times the best cost cannot be nearer; it may still fit where the best does not.
                 if rough_m <= REACH_M && (!best.fits || rough_m <= 4.0 * best.cost_m) {
                     best.offer(run.lane, line.foot(k, point));
                 }

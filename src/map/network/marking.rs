@@ -1,29 +1,29 @@
-//! What is painted along the sides of a lane. In: permissions, who may change lanes, and what lies beside. Out: a [`Marking`]. SUMO
-//! has no paint: what stands here follows from its rules as a road's paint does.
+//! Markings along the sides of a lane. In: permissions, lane-change rules, and the adjacent lane. Out: a [`Marking`]. SUMO has no
+//! markings: they are derived from its rules, as markings of a road follow from its rules.
 
 use super::{EdgeId, LaneId, LaneSpread, Network, Side, VehicleClasses};
 
-/// How far the inner borders of two directions may be apart to be one line, metres.
+/// Largest distance between the inner borders of two directions that share one line, metres.
 const APART_M: f64 = 0.5;
 
-/// What separates a lane from what lies on one side of it.
+/// Separation of a lane from the surface on one side of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marking {
-    /// Nothing, as inside junctions.
+    /// No marking, as inside junctions.
     None,
-    /// The solid line at the edge of the road.
+    /// Solid line at the edge of the road.
     Edge,
-    /// The step up to a pavement.
+    /// Kerb of a pavement.
     Kerb,
-    /// A broken line: vehicles may change both ways.
+    /// Broken line: vehicles may change both ways.
     Broken,
-    /// A solid line: none may change.
+    /// Solid line: no vehicle may change.
     Solid,
-    /// A solid line with a broken one towards this lane: vehicles may change from here only.
+    /// Solid line with a broken one on this lane's side: vehicles may change from here only.
     ChangeFromHere,
-    /// A solid line with a broken one towards the other lane: vehicles may change to here only.
+    /// Solid line with a broken one on the other lane's side: vehicles may change to here only.
     ChangeToHere,
-    /// The line between the two directions.
+    /// Line between the two directions.
     Centre {
         /// True if vehicles may overtake across it.
         overtaking: bool,
@@ -31,7 +31,7 @@ pub enum Marking {
 }
 
 impl Network {
-    /// What is painted along one side of a lane.
+    /// Returns the marking along one side of a lane.
     pub fn marking(&self, lane: LaneId, side: Side) -> Marking {
         let edge = self.edge_of(lane);
         if !edge.kind.is_street() {
@@ -68,12 +68,12 @@ impl Network {
         }
     }
 
-    /// True of the side where the other direction lies.
+    /// Returns true for the side on which the opposite direction lies.
     fn is_inner(&self, side: Side) -> bool {
         (side == Side::Left) != self.is_left_hand()
     }
 
-    /// True if the other direction of the same road begins at the inner border of this lane.
+    /// Returns true if the opposite direction of the same road begins at the inner border of this lane.
     fn meets_other_direction(&self, lane: LaneId) -> bool {
         let here = self.lane(lane);
         if here.opposite.is_some() {
@@ -89,7 +89,7 @@ impl Network {
         apart_m.abs() <= APART_M
     }
 
-    /// The edge that leads back from where an edge ends to where it begins.
+    /// Returns the edge of the opposite direction: from the end of an edge to its start.
     pub fn other_direction(&self, edge: EdgeId) -> Option<EdgeId> {
         let here = self.edge(edge);
         let back = self.junction(here.from?).incoming.iter().map(|lane| self.lane(*lane).edge);

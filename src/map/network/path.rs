@@ -1,42 +1,42 @@
-//! Chains of lanes. In: lanes that follow each other, open or closed. Out: a [`Path`] with one measure along all of them. Declared
+//! Chains of lanes. In: lanes that follow each other, open or closed. Out: a [`Path`] with one coordinate along all of them. Declared
 //! metres.
 
 use super::{LaneId, LanePosition, Network};
 
-/// Why lanes are no path.
+/// Error for lanes that do not make a path.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PathError {
-    /// There is none.
+    /// No lane was given.
     #[error("a path has at least one lane")]
     Empty,
-    /// Two that do not follow each other.
+    /// Two lanes that do not follow each other.
     #[error("lane \"{before}\" does not lead to lane \"{after}\"{known}")]
     Gap {
-        /// SUMO's id of the first.
+        /// SUMO's id of the first lane.
         before: String,
-        /// SUMO's id of the second.
+        /// SUMO's id of the second lane.
         after: String,
-        /// Where the first does lead.
+        /// Text for the message: the lanes that the first lane leads to.
         known: String,
     },
 }
 
-/// Lanes that follow each other, insides of junctions included.
+/// Lanes that follow each other, internal lanes included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     lanes: Vec<LaneId>,
     starts_m: Vec<f64>,
     length_m: f64,
     closed: bool,
-    /// Places in `lanes` in the order of the lanes' ids, for looking up.
+    /// Indices into `lanes` in the order of the lanes' ids, for lookup.
     by_lane: Vec<u32>,
 }
 
 impl Path {
-    /// Chains lanes, each of which leads to the next at once; a closed path leads from the last to the first.
+    /// Chains lanes, each of which leads directly to the next; a closed path also leads from the last to the first.
     ///
     /// # Errors
-    /// If there is none, or two do not follow each other; the message names them.
+    /// There is no lane, or two lanes do not follow each other; the message names them.
     pub fn new(net: &Network, lanes: Vec<LaneId>, closed: bool) -> Result<Self, PathError> {
         let Some((&first, &last)) = lanes.first().zip(lanes.last()) else { return Err(PathError::Empty) };
         let closing = closed.then_some((last, first));
@@ -56,7 +56,7 @@ impl Path {
         Ok(Self { lanes, starts_m, length_m, closed, by_lane })
     }
 
-    /// The path over lanes of streets: the insides of the junctions between them are put in.
+    /// Chains lanes of streets, and inserts the internal lanes of the junctions between them.
     ///
     /// # Errors
     /// As [`Path::new`].
@@ -66,7 +66,7 @@ impl Path {
             lanes.push(lane);
             let Some(&next) = streets.get(k + 1).or_else(|| streets.first().filter(|_| closed)) else { break };
             let mut at = lane;
-            // netconvert makes two or three lanes inside a junction; a network that leads in circles there is not followed.
+            // netconvert makes two or three lanes inside a junction; internal lanes that form a loop are not followed further.
             for _ in 0..16 {
                 let way = net.connections_from(at).iter().find(|connection| connection.to == next);
                 at = way.ok_or_else(|| gap(net, lane, next))?.next();
@@ -79,23 +79,22 @@ impl Path {
         Self::new(net, lanes, closed)
     }
 
-    /// Its lanes in driving order.
+    /// Returns the lanes in driving order.
     pub fn lanes(&self) -> &[LaneId] {
         &self.lanes
     }
 
-    /// Its length, metres: the declared lengths together.
+    /// Returns the sum of the declared lane lengths, metres.
     pub fn length_m(&self) -> f64 {
         self.length_m
     }
 
-    /// True if its end is its start.
+    /// Returns true if the path is closed.
     pub fn is_closed(&self) -> bool {
         self.closed
     }
 
-    /// A position brought into the path: one of a closed path is wrapped into `0..length_m`, one beyond the ends of an open path
-    /// is none.
+    /// Normalises a position: on a closed path it is wrapped into `0..length_m`; beyond the ends of an open path it is `None`.
     pub fn within(&self, position_m: f64) -> Option<f64> {
         if (0.0..self.length_m).contains(&position_m) || (!self.closed && position_m == self.length_m) {
             return Some(position_m);
@@ -107,15 +106,15 @@ impl Path {
         Some(if wrapped < self.length_m { wrapped } else { 0.0 })
     }
 
-    /// The place in a lane at a position of the path; `None` beyond the ends of an open one.
+    /// Returns the lane position at a position of the path; `None` beyond the ends of an open path.
     pub fn lane_position(&self, position_m: f64, offset_m: f64) -> Option<LanePosition> {
         let position_m = self.within(position_m)?;
         let k = self.starts_m.partition_point(|start| *start <= position_m) - 1;
         Some(LanePosition { lane: self.lanes[k], s_m: position_m - self.starts_m[k], offset_m })
     }
 
-    /// The position on the path of a place in a lane; `None` if the path does not go over that lane. A path that goes over it more
-    /// than once is at the position nearest to `near_m`, the first of two that are as near.
+    /// Returns the position on the path of a lane position; `None` if the path does not use that lane. If the path uses the lane more
+    /// than once, the position nearest to `near_m` is returned, the first of two equally near ones.
     pub fn position_of(&self, at: LanePosition, near_m: f64) -> Option<f64> {
         let first = self.by_lane.partition_point(|k| self.lanes[*k as usize] < at.lane);
         let same = self.by_lane[first..].iter().map(|k| *k as usize).take_while(|k| self.lanes[*k] == at.lane);
@@ -123,7 +122,7 @@ impl Path {
         positions.min_by(|a, b| self.apart_m(*a, near_m).total_cmp(&self.apart_m(*b, near_m)))
     }
 
-    /// Distance between two positions along the path, metres; on a closed path the shorter way.
+    /// Returns the distance between two positions along the path, metres; on a closed path the shorter way round.
     pub fn apart_m(&self, a_m: f64, b_m: f64) -> f64 {
         let straight_m = (a_m - b_m).abs();
         if !self.closed {

@@ -1,62 +1,61 @@
-//! Signals as data: programs of phases, one letter a link. Seconds.
+//! Signals as data: programs of phases, one letter per link. Seconds.
 
 use super::{ConnectionId, words::word_enum};
 
 word_enum! {
-    /// How a program goes through its phases.
+    /// Type of a signal program.
     ProgramKind {
-        /// Each phase has its time.
+        /// Fixed time: each phase has its duration.
         Static = "static",
-        /// Green goes on while vehicles come.
+        /// Actuated: green is extended while vehicles arrive.
         Actuated = "actuated",
-        /// Green goes on while vehicles lose time.
+        /// Delay-based: green is extended while vehicles lose time.
         DelayBased = "delay_based",
-        /// The American standard with rings and barriers.
+        /// NEMA, the American standard with rings and barriers.
         Nema = "NEMA",
-        /// A signal of a railway.
+        /// Signal of a railway, made by SUMO.
         RailSignal = "railSignal",
-        /// A level crossing.
+        /// Level crossing, controlled by SUMO.
         RailCrossing = "railCrossing",
-        /// One of the self-organising programs.
+        /// Self-organising program (SOTL), by phase.
         SotlPhase = "sotl_phase",
-        /// One of the self-organising programs.
+        /// Self-organising program (SOTL), by platoon.
         SotlPlatoon = "sotl_platoon",
-        /// One of the self-organising programs.
+        /// Self-organising program (SOTL), by request.
         SotlRequest = "sotl_request",
-        /// One of the self-organising programs.
+        /// Self-organising program (SOTL), green wave.
         SotlWave = "sotl_wave",
-        /// One of the self-organising programs.
+        /// Self-organising program (SOTL), marching.
         SotlMarching = "sotl_marching",
-        /// One of the self-organising programs.
+        /// Self-organising program, swarm-based.
         Swarm = "swarm",
-        /// One of the self-organising programs.
+        /// Self-organising program, deterministic.
         Deterministic = "deterministic",
     }
 }
 
-/// What a link is shown.
+/// Light that a signal shows for a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SignalLight {
-    /// Red.
     Red,
     /// Red and yellow: green comes.
     RedYellow,
-    /// Yellow: red comes.
+    /// Yellow, shown before red.
     Yellow,
     /// Green, yielding to others.
     GreenMinor,
-    /// Green with priority.
+    /// Green with priority over other links.
     GreenMajor,
-    /// A green arrow to the right: stop first.
+    /// Green arrow to the right: stop first.
     GreenArrow,
     /// Off and blinking: yield.
     OffBlinking,
-    /// Off: the rule of the road.
+    /// Off: the junction's rule applies.
     Off,
 }
 
 impl SignalLight {
-    /// What a letter of SUMO's states stands for.
+    /// Returns the light for a letter of SUMO's states; `None` for an unknown letter.
     pub fn from_letter(letter: u8) -> Option<Self> {
         Some(match letter {
             b'r' | b'R' => Self::Red,
@@ -75,60 +74,60 @@ impl SignalLight {
 /// One phase of a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalPhase {
-    /// How long it lasts, seconds.
+    /// Duration of the phase, seconds.
     pub duration_s: f64,
-    /// The least that it lasts, seconds, where it may be shorter.
+    /// Minimum duration, seconds, if the phase may be shortened.
     pub min_s: Option<f64>,
-    /// The most that it lasts, seconds, where it may be longer.
+    /// Maximum duration, seconds, if the phase may be extended.
     pub max_s: Option<f64>,
-    /// SUMO's letters, one a link.
+    /// SUMO's letters, one per link.
     pub state: String,
-    /// What else the file says of it, as words: `next`, `name`, those of NEMA.
+    /// Further attributes of the file, as name and value: `next`, `name`, those for NEMA.
     pub(super) other: Vec<(String, String)>,
 }
 
 impl SignalPhase {
-    /// What a link is shown; `None` for one that the signal has not.
+    /// Returns the light of a link; `None` for a link that the signal lacks.
     pub fn light(&self, link: u32) -> Option<SignalLight> {
         SignalLight::from_letter(*self.state.as_bytes().get(link as usize)?)
     }
 }
 
-/// A program of a signal.
+/// Program of a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalProgram {
-    /// SUMO's `programID`.
+    /// SUMO's `programID`, unique within the signal.
     pub id: String,
-    /// How it goes through its phases.
+    /// Type of the program.
     pub kind: ProgramKind,
-    /// When its first phase begins, seconds; `None` at the start of the simulation, wherever that is.
+    /// Start of the first phase, seconds; `None` for the start of the simulation, `offset="begin"`.
     pub offset_s: Option<f64>,
-    /// Its phases, at least one, with as many letters each.
+    /// Phases, at least one, all with the same number of letters.
     pub phases: Vec<SignalPhase>,
-    /// Its settings, as words.
+    /// Parameters of the program, as key and value.
     pub(super) parameters: Vec<(String, String)>,
 }
 
 impl SignalProgram {
-    /// Time of one round, seconds.
+    /// Returns the duration of one cycle, seconds.
     pub fn cycle_s(&self) -> f64 {
         self.phases.iter().map(|phase| phase.duration_s).sum()
     }
 }
 
-/// A signal: programs over links.
+/// Signal: programs over links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
-    /// SUMO's id.
+    /// SUMO's id, unique among signals.
     pub id: String,
-    /// Its programs, in the order of the file; none where SUMO makes the signal itself, at railways.
+    /// Programs, in the order of the file; none for a railway signal that SUMO makes itself.
     pub programs: Vec<SignalProgram>,
-    /// The connections of each link; a link may rule several, or none.
+    /// Connections of each link; a link may control several or none.
     pub links: Vec<Vec<ConnectionId>>,
 }
 
 impl Signal {
-    /// True if it rules no connection at all.
+    /// Returns true if the signal controls no connection.
     pub fn rules_nothing(&self) -> bool {
         self.links.iter().all(Vec::is_empty)
     }

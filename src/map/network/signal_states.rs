@@ -1,18 +1,18 @@
-//! What all signals of a network show at one moment. In: SUMO's letters, signal by signal. Out: the light of any link.
+//! States of all signals of a network at one moment. In: SUMO's letters, signal by signal. Out: the light of any link.
 
 use super::{Network, SignalId, SignalLight};
 
-/// What all signals show: one of SUMO's letters a link, signal after signal. Empty where there are none.
+/// States of all signals: one SUMO letter per link, signal after signal. Empty for a network without signals.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SignalStates {
     letters: Vec<u8>,
-    /// Where the letters of each signal begin, and where the last ends.
+    /// Index of the first letter of each signal; one more entry at the end.
     starts: Vec<u32>,
 }
 
 impl SignalStates {
-    /// What the signals show `time_s` after the start, each by its first program and the times of its phases: what a fixed
-    /// program shows, and what one that waits for vehicles shows if none come. A signal without a program shows nothing.
+    /// Computes the states `time_s` seconds after the start from the first program and the phase durations of each signal. A fixed
+    /// program shows exactly these states; an actuated one shows them if no vehicle arrives. A signal without a program has no letters.
     pub fn by_first_program(network: &Network, time_s: f64) -> Self {
         let mut states = Self { letters: Vec::new(), starts: vec![0] };
         for signal in network.signals() {
@@ -30,7 +30,7 @@ impl SignalStates {
         states
     }
 
-    /// Takes over letters and where each signal's begin (one more at the end), without asking for memory where there is enough.
+    /// Replaces the letters and the start index of each signal (one more at the end). Reuses memory where the capacity suffices.
     pub fn set(&mut self, letters: &[u8], starts: &[u32]) {
         self.letters.clear();
         self.letters.extend_from_slice(letters);
@@ -38,12 +38,12 @@ impl SignalStates {
         self.starts.extend_from_slice(starts);
     }
 
-    /// SUMO's letters of all signals, one a link, signal after signal.
+    /// Returns SUMO's letters of all signals, one per link, signal after signal.
     pub fn all_letters(&self) -> &[u8] {
         &self.letters
     }
 
-    /// SUMO's letters of a signal, one a link; none for a signal that is not known.
+    /// Returns SUMO's letters of a signal, one per link; none for an unknown signal.
     pub fn letters(&self, id: SignalId) -> &[u8] {
         let end = |k: usize| self.starts.get(k).map(|at| *at as usize);
         match (end(id.index()), end(id.index() + 1)) {
@@ -52,7 +52,7 @@ impl SignalStates {
         }
     }
 
-    /// What a link is shown; `None` for one that is not known.
+    /// Returns the light of a link; `None` for an unknown link.
     pub fn light(&self, id: SignalId, link: u32) -> Option<SignalLight> {
         SignalLight::from_letter(*self.letters(id).get(link as usize)?)
     }
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fixed_program_shows_its_phases_one_after_the_other() {
+    fn a_fixed_program_shows_its_phases_in_order() {
         let network = Network::load("tests/data/networks/grid-signals.net.xml").expect("a network");
         for (k, signal) in network.signals().iter().enumerate() {
             let (id, program) = (SignalId::from_index(k), &signal.programs[0]);

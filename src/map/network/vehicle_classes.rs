@@ -1,7 +1,7 @@
-//! Who may drive on a lane. In: SUMO's lists of vehicle classes (`allow`, `disallow`). Out: a set. The classes and their words are
-//! those of SUMO 1.28 (sumo.dlr.de, "Abstract Vehicle Class", EPL-2.0).
+//! Vehicle classes that may use a lane. In: SUMO's lists of vehicle classes (`allow`, `disallow`). Out: a set. The classes and their
+//! names follow SUMO 1.28 (sumo.dlr.de, "Abstract Vehicle Class", EPL-2.0).
 
-/// SUMO's classes; the place in this list is the bit.
+/// SUMO's classes; the index in this list is the bit.
 const NAMES: [&str; 33] = [
     "private",
     "emergency",
@@ -38,7 +38,7 @@ const NAMES: [&str; 33] = [
     "custom2",
 ];
 
-/// Words of old networks and what they are today.
+/// Names in old networks with their current names.
 const OLD_NAMES: [(&str, &str); 8] = [
     ("public_emergency", "emergency"),
     ("public_authority", "authority"),
@@ -72,30 +72,23 @@ const fn equal(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len()
 }
 
-/// A set of SUMO's vehicle classes.
+/// Set of SUMO's vehicle classes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VehicleClasses(u64);
 
 impl VehicleClasses {
-    /// No class.
     pub const NONE: Self = Self(0);
-    /// Every class.
     pub const ALL: Self = Self((1 << NAMES.len()) - 1);
-    /// Cars.
     pub const PASSENGER: Self = Self(bit("passenger"));
-    /// Lorries.
     pub const TRUCK: Self = Self(bit("truck"));
-    /// Buses of a line.
+    /// Buses in public transport.
     pub const BUS: Self = Self(bit("bus"));
-    /// Motorcycles.
     pub const MOTORCYCLE: Self = Self(bit("motorcycle"));
-    /// Bicycles.
     pub const BICYCLE: Self = Self(bit("bicycle"));
-    /// People on foot.
     pub const PEDESTRIAN: Self = Self(bit("pedestrian"));
-    /// Ambulances, fire engines.
+    /// Ambulances and fire engines, for example.
     pub const EMERGENCY: Self = Self(bit("emergency"));
-    /// All that runs on rails.
+    /// All classes of rail vehicles.
     pub const RAIL: Self = Self(
         bit("tram")
             | bit("rail_urban")
@@ -105,7 +98,7 @@ impl VehicleClasses {
             | bit("subway")
             | bit("cable_car"),
     );
-    /// All with an engine on a road.
+    /// All classes of motor vehicles on roads.
     pub const ROAD_MOTOR: Self = Self(
         bit("private")
             | bit("emergency")
@@ -125,8 +118,8 @@ impl VehicleClasses {
             | bit("evehicle"),
     );
 
-    /// The set of a list of SUMO's words with spaces between; `all` is every class. A word that is no class stands for none, as
-    /// SUMO has it: networks of later versions know more.
+    /// Parses a list of SUMO's class names separated by spaces; `all` is every class. Unknown names are ignored, as in SUMO: networks of
+    /// later versions may have further classes.
     pub fn parse(list: &str) -> Self {
         let mut set = 0;
         for word in list.split_whitespace() {
@@ -140,39 +133,39 @@ impl VehicleClasses {
         Self(set)
     }
 
-    /// True if every class of `other` is in this set.
+    /// Returns true if every class of `other` is in this set.
     pub fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// True if some class is in both.
+    /// Returns true if the sets have a class in common.
     pub fn intersects(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
 
-    /// The classes that are in both.
+    /// Returns the classes in both sets.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
 
-    /// The classes of this set that are not in the other.
+    /// Returns the classes of this set that are not in the other.
     #[must_use]
     pub fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// True of no class.
+    /// Returns true if the set has no class.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// SUMO's words, in the order of its list.
+    /// Returns SUMO's names of the classes, in the order of SUMO's list.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         NAMES.iter().enumerate().filter(move |(k, _)| self.0 & (1 << k) != 0).map(|(_, name)| *name)
     }
 
-    /// The set as SUMO writes it: `all`, or words with spaces between.
+    /// Returns the set as SUMO writes it: `all`, or names separated by spaces.
     pub fn list(self) -> String {
         if self == Self::ALL { "all".into() } else { self.names().collect::<Vec<_>>().join(" ") }
     }
@@ -183,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_are_sets_and_words_of_old_networks_are_todays() {
+    fn lists_are_sets_and_names_of_old_networks_are_translated() {
         let set = VehicleClasses::parse("bus passenger");
         assert!(set.contains(VehicleClasses::BUS) && set.contains(VehicleClasses::PASSENGER));
         assert!(!set.intersects(VehicleClasses::PEDESTRIAN));

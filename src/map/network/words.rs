@@ -1,6 +1,6 @@
-//! Enumerations that stand in a network's file as words. In: the word. Out: the variant, and back.
+//! Enumerations that a network's file writes as words. In: the word. Out: the variant, and back.
 
-/// Makes an enumeration with SUMO's word for each variant: `word` and `from_word`.
+/// Defines an enumeration with SUMO's word for each variant, and the functions `word` and `from_word`.
 macro_rules! word_enum {
     ($(#[$meta:meta])* $name:ident { $($(#[$of:meta])* $variant:ident = $word:literal),* $(,)? }) => {
         $(#[$meta])*
@@ -10,14 +10,14 @@ macro_rules! word_enum {
         }
 
         impl $name {
-            /// SUMO's word for it.
+            /// Returns SUMO's word for the variant.
             pub fn word(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word,)*
                 }
             }
 
-            /// The variant of SUMO's word; `None` for a word that it does not know.
+            /// Returns the variant for a word of SUMO's; `None` for an unknown word.
             pub fn from_word(word: &str) -> Option<Self> {
                 match word {
                     $($word => Some(Self::$variant),)*

@@ -1,5 +1,5 @@
-//! Writing a network. In: a [`Network`]. Out: the text of a net.xml that reads as an equal one, and that netconvert and SUMO take.
-//! Numbers have as many digits as they need to be the same when they are read again.
+//! Writing a network. In: a [`Network`]. Out: the text of a net.xml that reads as an equal network, and that netconvert and SUMO accept.
+//! Numbers are written with as many digits as they need to be read back exactly.
 
 use super::{
     Connection, ConnectionOptions, Edge, EdgeKind, Junction, Lane, LaneId, LaneSpread, Network, Signal, VehicleClasses,
@@ -8,7 +8,7 @@ use super::{
 use glam::DVec3;
 use std::fmt::Write;
 
-/// One element under way.
+/// Start tag being written.
 struct Tag<'t> {
     text: &'t mut String,
 }
@@ -56,7 +56,7 @@ impl<'t> Tag<'t> {
         }
     }
 
-    /// An attribute that is there where it is not what it is otherwise.
+    /// Writes a flag if it differs from its default `otherwise`.
     fn flag(self, name: &str, value: bool, otherwise: bool) -> Self {
         if value == otherwise { self } else { self.with(name, if value { "1" } else { "0" }) }
     }
@@ -69,7 +69,7 @@ impl<'t> Tag<'t> {
         for (k, point) in points.iter().enumerate() {
             let space = if k == 0 { "" } else { " " };
             let _ = write!(self.text, "{space}{},{}", point.x, point.y);
-            // Minus nothing is a height like any other: only what reads as zero is left out.
+            // A height of -0 is written too: only a height that reads back as +0 is left out.
             if point.z.to_bits() != 0 {
                 let _ = write!(self.text, ",{}", point.z);
             }
@@ -91,12 +91,12 @@ impl<'t> Tag<'t> {
     }
 }
 
-/// Ids with spaces between.
+/// Joins ids with spaces.
 fn list<'a>(ids: impl Iterator<Item = &'a str>) -> String {
     ids.collect::<Vec<_>>().join(" ")
 }
 
-/// `allow` or `disallow`, whichever says it in fewer words.
+/// Writes `allow` or `disallow`, whichever list is shorter.
 fn permissions<'t>(tag: Tag<'t>, classes: VehicleClasses) -> Tag<'t> {
     let refused = VehicleClasses::ALL.without(classes);
     if refused.is_empty() {
@@ -109,25 +109,25 @@ fn permissions<'t>(tag: Tag<'t>, classes: VehicleClasses) -> Tag<'t> {
     }
 }
 
-/// A list of classes, where it is not all.
+/// Writes a list of classes, unless it contains all classes.
 fn classes<'t>(tag: Tag<'t>, name: &str, classes: VehicleClasses) -> Tag<'t> {
     if classes == VehicleClasses::ALL { tag } else { tag.with(name, &class_list(classes)) }
 }
 
-/// No class is written as a word that is none: an empty list would be all.
+/// Returns SUMO's list of classes. The empty set becomes `none`, which is not a class name: an empty list would mean all classes.
 fn class_list(classes: VehicleClasses) -> String {
     if classes.is_empty() { "none".into() } else { classes.list() }
 }
 
 impl Network {
-    /// The network as the text of a net.xml.
+    /// Returns the text of a net.xml of the network.
     pub fn to_net_xml(&self) -> String {
         let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         Tag::new(&mut text, 0, "net").pairs(&self.header).open();
         if !self.location.is_empty() {
             Tag::new(&mut text, 1, "location").pairs(&self.location).close();
         }
-        // netconvert's order: insides first, then streets.
+        // netconvert's order: internal edges first, then streets.
         self.edges.iter().for_each(|edge| self.write_edge(&mut text, edge));
         self.signals.iter().for_each(|signal| write_signal(&mut text, signal));
         self.junctions

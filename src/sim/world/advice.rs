@@ -1,5 +1,5 @@
-//! The policy of a drive and when its advice appears. In: what it observes, when the traffic is asked for a step. Out: the
-//! advice, when that step begins; and the speeds that the drive is about. m/s.
+//! The policy of a drive and the timing of its advice. In: an observation, when the traffic engine is asked for a step. Out: the advice,
+//! when that step begins; and the expected speeds of the drive. m/s.
 
 use super::{WorldError, lane_beside::lanes_beside, sham};
 use crate::{
@@ -15,31 +15,31 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// What stands for a policy's name where advice comes from outside.
+/// Name in place of a policy's if advice comes from outside.
 const OUTSIDE: &str = "outside";
 
-/// Speeds that this drive is about, m/s: the speedometer's scale follows from them.
+/// Expected speeds of a drive, m/s; the speedometer's scale follows from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExpectedSpeeds {
-    /// Speed at which an even ring of these cars flows.
+    /// Equilibrium speed of the ring with even gaps; on a network the desired speed on a free road.
     pub equilibrium_mps: f64,
-    /// Upper edge of the range around the policy's aim.
+    /// Upper edge of the acceptable range around the policy's target.
     pub advised_mps: f64,
     /// Highest speed limit of the route.
     pub limit_mps: f64,
 }
 
-/// The policy that advises, and its next advice.
+/// Source of one vehicle's advice, with its next advice.
 pub(super) struct AdviceSource {
-    /// The policy's name, and how it came to that one.
+    /// Name of the policy, and the reason if it differs from the request.
     pub policy: policy::ResolvedPolicy,
     pub expected: ExpectedSpeeds,
-    /// It sees who drives in the lanes beside. Looking for them takes memory, which a drive does without.
+    /// True if the policy observes the lanes beside; computing them takes memory, which other drives save.
     pub sees_lanes_beside: bool,
-    /// Each vehicle has a policy of its own, engaged from this; `None` where advice comes from outside.
+    /// Each vehicle engages its own policy from this source; `None` if advice comes from outside.
     source: Option<Arc<PolicySource>>,
     advisor: Advisor,
-    /// Shown when the step begins that it was asked for.
+    /// Advice to show when the step for which it was asked begins.
     next: Option<Advice>,
 }
 
@@ -53,13 +53,13 @@ impl AdviceSource {
         if policy.as_deref().is_some_and(Policy::must_be_told_who_drives) {
             return Err(PolicyError::MustBeTold { name: resolved.name }.into());
         }
-        // What nobody chose, policy and hold, is no mistake of anybody's.
+        // Do not warn about defaults of policy and hold.
         let is_chosen =
             resolved.name != policy::resolve(policy::AUTO, map).name || scenario.hold_s != Scenario::default().hold_s;
         if let Some(policy) = policy.as_deref().filter(|_| is_chosen)
             && let Some(warning) = policy::untrained_hold(policy, scenario.hold())
         {
-            // Once: a study begins hundreds of drives.
+            // Warn once, as a study begins hundreds of drives.
             static SAID: std::sync::Once = std::sync::Once::new();
             SAID.call_once(|| log::warn!("{warning}"));
         }
@@ -73,7 +73,7 @@ impl AdviceSource {
         Ok(Self { policy: resolved, expected, sees_lanes_beside, source: Some(source), advisor, next: None })
     }
 
-    /// Advice that is said from outside, and no policy.
+    /// Returns a source whose advice is set from outside, without a policy.
     pub fn from_outside(scenario: &Scenario, map: &RoadMap, sees_lanes_beside: bool) -> Self {
         let policy = policy::ResolvedPolicy { name: OUTSIDE.into(), why: None };
         let expected = expected_speeds(scenario, map, &policy_settings(scenario, &map.route));
@@ -81,7 +81,7 @@ impl AdviceSource {
         Self { policy, expected, sees_lanes_beside, source: None, advisor, next: None }
     }
 
-    /// The same once more for another vehicle: a policy is engaged anew.
+    /// Returns a source of the same kind for another vehicle; its policy is newly engaged.
     pub fn another(&self, scenario: &Scenario) -> Self {
         let (hold, range_mps) = (scenario.hold(), scenario.range_mps());
         let advisor = match &self.source {
@@ -98,7 +98,7 @@ impl AdviceSource {
         }
     }
 
-    /// True if there is a policy.
+    /// Returns true if the policy is not `none`.
     pub fn advises(&self) -> bool {
         self.policy.name != "none"
     }
@@ -108,28 +108,28 @@ impl AdviceSource {
         self.next = self.advisor.step(now, observation, limit_mps);
     }
 
-    /// What whoever advises is told of this observation ([`Advisor::told`]).
+    /// Completes an observation as the policy gets it ([`Advisor::told`]).
     pub fn told(&self, observation: &Observation) -> Observation {
         self.advisor.told(observation)
     }
 
-    /// Says from outside what is advised from the next step on ([`Advisor::say`]).
+    /// Sets the action to advise from the next step on ([`Advisor::say`]).
     pub fn say(&mut self, action: Action) {
         self.advisor.say(action);
     }
 
-    /// The advice that is new in the step that begins, once.
+    /// Takes the advice that is new in the step that begins.
     pub fn issue(&mut self) -> Option<Advice> {
         self.next.take()
     }
 
-    /// True while an advice stands.
+    /// Returns true while an advice is in force.
     pub fn stands(&self) -> bool {
         self.advisor.standing().is_some()
     }
 }
 
-/// What a drive is about whose policies are built from these.
+/// Returns the expected speeds of a drive with these settings of the policy.
 fn expected_speeds(scenario: &Scenario, map: &RoadMap, settings: &PolicySettings) -> ExpectedSpeeds {
     ExpectedSpeeds {
         equilibrium_mps: settings.equilibrium_mps,
@@ -138,7 +138,7 @@ fn expected_speeds(scenario: &Scenario, map: &RoadMap, settings: &PolicySettings
     }
 }
 
-/// Which policy a scenario asks for. `auto` is no advice on networks: nobody has trained a policy for them.
+/// Resolves the scenario's policy. On networks `auto` is `none`, as no policy is shipped for them.
 fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
     if scenario.advises_nobody() && scenario.policy != "none" {
         let alone = if scenario.participant { "" } else { ", the participant's alone, which is not there" };
@@ -155,7 +155,7 @@ fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
     policy::ResolvedPolicy { name: scenario.policy.clone(), why: None }
 }
 
-/// The policy of this name, if the road of the scenario has what it needs.
+/// Reads the policy of this name; fails if the scenario's road lacks a property that the policy needs.
 fn read(name: &str, scenario: &Scenario, map: &RoadMap, settings: &PolicySettings) -> Result<PolicySource, WorldError> {
     let source = PolicySource::read(name, settings)?;
     if !scenario.is_on_network() {
@@ -164,7 +164,7 @@ fn read(name: &str, scenario: &Scenario, map: &RoadMap, settings: &PolicySetting
             None => Ok(source),
         };
     }
-    // By their names alone they take the aim of an even ring.
+    // Without a set speed these controllers aim for a ring's equilibrium speed.
     let aims = matches!(name, "constant" | "follower-stopper" | "linear-feedback") && scenario.policy_speed_mps <= 0.0;
     let aim = || aims.then(|| "aims for the speed at which an even ring flows".to_owned());
     match source.lacks(RoadKind::Network(lanes_beside(map))).or_else(aim) {
@@ -173,10 +173,10 @@ fn read(name: &str, scenario: &Scenario, map: &RoadMap, settings: &PolicySetting
     }
 }
 
-/// The speed at which an even ring of this scenario's cars flows, m/s, and what else a policy is built from.
+/// Returns the settings that policies are built from: target speed, equilibrium speed of the ring with even gaps, m/s, and step, s.
 pub(super) fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySettings {
     if scenario.is_on_network() {
-        // A free road: its limit.
+        // A free road is driven at its limit.
         let equilibrium_mps = limited_idm(scenario, route).v0;
         return PolicySettings { aim_mps: scenario.policy_speed_mps, equilibrium_mps, step_s: scenario.step_s };
     }
@@ -188,7 +188,7 @@ pub(super) fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySetti
     }
 }
 
-/// The scenario's IDM with the desired speed capped by the road's lowest speed limit, as the engines cap it lane by lane.
+/// Returns the scenario's IDM with the desired speed capped at the road's lowest speed limit; the engines cap it lane by lane.
 pub(super) fn limited_idm(scenario: &Scenario, route: &Route) -> IdmParams {
     let limit_mps = route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(f64::INFINITY, f64::min);
     IdmParams { v0: scenario.idm.v0.min(limit_mps), ..scenario.idm }

@@ -1,9 +1,9 @@
-//! A vehicle that is simulated whole, the participant's or another that is advised: its body, who drives it, its advice, and the world
-//! as it is seen from it. In: once a step the policy's question, once a tick controls and the vehicles around. Out: its [`Snapshot`],
-//! its events, and how others see it. Metres, m/s.
+//! An agent: a vehicle with its own physics, driver, advice and view of the world, the participant's or another advised one. In:
+//! observations for the policy once a step, controls and obstacles once a tick. Out: its [`Snapshot`], its events, and its image in the
+//! views of others. Metres, m/s.
 //!
-//! All agents move at once from one state: in a tick each meets the others where they are predicted to be at its end. Two that
-//! touch are walls to each other, as vehicles of the traffic are.
+//! All agents move simultaneously from one state: in each tick, an agent meets the others at their predicted poses of the end of the tick.
+//! Two agents in contact are immovable to each other, as vehicles of the traffic are.
 
 use super::{
     WorldError,
@@ -30,43 +30,43 @@ use crate::{
 use glam::DVec2;
 use std::{collections::VecDeque, sync::Arc};
 
-/// Seeds of drivers stay below this, as those of scenarios do.
+/// Upper limit of drivers' seeds, as of scenarios' seeds.
 const MOST_SEED: usize = 1 << 53;
-/// So far beyond the road's corner to the south west nothing is, metres: there stands the vehicle of a participant who is not there.
+/// Parking position of the placeholder ego in drives without a participant, metres south and west of the network's bounds.
 const AWAY_M: f64 = 1000.0;
 
-/// A vehicle with physics of its own.
+/// A vehicle with its own physics.
 pub struct Agent {
     id: VehicleId,
-    /// The road along its path.
+    /// Road with this vehicle's path as its route.
     pub(super) map: Arc<RoadMap>,
     pub(super) car: EgoCar,
     pub(super) advice: AdviceSource,
     contacts: ContactTracker,
     contact_count: u32,
     pub(super) lane: LaneMonitor,
-    /// Only on a network.
+    /// Used on networks only.
     rules: RoadRules,
-    /// What there is of the road beside the route; `None` on a closed route with a fixed number of cars.
+    /// View of the network beside the route; `None` on a closed route with a fixed number of vehicles.
     pub(super) network: Option<NetworkView>,
-    /// Controls on their way to the car, oldest first; as many as the scenario's extra delay has ticks.
+    /// Delayed controls, oldest first; the length is the scenario's extra delay in ticks.
     control_delay: VecDeque<Controls>,
-    /// `None` of the participant's, whose controls come from outside.
+    /// `None` for the participant's vehicle, which is controlled from outside.
     driver: Option<SimulatedDriver>,
     controls: Controls,
-    /// The next tick has it on its lane.
+    /// True if the next tick puts the vehicle back on its lane.
     pub(super) wants_back: bool,
-    /// The world as it is seen from here: this vehicle is its ego.
+    /// World seen from this vehicle, which is its ego.
     pub(super) view: Snapshot,
-    /// This vehicle as others see it.
+    /// Image of this vehicle in the views of others.
     pub(super) image: VehicleSnapshot,
-    /// What happened to it in the last tick.
+    /// Events of this vehicle in the last tick.
     pub(super) events: Vec<Event>,
 }
 
 impl Agent {
-    /// The participant's vehicle on a road; the others are not in its view yet. `bodies` others are made ready for its physics. Where
-    /// there is no participant it stands beside all roads and is no more than a view of all others.
+    /// Returns the participant's vehicle; its view has no other vehicles yet. Its physics has room for `bodies` others. Without a
+    /// participant the vehicle is parked off all roads and only holds a view of all vehicles.
     pub(super) fn participant(
         scenario: &Scenario,
         map: &Arc<RoadMap>,
@@ -83,7 +83,7 @@ impl Agent {
         Ok(away)
     }
 
-    /// A vehicle at its start on the road.
+    /// Returns a vehicle at its start on the road.
     fn on_road(
         scenario: &Scenario,
         map: &Arc<RoadMap>,
@@ -100,7 +100,7 @@ impl Agent {
         Ok(agent)
     }
 
-    /// A vehicle at a pose.
+    /// Returns a vehicle at a pose.
     fn at(
         pose: Pose,
         scenario: &Scenario,
@@ -132,8 +132,8 @@ impl Agent {
         })
     }
 
-    /// Another vehicle, advised as the participant's is, on a road of its own, driven by this simulated driver. What is random about him
-    /// comes from a stream of this vehicle's own.
+    /// Returns another advised vehicle on its own road with this simulated driver. The driver's randomness has a random stream of this
+    /// vehicle.
     pub(super) fn advised(
         scenario: &Scenario,
         participant: &Self,
@@ -145,51 +145,50 @@ impl Agent {
         agent.view.tick = participant.view.tick;
         let seed = rng::stream(scenario.seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
         let driver = SimulatedDriver::new(driver, agent.car.params(), seed)?;
-        // Who stands in a jam has a foot on the brake.
+        // A driver who is stopped in a jam starts with a foot on the brake.
         let driver = if start.speed_mps < STANDS_MPS { driver.with_foot_on_brake() } else { driver };
         Ok(Self { id: *id, driver: Some(driver), ..agent })
     }
 
-    /// Which vehicle.
     pub fn id(&self) -> VehicleId {
         self.id
     }
 
-    /// The world at the present tick as it is seen from this vehicle: it is the ego there.
+    /// Returns the world at the present tick seen from this vehicle, which is the ego there.
     pub fn snapshot(&self) -> &Snapshot {
         &self.view
     }
 
-    /// What its driver asked for in the last tick.
+    /// Returns the driver's controls of the last tick, before the extra delay.
     pub fn controls(&self) -> &Controls {
         &self.controls
     }
 
-    /// How often it has begun to touch another vehicle.
+    /// Returns the number of contacts that have begun.
     pub fn contact_count(&self) -> u32 {
         self.contact_count
     }
 
-    /// What happened to it in the last tick.
+    /// Returns the events of this vehicle in the last tick.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
 
-    /// Where it is and where it will be when `step_s` have passed, as traffic is told. Engines know no reverse gear: a car that rolls
-    /// backwards stands for them.
+    /// Returns the present state and the state predicted for `step_s` later, for the traffic engine. Engines have no reverse gear: a
+    /// vehicle that rolls backwards has speed 0 there.
     pub(super) fn report(&self, step_s: f64) -> ExternalVehicleState {
         let (pose, speed_mps) = self.car.predict(0.0);
         let (next_pose, next_speed_mps) = self.car.predict(step_s);
         ExternalVehicleState { pose, speed_mps: speed_mps.max(0.0), next_pose, next_speed_mps: next_speed_mps.max(0.0) }
     }
 
-    /// Asks the policy for the step that begins now.
+    /// Asks the policy for the step that begins at this tick.
     pub(super) fn ask_policy(&mut self, scenario: &Scenario) {
         let limit_mps = self.map.route.speed_limit_mps(self.view.ego_s_m);
         self.advice.ask(self.view.tick, &self.observe(scenario.vehicles), limit_mps);
     }
 
-    /// One step begins, as it was asked for.
+    /// Begins a step: shows or withdraws advice as the policy decided.
     pub(super) fn begin_step(&mut self) {
         let tick = self.view.tick;
         if let Some(advice) = self.advice.issue() {
@@ -201,8 +200,8 @@ impl Agent {
         }
     }
 
-    /// A tick begins: nothing has happened yet, and whoever drives says what he does, by what he sees. `outside` is what the
-    /// participant does.
+    /// Begins a tick: clears the events and takes the driver's controls from what the driver perceives. `outside` are the participant's
+    /// controls.
     pub(super) fn begin_tick(&mut self, outside: &Controls) {
         self.events.clear();
         let Some(mut driver) = self.driver.take() else {
@@ -213,7 +212,7 @@ impl Agent {
         self.driver = Some(driver);
     }
 
-    /// One tick of its body among these others. True if it has begun to touch one.
+    /// Moves the vehicle by one tick among these obstacles. Returns true if it has begun to touch one.
     pub(super) fn drive(&mut self, obstacles: &[Obstacle]) -> bool {
         self.control_delay.push_back(self.controls);
         let controls = self.control_delay.pop_front().unwrap_or(self.controls);
@@ -237,7 +236,7 @@ impl Agent {
         }
     }
 
-    /// Where it is on its route, and how others see it, after it was moved.
+    /// Updates the position on the route and the image for others, after the vehicle was moved.
     pub(super) fn locate(&mut self) {
         if self.view.is_without_ego {
             return;
@@ -264,20 +263,20 @@ impl Agent {
         };
     }
 
-    /// Where it will be at the end of this tick, for those that it could touch.
+    /// Returns the vehicle at its predicted pose of the end of this tick, as an obstacle for others.
     pub(super) fn obstacle(&self) -> Obstacle {
         let (pose, speed_mps) = self.car.predict(TICK_S);
         Obstacle { id: self.id.0, pose, speed_mps, height_m: self.view.ego.position.z, ..Obstacle::default() }
     }
 
-    /// Another agent is where its image is.
+    /// Updates another agent in this view to its image.
     pub(super) fn sees(&mut self, other: &VehicleSnapshot) {
         if let Ok(at) = self.view.cars.binary_search_by_key(&other.id, |car| car.id) {
             self.view.cars[at] = VehicleSnapshot { s_m: self.s_of(other), ..*other };
         }
     }
 
-    /// Where a vehicle's front is along this one's route. On a closed route that is the same for all.
+    /// Returns the position of a vehicle's front along this agent's route. On a closed route it is the same for all agents.
     fn s_of(&self, other: &VehicleSnapshot) -> Option<f64> {
         match &self.network {
             Some(network) => network.s_of(&self.map, other, self.view.ego_s_m),
@@ -285,7 +284,7 @@ impl Agent {
         }
     }
 
-    /// All others are where the participant sees them, whose own vehicle is one of them if it is there.
+    /// Copies the participant's view, plus the participant's vehicle if present.
     pub(super) fn sees_as(&mut self, participant: &Self) {
         let mut cars = std::mem::take(&mut self.view.cars);
         cars.clear();
@@ -296,7 +295,7 @@ impl Agent {
         self.view.signals.clone_from(&participant.view.signals);
     }
 
-    /// What follows from where all vehicles are: its leader, its lane, what of it breaks a rule.
+    /// Updates the state that follows from all vehicles' poses: leader, lane and violations of rules.
     pub(super) fn look_around(&mut self) {
         if self.view.is_without_ego {
             derived_state::look_at_all(&mut self.view);
@@ -311,27 +310,27 @@ impl Agent {
         network.look_around(&mut self.view, &self.map);
         let under = network.ground(&self.map, &self.view).surface(ego.position);
         self.events.extend(self.lane.watch_network(&self.view, under == GroundSurface::Asphalt));
-        // What is beyond the end of its path is no matter of the drive.
+        // Rules are not watched beyond the end of the path.
         if !network.is_at_end(&self.view, &self.map) {
             self.rules.watch(&self.view, &self.map, &ego, &mut self.events);
         }
     }
 
-    /// True once it has come to the end of its path.
+    /// Returns true if the vehicle is at the end of its path.
     pub(super) fn is_at_end(&self) -> bool {
         self.network.as_ref().is_some_and(|network| network.is_at_end(&self.view, &self.map))
     }
 }
 
-/// A vehicle that becomes an agent.
+/// A vehicle that is to become an agent.
 pub(super) struct NewAgent {
     pub id: VehicleId,
-    /// The road along its path.
+    /// Road with the vehicle's path as its route.
     pub map: Arc<RoadMap>,
     pub start: StartPlace,
 }
 
-/// The car with the scenario's settings.
+/// Returns the car's parameters with the scenario's settings.
 pub(super) fn car_params(scenario: &Scenario) -> CarParams {
     let mut params = CarParams::default();
     params.gearbox.creep = scenario.creep;

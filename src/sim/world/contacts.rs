@@ -1,5 +1,5 @@
-//! Which touches of other cars are contacts of their own. In: the cars that the ego touches in a tick. Out: an event for each
-//! contact that begins. Cars are known by their numbers: they may come and go.
+//! Finds the beginnings of contacts. In: the vehicles that the ego touches in a tick. Out: an event for each contact that begins. Vehicles
+//! are identified by id, as they enter and leave.
 
 use crate::{
     ego::Contact,
@@ -9,17 +9,17 @@ use crate::{
 };
 use std::collections::BTreeMap;
 
-/// A contact that begins again sooner than this after the last one with the same car is the same contact, ticks.
+/// Longest pause between two touches of the same vehicle that count as one contact, ticks.
 const SAME_CONTACT_TICKS: u64 = TICKS_PER_S as u64 / 2;
 
-/// When the ego last touched each car that it has touched.
+/// Tick of the last touch of each vehicle that the ego has touched.
 #[derive(Default)]
 pub(super) struct ContactTracker {
     last: BTreeMap<VehicleId, Tick>,
 }
 
 impl ContactTracker {
-    /// The contacts that begin at `now`, of all touches of this tick.
+    /// Returns the contacts that begin at `now`, given all touches of this tick.
     pub fn begun<'a>(&'a mut self, touches: &'a [Contact], now: Tick) -> impl Iterator<Item = Event> + 'a {
         touches.iter().filter_map(move |contact| {
             let car = VehicleId(contact.car);
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_touch_is_a_contact_of_its_own_by_the_cars_number_whoever_else_comes_and_goes() {
+    fn contacts_are_separated_by_vehicle_id_while_others_enter_and_leave() {
         let mut tracker = ContactTracker::default();
         let touch = |car| Contact { car, ego_speed_mps: 3.0, car_speed_mps: 1.0, closing_mps: 2.0, angle_rad: 0.0 };
         let mut begun = |tick, touches: &[Contact]| tracker.begun(touches, Tick(tick)).count();

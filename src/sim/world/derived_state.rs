@@ -1,5 +1,5 @@
-//! What follows from where the cars are. In: the ego's pose and the cars of a [`Snapshot`]. Out: in that snapshot the ego's
-//! place on the road, its leader and the mean speed; an event when it leaves its lane or is back. Metres, m/s.
+//! State that follows from the vehicles' poses. In: the ego's pose and the vehicles of a [`Snapshot`]. Out: in that snapshot the ego's
+//! position on the road, its leader and the mean speed; events when the ego leaves its lane and returns. Metres, m/s.
 
 use crate::{
     controls::Indicator,
@@ -13,10 +13,10 @@ use crate::{
     time::Tick,
 };
 
-/// How far inside the lane's edge the ego is back on the road, metres: no flicker of events at the edge.
+/// Distance inside the lane's edge at which the ego is back on the road, metres (hysteresis against repeated events at the edge).
 const BACK_INSIDE_M: f64 = 0.2;
 
-/// Tick 0 without other cars; what follows from where all are is not derived yet.
+/// Returns the snapshot of tick 0 without other vehicles and without derived state.
 pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapshot {
     Snapshot {
         tick: Tick(0),
@@ -35,7 +35,7 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapsh
     }
 }
 
-/// Where the ego is on the road.
+/// Updates the ego's position on the route: the front's position along it and the centre's lateral offset.
 pub(super) fn locate(snapshot: &mut Snapshot, route: &Route, ego: &Pose) {
     let place = route.project(ego.front(CAR_LENGTH_M), Some(snapshot.ego_s_m));
     let middle = route.project(ego.position, Some(place.s_m));
@@ -43,18 +43,18 @@ pub(super) fn locate(snapshot: &mut Snapshot, route: &Route, ego: &Pose) {
     snapshot.lane_offset_m = middle.offset_m;
 }
 
-/// The same as one position: its front along the route, its middle beside it.
+/// Returns the ego's front along the route and its centre's lateral offset as one position.
 pub(super) fn own_place(snapshot: &Snapshot) -> RoutePosition {
     RoutePosition { s_m: snapshot.ego_s_m, offset_m: snapshot.lane_offset_m }
 }
 
-/// Who leads, how fast all are.
+/// Updates the leader and the mean speed.
 pub(super) fn look_around(snapshot: &mut Snapshot, route: &Route) {
     look_at_all(snapshot);
     let ego_s_m = snapshot.ego_s_m;
-    // On an open route those behind are at a negative way ahead.
+    // On an open route the distance ahead to vehicles behind is negative.
     let on_route = snapshot.cars.iter().filter_map(|car| match car.s_m {
-        // Where its lane is declared longer than it is drawn, it comes on as much slower.
+        // The speed is scaled to the drawn length of a lane whose declared length is longer.
         Some(s_m) => {
             let speed_mps = car.speed_mps * route.drawn_scale(s_m);
             Some((route.drawn_ahead_m(ego_s_m, s_m) - car.body.length_m, speed_mps, car))
@@ -67,15 +67,15 @@ pub(super) fn look_around(snapshot: &mut Snapshot, route: &Route) {
         .map(|(gap_m, speed_mps, car)| Leader { id: car.id, gap_m, speed_mps });
 }
 
-/// How fast all are.
+/// Updates the mean speed.
 pub(super) fn look_at_all(snapshot: &mut Snapshot) {
     let sum: f64 = snapshot.speeds_mps().sum();
     snapshot.mean_speed_mps = sum / snapshot.speeds_mps().count().max(1) as f64;
 }
 
-/// Who drives behind the ego on its route.
+/// Returns the vehicle behind the ego on its route.
 pub(super) fn follower(snapshot: &Snapshot, route: &Route) -> Option<NearVehicle> {
-    // Less than a lap on closed routes; on open ones it is below 0 to those ahead.
+    // Below one lap on closed routes; negative on open routes for vehicles ahead.
     let behind_m = |s_m: f64| route.drawn_ahead_m(s_m, snapshot.ego_s_m);
     let behind = snapshot.cars.iter().filter_map(|car| {
         let s_m = car.s_m?;
@@ -85,8 +85,8 @@ pub(super) fn follower(snapshot: &Snapshot, route: &Route) -> Option<NearVehicle
     nearest.map(|(behind_m, speed_mps)| NearVehicle { gap_m: behind_m - CAR_LENGTH_M, speed_mps })
 }
 
-/// Of a vehicle whose front has left the ego's route while its tail still stands in it: the gap to its tail, metres, and its speed
-/// along the route, m/s.
+/// Returns the gap, metres, and the speed along the route, m/s, of a vehicle whose front has left the ego's route while its rear is still
+/// in the ego's way.
 fn in_the_way<'a>(car: &'a VehicleSnapshot, route: &Route, ego_s_m: f64) -> Option<(f64, f64, &'a VehicleSnapshot)> {
     let tail = route.project(car.pose.rear(car.body.length_m), Some(ego_s_m));
     let gap_m = route.difference(ego_s_m, tail.s_m);
@@ -95,30 +95,30 @@ fn in_the_way<'a>(car: &'a VehicleSnapshot, route: &Route, ego_s_m: f64) -> Opti
     (is_in_it && gap_m > 0.0).then_some((gap_m, (car.speed_mps * along).max(0.0), car))
 }
 
-/// Whether the middle of the ego is in its lane.
+/// Watches whether the ego's centre is in its lane.
 pub(super) struct LaneMonitor {
     is_in_lane: bool,
 }
 
 impl LaneMonitor {
-    /// It starts there.
+    /// Returns a monitor of an ego that starts in its lane.
     pub fn new() -> Self {
         Self { is_in_lane: true }
     }
 
-    /// True while it is.
+    /// Returns true while the ego's centre is in its lane.
     pub fn is_in_lane(&self) -> bool {
         self.is_in_lane
     }
 
-    /// The event of this tick, if it has left or is back.
+    /// Returns an event if the ego leaves its lane or returns in this tick.
     pub fn watch(&mut self, snapshot: &Snapshot, route: &Route) -> Option<Event> {
         let half_m = route.width_m(snapshot.ego_s_m) / 2.0;
         let off_m = snapshot.lane_offset_m.abs();
         self.watch_place(snapshot, off_m > half_m, off_m < half_m - BACK_INSIDE_M)
     }
 
-    /// The same on a network, where other lanes are road too: `is_on_road` of the ego's middle.
+    /// Does the same as `watch` on a network, where other lanes are road, too; `is_on_road` is for the ego's centre.
     pub fn watch_network(&mut self, snapshot: &Snapshot, is_on_road: bool) -> Option<Event> {
         self.watch_place(snapshot, !is_on_road, is_on_road)
     }

@@ -1,8 +1,8 @@
-//! How the ego comes onto a network on which vehicles drive already. In: SUMO at its begin, and the place where the ego starts. Out: SUMO after
-//! the warm-up, and the speed with which the ego fits in there, or that there is no room. Metres, m/s.
+//! Insertion of the ego into a network with traffic. In: SUMO at its start, and the ego's start position. Out: SUMO after the warm-up, and
+//! the ego's initial speed, or an error without room. Metres, m/s.
 //!
-//! Nobody is taken off the road for it: it waits, beside the road, until there is room, as SUMO has its own vehicles wait. There is
-//! room if it touches nobody, those behind can slow down to its speed comfortably, and it itself need not brake hard.
+//! No vehicle is removed to make room: the ego waits off the road until there is room, as SUMO's own vehicles wait. There is room if the
+//! ego touches no vehicle, vehicles behind can slow down to its speed comfortably, and the ego need not brake hard.
 
 use super::{hand_over::HandOver, path_lanes::PathLanes};
 use crate::{
@@ -16,25 +16,26 @@ use crate::{
     },
 };
 
-/// A place where the ego shall start.
+/// Start position of the ego, with its map and scenario.
 pub(super) struct Insertion<'a> {
     pub map: &'a RoadMap,
     pub lanes: &'a PathLanes,
     pub scenario: &'a Scenario,
     /// Front bumper along the route, metres.
     pub s_m: f64,
-    /// It starts as fast as fits; otherwise at a standstill.
+    /// True for a start at the highest fitting speed; false for a start at standstill.
     pub is_moving: bool,
 }
 
 impl Insertion<'_> {
-    /// Traffic for the warm-up without the ego, and then until there is room for it on this lane. Its speed, and how long it waited, seconds.
+    /// Runs traffic for the warm-up without the ego, then until there is room on this lane. Returns the ego's speed, m/s, and the waiting
+    /// time, seconds.
     ///
-    /// SUMO lets a vehicle depart into one that comes in the same step. So the ego stands in its place for the last step already, and drives off
-    /// from there if there is still room.
+    /// SUMO lets a vehicle depart into one that enters in the same step. Therefore the ego is already in place during the last step, and
+    /// starts from there if there is still room.
     pub fn warm_up(&self, engine: &mut SumoNetwork, lane: LaneId) -> Result<(f64, f64), TrafficError> {
         let pose = self.map.route.pose_of_front(self.s_m, CAR_LENGTH_M);
-        // Nobody sees an ego that is beside all lanes.
+        // An ego off all lanes is invisible to the traffic.
         let at = |lane: Option<LaneId>, speed_mps: f64| {
             let state = ExternalVehicleState { pose, speed_mps, next_pose: pose, next_speed_mps: speed_mps };
             [EgoReport { id: EGO, state, lane, is_wrong_way: false, lamps: VehicleLamps::default() }]
@@ -60,14 +61,14 @@ impl Insertion<'_> {
         }
     }
 
-    /// The speed with which it fits in among these vehicles; `None` while there is no room.
+    /// Returns the speed at which the ego fits in among these vehicles; `None` without room.
     fn speed_mps(&self, vehicles: &[NetworkVehicle]) -> Option<f64> {
         let (route, idm) = (&self.map.route, &self.scenario.idm);
         let middle = route.pose_of_front(self.s_m, CAR_LENGTH_M).position;
         let mut fits_mps = if self.is_moving { self.free_mps() } else { 0.0 };
         let others = || vehicles.iter().filter(|vehicle| vehicle.id != EGO);
         for vehicle in others() {
-            // Bumper to bumper with whoever stands across.
+            // Longest distance of the centres at which the bumpers touch, for a vehicle at any angle.
             let reach_m = (CAR_LENGTH_M + vehicle.body.length_m) / 2.0;
             let is_level = (vehicle.height_m - route.height_m(self.s_m)).abs() < 3.0;
             let is_beside = self.offset_m(vehicle) > (crate::space::CAR_WIDTH_M + vehicle.body.width_m) / 2.0;
@@ -87,8 +88,8 @@ impl Insertion<'_> {
         others().all(is_clear).then_some(fits_mps)
     }
 
-    /// The speed with which it starts on an empty road: within the limit, comfortable in the bends ahead, and such that it can stop
-    /// comfortably before the first junction.
+    /// Returns the initial speed on an empty road: within the limit, comfortable in the bends ahead, and low enough for a comfortable stop
+    /// before the first junction.
     fn free_mps(&self) -> f64 {
         let (route, idm) = (&self.map.route, &self.scenario.idm);
         let limit_mps = route.speed_limit_mps(self.s_m).min(idm.v0);
@@ -98,19 +99,19 @@ impl Insertion<'_> {
         limit_mps.min(bend_mps).min((2.0 * idm.b * to_junction_m).sqrt())
     }
 
-    /// How far beside the route a vehicle's middle is, metres.
+    /// Returns the lateral distance of a vehicle's centre from the route, metres.
     fn offset_m(&self, vehicle: &NetworkVehicle) -> f64 {
         self.map.route.project(vehicle.pose.position, Some(self.s_m)).offset_m.abs()
     }
 
-    /// Gap to a vehicle ahead on the route.
+    /// Returns the gap to a vehicle ahead on the route, metres.
     fn gap_ahead_m(&self, vehicle: &NetworkVehicle) -> Option<f64> {
         let s_m = self.lanes.s_of(self.map, vehicle, self.s_m)?;
         let ahead_m = self.map.route.difference(self.s_m, s_m);
         (ahead_m >= 0.0).then_some(ahead_m - vehicle.body.length_m)
     }
 
-    /// Gap of a vehicle behind, on the route or on a lane that leads to its start; the latter as the crow flies.
+    /// Returns the gap to a vehicle behind, metres, on the route or on a lane that leads to its start; the latter in a straight line.
     fn gap_behind_m(&self, vehicle: &NetworkVehicle) -> Option<f64> {
         let route = &self.map.route;
         if let Some(s_m) = self.lanes.s_of(self.map, vehicle, self.s_m) {
@@ -124,7 +125,7 @@ impl Insertion<'_> {
     }
 }
 
-/// Traffic for the warm-up of a drive without a participant.
+/// Runs the warm-up of a drive without a participant.
 pub(super) fn warm_up_alone(scenario: &Scenario, engine: &mut SumoNetwork) -> Result<(), TrafficError> {
     (0..warm_up_steps(scenario)).try_for_each(|_| {
         traffic::go_on()?;
@@ -136,7 +137,7 @@ fn warm_up_steps(scenario: &Scenario) -> usize {
     (scenario.warm_up_s / scenario.step_s).round() as usize
 }
 
-/// How traffic was when the ego came.
+/// Returns the state of traffic at the ego's insertion.
 pub(super) fn hand_over(vehicles: &[NetworkVehicle], speed_mps: f64, waited_s: f64) -> HandOver {
     let speeds = || vehicles.iter().filter(|vehicle| vehicle.id != EGO).map(|vehicle| vehicle.speed_mps);
     let n = speeds().count().max(1) as f64;

@@ -1,9 +1,10 @@
-//! When a simulated driver changes lanes where its path does. In: the stretches on which the path changes lanes and the snapshot of a tick. Out: the
-//! line that the driver follows there, where it waits, and its leader. Metres, m/s, m/s2.
+//! Lane changes of a simulated driver along the path. In: the stretches on which the path changes lanes and the snapshot of a tick. Out:
+//! the line that the driver follows there, the place to wait, and the leader. Metres, m/s, m/s².
 //!
-//! The driver keeps to the lane by which it came until the gap beside is large enough, and then goes over in [`CHANGE_S`]. A gap is accepted by
-//! the safety criterion of MOBIL (Kesting, Treiber, Helbing 2007): by the car-following model neither the new follower nor the driver
-//! itself has to brake harder than a bound. That is what is comfortable, and [`SAFE_MPS2`] for who waits where the lane is left at last.
+//! The driver keeps to the entry lane until the gap beside is large enough, and then changes lanes in [`CHANGE_S`]. A gap is accepted by
+//! the safety criterion of MOBIL (Kesting, Treiber, Helbing 2007): by the car-following model, neither the new follower nor the driver has
+//! to brake harder than a bound. The bound is the comfortable deceleration, and [`SAFE_MPS2`] for a vehicle that waits at the last place
+//! for the change.
 
 use super::{lane_beside::Corridor, lane_changes::LaneChange};
 use crate::{
@@ -16,41 +17,41 @@ use crate::{
 };
 use glam::DVec2;
 
-/// A change of lanes takes this long, s, as that of the traffic (drivers take 5 to 6 on average: Toledo 2007).
+/// Duration of a lane change, s, as in the traffic (drivers take 5 to 6 s on average: Toledo 2007).
 const CHANGE_S: f64 = 5.0;
-/// And at least this much way, metres: at walking pace the arc of a car that goes over by 3.2 m has a radius of 20 m there.
+/// Minimum length of a lane change, metres: at walking pace the arc of a 3.2 m change then has a radius of 20 m.
 const CHANGE_M: f64 = 20.0;
-/// A change at the very end of its edge takes a way, too, metres: a share of nothing is no number.
+/// Minimum length of a lane change at the end of its edge, metres (avoids division by zero).
 const SHORTEST_CHANGE_M: f64 = 0.1;
-/// The hardest braking that a change may ask for, m/s2 (`b_safe` of MOBIL).
+/// Hardest braking that a lane change may require, m/s² (`b_safe` of MOBIL).
 const SAFE_MPS2: f64 = 4.0;
-/// Who is slower than this, m/s, so near the place where it has to wait, metres, waits.
+/// A vehicle below this speed, m/s, within this distance of the last place for the change, metres, is waiting.
 const WAITING_MPS: f64 = 1.0;
 const WAITING_M: f64 = 10.0;
-/// The place to wait is no matter further away than the way on which the ego brakes comfortably and this, metres.
+/// Look-ahead to the place to wait beyond the comfortable braking distance, metres.
 const SEEN_EARLIER_M: f64 = 20.0;
 
-/// The changes of lanes of a path, and how far the ego is with that where it is.
+/// The lane changes of a path, and the progress of the one at the ego.
 #[derive(Debug)]
 pub(super) struct LaneChanging {
     changes: Vec<LaneChange>,
     now: Option<Progress>,
 }
 
-/// How far the ego is with a change of lanes.
+/// Progress of a lane change.
 #[derive(Debug)]
 struct Progress {
-    /// Which.
+    /// Index of the lane change.
     change: usize,
-    /// The lane in which it drives, or that it leaves: its place among the lanes of the change.
+    /// Index, among the lanes of the change, of the lane in which the ego drives or that it leaves.
     at: usize,
-    /// Those lanes with what is before and behind.
+    /// Corridor of each of these lanes, with the lanes before and behind.
     corridors: Vec<Corridor>,
-    /// It goes over to the next of them.
+    /// Motion to the next lane, while in progress.
     going_over: Option<GoingOver>,
 }
 
-/// Where on the route the ego goes over, metres.
+/// Stretch of the route on which the ego moves to the next lane, metres.
 #[derive(Clone, Copy, Debug)]
 struct GoingOver {
     from_s_m: f64,
@@ -58,13 +59,13 @@ struct GoingOver {
 }
 
 impl LaneChanging {
-    /// With the changes of lanes of a path.
+    /// Returns the state for the lane changes of a path.
     pub fn new(changes: Vec<LaneChange>) -> Self {
         Self { changes, now: None }
     }
 
-    /// Notes how far the ego is, begins a change where there is a gap, and puts the leader in the ego's own lane into the snapshot, where the
-    /// route's line is between lanes.
+    /// Updates the progress, begins a lane change if the gap is large enough, and sets the snapshot's leader to the one in the ego's own
+    /// lane while the route's line is between lanes.
     pub fn update(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
         let here = self.changes.iter().position(|change| change.way_m(map, snapshot.ego_s_m).is_some());
         let Some(k) = here else {
@@ -81,7 +82,7 @@ impl LaneChanging {
         snapshot.leader = now.leader(change, snapshot, map);
     }
 
-    /// How far to the left of the route's line the driver's own line is at a place of the route, metres.
+    /// Returns the offset of the driver's own line from the route's line, metres, positive to the left.
     pub fn beside_m(&self, map: &RoadMap, s_m: f64) -> f64 {
         let Some(now) = &self.now else { return 0.0 };
         let change = &self.changes[now.change];
@@ -97,7 +98,7 @@ impl LaneChanging {
         }
     }
 
-    /// Way to where the ego has to wait for a gap, metres, if it does and the place is near.
+    /// Returns the distance to the place where the ego has to wait for a gap, metres, if it has to wait and the place is near.
     pub fn wait_ahead_m(&self, snapshot: &Snapshot, driver: &DriverParams) -> Option<f64> {
         let now = self.now.as_ref().filter(|now| now.going_over.is_none())?;
         let ahead_m = now.to_last_place_m(&self.changes[now.change], snapshot)?;
@@ -105,14 +106,14 @@ impl LaneChanging {
         (ahead_m <= speed_mps * speed_mps / (2.0 * driver.idm.b) + SEEN_EARLIER_M).then_some(ahead_m)
     }
 
-    /// Where the change began that is over although its edge is not, metres along the route.
+    /// Returns the start of the lane change that is complete while its edge goes on, metres along the route.
     pub fn over_s_m(&self) -> Option<f64> {
         let now = self.now.as_ref()?;
         let change = &self.changes[now.change];
         (now.at + 1 == change.lanes.len()).then_some(change.start_s_m)
     }
 
-    /// Way from the ego's front bumper to the end of the next edge on which its path changes lanes, metres.
+    /// Returns the distance from the ego's front bumper to the end of the next edge on which its path changes lanes, metres.
     pub fn lane_end_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
         let ends = self.changes.iter().map(|change| map.route.drawn_ahead_m(snapshot.ego_s_m, change.end_s_m()));
         ends.filter(|ahead_m| *ahead_m >= 0.0).min_by(f64::total_cmp)
@@ -126,7 +127,7 @@ impl Progress {
             return;
         }
         self.going_over = None;
-        // Whoever drives may have gone over earlier, or not at all.
+        // A driver may have changed lanes earlier, or not at all.
         let lane = snapshot.ego_lane.map(|at| at.lane);
         self.at = change.lanes.iter().position(|known| lane == Some(*known)).unwrap_or(self.at);
         let Some(last_m) = self.to_last_place_m(change, snapshot) else { return };
@@ -134,7 +135,7 @@ impl Progress {
         let speed_mps = snapshot.ego.speed_mps.max(0.0);
         let waits = speed_mps < WAITING_MPS && last_m < WAITING_M;
         let bound_mps2 = if waits { SAFE_MPS2 } else { IdmParams::default().b };
-        // Its tail has left the junction before.
+        // The vehicle's rear has left the junction first.
         if way_m >= CAR_LENGTH_M && self.is_gap_wide(change, snapshot, map, bound_mps2) {
             let rest_m = change.end_s_m() - snapshot.ego_s_m;
             let length_m = (speed_mps * CHANGE_S).max(CHANGE_M).min(rest_m).max(SHORTEST_CHANGE_M);
@@ -142,8 +143,8 @@ impl Progress {
         }
     }
 
-    /// Way to the last place from which all changes that are left can be made, or beyond it to the edge's end, metres; `None` where
-    /// none is left.
+    /// Returns the distance to the last place from which all remaining changes are possible, metres; beyond it the distance to the end of
+    /// the edge. `None` without remaining changes.
     fn to_last_place_m(&self, change: &LaneChange, snapshot: &Snapshot) -> Option<f64> {
         let left = change.lanes.len() - 1 - self.at;
         let rest_m = change.end_s_m() - snapshot.ego_s_m;
@@ -151,7 +152,8 @@ impl Progress {
         (left > 0).then_some(if last_m >= 0.0 { last_m } else { rest_m })
     }
 
-    /// True if nobody has to brake harder than this for a change to the next lane, and nobody stands too near.
+    /// Returns true if a change to the next lane needs no harder braking than this by the driver or the follower and leaves the minimum gap
+    /// to both neighbours.
     fn is_gap_wide(&self, change: &LaneChange, snapshot: &Snapshot, map: &RoadMap, bound_mps2: f64) -> bool {
         let net = &map.network;
         let own_mps = snapshot.ego.speed_mps.max(0.0);
@@ -167,7 +169,7 @@ impl Progress {
         beside.leader.is_none_or(fits_behind) && beside.follower.is_none_or(fits_before)
     }
 
-    /// The leader in the lanes in which the ego is; beyond the edge that on the route.
+    /// Returns the nearest leader in the lanes that the ego is in; beyond the edge, the leader on the route.
     fn leader(&self, change: &LaneChange, snapshot: &Snapshot, map: &RoadMap) -> Option<Leader> {
         let rest_m = change.end_s_m() - snapshot.ego_s_m;
         let beyond = snapshot.leader.filter(|leader| leader.gap_m >= rest_m);
@@ -181,18 +183,18 @@ impl Progress {
 }
 
 impl LaneChange {
-    /// How far a place of the route is along the stretch, metres, if it is there.
+    /// Returns the distance from the start of the stretch to a position of the route, metres; `None` off the stretch.
     fn way_m(&self, map: &RoadMap, s_m: f64) -> Option<f64> {
         let way_m = map.route.ahead(self.start_s_m, s_m);
         (0.0..self.length_m).contains(&way_m).then_some(way_m)
     }
 
-    /// The place in one of its lanes that is level with a place of the route, metres from the lane's start.
+    /// Returns the position in one of the lanes that is level with a position of the route, metres from the lane's start.
     fn level_m(&self, map: &RoadMap, at: usize, s_m: f64) -> f64 {
         (s_m - self.start_s_m) / self.length_m * map.network.lane(self.lanes[at]).length_m
     }
 
-    /// How far to the left of the route's line the middle of one of its lanes is, metres.
+    /// Returns the offset of the centre of one of the lanes from the route's line, metres, positive to the left.
     fn lane_beside_m(&self, map: &RoadMap, at: usize, s_m: f64) -> f64 {
         let place = LanePosition { lane: self.lanes[at], s_m: self.level_m(map, at, s_m), offset_m: 0.0 };
         let to_lane = map.network.pose(place).position.truncate() - map.route.point_at(s_m);

@@ -1,30 +1,30 @@
-//! When the ego passes from its model to its driver. In: the cars at the end of each step of the warm-up. Out: whether to go on
-//! waiting, and how traffic was at the moment. Without a wave there is nothing to calm, and a wave that differs from drive to
-//! drive is noise in what is compared (docs/decisions.md: 20).
+//! The hand-over of the ego from its car-following model to its driver. In: the vehicles at the end of each step of the warm-up. Out:
+//! whether to go on waiting, and the state of traffic at the hand-over. Without a wave there is nothing to damp, and a wave that differs
+//! between drives adds noise to comparisons (docs/decisions.md: 20).
 
 use crate::{scenario::Scenario, traffic::CarState};
 use serde::{Deserialize, Serialize};
 
-/// For how long the wave must have been as strong as the scenario asks, seconds.
+/// Time for which the wave must have had the strength that the scenario asks for, seconds.
 pub const WAVE_STANDS_S: f64 = 10.0;
 
-/// A car that is slower than this stands, m/s, as it does for a simulated driver: the model never comes to 0 in finite time.
+/// Speed below which a vehicle counts as stopped, m/s, as for a simulated driver: the model does not reach 0 in finite time.
 pub(super) const STANDS_MPS: f64 = 0.08;
 
-/// How traffic was when the driver took over.
+/// State of traffic at the hand-over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HandOver {
-    /// How long it was waited beyond the warm-up, seconds.
+    /// Waiting time after the warm-up, seconds.
     pub waited_s: f64,
-    /// Standard deviation of speeds over all cars (N), m/s.
+    /// Standard deviation of speed over all vehicles, m/s (divisor N).
     pub speed_sd_mps: f64,
     /// Speed of the ego, m/s.
     pub speed_mps: f64,
-    /// All that the scenario asks for was there; false after the longest wait.
+    /// True if the scenario's conditions were met; false after the longest wait.
     pub is_as_asked: bool,
 }
 
-/// Watches traffic until it is as the scenario asks.
+/// Waits for the traffic that the scenario asks for.
 pub(super) struct HandOverGate {
     least_sd_mps: f64,
     asks_for_standstill: bool,
@@ -35,7 +35,7 @@ pub(super) struct HandOverGate {
 }
 
 impl HandOverGate {
-    /// A gate that has seen nothing yet.
+    /// Returns a gate before its first look.
     pub fn new(scenario: &Scenario) -> Self {
         Self {
             least_sd_mps: scenario.wave_sd_mps,
@@ -47,7 +47,7 @@ impl HandOverGate {
         }
     }
 
-    /// Looks at the cars, the ego first, at the end of the warm-up and after each step of waiting. `Some` once the driver takes over.
+    /// Checks the vehicles, the ego first, at the end of the warm-up and after each step of waiting. Returns `Some` at the hand-over.
     pub fn look(&mut self, cars: &[CarState]) -> Option<HandOver> {
         let speed_sd_mps = standard_deviation(cars);
         self.wave_steps = if speed_sd_mps >= self.least_sd_mps { self.wave_steps + 1 } else { 0 };
@@ -61,7 +61,7 @@ impl HandOverGate {
     }
 }
 
-/// Of speeds over cars (N), m/s.
+/// Returns the standard deviation of speed over the vehicles, m/s (divisor N).
 fn standard_deviation(cars: &[CarState]) -> f64 {
     let n = cars.len().max(1) as f64;
     let mean = cars.iter().map(|car| car.speed_mps).sum::<f64>() / n;
@@ -72,7 +72,7 @@ fn standard_deviation(cars: &[CarState]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Three cars; of 1, 2 and 3 m/s the deviation is sqrt(2/3) = 0.8165.
+    /// Returns three vehicles; for 1, 2 and 3 m/s the deviation is sqrt(2/3) = 0.8165 m/s.
     fn cars(speeds_mps: [f64; 3]) -> Vec<CarState> {
         speeds_mps.map(|speed_mps| CarState { speed_mps, ..CarState::default() }).to_vec()
     }
@@ -83,14 +83,14 @@ mod tests {
     }
 
     #[test]
-    fn who_asks_for_nothing_takes_over_at_once() {
+    fn a_scenario_without_conditions_hands_over_at_once() {
         let told = gate(0.0, false).look(&cars([1.0, 2.0, 3.0])).unwrap();
         assert_eq!((told.waited_s, told.speed_mps, told.is_as_asked), (0.0, 1.0, true));
         assert!((told.speed_sd_mps - (2.0_f64 / 3.0).sqrt()).abs() < 1e-12);
     }
 
     #[test]
-    fn the_wave_must_stand_for_ten_seconds_on_end() {
+    fn the_wave_must_last_for_ten_seconds_without_a_break() {
         let mut gate = gate(0.8, false);
         let (strong, weak) = (cars([1.0, 2.0, 3.0]), cars([2.0, 2.0, 3.0]));
         assert!((0..99).all(|_| gate.look(&strong).is_none()));
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_standing_start_waits_until_the_own_car_stands_and_at_the_longest_wait_it_says_that_it_does_not() {
+    fn a_standing_start_waits_until_the_ego_stops_or_the_longest_wait_is_over() {
         let mut stands = gate(0.0, true);
         assert!(stands.look(&cars([0.2, 2.0, 3.0])).is_none());
         assert!(stands.look(&cars([0.05, 2.0, 3.0])).unwrap().is_as_asked);

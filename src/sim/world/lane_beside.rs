@@ -1,8 +1,8 @@
-//! Who drives in a lane of a network, as the ego sees it from the lane beside. In: a map, a lane and a snapshot. Out: the nearest vehicles ahead and
-//! behind there. Metres, m/s.
+//! Vehicles in a lane of a network, seen by an ego in the lane beside. In: a map, a lane and a snapshot. Out: the nearest vehicles ahead
+//! and behind in that lane. Metres, m/s.
 //!
-//! Ahead a lane goes on along the ego's path, where it leads on with it; behind with all lanes that lead into it. A vehicle is in the lane of
-//! its front, and while it changes lanes also in the one that its body reaches into.
+//! Ahead, a lane goes on along the ego's path as far as it leads along it. Behind, all lanes that lead into it count. A vehicle is in the
+//! lane of its front and, while it changes lanes, also in the lane that its body reaches into.
 
 use crate::{
     map::{
@@ -18,24 +18,24 @@ use crate::{
     traffic::VehicleBody,
 };
 
-/// So far ahead and behind others are looked for, metres: 6 s at 33 m/s.
+/// Range ahead and behind, metres: 6 s at 33 m/s.
 const SEEN_M: f64 = 200.0;
-/// A body reaches into a lane beside its own if it is there by more than this, metres: nobody drives on the line.
+/// A body reaches into a neighbouring lane if it overlaps that lane by more than this, metres: no vehicle drives exactly on the line.
 const REACHES_M: f64 = 0.2;
 
-/// The tail is looked for in other lanes where it may be so far beside the front, metres: otherwise both are in the same.
+/// Lateral distance of rear and front beyond which the rear's lane is looked up, metres; below, both count as in the same lane.
 const TAIL_OUT_M: f64 = 0.4;
 
-/// A lane with what leads into it and where it leads on along a path.
+/// A lane with the lanes that lead into it and its continuation along a path.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Corridor {
     lane: LaneId,
-    /// The lanes by their numbers, and where each begins, metres from the start of the lane.
+    /// Lanes, sorted, each with its start in metres from the start of `lane`.
     starts: Vec<(LaneId, f64)>,
 }
 
 impl Corridor {
-    /// That of a lane on the edge of, or beside, the route's lane `index`.
+    /// Returns the corridor of a lane on the edge of the route's lane `index`.
     pub fn new(map: &RoadMap, lane: LaneId, index: usize) -> Self {
         let mut starts = vec![(lane, 0.0)];
         add_ahead(map, lane, index, &mut starts);
@@ -44,13 +44,13 @@ impl Corridor {
         Self { lane, starts }
     }
 
-    /// Where a place is along it, metres from the start of its lane; `None` beside it.
+    /// Returns a position along the corridor, metres from the start of its lane; `None` off the corridor.
     pub fn place_m(&self, at: LanePosition) -> Option<f64> {
         let found = self.starts.binary_search_by_key(&at.lane, |(lane, _)| *lane).ok()?;
         Some(self.starts[found].1 + at.s_m)
     }
 
-    /// Who is nearest ahead and behind of an ego whose front is level with `own_m` of its lane.
+    /// Returns the nearest vehicles ahead of and behind an ego whose front is level with `own_m` of the lane.
     pub fn around(&self, net: &Network, snapshot: &Snapshot, own_m: f64) -> LaneBeside {
         let (leader, follower) = self.nearest(net, snapshot, own_m);
         let seen =
@@ -58,7 +58,7 @@ impl Corridor {
         LaneBeside { leader: seen(leader), follower: seen(follower) }
     }
 
-    /// The same with their numbers.
+    /// Does the same as `around`, with the vehicles' ids.
     pub fn nearest(&self, net: &Network, snapshot: &Snapshot, own_m: f64) -> (Option<Leader>, Option<Leader>) {
         let mut found = (None, None);
         for car in &snapshot.cars {
@@ -77,18 +77,18 @@ impl Corridor {
     }
 }
 
-/// The place in `lane` that is level with a vehicle's front, if that is in a lane beside and its body reaches into `lane`, at its front or with its
-/// tail; otherwise its own place.
+/// Returns the position in `lane` that is level with a vehicle's front if the vehicle is in a neighbouring lane and its front or rear
+/// reaches into `lane`. Otherwise returns the vehicle's own position.
 fn reaches_into(net: &Network, car: &VehicleSnapshot, at: LanePosition, lane: LaneId) -> LanePosition {
     let VehicleBody { length_m, width_m, .. } = car.body;
     let half_m = |lane: LaneId| net.lane(lane).half_width_m();
-    // The middle of `lane` is so far to the left of that of the vehicle's lane.
+    // Lateral offset of the centre of `lane` from the centre of the vehicle's lane, positive to the left.
     let beside_m = [(Side::Left, 1.0), (Side::Right, -1.0)].into_iter().find_map(|(side, sign)| {
         (net.neighbour(at.lane, side) == Some(lane)).then(|| sign * (half_m(at.lane) + half_m(lane)))
     });
     let is_there =
         |beside_m: f64, offset_m: f64| (beside_m - offset_m).abs() < half_m(lane) + width_m / 2.0 - REACHES_M;
-    // Who goes over by some degrees has the tail where its front was.
+    // At a small angle to the lane, the rear is still where the front was.
     let has_tail_there = |beside_m: f64| {
         let out_m = (car.pose.yaw_rad - net.pose(at).yaw_rad).sin().abs() * length_m;
         let tail = || net.locate(car.pose.rear(length_m).extend(car.height_m), Some(at.lane));
@@ -102,7 +102,7 @@ fn reaches_into(net: &Network, car: &VehicleSnapshot, at: LanePosition, lane: La
     }
 }
 
-/// The lane beside the one in which the ego's front is, and who is nearest there; `None` where cars have none.
+/// Returns the nearest vehicles in the lane beside the one of the ego's front; `None` without a lane for cars there.
 pub(super) fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Option<LaneBeside> {
     let (net, own) = (&map.network, snapshot.ego_lane?);
     let lane = car_lane_beside(net, own.lane, side)?;
@@ -110,7 +110,7 @@ pub(super) fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Opt
     Some(corridor.around(net, snapshot, level_m(net, own, lane)))
 }
 
-/// On which sides of the route's own lanes cars have others.
+/// Returns the sides on which the route's lanes have other lanes for cars.
 pub fn lanes_beside(map: &RoadMap) -> LanesBeside {
     let net = &map.network;
     let lanes = || map.route.lanes().iter().filter_map(|lane| net.lane_named(&lane.id));
@@ -122,19 +122,19 @@ fn car_lane_beside(net: &Network, lane: LaneId, side: Side) -> Option<LaneId> {
     net.neighbour(lane, side).filter(|lane| net.lane(*lane).admits_cars())
 }
 
-/// The place in another lane of its edge that is level with one, metres from that lane's start.
+/// Returns the position in another lane of the same edge that is level with `at`, metres from that lane's start.
 pub(super) fn level_m(net: &Network, at: LanePosition, other: LaneId) -> f64 {
     at.s_m * (net.lane(other).length_m / net.lane(at.lane).length_m)
 }
 
-/// Adds the lanes on which a lane leads on along the route from its lane `index` on.
+/// Adds the continuation of a lane along the route, from the route's lane `index` on.
 fn add_ahead(map: &RoadMap, lane: LaneId, index: usize, starts: &mut Vec<(LaneId, f64)>) {
     let (net, route) = (&map.network, map.route.lanes());
     let after = (1..route.len()).map(|k| index + k).take_while(|k| map.route.is_closed() || *k < route.len());
     let streets = after.map(|k| route[k % route.len()].edge.as_str()).filter(|edge| !edge.starts_with(':'));
     let (mut here, mut start_m) = (lane, 0.0);
     for street in streets {
-        // Through the inside of the junction, in at most two or three lanes of netconvert's, to the lane beyond.
+        // Through the junction, on at most two or three internal lanes in netconvert's networks, to the lane beyond.
         for _ in 0..16 {
             start_m += net.lane(here).length_m;
             let way = net.connections_from(here).iter().find(|way| net.edge_of(way.to).id == street);
@@ -155,7 +155,7 @@ fn add_ahead(map: &RoadMap, lane: LaneId, index: usize, starts: &mut Vec<(LaneId
 fn add_behind(net: &Network, lane: LaneId, starts: &mut Vec<(LaneId, f64)>) {
     let mut open = vec![(lane, 0.0)];
     while let Some((lane, start_m)) = open.pop() {
-        // Hardly anybody turns back.
+        // U-turns are ignored as rare.
         let leads_here = |way: &Connection| way.next() == lane && !way.is_turnaround();
         let near = net.predecessors(lane).iter().filter(|_| -start_m < SEEN_M);
         for &before in near.filter(|before| net.connections_from(**before).iter().any(leads_here)) {
@@ -178,7 +178,7 @@ mod tests {
         LanePosition { lane: map.network.lane_named(lane).expect("a lane"), s_m, offset_m }
     }
 
-    /// What an ego that is 30 m along B0B1_0, on its way to B1B2, sees to its left of these cars, 5 m long and 1.8 m wide.
+    /// Returns the view to the left of an ego 30 m along B0B1_0, on its way to B1B2, of these vehicles, each 5 m long and 1.8 m wide.
     fn seen(cars: &[(&str, f64, f64)]) -> LaneBeside {
         let map = RoadMap::load_along(GRID, &["B0B1", "B1B2"]).expect("a path");
         let car = |(speed, (lane, s_m, offset_m)): (usize, &(&str, f64, f64))| VehicleSnapshot {
@@ -199,42 +199,43 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_in_the_lane_beside_are_seen_with_their_gaps_and_who_is_in_other_lanes_is_not() {
+    fn only_the_nearest_vehicles_in_the_lane_beside_are_seen_with_their_gaps() {
         assert_eq!(seen(&[]), LaneBeside::default());
-        // 45 m less 5 m and the ego's 30 m; 30 m less the ego's 5 m and 20 m. Their places in the list stand for their speeds.
+        // 45 m less 5 m and the ego's 30 m; 30 m less the ego's 5 m and 20 m. Each vehicle's speed in m/s is its index in the list.
         let cars = [("B0B1_0", 40.0, 0.0), ("B0B1_1", 60.0, 0.0), ("B0B1_1", 45.0, 0.0), ("B1B0_1", 31.0, 0.0)];
         assert_eq!(seen(&cars), LaneBeside { leader: near(10.0, 2.0), follower: None });
         let cars = [("B0B1_1", 20.0, 0.0), ("B0B1_1", 12.0, 0.0), ("B0B1_0", 22.0, 0.0)];
         assert_eq!(seen(&cars), LaneBeside { leader: None, follower: near(5.0, 0.0) });
-        // Side by side: who is level is ahead; who is 1 m behind has its front 4 m beside the ego.
+        // Side by side: a vehicle that is level counts as ahead; the front of one that is 1 m behind is 4 m ahead of the ego's rear.
         assert_eq!(seen(&[("B0B1_1", 30.0, 0.0)]).leader, near(-5.0, 0.0));
         assert_eq!(seen(&[("B0B1_1", 29.0, 0.0)]).follower, near(-4.0, 0.0));
     }
 
     #[test]
-    fn beyond_a_junction_the_way_of_the_path_counts_and_behind_one_all_ways_that_lead_here() {
+    fn only_the_path_counts_ahead_and_every_connection_counts_behind() {
         // B0B1_1 has 69.20 m and :B1_11_1 20.80 m: at 96 m, less 5 m and 30 m.
         assert!((seen(&[("B1B2_1", 6.0, 0.0)]).leader.expect("on the path").gap_m - 61.0).abs() < 1e-9);
         assert_eq!(seen(&[("B1A1_1", 6.0, 0.0), (":B1_13_0", 2.0, 0.0), ("B1B2_0", 6.0, 0.0)]), LaneBeside::default());
-        // From A0B0_1 one turns left into B0B1_1, on 5.01 m and 14.34 m inside: 25 m, 19.35 m and the 3.2 m to the end of 73.20 m.
+        // From A0B0_1 the path turns left into B0B1_1 on 5.01 m and 14.34 m inside: 25 m, 19.35 m and the 3.2 m to the end of 73.20 m.
         let behind = seen(&[("A0B0_1", 70.0, 0.0)]).follower.expect("it leads here");
         assert!((behind.gap_m - 47.55).abs() < 1e-9, "{behind:?}");
         assert_eq!(seen(&[("A0B0_0", 70.0, 0.0), ("C0B0_1", 70.0, 0.0)]), LaneBeside::default(), "they lead elsewhere");
     }
 
     #[test]
-    fn who_changes_lanes_is_in_both_as_far_as_its_body_reaches() {
-        // Lanes of 3.2 m: a body of 1.8 m that is 1 m left of its middle reaches 0.3 m over the line, at 0.8 m it does 0.1 m.
+    fn a_vehicle_that_changes_lanes_is_in_both_as_far_as_its_body_reaches() {
+        // Lanes are 3.2 m wide: a body of 1.8 m whose centre is 1 m left of the lane's reaches 0.3 m over the line, at 0.8 m 0.1 m.
         assert_eq!(seen(&[("B0B1_0", 45.0, 1.0)]).leader, near(10.0, 0.0));
         assert_eq!(seen(&[("B0B1_0", 45.0, 0.8), ("B0B1_0", 45.0, -1.0)]).leader, None);
     }
 
     #[test]
-    fn who_stands_across_two_lanes_is_in_that_of_its_tail_too() {
+    fn a_vehicle_across_two_lanes_is_also_in_the_lane_of_its_rear() {
         let map = RoadMap::load_along(GRID, &["B0B1", "B1B2"]).expect("a path");
         let front = at(&map, "B0B1_0", 45.0, 0.5);
         let pose = map.network.pose(front);
-        // Out of the left lane at 30 degrees: its tail is 2.5 m to the left of its front, 3 m left of the middle of B0B1_0, whose lane is 3.2 m wide.
+        // Leaving the left lane at 30 degrees: the rear is 2.5 m to the left of the front, 3 m left of the centre of B0B1_0, which is 3.2 m
+        // wide.
         for (turned_deg, wanted) in [(-30.0, near(10.0, 0.0)), (0.0, None)] {
             let yaw_rad = pose.yaw_rad + f64::to_radians(turned_deg);
             let middle = pose.position.truncate() - glam::DVec2::from_angle(yaw_rad) * 2.5;
@@ -251,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_has_lanes_beside_it_where_its_edges_have_more_than_one_for_cars() {
+    fn a_path_has_lanes_beside_if_its_edges_have_several_lanes_for_cars() {
         let of = |file: &str, edges: &[&str]| {
             let found = lanes_beside(&RoadMap::load_along(file, edges).expect("a path"));
             (found.left, found.right)
@@ -259,7 +260,7 @@ mod tests {
         assert_eq!(of(GRID, &["B0B1", "B1B2"]), (true, false));
         assert_eq!(of(GRID, &["B0B1", "B1C1", "C1C2"]), (true, true), "it goes over to the inner lane");
         assert_eq!(of("tests/data/networks/roundabout.net.xml", &["Ss", "se", "eE"]), (false, false));
-        // Lane 0 of cn is a pavement, and of cn alone lane 1 is for cars.
+        // Lane 0 of cn is a pavement; only lane 1 of cn is for cars.
         assert_eq!(of("tests/data/networks/town.net.xml", &["cn", "nne"]), (false, false));
     }
 }

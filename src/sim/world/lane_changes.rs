@@ -1,5 +1,5 @@
-//! Where the ego's path changes lanes. In: a [`RoadMap`]. Out: the stretches on which it does, with the lanes from that by which it enters to that
-//! by which it leaves. Metres.
+//! Lane changes of the ego's path. In: a [`RoadMap`]. Out: the stretches on which the path changes lanes, with the lanes from entry to
+//! exit. Metres.
 
 use crate::map::{
     RoadMap,
@@ -9,43 +9,43 @@ use crate::map::{
 /// A stretch of the path, along one edge, that begins in one lane and ends in another.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LaneChange {
-    /// Its place among the route's lanes.
+    /// Index among the route's lanes.
     pub index: usize,
-    /// Where on the route it begins, metres.
+    /// Start on the route, metres.
     pub start_s_m: f64,
-    /// From there to the edge's end, metres.
+    /// Length from the start to the end of the edge, metres.
     pub length_m: f64,
-    /// The lanes in the order in which they are driven.
+    /// Lanes in driving order.
     pub lanes: Vec<LaneId>,
-    /// To which side it changes.
+    /// Side to which the path changes.
     pub side: Side,
 }
 
 impl LaneChange {
-    /// Where on the route it must be over, metres; on a closed route it may be a lap more.
+    /// Returns the end of the stretch, metres; on a closed route it may exceed a lap.
     pub fn end_s_m(&self) -> f64 {
         self.start_s_m + self.length_m
     }
 }
 
-/// Lanes that begin nearer to each other begin at the same place, metres: networks are rounded to centimetres.
+/// Largest distance between starts of lanes that count as one point, metres: networks are rounded to centimetres.
 const SAME_PLACE_M: f64 = 0.02;
 
-/// The changes of lanes of a map's route in driving order; `lanes` are the network's lanes of the route's.
+/// Returns the lane changes of a map's route in driving order; `lanes` are the network's lanes of the route's.
 pub(super) fn lane_changes(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<LaneChange> {
     lanes.iter().enumerate().filter_map(|(k, exit)| lane_change(map, k, (*exit)?)).collect()
 }
 
-/// The change on the route's lane `index`, which is left by the lane `exit`: it begins at the start of another lane of the edge.
+/// Returns the change on the route's lane `index`, left by the lane `exit`, if the path enters by another lane of the edge.
 fn lane_change(map: &RoadMap, index: usize, exit: LaneId) -> Option<LaneChange> {
     let (net, here) = (&map.network, &map.route.lanes()[index]);
     let begins = here.shape[0];
     let from_start_m = |lane: LaneId| net.lane(lane).line.points()[0].truncate().distance(begins);
     let entry = net.edge_of(exit).lanes().min_by(|a, b| from_start_m(*a).total_cmp(&from_start_m(*b)))?;
-    // Lanes that fan out from one point are no change, nor are those inside a junction.
+    // Lanes that fan out from one point, and internal lanes, are no lane change.
     let is_entered = from_start_m(exit) <= from_start_m(entry) + SAME_PLACE_M;
     let is_inside = !net.edge_of(exit).kind.is_street();
-    // Where a gap between lanes was bridged, or the path begins, it may begin a little beside.
+    // At the start of the path, or after a gap between lanes, the entry may be slightly beside the lane's start.
     if is_entered || is_inside || from_start_m(entry) > net.lane(entry).half_width_m() {
         return None;
     }
@@ -60,7 +60,7 @@ mod tests {
     use super::super::path_lanes::PathLanes;
     use super::*;
 
-    /// Where a path changes lanes: the lanes, the side, and where it begins and ends in centimetres.
+    /// Returns the lane changes of a path: lanes, side, start and end in centimetres.
     fn changes(file: &str, edges: &[&str]) -> Vec<(Vec<String>, Side, i64, i64)> {
         let map = RoadMap::load_along(&format!("tests/data/networks/{file}.net.xml"), edges).expect("a path");
         let cm = |m: f64| (m * 100.0).round() as i64;
@@ -96,12 +96,12 @@ mod tests {
     }
 
     #[test]
-    fn a_change_goes_from_the_lane_by_which_its_edge_is_entered_to_that_by_which_it_is_left() {
+    fn a_lane_change_goes_from_the_entry_lane_of_an_edge_to_its_exit_lane() {
         let lanes = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
         // B0B1_0 has 69.20 m, the turn 9.03 m, B1C1 69.20 m.
         let expected = [(lanes(&["B1C1_0", "B1C1_1"]), Side::Left, 7823, 14743)];
         assert_eq!(changes("grid-signals", &["B0B1", "B1C1", "C1C2"]), expected);
-        // From the on-ramp (272.41 m and 3.69 m inside) a vehicle has to leave the lane to speed up on, of 93.81 m.
+        // From the on-ramp (272.41 m and 3.69 m inside) a vehicle has to leave the acceleration lane of 93.81 m.
         let found = changes("ramps", &["onramp", "between-AddedOnRampEdge", "between"]);
         let edge = |k: usize| format!("between-AddedOnRampEdge_{k}");
         assert_eq!(
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn with_left_hand_traffic_the_inner_lane_is_on_the_right() {
-        // From the outer of the two lanes of wc that are for cars into the street that only the inner one leads to.
+        // From the outer of the two car lanes of wc into the street that only the inner one leads to.
         let side = |file: &str, to: &str| {
             let map = RoadMap::load_along(&format!("tests/data/networks/{file}.net.xml"), &["wc"]).expect("a path");
             let outer = map.network.lane_named("wc_1").expect("a lane");

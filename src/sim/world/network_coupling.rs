@@ -1,8 +1,8 @@
-//! The other vehicles on a network between two steps of SUMO. In: once a step, where the ego is and where it will be; once a tick, how
-//! much of the step has passed. Out: all vehicles at that tick, matched by their ids, and what signals show. Metres, m/s.
+//! The other vehicles on a network between two steps of SUMO. In: once a step, the agents' present and predicted poses; once a tick, the
+//! elapsed share of the step. Out: all vehicles at that tick, matched by id, and the states of signals. Metres, m/s.
 //!
-//! A vehicle that departs in a step appears at its end, one that arrives is gone there; until then it drives on. What is at a step's
-//! end is what SUMO has.
+//! A vehicle that departs in a step appears at the step's end. One that arrives goes on until the step's end and disappears there. At a
+//! step's end the vehicles are exactly SUMO's.
 
 use super::{
     TOUCHABLE_M, WorldError,
@@ -30,43 +30,43 @@ use crate::{
 };
 use std::{path::PathBuf, sync::Arc};
 
-/// A way within a step that no vehicle drives, metres beyond twice what its speeds explain (a lane may be drawn longer than it is
-/// declared), or to the side of where it heads: it was set there. Spread over the step's ticks it would hit whoever is in the way, faster
-/// than anything drives.
+/// Distance in a step that counts as a jump, metres: beyond twice what the speeds explain (a lane may be drawn longer than its declared
+/// length), or sideways. SUMO moved the vehicle there at once. Interpolated over the step, it would hit vehicles in between at an
+/// impossible speed.
 const JUMP_M: f64 = 1.0;
-/// What a bend, or a change of lanes in a long step, explains of a way to the side, as a share of the way.
+/// Lateral share of the distance in a step that a bend, or a lane change in a long step, explains.
 const SIDEWAYS: f64 = 0.25;
 
-/// SUMO on a network, and the two steps that the present tick lies between.
+/// SUMO on a network, and the two steps around the present tick.
 pub(super) struct NetworkCoupling {
-    /// `None` once it was let go.
+    /// SUMO; `None` after [`NetworkCoupling::stop`].
     engine: Option<SumoNetwork>,
     description: String,
     map: Arc<RoadMap>,
     lanes: PathLanes,
     step_s: f64,
     start: StartPlace,
-    /// All others at the last step and at the next, by ascending id.
+    /// All other vehicles at the last step and at the next, by ascending id.
     from: Vec<PlacedVehicle>,
     to: Vec<PlacedVehicle>,
-    /// What signals show at the next step.
+    /// States of the signals at the next step.
     signals: SignalStates,
-    /// The others as they were seen in the last tick.
+    /// The other vehicles in the last tick.
     before: Vec<VehicleSnapshot>,
     obstacles: Vec<Obstacle>,
     is_asked: bool,
-    /// Egos whose way is over for SUMO: they are reported no more.
+    /// Agents that have arrived in SUMO; they are no longer reported.
     arrived: Vec<VehicleId>,
     reports: Vec<EgoReport>,
-    /// The share of vehicles that is advised of those that come.
+    /// Share of arriving vehicles that are advised, 0..1.
     advised_share: f64,
-    /// Those that have come, of which some are to be advised; at the start all that are there.
+    /// Vehicles that have entered and may become agents; at the start all that are present.
     new: Vec<VehicleId>,
-    /// How traffic was when the driver took over.
+    /// State of traffic at the hand-over to the driver.
     pub hand_over: HandOver,
 }
 
-/// Start of the ego: front bumper along its path, metres, and as SUMO is told.
+/// Returns the ego's start: its front bumper along the path, metres, and the start as reported to SUMO.
 fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f64, EgoStart), WorldError> {
     let route = &map.route;
     let s_m = scenario.path_start_m.max(CAR_LENGTH_M);
@@ -82,7 +82,7 @@ fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f
     Ok((s_m, EgoStart { lane: lane.lane, s_m: lane.s_m, speed_mps: 0.0, route }))
 }
 
-/// Where an agent is and will be, as SUMO is told.
+/// Returns an agent's present and predicted state as reported to SUMO.
 fn report(agent: &Agent, step_s: f64) -> EgoReport {
     let (snapshot, state) = (agent.snapshot(), agent.report(step_s));
     let told = agent.network.as_ref().map(|network| network.told(snapshot, &agent.map, &state.next_pose));
@@ -96,14 +96,14 @@ fn report(agent: &Agent, step_s: f64) -> EgoReport {
     }
 }
 
-/// A vehicle, and where it is on the ego's route.
+/// A vehicle with its position on the ego's route.
 #[derive(Clone, Copy, Debug)]
 struct PlacedVehicle {
     vehicle: NetworkVehicle,
     s_m: Option<f64>,
 }
 
-/// A vehicle within a step.
+/// A vehicle interpolated within a step.
 struct Shown {
     pose: Pose,
     height_m: f64,
@@ -113,8 +113,8 @@ struct Shown {
 }
 
 impl NetworkCoupling {
-    /// Starts SUMO, lets it run for the scenario's warm-up without the ego, and until there is room for it where it starts. Without a
-    /// participant there is no ego in SUMO, and the path is of no matter.
+    /// Starts SUMO and runs the warm-up without the ego, then until there is room for the ego at its start. Without a participant there is
+    /// no ego in SUMO, and the path is ignored.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
         if scenario.traffic != EngineChoice::Sumo {
             return Err(TrafficError::NotOnNetworks(scenario.traffic.to_string()).into());
@@ -170,33 +170,33 @@ impl NetworkCoupling {
         Ok(coupling)
     }
 
-    /// The files of demand that SUMO reads.
+    /// Returns the demand files that SUMO reads.
     pub fn demand_files(&self) -> &[PathBuf] {
         self.engine.as_ref().map_or(&[], SumoNetwork::demand_files)
     }
 
-    /// Where the ego is put.
+    /// Returns the start of the ego.
     pub fn ego_start(&self) -> StartPlace {
         self.start
     }
 
-    /// Puts all vehicles, and what signals show, into a snapshot of the first tick.
+    /// Puts all vehicles and the states of signals into the snapshot of the first tick.
     pub fn first_view(&mut self, snapshot: &mut Snapshot) {
         self.move_vehicles(snapshot, 1.0);
     }
 
-    /// True if SUMO was asked for the next step.
+    /// Returns true if SUMO has been asked for the next step.
     pub fn is_asked(&self) -> bool {
         self.is_asked
     }
 
-    /// SUMO's next step, with where the agents are and where they will be at its end.
+    /// Runs SUMO's next step with the agents' present and predicted states.
     pub fn ask(&mut self, agents: &[Agent]) -> Result<(), TrafficError> {
         let Some(engine) = &mut self.engine else {
             return Err(TrafficError::Setup("this drive was stopped".into()));
         };
         let (step_s, arrived) = (self.step_s, &self.arrived);
-        // SUMO knows of no participant who is not there.
+        // The placeholder ego of a drive without a participant is not in SUMO.
         let is_there = |agent: &&Agent| !agent.snapshot().is_without_ego && !arrived.contains(&agent.id());
         let here = agents.iter().filter(is_there);
         self.reports.clear();
@@ -211,13 +211,13 @@ impl NetworkCoupling {
         Ok(())
     }
 
-    /// True if a vehicle's way is over for SUMO.
+    /// Returns true if a vehicle has arrived in SUMO.
     pub fn has_arrived(&self, id: VehicleId) -> bool {
         self.arrived.contains(&id)
     }
 
-    /// Of the vehicles that have come those that become agents: of the cars, each by chance from a stream of its own. One whose path cannot
-    /// be driven from where it is, as inside a junction, stays SUMO's.
+    /// Returns the vehicles that become agents, out of those that have entered: each is drawn from a random stream of its own. Only cars
+    /// can be agents. A vehicle stays SUMO's if its path cannot be driven from its position, as inside a junction.
     pub fn new_agents(&mut self, scenario: &Scenario) -> Result<Vec<NewAgent>, TrafficError> {
         let mut agents = Vec::new();
         for id in std::mem::take(&mut self.new) {
@@ -228,7 +228,7 @@ impl NetworkCoupling {
         Ok(agents)
     }
 
-    /// A vehicle as an agent, if it is a car like the ego and its path can be driven.
+    /// Takes over a vehicle as an agent if it is a car of the ego's length and its path can be driven.
     fn take_over(&mut self, id: VehicleId) -> Result<Option<NewAgent>, TrafficError> {
         let (Some(engine), Some(at)) = (&mut self.engine, self.to.iter().find(|placed| placed.vehicle.id == id)) else {
             return Ok(None);
@@ -245,14 +245,14 @@ impl NetworkCoupling {
         Ok(Some(NewAgent { id, map: Arc::new(map), start }))
     }
 
-    /// The step that was asked for begins.
+    /// Begins the step that was asked for.
     pub fn begin_step(&mut self, snapshot: &Snapshot) {
         self.is_asked = false;
         std::mem::swap(&mut self.from, &mut self.to);
         self.take(snapshot.ego_s_m);
     }
 
-    /// What SUMO has now is the next step.
+    /// Takes SUMO's present state as the next step.
     fn take(&mut self, ego_s_m: f64) {
         let Some(engine) = &self.engine else { return };
         self.to.clear();
@@ -264,7 +264,7 @@ impl NetworkCoupling {
         self.signals.set(letters, starts);
     }
 
-    /// All other vehicles go to the place that they have `fraction` of the way through the step; signals change at its end.
+    /// Moves all other vehicles to their poses at `fraction` of the step; signals change at the step's end.
     pub fn move_vehicles(&mut self, snapshot: &mut Snapshot, fraction: f64) {
         let is_end = fraction >= 1.0;
         if is_end {
@@ -274,7 +274,7 @@ impl NetworkCoupling {
         snapshot.cars.clear();
         self.obstacles.clear();
         let (shown, others) = if is_end { (&self.to, &self.from) } else { (&self.from, &self.to) };
-        // All lists are by ascending id: one walk along them.
+        // All lists are sorted by id, so that one pass over them suffices.
         let (mut others, mut before) = (others.iter().peekable(), self.before.iter().peekable());
         for here in shown {
             let id = here.vehicle.id;
@@ -285,7 +285,7 @@ impl NetworkCoupling {
             let (from, to) = if is_end { (other.unwrap_or(here), here) } else { (here, other.unwrap_or(here)) };
             let mut at = self.between(from, to, fraction);
             if other.is_none() && !is_end {
-                // It has arrived and drives on until the step's end.
+                // A vehicle that has arrived goes on until the step's end.
                 at.pose.position += at.pose.forward() * (from.vehicle.speed_mps * fraction * self.step_s);
             }
             let accel_mps2 = to.vehicle.accel_mps2;
@@ -350,38 +350,38 @@ impl NetworkCoupling {
         }
     }
 
-    /// The other vehicles near the ego where [`NetworkCoupling::move_vehicles`] has put them.
+    /// Returns the other vehicles near the ego at the poses set by [`NetworkCoupling::move_vehicles`].
     pub fn obstacles(&self) -> &[Obstacle] {
         &self.obstacles
     }
 
-    /// Lets go of SUMO; no step follows.
+    /// Releases SUMO; no further step is possible.
     pub fn stop(&mut self) {
         self.engine = None;
     }
 
-    /// True once [`NetworkCoupling::stop`] was called.
+    /// Returns true after a call of [`NetworkCoupling::stop`].
     pub fn is_stopped(&self) -> bool {
         self.engine.is_none()
     }
 
-    /// SUMO's name and version.
+    /// Returns SUMO's name and version.
     pub fn describe(&self) -> String {
         self.description.clone()
     }
 }
 
-/// True if a front bumper has not driven from one place to the other: it is farther than it can have come, or beside where it was heading.
-/// The chord of an arc points midway between the headings at its ends. (Of SUMO's vehicles, the front is what drives: the rear of a long
-/// one swings aside where it begins to change lanes behind a bend.)
+/// Returns true if a front bumper cannot have driven from one pose to the other: the distance is too long, or too far sideways of its
+/// heading. The chord of an arc points midway between the headings at its ends. (In SUMO the front drives: the rear of a long vehicle
+/// swings out when it begins a lane change after a bend.)
 fn is_jump(from: &Pose, to: &Pose, farthest_m: f64) -> bool {
     let way = to.position - from.position;
     let sideways_m = way.dot(from.lerp(to, 0.5).left()).abs();
     way.length() > farthest_m || sideways_m > JUMP_M.max(SIDEWAYS * way.length())
 }
 
-/// Where a vehicle is along the route between two steps, metres. `None` where that is farther than it can have driven: a route that comes by
-/// twice has two places for it.
+/// Returns a vehicle's position along the route between two steps, metres. `None` if the distance is too long to have been driven: where a
+/// route passes twice, a vehicle has two positions.
 fn s_between(route: &Route, (from_s_m, to_s_m): (f64, f64), farthest_m: f64, fraction: f64) -> Option<f64> {
     let way_m = route.difference(from_s_m, to_s_m);
     (way_m.abs() <= farthest_m).then(|| route.wrap(from_s_m + way_m * fraction))
@@ -394,22 +394,23 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     #[test]
-    fn a_vehicle_that_is_set_beside_itself_or_ahead_has_jumped_and_one_that_turns_has_not() {
+    fn a_vehicle_moved_sideways_or_far_ahead_has_jumped_and_a_turning_one_not() {
         let at = |x: f64, y: f64, yaw_rad: f64| Pose::new(dvec2(x, y), yaw_rad);
         let here = at(0.0, 0.0, 0.0);
-        // 10 m/s for 0.1 s: at most 2 m and 1 m.
+        // 10 m/s for 0.1 s: at most 2 m plus 1 m.
         assert!(!is_jump(&here, &at(1.0, 0.1, 0.0), 3.0));
-        // A lane of 3.2 m aside, standing or driving.
+        // A lane of 3.2 m sideways, stopped or moving.
         assert!(is_jump(&here, &at(0.0, 3.2, 0.0), 1.0) && is_jump(&here, &at(1.0, 2.8, 0.0), 3.0));
-        // Across a junction of 12 m that has no insides.
+        // Across a junction of 12 m without internal lanes.
         assert!(is_jump(&here, &at(12.0, 0.0, 0.0), 3.0));
-        // A quarter of a circle of 6 m in a step of 1 s: 9.4 m.
+        // A quarter circle with a radius of 6 m in a step of 1 s: 9.4 m.
         assert!(!is_jump(&here, &at(6.0, 6.0, FRAC_PI_2), 20.0));
     }
 
     #[test]
-    fn between_two_places_that_are_farther_apart_than_it_drives_a_vehicle_is_at_neither_of_them_by_halves() {
-        // Round a block and over its first edge again: B0B1 begins at 0 and at four blocks of 90 m (69.2 m and 20.8 m, or 9.03 m of a turn).
+    fn positions_too_far_apart_to_be_driven_are_not_interpolated() {
+        // Round a block and along its first edge again: B0B1 begins at 0 and after four blocks of 90 m (69.2 m and 20.8 m, or 9.03 m in a
+        // turn).
         let edges = ["B0B1", "B1C1", "C1C0", "C0B0", "B0B1"];
         let map = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &edges).expect("a path");
         let again_m = map.route.lanes().iter().rfind(|lane| lane.edge == "B0B1").expect("twice").start_s_m;

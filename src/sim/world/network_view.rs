@@ -1,5 +1,5 @@
-//! What a drive on a network knows beside the ego's route. In: the map and the snapshot. Out: the ego's lane, the ground under it, the line at
-//! a signal, or where others go first, where it has to stop, whether it is at the end of its path. Metres, m/s.
+//! View of a network along the ego's path. In: the map and the snapshot. Out: the ego's lane, the ground under it, the next signal, yield
+//! line and place to stop, and whether the ego is at the end of its path. Metres, m/s.
 
 use super::{gap_acceptance::LaneChanging, give_way::GiveWay, path_lanes::PathLanes, turns::Turns};
 use crate::{
@@ -17,26 +17,27 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
 };
 
-/// A driver stops for a yellow light if this is enough, m/s2 (the deceleration that German rules for times of yellow reckon with is
-/// 3.5, American ones 3.05).
+/// Largest deceleration at which a driver stops for a yellow light, m/s² (German rules for the duration of yellow assume 3.5, American ones
+/// 3.05).
 const STOPS_MPS2: f64 = 3.0;
-/// And for a red one if this is: who began to brake for yellow, late by a reaction time, goes on braking.
+/// Largest deceleration at which a driver stops for a red light, m/s²: a driver who began to brake for yellow, late by a reaction time,
+/// goes on braking.
 const STOPS_FOR_RED_MPS2: f64 = 6.0;
-/// So far ahead a signal matters, metres.
+/// Distance from which a driver considers a signal, metres.
 const SIGNAL_AHEAD_M: f64 = 300.0;
 
-/// The ego's path through a network.
+/// View of a network along the ego's path.
 pub(super) struct NetworkView {
     lanes: PathLanes,
     give_way: GiveWay,
     changing: LaneChanging,
     turns: Turns,
-    /// The ego is on the last edge of its path, or was there until its front came to the end.
+    /// True if the ego is on the last edge of its path, or was there until its front reached the end.
     is_on_last: bool,
 }
 
 impl NetworkView {
-    /// The path of a map's route.
+    /// Returns the view along a map's route.
     pub fn new(map: &RoadMap) -> Self {
         let lanes = PathLanes::new(map);
         let give_way = GiveWay::new(lanes.yield_lines(map));
@@ -50,7 +51,7 @@ impl NetworkView {
         }
     }
 
-    /// Notes in the snapshot in which lane the ego's front is.
+    /// Updates the lane of the ego's front in the snapshot.
     pub fn locate(&mut self, snapshot: &mut Snapshot, map: &RoadMap, ego: &Pose) {
         let last = snapshot.ego_lane.map(|at| at.lane);
         let height_m = snapshot.ego.position.z;
@@ -61,16 +62,16 @@ impl NetworkView {
         self.is_on_last = is_on_last || (self.is_on_last && !has_left);
     }
 
-    /// Notes how the ego stands at the next line, and how far it is with a change of lanes; the leader there is that in its own lane.
+    /// Updates the ego's state at the next line and its lane change; during the latter it sets the leader to the one in the ego's own lane.
     pub fn look_around(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
         self.changing.update(snapshot, map);
         self.give_way.update(snapshot, map);
     }
 
-    /// The lane in which the ego will be at a pose soon, and the pose, as traffic is told: `None` beside all lanes.
+    /// Returns the lane and the pose to report to traffic for the ego at a pose soon to come; `None` off all lanes.
     ///
-    /// Inside a junction it is always in a lane, in that of its path or that in which it was last, and in the middle of that: lanes lie over each
-    /// other there, and SUMO would take a place beside the middle for one in another lane, with the route of that.
+    /// Inside a junction the ego is always reported in the middle of a lane: of its path's, or of the last one. Lanes overlap there, and
+    /// SUMO would take a position beside the middle for one in another lane, with that lane's route.
     pub fn told(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> (Option<LanePosition>, Pose) {
         let (net, last) = (&map.network, snapshot.ego_lane.map(|at| at.lane));
         let height_m = snapshot.ego.position.z;
@@ -87,27 +88,27 @@ impl NetworkView {
         (lane, told.unwrap_or(*pose))
     }
 
-    /// Where a vehicle's front is along this path, metres; `None` beside it.
+    /// Returns the position of a vehicle's front along this path, metres; `None` off the path.
     pub fn s_of(&self, map: &RoadMap, car: &VehicleSnapshot, near_s_m: f64) -> Option<f64> {
         self.lanes.s_at(map, car.lane?, car.pose.front(car.body.length_m), near_s_m)
     }
 
-    /// The ground around the ego.
+    /// Returns the ground around the ego.
     pub fn ground<'a>(&self, map: &'a RoadMap, snapshot: &Snapshot) -> NetworkGround<'a> {
         let lane = snapshot.ego_lane.map(|at| at.lane);
         let way = RoadGround { route: &map.route, near_s_m: snapshot.ego_s_m };
         NetworkGround { network: &map.network, near: lane, height_m: snapshot.ego.position.z, way }
     }
 
-    /// The ground at a place of the route, before the ego is there.
+    /// Returns the ground at a position of the route, before the ego is there.
     pub fn ground_at<'a>(&self, map: &'a RoadMap, s_m: f64) -> NetworkGround<'a> {
         let near = map.network.lane_named(&map.route.lanes()[map.route.lane_at(s_m).0].id);
         let way = RoadGround { route: &map.route, near_s_m: s_m };
         NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m), way }
     }
 
-    /// Way from the ego's front bumper to the nearest line of its path that must not be crossed now, metres: a signal's, one where others
-    /// go first before this driver, or the last place to change lanes from while there is no gap.
+    /// Returns the distance from the ego's front bumper to the nearest line of its path that must not be crossed now, metres. It is the
+    /// line of a signal, a line at which this driver must yield, or the last place for a lane change without a gap.
     pub fn stop_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, driver: &DriverParams) -> Option<f64> {
         let signal_m = self.signal_ahead_m(snapshot, map);
         let yield_m = self.give_way.must_yield_ahead_m(snapshot, map, driver);
@@ -115,7 +116,7 @@ impl NetworkView {
         [signal_m, yield_m, change_m].into_iter().flatten().min_by(f64::total_cmp)
     }
 
-    /// Way from the ego's front bumper to the line of the next signal of its path, if that must not be crossed now, metres.
+    /// Returns the distance from the ego's front bumper to the line of the path's next signal, metres, if it must not be crossed now.
     fn signal_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
         let (ahead_m, line) = self.next_line(snapshot, map).filter(|(ahead_m, _)| *ahead_m < SIGNAL_AHEAD_M)?;
         let brakes_mps2 = match snapshot.signals.light(line.signal, line.link)? {
@@ -127,19 +128,19 @@ impl NetworkView {
         (speed_mps * speed_mps <= 2.0 * brakes_mps2 * ahead_m).then_some(ahead_m)
     }
 
-    /// The next line at a signal of the ego's path, and the way to it, metres.
+    /// Returns the distance to the next line at a signal of the ego's path, metres, and the line.
     fn next_line(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<(f64, &StopLine)> {
         let ahead =
             self.lanes.stop_lines().iter().map(|line| (map.route.drawn_ahead_m(snapshot.ego_s_m, line.s_m), line));
         ahead.filter(|(ahead_m, _)| *ahead_m >= 0.0).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The side to which a driver on the path indicates now.
+    /// Returns the side to which a driver on the path indicates now.
     pub fn indicator(&self, snapshot: &Snapshot, map: &RoadMap) -> Indicator {
         self.turns.indicator_at(map, snapshot.ego_s_m, self.changing.over_s_m())
     }
 
-    /// The next signal of the ego's path, however far; one that is off is none.
+    /// Returns the next signal of the ego's path, at any distance; `None` if it is off or there is none.
     pub fn next_signal(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SignalAhead> {
         let (distance_m, line) = self.next_line(snapshot, map)?;
         let light = snapshot.signals.light(line.signal, line.link)?;
@@ -150,23 +151,25 @@ impl NetworkView {
         Some(SignalAhead { distance_m, is_green })
     }
 
-    /// Way from the ego's front bumper to the next line where others go first, metres; only those at which one stops in any case, or only the
-    /// others.
+    /// Returns the distance from the ego's front bumper to the next line of the path, metres: if `stops`, to a line with a mandatory stop,
+    /// otherwise to a line at which the ego only yields.
     pub fn line_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, stops: bool) -> Option<f64> {
         self.give_way.line_ahead_m(snapshot, map, stops)
     }
 
-    /// Way from the ego's front bumper to the end of the next edge on which its path changes lanes, metres.
+    /// Returns the distance from the ego's front bumper to the end of the next edge on which its path changes lanes, metres.
     pub fn lane_end_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
         self.changing.lane_end_ahead_m(snapshot, map)
     }
 
-    /// How far to the left of the route's line the line is that a driver on the path follows at a place of it, metres.
+    /// Returns the offset, from the route's line, of the line that a driver on the path follows at a position of the route, metres,
+    /// positive to the left.
     pub fn beside_m(&self, map: &RoadMap, s_m: f64) -> f64 {
         self.changing.beside_m(map, s_m)
     }
 
-    /// True once the ego has come over the last edge of an open path to its end. Who crosses there on another way is not at it.
+    /// Returns true if the ego has reached the end of an open path on its last edge. A vehicle that crosses the end on another road is not
+    /// at the end.
     pub fn is_at_end(&self, snapshot: &Snapshot, map: &RoadMap) -> bool {
         !map.route.is_closed() && self.is_on_last && snapshot.ego_s_m >= map.route.length_m()
     }
@@ -186,8 +189,8 @@ mod tests {
     }
 
     #[test]
-    fn inside_a_junction_traffic_is_told_of_the_middle_of_the_lane_and_on_a_street_of_the_place() {
-        // B0B1_0 has 69.2 m in x = 94.8, and ends at y = 79.6; its way straight on, :B1_11_0, leads 20.8 m on.
+    fn the_reported_pose_is_mid_lane_in_a_junction_and_exact_on_a_street() {
+        // B0B1_0 has 69.2 m at x = 94.8 and ends at y = 79.6; straight on, :B1_11_0 goes on for 20.8 m.
         let map = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &["B0B1", "B1B2"]).expect("a path");
         let lane = |name: &str, s_m: f64| {
             let lane = map.network.lane_named(name).expect("a lane");
@@ -202,13 +205,13 @@ mod tests {
         assert_eq!(name.as_deref(), Some(":B1_11_0"));
         assert!(pose.front(CAR_LENGTH_M).distance(dvec2(94.8, 90.0)) < 1e-6, "{pose:?}");
         assert!((pose.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
-        // Far beside the roads nobody is told.
+        // Far off the roads no lane is reported.
         assert_eq!(told(&map, at(300.0, 300.0, 1.5), None, 79.6).0, None);
     }
 
     #[test]
-    fn who_is_in_a_junction_but_in_none_of_its_lanes_is_still_there_for_traffic() {
-        // From Ss into a roundabout whose junction s is wider than its lanes: somewhere in it there is no lane, whichever way one points.
+    fn an_ego_in_a_junction_is_reported_in_a_lane_even_where_it_is_in_none() {
+        // From Ss into a roundabout whose junction s is wider than its lanes: somewhere in the junction there is no lane at any heading.
         let map = RoadMap::load_along("tests/data/networks/roundabout.net.xml", &["Ss", "se", "eE"]).expect("a path");
         let net = &map.network;
         let junction = net.junction(net.junction_named("s").expect("a junction"));

@@ -1,8 +1,9 @@
-//! A world whose advice is said from outside, as by a learner. In: a scenario, who drives; at each hold what is advised to whom. Out: who
-//! can be advised, and what each of them knows when its advice is due. No policy is chosen or asked.
+//! A world with advice from outside, such as from a learner. In: a scenario, the drivers, and at each hold the advice of each agent. Out:
+//! the agents, and the observation of each when its advice is due. No policy is resolved or asked.
 //!
-//! It is driven as any other, by [`World::tick`]. Whoever advises calls [`World::meet_agents`] where a step begins; [`World::told`] says what
-//! each of [`World::agents`] knows, and [`World::advise`] takes what is advised from this step on.
+//! The caller ticks it by [`World::tick`], as any other world. Where a step begins, the caller updates the agents by
+//! [`World::meet_agents`], gets the observation of each of [`World::agents`] from [`World::told`], and sets advice from this step on by
+//! [`World::advise`].
 
 use super::{Agent, World, WorldError, advice::AdviceSource, present};
 use crate::{
@@ -13,20 +14,20 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// Who drives an advised vehicle that is not the participant's.
+/// Returns the driver of an advised vehicle other than the participant's.
 pub type AgentDrivers = Arc<dyn Fn(VehicleId) -> Result<DriverParams, DriverError> + Send + Sync>;
 
-/// What a world is told of whoever advises from outside.
+/// Settings of a world with advice from outside.
 #[derive(Clone, Default)]
 pub struct OutsideSettings {
-    /// He sees who drives in the lanes beside. Looking for them takes memory, which a drive does without.
+    /// True if observations include the lanes beside; computing them takes memory, which other drives save.
     pub sees_lanes_beside: bool,
-    /// Who drives the other advised vehicles; `None`: the scenario's driver.
+    /// Drivers of the other advised vehicles; `None` uses the scenario's driver.
     pub drivers: Option<AgentDrivers>,
 }
 
 impl World {
-    /// As [`World::new`], with advice from outside.
+    /// Does the same as [`World::new`] with advice from outside.
     ///
     /// # Errors
     /// See [`WorldError`].
@@ -37,8 +38,8 @@ impl World {
         })
     }
 
-    /// Where a step begins: vehicles whose way is over leave, and those that are to be advised become agents, so that they can be advised
-    /// from this step on. Without effect within a step.
+    /// Removes agents that have finished their path and makes agents of vehicles that are to be advised, so that they can be advised from
+    /// this step on. Call it where a step begins; it has no effect within a step.
     ///
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
@@ -50,19 +51,19 @@ impl World {
         self.renew_agents()
     }
 
-    /// All that are advised now: the participant's vehicle first, if it is there, then the others by ascending id.
+    /// Returns all agents: the participant's vehicle first, if present, then the others by ascending id.
     pub fn agents(&self) -> &[Agent] {
         &self.agents[usize::from(self.snapshot().is_without_ego)..]
     }
 
-    /// Says what is advised to the `index`th of [`World::agents`] from the step on that begins next; without effect beyond the last.
+    /// Sets the advice of the `index`th of [`World::agents`] from the next step on; no effect beyond the last.
     pub fn advise(&mut self, index: usize, action: Action) {
         if let Some(agent) = present(&mut self.agents).get_mut(index) {
             agent.advice.say(action);
         }
     }
 
-    /// What whoever advises this agent of the world is told where a step begins.
+    /// Returns the observation on which the advice of this agent is based; call it where a step begins.
     pub fn told(&self, agent: &Agent) -> Observation {
         agent.advice.told(&agent.observe(self.scenario.vehicles))
     }

@@ -1,8 +1,8 @@
-//! Which lanes of a network the ego's route goes over. In: a [`RoadMap`]. Out: where on the route a vehicle in a lane is, the lane of the
-//! ego, the lines at signals and those where others go first. Metres.
+//! The network's lanes along the ego's route. In: a [`RoadMap`]. Out: the position on the route of a vehicle in a lane, the lane of the
+//! ego, the lines at signals and the yield lines. Metres.
 //!
-//! A vehicle is on the route if it is in a lane that the route goes along. Where the route changes lanes on an edge, it is on the
-//! route if its front is less than half a lane beside the route's line.
+//! A vehicle is on the route if it is in a lane of the route. Where the route changes lanes on an edge, a vehicle is on the route if its
+//! front is less than half a lane from the route's line.
 
 use super::{
     lane_changes::{LaneChange, lane_changes},
@@ -21,25 +21,25 @@ use crate::{
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// One of the route's lanes that a network's lane stands for.
+/// One of the route's lanes to which a network's lane belongs.
 #[derive(Clone, Copy, Debug)]
 struct RouteStretch {
-    /// Its place in the route.
+    /// Index of the route's lane.
     index: usize,
-    /// A position in the lane is a position on the route: the lane is the route's own all along.
+    /// True if a position in the lane is a position on the route: the whole lane is the route's.
     is_same: bool,
 }
 
-/// The lanes of a route.
+/// Lanes of the network along a route.
 pub(super) struct PathLanes {
-    /// The network's lane of each of the route's, where it has one of its id.
+    /// The network's lane of each of the route's lanes; `None` if it has none of that id.
     lanes: Vec<Option<LaneId>>,
     by_lane: BTreeMap<LaneId, Vec<RouteStretch>>,
     stop_lines: Vec<StopLine>,
 }
 
 impl PathLanes {
-    /// The lanes of a map's route.
+    /// Returns the lanes of a map's route.
     pub fn new(map: &RoadMap) -> Self {
         let (net, route) = (&map.network, &map.route);
         let lanes: Vec<Option<LaneId>> = route.lanes().iter().map(|lane| net.lane_named(&lane.id)).collect();
@@ -47,7 +47,7 @@ impl PathLanes {
         for (index, (id, lane)) in lanes.iter().zip(route.lanes()).enumerate() {
             let Some(id) = *id else { continue };
             let begins = net.lane(id).line.points()[0].truncate();
-            // A change of lanes begins on another lane; beyond a small gap that was bridged a lane begins a little beside.
+            // A lane change begins on another lane; after a bridged gap a lane begins slightly beside.
             let changes = begins.distance(lane.shape[0]) > net.lane(id).half_width_m()
                 && lane.shape.iter().all(|point| point.distance(begins) > net.lane(id).half_width_m());
             for other in net.edge_of(id).lanes() {
@@ -57,13 +57,13 @@ impl PathLanes {
         Self { lanes, by_lane, stop_lines: stop_lines(map) }
     }
 
-    /// Front bumper of a vehicle along the route, metres; of several places that nearest to `near_s_m`. `None` beside the route.
+    /// Returns a vehicle's front bumper along the route, metres; of several positions, the one nearest to `near_s_m`. `None` off the route.
     pub fn s_of(&self, map: &RoadMap, vehicle: &NetworkVehicle, near_s_m: f64) -> Option<f64> {
         let at = LanePosition { lane: vehicle.lane?, s_m: vehicle.s_m, offset_m: vehicle.offset_m };
         self.s_at(map, at, vehicle.pose.front(vehicle.body.length_m), near_s_m)
     }
 
-    /// The same of a front bumper in a lane, and where that is on the ground plane.
+    /// Does the same as `s_of` for a front bumper with its lane position and its point on the ground plane.
     pub fn s_at(&self, map: &RoadMap, at: LanePosition, front: DVec2, near_s_m: f64) -> Option<f64> {
         let route = &map.route;
         let places = self.by_lane.get(&at.lane)?.iter().filter_map(|stretch| {
@@ -80,8 +80,8 @@ impl PathLanes {
         places.min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
     }
 
-    /// The lane in which the ego's front is: that of its route if it is in it, otherwise the one that it points along near `last`. `None` where
-    /// its body is in no lane. `height_m` is that of the road, `near_s_m` about where on the route it is.
+    /// Returns the lane of the ego's front: the route's lane if the front is in it, otherwise the lane near `last` that the ego points
+    /// along. `None` off all lanes. `height_m` is the road's height, `near_s_m` the approximate position on the route.
     pub fn ego_lane(
         &self,
         map: &RoadMap,
@@ -103,7 +103,8 @@ impl PathLanes {
         on_path.or_else(|| net.locate_pose(&at, last).filter(|found| is_in(net, *found, &at)))
     }
 
-    /// The lane of who is in the area of a junction and in none of its lanes: that of the path there, or else the last one. `None` beside junctions.
+    /// Returns the lane of a vehicle in a junction's area and in none of its lanes: the path's lane there, otherwise the last one. `None`
+    /// off junctions.
     pub fn in_junction(&self, map: &RoadMap, front: DVec2, near_s_m: f64, last: Option<LaneId>) -> Option<LaneId> {
         let net = &map.network;
         let own = self.lanes[map.route.lane_at(map.route.project(front, Some(near_s_m)).s_m).0];
@@ -114,27 +115,27 @@ impl PathLanes {
         })
     }
 
-    /// The lines at signals, in driving order.
+    /// Returns the lines at signals, in driving order.
     pub fn stop_lines(&self) -> &[StopLine] {
         &self.stop_lines
     }
 
-    /// The lines from which others go first, in driving order.
+    /// Returns the yield lines, in driving order.
     pub fn yield_lines(&self, map: &RoadMap) -> Vec<YieldLine> {
         yield_lines(map, &self.lanes)
     }
 
-    /// Where the path changes lanes, in driving order.
+    /// Returns the lane changes of the path, in driving order.
     pub fn lane_changes(&self, map: &RoadMap) -> Vec<LaneChange> {
         lane_changes(map, &self.lanes)
     }
 
-    /// The turns of the path, and its changes of lanes.
+    /// Returns the turns and lane changes of the path.
     pub fn turns(&self, map: &RoadMap, changes: &[LaneChange]) -> Turns {
         Turns::new(map, &self.lanes, changes)
     }
 
-    /// The lanes that lead to the start of the route: those before it, and those before them.
+    /// Returns the predecessors of the route's first edge and their predecessors.
     pub fn lanes_before(&self, net: &Network) -> Vec<LaneId> {
         let Some(first) = self.lanes.first().copied().flatten() else { return Vec::new() };
         let mut before: Vec<LaneId> =
@@ -146,14 +147,14 @@ impl PathLanes {
     }
 }
 
-/// True if a part of the car's body is in the lane, as others see it on a ring.
+/// Returns true if a part of the car's body is in the lane, as on a ring.
 fn is_in(net: &Network, found: LanePosition, at: &Pose3) -> bool {
     let lane = net.lane(found.lane);
     let beyond_m = net.pose(found).position.truncate().distance(at.position.truncate());
     found.offset_m.abs() <= (lane.width_m + CAR_WIDTH_M) / 2.0 && beyond_m < CAR_LENGTH_M
 }
 
-/// True if a car heads against the direction of the lane where it is.
+/// Returns true if a car heads against the direction of its lane.
 pub(super) fn is_against(net: &Network, at: LanePosition, pose: &Pose) -> bool {
     (pose.yaw_rad - net.pose(at).yaw_rad).cos() < 0.0
 }
@@ -165,7 +166,7 @@ mod tests {
 
     const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 
-    /// A car whose front is so far along a lane.
+    /// Returns a car with its front at this position of a lane.
     fn car(map: &RoadMap, lane: &str, s_m: f64) -> NetworkVehicle {
         let lane = map.network.lane_named(lane).expect("a lane");
         let front = map.network.pose(LanePosition { lane, s_m, offset_m: 0.0 });
@@ -185,8 +186,8 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_is_on_the_path_in_its_lanes_and_where_the_path_changes_lanes_beside_its_line() {
-        // At B1 to the right from the outer lane, at C1 to the left from the inner one: it changes lanes on B1C1.
+    fn a_vehicle_is_on_the_path_in_its_lanes_and_near_its_line_in_a_change() {
+        // Right at B1 from the outer lane, left at C1 from the inner one: the path changes lanes on B1C1.
         let map = RoadMap::load_along(GRID, &["B0B1", "B1C1", "C1C2"]).expect("a path");
         let lanes = PathLanes::new(&map);
         let starts = |edge: &str| {
@@ -215,10 +216,10 @@ mod tests {
     }
 
     #[test]
-    fn without_insides_of_junctions_a_vehicle_is_on_the_path_where_it_is_drawn() {
+    fn without_internal_lanes_a_vehicle_is_on_the_path_where_it_is_drawn() {
         let map = RoadMap::load_along("tests/data/networks/random-8.net.xml", &["-54", "-3"]).expect("a path");
         let lanes = PathLanes::new(&map);
-        // -54_0 has 126.07 m, and from its end to the start of -3_0 there are 32.8 m as the crow flies.
+        // -54_0 has 126.07 m, and from its end to the start of -3_0 there are 32.8 m in a straight line.
         for (lane, s_m, least_m) in [("-54_0", 120.0, 120.0), ("-3_0", 10.0, 126.07 + 32.8 + 10.0)] {
             let car = car(&map, lane, s_m);
             let found_m = lanes.s_of(&map, &car, 120.0).expect("on the path");
@@ -228,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ego_in_a_junction_is_in_the_lane_of_its_path_and_beside_all_lanes_in_none() {
+    fn an_ego_in_a_junction_is_in_its_paths_lane_and_off_all_lanes_in_none() {
         let map = RoadMap::load_along(GRID, &["B0B1", "B1C1"]).expect("a path");
         let lanes = PathLanes::new(&map);
         let inside = map.route.lanes().iter().find(|lane| lane.edge.starts_with(':')).expect("a junction");

@@ -1,5 +1,5 @@
-//! What those who act in a drive know of it. In: the world as it is seen from a vehicle. Out: the policy's [`Observation`], a simulated driver's
-//! [`Perception`], the lane as lane help sees it. Metres, m/s, radians.
+//! Input of policies, simulated drivers and lane help. In: the world seen from a vehicle. Out: the policy's [`Observation`], a simulated
+//! driver's [`Perception`], and the lane for lane help. Metres, m/s, radians.
 
 use super::{World, agent::Agent, derived_state, lane_beside::lane_beside};
 use crate::{
@@ -10,32 +10,32 @@ use crate::{
     space::{CAR_LENGTH_M, wrap_angle},
 };
 
-/// How far ahead lane help reads the bend, seconds: about what steering takes to act; and over which length, metres.
+/// Look-ahead of lane help for curvature, seconds (about the delay of steering), and the length over which it is measured, metres.
 const LANE_HINT_AHEAD_S: f64 = 0.2;
 pub(super) const LANE_HINT_SPAN_M: f64 = 4.0;
-/// How far ahead a policy sees the bend, seconds.
+/// Look-ahead of a policy for curvature, seconds.
 const BEND_AHEAD_S: f64 = 3.0;
 
 impl World {
-    /// What a simulated driver in the participant's vehicle perceives now.
+    /// Returns what a simulated driver in the participant's vehicle perceives now.
     pub fn perceived_by(&self, driver: &SimulatedDriver) -> Perception {
         self.participant().perceived_by(driver)
     }
 
-    /// The participant's lane as lane help needs it: at the ego's middle, its curvature `LANE_HINT_AHEAD_S` ahead.
+    /// Returns the participant's lane for lane help: offset and heading error at the ego's centre, curvature `LANE_HINT_AHEAD_S` ahead.
     pub fn lane_hint(&self) -> LaneHint {
         self.participant().lane_hint()
     }
 }
 
 impl Agent {
-    /// What the policy observes now; `vehicles` is how many there are on a closed route.
+    /// Returns the policy's observation; `vehicles` is the number of vehicles on a closed route.
     pub(super) fn observe(&self, vehicles: u32) -> Observation {
         let speed_mps = self.view.ego.speed_mps;
         let length_m = self.map.route.length_m();
         let is_on_network = self.network.is_some();
-        // Without a leader: on a closed route a standing one a whole turn ahead, as in training; on a network one far ahead that
-        // neither nears nor parts.
+        // Without a leader: on a closed route, a stopped one a full lap ahead, as in training; on a network, one far ahead at the ego's
+        // speed.
         let nobody = if is_on_network { (FAR_M, speed_mps) } else { (length_m, 0.0) };
         let (gap_m, leader_speed_mps) = self.view.leader.map_or(nobody, |l| (l.gap_m, l.speed_mps));
         Observation {
@@ -69,7 +69,7 @@ impl Agent {
         }
     }
 
-    /// What a simulated driver in this vehicle perceives now.
+    /// Returns what a simulated driver in this vehicle perceives now.
     pub(super) fn perceived_by(&self, driver: &SimulatedDriver) -> Perception {
         let snapshot = &self.view;
         Perception {
@@ -88,7 +88,7 @@ impl Agent {
         }
     }
 
-    /// The lane at the middle of this vehicle, its curvature `LANE_HINT_AHEAD_S` ahead.
+    /// Returns the offset and heading error at this vehicle's centre and the curvature `LANE_HINT_AHEAD_S` ahead.
     pub(super) fn lane_hint(&self) -> LaneHint {
         let (route, snapshot) = (&self.map.route, &self.view);
         let middle_s_m = snapshot.ego_s_m - CAR_LENGTH_M / 2.0;

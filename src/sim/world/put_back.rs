@@ -1,6 +1,6 @@
-//! The participant's vehicle back on its lane, for a driver who has no way back: from the meadow, or turned around on the road. In: the wish,
-//! between two ticks. Out: the next tick has the car on the lane, in the gap where it left it, as fast as the slower one of the
-//! two cars around it; an event says so, and a replay does the same at the same tick.
+//! Puts the participant's vehicle back on its lane, for a driver who cannot drive back: off the road, or turned around. In: the request,
+//! between two ticks. Out: in the next tick the vehicle is on the lane, in the gap where it left the lane, at the speed of the slower one
+//! of its two neighbours. An event records it, so that a replay puts it back at the same tick.
 
 use super::{
     World, WorldError,
@@ -14,35 +14,35 @@ use crate::{
     time::Tick,
 };
 
-/// Room that is left to the cars ahead and behind, metres.
+/// Minimum gap to the vehicles ahead and behind, metres.
 const MARGIN_M: f64 = 1.0;
-/// A car that heads further off its lane than this has no easy way back, radians.
+/// Heading error beyond which a vehicle counts as astray, radians.
 const ASTRAY_RAD: f64 = 1.0;
 
-/// Why a car is not put back on its lane.
+/// Reason for not putting the ego back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotPutBack {
-    /// It is there.
+    /// The ego is on its lane.
     #[error("the car is on its lane")]
     OnLane,
-    /// Other cars are too close together where it left the lane.
+    /// The gap where the ego left the lane is too short.
     #[error("there is no room on the lane here: try again when the cars have moved on")]
     NoRoom,
-    /// Nothing moves any more.
+    /// The drive is over.
     #[error("the drive is over")]
     Over,
 }
 
 impl World {
-    /// True if the ego is off its lane, or heads away from it.
+    /// Returns true if the ego is off its lane or heads away from it.
     pub fn is_astray(&self) -> bool {
         self.participant().is_astray()
     }
 
-    /// With the next tick the ego stands on its lane again.
+    /// Puts the ego back on its lane in the next tick.
     ///
     /// # Errors
-    /// It is there, there is no room, or the drive is over.
+    /// The ego is on its lane, there is no room, or the drive is over.
     pub fn put_back(&mut self) -> Result<(), NotPutBack> {
         if self.ended.is_some() {
             return Err(NotPutBack::Over);
@@ -61,7 +61,7 @@ impl Agent {
         !self.lane.is_in_lane() || self.lane_hint().heading_error_rad.abs() > ASTRAY_RAD
     }
 
-    /// Obeys the wish to be back, when the other cars of this tick are where they will be.
+    /// Puts the vehicle back on its lane if that was requested. Called with the other vehicles at their poses of this tick's end.
     pub(super) fn stand_on_lane(&mut self, scenario: &Scenario) -> Result<(), WorldError> {
         if !std::mem::take(&mut self.wants_back) {
             return Ok(());
@@ -78,11 +78,11 @@ impl Agent {
         Ok(())
     }
 
-    /// Where the ego's front can stand, nearest to where it is along the route, and the speed that fits there.
+    /// Returns the position along the route with room for the ego's front, nearest to the present one, and the speed to start with there.
     fn room(&self) -> Option<(f64, f64)> {
         let (route, here_m) = (&self.map.route, self.view.ego_s_m);
         let cars = || self.view.cars.iter().filter_map(|car| Some((car, car.s_m?)));
-        // On an open route those behind are at a negative way ahead.
+        // On an open route the distance ahead to vehicles behind is negative.
         let nearest = |ways: &mut dyn Iterator<Item = (f64, f64, f64)>| {
             ways.filter(|(way_m, ..)| *way_m >= 0.0).min_by(|a, b| (a.0 - a.2).total_cmp(&(b.0 - b.2)))
         };
@@ -91,7 +91,7 @@ impl Agent {
         if ahead.is_none() && behind.is_none() {
             return Some((here_m, 0.0));
         }
-        // Nobody ahead, or nobody behind, on an open route.
+        // On an open route there may be no vehicle ahead, or none behind.
         let (ahead_m, ahead_mps) = ahead.map_or((f64::INFINITY, 0.0), |(way_m, mps, length_m)| (way_m - length_m, mps));
         let (behind_m, behind_mps) = behind.map_or((f64::INFINITY, 0.0), |(way_m, mps, _)| (way_m, mps));
         let [first_m, last_m] = [CAR_LENGTH_M + MARGIN_M - behind_m, ahead_m - MARGIN_M];

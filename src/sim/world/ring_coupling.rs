@@ -1,7 +1,6 @@
-//! The cars of a closed route between two steps of their engine: all there from the start. In: once a step, where the agents are and
-//! where they will be; once a tick, how much of the step has passed. Out: the places of all that are no agents at that tick, and the
-//! engine's answer to wait for.
-//! Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
+//! The vehicles of a closed route between two steps of their engine; all are present from the start. In: once a step, the agents' present
+//! and predicted states; once a tick, the elapsed share of the step. Out: the poses of all vehicles that are not agents at that tick, and
+//! whether the engine's next step is complete. Metres, m/s. The engine runs one step ahead (docs/decisions.md: 3).
 
 use super::{
     agent::{Agent, NewAgent},
@@ -22,25 +21,25 @@ use crate::{
 };
 use std::{sync::Arc, time::Duration};
 
-/// A traffic engine and the two steps that the present tick lies between.
+/// A traffic engine and the two steps around the present tick.
 pub(super) struct RingCoupling {
     engine: Box<dyn Traffic>,
-    /// All cars at the last step and at the next, the ego first.
+    /// All vehicles at the last step and at the next, the ego first.
     pub from: Vec<CarState>,
     pub to: Vec<CarState>,
-    /// The next step, once the engine was asked for it.
+    /// Progress of the next step, once the engine has been asked for it.
     asked: Option<Answer>,
-    /// The cars at this tick that are no agents, as those can touch them.
+    /// Vehicles that are not agents at this tick, as obstacles.
     obstacles: Vec<Obstacle>,
-    /// By number: true of agents, which are where their bodies are.
+    /// Indexed by id: true for agents, which move by their own physics.
     is_agent: Vec<bool>,
     reports: Vec<VehicleReport>,
     is_stopped: bool,
-    /// How traffic was when the driver took over.
+    /// State of traffic at the hand-over to the driver.
     pub hand_over: HandOver,
 }
 
-/// How far an engine is that was asked for a step.
+/// Progress of a step that an engine has been asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Answer {
     Awaited,
@@ -48,8 +47,8 @@ enum Answer {
 }
 
 impl RingCoupling {
-    /// Starts the engine with all cars where the scenario has them, and lets it run for the scenario's warm-up and until traffic
-    /// is as the scenario wants it at the hand-over.
+    /// Starts the engine with the scenario's layout, then runs the warm-up and waits until traffic meets the scenario's conditions for the
+    /// hand-over.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, TrafficError> {
         let setup = TrafficSetup {
             cars: start_cars(scenario, &map.route)?,
@@ -83,12 +82,12 @@ impl RingCoupling {
         Ok(Self { engine, from, to, asked: None, obstacles, is_agent, reports, is_stopped: false, hand_over })
     }
 
-    /// The engine, where nobody but it drives.
+    /// Returns the engine, for traffic without agents.
     pub fn into_engine(self) -> Box<dyn Traffic> {
         self.engine
     }
 
-    /// The cars that are advised beside the ego become agents, once.
+    /// Returns the advised vehicles other than the ego as new agents, once.
     pub fn new_agents(&mut self, scenario: &Scenario, map: &Arc<RoadMap>) -> Vec<NewAgent> {
         let (cars, is_agent) = (&self.to, &mut self.is_agent);
         let take = |k: u32| {
@@ -100,17 +99,17 @@ impl RingCoupling {
         scenario.advised.others(scenario.vehicles).filter_map(take).collect()
     }
 
-    /// The ego's car and all others at the next step.
+    /// Returns the ego and all others at the next step.
     pub fn at_next_step(&self) -> (&CarState, &[CarState]) {
         self.to.split_first().expect("traffic has the ego")
     }
 
-    /// True if the engine was asked for the next step.
+    /// Returns true if the engine has been asked for the next step.
     pub fn is_asked(&self) -> bool {
         self.asked.is_some()
     }
 
-    /// Asks the engine for the next step, and tells it where the agents are and where they will be at its end.
+    /// Asks the engine for the next step, with the agents' present states and their predictions for its end.
     pub fn ask(&mut self, agents: &[Agent], step_s: f64) -> Result<(), TrafficError> {
         self.reports.clear();
         self.reports.extend(agents.iter().map(|agent| VehicleReport { id: agent.id(), state: agent.report(step_s) }));
@@ -119,7 +118,7 @@ impl RingCoupling {
         Ok(())
     }
 
-    /// True once the step that was asked for is here; waits for that for `patience` at most.
+    /// Returns true once the step that was asked for is complete; waits for at most `patience`.
     pub fn wait(&mut self, patience: Duration) -> Result<bool, TrafficError> {
         if self.asked == Some(Answer::Awaited) && self.engine.finish_step(patience)? {
             self.asked = Some(Answer::Here);
@@ -127,7 +126,7 @@ impl RingCoupling {
         Ok(self.asked != Some(Answer::Awaited))
     }
 
-    /// The step that was asked for begins.
+    /// Begins the step that was asked for.
     pub fn begin_step(&mut self) {
         self.asked = None;
         std::mem::swap(&mut self.from, &mut self.to);
@@ -135,7 +134,7 @@ impl RingCoupling {
         self.to.extend_from_slice(self.engine.cars());
     }
 
-    /// All cars but the agents go to the place that they have `fraction` of the way through the step.
+    /// Moves all vehicles that are not agents to their poses at `fraction` of the step.
     pub fn move_cars(&mut self, snapshot: &mut Snapshot, route: &Route, fraction: f64) {
         self.obstacles.clear();
         for ((view, from), to) in snapshot.cars.iter_mut().zip(&self.from[1..]).zip(&self.to[1..]) {
@@ -156,41 +155,41 @@ impl RingCoupling {
         }
     }
 
-    /// The cars where [`RingCoupling::move_cars`] has put them.
+    /// Returns the vehicles at the poses set by [`RingCoupling::move_cars`].
     pub fn obstacles(&self) -> &[Obstacle] {
         &self.obstacles
     }
 
-    /// Lets go of the engine; no step follows.
+    /// Releases the engine; no further step is possible.
     pub fn stop(&mut self) {
         self.engine = Box::new(StoppedEngine { cars: self.to.clone(), description: self.engine.describe() });
         self.is_stopped = true;
     }
 
-    /// True once [`RingCoupling::stop`] was called.
+    /// Returns true after a call of [`RingCoupling::stop`].
     pub fn is_stopped(&self) -> bool {
         self.is_stopped
     }
 
-    /// The engine's name and version.
+    /// Returns the engine's name and version.
     pub fn describe(&self) -> String {
         self.engine.describe()
     }
 
-    /// Another engine from the next step on.
+    /// Replaces the engine from the next step on.
     #[cfg(test)]
     pub fn set_engine(&mut self, engine: Box<dyn Traffic>) {
         self.engine = engine;
     }
 
-    /// All cars as the engine has them.
+    /// Returns all vehicles as the engine has them.
     #[cfg(test)]
     pub fn cars(&self) -> &[CarState] {
         self.engine.cars()
     }
 }
 
-/// Where all cars stand at the start.
+/// Returns all vehicles in the scenario's start layout.
 fn start_cars(scenario: &Scenario, route: &Route) -> Result<Vec<InitialVehicle>, TrafficError> {
     let layout = match scenario.start {
         StartLayout::Even => traffic::start::even,
@@ -199,7 +198,7 @@ fn start_cars(scenario: &Scenario, route: &Route) -> Result<Vec<InitialVehicle>,
     layout(scenario.vehicles as usize, route.length_m(), scenario.idm.s0, 0.0)
 }
 
-/// What is left of an engine that was let go.
+/// Placeholder for an engine that was released.
 struct StoppedEngine {
     cars: Vec<CarState>,
     description: String,

@@ -1,10 +1,10 @@
-//! What the ego does on a network that its rules forbid, and how near it comes to others. In: the snapshot of a tick. Out: an event where
-//! something begins or ends. Metres, m/s.
+//! Violations of traffic rules and near misses of the ego on a network. In: the snapshot of a tick. Out: an event where one begins or ends.
+//! Metres, m/s.
 //!
-//! * **stop line**: its front comes over the line of a link that shows red (or red and yellow). **red light**: its middle follows.
-//! * **wrong way**: its front is in a lane against whose direction it heads, for a second.
-//! * **speeding**: it is faster than its lane's limit by [`OVER_MPS`]; over once it keeps the limit.
-//! * **near miss**: the time to collision falls below [`NEAR_MISS_S`]; the same vehicle counts again once it was longer than 3 s.
+//! * **stop line**: the front crosses the line of a link that shows red (or red and yellow). **red light**: the centre follows.
+//! * **wrong way**: the front has been in a lane against its direction for a second.
+//! * **speeding**: the ego exceeds its lane's limit by [`OVER_MPS`]; ends when the ego keeps the limit.
+//! * **near miss**: the time to collision falls below [`NEAR_MISS_S`]; the same vehicle counts again after it was longer than 3 s.
 
 use super::{path_lanes::is_against, time_to_collision::MovingEgo};
 use crate::{
@@ -18,42 +18,42 @@ use crate::{
     traffic::VehicleId,
 };
 
-/// Faster than the limit by more than this is speeding, m/s: police takes 3 km/h off what it measures (German practice below 100 km/h), and a
-/// driver who keeps the limit swings a little about it.
+/// Excess over the limit that counts as speeding, m/s: police subtracts 3 km/h from its measurement (German practice below 100 km/h), and
+/// the speed of a driver who keeps the limit varies a little.
 const OVER_MPS: f64 = 1.0;
-/// A time to collision below this is a near miss, s (the measure is that of Hayward 1972).
+/// Time to collision below which a near miss begins, s (the measure is that of Hayward 1972).
 const NEAR_MISS_S: f64 = 1.5;
-/// So long in a lane against its direction is wrong way, ticks: who backs out of a space is not.
+/// Time against the lane's direction that counts as wrong way, ticks; shorter times occur when backing out of a space.
 const WRONG_WAY_TICKS: u32 = TICKS_PER_S;
-/// How often near misses are looked for, ticks.
+/// Interval of the check for near misses, ticks.
 const LOOK_TICKS: u64 = 10;
 
-/// What of all this goes on.
+/// State of the violations and near misses in progress.
 #[derive(Debug, Default)]
 pub(super) struct RoadRules {
     lane: Option<LanePosition>,
-    /// The front has come over the line of a red light.
+    /// Line of a red signal that the front has crossed.
     crossed: Option<CrossedLine>,
     against_ticks: u32,
     is_wrong_way: bool,
     is_speeding: bool,
-    /// Vehicles whose near miss is not over, by ascending id.
+    /// Vehicles with a near miss in progress, by ascending id.
     near: Vec<VehicleId>,
 }
 
-/// A line at a red light that the front is over.
+/// A line of a red signal that the front has crossed.
 #[derive(Clone, Copy, Debug)]
 struct CrossedLine {
     signal: SignalId,
     link: u32,
-    /// The lane that the line ends.
+    /// Lane that ends at the line.
     before: LaneId,
-    /// How far the front is beyond it, metres.
+    /// Distance of the front beyond the line, metres.
     beyond_m: f64,
 }
 
 impl RoadRules {
-    /// What begins or ends at this tick. `ego` is the pose of the ego's middle.
+    /// Adds the events of this tick. `ego` is the pose of the ego's centre.
     pub fn watch(&mut self, snapshot: &Snapshot, map: &RoadMap, ego: &Pose, events: &mut Vec<Event>) {
         let mut put = |kind: EventKind| events.push(Event { tick: snapshot.tick, kind });
         self.signals(snapshot, &map.network, &mut put);
@@ -126,7 +126,7 @@ impl RoadRules {
                 _ => {}
             }
         }
-        // Who has left the network is no longer near.
+        // A vehicle that has left the network is removed.
         self.near.retain(|id| snapshot.cars.binary_search_by_key(id, |car| car.id).is_ok());
     }
 }

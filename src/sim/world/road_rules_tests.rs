@@ -1,5 +1,5 @@
-//! Rules and near misses at a crossing whose places are read off its file: the ego comes from the south in x = 94.8, its front at y = 10.4 + s; who
-//! comes from the west drives in y = 85.2.
+//! Rules and near misses at a crossing with coordinates from its file: the ego comes from the south at x = 94.8, its front at y = 10.4 + s;
+//! vehicles from the west drive at y = 85.2.
 
 use super::*;
 use crate::{
@@ -25,7 +25,7 @@ struct Drive {
 }
 
 impl Drive {
-    /// Straight on at the crossing; every link of every signal shows `letter`.
+    /// Returns a drive straight on at the crossing; every link of every signal shows `letter`.
     fn straight_on(letter: u8) -> Self {
         Self::along(&["B0B1", "B1B2"], letter)
     }
@@ -39,7 +39,7 @@ impl Drive {
         Self { map, rules: RoadRules::default(), tick: 0, signals, turned_rad: 0.0, offset_m: 0.0, cars: Vec::new() }
     }
 
-    /// A tick at which the ego's front is here.
+    /// Runs one tick with the ego's front at this position and returns the events.
     fn at(&mut self, s_m: f64, speed_mps: f64) -> Vec<EventKind> {
         let route = &self.map.route;
         let (index, on_lane_m) = route.lane_at(s_m);
@@ -63,7 +63,7 @@ impl Drive {
         events.into_iter().map(|event| event.kind).collect()
     }
 
-    /// From one place to another at an even speed: what happens, and where the front was.
+    /// Drives from one position to another at constant speed; returns the events with the positions of the front.
     fn drive_along(&mut self, from_m: f64, to_m: f64, speed_mps: f64) -> Vec<(f64, EventKind)> {
         let ticks = ((to_m - from_m) / (speed_mps * TICK_S)).round() as u32;
         let places = (1..=ticks).map(|tick| from_m + f64::from(tick) * speed_mps * TICK_S);
@@ -72,8 +72,8 @@ impl Drive {
 }
 
 #[test]
-fn a_red_light_is_run_once_the_middle_of_the_car_is_over_the_line() {
-    // The lane ends 69.2 m on, and the line with it.
+fn a_red_light_is_run_once_the_centre_of_the_ego_is_over_the_line() {
+    // The lane and its line end at 69.2 m.
     let found = Drive::straight_on(b'r').drive_along(60.0, 85.0, 10.0);
     let [(line_m, EventKind::StopLine { .. }), (run_m, EventKind::RedLight { .. })] = found[..] else {
         panic!("{found:?}")
@@ -85,12 +85,12 @@ fn a_red_light_is_run_once_the_middle_of_the_car_is_over_the_line() {
 }
 
 #[test]
-fn who_stops_just_beyond_the_line_has_not_run_the_light() {
+fn an_ego_that_stops_just_beyond_the_line_has_not_run_the_light() {
     let mut drive = Drive::straight_on(b'r');
     let found = drive.drive_along(68.0, 70.0, 5.0);
     assert!(matches!(found[..], [(_, EventKind::StopLine { .. })]), "{found:?}");
     assert!((0..300).all(|_| drive.at(70.0, 0.0).is_empty()));
-    // It turns green, and the car goes.
+    // The signal turns green and the ego drives on.
     drive.signals = Drive::straight_on(b'G').signals;
     assert_eq!(drive.drive_along(70.0, 80.0, 5.0), []);
 }
@@ -103,7 +103,7 @@ fn a_second_against_the_lane_is_the_wrong_way() {
     assert!(matches!(found[..], [EventKind::WrongWay { .. }]), "{found:?}");
     drive.turned_rad = 0.0;
     assert_eq!(drive.at(30.0, 5.0), [EventKind::RightWay]);
-    // Less than a second is none.
+    // Less than a second does not count.
     drive.turned_rad = PI;
     assert!((0..99).all(|_| drive.at(30.0, 5.0).is_empty()));
     drive.turned_rad = 0.0;
@@ -121,7 +121,7 @@ fn speeding_begins_a_little_above_the_limit_and_ends_at_it() {
     assert_eq!(drive.at(20.0, 13.89), [EventKind::WithinLimit]);
 }
 
-/// A car whose front is here, in a lane of that name.
+/// Returns a car with its front here, in the lane of this name.
 fn car(map: &RoadMap, lane: &str, s_m: f64, front: DVec2, yaw_rad: f64, speed_mps: f64) -> VehicleSnapshot {
     let lane = map.network.lane_named(lane).expect("a lane");
     VehicleSnapshot {
@@ -133,7 +133,7 @@ fn car(map: &RoadMap, lane: &str, s_m: f64, front: DVec2, yaw_rad: f64, speed_mp
     }
 }
 
-/// The near misses of ten ticks at one place.
+/// Returns the near misses of ten ticks at one position.
 fn near_misses(drive: &mut Drive, s_m: f64, speed_mps: f64) -> Vec<f64> {
     let kinds: Vec<EventKind> = (0..30).flat_map(|_| drive.at(s_m, speed_mps)).collect();
     kinds
@@ -143,23 +143,23 @@ fn near_misses(drive: &mut Drive, s_m: f64, speed_mps: f64) -> Vec<f64> {
 }
 
 #[test]
-fn two_that_cross_miss_each_other_narrowly_if_both_would_be_in_the_crossing_at_once() {
+fn a_near_miss_when_both_would_be_in_the_crossing_at_the_same_time() {
     let mut drive = Drive::straight_on(b'G');
-    // The ego's front, at y = 74.4 with 10 m/s, is at the other's side (y = 84.3) after 0.99 s; its rear leaves it (y = 86.1) after 1.67 s.
-    // The other's front, at x = 84.4 with 10 m/s, is at the ego's side (x = 93.9) after 0.95 s.
+    // The ego's front, at y = 74.4 with 10 m/s, reaches the other's side (y = 84.3) after 0.99 s; its rear leaves the other's path (y =
+    // 86.1) after 1.67 s. The other's front, at x = 84.4 with 10 m/s, reaches the ego's side (x = 93.9) after 0.95 s.
     drive.cars = vec![car(&drive.map, ":B1_16_0", 4.8, dvec2(84.4, 85.2), 0.0, 10.0)];
     assert_eq!(near_misses(&mut drive, 64.0, 10.0), [1.0], "once, in steps of 0.1 s");
-    // 20 m behind that it comes to the ego's side after 2.95 s: the ego has gone.
+    // From 20 m further back it reaches the ego's path after 2.95 s: the ego has left.
     let mut drive = Drive::straight_on(b'G');
     drive.cars = vec![car(&drive.map, "A1B1_0", 54.0, dvec2(64.4, 85.2), 0.0, 10.0)];
     assert!(near_misses(&mut drive, 64.0, 10.0).is_empty());
 }
 
 #[test]
-fn a_standing_car_ahead_is_a_near_miss_below_a_second_and_a_half_and_one_beside_never() {
+fn a_stopped_car_ahead_is_a_near_miss_below_1_5_s_and_one_beside_never() {
     for (gap_m, wanted) in [(13.5, vec![1.4]), (16.5, vec![])] {
         let mut drive = Drive::straight_on(b'G');
-        // The ego's front at y = 30.4.
+        // The ego's front is at y = 30.4.
         let front = dvec2(94.8, 30.4 + gap_m + 5.0);
         drive.cars = vec![car(&drive.map, "B0B1_0", 20.0 + gap_m + 5.0, front, FRAC_PI_2, 0.0)];
         assert_eq!(near_misses(&mut drive, 20.0, 10.0), wanted, "{gap_m}");
@@ -170,8 +170,9 @@ fn a_standing_car_ahead_is_a_near_miss_below_a_second_and_a_half_and_one_beside_
 }
 
 #[test]
-fn an_oncoming_car_in_its_own_lane_is_none_though_both_head_for_each_other_in_a_bend() {
-    // The ego turns right at B1 from south to east (:B1_10_0), the other comes the other way round the corner (C1B1 to B1B0, :B1_8_0 and on).
+fn no_near_miss_with_an_oncoming_car_in_its_own_lane_in_a_bend() {
+    // The ego turns right at B1 from south to east (:B1_10_0); the other vehicle takes the corner in the other direction (C1B1 to B1B0,
+    // :B1_8_0 and on).
     let map = RoadMap::load_along(GRID, &["B0B1", "B1C1"]).expect("a path");
     let mut drive = Drive { map, ..Drive::straight_on(b'G') };
     let front = dvec2(97.9, 91.24);
@@ -182,8 +183,8 @@ fn an_oncoming_car_in_its_own_lane_is_none_though_both_head_for_each_other_in_a_
 }
 
 #[test]
-fn one_that_turns_off_beside_an_ego_that_stands_is_none_though_its_tail_would_swing_over_if_it_turned_on_the_spot() {
-    // The ego waits in B0B1_1 (x = 91.6) to turn left; the other turns right from the lane beside it (x = 94.8).
+fn no_near_miss_when_a_vehicle_turns_off_beside_a_stopped_ego() {
+    // The ego waits in B0B1_1 (x = 91.6) to turn left; the other vehicle turns right from the lane beside it (x = 94.8).
     let mut drive = Drive::along(&["B0B1", "B1A1"], b'r');
     for way_m in [-3.0, -1.0, 0.1, 1.0, 2.0] {
         let lane = if way_m < 0.0 { ("B0B1_0", 69.2 + way_m) } else { (":B1_10_0", way_m) };
@@ -193,9 +194,9 @@ fn one_that_turns_off_beside_an_ego_that_stands_is_none_though_its_tail_would_sw
 }
 
 #[test]
-fn who_changes_lanes_does_not_nearly_miss_those_that_come_towards_it_and_who_swerves_towards_them_does() {
-    // At x = 92.2, on the way to the inner lane; at 10 m/s and 0.15 rad its side would be at x = 89.0 in 1.3 s, when both fronts meet: the side of
-    // the oncoming car is at 89.3. At 0.4 rad it leaves its lanes.
+fn no_near_miss_with_oncoming_cars_in_a_lane_change_but_when_swerving() {
+    // The ego is at x = 92.2, changing to the inner lane. At 10 m/s and 0.15 rad its side would be at x = 89.0 in 1.3 s, when both fronts
+    // meet; the oncoming car's side is at 89.3. At 0.4 rad the ego leaves its lanes.
     for (turned_rad, wanted) in [(0.15, 0), (0.4, 1)] {
         let mut drive = Drive { turned_rad, offset_m: 2.6, ..Drive::straight_on(b'G') };
         drive.cars = vec![car(&drive.map, "B1B0_1", 25.2, dvec2(88.4, 54.4), -FRAC_PI_2, 10.0)];
@@ -206,8 +207,8 @@ fn who_changes_lanes_does_not_nearly_miss_those_that_come_towards_it_and_who_swe
 const HILL: &str = "tests/data/networks/hill.net.xml";
 
 #[test]
-fn who_drives_in_a_tunnel_does_not_nearly_miss_who_drives_above_it() {
-    // By its description the road up crosses at (139, 131.5) above the tunnel: 17 m high there, and the tunnel 2.6 m below zero.
+fn no_near_miss_between_a_tunnel_and_the_road_above_it() {
+    // By the file's description the road up crosses the tunnel at (139, 131.5): it is 17 m high there, and the tunnel 2.6 m below zero.
     let mut drive = Drive { map: RoadMap::load_along(HILL, &["up"]).expect("a path"), ..Drive::straight_on(b'G') };
     let route = &drive.map.route;
     let crossing = dvec2(139.0, 131.5);
@@ -216,7 +217,7 @@ fn who_drives_in_a_tunnel_does_not_nearly_miss_who_drives_above_it() {
     let tunnel = net.lane_named("tunnel_0").expect("a lane");
     let below = net.locate(crossing.extend(-2.6), Some(tunnel)).expect("a place");
     assert_eq!(below.lane, tunnel);
-    // Ten metres before the crossing, too: both would meet there a second later.
+    // Also ten metres before the crossing, where both would meet a second later.
     let at = LanePosition { s_m: below.s_m - 10.0, ..below };
     let front = net.pose(at);
     assert!(front.position.z < 0.0 && front.position.distance(crossing.extend(0.0)) < 12.0, "{front:?}");
@@ -224,15 +225,15 @@ fn who_drives_in_a_tunnel_does_not_nearly_miss_who_drives_above_it() {
     other.height_m = front.position.z;
     drive.cars = vec![other];
     assert!(near_misses(&mut drive, above_m, 10.0).is_empty());
-    // The same on one level is one.
+    // At the same level it is a near miss.
     let mut level = Drive { map: RoadMap::load_along(HILL, &["up"]).expect("a path"), ..Drive::straight_on(b'G') };
     level.cars = vec![VehicleSnapshot { lane: None, height_m: 17.0, ..drive.cars[0] }];
     assert_eq!(near_misses(&mut level, above_m, 10.0).len(), 1);
 }
 
 #[test]
-fn who_stands_higher_up_a_slope_is_in_the_way() {
-    // From 62 m to 112 m the road rises by 14 %: 23.3 m ahead it is 3.4 m higher, as much as a bridge might be. The gap is driven in 1.36 s.
+fn a_vehicle_stopped_higher_up_a_slope_is_in_the_way() {
+    // From 62 m to 112 m the road rises by 14 %: 23.3 m ahead it is 3.4 m higher, as much as a bridge might be. The gap closes in 1.36 s.
     let mut drive = Drive { map: RoadMap::load_along(HILL, &["up"]).expect("a path"), ..Drive::straight_on(b'G') };
     let (route, gap_m) = (&drive.map.route, 18.3);
     let pose = route.pose_of_front(70.0 + gap_m + 5.0, 5.0);

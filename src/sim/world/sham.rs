@@ -1,8 +1,8 @@
-//! Sham advice: that of another drive with the same settings, another seed and a simulated driver. In: a scenario. Out: its
-//! targets, hold by hold. Times and sizes are those of the policy; with the traffic that is there they have nothing to do.
+//! Sham advice: the advice of another drive with the same settings, another seed and a simulated driver. In: a scenario. Out: its target of
+//! each hold. Timing and size are those of the policy; they are unrelated to the traffic of this drive.
 //!
-//! Another seed alone is not enough: from a bunched start the wave comes round at nearly the same time in every drive. So the
-//! advice begins somewhere in the middle half of that drive, and its beginning comes after its end.
+//! Another seed alone is not enough: from a bunched start the wave returns at nearly the same time in every drive. Therefore the advice
+//! starts at a random point in the middle half of the other drive and wraps around at its end.
 
 use super::{World, WorldError};
 use crate::{
@@ -13,13 +13,13 @@ use crate::{
     traffic::{EngineChoice, FollowingModel},
 };
 
-/// How much is driven ahead for a drive without an end, seconds; then the advice comes again.
+/// Length of the other drive for a drive without an end, seconds; its advice then repeats.
 const ENDLESS_S: f64 = 600.0;
 
-/// Seeds stay below this, so that every reader keeps them exactly.
+/// Upper limit of seeds, so that all readers keep them exactly.
 const MOST_SEED: usize = 1 << 53;
 
-/// The advice of the other drive, which is driven whole.
+/// Runs the other drive and returns its advice.
 pub(super) fn advice(scenario: &Scenario) -> Result<ReplayedAdvice, WorldError> {
     let other = other_drive(scenario);
     let mut world = World::new(&other)?;
@@ -40,7 +40,7 @@ pub(super) fn advice(scenario: &Scenario) -> Result<ReplayedAdvice, WorldError> 
     Ok(ReplayedAdvice::new(targets_mps, other.hold().seconds()))
 }
 
-/// What is driven there: on the engine that this process may have twice.
+/// Returns the scenario of the other drive. Its engine is the native one, as SUMO runs once a process.
 pub(super) fn other_drive(scenario: &Scenario) -> Scenario {
     let duration_s = if scenario.duration_s > 0.0 { scenario.duration_s } else { ENDLESS_S };
     Scenario {

@@ -1,9 +1,9 @@
-//! When the ego would collide with another vehicle if both went on along their lanes at the speeds that they have. In: a snapshot and its map.
-//! Out: seconds.
+//! Time to collision of the ego with another vehicle, if both go on along their lanes at constant speed. In: a snapshot and its map. Out:
+//! seconds.
 //!
-//! Vehicles that pass each other in a bend head for each other: so both follow their lanes, the ego its route while it is on it, and its lane while it
-//! heads along it, as where it changes lanes. Where a lane leads on in several ways, and beside all lanes, a vehicle goes on straight. Who is on a
-//! bridge then does not meet who is below it.
+//! Vehicles that pass each other in a bend head for each other. Therefore both follow their lanes. The ego follows its route while on it,
+//! and its lane while it heads along it, as in a lane change. A vehicle goes straight on where its lane has several successors, and off all
+//! lanes. Vehicles on a bridge do not collide with vehicles below it.
 
 use crate::{
     ego::is_one_road,
@@ -16,37 +16,37 @@ use crate::{
 };
 use glam::{DVec2, DVec3};
 
-/// So far ahead is looked, s.
+/// Largest time to collision considered, s.
 const HORIZON_S: f64 = 3.0;
 const STEPS_PER_S: f64 = 10.0;
-/// An ego so far beside its route's line goes on straight, metres.
+/// Largest lateral offset at which the ego follows its route, metres; beyond, it goes straight on or along its lane.
 const ON_ROUTE_M: f64 = 1.0;
-/// Cosine of the greatest angle to its lane at which an ego beside its route follows the lane: 0.3 rad, a little more than in a change of lanes within
-/// 20 m.
+/// Cosine of the largest angle to its lane at which an ego off its route follows the lane: 0.3 rad, a little more than in a lane change
+/// within 20 m.
 const ALONG_LANE: f64 = 0.955;
-/// The longest vehicle, metres: a bus with a joint.
+/// Length of the longest vehicle, metres: an articulated bus.
 const LONGEST_M: f64 = 20.0;
 
-/// The ego, and how it goes on.
+/// The ego and its assumed motion.
 pub(super) struct MovingEgo<'a> {
-    /// As a vehicle of the traffic: in its lane, if it heads along it.
+    /// The ego as a vehicle of the traffic; it has a lane if it heads along it.
     vehicle: VehicleSnapshot,
-    /// Its route and where its front is on it, if it follows it.
+    /// Route and position of the front on it, metres, if the ego follows the route.
     on_route: Option<(&'a RoadMap, f64)>,
 }
 
-/// A vehicle on its road.
+/// Outline of a vehicle on the road.
 #[derive(Clone, Copy, Debug)]
 struct VehicleBox {
     pose: Pose,
-    /// Height of the road under it.
+    /// Height of the road under the vehicle, metres.
     height_m: f64,
     length_m: f64,
     width_m: f64,
 }
 
 impl<'a> MovingEgo<'a> {
-    /// The ego of a snapshot; `now` is the pose of its middle.
+    /// Returns the ego of a snapshot; `now` is the pose of its centre.
     pub fn of(snapshot: &Snapshot, map: &'a RoadMap, now: &Pose, is_wrong_way: bool) -> Self {
         let follows = snapshot.ego_lane.is_some() && !is_wrong_way && snapshot.lane_offset_m.abs() < ON_ROUTE_M;
         let on_route = follows.then_some((map, snapshot.ego_s_m));
@@ -59,7 +59,7 @@ impl<'a> MovingEgo<'a> {
         }
     }
 
-    /// Seconds until both touch, at most [`HORIZON_S`]; `None` if they do not within that.
+    /// Returns the seconds until both touch; `None` if they do not touch within [`HORIZON_S`].
     pub fn time_to_collision_s(&self, map: &RoadMap, car: &VehicleSnapshot) -> Option<f64> {
         let own = &self.vehicle;
         let reach_m = (own.speed_mps.abs() + car.speed_mps) * HORIZON_S + LONGEST_M;
@@ -83,13 +83,13 @@ impl<'a> MovingEgo<'a> {
     }
 }
 
-/// A vehicle some seconds on.
+/// Returns the outline of a vehicle `after_s` seconds later.
 fn car_after(net: &Network, car: &VehicleSnapshot, after_s: f64) -> VehicleBox {
     let (length_m, width_m, way_m) = (car.body.length_m, car.body.width_m, car.speed_mps * after_s);
     let straight = |point: DVec2, way_m: f64| point + car.pose.forward() * way_m;
     let (pose, height_m) = match car.lane.filter(|_| way_m > 0.0) {
         Some(at) => {
-            // The tail follows the front: into a bend it comes only once it is there.
+            // The rear follows the front: it enters a bend only when it gets there.
             let front = front_after(net, at, way_m);
             let tail = match way_m >= length_m {
                 true => front_after(net, at, way_m - length_m).truncate(),
@@ -104,7 +104,7 @@ fn car_after(net: &Network, car: &VehicleSnapshot, after_s: f64) -> VehicleBox {
     VehicleBox { pose, height_m, length_m, width_m }
 }
 
-/// Where a front is that goes on along its lane, and along what follows where there is one way only.
+/// Returns the position of a front that goes on along its lane, and along successors while there is only one.
 fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> DVec3 {
     at.s_m += way_m;
     loop {
@@ -122,13 +122,14 @@ fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> DVec3 {
 }
 
 impl VehicleBox {
-    /// Half of what the box covers along a direction of length one, metres.
+    /// Returns half the extent of the box along a unit vector, metres.
     fn half_along(&self, axis: DVec2) -> f64 {
         let (along, across) = (self.pose.forward(), self.pose.left());
         (along.dot(axis).abs() * self.length_m + across.dot(axis).abs() * self.width_m) / 2.0
     }
 
-    /// Two boxes are apart if they are along one of the four directions of their sides (separating axes), or one is on a bridge above the other.
+    /// Returns true if two boxes overlap. They do not if they are separate along one of their four axes (separating axes), or if one is on
+    /// a bridge above the other.
     fn overlaps(&self, other: &Self) -> bool {
         if !is_one_road(self.height_m, other.height_m) {
             return false;
@@ -150,11 +151,11 @@ mod tests {
     }
 
     #[test]
-    fn a_moving_vehicle_meets_a_standing_ego_and_a_standing_one_does_not() {
+    fn a_moving_vehicle_hits_a_stopped_ego_and_a_stopped_one_does_not() {
         let map = RoadMap::load("ring-250").expect("a shipped map");
         let standing = |x: f64| VehicleSnapshot { pose: Pose::new(dvec2(x, 900.0), 0.0), ..VehicleSnapshot::default() };
         let ego = MovingEgo { vehicle: standing(0.0), on_route: None };
-        // From middle to middle 25 m, of which both are 5 m long: 20 m at 10 m/s, looked at each tenth of a second.
+        // The centres are 25 m apart and both vehicles are 5 m long: 20 m at 10 m/s, checked every tenth of a second.
         let comes = VehicleSnapshot { speed_mps: 10.0, ..standing(-25.0) };
         let found_s = ego.time_to_collision_s(&map, &comes).expect("it comes");
         assert!((found_s - 2.0).abs() < 0.11, "{found_s}");
@@ -162,11 +163,11 @@ mod tests {
     }
 
     #[test]
-    fn boxes_touch_where_their_sides_do() {
+    fn boxes_overlap_exactly_when_their_sides_meet() {
         let own = car(0.0, 0.0, 0.0);
         assert!(own.overlaps(&car(4.99, 0.0, 0.0)) && !own.overlaps(&car(5.01, 0.0, 0.0)));
         assert!(own.overlaps(&car(0.0, 1.79, 0.0)) && !own.overlaps(&car(0.0, 1.81, 0.0)));
-        // Across the other, which is turned by half a right angle, both cover 0.9 m + (2.5 m + 0.9 m) / sqrt 2 = 3.304 m: 4.673 m apart in x.
+        // Along the axis across the turned vehicle, both cover 0.9 m + (2.5 m + 0.9 m) / sqrt 2 = 3.304 m, so they touch at 4.673 m in x.
         assert!(own.overlaps(&car(4.66, 0.0, FRAC_PI_4)) && !own.overlaps(&car(4.69, 0.0, FRAC_PI_4)));
     }
 }

@@ -1,6 +1,6 @@
-//! The other vehicles of a drive between two steps of their engine, on a closed route with a fixed number of cars (`ring_coupling`) or
-//! on a network where they come and go (`network_coupling`). In: once a step, where the agents are and where they will be; once a tick,
-//! how much of the step has passed. Out: the other vehicles in the participant's snapshot of that tick, and those that can be touched.
+//! The other vehicles of a drive between two steps of their engine, on a closed route with a fixed number of vehicles (`ring_coupling`) or
+//! on a network where they enter and leave (`network_coupling`). In: once a step, the agents' present and predicted states; once a tick,
+//! the elapsed share of the step. Out: the other vehicles in the participant's snapshot of that tick, and those near the ego as obstacles.
 //! Metres, m/s.
 
 use super::{
@@ -19,25 +19,25 @@ use crate::{
 };
 use std::{path::PathBuf, sync::Arc, time::Duration};
 
-/// Where a vehicle is put on the road.
+/// Start of a vehicle on the road.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StartPlace {
     /// Front bumper along the route, metres.
     pub s_m: f64,
-    /// Speed, m/s.
+    /// Speed at the start, m/s.
     pub speed_mps: f64,
 }
 
-/// Traffic, of either kind.
+/// Coupling to traffic of either kind.
 pub(super) enum TrafficCoupling {
-    /// A fixed number of cars on a closed route.
+    /// A fixed number of vehicles on a closed route.
     Ring(Box<RingCoupling>),
-    /// Vehicles that come and go on a network.
+    /// Vehicles that enter and leave on a network.
     Network(Box<NetworkCoupling>),
 }
 
 impl TrafficCoupling {
-    /// Starts the traffic of a scenario and lets it run until the ego is put in.
+    /// Starts the traffic of a scenario and runs it until the ego is inserted.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
         let _starting = TrafficStart::begin();
         Ok(if scenario.is_on_network() {
@@ -47,7 +47,7 @@ impl TrafficCoupling {
         })
     }
 
-    /// Where the ego is put; of no meaning without a participant.
+    /// Returns the start of the ego; without meaning if there is no participant.
     pub fn ego_start(&self) -> StartPlace {
         match self {
             Self::Ring(ring) => {
@@ -58,7 +58,8 @@ impl TrafficCoupling {
         }
     }
 
-    /// Vehicles that become agents beside the ego: on a closed route once, before the drive, on a network as they come.
+    /// Returns the vehicles that become agents in addition to the ego: on a closed route once, before the drive; on a network as they
+    /// enter.
     pub fn new_agents(&mut self, scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Vec<NewAgent>, TrafficError> {
         match self {
             Self::Ring(ring) => Ok(ring.new_agents(scenario, map)),
@@ -66,7 +67,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// True if an agent's way is over for the engine.
+    /// Returns true if an agent has arrived in the engine.
     pub fn has_arrived(&self, id: VehicleId) -> bool {
         match self {
             Self::Ring(_) => false,
@@ -74,7 +75,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// How many bodies of other vehicles the ego's physics makes ready.
+    /// Returns the number of other vehicles to prepare bodies for in the ego's physics.
     pub fn bodies(&self) -> usize {
         match self {
             Self::Ring(ring) => ring.at_next_step().1.len(),
@@ -82,7 +83,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// Puts all vehicles, and what signals show, into a snapshot of the first tick.
+    /// Puts all vehicles and the states of signals into the snapshot of the first tick.
     pub fn first_view(&mut self, snapshot: &mut Snapshot, route: &Route) {
         match self {
             Self::Ring(ring) => {
@@ -93,7 +94,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// True if the engine was asked for the next step.
+    /// Returns true if the engine has been asked for the next step.
     pub fn is_asked(&self) -> bool {
         match self {
             Self::Ring(ring) => ring.is_asked(),
@@ -101,7 +102,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// Asks the engine for the next step, and tells it where the agents are and where they will be at its end.
+    /// Asks the engine for the next step, with the agents' present states and their predictions for its end.
     pub fn ask(&mut self, agents: &[Agent], step_s: f64) -> Result<(), TrafficError> {
         match self {
             Self::Ring(ring) => ring.ask(agents, step_s),
@@ -109,7 +110,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// True once the step that was asked for is here; waits for that for `patience` at most.
+    /// Returns true once the step that was asked for is complete; waits for at most `patience`.
     pub fn wait(&mut self, patience: Duration) -> Result<bool, TrafficError> {
         match self {
             Self::Ring(ring) => ring.wait(patience),
@@ -117,7 +118,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// The step that was asked for begins.
+    /// Begins the step that was asked for.
     pub fn begin_step(&mut self, snapshot: &Snapshot) {
         match self {
             Self::Ring(ring) => ring.begin_step(),
@@ -125,7 +126,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// All vehicles that are no agents go to the place that they have `fraction` of the way through the step.
+    /// Moves all vehicles that are not agents to their poses at `fraction` of the step.
     pub fn move_cars(&mut self, snapshot: &mut Snapshot, map: &RoadMap, fraction: f64) {
         match self {
             Self::Ring(ring) => ring.move_cars(snapshot, &map.route, fraction),
@@ -133,7 +134,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// The vehicles near the ego where [`TrafficCoupling::move_cars`] has put them.
+    /// Returns the vehicles near the ego at the poses set by [`TrafficCoupling::move_cars`].
     pub fn obstacles(&self) -> &[Obstacle] {
         match self {
             Self::Ring(ring) => ring.obstacles(),
@@ -141,7 +142,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// How traffic was when the driver took over.
+    /// Returns the state of traffic at the hand-over to the driver.
     pub fn hand_over(&self) -> HandOver {
         match self {
             Self::Ring(ring) => ring.hand_over,
@@ -149,7 +150,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// Lets go of the engine; no step follows.
+    /// Releases the engine; no further step is possible.
     pub fn stop(&mut self) {
         match self {
             Self::Ring(ring) => ring.stop(),
@@ -157,7 +158,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// True once [`TrafficCoupling::stop`] was called.
+    /// Returns true after a call of [`TrafficCoupling::stop`].
     pub fn is_stopped(&self) -> bool {
         match self {
             Self::Ring(ring) => ring.is_stopped(),
@@ -165,7 +166,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// The engine's name and version.
+    /// Returns the engine's name and version.
     pub fn describe(&self) -> String {
         match self {
             Self::Ring(ring) => ring.describe(),
@@ -173,7 +174,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// The files of demand that SUMO reads.
+    /// Returns the demand files that SUMO reads.
     pub fn demand_files(&self) -> &[PathBuf] {
         match self {
             Self::Ring(_) => &[],
@@ -181,7 +182,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// The coupling of a closed route.
+    /// Returns the coupling of a closed route.
     #[cfg(test)]
     pub fn ring(&mut self) -> &mut RingCoupling {
         match self {

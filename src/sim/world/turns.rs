@@ -1,5 +1,5 @@
-//! Where the ego's path turns or changes lanes, for the indicators of a simulated driver. In: a [`RoadMap`]. Out: the side to indicate to at
-//! a place of the path. Metres.
+//! Turns and lane changes of the ego's path, for the indicators of a simulated driver. In: a [`RoadMap`]. Out: the side to indicate at a
+//! position of the path. Metres.
 
 use super::lane_changes::LaneChange;
 use crate::{
@@ -10,39 +10,39 @@ use crate::{
     },
 };
 
-/// A driver indicates this far before a turn, metres: the last 100 feet (California Vehicle Code 22108).
+/// Distance before a turn at which a driver begins to indicate, metres: the last 100 feet (California Vehicle Code 22108).
 const AHEAD_M: f64 = 30.0;
 
-/// A turn of the path, or its change of a lane.
+/// A turn or a lane change of the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Turn {
-    /// Where on the route it begins, metres.
+    /// Start on the route, metres.
     from_s_m: f64,
-    /// From there to its end, metres.
+    /// Length from the start to the end, metres.
     length_m: f64,
     side: Indicator,
 }
 
-/// The turns of a route.
+/// The turns and lane changes of a route.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Turns(Vec<Turn>);
 
 impl Turns {
-    /// The turns of a map's route, and its changes of lanes; `lanes` are the network's lanes of the route's.
+    /// Returns the turns and lane changes of a map's route; `lanes` are the network's lanes of the route's.
     pub fn new(map: &RoadMap, lanes: &[Option<LaneId>], changes: &[LaneChange]) -> Self {
         let at_junctions = (0..lanes.len()).filter_map(|k| turn(map, lanes, k));
         Self(at_junctions.chain(changes.iter().map(change)).collect())
     }
 
-    /// The side of the turn that the path makes at this place of it, or comes to soon; off where it goes straight on. A change of lanes that began at
-    /// `over_s_m` is over already.
+    /// Returns the side of the turn in progress or within `AHEAD_M`; off if there is none. The lane change that begins at `over_s_m` counts
+    /// as finished.
     pub fn indicator_at(&self, map: &RoadMap, s_m: f64, over_s_m: Option<f64>) -> Indicator {
         let route = &map.route;
         let comes = |turn: &&Turn| {
             let ahead_m = route.difference(s_m, turn.from_s_m);
             -turn.length_m < ahead_m && ahead_m <= AHEAD_M && Some(turn.from_s_m) != over_s_m
         };
-        // Of two that follow each other the one that is nearer.
+        // The nearer one of two consecutive turns counts.
         let nearest = |a: &&Turn, b: &&Turn| {
             let ahead_m = |turn: &Turn| route.difference(s_m, turn.from_s_m);
             ahead_m(a).total_cmp(&ahead_m(b))
@@ -51,7 +51,7 @@ impl Turns {
     }
 }
 
-/// The turn at the junction behind the route's lane `k`.
+/// Returns the turn at the junction at the end of the route's lane `k`.
 fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
     let (net, route) = (&map.network, &map.route);
     let next = |k: usize| (k + 1) % lanes.len();
@@ -73,7 +73,7 @@ fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
     Some(Turn { from_s_m: route.wrap(here.start_s_m + here.length_m), length_m, side })
 }
 
-/// The indicator for a change of lanes.
+/// Returns the turn for a lane change.
 fn change(change: &LaneChange) -> Turn {
     let side = if change.side == Side::Left { Indicator::Left } else { Indicator::Right };
     Turn { from_s_m: change.start_s_m, length_m: change.length_m, side }
@@ -90,23 +90,23 @@ mod tests {
     }
 
     #[test]
-    fn a_driver_indicates_before_and_in_a_turn_and_while_the_path_changes_lanes() {
+    fn a_driver_indicates_before_and_in_turns_and_in_lane_changes() {
         use Indicator::{Left, Off, Right};
         let file = "tests/data/networks/grid-signals.net.xml";
         let map = RoadMap::load_along(file, &["B0B1", "B1C1", "C1C2"]).expect("a path");
         let lanes = map.route.lanes();
-        // B0B1_0 has 69.20 m, and turns right into B1C1_0; C1C2 goes off to the left from B1C1_1.
+        // B0B1_0 has 69.20 m and turns right into B1C1_0; C1C2 turns left from B1C1_1.
         let (right_m, change, left) = (69.2, &lanes[2], lanes.last().expect("C1C2").start_s_m);
         assert!(change.edge == "B1C1" && (lanes[0].start_s_m + lanes[0].length_m - right_m).abs() < 1e-9);
         let turns = turns_of(&map);
         let at = |s_m: f64| turns.indicator_at(&map, s_m, None);
         assert_eq!([at(0.0), at(right_m - 31.0), at(right_m - 29.0)], [Off, Off, Right]);
         assert_eq!([at(change.start_s_m - 0.1), at(change.start_s_m + 0.1), at(left - 0.1)], [Right, Left, Left]);
-        // Once the change is over there is nothing to indicate until the next turn comes.
+        // After the lane change the indicator is off until the next turn.
         let over = |s_m: f64| turns.indicator_at(&map, s_m, Some(change.start_s_m));
         assert_eq!([over(change.start_s_m + 20.0), over(left - 20.0)], [Off, Left]);
         assert_eq!([at(left + 0.1), at(map.route.length_m())], [Off, Off]);
-        // Straight on there is nothing to indicate.
+        // Without a turn the indicator is off.
         let map = RoadMap::load_along(file, &["A1B1", "B1C1"]).expect("a path");
         let turns = turns_of(&map);
         assert!((0..150).all(|s_m| turns.indicator_at(&map, f64::from(s_m), None) == Off));

@@ -1,82 +1,81 @@
-//! Lines of the ego's path from which others go first. In: a [`RoadMap`]. Out: for each line where on the route it is, whether one stops there,
-//! the links that it yields to and the lanes on which their vehicles come. Metres.
+//! Lines of the ego's path where others have right of way. In: a [`RoadMap`]. Out: for each line the position on the route, the stop rule,
+//! the links that it yields to and the lanes of their vehicles. Metres.
 //!
-//! Who yields to whom is what the network's file says of the links of each junction. A link that waits inside its junction, such as a turn
-//! to the left behind oncoming traffic, has its line there, at the end of its first lane inside.
+//! The right of way is the one in the network's file for the links of each junction. A link that waits inside its junction, such as a left
+//! turn across oncoming traffic, has its line there, at the end of its first internal lane.
 
 use crate::map::{
     RoadMap,
     network::{Connection, JunctionId, LaneId, LinkState, Network, SignalId},
 };
 
-/// Vehicles of a link that is yielded to are looked for so far before its line, metres.
+/// Distance before its line from which a vehicle with right of way is considered, metres.
 const FOE_AHEAD_M: f64 = 100.0;
 
-/// Whether one stops at a line, whoever comes.
+/// Stop rule of a line, independent of other vehicles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StopRule {
-    /// Only for others.
+    /// Stop for vehicles with right of way only.
     None,
-    /// In any case.
+    /// Mandatory stop, for this link only.
     Stop,
-    /// In any case, as everybody at the junction; who came first goes first.
+    /// Mandatory stop on all links of the junction; vehicles go in the order of arrival.
     Allway,
 }
 
 /// A link that a line yields to.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FoeLink {
-    /// Its place in the rules of the junction.
+    /// Index of the link in the junction's rules.
     #[cfg(test)]
     pub link: usize,
-    /// Its way through the junction, metres.
+    /// Length through the junction, metres.
     pub length_m: f64,
-    /// Its signal, and the place of its letter.
+    /// Signal, and the index of the link's letter in it.
     pub signal: Option<(SignalId, u32)>,
-    /// It leads into the lane that the path leads into.
+    /// True if it leads into the same lane as the path.
     pub joins: bool,
 }
 
-/// A lane on which vehicles of a link that is yielded to come.
+/// A lane of vehicles on a link that a line yields to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FoeLane {
-    /// Which lane.
     pub lane: LaneId,
-    /// Which of the line's links.
+    /// Index in `YieldLine::foes` of the link.
     pub foe: usize,
-    /// Where that link's line is, metres along this lane: below 0 inside the junction, beyond the lane's end on lanes further back.
+    /// Position of that link's line along this lane, metres: below 0 inside the junction, beyond the lane's end on lanes further back.
     pub line_at_m: f64,
     /// Speed limit, m/s.
     pub limit_mps: f64,
 }
 
-/// A line where the path yields, or stops.
+/// A line where the path yields or stops.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct YieldLine {
-    /// Where on the route, metres.
+    /// Position on the route, metres.
     pub s_m: f64,
-    /// From there to the end of the junction, metres.
+    /// Length from the line to the end of the junction, metres.
     pub inside_m: f64,
-    /// Whether one stops there.
+    /// Rule for stopping at the line.
     pub stop: StopRule,
-    /// The line is inside the junction.
+    /// True if the line is inside the junction.
     pub waits_inside: bool,
-    /// The signal of the way, and the place of its letter.
+    /// Signal of the ego's link, and the index of the link's letter in it.
     pub signal: Option<(SignalId, u32)>,
-    /// The links that it yields to.
+    /// Links with right of way over this line's.
     pub foes: Vec<FoeLink>,
-    /// The lanes of their vehicles, by lane.
+    /// Lanes of vehicles on these links, sorted by lane.
     pub foe_lanes: Vec<FoeLane>,
 }
 
-/// The lines of a map's route in driving order; `lanes` are the network's lanes of the route's.
+/// Returns the lines of a map's route in driving order; `lanes` are the network's lanes of the route's.
 pub(super) fn yield_lines(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<YieldLine> {
     let mut lines: Vec<YieldLine> = (0..lanes.len()).filter_map(|k| yield_line(map, lanes, k)).collect();
     lines.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
     lines
 }
 
-/// The line of the way from the route's lane `k` on, if that yields or stops.
+/// Returns the line at the end of the route's lane `k`, if the ego yields or stops there.
 fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<YieldLine> {
     let (net, route) = (&map.network, &map.route);
     let next = |k: usize| (k + 1) % lanes.len();
@@ -96,7 +95,7 @@ fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Yield
     for link in rule.yields_to.iter() {
         let Some(other) = net.junction(junction).links.get(link).and_then(|rule| rule.connection) else { continue };
         let other = net.connection(other);
-        // Those of the own lane are leaders, not foes; people on crossings are none of the vehicles.
+        // Vehicles in the own lane are leaders; pedestrians on crossings are not vehicles.
         if other.from == from || !net.edge_of(other.from).kind.is_street() {
             continue;
         }
@@ -134,7 +133,7 @@ fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Yield
     Some(YieldLine { s_m: route.wrap(s_m), inside_m, stop, waits_inside, signal: letter(way), foes, foe_lanes })
 }
 
-/// From the end of one lane to the start of the next, metres.
+/// Returns the distance from the end of one lane to the start of the next, metres.
 fn gap_m(net: &Network, way: &Connection) -> f64 {
     let (before, after) = (net.lane(way.from).line.points(), net.lane(way.to).line.points());
     before[before.len() - 1].distance(after[0])
@@ -149,11 +148,11 @@ fn is_inside(net: &Network, lane: LaneId, junction: JunctionId) -> bool {
     !edge.kind.is_street() && net.junction_after(lane) == Some(junction)
 }
 
-/// The lanes of a connection inside its junction, in driving order.
+/// Returns the internal lanes of a connection, in driving order.
 fn inside(net: &Network, way: &Connection) -> Vec<LaneId> {
     let mut lanes = Vec::new();
     let mut next = way.via;
-    // netconvert makes two or three; a network that leads in circles there is not followed.
+    // netconvert makes two or three; the limit ends the search in a network with a loop there.
     while let Some(lane) = next.filter(|_| lanes.len() < 16) {
         lanes.push(lane);
         next = net.connections_from(lane).iter().find(|connection| connection.to == way.to).and_then(|on| on.via);
@@ -161,9 +160,9 @@ fn inside(net: &Network, way: &Connection) -> Vec<LaneId> {
     lanes
 }
 
-/// Adds the lanes on which vehicles of a link come: those inside the junction and the one beyond, where tails still stand inside; the lane
-/// that leads into it, and further back those from which nobody has to yield on the way, nor to wait for a signal. Who is in the lane
-/// `own_to` that the path leads into is the ego's leader and none of them.
+/// Adds the lanes of vehicles on a link. They are the internal lanes, the lane beyond, from which rears still reach into the junction, and
+/// the lane that leads into it. Lanes further back are added as long as vehicles neither yield nor pass a signal on the way. The lane
+/// `own_to`, into which the path leads, is not added: a vehicle there is the ego's leader.
 fn add_lanes(net: &Network, way: &Connection, foe: usize, inside: &[LaneId], own_to: LaneId, found: &mut Vec<FoeLane>) {
     let mut put = |lane: LaneId, line_at_m: f64| {
         let is_new = lane != own_to && !found.iter().any(|known| known.foe == foe && known.lane == lane);
@@ -193,7 +192,7 @@ fn add_lanes(net: &Network, way: &Connection, foe: usize, inside: &[LaneId], own
     }
 }
 
-/// True if a connection yields to any other.
+/// Returns true if a connection yields to any other.
 fn yields(net: &Network, way: &Connection) -> bool {
     let rules = net.junction_after(way.from).map(|junction| &net.junction(junction).links);
     let rule = rules.zip(way.link).and_then(|(rules, link)| rules.get(link as usize));
@@ -215,7 +214,7 @@ mod tests {
         line.foes.iter().map(|foe| foe.link).collect()
     }
 
-    /// The lanes of a link, with where its line is on them in centimetres, in the order of their names.
+    /// Returns the lanes of a link with the position of its line on each, in centimetres, sorted by name.
     fn places(map: &RoadMap, line: &YieldLine, foe: usize) -> Vec<(String, i64)> {
         let of = line.foe_lanes.iter().filter(|lane| lane.foe == foe);
         let place = |lane: &FoeLane| (map.network.lane(lane.lane).id.clone(), (lane.line_at_m * 100.0).round() as i64);
@@ -225,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn the_entry_of_a_roundabout_yields_to_the_ring_and_the_ring_to_nobody() {
+    fn a_roundabouts_entry_yields_to_its_ring_and_the_ring_does_not_yield() {
         let (map, lines) = lines("tests/data/networks/roundabout.net.xml", &["Ss", "se", "en", "nN"]);
         // Junction s: request 0, from Ss, has the response 100: link 2, from ws to se. Requests of the ring have none.
         assert_eq!(lines.len(), 1);
@@ -233,7 +232,7 @@ mod tests {
         assert_eq!((links(line), line.stop, line.waits_inside, line.signal), (vec![2], StopRule::None, false, None));
         assert_eq!((line.s_m, line.inside_m), (124.07, 7.82), "the lengths of Ss_0 and :s_0_0");
         assert_eq!((line.foes[0].length_m, line.foes[0].joins), (12.36, true), ":s_2_0 leads to se, too");
-        // Back along the ring, whose lanes have 21.28 m and 12.36 m by turns; who enters it is seen from where it has crossed its line on.
+        // Back along the ring, whose lanes have 21.28 m and 12.36 m in turn; a vehicle that enters the ring counts from its line on.
         let expected = [
             (":e_0_0", 9638),
             (":e_2_0", 10092),
@@ -250,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_to_the_left_behind_a_signal_waits_inside_the_junction_for_oncoming_traffic() {
+    fn a_left_turn_at_a_signal_waits_inside_the_junction_for_oncoming_traffic() {
         let (map, lines) = lines("tests/data/networks/grid-signals.net.xml", &["B0B1", "B1A1"]);
         // Junction B1: request 13 (linkIndex 13, from B0B1 to B1A1) has the response 01000000000100000110: links 1, 2, 8 and 18.
         let line = &lines[0];
@@ -269,9 +268,10 @@ mod tests {
     }
 
     #[test]
-    fn without_insides_of_junctions_a_line_is_where_its_lane_ends_and_the_way_behind_it_is_that_to_the_next_lane() {
+    fn without_internal_lanes_the_line_is_at_the_lanes_end() {
         let (map, lines) = lines("tests/data/networks/random-8.net.xml", &["-54", "-3"]);
-        // The link from -54_0 to -3_0 yields; -54_0 has 126.07 m and ends in (366.88, 174.74), 32.8 m from (334.86, 167.53), where -3_0 begins.
+        // The link from -54_0 to -3_0 yields. -54_0 has 126.07 m and ends in (366.88, 174.74), 32.8 m from (334.86, 167.53), where -3_0
+        // begins.
         assert_eq!(lines.len(), 1);
         let line = &lines[0];
         assert!((line.s_m - 126.07).abs() < 1e-9 && (32.8..33.5).contains(&line.inside_m), "{line:?}");
@@ -280,9 +280,9 @@ mod tests {
     }
 
     #[test]
-    fn all_stop_where_the_file_says_so() {
+    fn an_all_way_stop_is_read_from_the_file() {
         let (_, lines) = lines("tests/data/networks/town.net.xml", &["cn", "nne", "ne"]);
-        // Junction n: from cn to nne has the state w and request 2, whose response 100010 is links 1 and 5. From nne to ne there is the state M.
+        // Junction n: from cn to nne has the state w and request 2, whose response 100010 is links 1 and 5. From nne to ne has the state M.
         assert_eq!(lines.len(), 1);
         assert_eq!((links(&lines[0]), lines[0].stop), (vec![1, 5], StopRule::Allway));
     }

@@ -1,5 +1,5 @@
-//! The files that SUMO in this process reads: canonical copies of network and demand in a private folder. In: a network, a demand. Out: paths
-//! for SUMO's options, and one warning for what a file has and SUMO is not given. Nobody else's file ever reaches SUMO.
+//! Input files of SUMO in this process: canonical copies of network and demand in a private folder. In: a network, a demand. Out: paths for
+//! SUMO's options, and one warning for the parts of a file that SUMO does not get. SUMO reads no file of anyone else.
 
 use crate::{
     map::network::Network,
@@ -13,7 +13,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-/// The files of one simulation, removed when it ends.
+/// Input files of one simulation, removed when it ends.
 pub(super) struct Inputs {
     folder: TemporaryFolder,
     net: PathBuf,
@@ -21,10 +21,10 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// Writes the network, which `net_file` names in messages.
+    /// Writes the network. `net_file` is its name in messages.
     ///
     /// # Errors
-    /// The system refuses.
+    /// The files cannot be written.
     pub fn of_network(network: &Network, net_file: &Path) -> Result<Self, TrafficError> {
         let text = network.sumo_text().as_str().as_bytes();
         let written = TemporaryFolder::new().and_then(|folder| Ok((folder.write("net.xml", text)?, folder)));
@@ -37,7 +37,7 @@ impl Inputs {
     /// Writes the files of a demand beside the network. Its vehicles are counted until a time, s.
     ///
     /// # Errors
-    /// A file is refused, the demand brings too many vehicles, or the system refuses.
+    /// A file is refused or cannot be written, the demand brings too many vehicles, or the program was interrupted.
     pub fn with_demand(mut self, demand: &Demand, network: &Network, until_s: f64) -> Result<Self, TrafficError> {
         self.demand = demand.canonical(network, until_s, self.folder.path()).map_err(|fault| match fault {
             DemandFault::Interrupted => TrafficError::Interrupted,
@@ -47,23 +47,21 @@ impl Inputs {
         Ok(self)
     }
 
-    /// The network.
     pub fn net(&self) -> &Path {
         &self.net
     }
 
-    /// The demand.
     pub fn demand(&self) -> &CanonicalDemand {
         &self.demand
     }
 
-    /// A demand with the copies in the place of its files.
+    /// Returns a demand with the copies in place of its files.
     pub fn demand_of(&self, demand: &Demand) -> Demand {
         Demand { files: self.demand.files.clone(), flows: demand.flows.clone() }
     }
 }
 
-/// Says once what of a file SUMO is not given.
+/// Warns once about the parts of a file that SUMO does not get.
 fn warn_of(file: &Path, dropped: &Dropped) {
     static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     if dropped.is_empty() {

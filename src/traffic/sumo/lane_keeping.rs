@@ -1,6 +1,6 @@
-//! Whether cars that keep their lane stay on a route. In: a map. Out: nothing, or the two lanes between which its route changes:
-//! SUMO's cars of a closed route have no wish to change lanes (they are one file of traffic), and would leave it there. And the lanes
-//! that are to be closed so that they do not leave it where a lane leads to several of the next edge.
+//! Check that vehicles which keep their lane stay on a route. In: a map. Out: nothing, or the two lanes between which the route changes.
+//! SUMO's vehicles on a closed route do not change lanes (they are one file of traffic), and would leave the route there. Also the lanes to
+//! close so that vehicles stay on the route where a lane leads to several lanes of the next edge.
 
 use crate::{
     map::{
@@ -11,7 +11,7 @@ use crate::{
 };
 use std::collections::BTreeSet;
 
-/// Fails where the route goes on from a lane that the lane before does not lead to.
+/// Checks that each lane of the route leads to the next lane of the route.
 pub(super) fn check(map: &RoadMap) -> Result<(), TrafficError> {
     let lanes = map.route.lanes();
     let net = &map.network;
@@ -20,7 +20,7 @@ pub(super) fn check(map: &RoadMap) -> Result<(), TrafficError> {
     for k in 0..pairs {
         let (Some(before), Some(after)) = (id(k), id(k + 1)) else { continue };
         if !net.successors(before).any(|next| next == after) {
-            // The lane that is entered is another one of the same edge.
+            // Vehicles enter another lane of the same edge.
             let entered = net.successors(before).find(|next| net.lane(*next).edge == net.lane(after).edge);
             let from = net.lane(entered.unwrap_or(before)).id.clone();
             return Err(TrafficError::RouteChangesLanes { from, to: net.lane(after).id.clone() });
@@ -29,11 +29,11 @@ pub(super) fn check(map: &RoadMap) -> Result<(), TrafficError> {
     Ok(())
 }
 
-/// The lanes beside the route to which a lane of it leads, too, ids in the order of the network. SUMO's cars know the edges of their route
-/// and choose one of such lanes by rules of their own.
+/// Returns the ids of the lanes beside the route to which a lane of the route also leads, in the order of the network. SUMO's vehicles know
+/// the edges of their route and choose among such lanes by their own rules.
 ///
 /// # Errors
-/// If the route goes over such a lane elsewhere, so that it cannot be closed.
+/// The route uses such a lane elsewhere, so that it cannot be closed.
 pub(super) fn lanes_beside(map: &RoadMap) -> Result<Vec<String>, TrafficError> {
     let net = &map.network;
     let streets: Vec<LaneId> = map.route.lanes().iter().filter_map(|lane| street(net, &lane.id)).collect();
@@ -53,7 +53,7 @@ pub(super) fn lanes_beside(map: &RoadMap) -> Result<Vec<String>, TrafficError> {
     Ok(beside.into_iter().filter(|lane| net.lane(*lane).admits_cars()).map(|lane| net.lane(lane).id.clone()).collect())
 }
 
-/// The lane of this id, if it is one of a street.
+/// Returns the lane with this id if it is one of a street.
 fn street(net: &Network, id: &str) -> Option<LaneId> {
     net.lane_named(id).filter(|lane| net.edge_of(*lane).kind.is_street())
 }
@@ -68,7 +68,7 @@ mod tests {
         for name in ["ring-250", "ring-641", "practice"] {
             check(&RoadMap::load(name).unwrap()).unwrap();
         }
-        // Its edge ab is entered by the left lane, and its right lane alone leads on to bc.
+        // Vehicles enter edge ab on the left lane, and only its right lane leads on to bc.
         let folder = tempfile::tempdir().unwrap();
         let net = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/junctions-inside.net.xml");
         std::fs::copy(net, folder.path().join("net.xml")).unwrap();
@@ -78,7 +78,8 @@ mod tests {
         assert!(said.contains("changes from lane \"ab_1\" to lane \"ab_0\"") && said.contains("remedy"), "{said}");
     }
 
-    /// Four streets with one lane each, but for those that are named; the first and the third end in the same junction.
+    /// Returns a map of four streets with one lane each, or two lanes for those in `two_lanes`. The streets ab and cd end in the same
+    /// junction.
     fn block(two_lanes: &[&str], ways: &[(&str, u32, &str, u32)]) -> RoadMap {
         let corners = [
             ("bc", "x", "c", "95,5 95,90"),
@@ -109,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_beside_the_route_are_those_to_which_it_leads_too_and_one_that_is_on_it_is_a_fault() {
+    fn lanes_beside_the_route_are_found_and_one_on_the_route_is_a_fault() {
         for name in ["ring-250", "ring-641", "practice", "tests/data/networks/figure-eight.net.xml"] {
             assert!(lanes_beside(&RoadMap::load(name).unwrap()).unwrap().is_empty(), "{name}");
         }

@@ -1,4 +1,4 @@
-//! Where SUMO and the shim are on this machine. Out: paths, or [`TrafficError::Absent`] with what was looked for.
+//! Location of SUMO and of the shim on this machine. Out: paths, or [`TrafficError::Absent`] with the files that were sought.
 
 use crate::{data_folders, native_code, traffic::TrafficError};
 use std::{
@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// SUMO's home: `CODRIVE_SUMO_HOME` and nothing else if it is set; else the first of [`native_code::sumo_homes`] that holds libsumo.
+/// Returns SUMO's home: `CODRIVE_SUMO_HOME` alone if it is set, else the first of [`native_code::sumo_homes`] that holds libsumo.
 pub fn home() -> Result<PathBuf, TrafficError> {
     if let Some(home) = env::var_os("CODRIVE_SUMO_HOME").map(PathBuf::from) {
         return library(&home).map(|_| home);
@@ -17,23 +17,23 @@ pub fn home() -> Result<PathBuf, TrafficError> {
     })
 }
 
-/// SUMO's program in `home`.
+/// Returns the path of SUMO's program in `home`.
 pub fn program(home: &Path) -> PathBuf {
     home.join("bin").join(format!("sumo{}", consts::EXE_SUFFIX))
 }
 
-/// The library behind the shim.
+/// Returns the path of libsumo in `home`, on which the shim depends.
 pub(super) fn library(home: &Path) -> Result<PathBuf, TrafficError> {
     let file = format!("{}sumocpp{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
     let found = ["lib64", "lib", "bin"].iter().map(|folder| home.join(folder).join(&file)).find(|path| path.exists());
     found.ok_or_else(|| TrafficError::Absent(format!("no {file} in {}", home.display())))
 }
 
-/// The shim as it is in the program: its name and its bytes (build.rs); none where it was built without SUMO.
+/// Shim embedded in the program: file name and bytes (build.rs); empty if the program was built without SUMO.
 const EMBEDDED_SHIM: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/embedded_shim.rs"));
 
-/// The shim itself: beside the program (as it is shipped), else where the build left it if the program is still there, else the program's
-/// own copy in the user's cache.
+/// Returns the path of the shim: beside the program (as shipped), else in the build output if it still exists, else the program's own copy
+/// in the user's cache.
 pub(super) fn shim() -> Result<PathBuf, TrafficError> {
     let file = format!("{}codrive_sumo{}", consts::DLL_PREFIX, consts::DLL_SUFFIX);
     let beside = native_code::program().and_then(|program| Some(program.parent()?.join(&file)));
@@ -41,7 +41,7 @@ pub(super) fn shim() -> Result<PathBuf, TrafficError> {
     shim_of(beside.into_iter().chain(built), &file)
 }
 
-/// The first of these that is there, else the program's own copy.
+/// Returns the first of these paths that exists, else the program's own copy.
 fn shim_of(mut places: impl Iterator<Item = PathBuf>, file: &str) -> Result<PathBuf, TrafficError> {
     if let Some(found) = places.find(|path| path.exists()) {
         return Ok(found);
@@ -61,7 +61,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn where_no_shim_lies_the_one_in_the_program_is_written_and_is_the_one_that_was_built() {
+    fn a_missing_shim_is_written_from_the_copy_in_the_program() {
         let (name, bytes) = EMBEDDED_SHIM.first().expect("built with SUMO");
         let built = Path::new(env!("CODRIVE_SHIM_DIR")).join(name);
         assert!(fs::read(&built).expect("the build left it") == *bytes);

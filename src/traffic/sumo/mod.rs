@@ -1,14 +1,14 @@
-//! SUMO as a traffic engine, in this process (libsumo) or behind a socket. In: a [`TrafficSetup`], then
-//! reports. Out: [`CarState`]s. Metres, m/s, world axes; SUMO's front bumpers and compass headings stay in here.
+//! SUMO as a traffic engine, in this process (libsumo) or behind a socket. In: a [`TrafficSetup`], then reports. Out: [`CarState`]s.
+//! Metres, m/s, world axes; SUMO's front bumper positions and compass headings do not leave this module.
 //!
-//! One call a step takes the commands, steps, and reads all cars. Before a step the ego is put where it is predicted to
-//! be at its end, with the speed that it has now: a follower then differs by at most 4.3 mm/s from one behind a car
-//! of SUMO's own (docs/decisions.md: 4). Noise is given as a change of the speed that the model starts from.
+//! One call per step executes the commands, steps, and reads all vehicles. Before a step, an externally driven vehicle is put at its
+//! predicted position for the end of the step, with its present speed: a follower then differs by at most 4.3 mm/s from one behind a
+//! vehicle of SUMO's own (docs/decisions.md: 4). Noise is passed as a change of the speed that the model starts from.
 //!
-//! A remote SUMO is started by somebody else: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is
-//! compared with the map's lane by lane, and begins anew with our options. It ends when the drive ends. Its protocol is
-//! spoken here (`wire`, `link`, `remote`) and not by SUMO's own libtraci, which waits without end, breaks down at
-//! a SUMO of another version, and needs an exchange for each command.
+//! A remote SUMO is started separately: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is compared with the map's
+//! lane by lane, and restarts with codrive's options. It ends when the drive ends. Its protocol is implemented here (`wire`, `link`,
+//! `remote`), not by SUMO's libtraci, which waits without limit, crashes with a SUMO of another version, and needs an exchange for each
+//! command.
 
 mod inputs;
 mod lane_keeping;
@@ -47,73 +47,73 @@ use shim::{Command, CommandKind, Record, Shim};
 use simulation::Simulation;
 use std::{path::Path, sync::Arc, time::Duration};
 
-/// Name of the cars' type and route in SUMO.
+/// Name of the vehicle type and of the route in SUMO.
 const NAME: &str = "codrive";
-/// Name of the type of cars with another model.
+/// Name of the vehicle type with another car-following model.
 const OTHER_NAME: &str = "codrive.other-model";
-/// SUMO sees a car whose front is up to 2.0 m off the centre of a lane of 3.2 m, on one side further. Whether others see
-/// a reported car is decided in [`reported`]; SUMO is told no more than this.
+/// Largest lateral offset passed to SUMO, metres. SUMO sees a vehicle whose front is up to 2.0 m off the centre of a lane of 3.2 m, on one
+/// side further. [`reported`] decides whether others see an externally driven vehicle.
 const MAX_OFFSET_M: f64 = 1.5;
-/// Lane lengths of a network and a map may differ by rounding, metres.
+/// Tolerance of lane lengths between a network and a map, metres: they may differ by rounding.
 const LENGTH_TOLERANCE_M: f64 = 0.01;
 
-/// SUMO.
+/// SUMO on a closed route.
 pub struct SumoTraffic {
     simulation: Simulation,
     map: Arc<RoadMap>,
     step_s: f64,
     noise: Noise,
-    /// Cars whose model has a noise of its own.
+    /// Vehicles with another model, which has its own noise; by id.
     has_other_model: Vec<bool>,
     commands: Vec<Command>,
     records: Vec<Record>,
-    /// The speed that each car's model starts from in the next step, m/s: SUMO's own plus noise.
+    /// Speed from which each vehicle's model starts the next step, m/s: SUMO's speed plus noise.
     start_mps: Vec<f64>,
     cars: Vec<CarState>,
-    /// By id; false of a reported car that has left the lane.
+    /// Visibility to other vehicles, by id; false for an externally driven vehicle that has left the lane.
     is_seen: Vec<bool>,
-    /// Where cars are put while others do not see them.
+    /// Position outside the road for vehicles that others must not see.
     nowhere: DVec2,
     description: String,
     bends: Option<BendSpeeds>,
-    /// The model's own highest speed, and each car's as SUMO knows it, m/s.
+    /// Highest speed of the model; `highest_mps` has each vehicle's highest speed in SUMO. Both m/s.
     v0_mps: f64,
     highest_mps: Vec<f64>,
-    /// What reported cars do in the step that was begun, and where that is.
+    /// Reports of the step that was begun, with the positions on the route.
     reported: Vec<(VehicleReport, RoutePosition)>,
-    /// A step was begun and is not over.
+    /// True while a begun step is not over.
     is_asked: bool,
 }
 
 impl SumoTraffic {
-    /// SUMO in this process, found by [`home`].
+    /// Starts SUMO in this process, from the folder that [`home`] finds.
     ///
     /// # Errors
-    /// If SUMO is not here or in use, or the setup cannot be simulated.
+    /// SUMO is absent or in use, or the setup cannot be simulated.
     pub fn start(setup: TrafficSetup) -> Result<Self, TrafficError> {
         Self::start_from(&home()?, setup)
     }
 
-    /// SUMO in this process, from the SUMO in the folder `home`.
+    /// Starts SUMO in this process, from the folder `home`.
     ///
     /// # Errors
     /// As [`SumoTraffic::start`].
     pub fn start_from(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
-        // Absent is absent, whatever the network is.
+        // A missing SUMO is reported before any fault of the network.
         locate::library(home)?;
         let inputs = Inputs::of_network(&setup.map.network, &setup.map.net_file)?;
         network_check::check(home, &Trial::of_network(inputs.net()), &Trial::of_network(&setup.map.net_file))?;
         Self::start_with(home, setup, &inputs)
     }
 
-    /// The same without a look at the network: where SUMO breaks down on it, so does this process.
+    /// Starts SUMO without a trial of the network in a child process: if SUMO crashes on the network, so does this process.
     fn start_unchecked(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
         let inputs = Inputs::of_network(&setup.map.network, &setup.map.net_file)?;
         Self::start_with(home, setup, &inputs)
     }
 
-    /// Starts SUMO, which has read its files after that.
+    /// Starts SUMO with these input files; SUMO has read them on return.
     fn start_with(home: &Path, setup: TrafficSetup, inputs: &Inputs) -> Result<Self, TrafficError> {
         setup.check()?;
         let mut shim = Shim::open(home)?;
@@ -125,10 +125,10 @@ impl SumoTraffic {
         Self::populate(Simulation::Here(shim), setup, description)
     }
 
-    /// A SUMO that listens at `host:port`. It needs no file of ours.
+    /// Connects to a remote SUMO that listens at `host:port`. It needs no file of this program.
     ///
     /// # Errors
-    /// If nobody listens, no SUMO of our version answers in time, its network is not the map's, or the setup cannot be
+    /// No program listens there, no SUMO of the required version replies in time, its network is not the map's, or the setup cannot be
     /// simulated.
     pub fn connect(host: &str, port: u16, setup: TrafficSetup) -> Result<Self, TrafficError> {
         setup.check()?;
@@ -147,7 +147,7 @@ impl SumoTraffic {
         Self::populate(Simulation::Elsewhere(Box::new(remote)), setup, description)
     }
 
-    /// Type, route and cars in a SUMO that has just begun.
+    /// Adds vehicle types, route and vehicles to a SUMO that has just started.
     fn populate(mut simulation: Simulation, setup: TrafficSetup, description: String) -> Result<Self, TrafficError> {
         let route = &setup.map.route;
         lane_keeping::check(&setup.map)?;
@@ -209,13 +209,13 @@ impl SumoTraffic {
         Ok(traffic)
     }
 
-    /// From the next step on SUMO drives `car` at this speed without regard to others; `None` gives it back to its model.
-    /// Reports do not pass through here: this is the car that they are measured against.
+    /// Makes SUMO drive `car` at this speed from the next step on, regardless of others; `None` returns it to its model. Reports do not use
+    /// this function: such a vehicle is the reference for measuring them.
     ///
     /// # Errors
     /// [`TrafficError::NotFinite`].
     pub fn impose_speed(&mut self, car: VehicleId, speed_mps: Option<f64>) -> Result<(), TrafficError> {
-        // Speed mode 0 drops every check; 31 is SUMO's default. A negative speed ends the order.
+        // Speed mode 0 disables all checks; 31 is SUMO's default. A negative speed ends the command.
         let (mode, speed_mps) = speed_mps.map_or((31.0, -1.0), |speed_mps| (0.0, speed_mps));
         if !speed_mps.is_finite() {
             return Err(TrafficError::NotFinite { what: "imposed speed", car: car.0, value: speed_mps });
@@ -225,24 +225,25 @@ impl SumoTraffic {
         Ok(())
     }
 
-    /// Where SUMO itself draws a car.
+    /// Returns the pose at which SUMO draws a vehicle.
     ///
     /// # Errors
-    /// If SUMO failed.
+    /// SUMO failed.
     pub fn drawn_pose(&mut self, car: VehicleId) -> Result<Pose, TrafficError> {
         Ok(Pose::from_sumo(self.simulation.pose(car.0)?, CAR_LENGTH_M))
     }
 
-    /// SUMO's step alone: no command, nothing read. For measuring what the rest of [`Traffic::step`] costs; the states
-    /// are old until the next full step.
+    /// Runs SUMO's step alone: no command, no reading. Serves to measure the cost of the rest of [`Traffic::step`]. The states are outdated
+    /// until the next full step.
     ///
     /// # Errors
-    /// If SUMO failed.
+    /// SUMO failed.
     pub fn bare_step(&mut self) -> Result<(), TrafficError> {
         self.simulation.bare_step()
     }
 
-    /// Tells SUMO where a reported car will be and how fast it is.
+    /// Queues the commands for an externally driven vehicle: its predicted position and its present speed. Returns the position on the
+    /// route.
     fn command_reported(&mut self, report: &VehicleReport) -> RoutePosition {
         let (route, car) = (&self.map.route, report.id.0 as usize);
         let near = self.is_seen[car].then_some(self.cars[car].s_m);
@@ -265,7 +266,7 @@ impl SumoTraffic {
         self.commands.push(Command { car: car as u32, kind: CommandKind::PreviousSpeed, a: speed_mps, b: 0.0, c: 0.0 });
     }
 
-    /// Tells SUMO how fast the bends let car `i` drive, where that has changed.
+    /// Queues the highest speed of vehicle `i` in the bends ahead, if it has changed.
     fn command_bend(&mut self, i: usize) {
         let Some(bends) = &self.bends else { return };
         let highest_mps = self.v0_mps.min(bends.at(self.cars[i].s_m));
@@ -275,7 +276,7 @@ impl SumoTraffic {
         }
     }
 
-    /// The state of car `i` from its record.
+    /// Updates the state of vehicle `i` from its record.
     fn publish(&mut self, i: usize, speed: SpeedStep) -> Result<(), TrafficError> {
         let record = &self.records[i];
         if record.present == 0 {
@@ -298,7 +299,7 @@ impl SumoTraffic {
     }
 }
 
-/// Numbers the lanes and compares them with the map's.
+/// Numbers the lanes of the route and compares SUMO's lengths and speed limits with the map's.
 fn check_network(simulation: &mut Simulation, map: &RoadMap) -> Result<(), TrafficError> {
     let lanes = map.route.lanes();
     let ids: Vec<String> = lanes.iter().map(|lane| lane.id.clone()).collect();

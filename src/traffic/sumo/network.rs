@@ -1,9 +1,9 @@
-//! SUMO in this process on a road network: vehicles come, change lanes, turn, wait at signals and go. In: a [`NetworkSetup`], then once a
-//! step where the egos are. Out: all vehicles, who has come and gone, the signals. Metres, m/s, world axes; SUMO's front bumpers and
-//! compass headings stay in here.
+//! SUMO in this process on a road network: vehicles enter, change lanes, turn, wait at signals and leave. In: a [`NetworkSetup`], then the
+//! reports of the egos once per step. Out: all vehicles, departures and arrivals, and the signals. Metres, m/s, world axes; SUMO's front
+//! bumper positions and compass headings do not leave this module.
 //!
-//! One call a step takes the commands, steps, and reads everything. An ego is put where it is predicted to be at the step's end, with the
-//! speed that it has now, as on a ring (docs/decisions.md: 4). Nothing is allocated in a step without departures once there were as many
+//! One call per step executes the commands, steps, and reads everything. An ego is put at its predicted position for the end of the step,
+//! with its present speed, as on a ring (docs/decisions.md: 4). A step without departures allocates no memory once there were as many
 //! vehicles before.
 
 use super::{
@@ -29,64 +29,60 @@ use std::{
     sync::Arc,
 };
 
-/// A change of lanes takes so long, seconds: 5 to 6 s are the mean of drivers (Toledo 2007).
+/// Duration of a lane change, seconds: drivers take 5 to 6 s on average (Toledo 2007).
 const LANE_CHANGE_S: f64 = 5.0;
-/// SUMO's bits of lamps (docs: TraCI, vehicle signalling).
+/// SUMO's bits for vehicle lamps (docs: TraCI, vehicle signalling).
 const RIGHT: u32 = 1;
 const LEFT: u32 = 1 << 1;
 const BOTH: u32 = 1 << 2;
 const BRAKE: u32 = 1 << 3;
 const EMERGENCY: u32 = (1 << 11) | (1 << 12) | (1 << 13);
 
-/// Everything that traffic on a network needs to begin.
+/// Start settings of traffic on a network.
 #[derive(Clone, Debug)]
 pub struct NetworkSetup {
-    /// The network.
     pub network: Arc<Network>,
-    /// File of the network, which messages name.
+    /// File of the network, for messages.
     pub net_file: PathBuf,
-    /// Who comes.
     pub demand: Demand,
-    /// Vehicles that persons or simulated drivers move.
+    /// Vehicles that people or simulated drivers move.
     pub egos: Vec<EgoStart>,
-    /// Number of the first vehicle, that of the first ego if there is one. A drive without a participant begins with 1, as 0 is theirs.
+    /// Number of the first vehicle, which is the first ego if there is one. A drive without a participant starts at 1, because 0 is the
+    /// participant's number.
     pub first_number: u32,
-    /// Model of the cars of the demand's flows.
+    /// Car-following parameters of the egos and of the cars in the demand's flows.
     pub idm: IdmParams,
     /// Length of a step, seconds.
     pub step_s: f64,
-    /// Time until which the demand may bring so many vehicles and no more, s ([`Demand::horizon_s`]).
+    /// Time until which the vehicles of the demand are counted and limited, s ([`Demand::horizon_s`]).
     pub until_s: f64,
-    /// Seed of everything random in SUMO.
+    /// Seed of all random numbers in SUMO.
     pub seed: u64,
 }
 
-/// Where an ego starts. Its id is its place in the list.
+/// Start of an ego. Its id is its index in the list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EgoStart {
-    /// The lane.
     pub lane: LaneId,
-    /// Front bumper along it, metres.
+    /// Front bumper along the lane, metres.
     pub s_m: f64,
-    /// Speed, m/s.
     pub speed_mps: f64,
-    /// Edges along which it is expected to drive, that of the lane first: others give way to it, or take theirs, by where it will cross
-    /// their path. Empty where nothing is known but the lane.
+    /// Ids of the edges of the expected route, starting with the edge of the lane. Other vehicles give way or go according to where the ego
+    /// will cross their path. Empty if only the lane is known.
     pub route: Vec<String>,
 }
 
-/// What an ego does in a step.
+/// Report of an ego in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EgoReport {
-    /// Which.
     pub id: VehicleId,
-    /// Where it is and will be.
+    /// State at present and as predicted for the end of the step.
     pub state: ExternalVehicleState,
-    /// The lane on which it will be: where lanes cross, SUMO cannot know. `None` beside all lanes: nobody sees it there.
+    /// Lane at the end of the step: SUMO cannot determine it where lanes cross. `None` off all lanes: no vehicle sees the ego there.
     pub lane: Option<LaneId>,
-    /// It heads against that lane's direction. Others are told of one that stands there: SUMO's vehicles know of none that comes towards them.
+    /// True if the ego heads against the lane's direction. SUMO then gets a speed of 0, because SUMO's vehicles do not react to oncoming
+    /// ones.
     pub is_wrong_way: bool,
-    /// Its lamps.
     pub lamps: VehicleLamps,
 }
 
@@ -94,31 +90,31 @@ pub struct EgoReport {
 pub struct SumoNetwork {
     shim: NetworkShim,
     step_s: f64,
-    /// Where an ego is put that nobody shall see.
+    /// Position outside the network for an ego that others must not see.
     nowhere: DVec2,
     commands: Vec<NetworkCommand>,
     state: NetworkState,
     description: String,
-    /// SUMO reads on in the demand as the drive goes on.
+    /// Input files, kept because SUMO reads the demand as the drive goes on.
     inputs: Inputs,
 }
 
-/// What there was at the end of the last step. All lists are by ascending id.
+/// State at the end of the last step. All lists are by ascending id.
 #[derive(Debug, Default)]
 struct NetworkState {
     vehicles: Vec<NetworkVehicle>,
-    /// Those of the step before.
+    /// Vehicles at the end of the step before.
     before: Vec<NetworkVehicle>,
     changes: VehicleChanges,
-    /// States of all signals, one after the other, and where each begins; one more at the end.
+    /// States of all signals in sequence. `signal_starts` has the start of each signal and, as its last entry, the total length.
     signals: Vec<u8>,
     signal_starts: Vec<u32>,
-    /// Bodies of all vehicles that are there, those too that are on no lane now.
+    /// Bodies of all vehicles in the simulation, including those that are on no lane now.
     bodies: Vec<(VehicleId, VehicleBody)>,
 }
 
 impl NetworkSetup {
-    /// Writes the files that SUMO reads.
+    /// Checks the flows and writes the files that SUMO reads.
     fn inputs(&self) -> Result<Inputs, TrafficError> {
         let normal = self.network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
         let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
@@ -128,10 +124,10 @@ impl NetworkSetup {
 }
 
 impl SumoNetwork {
-    /// SUMO in this process, found by [`locate::home`].
+    /// Starts SUMO in this process, from the folder that [`locate::home`] finds.
     ///
     /// # Errors
-    /// SUMO is not here or in use, or it refuses the network or the demand.
+    /// SUMO is absent or in use, or it refuses the network or the demand.
     pub fn start(setup: &NetworkSetup) -> Result<Self, TrafficError> {
         let home = locate::home()?;
         locate::library(&home)?;
@@ -142,16 +138,16 @@ impl SumoNetwork {
         Self::start_with(&home, setup, inputs)
     }
 
-    /// Starts SUMO without a trial in a process of its own, for tests that run in such a process themselves.
+    /// Starts SUMO without a trial in a child process, for tests that run in such a process themselves.
     ///
     /// # Errors
-    /// As [`SumoNetwork::start`]; where SUMO breaks down, so does this process.
+    /// As [`SumoNetwork::start`]. If SUMO crashes, so does this process.
     #[doc(hidden)]
     pub fn start_untried(setup: &NetworkSetup) -> Result<Self, TrafficError> {
         Self::start_unchecked(&locate::home()?, setup)
     }
 
-    /// The same without a look at network and demand: where SUMO breaks down on them, so does this process.
+    /// Starts SUMO without a trial of network and demand in a child process: if SUMO crashes on them, so does this process.
     pub(super) fn start_unchecked(home: &Path, setup: &NetworkSetup) -> Result<Self, TrafficError> {
         Self::start_with(home, setup, setup.inputs()?)
     }
@@ -204,7 +200,7 @@ impl SumoNetwork {
         self.commands.clear();
         self.state.take(&seen, self.step_s)?;
         for ego in egos {
-            // An ego is where it says, whatever SUMO made of it.
+            // The report determines the state of an ego, whatever SUMO computed.
             let vehicles = &mut self.state.vehicles;
             if let Ok(at) = vehicles.binary_search_by_key(&ego.id, |vehicle| vehicle.id) {
                 let vehicle = &mut vehicles[at];
@@ -217,52 +213,53 @@ impl SumoNetwork {
         Ok(())
     }
 
-    /// A vehicle of the demand becomes an ego: from the next step on it is reported. The edges of its route. One that is reported no more
-    /// is given back to SUMO's model.
+    /// Makes a vehicle of the demand an ego, reported from the next step on, and returns the edges of its route. SUMO's model drives it
+    /// again when its reports end.
     ///
     /// # Errors
-    /// It is not there.
+    /// The vehicle is not in the simulation.
     pub fn take_over(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
         self.shim.take(id.0)
     }
 
-    /// The canonical copies of the demand's files that SUMO reads, in their order.
+    /// Returns the canonical copies of the demand's files that SUMO reads, in the order of the files.
     pub fn demand_files(&self) -> &[PathBuf] {
         &self.inputs.demand().files
     }
 
-    /// All vehicles on the road at the end of the last step, by ascending id.
+    /// Returns all vehicles on the road at the end of the last step, by ascending id.
     pub fn vehicles(&self) -> &[NetworkVehicle] {
         &self.state.vehicles
     }
 
-    /// Who has come and gone in the last step.
+    /// Returns the departures and arrivals of the last step.
     pub fn changes(&self) -> &VehicleChanges {
         &self.state.changes
     }
 
-    /// What the links of a signal are shown, one of SUMO's letters each.
+    /// Returns the state of a signal, one of SUMO's letters per link.
     pub fn signal(&self, id: SignalId) -> &[u8] {
         let [from, to] = [id.index(), id.index() + 1].map(|k| self.state.signal_starts[k] as usize);
         &self.state.signals[from..to]
     }
 
-    /// What all signals show: the letters of all, and where those of each begin; one more at the end.
+    /// Returns the states of all signals in sequence, and the start of each signal with the total length as the last entry.
     pub fn signals(&self) -> (&[u8], &[u32]) {
         (&self.state.signals, &self.state.signal_starts)
     }
 
-    /// What one link of a signal is shown; `None` for one that it has not.
+    /// Returns the light for one link of a signal; `None` if the signal has no such link.
     pub fn light(&self, id: SignalId, link: u32) -> Option<SignalLight> {
         SignalLight::from_letter(*self.signal(id).get(link as usize)?)
     }
 
-    /// Name and version, for recordings and messages.
+    /// Returns name and version, for recordings and messages.
     pub fn describe(&self) -> &str {
         &self.description
     }
 
-    /// SUMO's step alone: no command, nothing read. For measuring what the rest costs; the states are old until the next full step.
+    /// Runs SUMO's step alone: no command, no reading. Serves to measure the cost of the rest. The states are outdated until the next full
+    /// step.
     ///
     /// # Errors
     /// SUMO failed.
@@ -270,7 +267,7 @@ impl SumoNetwork {
         self.shim.shim.bare_step()
     }
 
-    /// All vehicles and signals as they are, without a step: what has come and gone in a bare one.
+    /// Reads all vehicles and signals without a step, with the departures and arrivals of a bare step.
     ///
     /// # Errors
     /// SUMO failed.
@@ -279,7 +276,7 @@ impl SumoNetwork {
         self.state.take(&seen, self.step_s)
     }
 
-    /// From the next step on SUMO drives a vehicle at this speed without regard to others; `None` gives it back to its model.
+    /// Makes SUMO drive a vehicle at this speed from the next step on, regardless of others; `None` returns it to its model.
     ///
     /// # Errors
     /// [`TrafficError::NotFinite`].
@@ -329,7 +326,7 @@ impl NetworkState {
         }
         std::mem::swap(&mut self.vehicles, &mut self.before);
         self.vehicles.clear();
-        // All three lists are by ascending id: one walk along them.
+        // All three lists are by ascending id, so one pass is enough.
         let (mut bodies, mut before) = (self.bodies.iter().peekable(), self.before.iter().peekable());
         for record in seen.records {
             let id = VehicleId(record.number);
@@ -353,7 +350,7 @@ impl NetworkState {
     }
 }
 
-/// A vehicle from its record.
+/// Converts a record to a vehicle.
 fn vehicle(
     record: &NetworkRecord,
     body: VehicleBody,

@@ -1,7 +1,7 @@
-//! Trial of SUMO on a network and the demand of a drive. In: their files. Out: nothing, or an error that names them. SUMO in this
-//! process takes the whole program along where it breaks down (12 of 1,000 networks with a mutation did), so files that are
-//! not ours, byte by byte, are read by our own readers first and then driven a little by a child process, within limits of
-//! time and memory. The result holds for the bytes of all files together as long as the program runs.
+//! Trial of SUMO on a network and the demand of a drive. In: their files. Out: nothing, or an error that names them. A crash of SUMO in
+//! this process ends the whole program (12 of 1,000 mutated networks caused one). Therefore files that differ from the shipped ones in any
+//! byte are first read by codrive's own readers and then driven briefly by a child process, within limits of time and memory. A result
+//! holds for the bytes of all files together, as long as the program runs.
 
 use super::{
     SumoTraffic,
@@ -38,55 +38,54 @@ use std::{
 
 /// Name of the hidden command of the program that the child runs.
 pub const COMMAND: &str = "check-network";
-/// Steps of the child's drive, half of them with an ego that is told where it is.
+/// Steps of the child's drive; on a closed route, the ego is externally driven in the second half.
 const STEPS: usize = 60;
-/// Cars of the child's drive, at most.
+/// Maximum number of cars that the trial adds to the child's drive.
 const MOST_CARS: usize = 60;
-/// The most bytes of a trial's file: room for a demand with many flows of its own.
+/// Maximum size of a trial's file, bytes: enough for a demand with many flows.
 const MOST_TRIAL_BYTES: u64 = 64 << 20;
 
-/// The program and the arguments before the trial's file that the child is started with, where that is not this program.
+/// Program and leading arguments of the child, if it is not this program.
 static CHECKER: OnceLock<(PathBuf, Vec<OsString>)> = OnceLock::new();
 
-/// Lets the child be another program: one that calls [`try_network`] with its last argument, and where that fails says why on its standard
-/// error and ends with 1. For whoever has this program as a library.
+/// Sets the program for the child. It must call [`try_network`] with its last argument; on failure it must state the reason on its standard
+/// error and exit with 1. For programs that use codrive as a library.
 pub fn check_networks_by(program: PathBuf, arguments: Vec<OsString>) {
     let _ = CHECKER.set((program, arguments));
 }
 
-/// Files on which SUMO is to be tried.
+/// Files for a trial of SUMO.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Trial {
-    /// The network.
     pub net_file: PathBuf,
-    /// The demand of the drive; none on a closed route.
+    /// Demand of the drive; empty on a closed route.
     pub demand: Demand,
-    /// True if the drive has an ego, or moves all cars of a closed route.
+    /// True if the drive has an ego, or is on a closed route.
     pub has_ego: bool,
 }
 
 /// Results of trials by the hash of their files.
 type Known = BTreeMap<[u8; 32], Result<(), Fault>>;
 
-/// Why SUMO cannot have a network, or a demand on it.
+/// Reason why SUMO cannot use a network or a demand.
 #[derive(Clone, Debug)]
 enum Fault {
-    /// It reads and reads.
+    /// The trial exceeded its time limit.
     TimedOut,
-    /// It says why not, and perhaps what helps.
+    /// The child states the reason, with a remedy in some cases.
     Refused(String),
-    /// It ended without a word; how.
+    /// The child crashed, with this exit status.
     Crashed(ExitStatus),
 }
 
 impl Trial {
-    /// A closed route without demand.
+    /// Creates a trial of a closed route without demand.
     pub fn of_network(net_file: &Path) -> Self {
         Self { net_file: net_file.into(), demand: Demand::default(), has_ego: true }
     }
 
-    /// The message of a fault.
+    /// Returns the message about a fault.
     fn about(&self, fault: &Fault) -> String {
         let net = self.net_file.display();
         let demand: Vec<String> = self.demand.files.iter().map(|file| file.display().to_string()).collect();
@@ -110,7 +109,7 @@ impl Trial {
         }
     }
 
-    /// Words about copies with the files of this trial in their place.
+    /// Replaces the paths of the copies in a message by the paths of this trial's files.
     fn in_place_of(&self, copies: &Self, words: &str) -> String {
         let files = |trial: &Self| -> Vec<String> {
             let all = std::iter::once(&trial.net_file).chain(&trial.demand.files);
@@ -119,14 +118,14 @@ impl Trial {
         files(copies).iter().zip(files(self)).fold(words.to_owned(), |words, (copy, own)| words.replace(copy, &own))
     }
 
-    /// Hash of the bytes of all files; `None` if all come with the program.
+    /// Returns the hash of the bytes of all files, of the flows and of `has_ego`; `None` if all files are shipped with the program.
     fn hash(&self) -> Result<Option<[u8; 32]>, TrafficError> {
         let (mut hash, mut is_shipped) = (Sha256::new(), true);
         let limits = std::iter::once(MOST_BYTES).chain(std::iter::repeat(stream::MOST_BYTES));
         for (path, limit) in std::iter::once(&self.net_file).chain(&self.demand.files).zip(limits) {
             let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", path.display()));
             let bytes = file::read_bounded(path, limit).map_err(failed)?;
-            // By their bytes: a mark in a file would not do, for a damaged copy keeps it.
+            // Shipped files are recognised by their bytes, because a damaged copy would keep a mark inside the file.
             is_shipped &= data_folders::is_shipped_for_sumo(&bytes);
             hash.update((bytes.len() as u64).to_le_bytes());
             hash.update(&bytes);
@@ -137,14 +136,15 @@ impl Trial {
     }
 }
 
-/// Fails if SUMO from the folder `home` cannot be given these files in this process: copies of those in `named`, which messages name.
+/// Checks that SUMO from the folder `home` can use these files in this process. They are copies of the files in `named`, which messages
+/// name.
 ///
 /// # Errors
-/// One cannot be read, SUMO refuses it or breaks down on it, or nobody waits any longer.
+/// A file cannot be read, SUMO refuses it or crashes on it, or the wait was interrupted.
 pub(super) fn check(home: &Path, trial: &Trial, named: &Trial) -> Result<(), TrafficError> {
     static KNOWN: Mutex<Known> = Mutex::new(Known::new());
     let Some(hash) = trial.hash()? else { return Ok(()) };
-    // One check at a time: a second one of the same files waits for the first and has its result.
+    // One check at a time: a second check of the same files waits for the first and gets its result.
     let mut known = lock(&KNOWN)?;
     let failed = |fault: Fault| TrafficError::Setup(named.about(&fault));
     if let Some(result) = known.get(&hash) {
@@ -155,7 +155,7 @@ pub(super) fn check(home: &Path, trial: &Trial, named: &Trial) -> Result<(), Tra
     result.map_err(failed)
 }
 
-/// Locks the results, or fails once nobody waits any longer.
+/// Locks the results, or fails after an interruption.
 fn lock(known: &Mutex<Known>) -> Result<MutexGuard<'_, Known>, TrafficError> {
     loop {
         match known.try_lock() {
@@ -167,7 +167,7 @@ fn lock(known: &Mutex<Known>) -> Result<MutexGuard<'_, Known>, TrafficError> {
     }
 }
 
-/// What a child process finds.
+/// Runs the trial in a child process and returns its result.
 fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), Fault>, TrafficError> {
     let (program, arguments) = match CHECKER.get() {
         Some((program, arguments)) => (program.clone(), arguments.clone()),
@@ -177,7 +177,7 @@ fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), 
     let written = TemporaryFolder::new().and_then(|folder| Ok((folder.write("trial.json", &request)?, folder)));
     let (file, folder) = written.map_err(|error| TrafficError::Setup(error.to_string()))?;
     let mut command = Command::new(&program);
-    // What it leaves when it is killed goes with the folder.
+    // Files that a killed child leaves are removed with the folder.
     command.args(arguments).arg(file).env("CODRIVE_SUMO_HOME", home).env("TMPDIR", folder.path());
     let what = named.demand.files.first().map_or_else(
         || named.net_file.display().to_string(),
@@ -186,7 +186,7 @@ fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), 
     Ok(match trial_process::run(&mut command, &what)? {
         Ended::TimedOut => Err(Fault::TimedOut),
         Ended::Itself(status, words) => match status.code() {
-            // Where it cannot read a part of a demand it says so and goes on without.
+            // SUMO reports a part of a demand that it cannot read, and continues without it.
             Some(0) if !words.lines().any(|line| line.starts_with(ERROR)) => Ok(()),
             Some(_) => Err(Fault::Refused(named.in_place_of(trial, &bare(&words)))),
             None => Err(Fault::Crashed(status)),
@@ -194,16 +194,16 @@ fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), 
     })
 }
 
-/// Beginning of the lines with which SUMO states a fault on its standard error.
+/// Prefix of SUMO's error lines on its standard error.
 const ERROR: &str = "Error: ";
 
-/// Words of a child without the beginnings of its lines.
+/// Removes the prefixes of a child's lines.
 fn bare(words: &str) -> String {
     let bare = |line: &str| line.trim_start_matches("codrive: ").trim_start_matches(ERROR).to_owned();
     words.lines().map(bare).collect::<Vec<_>>().join("\n")
 }
 
-/// The program itself: a test or a benchmark finds it beside its own folder.
+/// Returns the path of the codrive program: in the folder of this executable, or in the parent folder for a test or a benchmark.
 fn own_program() -> Result<PathBuf, TrafficError> {
     let name = format!("codrive{}", consts::EXE_SUFFIX);
     let here = env::current_exe().unwrap_or_default();
@@ -218,10 +218,10 @@ fn own_program() -> Result<PathBuf, TrafficError> {
     })
 }
 
-/// Runs the trial in the child: drives some vehicles for a few seconds of simulation, as the trial in a file says.
+/// Runs the trial in the child: drives some vehicles for a few seconds of simulation, as stated in the trial file.
 ///
 /// # Errors
-/// Our reader or SUMO refuses the network or the demand.
+/// The reader of codrive or SUMO refuses the network or the demand.
 pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
     let unreadable = |why: String| TrafficError::Setup(format!("{}: {why}", trial_file.display()));
     let text = file::read_text(trial_file, MOST_TRIAL_BYTES).map_err(|error| unreadable(error.to_string()))?;
@@ -253,7 +253,7 @@ pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
     };
     let mut traffic = match SumoTraffic::start_unchecked(&super::home()?, setup) {
         Ok(traffic) => traffic,
-        // Its loop is none for SUMO's cars, and a path along other edges may be driven.
+        // SUMO's vehicles cannot drive its loop, but a path along other edges may be possible.
         Err(TrafficError::RouteChangesLanes { .. } | TrafficError::RouteForks { .. }) => return try_roads(&trial),
         Err(error) => return Err(error),
     };
@@ -270,8 +270,8 @@ pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
     Ok(())
 }
 
-/// The same for a network without a closed route: the vehicles of the demand, and where the drive has an ego, cars that SUMO drives from
-/// streets to the next.
+/// Runs the trial on a network without a closed route: the vehicles of the demand and, if the drive has an ego, cars that SUMO drives from
+/// a street to the next edge.
 fn try_roads(trial: &Trial) -> Result<(), TrafficError> {
     let network =
         Network::load(&trial.net_file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
@@ -293,7 +293,7 @@ fn try_roads(trial: &Trial) -> Result<(), TrafficError> {
         first_number: 0,
         idm: crate::idm::IdmParams::default(),
         step_s: 0.1,
-        // The drive has counted it, for its own length.
+        // The drive has already counted the demand for its own length.
         until_s: 0.0,
         seed: 1,
     };
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn words_of_a_child_are_said_without_the_beginnings_of_their_lines() {
+    fn the_lines_of_a_child_are_reported_without_their_prefixes() {
         assert_eq!(bare("codrive: it ended\nError: no lane x\nQuitting."), "it ended\nno lane x\nQuitting.");
     }
 
@@ -367,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn one_remedy_is_said_and_the_closer_one() {
+    fn a_message_has_one_remedy_and_prefers_the_specific_one() {
         let trial = Trial::of_network(Path::new("town.net.xml"));
         let bare = trial.about(&Fault::Refused("edge a is nowhere".into()));
         assert!(

@@ -1,6 +1,6 @@
-// C interface over libsumo for roads on which vehicles come and go. Lanes, signals and vehicles are numbers here; a vehicle's number is
-// given when it departs and never again. One call makes a step and reads everything into columns that stand until the next. As in
-// shim.cpp every function returns 0, or 1 with a message in cs_error(). Metres, m/s, compass degrees.
+// C interface over libsumo for roads that vehicles enter and leave. Lanes, signals and vehicles have numbers here; a vehicle gets its
+// number when it departs, and no number is used twice. One call makes a step and reads everything into columns that are valid until the
+// next call. As in shim.cpp, every function returns 0, or 1 with a message in cs_error(). Metres, m/s, compass degrees.
 #include "shim.h"
 
 #include <algorithm>
@@ -15,14 +15,14 @@ namespace {
 // Same layout as in network_shim.rs.
 struct Command {
     uint32_t vehicle, kind;
-    int32_t lane;  // where it is to be, as SUMO's own guess may be a lane that crosses; -1: anywhere
+    int32_t lane;  // lane to move to, because SUMO's own choice may be a crossing lane; -1: SUMO's choice
     double a, b, c;
 };
 struct Record {
     double x, y, z;  // front bumper
     double angle_deg, speed, lane_pos, lateral;
     uint32_t number;
-    int32_t lane;  // -1: none
+    int32_t lane;  // -1: on none of them
     uint32_t lamps;
 };
 struct Departure {
@@ -34,8 +34,8 @@ struct Step {
     const Record* records;
     const Departure* departures;
     const uint32_t* arrivals;
-    const char* signals;            // the states of all signals, one after the other
-    const uint32_t* signal_starts;  // where each begins; one more at the end
+    const char* signals;            // states of all signals in sequence
+    const uint32_t* signal_starts;  // start of each signal, with the total length as the last entry
     size_t record_count, departure_count, arrival_count, signal_count;
 };
 enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3, MAX_SPEED = 4, LAMPS = 5, LANE_CHANGES = 6 };
@@ -43,15 +43,15 @@ enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE
 struct Lane {
     std::string id, edge;
     int index;
-    double length;  // 0: not known
+    double length;  // 0: unknown
 };
 struct Mobile {
     std::string id;
-    Record last;    // what was read of it last
-    bool is_known;  // there was a step before, on a lane
-    bool is_ego;    // moved by whoever drives it, wherever that is
-    std::vector<std::string> path;  // of an ego: the edges that it is expected to drive
-    size_t path_at;                 // which of them it was on last
+    Record last;    // last state read
+    bool is_known;  // `last` is the state after the step before
+    bool is_ego;    // externally driven
+    std::vector<std::string> path;  // of an ego: ids of the edges of the expected route
+    size_t path_at;                 // index in `path` of the last known edge
 };
 struct Birth {
     std::string id, kind, type;
@@ -60,12 +60,12 @@ struct Birth {
 std::vector<Lane> lanes;
 std::unordered_map<std::string, int32_t> lane_numbers;
 std::vector<std::string> signals;
-// By ascending number: those that came later stand behind.
+// By ascending number: a vehicle that departs later has a higher number.
 std::vector<Mobile> vehicles;
 std::unordered_map<std::string, uint32_t> numbers;
 uint32_t next_number = 0;
 bool changes_take_time = false;
-// SUMO's sum of position and way is ours to the bit, as in shim.cpp.
+// True while SUMO's sum of position and distance equals ours to the bit, as in shim.cpp.
 bool is_sum_exact = true;
 size_t next_to_check = 0;
 
@@ -84,8 +84,9 @@ Mobile& vehicle(uint32_t number) {
     return *found;
 }
 
-// moveToXY gives a vehicle that it finds on another lane a route of one or two edges, as where lanes cross inside a junction. Nobody would
-// give way to it at the next: from the edges where it is, its path goes on.
+// Restores the route of an ego. moveToXY gives a vehicle that it finds on another lane, as where lanes cross inside a junction, a route of
+// one or two edges. Other vehicles would not give way to it at the next junction. The new route has the present edges and the rest of the
+// path.
 void restore_path(Mobile& v) {
     const std::vector<std::string> route = sim::Vehicle::getRoute(v.id);
     const int index = sim::Vehicle::getRouteIndex(v.id);
@@ -95,13 +96,13 @@ void restore_path(Mobile& v) {
         return;
     }
     const auto there = std::find(v.path.begin() + static_cast<std::ptrdiff_t>(v.path_at), v.path.end(), route.back());
-    if (there == v.path.end()) return;  // it has left its path
+    if (there == v.path.end()) return;  // the vehicle has left its path
     std::vector<std::string> edges(route.begin() + index, route.end());
     edges.insert(edges.end(), there + 1, v.path.end());
     try {
         sim::Vehicle::setRoute(v.id, edges);
     } catch (const sim::TraCIException&) {
-        // Refused in the midst of some junctions: the next step tries again.
+        // SUMO refuses this inside some junctions; the next step tries again.
     }
 }
 
@@ -152,9 +153,10 @@ void depart(const std::string& id) {
                                    nullptr, nullptr});
 }
 
-// A getter costs a look-up by name, some 80 ns among a thousand vehicles: who stands is where it stood, who went on by speed times step is
-// on its lane, and beside its middle only who changes lanes, with an indicator lit. Who is not near the end of its lane goes on so, and
-// is not asked where it is, but for one vehicle a step, in turn.
+// Reads all vehicles after a step with few getters: a getter costs a look-up by name, some 80 ns among a thousand vehicles. A stopped
+// vehicle keeps its place. A vehicle that moved by speed times step is still on its lane. Only a vehicle that changes lanes, with an
+// indicator lit, is off the centre line. The position of a vehicle that is not near the end of its lane is computed, not read, except for
+// one vehicle per step, in turn.
 void read(double step_s) {
     constexpr uint32_t INDICATORS = 7;
     constexpr double NEAR_END = 1e-3;
@@ -177,7 +179,7 @@ void read(double step_s) {
         if (!is_steady || speed != 0.) {
             const auto place = sim::Vehicle::getPosition3D(v.id);
             if (place.x == sim::INVALID_DOUBLE_VALUE) {
-                v.is_known = false;  // neither on a lane nor beside one: it is on its way to elsewhere
+                v.is_known = false;  // without a position: SUMO is moving it to another place
                 continue;
             }
             r.x = place.x, r.y = place.y, r.z = place.z;
@@ -235,8 +237,8 @@ void tell(Step* out) {
 
 }  // namespace
 
-// After cs_start. `lateral`: changes of lanes take time, so that vehicles stand beside the middle of a lane. `first`: number of the first
-// vehicle.
+// Prepares a network; called after cs_start. `lateral`: lane changes take time, so that vehicles may be off the centre line. `first`:
+// number of the first vehicle.
 API int cs_network_begin(const char* const* lane_ids, size_t lane_count, const char* const* signal_ids, size_t signal_count, int lateral,
                          uint32_t first) {
     return guard([&] {
@@ -258,10 +260,10 @@ API int cs_network_begin(const char* const* lane_ids, size_t lane_count, const c
     });
 }
 
-// Puts a vehicle on a lane at once, whatever SUMO's checks on insertion say. Its route is one of edges that was made before.
+// Puts a vehicle on a lane at once, without SUMO's insertion checks. Its route must exist.
 API int cs_network_add(const char* id, const char* route, const char* type, size_t lane, double pos, double speed, uint32_t* number) {
     return guard([&] {
-        // The first lane that it may use: the outermost can be a pavement or a place to park.
+        // Departs on the first lane that it may use: the outermost lane may be a pavement or a parking lane.
         sim::Vehicle::add(id, route, type, "now", "first", "0", "0");
         sim::Vehicle::moveTo(id, lanes.at(lane).id, pos);
         sim::Vehicle::setPreviousSpeed(id, speed, 0.);
@@ -271,7 +273,7 @@ API int cs_network_add(const char* id, const char* route, const char* type, size
     });
 }
 
-// From now on a vehicle of the demand is moved by whoever drives it. The edges of its route, a blank between them, stand until the next call.
+// Makes a vehicle of the demand externally driven. `edges`: ids of the edges of its route, separated by blanks, valid until the next call.
 API int cs_network_take(uint32_t number, const char** edges) {
     return guard([&] {
         Mobile& v = vehicle(number);
@@ -284,7 +286,7 @@ API int cs_network_take(uint32_t number, const char** edges) {
     });
 }
 
-// The commands, one step, and everything that it changed.
+// Executes the commands and one step, and returns the new state.
 API int cs_network_step(const Command* commands, size_t n, double step_s, Step* out) {
     return guard([&] {
         for (size_t i = 0; i < n; i++) obey(commands[i]);
@@ -294,7 +296,7 @@ API int cs_network_step(const Command* commands, size_t n, double step_s, Step* 
     });
 }
 
-// Everything as it is, without a step.
+// Returns the present state, without a step.
 API int cs_network_look(Step* out) {
     return guard([&] {
         for (Mobile& v : vehicles) v.is_known = false;
@@ -303,7 +305,7 @@ API int cs_network_look(Step* out) {
     });
 }
 
-// Forgets all vehicles; with the simulation's end.
+// Removes all vehicles and signals at the end of the simulation.
 API void cs_network_end() {
     vehicles.clear();
     numbers.clear();

@@ -1,5 +1,5 @@
-//! The C interface of `network_shim.cpp`: roads on which vehicles come and go. In: names of lanes and signals, commands. Out: what a
-//! step has changed, as columns that stand until the next.
+//! The C interface of `network_shim.cpp`, for roads that vehicles enter and leave. In: names of lanes and signals, commands. Out: the
+//! changes of a step, as columns that are valid until the next call.
 
 use super::shim::{Shim, Text, Texts, c_text, with_texts};
 use crate::traffic::TrafficError;
@@ -8,40 +8,40 @@ use std::{
     ptr, slice,
 };
 
-/// What shall be done to a vehicle before the step; numbered as in network_shim.cpp.
+/// Kinds of commands for a vehicle before the step; numbered as in network_shim.cpp.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NetworkCommandKind {
-    /// `a`, `b`: front bumper; `c`: compass degrees.
+    /// `a`, `b`: front bumper, metres; `c`: compass degrees.
     MoveToXy = 0,
-    /// `a`: the speed that model and followers take for the present one, m/s.
+    /// `a`: speed that the model and followers take as the present one, m/s.
     PreviousSpeed = 1,
     /// `a`: speed imposed until further notice, m/s; below 0 ends it.
     Speed = 2,
     /// `a`: SUMO's speed mode.
     SpeedMode = 3,
-    /// `a`: SUMO's bits of lamps.
+    /// `a`: SUMO's bits for vehicle lamps.
     Lamps = 5,
 }
 
-/// One command.
+/// Command for one vehicle, with the layout of network_shim.cpp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NetworkCommand {
     pub vehicle: u32,
     pub kind: NetworkCommandKind,
-    /// The lane where it is to be, by number; -1: whichever is there.
+    /// Number of the lane to move to; -1 lets SUMO choose.
     pub lane: i32,
     pub a: f64,
     pub b: f64,
     pub c: f64,
 }
 
-/// One vehicle after a step.
+/// State of one vehicle after a step, with the layout of network_shim.cpp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NetworkRecord {
-    /// Front bumper, metres.
+    /// Position of the front bumper, metres.
     pub x: f64,
     pub y: f64,
     pub z: f64,
@@ -50,13 +50,13 @@ pub(super) struct NetworkRecord {
     pub lane_pos_m: f64,
     pub lateral_m: f64,
     pub number: u32,
-    /// By number; -1: none.
+    /// Number of the lane; -1 if on none of them.
     pub lane: i32,
-    /// SUMO's bits.
+    /// SUMO's bits for vehicle lamps.
     pub lamps: u32,
 }
 
-/// A vehicle that has come. The names are C's until the next call.
+/// Vehicle that departed. C owns the names, which are valid until the next call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 struct RawDeparture {
@@ -69,7 +69,7 @@ struct RawDeparture {
     kind: Text,
 }
 
-/// See [`NetworkStep`]; C's until the next call.
+/// Raw form of [`NetworkStep`]. C owns the arrays, which are valid until the next call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RawStep {
@@ -100,7 +100,7 @@ impl Default for RawStep {
     }
 }
 
-/// The functions.
+/// Functions of the part of the shim for networks.
 pub(super) struct NetworkApi {
     pub begin: unsafe extern "C" fn(Texts, usize, Texts, usize, c_int, u32) -> c_int,
     pub add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64, *mut u32) -> c_int,
@@ -110,46 +110,46 @@ pub(super) struct NetworkApi {
     pub end: unsafe extern "C" fn(),
 }
 
-/// A vehicle that has come.
+/// Vehicle that departed in a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NetworkDeparture<'a> {
     pub number: u32,
     pub length_m: f64,
     pub width_m: f64,
     pub height_m: f64,
-    /// SUMO's name of it.
+    /// Id of the vehicle in SUMO.
     pub name: &'a CStr,
-    /// SUMO's class: passenger, truck and so on.
+    /// SUMO's vehicle class: passenger, truck and so on.
     pub class: &'a CStr,
-    /// SUMO's type.
+    /// Id of the vehicle's type in SUMO.
     pub kind: &'a CStr,
 }
 
-/// What there is after a step.
+/// State of the simulation after a step.
 pub(super) struct NetworkStep<'a> {
     /// All vehicles on the road, by ascending number.
     pub records: &'a [NetworkRecord],
     departures: &'a [RawDeparture],
-    /// Numbers of those that have gone, ascending.
+    /// Numbers of the vehicles that arrived, ascending.
     pub arrivals: &'a [u32],
-    /// States of all signals, one after the other, a letter a link.
+    /// States of all signals in sequence, one letter per link.
     pub signals: &'a [u8],
-    /// Where each signal's begin; one more at the end.
+    /// Start of each signal in `signals`, with the total length as the last entry.
     pub signal_starts: &'a [u32],
 }
 
-/// C's array; of none there may be no address.
+/// Returns a C array as a slice. The pointer may be null if the array is empty.
 ///
 /// # Safety
-/// The address is that of so many, and they stand for the life of the result.
+/// `first` points to `count` elements that are valid for `'a`.
 unsafe fn array<'a, T>(first: *const T, count: usize) -> &'a [T] {
     if count == 0 { &[] } else { unsafe { slice::from_raw_parts(first, count) } }
 }
 
 impl<'a> NetworkStep<'a> {
-    /// Those that have come, by ascending number.
+    /// Returns the vehicles that departed, by ascending number.
     pub fn departures(&self) -> impl Iterator<Item = NetworkDeparture<'a>> {
-        // SAFETY: the shim sets all names, and they stand as long as the step does.
+        // SAFETY: the shim sets all names, and they are valid as long as the step.
         let text = |text: Text| unsafe { CStr::from_ptr(text) };
         self.departures.iter().map(move |raw| NetworkDeparture {
             number: raw.number,
@@ -163,14 +163,14 @@ impl<'a> NetworkStep<'a> {
     }
 }
 
-/// A simulation of a network; it ends when dropped.
+/// Simulation of a network; it ends when dropped.
 pub(super) struct NetworkShim {
     pub shim: Shim,
 }
 
 // SAFETY of all calls below: as in shim.rs.
 impl NetworkShim {
-    /// Takes a simulation that has just begun. `lateral`: changes of lanes take time. `first`: number of the first vehicle.
+    /// Prepares a simulation that has just started. `lateral`: lane changes take time. `first`: number of the first vehicle.
     pub fn begin(
         shim: Shim,
         lanes: &[String],
@@ -185,7 +185,7 @@ impl NetworkShim {
         Ok(Self { shim })
     }
 
-    /// Puts a vehicle on a lane at once; its number.
+    /// Puts a vehicle on a lane at once and returns its number.
     pub fn add(
         &mut self,
         (id, route, kind): (&str, &str, &str),
@@ -202,7 +202,7 @@ impl NetworkShim {
         Ok(number)
     }
 
-    /// From now on somebody drives this vehicle of the demand. The edges of its route.
+    /// Makes a vehicle of the demand externally driven and returns the edges of its route.
     pub fn take(&mut self, number: u32) -> Result<Vec<String>, TrafficError> {
         let mut edges: Text = ptr::null();
         let code = unsafe { (self.shim.api.network.take)(number, &raw mut edges) };
@@ -212,7 +212,7 @@ impl NetworkShim {
         Ok(edges.split(' ').map(str::to_owned).collect())
     }
 
-    /// The commands, one step of this length, and what it has changed.
+    /// Executes the commands and one step of this length, and returns the new state.
     pub fn step(&mut self, commands: &[NetworkCommand], step_s: f64) -> Result<NetworkStep<'_>, TrafficError> {
         let mut raw = RawStep::default();
         let code = unsafe { (self.shim.api.network.step)(commands.as_ptr(), commands.len(), step_s, &raw mut raw) };
@@ -220,7 +220,7 @@ impl NetworkShim {
         Ok(Self::seen(&raw))
     }
 
-    /// Everything as it is, without a step.
+    /// Returns the present state, without a step.
     pub fn look(&mut self) -> Result<NetworkStep<'_>, TrafficError> {
         let mut raw = RawStep::default();
         let code = unsafe { (self.shim.api.network.look)(&raw mut raw) };
@@ -228,7 +228,7 @@ impl NetworkShim {
         Ok(Self::seen(&raw))
     }
 
-    /// What the shim has told. It stands until the next call, which needs `&mut self`.
+    /// Converts the shim's raw state. It is valid until the next call, which needs `&mut self`.
     fn seen<'a>(raw: &RawStep) -> NetworkStep<'a> {
         unsafe {
             let signal_starts: &[u32] = array(raw.signal_starts, raw.signal_count + 1);

@@ -1,5 +1,5 @@
-//! How SUMO is set up for a drive: options, the cars' type, the endless route. In: a [`TrafficSetup`](crate::traffic::TrafficSetup). Out: what the shim
-//! passes on.
+//! Setup of SUMO for a drive: options, vehicle types, endless route. In: a [`TrafficSetup`](crate::traffic::TrafficSetup). Out: arguments
+//! for the shim.
 
 use super::shim::VehicleType;
 use crate::{
@@ -11,15 +11,15 @@ use crate::{
 };
 use std::path::{Path, PathBuf};
 
-/// The exponent of SUMO's IDM unless a file says otherwise.
+/// Exponent of SUMO's IDM unless a file sets another.
 pub(super) const DEFAULT_DELTA: f64 = 4.0;
-/// How far a car can go before its route ends, metres: at 30 m/s, 9 hours.
+/// Minimum length of a route before it ends, metres: at 30 m/s, 9 hours.
 const ENDLESS_M: f64 = 1.0e6;
 
-/// Options of SUMO's command line.
+/// Returns SUMO's command-line options for a closed route.
 pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>, seed: u64) -> Vec<String> {
     let mut options = common(net, step_s, seed);
-    // Starting places are ours to choose.
+    // The initial positions are codrive's choice.
     options.extend(["--insertion-checks", "none"].map(String::from));
     if let Some(types) = types {
         options.extend(["--additional-files".to_string(), types.display().to_string()]);
@@ -27,7 +27,7 @@ pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>, seed: u64) -
     options
 }
 
-/// The same on a road network: with these files of demand, and changes of lanes that take so long, seconds.
+/// Returns SUMO's command-line options for a road network, with these demand files and this duration of lane changes, seconds.
 pub(super) fn network_options(net: &str, step_s: f64, routes: &[&Path], lane_change_s: f64, seed: u64) -> Vec<String> {
     let mut options = common(net, step_s, seed);
     if !routes.is_empty() {
@@ -38,34 +38,34 @@ pub(super) fn network_options(net: &str, step_s: f64, routes: &[&Path], lane_cha
     options
 }
 
-/// What all simulations have.
+/// Returns the options that all simulations share.
 fn common(net: &str, step_s: f64, seed: u64) -> Vec<String> {
     let step = format!("{step_s:.3}");
     let mut options: Vec<String> = [
         ("--net-file", net),
         ("--step-length", step.as_str()),
         ("--default.carfollowmodel", "IDM"),
-        // Numbers go through text when the type is made: all digits.
+        // Numbers are passed as text when a type is created, so all digits are needed.
         ("--precision", "16"),
-        // A jam must stand.
+        // Vehicles in a jam must not be teleported away.
         ("--time-to-teleport", "-1"),
-        // The default would teleport a car that the ego touches. Contacts are found by the ego's physics.
+        // The default would teleport a vehicle that the ego touches. The ego's physics detects contacts.
         ("--collision.action", "none"),
         ("--xml-validation", "never"),
         ("--no-step-log", "true"),
         ("--duration-log.disable", "true"),
-        // Behind an ego that stops dead SUMO would print a line for each emergency braking.
+        // Behind an ego that stops suddenly, SUMO would print a line for each emergency braking.
         ("--no-warnings", "true"),
     ]
     .iter()
     .flat_map(|(name, value)| [(*name).to_string(), (*value).to_string()])
     .collect();
-    // Its own random numbers are those of other models than the IDM. SUMO takes 31 bits.
+    // SUMO's own random numbers are for models other than the IDM. SUMO accepts 31 bits.
     options.extend(["--seed".to_string(), (seed % (1 << 31)).to_string()]);
     options
 }
 
-/// The type of all cars.
+/// Returns the vehicle type of cars with the drive's own model.
 pub(super) fn vehicle_type(idm: &IdmParams) -> VehicleType {
     VehicleType {
         length_m: CAR_LENGTH_M,
@@ -79,8 +79,8 @@ pub(super) fn vehicle_type(idm: &IdmParams) -> VehicleType {
     }
 }
 
-/// The type of cars with another model: as long and wide, and else with SUMO's own numbers for a passenger car, which
-/// its models share.
+/// Returns the vehicle type with another model: same size and maximum speed, otherwise SUMO's own numbers for a passenger car, which its
+/// models share.
 pub(super) fn other_vehicle_type(idm: &IdmParams) -> VehicleType {
     VehicleType {
         accel_mps2: 2.6,
@@ -92,8 +92,8 @@ pub(super) fn other_vehicle_type(idm: &IdmParams) -> VehicleType {
     }
 }
 
-/// Laps without end: the normal edges of the route (SUMO adds the insides of junctions), so often that no drive gets
-/// through.
+/// Returns the edges of laps without end: the normal edges of the route (SUMO adds those inside junctions), repeated so often that no drive
+/// reaches the end.
 pub(super) fn endless_edges(route: &Route) -> Vec<String> {
     let lap: Vec<String> =
         route.lanes().iter().filter(|lane| !lane.edge.starts_with(':')).map(|lane| lane.edge.clone()).collect();
@@ -101,20 +101,20 @@ pub(super) fn endless_edges(route: &Route) -> Vec<String> {
     lap.iter().cycle().take(lap.len() * laps).cloned().collect()
 }
 
-/// A file that declares what no call of SUMO can change: an IDM type with an exponent of its own, and a type with another
-/// model; removed when dropped.
+/// File with declarations that SUMO's API cannot make: an IDM type with its own exponent, a type with another model, or flows; removed on
+/// drop.
 pub(super) struct TypeFile {
     _folder: TemporaryFolder,
     path: PathBuf,
 }
 
-/// Name of the cars' type in a [`TypeFile`].
+/// Name of the vehicle type in a [`TypeFile`].
 pub(super) const TYPE_IN_FILE: &str = "codrive.delta";
-/// Name of the type of cars with another model.
+/// Name of the vehicle type with another model in a [`TypeFile`].
 pub(super) const OTHER_TYPE_IN_FILE: &str = "codrive.other";
 
 impl TypeFile {
-    /// One, where this setup needs it.
+    /// Writes the file if this setup needs one.
     pub fn of(setup: &TrafficSetup) -> Result<Option<Self>, TrafficError> {
         let (delta, other) = (setup.idm.delta, setup.mixture.model);
         let mut types = String::new();
@@ -129,7 +129,7 @@ impl TypeFile {
         if types.is_empty() { Ok(None) } else { Self::write("add", &text).map(Some) }
     }
 
-    /// One with the flows of a demand, and the types of their vehicles: cars drive by this model.
+    /// Writes a file with the flows of a demand and their vehicle types; cars follow this model.
     pub fn of_demand(demand: &Demand, idm: &IdmParams, defines_default_type: bool) -> Result<Self, TrafficError> {
         let IdmParams { v0, t, a, b, delta, s0, .. } = idm;
         let car = format!(
@@ -140,7 +140,6 @@ impl TypeFile {
         Self::write("rou", &demand.flows_xml(&car, defines_default_type))
     }
 
-    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }

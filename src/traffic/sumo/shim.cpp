@@ -1,5 +1,6 @@
-// C interface over libsumo. Vehicles and lanes are numbers here: their names are given once. Every function returns 0, or 1 with a message in cs_error(); no exception
-// leaves this file. Metres, m/s, compass degrees. Used by one thread at a time (src/traffic/sumo/shim.rs).
+// C interface over libsumo. Vehicles and lanes have numbers here; their names are passed once. Every function returns 0, or 1 with a
+// message in cs_error(); no exception leaves this file. Metres, m/s, compass degrees. Used by one thread at a time
+// (src/traffic/sumo/shim.rs).
 #include "shim.h"
 
 #include <cmath>
@@ -9,8 +10,9 @@ using shim::strings;
 
 namespace {
 
-// What both sides have to agree on before anything else is called: the number of this interface, raised with every change of
-// a function or of a structure here and in network_shim.cpp, and the sizes of those here. Same layout as `Interface` in shim.rs.
+// Version and structure sizes of the interface, which both sides must share before any other call. The number is raised with every
+// change of a function or of a structure here and in network_shim.cpp; the sizes are those of this file. Same layout as `Interface` in
+// shim.rs.
 struct Interface {
     uint32_t number, command_bytes, record_bytes, vehicle_type_bytes;
 };
@@ -23,7 +25,7 @@ struct Command {
 };
 struct Record {
     double speed, lane_pos;
-    int32_t lane;      // index in the table of lanes, -1: none of them
+    int32_t lane;      // index in the table of lanes, -1: on none of them
     uint32_t present;  // 0: the vehicle is no longer in the simulation
 };
 struct VehicleType {
@@ -32,17 +34,17 @@ struct VehicleType {
 enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, SPEED_MODE = 3, MAX_SPEED = 4 };
 struct Car {
     std::string id;
-    int32_t lane;        // where it was last
-    double lane_pos;     // likewise
-    bool is_moved;       // told where it is, now or before: not by speed times step
-    bool is_read_anew;   // where it was is not known
+    int32_t lane;        // last known lane
+    double lane_pos;     // last known position on the lane
+    bool is_moved;       // was placed by a command, now or before: did not move by speed times step
+    bool is_read_anew;   // last position is unknown
 };
 
 thread_local std::string answer;
 std::vector<Car> cars;
 std::vector<std::string> lanes;
 std::vector<double> lane_lengths;  // 0: not known
-// SUMO's sum of position and way is ours to the bit. A compiler that fuses one of them may make it another.
+// True while SUMO's sum of position and distance equals ours to the bit. A compiler that fuses one of the two sums may change it.
 bool is_sum_exact = true;
 size_t next_to_check = 0;
 
@@ -75,9 +77,9 @@ void read_anew() {
     for (Car& car : cars) car.is_read_anew = true;
 }
 
-// In process a getter costs 25 ns (a look-up by name), and a subscription copies maps. SUMO moves a car by speed times step
-// (MSVehicle::updateState): one that stays on its lane by that is not asked where it is, but for one car a step, in turn. One that is
-// found where that sum says is on the lane where it was, and is not asked for it.
+// In process, a getter costs 25 ns (a look-up by name), and a subscription copies maps. SUMO moves a vehicle by speed times step
+// (MSVehicle::updateState). The position of a vehicle that stays on its lane by this sum is therefore computed, not read, except for one
+// vehicle per step, in turn. A vehicle read at the computed position is still on its last lane, so its lane is not read.
 void read(Record* out, double step_s) {
     constexpr double NEAR_END = 1e-3, SAME = 1e-6;
     const size_t checked = cars.empty() ? 0 : next_to_check++ % cars.size();
@@ -105,7 +107,7 @@ API void cs_interface(Interface* out) { *out = {INTERFACE, sizeof(Command), size
 
 API const char* cs_error() { return shim::error_text.c_str(); }
 
-// Begins a simulation with the options of the command line; argv[0] is ignored.
+// Starts a simulation with the options of the command line; argv[0] is ignored.
 API int cs_start(const char* const* argv, size_t n) {
     return guard([&] {
         cars.clear();
@@ -144,7 +146,7 @@ API int cs_lane(size_t lane, double* length, double* speed) {
     });
 }
 
-// Closes lanes to the vehicles of this drive: SUMO's own choose a lane where one leads to several.
+// Closes lanes to passenger cars in this simulation: where a lane leads to several lanes, SUMO's vehicles choose one themselves.
 API int cs_close_lanes(const char* const* ids, size_t n) {
     return guard([&] {
         const std::vector<std::string> classes = {"passenger"};
@@ -155,8 +157,8 @@ API int cs_close_lanes(const char* const* ids, size_t n) {
 API int cs_type(const char* base, const char* name, const VehicleType* v) {
     return guard([&] {
         using Type = sim::VehicleType;
-        // SUMO's IDM computes sqrt(accel decel) when it is made, and the setters leave that number as it was: a copy of
-        // the finished draft is made from the new values. (Test: cars_of_other_parameters_move_alike_in_both_engines.)
+        // SUMO's IDM computes sqrt(accel decel) at its creation, and the setters do not update that number. A copy of the finished
+        // draft is created from the new values. (Test: cars_of_other_parameters_move_alike_in_both_engines.)
         const std::string draft = std::string(name) + ".draft";
         Type::copy(base, draft);
         Type::setLength(draft, v->length);
@@ -178,10 +180,10 @@ API int cs_route(const char* id, const char* const* edges, size_t n) {
     return guard([&] { sim::Route::add(id, strings(edges, n)); });
 }
 
-// Puts a vehicle on the road at once, whatever SUMO's checks on insertion say.
+// Puts a vehicle on the road at once, without SUMO's insertion checks.
 API int cs_add(const char* id, const char* route, const char* type, size_t lane, double pos, double speed) {
     return guard([&] {
-        // On a lane that cars may use, until it is moved: the outermost may be a pavement.
+        // Departs on the first lane that cars may use, until it is moved: the outermost lane may be a pavement.
         sim::Vehicle::add(id, route, type, "now", "first", "0", "0");
         sim::Vehicle::moveTo(id, lanes.at(lane), pos);
         sim::Vehicle::setPreviousSpeed(id, speed, 0.);
@@ -190,7 +192,7 @@ API int cs_add(const char* id, const char* route, const char* type, size_t lane,
     });
 }
 
-// The commands, one step, and all vehicles in the order in which they were added.
+// Executes the commands and one step, and reads all vehicles in the order in which they were added.
 API int cs_frame(const Command* commands, size_t n, double step_s, Record* out) {
     return guard([&] {
         for (size_t i = 0; i < n; i++) obey(commands[i]);
@@ -199,7 +201,7 @@ API int cs_frame(const Command* commands, size_t n, double step_s, Record* out) 
     });
 }
 
-// A step and nothing else, to measure against.
+// Runs a step without commands and without reading, as a reference for measurements.
 API int cs_bare_step() {
     return guard([] {
         read_anew();
@@ -207,7 +209,7 @@ API int cs_bare_step() {
     });
 }
 
-// All vehicles, without a step.
+// Reads all vehicles without a step.
 API int cs_read(Record* out) {
     return guard([&] {
         read_anew();
@@ -215,7 +217,7 @@ API int cs_read(Record* out) {
     });
 }
 
-// Where SUMO itself draws a vehicle: front bumper and compass degrees.
+// Returns the pose at which SUMO draws a vehicle: front bumper and compass degrees.
 API int cs_pose(uint32_t car, double* x, double* y, double* angle_deg) {
     return guard([&] {
         const auto p = sim::Vehicle::getPosition(cars.at(car).id);

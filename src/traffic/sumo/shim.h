@@ -1,4 +1,4 @@
-// What the parts of the shim share: how a call fails, and lists of names.
+// Shared code of the shim's parts: error handling of a call, and lists of names.
 #pragma once
 #include <libsumo/libsumo.h>
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace shim {
 
 inline thread_local std::string error_text;
 
-// Runs `body`; no exception leaves it.
+// Runs `body` and returns 0, or 1 with a message in `error_text` after an exception; no exception leaves it.
 template <class F>
 int guard(F body) noexcept {
     try {

@@ -1,5 +1,5 @@
-//! The C interface of `shim.cpp` and `network_shim.cpp`, opened at run time. In: names, numbers and commands. Out: records, or SUMO's message.
-//! A [`Shim`] is the right to use SUMO in this process: there is one at a time.
+//! The C interface of `shim.cpp` and `network_shim.cpp`, loaded at run time. In: names, numbers and commands. Out: records, or SUMO's
+//! message. A [`Shim`] is the right to use SUMO in this process; only one exists at a time.
 
 use super::{locate, network_shim::NetworkApi};
 use crate::{
@@ -19,23 +19,23 @@ use std::{
     time::Duration,
 };
 
-/// What shall be done to a car before the step; numbered as in shim.cpp.
+/// Kinds of commands for a vehicle before the step; numbered as in shim.cpp.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug)]
 pub(super) enum CommandKind {
-    /// `a`, `b`: front bumper; `c`: compass degrees.
+    /// `a`, `b`: front bumper, metres; `c`: compass degrees.
     MoveToXy = 0,
-    /// `a`: the speed that model and followers take for the present one, m/s.
+    /// `a`: speed that the model and followers take as the present one, m/s.
     PreviousSpeed = 1,
     /// `a`: speed imposed until further notice, m/s; below 0 ends it.
     Speed = 2,
     /// `a`: SUMO's speed mode.
     SpeedMode = 3,
-    /// `a`: the highest speed that it drives from now on, m/s.
+    /// `a`: maximum speed from now on, m/s.
     MaxSpeed = 4,
 }
 
-/// One command.
+/// Command for one vehicle, with the layout of shim.cpp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Command {
@@ -46,19 +46,19 @@ pub(super) struct Command {
     pub c: f64,
 }
 
-/// One car after a step.
+/// State of one vehicle after a step, with the layout of shim.cpp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Record {
     pub speed_mps: f64,
     pub lane_pos_m: f64,
-    /// Index in the table of lanes, -1 if it is on none of them.
+    /// Index in the table of lanes, -1 if the vehicle is on none of them.
     pub lane: i32,
-    /// 0 if the car is no longer in the simulation.
+    /// 0 if the vehicle is no longer in the simulation.
     pub present: u32,
 }
 
-/// A type of vehicle, in SUMO's terms.
+/// Vehicle type in SUMO's terms, with the layout of shim.cpp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct VehicleType {
@@ -72,11 +72,11 @@ pub(super) struct VehicleType {
     pub max_speed_mps: f64,
 }
 
-/// What both sides have to agree on before anything else is called.
+/// Version and structure sizes of the interface, which both sides must share before any other call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Interface {
-    /// Raised with every change of a function or of a structure; as `INTERFACE` in shim.cpp.
+    /// Number of the interface, raised with every change of a function or of a structure; `INTERFACE` in shim.cpp.
     number: u32,
     command_bytes: u32,
     record_bytes: u32,
@@ -84,7 +84,7 @@ struct Interface {
 }
 
 impl Interface {
-    /// This program's side.
+    /// Interface that this program expects.
     const OWN: Self = Self {
         number: 5,
         command_bytes: size_of::<Command>() as u32,
@@ -92,7 +92,7 @@ impl Interface {
         vehicle_type_bytes: size_of::<VehicleType>() as u32,
     };
 
-    /// Fails if the library at `path` is not the one of this program: one of another version may lie beside it.
+    /// Checks that the library at `path` belongs to this program: one of another version may lie beside it.
     fn check(self, path: &Path) -> Result<(), TrafficError> {
         if self == Self::OWN {
             return Ok(());
@@ -107,7 +107,7 @@ impl Interface {
 pub(super) type Text = *const c_char;
 pub(super) type Texts = *const *const c_char;
 
-/// The functions of one shim; `_library` keeps them loaded. Never unloaded: SUMO's libraries have static state.
+/// Functions of the shim; `_library` keeps them loaded. They are never unloaded, because SUMO's libraries have static state.
 pub(super) struct Api {
     error: unsafe extern "C" fn() -> Text,
     start: unsafe extern "C" fn(Texts, usize) -> c_int,
@@ -125,22 +125,22 @@ pub(super) struct Api {
     pose: unsafe extern "C" fn(u32, *mut f64, *mut f64, *mut f64) -> c_int,
     pub(super) network: NetworkApi,
     _library: libloading::Library,
-    /// libsumocpp itself, loaded first from where SUMO is now.
+    /// The library libsumocpp, loaded before the shim from SUMO's present folder.
     _sumo: libloading::Library,
 }
 
 static LOADED: OnceLock<Api> = OnceLock::new();
 static BUSY: AtomicBool = AtomicBool::new(false);
 
-/// The right to use the library; given back when dropped.
+/// Right to use the library, released on drop.
 pub(super) struct Shim {
     pub(super) api: &'static Api,
     cars: usize,
 }
 
-/// Opens a library without putting its hundred relatives in the global scope, where Mesa would bind to them.
+/// Opens a library without adding the symbols of its hundred dependencies to the global scope, where Mesa would bind to them.
 fn open(path: &Path) -> Result<libloading::Library, TrafficError> {
-    // SAFETY: SUMO's libraries and our shim run no code at load time that asks anything of the caller.
+    // SAFETY: the load-time code of SUMO's libraries and of the shim requires nothing of the caller.
     #[cfg(unix)]
     let library = unsafe {
         use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
@@ -164,7 +164,7 @@ impl Api {
             };
         }
         let mut found = Interface::default();
-        // SAFETY: as above; one from before there was this function leaves what agrees with nothing.
+        // SAFETY: as above. An old shim without this function leaves `found` at zeros, which match nothing.
         if let Ok(interface) = unsafe { library.get::<unsafe extern "C" fn(*mut Interface)>(b"cs_interface\0") } {
             unsafe { interface(&mut found) };
         }
@@ -198,7 +198,7 @@ impl Api {
     }
 }
 
-/// Text without a zero byte; one inside is dropped, which no name of a file or lane has.
+/// Converts a text to a C string. Zero bytes are removed; no name of a file or lane has one.
 pub(super) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', "")).expect("no zero byte is left")
 }
@@ -212,11 +212,11 @@ pub(super) fn with_texts<T>(texts: &[String], call: impl FnOnce(Texts, usize) ->
 // SAFETY of all calls below: pointers are valid for the call, `Shim` is not shared between threads (it is used through
 // `&mut`, and only one exists for a library), and no exception leaves shim.cpp.
 impl Shim {
-    /// Takes the library from the SUMO at `home`.
+    /// Takes the right to use SUMO and loads the library from the SUMO at `home`.
     pub fn open(home: &Path) -> Result<Self, TrafficError> {
         locate::library(home)?;
         while BUSY.swap(true, Ordering::Acquire) {
-            // Another start that nobody waits for any longer lets go of it once SUMO has read its files.
+            // An abandoned start releases the library once SUMO has read its files.
             if starts_under_way() < 2 {
                 return Err(TrafficError::Busy);
             }
@@ -252,28 +252,28 @@ impl Shim {
         Ok(unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned())
     }
 
-    /// Begins a simulation in this process; options as on SUMO's command line.
+    /// Starts a simulation in this process; options as on SUMO's command line.
     pub fn start(&mut self, options: &[String]) -> Result<(), TrafficError> {
         let mut all = vec!["sumo".to_string()];
         all.extend_from_slice(options);
         self.cars = 0;
         read_slowly();
         self.check(with_texts(&all, |texts, n| unsafe { (self.api.start)(texts, n) }))?;
-        // It reads its files without asking.
+        // SUMO does not check for an interruption while it reads its files.
         go_on()
     }
 
-    /// SUMO's version, as it names itself.
+    /// Returns SUMO's version, as SUMO states it.
     pub fn version(&self) -> Result<String, TrafficError> {
         self.text(|out| unsafe { (self.api.version)(out) })
     }
 
-    /// Numbers the lanes.
+    /// Numbers the lanes in this order.
     pub fn set_lanes(&mut self, ids: &[String]) -> Result<(), TrafficError> {
         self.check(with_texts(ids, |texts, n| unsafe { (self.api.lanes)(texts, n) }))
     }
 
-    /// Length, metres, and speed limit, m/s, of a lane by its number.
+    /// Returns length, metres, and speed limit, m/s, of a lane by its number.
     pub fn lane(&self, lane: usize) -> Result<(f64, f64), TrafficError> {
         let (mut length_m, mut speed_mps) = (0.0, 0.0);
         self.check(unsafe { (self.api.lane)(lane, &mut length_m, &mut speed_mps) })?;
@@ -285,19 +285,19 @@ impl Shim {
         self.check(with_texts(ids, |texts, n| unsafe { (self.api.close_lanes)(texts, n) }))
     }
 
-    /// Makes a vehicle type.
+    /// Creates a vehicle type from `base` with these values.
     pub fn add_type(&mut self, base: &str, name: &str, values: &VehicleType) -> Result<(), TrafficError> {
         let (base, name) = (c_text(base), c_text(name));
         self.check(unsafe { (self.api.vehicle_type)(base.as_ptr(), name.as_ptr(), values) })
     }
 
-    /// Makes a route of edges.
+    /// Creates a route along these edges.
     pub fn add_route(&mut self, id: &str, edges: &[String]) -> Result<(), TrafficError> {
         let id = c_text(id);
         self.check(with_texts(edges, |texts, n| unsafe { (self.api.route)(id.as_ptr(), texts, n) }))
     }
 
-    /// Puts the next car on the road: lane by number, position in metres, speed in m/s.
+    /// Puts the next vehicle on the road: lane by number, position in metres, speed in m/s.
     pub fn add_car(
         &mut self,
         (id, route, kind): (&str, &str, &str),
@@ -312,22 +312,22 @@ impl Shim {
         Ok(())
     }
 
-    /// The commands, one step, and all cars in the order in which they were added.
+    /// Executes the commands and one step, and reads all vehicles in the order in which they were added.
     ///
     /// # Panics
-    /// If `records` is not as long as there are cars.
+    /// If the length of `records` is not the number of vehicles.
     pub fn frame(&mut self, commands: &[Command], step_s: f64, records: &mut [Record]) -> Result<(), TrafficError> {
         assert_eq!(records.len(), self.cars);
         self.check(unsafe { (self.api.frame)(commands.as_ptr(), commands.len(), step_s, records.as_mut_ptr()) })
     }
 
-    /// All cars, without a step. Panics as [`Shim::frame`].
+    /// Reads all vehicles without a step. Panics as [`Shim::frame`].
     pub fn read(&mut self, records: &mut [Record]) -> Result<(), TrafficError> {
         assert_eq!(records.len(), self.cars);
         self.check(unsafe { (self.api.read)(records.as_mut_ptr()) })
     }
 
-    /// Where SUMO itself draws a car.
+    /// Returns the pose at which SUMO draws a vehicle.
     pub fn pose(&self, car: u32) -> Result<SumoPose, TrafficError> {
         let mut pose = SumoPose { front: DVec2::ZERO, angle_deg: 0.0 };
         let (x, y) = (&raw mut pose.front.x, &raw mut pose.front.y);
@@ -335,13 +335,13 @@ impl Shim {
         Ok(pose)
     }
 
-    /// A step and nothing else.
+    /// Runs a step without commands and without reading.
     pub fn bare_step(&mut self) -> Result<(), TrafficError> {
         self.check(unsafe { (self.api.bare_step)() })
     }
 }
 
-/// For tests: SUMO reads for as many seconds as `CODRIVE_SUMO_READS_S` says, deaf as it is. Release builds do not look.
+/// Waits `CODRIVE_SUMO_READS_S` seconds, for tests that need a long uninterruptible read. Release builds ignore the variable.
 fn read_slowly() {
     if cfg!(debug_assertions)
         && let Some(seconds) = env::var("CODRIVE_SUMO_READS_S").ok().and_then(|text| text.parse().ok())
@@ -352,7 +352,7 @@ fn read_slowly() {
 
 impl Drop for Shim {
     fn drop(&mut self) {
-        // There is nobody left to tell of a failure.
+        // A failure cannot be reported from here.
         unsafe { (self.api.close)() };
         BUSY.store(false, Ordering::Release);
     }

@@ -1,5 +1,5 @@
-//! A process of its own for what may break down or swell. In: a command. Out: how it ended and what it said, or that nobody waits for it any
-//! longer. It is bounded in memory and time, and ends with this program, however that ends.
+//! Child process for work that may crash or use too much memory. In: a command. Out: its exit status and messages, or an interruption. The
+//! process is limited in memory and time, and ends with this program, however that ends.
 
 use crate::{
     native_code,
@@ -13,18 +13,18 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// The longest time that a trial may take: the largest network that our reader takes (a town) takes SUMO some seconds.
+/// Time limit of a trial: the largest network that codrive's reader accepts (a town) takes SUMO some seconds.
 pub(super) const TIMEOUT: Duration = Duration::from_secs(120);
-/// A person is told of a wait that lasts longer than this.
+/// Duration of a wait after which the user gets a notice.
 const SILENT: Duration = Duration::from_secs(2);
-/// Address space of the process, bytes: SUMO's libraries take 1 GiB of it, a town's network less.
+/// Limit of the process's address space, bytes: SUMO's libraries take 1 GiB of it, a town's network less.
 const MOST_MEMORY: u64 = 4 << 30;
-/// Most bytes that are kept of what the process says.
+/// Maximum number of bytes kept of the process's standard error.
 const MOST_WORDS: u64 = 4096;
 
 static NOTICE: OnceLock<fn(&str)> = OnceLock::new();
 
-/// Lets a person know of waits that last longer than 2 s, one line each. Without it they are silent.
+/// Sets the function for notices of waits longer than 2 s, one line each. Without it there are no notices.
 pub fn tell_waits_by(notice: fn(&str)) {
     let _ = NOTICE.set(notice);
 }
@@ -32,16 +32,16 @@ pub fn tell_waits_by(notice: fn(&str)) {
 /// End of a trial.
 #[derive(Debug)]
 pub(super) enum Ended {
-    /// By itself: how, and what it said on its standard error.
+    /// The process ended by itself: exit status and standard error.
     Itself(ExitStatus, String),
     /// The trial took too long.
     TimedOut,
 }
 
-/// Runs a command to its end. `what` is named to a person who waits.
+/// Runs a command to its end. `what` names the trial in a notice of a long wait.
 ///
 /// # Errors
-/// [`TrafficError::Interrupted`], and the system's own.
+/// [`TrafficError::Interrupted`], or an error of the operating system.
 pub(super) fn run(command: &mut Command, what: &str) -> Result<Ended, TrafficError> {
     run_within(TIMEOUT, command, what)
 }
@@ -55,14 +55,14 @@ fn run_within(limit: Duration, command: &mut Command, what: &str) -> Result<Ende
         thread::spawn(move || {
             let mut words = Vec::new();
             let _ = stderr.by_ref().take(MOST_WORDS).read_to_end(&mut words);
-            // The rest is read, too: a process that cannot write would wait.
+            // The rest is read, too: a process that cannot write would block.
             let _ = io::copy(&mut stderr, &mut io::sink());
             words
         })
     });
     let ended = wait(&mut child, limit, what);
     if !matches!(ended, Ok(Some(_))) {
-        // It may have ended meanwhile.
+        // Errors are ignored, because the process may have ended meanwhile.
         let _ = child.kill();
         let _ = child.wait();
     }
@@ -76,7 +76,7 @@ fn run_within(limit: Duration, command: &mut Command, what: &str) -> Result<Ende
     })
 }
 
-/// Waits for the end, `None` where nobody waits any longer or it takes too long.
+/// Waits for the end of the process; `None` after an interruption or the time limit.
 fn wait(child: &mut Child, limit: Duration, what: &str) -> io::Result<Option<ExitStatus>> {
     let begun = now();
     let mut is_told = false;
@@ -98,19 +98,18 @@ fn wait(child: &mut Child, limit: Duration, what: &str) -> io::Result<Option<Exi
     }
 }
 
-/// Bounds the memory of the process that a command starts, keeps a breakdown from leaving an image of it on the disk, and lets it end with
-/// the thread that starts it.
+/// Limits the memory of the process that a command starts, disables its core dump, and makes it end with the thread that starts it.
 fn confine(command: &mut Command) -> &mut Command {
     #[cfg(target_os = "linux")]
     {
         use nix::sys::resource::{Resource, setrlimit};
         let limit = || {
-            // Where the system refuses a limit there is none, and the time-out is left.
+            // If the system refuses a limit, only the time limit remains.
             let _ = setrlimit(Resource::RLIMIT_AS, MOST_MEMORY, MOST_MEMORY);
             let _ = setrlimit(Resource::RLIMIT_CORE, 0, 0);
             Ok(())
         };
-        // SAFETY: between fork and exec it calls the system alone: no memory is asked for, no lock taken.
+        // SAFETY: between fork and exec the closure makes only system calls: no allocation, no lock.
         unsafe { std::os::unix::process::CommandExt::pre_exec(command, limit) };
     }
     native_code::end_with_parent(command)
@@ -129,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trial_has_at_most_four_gibibytes_and_leaves_no_image() {
+    fn a_trial_has_at_most_four_gibibytes_and_leaves_no_core_dump() {
         let mut limits = Command::new("cat");
         let done = confine(limits.arg("/proc/self/limits")).output().unwrap();
         let text = String::from_utf8_lossy(&done.stdout).into_owned();
@@ -141,8 +140,8 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_ends_with_those_who_wait_for_it() {
-        // The system's signal comes with the end of the thread that started it, as with that of the program.
+    fn a_trial_ends_with_the_thread_that_started_it() {
+        // The system sends its signal at the end of the thread that started the process, as at the end of the program.
         let begun = thread::spawn(|| confine(Command::new("sleep").arg("60")).spawn().unwrap());
         let mut child = begun.join().unwrap();
         let status = (0..200).find_map(|_| {

@@ -1,4 +1,4 @@
-//! Connections of a net.xml. In: a `<connection>`. Out: the two lanes, what lies between, right of way and signal.
+//! Connections of a net.xml. In: a `<connection>`. Out: its two lanes, the internal lane between them, right of way and signal.
 
 use super::Names;
 use crate::map::{
@@ -65,7 +65,7 @@ impl<'r> Names<'r> {
         })
     }
 
-    /// The lane that `connection` names by edge and index.
+    /// Returns the lane that the element names by edge and lane index.
     fn lane_of(
         &self,
         node: Element<'r>,

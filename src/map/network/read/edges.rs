@@ -1,4 +1,4 @@
-//! Edges and lanes of a net.xml. In: an `<edge>`. Out: the edge and its lanes at the end of the network's lists.
+//! Edges and lanes of a net.xml. In: an `<edge>`. Out: the edge and its lanes, appended to the network's lists.
 
 use super::{Names, words_but};
 use crate::map::{
@@ -12,13 +12,13 @@ use crate::map::{
 };
 use glam::{DVec2, DVec3};
 
-/// Width of a lane that states none, metres (SUMO's default).
+/// Width of a lane for which the file states none, metres (SUMO's default).
 pub(in crate::map::network) const DEFAULT_WIDTH_M: f64 = 3.2;
 
 const LENGTH_ALLOWED: &str = "a number from 0.001 to 100000 m";
 
 impl<'r> Names<'r> {
-    /// Puts an edge and its lanes at the end of the lists. `points` counts those of all shapes.
+    /// Appends an edge and its lanes to the lists. `points` counts the points of all shapes.
     pub fn edge(&mut self, net: &mut Network, node: Element<'r>, points: &mut usize) -> Result<(), MapError> {
         let reader = self.reader;
         let id = reader.text(node, "id")?;
@@ -35,7 +35,7 @@ impl<'r> Names<'r> {
             self.lanes.insert(reader.text(lane_node, "id")?, LaneId::from_index(net.lanes.len()));
             net.lanes.push(lane);
         }
-        // The inside of junction n is an edge ":n_0", its crossings ":n_c0", its walking areas ":n_w0".
+        // Names of edges at junction n: ":n_0" internal, ":n_c0" crossing, ":n_w0" walking area.
         let around = id.strip_prefix(':').and_then(|rest| rest.rsplit_once('_')).map(|(junction, _)| junction);
         let ends = kind.is_street();
         let last = net.lanes.len() - 1;
@@ -65,8 +65,8 @@ impl<'r> Names<'r> {
         Ok(())
     }
 
-    /// The junction where an edge ends or begins. One that the file does not have is made where the lane does: networks without
-    /// junctions say by these names which edges meet.
+    /// Returns the junction at the start or end of an edge. A junction that the file lacks is created at that end of the lane: in
+    /// networks without junctions, these names define which edges meet.
     fn end(&mut self, net: &mut Network, name: Option<&'r str>, lane: usize, at_end: bool) -> Option<JunctionId> {
         let name = name?;
         if let Some(known) = self.junctions.get(name) {
@@ -80,7 +80,7 @@ impl<'r> Names<'r> {
         Some(id)
     }
 
-    /// What an edge says of other edges and lanes, once all are known.
+    /// Resolves the references of an edge to other edges and lanes, once all are read.
     pub fn references_of_edge(&self, net: &mut Network, node: Element<'r>) -> Result<(), MapError> {
         let reader = self.reader;
         let Some(edge) = self.edges.get(reader.text(node, "id")?).copied() else { return Ok(()) };
@@ -95,7 +95,7 @@ impl<'r> Names<'r> {
         }
         let first = net.edges[edge.index()].lanes.start as usize;
         for (k, lane) in node.children_named("lane").enumerate() {
-            // "<neigh lane=".."/>"; SUMO takes the first.
+            // "<neigh lane=".."/>"; SUMO uses the first only.
             let Some(neigh) = lane.children_named("neigh").next() else { continue };
             let opposite = self.lanes.get(neigh.attribute("lane").unwrap_or_default()).copied();
             net.lanes[first + k].opposite =
@@ -107,7 +107,7 @@ impl<'r> Names<'r> {
     fn lane(&self, node: Element<'r>, edge: EdgeId, kind: EdgeKind) -> Result<Lane, MapError> {
         let reader = self.reader;
         let shape = reader.shape(node, if kind == EdgeKind::WalkingArea { 1 } else { 2 })?;
-        // netconvert writes the inside of a junction of no size as one point twice.
+        // netconvert writes an internal lane of a junction without extent as one point twice.
         if kind.is_street() && shape.iter().all(|point| point.truncate() == shape[0].truncate()) {
             return Err(reader.value(node, "shape", "two or more different points \"x,y\" or \"x,y,z\""));
         }
@@ -143,18 +143,19 @@ impl<'r> Names<'r> {
         })
     }
 
-    /// A list of classes; `None` where the attribute is absent or empty, as SUMO has it.
+    /// Returns a list of classes; `None` if the attribute is absent or empty, as in SUMO.
     pub fn classes(&self, node: Element, attribute: &str) -> Option<VehicleClasses> {
         node.attribute(attribute).filter(|list| !list.trim().is_empty()).map(VehicleClasses::parse)
     }
 
-    /// SUMO's rule: `allow` lists the classes that may, else `disallow` those that may not; `None` where there is neither.
+    /// Returns the permissions by SUMO's rule: `allow` lists the permitted classes, else `disallow` the excluded ones; `None` if both are
+    /// absent.
     pub fn permissions(&self, node: Element) -> Option<VehicleClasses> {
         let refused = || self.classes(node, "disallow").map(|refused| VehicleClasses::ALL.without(refused));
         self.classes(node, "allow").or_else(refused)
     }
 
-    /// What else an element says, as words.
+    /// Returns the attributes of an element that are not in `known`, as name and value.
     pub fn others(&self, node: Element, known: &[&str]) -> Vec<(String, String)> {
         words_but(node, known)
     }

@@ -14,7 +14,7 @@ use glam::{DVec3, dvec3};
 const LANES_ALLOWED: &str = "ids of lanes of this network";
 
 impl Junction {
-    /// A junction without lanes and rules.
+    /// Creates a junction without lanes and rules.
     pub(in crate::map::network) fn new(id: String, kind: JunctionKind, position: DVec3, declared: bool) -> Self {
         Self {
             id,
@@ -34,7 +34,7 @@ impl Junction {
 }
 
 impl<'r> Names<'r> {
-    /// A junction with its rules, without its lanes.
+    /// Reads a junction with its rules, without its lanes.
     pub fn junction(&self, node: Element<'r>) -> Result<Junction, MapError> {
         let reader = self.reader;
         let kind = JunctionKind::from_word(node.attribute("type").unwrap_or_default());
@@ -62,7 +62,7 @@ impl<'r> Names<'r> {
         Ok(junction)
     }
 
-    /// The lanes that a junction names.
+    /// Sets the lanes that a junction names.
     pub fn lanes_of_junction(&self, junction: &mut Junction, node: Element<'r>) -> Result<(), MapError> {
         junction.incoming = self.listed(node, "incLanes", &self.lanes, LANES_ALLOWED)?;
         junction.inside = self.listed(node, "intLanes", &self.lanes, LANES_ALLOWED)?;
@@ -76,7 +76,7 @@ impl<'r> Names<'r> {
         })
     }
 
-    /// The signals of railways that the file leaves to SUMO: one at each of their junctions that has no program.
+    /// Adds the railway signals that the file leaves to SUMO: one for each railway junction without a program.
     pub fn railway_signals(&mut self, net: &mut Network) {
         for (id, junction) in &self.junctions {
             let kind = net.junctions[junction.index()].kind;
@@ -87,7 +87,7 @@ impl<'r> Names<'r> {
         }
     }
 
-    /// A program of a signal, which may have one already.
+    /// Reads a program of a signal, and adds the signal if it is new.
     pub fn signal(&mut self, net: &mut Network, node: Element<'r>) -> Result<(), MapError> {
         let reader = self.reader;
         let id = reader.text(node, "id")?;

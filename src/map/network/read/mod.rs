@@ -1,7 +1,6 @@
-//! Reading a network. In: the text of a net.xml, checked by `net_check` for what SUMO would break down on. Out: the whole
-//! [`Network`]: names become indices, each element in the order of the file. What a network says of other things than its roads
-//! is left out: parameters of edges, lanes and connections, places to stop before a line for some classes, kinds of roads, and
-//! prohibitions, which its rules have already.
+//! Reading a network. In: the text of a net.xml, checked by `net_check` for errors on which SUMO would crash. Out: the whole [`Network`]:
+//! names become indices, and elements keep the order of the file. Content other than roads is left out: parameters of edges, lanes and
+//! connections, stop offsets for some classes, edge types, and prohibitions, which the junction rules already contain.
 
 mod connections;
 mod edges;
@@ -19,7 +18,7 @@ use crate::{
 };
 use std::{collections::BTreeMap, path::Path};
 
-/// A reader with what names stand for, as far as it has read.
+/// Reader with the indices of all names read so far.
 struct Names<'r> {
     reader: &'r NetReader<'r>,
     edges: BTreeMap<&'r str, EdgeId>,
@@ -29,19 +28,19 @@ struct Names<'r> {
 }
 
 impl Network {
-    /// Reads the text of `file`, which is named in errors only.
+    /// Reads the text of `file`, whose name appears in errors only.
     ///
     /// # Errors
-    /// If it is not XML or not a network, is larger than the limits of [`limits`], or has a value that cannot be; the message names
-    /// file, line, element and value.
+    /// The text is not XML or not a network, exceeds the limits of [`limits`], or has an invalid value; the message names file, line,
+    /// element and value.
     pub fn read(file: &Path, text: &str) -> Result<Self, MapError> {
-        // The document is gone before the grid is made: together they would take half as much again.
+        // The document is dropped before the grid is built: both together would take half as much memory again.
         let mut net = Self::elements(file, text)?;
         net.derive();
         Ok(net)
     }
 
-    /// The lists of a network, without what follows from them.
+    /// Reads the lists of a network, without the derived data.
     fn elements(file: &Path, text: &str) -> Result<Self, MapError> {
         let tree = limits::parse(file, text)?;
         let root = tree.root();
@@ -86,7 +85,7 @@ impl Network {
             let connection = names.connection(node, &net)?;
             net.connections.push(connection);
         }
-        // Those of a lane stand together, in the order of the file.
+        // Sorted by lane; connections of one lane keep the order of the file.
         net.connections.sort_by_key(|connection| connection.from);
         for (k, node) in root.children_named("junction").enumerate() {
             names.lanes_of_junction(&mut net.junctions[k], node)?;
@@ -99,7 +98,7 @@ impl Network {
     }
 }
 
-/// The attributes of an element that SUMO is given, but some, as words.
+/// Returns the attributes of an element that are passed to SUMO, except those in `known`, as name and value.
 fn words_but(node: Element, known: &[&str]) -> Vec<(String, String)> {
     let Some(rule) = sumo_xml::network().rule(node.name()) else { return Vec::new() };
     let others = node.attributes().filter(|(name, _)| !known.contains(name));
@@ -110,7 +109,7 @@ fn words_but(node: Element, known: &[&str]) -> Vec<(String, String)> {
     kept.collect()
 }
 
-/// The children `<param key=".." value=".."/>` of an element that SUMO is given.
+/// Returns the children `<param key=".." value=".."/>` of an element that are passed to SUMO.
 fn parameters(node: Element) -> Vec<(String, String)> {
     let rule = sumo_xml::network().rule(node.name());
     let text = |node: Element, name: &str| node.attribute(name).unwrap_or_default().to_owned();
@@ -119,7 +118,7 @@ fn parameters(node: Element) -> Vec<(String, String)> {
 }
 
 impl<'r> Names<'r> {
-    /// What the words of a list stand for.
+    /// Returns the indices of the names in a list.
     fn listed<T: Copy>(
         &self,
         node: Element,

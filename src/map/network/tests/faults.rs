@@ -1,4 +1,4 @@
-//! What is wrong with a network is said with file, line and value, and what is odd but sound is read.
+//! Faults in a network are reported with file, line and value; unusual but valid networks are read.
 
 use super::*;
 use std::fmt::Write;
@@ -7,7 +7,7 @@ fn text_of(name: &str) -> String {
     fs::read_to_string(networks_folder().join(format!("{name}.net.xml"))).unwrap()
 }
 
-/// Reads a network of `tests/data/networks` in which the first `from` is `to`.
+/// Reads a network of `tests/data/networks` in which the first `from` is replaced by `to`.
 fn changed(name: &str, from: &str, to: &str) -> Result<Network, String> {
     let text = text_of(name);
     assert!(text.contains(from), "{name} has no {from}");
@@ -15,7 +15,7 @@ fn changed(name: &str, from: &str, to: &str) -> Result<Network, String> {
 }
 
 #[test]
-fn a_signal_without_a_program_has_all_links_that_are_named_in_any_order() {
+fn a_signal_without_a_program_gets_all_links_in_any_order() {
     let lane = |edge: &str, from: &str, to: &str, y: f64| {
         format!(
             "<edge id=\"{edge}\" from=\"{from}\" to=\"{to}\"><lane id=\"{edge}_0\" index=\"0\" speed=\"9\" length=\"40\" shape=\"0,{y} 40,{y}\"/></edge>"
@@ -38,7 +38,7 @@ fn a_signal_without_a_program_has_all_links_that_are_named_in_any_order() {
 }
 
 #[test]
-fn a_value_that_cannot_be_is_refused_with_file_line_element_and_what_is_allowed() {
+fn an_invalid_value_is_refused_with_file_line_element_and_allowed_values() {
     let signal = "<tlLogic id=\"c\" type=\"static\" programID=\"0\" offset=\"0\"><phase duration=\"3\" state=\"rrrrrrrrrrrrrrrrrrrrr\"/></tlLogic>";
     let twice = format!("{signal}<junction id=\"c\"");
     for (name, from, to, expected) in [
@@ -61,7 +61,7 @@ fn a_value_that_cannot_be_is_refused_with_file_line_element_and_what_is_allowed(
 }
 
 #[test]
-fn signals_without_lanes_islands_and_unknown_classes_are_read_and_counted() {
+fn idle_signals_islands_and_unknown_classes_are_read_and_counted() {
     let idle = "<tlLogic id=\"idle\" type=\"static\" programID=\"a\" offset=\"begin\"><phase duration=\"30\" state=\"Gr\" name=\"go\"/>\
                 <phase duration=\"5\" minDur=\"3\" maxDur=\"9\" state=\"ry\"/><param key=\"k\" value=\"v\"/></tlLogic><junction id=\"b\"";
     let net = changed("track", "<junction id=\"b\"", idle).unwrap();
@@ -74,14 +74,14 @@ fn signals_without_lanes_islands_and_unknown_classes_are_read_and_counted() {
     assert_eq!(program.phases[0].light(0), Some(SignalLight::GreenMajor));
     assert_eq!((program.phases[1].light(1), program.phases[1].light(2)), (Some(SignalLight::Yellow), None));
     assert!(Network::read(FilePath::new("again"), &net.to_net_xml()).unwrap() == net);
-    // A class of a later SUMO: nobody that is known drives there.
+    // A class of a later SUMO version: no known class may drive there.
     let net = changed("track", "allow=\"tram rail\"", "allow=\"hovercraft\"").unwrap();
     assert!(net.lanes().iter().any(|lane| lane.permissions.is_empty()));
     assert!(Network::read(FilePath::new("again"), &net.to_net_xml()).unwrap() == net);
 }
 
 #[test]
-fn a_network_without_junctions_knows_which_edges_meet_by_their_names() {
+fn a_network_without_junctions_joins_edges_by_junction_name() {
     let text = "<net><edge id=\"a\" from=\"n\" to=\"m\"><lane id=\"a_0\" speed=\"9\" length=\"50\" shape=\"0,0 50,0\"/></edge>\
                 <edge id=\"b\" from=\"m\" to=\"n\"><lane id=\"b_0\" speed=\"9\" length=\"50\" shape=\"50,5,3 0,5,1\"/></edge>\
                 <connection from=\"a\" to=\"b\" fromLane=\"0\" toLane=\"0\"/></net>";
@@ -95,8 +95,8 @@ fn a_network_without_junctions_knows_which_edges_meet_by_their_names() {
 }
 
 #[test]
-fn coordinates_and_shapes_at_the_limits_of_the_file_are_found_and_take_little_memory() {
-    // A lane from end to end of the earth, another of 20,000 points in one place.
+fn coordinates_and_shapes_at_the_limits_are_found_in_little_memory() {
+    // A lane of 28,000 km, and another of 20,000 points in one place.
     let mut text = String::from(
         "<net><edge id=\"a\" to=\"m\"><lane id=\"a_0\" speed=\"9\" length=\"100000\" shape=\"-1e7,-1e7 1e7,1e7\"/></edge>\
          <edge id=\"b\" to=\"n\"><lane id=\"b_0\" speed=\"9\" length=\"5\" shape=\"",

@@ -1,4 +1,4 @@
-//! Networks at the gate in front of SUMO: those that are here pass whole, and hostile ones are refused by name.
+//! Checks of networks before SUMO reads them: the networks of this repository pass whole, and hostile ones are refused by name.
 
 use super::*;
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ fn every_network_here_passes_whole_and_its_copy_passes_unchanged() {
 }
 
 #[test]
-fn what_writes_or_reads_files_is_refused_in_a_network() {
+fn elements_that_write_or_read_files_are_refused_in_a_network() {
     let signal = |body: &str| {
         format!(
             "<net>\n<tlLogic id=\"s\" type=\"actuated\" programID=\"0\">\n{body}<phase duration=\"3\" state=\"G\"/></tlLogic></net>"
@@ -62,7 +62,7 @@ fn what_writes_or_reads_files_is_refused_in_a_network() {
 }
 
 #[test]
-fn a_projection_that_names_files_is_left_out_and_a_plain_one_stays() {
+fn a_projection_that_names_files_is_dropped_and_a_plain_one_kept() {
     let projection = |value: &str| {
         let text = format!("<net><location netOffset=\"0,0\" projParameter=\"{value}\"/></net>");
         let network = Network::read(FilePath::new("a.net.xml"), &text).unwrap();

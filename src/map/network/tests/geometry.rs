@@ -1,13 +1,13 @@
-//! Places in lanes and points in the world are each other's inverse, and where lanes overlap it is said which is meant.
+//! Positions in lanes and points in the world are each other's inverse, and overlapping lanes are resolved by hint, heading and height.
 
 use super::*;
 use crate::{map::RoadMap, space::wrap_angle};
 use glam::{DVec2, DVec3, dvec3};
 
-/// What a place may be wrong by after both ways: the promise, 1 mm.
+/// Largest error of a position mapped to the world and back: 1 mm, as promised.
 const MOST_M: f64 = 0.001;
 
-/// Places over a lane: positions over its length, offsets over its width.
+/// Returns positions in a lane: over its length, and offsets over its width.
 fn places(net: &Network, lane: LaneId) -> impl Iterator<Item = LanePosition> {
     let (length_m, half_m) = (net.lane(lane).length_m, net.lane(lane).half_width_m());
     (0..=24).flat_map(move |k| {
@@ -24,8 +24,8 @@ fn is_walking_area(net: &Network, lane: LaneId) -> bool {
 }
 
 #[test]
-fn a_place_in_a_lane_is_found_again_to_a_millimetre_with_its_lane_as_the_hint() {
-    // Of streets, and of insides of junctions and crossings.
+fn a_lane_position_is_found_to_a_millimetre_with_its_lane_as_the_hint() {
+    // Index 0: streets. Index 1: internal lanes and crossings.
     let (mut tried, mut folded) = ([0, 0], [0, 0]);
     for file in files() {
         let net = read(&file);
@@ -43,7 +43,7 @@ fn a_place_in_a_lane_is_found_again_to_a_millimetre_with_its_lane_as_the_hint() 
                     folded[inside] += 1;
                     continue;
                 }
-                // Where the strip reaches over itself: another place that is this point, too, and is nearer to the line.
+                // Where the strip overlaps itself: another position with the same point, nearer to the line.
                 let other = found.lane == lane && found.offset_m.abs() < at.offset_m.abs() - 1e-6;
                 if other && net.pose(found).position.distance(point) < MOST_M {
                     folded[inside] += 1;
@@ -56,7 +56,7 @@ fn a_place_in_a_lane_is_found_again_to_a_millimetre_with_its_lane_as_the_hint() 
             }
         }
     }
-    // Streets have no such bends. Of the ways through a junction one in four turns on the spot, and a third of its width is inside.
+    // Streets have no such bends. One in four internal lanes is a U-turn, where a third of the width lies on the inside.
     assert!(
         tried[0] > 25_000 && tried[1] > 25_000 && folded[0] == 0 && folded[1] * 12 < tried[1],
         "{folded:?} of {tried:?}"
@@ -64,7 +64,7 @@ fn a_place_in_a_lane_is_found_again_to_a_millimetre_with_its_lane_as_the_hint() 
 }
 
 #[test]
-fn a_place_in_a_lane_is_found_without_a_hint_on_a_lane_that_reaches_it() {
+fn a_lane_position_is_found_without_a_hint_on_a_lane_that_contains_it() {
     for file in files() {
         let net = read(&file);
         let (mut same, mut all) = (0, 0);
@@ -73,7 +73,7 @@ fn a_place_in_a_lane_is_found_without_a_hint_on_a_lane_that_reaches_it() {
                 let point = net.pose(at).position;
                 let found = net.locate(point, None).unwrap();
                 let apart = net.pose(found).position - point;
-                // Lanes that overlap on a slope are not equally high.
+                // Lanes that overlap on a slope differ in height.
                 let same_place = apart.truncate().length() < MOST_M && apart.z.abs() < 0.5;
                 assert!(same_place, "{}: {at:?}, found {found:?}, {apart} m off", file.display());
                 assert!(found.offset_m.abs() < at.offset_m.abs() + 1e-9, "{}: {at:?}, found {found:?}", file.display());
@@ -86,7 +86,7 @@ fn a_place_in_a_lane_is_found_without_a_hint_on_a_lane_that_reaches_it() {
     }
 }
 
-/// A lane of two parts at a right angle that climbs by one metre in ten, declared twice as long as drawn.
+/// Returns a lane of two parts at a right angle that climbs one metre in ten, declared twice as long as drawn.
 fn corner() -> CentreLine {
     let rise = 100f64.sqrt() / 10.0;
     let shape = [dvec3(0.0, 0.0, 0.0), dvec3(10.0, 0.0, rise), dvec3(10.0, 10.0, 2.0 * rise)];
@@ -110,8 +110,8 @@ fn the_strip_of_a_corner_is_mitred_and_positions_are_declared_metres() {
         assert!(pose.position.distance(at) < 1e-9, "{s_m} {offset_m}: {pose:?}");
         assert!((pose.grade - 0.1).abs() < 1e-12 && (pose.slope_rad() - 0.1f64.atan()).abs() < 1e-12);
     }
-    // An arc that passes the corner at 1.5 m begins 1.5 m / tan 22.5 deg = 3.621 m before it, 7.279 m as declared (20.1 m for 10): 5.025 m before it,
-    // it has turned by (7.279 - 5.025) / 14.557 of the right angle.
+    // An arc that passes the corner at 1.5 m begins 1.5 m / tan 22.5 deg = 3.621 m before it, 7.279 m as declared (20.1 m for 10). At
+    // 5.025 m before the corner, it has turned by (7.279 - 5.025) / 14.557 of the right angle.
     let yaw_deg = |s_m: f64| line.pose(s_m, 0.0).yaw_rad.to_degrees();
     assert!(yaw_deg(0.0).abs() < 1e-9 && (yaw_deg(2.0 * quarter_m) - 45.0).abs() < 1e-9);
     assert!((yaw_deg(1.5 * quarter_m) - 13.934).abs() < 0.001 && (yaw_deg(4.0 * quarter_m) - 90.0).abs() < 1e-9);
@@ -119,7 +119,7 @@ fn the_strip_of_a_corner_is_mitred_and_positions_are_declared_metres() {
 }
 
 #[test]
-fn where_lanes_cross_the_hint_decides_and_else_the_heading() {
+fn where_lanes_cross_the_hint_decides_else_the_heading() {
     let net = named("figure-eight");
     let (one, other) = (lane(&net, ":x_0_0"), lane(&net, ":x_1_0"));
     let crossing = |lane: LaneId| net.lane(lane).line.pose(net.lane(lane).length_m / 2.0, 0.0);
@@ -127,14 +127,14 @@ fn where_lanes_cross_the_hint_decides_and_else_the_heading() {
     assert!(a.position.distance(b.position) < 0.5 && wrap_angle(a.yaw_rad - b.yaw_rad).abs() > 1.0, "{a:?} {b:?}");
     for hint in [one, other] {
         assert_eq!(net.locate(a.position, Some(hint)).unwrap().lane, hint);
-        // The lane before it leads on to it.
+        // With the predecessor as the hint, its successor is found.
         let before = net.predecessors(hint)[0];
         let inside = net.lane(hint).line.pose(1.0, 0.0);
         assert_eq!(net.locate(inside.position, Some(before)).unwrap().lane, hint);
     }
     assert_eq!(net.locate_pose(&a, None).unwrap().lane, one);
     assert_eq!(net.locate_pose(&b, None).unwrap().lane, other);
-    // Back along a street of two directions: its own lane on the other side, not the one that is nearer.
+    // Back along a street with two directions: the lane of the opposite direction, not the nearer one.
     let net = named("spider");
     let (there, back) = net
         .edge_ids()
@@ -149,18 +149,18 @@ fn where_lanes_cross_the_hint_decides_and_else_the_heading() {
 }
 
 #[test]
-fn a_bridge_and_the_road_below_are_told_apart_by_height() {
+fn a_bridge_and_the_road_below_are_distinguished_by_height() {
     let net = named("hill");
     let (up, tunnel) = (lane(&net, "up_0"), lane(&net, "tunnel_0"));
     let (over, under) = (&net.lane(up).line, &net.lane(tunnel).line);
-    // Where the two lines cross on the ground.
+    // The point where the two lines cross on the ground.
     let off_m = |s_m: f64| over.nearest(under.pose(s_m, 0.0).position).offset_m.abs();
     let places = (0..40_000).map(|k| under.length_m() * f64::from(k) / 40_000.0);
     let s_m = places.min_by(|a, b| off_m(*a).total_cmp(&off_m(*b))).unwrap();
     let above_s_m = over.nearest(under.pose(s_m, 0.0).position).s_m;
     let (above, below) = (over.pose(above_s_m, 0.0).position, under.pose(s_m, 0.0).position);
     assert!(above.truncate().distance(below.truncate()) < 0.02 && above.z - below.z > 10.0, "{above} {below}");
-    // Beside the one there the other is nearer on the ground.
+    // Here the other lane is nearer on the ground.
     assert_eq!(net.locate(over.pose(above_s_m, 0.5).position, None).unwrap().lane, up);
     assert_eq!(net.locate(under.pose(s_m, 0.5).position, None).unwrap().lane, tunnel);
     // Grade of the climb's first part by hand: 3 m up over 50 m along and 5 m across.
@@ -177,7 +177,7 @@ fn a_point_far_from_every_road_is_in_no_lane() {
     assert_eq!(net.locate(high + dvec3(50.0, 50.0, 0.0), None), None);
     assert_eq!(net.locate(dvec3(1e7, -1e7, 0.0), Some(lane(&net, "ab_0"))), None);
     assert_eq!(Network::default().locate(DVec3::ZERO, None), None);
-    // Beside the road by less than the reach, and by more.
+    // Beside the road, by less and by more than the reach.
     let beside = |offset_m: f64| net.locate(net.lane(lane(&net, "island_0")).line.pose(50.0, offset_m).position, None);
     assert_eq!(beside(REACH_M - 0.01).unwrap().lane, lane(&net, "island_0"));
     assert_eq!(beside(REACH_M + 0.01), None);
@@ -196,7 +196,7 @@ fn the_neighbour_on_the_left_lies_on_the_left() {
                 let (here_lane, beside_lane) = (net.lane(here), net.lane(beside));
                 let middle = here_lane.line.pose(here_lane.length_m / 2.0, 0.0);
                 let across = beside_lane.line.nearest(middle.position);
-                // Half of both widths, as SUMO spreads lanes, to a share of what bends and ramps take.
+                // Half of both widths, as SUMO spreads lanes, with a tolerance for bends and ramps.
                 let apart_m = here_lane.half_width_m() + beside_lane.half_width_m();
                 assert!(
                     (-across.offset_m - sign * apart_m).abs() < 0.2 * apart_m,
@@ -223,7 +223,7 @@ fn the_ring_is_one_closed_path_as_long_as_its_route() {
             let s_m = path.length_m() * f64::from(k) / 499.0 * 1.5 - 40.0;
             let at = path.lane_position(s_m, 0.7).unwrap();
             assert!((path.position_of(at, s_m).unwrap() - map.route.wrap(s_m)).abs() < 1e-9);
-            // The route is flat and draws the same line.
+            // The route is flat and has the same line.
             let point = net.pose(LanePosition { offset_m: 0.0, ..at }).position.truncate();
             assert!(point.distance(map.route.point_at(s_m)) < 1e-9, "{name} {s_m}");
         }
@@ -235,7 +235,7 @@ fn the_ring_is_one_closed_path_as_long_as_its_route() {
 }
 
 #[test]
-fn a_path_that_comes_over_a_lane_twice_is_where_it_was_last() {
+fn a_path_that_uses_a_lane_twice_keeps_to_the_nearest_position() {
     let net = named("figure-eight");
     let streets = ["xr_0", "rx_0", "xl_0", "lx_0"].map(|id| lane(&net, id));
     let once = Path::through(&net, &streets, true).unwrap();
@@ -249,7 +249,7 @@ fn a_path_that_comes_over_a_lane_twice_is_where_it_was_last() {
     assert_eq!(Path::new(&net, Vec::new(), true), Err(PathError::Empty));
     let broken = Path::through(&net, &[streets[0], streets[2]], false).unwrap_err().to_string();
     assert_eq!(broken, "lane \"xr_0\" does not lead to lane \"xl_0\"; it leads to: :r_0_0");
-    // Sound as an open path, but its end does not lead to its start.
+    // Valid as an open path, but its end does not lead to its start.
     let part = once.lanes()[..5].to_vec();
     assert!(Path::new(&net, part.clone(), false).is_ok());
     assert!(matches!(Path::new(&net, part, true), Err(PathError::Gap { .. })));

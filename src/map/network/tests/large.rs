@@ -1,9 +1,9 @@
-//! A network of ten thousand edges is read, and finding a lane in it costs what it costs in a small one.
+//! A network of ten thousand edges is read, and finding a lane in it costs the same as in a small one.
 
 use super::*;
 use std::process::Command;
 
-/// A grid of streets both ways, with all insides of its junctions, made by SUMO's netgenerate.
+/// Makes a grid of streets in both directions, with all internal lanes, by SUMO's netgenerate.
 fn grid(side: usize, folder: &FilePath) -> PathBuf {
     let sumo = root().join(".sumo/sumo");
     let program = sumo.join("bin/netgenerate");
@@ -17,15 +17,15 @@ fn grid(side: usize, folder: &FilePath) -> PathBuf {
 }
 
 #[test]
-fn ten_thousand_edges_are_read_and_a_lane_is_found_among_as_few_as_in_a_small_network() {
+fn finding_a_lane_among_ten_thousand_edges_costs_no_more_than_among_few() {
     let folder = tempfile::tempdir().unwrap();
     let mut most_near = Vec::new();
     for side in [10, 50] {
         let net = read(&grid(side, folder.path()));
         let census = net.census();
-        // Each of side rows and columns has side - 1 streets, both ways.
+        // Each of side rows and columns has side - 1 streets in both directions.
         assert_eq!((census.streets, census.islands), (4 * side * (side - 1), 1));
-        // Turns on the spot reach a little further than the outermost streets.
+        // U-turns extend slightly beyond the outermost streets.
         assert!((net.bounds().1.truncate().max_element() - 100.0 * (side - 1) as f64).abs() < 5.0);
         let every = net.lanes().len() / 500;
         let mut most = 0;
@@ -40,6 +40,6 @@ fn ten_thousand_edges_are_read_and_a_lane_is_found_among_as_few_as_in_a_small_ne
         }
         most_near.push(most);
     }
-    // The cell of a crossing lists its own lanes; others come by chance where cells share a place in the table.
+    // The cell of a crossing lists its own lanes; others appear by chance where cells share a slot of the table.
     assert!(most_near[1] < 2 * most_near[0] && most_near[1] < 2000, "{most_near:?}");
 }

@@ -1,5 +1,5 @@
-//! Tests of the network over the small networks of `tests/data/networks`, the two of `tests/data` and the shipped maps. What is
-//! expected comes from SUMO's own library and programs, from a brute search, or is counted by hand.
+//! Tests of the network on the small networks of `tests/data/networks`, the two of `tests/data` and the shipped maps. Expected values
+//! come from SUMO's own library and programs, from a brute-force search, or are counted by hand.
 
 mod faults;
 mod gate;
@@ -22,7 +22,7 @@ fn networks_folder() -> PathBuf {
     root().join("tests/data/networks")
 }
 
-/// All networks to test on: fourteen kinds of their own, two of netconvert, the shipped maps.
+/// Returns the files of all test networks: fourteen small ones, two made by netconvert, and the shipped maps.
 fn files() -> Vec<PathBuf> {
     let entries = fs::read_dir(networks_folder()).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = entries.filter(|file| file.to_string_lossy().ends_with(".net.xml")).collect();

@@ -1,10 +1,10 @@
-//! The network is what SUMO's own library, sumolib, reads in the same files: lanes, ways, signals, rules.
+//! The network equals what SUMO's own library, sumolib, reads from the same files: lanes, connections, signals, rules.
 
 use super::*;
 use serde_json::Value;
 use std::{collections::BTreeSet, process::Command};
 
-/// What sumolib reads, by file.
+/// Returns what sumolib reads, by file.
 fn read_by_sumolib(files: &[PathBuf]) -> Value {
     let tools = root().join(".sumo/sumo/tools");
     assert!(tools.is_dir(), "{}: run scripts/setup first", tools.display());
@@ -18,7 +18,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
-/// A list of lists of links.
+/// Parses a list of lists of links.
 fn rows(value: &Value) -> Vec<Vec<usize>> {
     let row = |row: &Value| row.as_array().unwrap().iter().map(|k| k.as_u64().unwrap() as usize).collect();
     value.as_array().unwrap().iter().map(row).collect()
@@ -33,7 +33,7 @@ fn check_lane(net: &Network, id: LaneId, theirs: &Value, place: &str) {
     classes.sort_unstable();
     let known: Vec<&str> =
         theirs["permissions"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
-    // sumolib lists words of old networks too where all classes may.
+    // sumolib lists names of old networks too if all classes are permitted.
     let known: Vec<&str> = known.into_iter().filter(|name| VehicleClasses::parse(name).list() == *name).collect();
     assert_eq!(classes, known, "{place}");
     let shape: Vec<Vec<f64>> = theirs["shape"].as_array().unwrap().iter().map(numbers).collect();
@@ -59,7 +59,7 @@ fn check_lane(net: &Network, id: LaneId, theirs: &Value, place: &str) {
             "state": way.state.word(),
             "tl": signal,
             "tl_link": letter,
-            // sumolib knows no rules for those that lead out of a junction.
+            // sumolib has no rules for connections that lead out of a junction.
             "link": way.link.filter(|_| !inside).map_or(-1, i64::from),
         });
         row.to_string()
@@ -68,7 +68,7 @@ fn check_lane(net: &Network, id: LaneId, theirs: &Value, place: &str) {
 }
 
 #[test]
-fn lanes_ways_rules_and_signals_are_those_that_sumolib_reads() {
+fn lanes_connections_rules_and_signals_equal_those_of_sumolib() {
     let files = files();
     let theirs = read_by_sumolib(&files);
     let (mut lanes, mut rules) = (0, 0);
@@ -111,7 +111,7 @@ fn lanes_ways_rules_and_signals_are_those_that_sumolib_reads() {
         }
         let programs = theirs["programs"].as_object().unwrap();
         for signal in net.signals() {
-            // sumolib has one without programs where SUMO makes it.
+            // sumolib has a signal without programs where SUMO makes it.
             let known =
                 programs.get(&signal.id).is_some_and(|known| known.as_object().unwrap().len() == signal.programs.len());
             assert!(known, "{}: signal {}", file.display(), signal.id);
@@ -129,7 +129,7 @@ fn lanes_ways_rules_and_signals_are_those_that_sumolib_reads() {
 }
 
 #[test]
-fn every_lane_leads_on_or_is_an_end_and_who_follows_is_led_to() {
+fn every_lane_leads_on_or_is_an_end_and_successors_match_predecessors() {
     for file in files() {
         let net = read(&file);
         let mut ends = 0;
@@ -137,8 +137,8 @@ fn every_lane_leads_on_or_is_an_end_and_who_follows_is_led_to() {
             for next in net.successors(here) {
                 assert!(net.predecessors(next).contains(&here), "{}: {}", file.display(), net.lane(here).id);
                 let (end, start) = (net.lane(here).shape().last().unwrap(), &net.lane(next).shape()[0]);
-                // Where there are insides, a lane begins where the one before ends, to netconvert's centimetres; lanes of different
-                // widths have their outer borders in line.
+                // With internal lanes, a lane begins where the previous one ends, to netconvert's centimetre. Lanes of different widths
+                // are aligned at their outer borders.
                 let inside =
                     net.edge_of(here).kind == EdgeKind::Internal || net.edge_of(next).kind == EdgeKind::Internal;
                 let apart_m = 0.05 + (net.lane(here).half_width_m() - net.lane(next).half_width_m()).abs();
@@ -173,7 +173,7 @@ fn every_lane_leads_on_or_is_an_end_and_who_follows_is_led_to() {
 }
 
 #[test]
-fn links_of_a_junction_are_the_lanes_inside_it() {
+fn links_of_a_junction_are_its_internal_lanes() {
     let mut links = 0;
     for file in files() {
         let net = read(&file);
@@ -182,7 +182,7 @@ fn links_of_a_junction_are_the_lanes_inside_it() {
                 let connection = link.connection.unwrap_or_else(|| panic!("{}: {} {k}", file.display(), junction.id));
                 assert_eq!(net.connection(connection).link, Some(k as u32));
                 if let Some(inside) = junction.inside.get(k) {
-                    // The lane inside of that place, or for a way in two parts the second of them.
+                    // The internal lane with that index, or for a way in two parts the second of them.
                     let next = net.connection(connection).next();
                     let second = net.successors(next).next();
                     assert!(next == *inside || second == Some(*inside), "{}: {} {k}", file.display(), junction.id);
@@ -221,7 +221,7 @@ fn each_letter_of_a_signal_has_the_connections_that_name_it() {
 }
 
 #[test]
-fn what_a_network_has_is_counted() {
+fn the_census_counts_the_parts_of_a_network() {
     // Counted in the descriptions of `tests/data/networks/source`.
     let town = named("town").census();
     assert_eq!((town.streets, town.junctions, town.signals, town.crossings), (15, 7, 1, 2));
@@ -229,7 +229,7 @@ fn what_a_network_has_is_counted() {
     let one_way = named("one-way").census();
     assert_eq!((one_way.streets, one_way.lanes, one_way.islands, one_way.signals), (6, 7, 2, 0));
     let grid = named("grid-signals").census();
-    // Three by three crossings, twelve streets both ways, two lanes each.
+    // Three by three crossings, twelve streets in both directions, two lanes each.
     assert_eq!((grid.streets, grid.lanes, grid.junctions), (24, 48, 9));
     assert!(named("town-left").is_left_hand() && !named("town").is_left_hand());
     assert_eq!(named("roundabout").roundabouts().len(), 1);
@@ -237,15 +237,15 @@ fn what_a_network_has_is_counted() {
 }
 
 #[test]
-fn markings_follow_from_who_may_change_lanes() {
+fn markings_follow_from_lane_change_permissions() {
     let net = named("town");
     let marking = |id: &str, side: Side| net.marking(lane(&net, id), side);
     assert_eq!(marking("ce_0", Side::Left), Marking::Kerb);
     assert_eq!(marking("ce_0", Side::Right), Marking::None);
     assert_eq!(marking("ce_1", Side::Right), Marking::Kerb);
-    // A bicycle lane beside one for all but bicycles.
+    // A bicycle lane beside a lane for all other classes.
     assert_eq!(marking("ce_1", Side::Left), Marking::Solid);
-    // From the bus lane only emergencies may change to the left; buses and taxis may change into it.
+    // From the bus lane only emergency vehicles may change to the left; buses and taxis may change into it.
     assert_eq!(marking("ec_1", Side::Left), Marking::Broken);
     // Vehicles may change to the lane on the left, and not back.
     assert_eq!(marking("wc_1", Side::Left), Marking::ChangeFromHere);

@@ -1,4 +1,4 @@
-//! A network is written as it was read, and netconvert takes what was written for the same network.
+//! A network is written as it was read, and netconvert reads the written file as the same network.
 
 use super::*;
 use std::process::Command;
@@ -10,7 +10,7 @@ fn netconvert() -> (PathBuf, PathBuf) {
     (sumo, program)
 }
 
-/// The network that netconvert makes of one.
+/// Converts a network with netconvert and reads the result.
 fn converted(file: &FilePath, out: &FilePath, options: &[&str]) -> Network {
     let (sumo, program) = netconvert();
     let mut command = Command::new(program);
@@ -21,7 +21,7 @@ fn converted(file: &FilePath, out: &FilePath, options: &[&str]) -> Network {
 }
 
 #[test]
-fn what_is_written_reads_as_an_equal_network() {
+fn a_written_network_reads_as_an_equal_network() {
     for file in files() {
         let net = read(&file);
         let text = net.to_net_xml();
@@ -41,10 +41,8 @@ fn a_stop_line_before_the_end_of_its_lane_is_written() {
     assert_eq!(["a_0", "a_1"].map(|id| again.lane(lane(&again, id)).end_offset_m), [4.0, 0.0]);
 }
 
-/// Everything that matters, in an order that does not hang on that of the file: edges with ends, kinds, names and priorities; lanes with
-/// lengths and points to a centimetre, heights, limits, widths, permissions, changes of lanes and opposite lanes; junctions with
-/// kind, place, lanes and rules; connections with direction, state, signal, and what is set by hand; signals with programs and
-/// phases; roundabouts.
+/// Returns all relevant data as rows that do not depend on the order of the file. Lengths and points are rounded to a centimetre;
+/// connections include settings made by hand, and signals their programs and phases.
 fn essence(net: &Network) -> Vec<String> {
     let lane = |id: LaneId| net.lane(id).id.as_str();
     let lanes = |ids: &[LaneId]| ids.iter().map(|id| lane(*id)).collect::<Vec<_>>().join(" ");
@@ -117,7 +115,7 @@ fn essence(net: &Network) -> Vec<String> {
 }
 
 #[test]
-fn netconvert_makes_the_same_of_what_is_written_as_of_the_network_itself() {
+fn netconvert_reads_the_written_network_as_the_original() {
     let folder = tempfile::tempdir().unwrap();
     let (written, again, first) = (
         folder.path().join("written.net.xml"),
@@ -127,7 +125,7 @@ fn netconvert_makes_the_same_of_what_is_written_as_of_the_network_itself() {
     for file in files() {
         let net = read(&file);
         fs::write(&written, net.to_net_xml()).unwrap();
-        // The two fixtures and the maps were not made by this netconvert with these options: what it makes of them counts.
+        // The two fixtures and the maps were not made by this netconvert with these options: the results of netconvert are compared.
         let of_file = converted(&file, &first, &[]);
         let of_written = converted(&written, &again, &[]);
         let (of_file, of_written) = (essence(&of_file), essence(&of_written));
@@ -145,7 +143,7 @@ fn netconvert_makes_the_same_of_what_is_written_as_of_the_network_itself() {
 }
 
 #[test]
-fn sumo_takes_what_is_written() {
+fn sumo_accepts_a_written_network() {
     let folder = tempfile::tempdir().unwrap();
     let written = folder.path().join("written.net.xml");
     let (sumo, _) = netconvert();
