@@ -1,4 +1,4 @@
-//! Builds a small shared library over libsumo from `src/traffic/sumo/*.cpp`. The program opens it at run time
+//! Builds a small shared library over libsumo from `src/traffic/sumo/shim.cpp`. The program opens it at run time
 //! (`traffic::sumo`), so that it builds and starts without SUMO, and SUMO's hundred bundled libraries stay out of the way of the graphics drivers. Without SUMO, or without a C++ compiler, the build
 //! goes on with a warning.
 
@@ -8,13 +8,11 @@ use std::{
     process::Command,
 };
 
-/// The shim's parts; the first two are compiled.
-const SHIM: [&str; 3] = ["src/traffic/sumo/shim.cpp", "src/traffic/sumo/network_shim.cpp", "src/traffic/sumo/shim.h"];
+/// Source of the shim.
+const SHIM: &str = "src/traffic/sumo/shim.cpp";
 
 fn main() {
-    for file in SHIM {
-        println!("cargo:rerun-if-changed={file}");
-    }
+    println!("cargo:rerun-if-changed={SHIM}");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=SUMO_HOME");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
@@ -119,7 +117,7 @@ fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
     let compiler = build.try_get_compiler().map_err(|error| error.to_string())?;
     let mut command: Command = compiler.to_command();
     let file = out.join(shim_name());
-    command.args(["-shared", "-fvisibility=hidden"]).args(&SHIM[..2]).arg("-o").arg(file);
+    command.args(["-shared", "-fvisibility=hidden"]).arg(SHIM).arg("-o").arg(file);
     command.arg(format!("-L{}", folder.display())).arg("-lsumocpp");
     command.arg(format!("-Wl,-rpath,{}", folder.display()));
     if cfg!(target_os = "linux") {
@@ -128,7 +126,7 @@ fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
     }
     match command.status() {
         Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("the C++ compiler failed ({status}) on src/traffic/sumo/*.cpp")),
+        Ok(status) => Err(format!("the C++ compiler failed ({status}) on {SHIM}")),
         Err(error) => Err(format!("no C++ compiler: {error}")),
     }
 }

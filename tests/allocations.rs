@@ -10,8 +10,8 @@ use codrive::{
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, EngineChoice, ExternalVehicleState, ModelMixture, NoiseStreams, TrafficSetup, VehicleReport,
-        sumo::{self, NetworkSetup, SumoNetwork},
+        self, Demand, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, NoiseStreams, VehicleReport,
+        sumo::{self, DemandSetup, SumoTraffic},
     },
 };
 use std::{
@@ -86,7 +86,7 @@ fn a_step_of_either_engine_allocates_no_memory() {
         let map = Arc::new(RoadMap::load("ring-250").expect("a map that is shipped"));
         let idm = IdmParams { noise: 0.2, ..IdmParams::default() };
         let cars = traffic::start::even(22, map.route.length_m(), idm.s0, 4.362).expect("they fit");
-        let setup = TrafficSetup {
+        let setup = FixedSetup {
             map: Arc::clone(&map),
             cars,
             idm,
@@ -144,7 +144,7 @@ fn a_network_step_without_new_vehicles_allocates_no_memory() {
     };
     let demand = folder.path().join("trips.rou.xml");
     fs::write(&demand, format!("<routes>{}</routes>", (0..120).map(trip).collect::<String>())).expect("written");
-    let setup = NetworkSetup {
+    let setup = DemandSetup {
         network,
         net_file,
         demand: Demand { files: vec![demand], flows: Vec::new() },
@@ -155,7 +155,7 @@ fn a_network_step_without_new_vehicles_allocates_no_memory() {
         until_s: 3600.0,
         seed: 1,
     };
-    let mut traffic = SumoNetwork::start(&setup).expect("it starts");
+    let mut traffic = SumoTraffic::start_with_demand(&setup).expect("it starts");
     // Steps fill two lists alternately.
     let (mut most, mut most_gone, mut quiet, mut gone) = ([0; 2], 0, 0, 0);
     for step in 0..2400 {

@@ -9,8 +9,8 @@ use crate::{
     rng,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, TrafficError,
-        sumo::{self, NetworkSetup, SumoNetwork},
+        Demand, DemandSetup, Traffic, TrafficError,
+        sumo::{self, SumoTraffic},
     },
 };
 use serde::Serialize;
@@ -88,8 +88,8 @@ fn netgenerate(folder: &Path, options: &[&str]) -> Result<PathBuf, TrafficError>
     if made.status.success() { Ok(net_file) } else { Err(failed(String::from_utf8_lossy(&made.stderr).into_owned())) }
 }
 
-fn measure(setup: &NetworkSetup) -> Result<(SumoTimes, f64), TrafficError> {
-    let mut traffic = SumoNetwork::start(setup)?;
+fn measure(setup: &DemandSetup) -> Result<(SumoTimes, f64), TrafficError> {
+    let mut traffic = SumoTraffic::start_with_demand(setup)?;
     for _ in 0..FILL_STEPS {
         traffic.step(&[])?;
     }
@@ -122,7 +122,7 @@ fn timed(call: impl FnOnce() -> Result<(), TrafficError>) -> Result<Duration, Tr
 }
 
 /// Makes a grid of ten by ten junctions with signals, 200 m apart, two lanes each way, and trips from side to side.
-fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
+fn grid(folder: &Path) -> Result<DemandSetup, TrafficError> {
     let net_file = netgenerate(
         folder,
         &[
@@ -154,7 +154,7 @@ fn grid(folder: &Path) -> Result<NetworkSetup, TrafficError> {
     }
     let file = folder.join("trips.rou.xml");
     fs::write(&file, trips + "</routes>\n").map_err(failed)?;
-    Ok(NetworkSetup {
+    Ok(DemandSetup {
         network: Arc::new(network),
         net_file,
         demand: Demand { files: vec![file], flows: Vec::new() },

@@ -14,7 +14,7 @@ use crate::{
     scenario::Scenario,
     sim::WorldError,
     traffic::EngineChoice,
-    traffic::{ModelMixture, NativeTraffic, Traffic, TrafficError, TrafficSetup, start, sumo::SumoTraffic},
+    traffic::{FixedSetup, ModelMixture, NativeTraffic, Traffic, TrafficError, start, sumo::SumoTraffic},
 };
 use serde::Serialize;
 use std::{sync::Arc, time::Duration};
@@ -85,10 +85,10 @@ fn if_here<T>(times: Result<T, WorldError>) -> Result<Option<T>, WorldError> {
     }
 }
 
-fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
+fn setup(scenario: &Scenario) -> Result<FixedSetup, WorldError> {
     let map = Arc::new(RoadMap::load(&scenario.map)?);
     let cars = start::even(scenario.vehicles as usize, map.route.length_m(), scenario.idm.s0, 0.0)?;
-    Ok(TrafficSetup {
+    Ok(FixedSetup {
         map,
         cars,
         idm: scenario.idm,
@@ -96,7 +96,6 @@ fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
         step_s: scenario.step_s,
         seed: scenario.seed,
         noise_streams: scenario.noise_streams,
-        timeout_s: scenario.traffic_timeout_s,
         lateral_accel_mps2: None,
     })
 }

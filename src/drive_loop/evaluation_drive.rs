@@ -10,7 +10,7 @@ use crate::{
     scenario::Scenario,
     sim::{Snapshot, World, WorldError},
     space::CAR_LENGTH_M,
-    traffic::CarState,
+    traffic::VehicleState,
 };
 use std::collections::BTreeMap;
 
@@ -124,20 +124,19 @@ fn traffic_alone(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     let mut tally = EpisodeMetrics::new(scenario.step_s, map.route.length_m());
     for _ in 0..(scenario.duration_s / scenario.step_s).round() as u64 {
         engine.step(&[]).map_err(WorldError::from)?;
-        let cars = engine.cars();
-        let now = EpisodeStep { ahead: Some(ahead(cars, &map)), ..EpisodeStep::default() };
+        let cars = engine.vehicles();
+        let now = EpisodeStep { ahead: ahead(cars, &map), ..EpisodeStep::default() };
         tally.add(cars.iter().map(|car| car.speed_mps as f32), now);
     }
     Ok(tally.verdict())
 }
 
 /// Returns the state of the first vehicle, which takes the place of the ego, behind its leader.
-fn ahead(cars: &[CarState], map: &RoadMap) -> Approach {
+fn ahead(cars: &[VehicleState], map: &RoadMap) -> Option<Approach> {
     let (ego, leader) = (&cars[0], &cars[1]);
-    Approach {
-        gap_m: map.route.ahead(ego.s_m, leader.s_m) - CAR_LENGTH_M,
-        closing_mps: ego.speed_mps - leader.speed_mps,
-    }
+    let s_m = |car: &VehicleState| map.route.s_on(car.lane?, car.s_m);
+    let gap_m = map.route.ahead(s_m(ego)?, s_m(leader)?) - CAR_LENGTH_M;
+    Some(Approach { gap_m, closing_mps: ego.speed_mps - leader.speed_mps })
 }
 
 #[cfg(test)]

@@ -88,6 +88,7 @@ fn bridge(before: &RouteLane, after: &RouteLane) -> RouteLane {
     let start = before.shape[before.shape.len() - 1];
     let shape: Vec<DVec2> = [start].into_iter().chain(first).chain(second).chain([after.shape[0]]).collect();
     RouteLane {
+        lane: None,
         id: format!("{BRIDGE_EDGE}{}->{}", before.id, after.id),
         edge: BRIDGE_EDGE.into(),
         start_s_m: 0.0,

@@ -71,7 +71,7 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
     extend_points(&mut lanes);
     check_gaps(file, &lanes)?;
     bridge_gaps(&mut lanes);
-    Ok(Route::new(lanes))
+    Ok(Route::new(lanes).with_heights(net))
 }
 
 fn lane_at(net: &Network, lane: usize) -> &Lane {
@@ -89,8 +89,9 @@ pub(super) fn drivable(net: &Network, lane: usize) -> bool {
 
 /// Returns a lane projected onto the ground plane: routes are flat.
 fn route_lane(net: &Network, lane: usize) -> RouteLane {
-    let (lane, edge) = (lane_at(net, lane), edge_at(net, lane));
+    let (id, lane, edge) = (LaneId::from_index(lane), lane_at(net, lane), edge_at(net, lane));
     RouteLane {
+        lane: Some(id),
         id: lane.id.clone(),
         edge: edge.id.clone(),
         start_s_m: 0.0,

@@ -10,6 +10,8 @@ use glam::DVec2;
 /// One lane of the route.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RouteLane {
+    /// Lane of the network; `None` over a gap between two of its lanes.
+    pub lane: Option<LaneId>,
     /// SUMO's lane id, for example `e0_0`.
     pub id: String,
     /// SUMO's edge id; begins with a colon inside a junction.
@@ -39,6 +41,7 @@ impl RouteLane {
     pub(super) fn of(net: &Network, id: LaneId) -> Self {
         let lane = net.lane(id);
         Self {
+            lane: Some(id),
             id: lane.id.clone(),
             edge: net.edge(lane.edge).id.clone(),
             start_s_m: 0.0,
@@ -80,6 +83,8 @@ pub struct RoutePosition {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
     lanes: Vec<RouteLane>,
+    /// Lanes of the network and their places in `lanes`, ascending.
+    by_lane: Vec<(LaneId, u32)>,
     /// All segments of all shapes in order, for searching.
     segments: Vec<ShapeSegment>,
     /// Number of segments per metre, for the first guess of a search.
@@ -145,7 +150,7 @@ impl Route {
     pub fn with_heights(mut self, net: &Network) -> Self {
         self.heights.clear();
         for lane in &self.lanes {
-            let Some(line) = net.lane_named(&lane.id).map(|id| &net.lane(id).line) else { continue };
+            let Some(line) = lane.lane.map(|id| &net.lane(id).line) else { continue };
             let share = lane.length_m / line.length_m();
             let of = |(s_m, point): (&f64, &glam::DVec3)| (lane.start_s_m + s_m * share, point.z);
             self.heights.extend(line.positions_m().iter().zip(line.points()).map(of));
@@ -154,16 +159,6 @@ impl Route {
             self.heights.clear();
         }
         self
-    }
-
-    /// Returns the route shifted by `by`, metres, without heights.
-    #[must_use]
-    pub fn moved_by(&self, by: DVec2) -> Self {
-        let moved = |lane: &RouteLane| RouteLane {
-            shape: lane.shape.iter().map(|point| *point + by).collect(),
-            ..lane.clone()
-        };
-        Self::chained(self.lanes.iter().map(moved).collect(), self.closed)
     }
 
     fn chained(mut lanes: Vec<RouteLane>, closed: bool) -> Self {
@@ -197,7 +192,10 @@ impl Route {
         if is_to_scale {
             drawn_starts_m.clear();
         }
-        Self { lanes, segments, segments_per_m, length_m, closed, heights: Vec::new(), drawn_starts_m }
+        let numbered = (0..).zip(&lanes).filter_map(|(k, lane)| Some((lane.lane?, k)));
+        let mut by_lane: Vec<(LaneId, u32)> = numbered.collect();
+        by_lane.sort_unstable();
+        Self { lanes, by_lane, segments, segments_per_m, length_m, closed, heights: Vec::new(), drawn_starts_m }
     }
 
     /// Returns true if the route is closed.
@@ -259,13 +257,12 @@ impl Route {
         if self.closed { self.wrap(s_m) } else { s_m.clamp(0.0, self.length_m) }
     }
 
-    /// Returns the route position of a position on a lane; `None` if neither the lane nor another lane of its edge belongs to the route.
-    pub fn s_of(&self, lane_id: &str, position_m: f64) -> Option<f64> {
-        // SUMO's lane ids are `<edge>_<index>`; the index contains no underscore.
-        let edge = lane_id.rsplit_once('_')?.0;
-        let same_lane = self.lanes.iter().find(|lane| lane.id == lane_id);
-        let lane = same_lane.or_else(|| self.lanes.iter().find(|lane| lane.edge == edge))?;
-        Some(self.wrap(lane.start_s_m + position_m))
+    /// Returns the route position of a place along a lane of the network, in declared metres; `None` if the route does not go over that
+    /// lane. On a route that goes over it twice it is the first place.
+    pub fn s_on(&self, lane: LaneId, along_m: f64) -> Option<f64> {
+        let first = self.by_lane.partition_point(|(other, _)| *other < lane);
+        let (found, k) = self.by_lane.get(first)?;
+        (*found == lane).then(|| self.wrap(self.lanes[*k as usize].start_s_m + along_m))
     }
 
     /// Returns the speed limit at `s_m`, m/s.

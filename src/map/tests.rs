@@ -146,7 +146,7 @@ fn every_shipped_map_loads_closes_and_round_trips() {
             let next = &lanes[(k + 1) % lanes.len()];
             let gap_m = lane.shape[lane.shape.len() - 1].distance(next.shape[0]);
             assert!(gap_m < 1e-3, "{}: {} ends {gap_m} m from {}", map.name, lane.id, next.id);
-            assert_eq!(route.s_of(&lane.id, 1.0), Some(lane.start_s_m + 1.0));
+            assert_eq!(route.s_on(lane.lane.unwrap(), 1.0), Some(lane.start_s_m + 1.0));
         }
         for i in 0..2000 {
             let s_m = route.length_m() * f64::from(i) / 2000.0;

@@ -209,24 +209,6 @@ impl VehicleSnapshot {
         let Self { pose, speed_mps, height_m, .. } = *self;
         crate::ego::Obstacle { id: self.id.0, pose, speed_mps, length_m, width_m, height_m }
     }
-
-    /// Returns the snapshot of a vehicle as its engine placed it, with this pose.
-    pub(super) fn at_start(car: &crate::traffic::CarState, pose: Pose) -> Self {
-        Self {
-            id: car.id,
-            pose,
-            pose_before: pose,
-            s_m: Some(car.s_m),
-            lane: None,
-            speed_mps: car.speed_mps,
-            accel_mps2: car.accel_mps2,
-            odometer_m: 0.0,
-            body: VehicleBody::CAR,
-            height_m: 0.0,
-            lamps: VehicleLamps { brake: car.braking, ..VehicleLamps::default() },
-            pitch: Pitch::default(),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,13 @@
 //! The world of one drive. In: [`Controls`] once a tick. Out: [`Event`]s and the [`Snapshot`] of that tick.
 //!
 //! Traffic runs one step ahead (docs/decisions.md: 3). At the first tick of step k the engine gets the agents' present and predicted poses
-//! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; on a closed route `ring_coupling`,
-//! on a network `network_coupling`). Agents (`agent`) are the participant's vehicle, which is the first, and every other advised vehicle;
+//! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start`
+//! starts them). Agents (`agent`) are the participant's vehicle, which is the first, and every other advised vehicle;
 //! they are simulated tick by tick. `contacts` finds contacts, `derived_state` the position on the road, `advice` and `perception` the
 //! input of policies and drivers, and `give_way` the vehicles with right of way.
 
 mod advice;
+mod advised_selection;
 mod agent;
 mod contacts;
 mod derived_state;
@@ -16,17 +17,16 @@ mod give_way;
 mod hand_over;
 mod lane_beside;
 mod lane_changes;
-mod network_coupling;
 mod network_view;
 mod outside;
 mod path_lanes;
 mod perception;
 mod put_back;
-mod ring_coupling;
 mod road_rules;
 mod sham;
 mod time_to_collision;
 mod traffic_coupling;
+mod traffic_start;
 mod turns;
 mod yield_lines;
 
@@ -104,7 +104,7 @@ impl World {
         let mut traffic = TrafficCoupling::start(scenario, &map)?;
         let bodies = traffic.bodies();
         let mut participant = Agent::participant(scenario, &map, advice, traffic.ego_start(), bodies)?;
-        traffic.first_view(&mut participant.view, &map.route);
+        traffic.first_view(&mut participant.view);
         let mut world = Self {
             scenario: scenario.clone(),
             map,
@@ -127,13 +127,15 @@ impl World {
     /// See [`WorldError`]; also fails on a network.
     pub fn traffic_alone(scenario: &Scenario) -> Result<(Arc<RoadMap>, Box<dyn Traffic>), WorldError> {
         let map = Arc::new(scenario.load_map()?);
-        match TrafficCoupling::start(&scenario.on(&map), &map)? {
-            TrafficCoupling::Ring(ring) => Ok((map, ring.into_engine())),
-            TrafficCoupling::Network(_) => Err(WorldError::Traffic(TrafficError::Setup(
+        let scenario = &scenario.on(&map);
+        if scenario.is_on_network() {
+            return Err(WorldError::Traffic(TrafficError::Setup(
                 "traffic alone is that of a closed route with a fixed number of cars; this drive is on a network"
                     .into(),
-            ))),
+            )));
         }
+        let engine = traffic_start::fixed(scenario, &map)?.engine;
+        Ok((map, engine))
     }
 
     /// Advances by one tick with the participant's controls, which reach the car after the scenario's extra delay. After the end of the
@@ -155,7 +157,7 @@ impl World {
             self.traffic.begin_step(&self.agents[0].view);
         }
         let fraction = (within + 1) as f64 / step_ticks as f64;
-        self.traffic.move_cars(&mut self.agents[0].view, &self.map, fraction);
+        self.traffic.move_vehicles(&mut self.agents[0].view, fraction);
         self.agents[0].stand_on_lane(&self.scenario)?;
         if self.drive() && self.scenario.contact == OnContact::End {
             self.end(EndReason::Contact);
@@ -184,9 +186,9 @@ impl World {
         if !self.traffic.is_asked() {
             self.renew_agents()?;
             present(&mut self.agents).iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
-            self.traffic.ask(&self.agents, self.scenario.step_s)?;
+            self.traffic.ask(&self.agents)?;
         }
-        Ok(self.traffic.wait(patience)?)
+        Ok(true)
     }
 
     /// Removes agents that have finished their path, and makes agents of vehicles that are to be advised. Called at the beginning of a
@@ -202,7 +204,7 @@ impl World {
             return Ok(());
         }
         let (bodies, known) = (self.traffic.bodies(), self.agents.len());
-        for new in self.traffic.new_agents(&self.scenario, &self.map)? {
+        for new in self.traffic.new_agents()? {
             let driver = match &self.drivers {
                 Some(drivers) => drivers(new.id)?,
                 None => driver::named(&self.scenario.driver)?.params,
@@ -293,7 +295,7 @@ impl World {
     /// Replaces the engine from the next step on, for tests of waiting.
     #[cfg(test)]
     pub(crate) fn set_traffic(&mut self, traffic: Box<dyn Traffic>) {
-        self.traffic.ring().set_engine(traffic);
+        self.traffic.set_engine(traffic);
     }
 
     /// Returns true after a call of [`World::stop_traffic`].
@@ -353,7 +355,7 @@ impl World {
 
     /// Returns the state of traffic at the hand-over to the driver.
     pub fn hand_over(&self) -> HandOver {
-        self.traffic.hand_over()
+        self.traffic.hand_over
     }
 
     /// Returns the parameters of the ego's car.

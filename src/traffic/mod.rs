@@ -1,4 +1,4 @@
-//! Traffic: all other vehicles. In: a [`TrafficSetup`], then once per step the reports of externally driven vehicles. Out: the state of
+//! Traffic: all other vehicles. In: a [`FixedSetup`], then once per step the reports of externally driven vehicles. Out: the state of
 //! every vehicle at the end of the step. Two engines implement [`Traffic`]: SUMO (in this process or remote) and the native IDM ring. Only
 //! `traffic::sumo` depends on SUMO.
 
@@ -14,6 +14,7 @@ mod motion;
 mod native;
 mod noise;
 mod reported;
+mod route_vehicles;
 pub mod start;
 pub mod sumo;
 mod vehicles;
@@ -26,10 +27,17 @@ pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
 pub use noise::NoiseStreams;
 pub use reported::is_on_lane;
-pub use vehicles::{Departure, NetworkVehicle, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps};
+pub use vehicles::{Departure, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps, VehicleState};
 
-use crate::{idm::IdmParams, map::RoadMap, space::Pose};
-use std::{sync::Arc, time::Duration};
+use crate::{
+    idm::IdmParams,
+    map::{
+        RoadMap,
+        network::{LaneId, Network},
+    },
+    space::Pose,
+};
+use std::{path::PathBuf, sync::Arc};
 
 /// Hardest braking of any vehicle of the traffic, m/s2 (SUMO's default for passenger cars). The model is never clipped at `b`
 /// (docs/references.md: idm); it reaches this bound only behind an ego that cuts in or stops suddenly.
@@ -47,19 +55,6 @@ pub struct VehicleId(pub u32);
 /// Number of the participant's vehicle, in every engine.
 pub const EGO: VehicleId = VehicleId(0);
 
-/// State of one vehicle at the end of a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CarState {
-    pub id: VehicleId,
-    /// Front bumper along the route, metres, in `0..length_m`.
-    pub s_m: f64,
-    pub speed_mps: f64,
-    /// Acceleration over the step, m/s2.
-    pub accel_mps2: f64,
-    /// True while the brake lamps are lit.
-    pub braking: bool,
-}
-
 /// Initial position and speed of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialVehicle {
@@ -68,9 +63,9 @@ pub struct InitialVehicle {
     pub speed_mps: f64,
 }
 
-/// Start settings of a traffic engine.
+/// Start settings of a fixed number of vehicles on a closed route.
 #[derive(Clone, Debug)]
-pub struct TrafficSetup {
+pub struct FixedSetup {
     pub map: Arc<RoadMap>,
     /// Initial vehicles; vehicle `i` has [`VehicleId`] `i`, vehicle 0 is the ego.
     pub cars: Vec<InitialVehicle>,
@@ -84,10 +79,42 @@ pub struct TrafficSetup {
     pub seed: u64,
     /// Assignment of noise streams to vehicles.
     pub noise_streams: NoiseStreams,
-    /// Timeout of a remote SUMO for the connection and for each reply, seconds.
-    pub timeout_s: f64,
     /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as in the car-following model.
     pub lateral_accel_mps2: Option<f64>,
+}
+
+/// Start settings of vehicles that come and go on a network.
+#[derive(Clone, Debug)]
+pub struct DemandSetup {
+    pub network: Arc<Network>,
+    /// File of the network, which messages name.
+    pub net_file: PathBuf,
+    pub demand: Demand,
+    /// Vehicles that drivers outside SUMO move from the start.
+    pub egos: Vec<EgoStart>,
+    /// Number of the first vehicle, that of the first ego if there is one. A drive without a participant begins with 1, as 0 is theirs.
+    pub first_number: u32,
+    /// Car-following parameters of the cars of the demand's flows.
+    pub idm: IdmParams,
+    /// Length of a step, seconds.
+    pub step_s: f64,
+    /// Time until which the demand's limit on vehicles counts, seconds ([`Demand::horizon_s`]).
+    pub until_s: f64,
+    /// Seed of everything random in SUMO.
+    pub seed: u64,
+}
+
+/// Initial place of an ego on a network.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EgoStart {
+    pub lane: LaneId,
+    /// Front bumper along the lane, metres.
+    pub s_m: f64,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+    /// Edges along which it is expected to drive, that of the lane first: others give way to it, or take theirs, by where it will cross
+    /// their path. Empty where only the lane is known.
+    pub route: Vec<String>,
 }
 
 /// State of an externally driven vehicle in one step: at present, and as predicted for the end of the step.
@@ -108,12 +135,23 @@ pub struct ExternalVehicleState {
 pub struct VehicleReport {
     pub id: VehicleId,
     pub state: ExternalVehicleState,
+    /// Lane on which it will be at the end of the step: where lanes cross, SUMO cannot know. `None` off all lanes, where others do not see
+    /// it. On a closed route with a fixed number of vehicles the engines find the place by the pose.
+    pub lane: Option<LaneId>,
+    /// True if it heads against that lane's direction. SUMO's vehicles know of none that comes towards them: for them it stands there.
+    pub is_wrong_way: bool,
+    pub lamps: VehicleLamps,
 }
 
 impl VehicleReport {
-    /// Creates the report of the ego.
+    /// Creates the report of a vehicle on a closed route, its lamps dark.
+    pub fn on_route(id: VehicleId, state: ExternalVehicleState) -> Self {
+        Self { id, state, lane: None, is_wrong_way: false, lamps: VehicleLamps::default() }
+    }
+
+    /// Creates the report of the ego on a closed route, its lamps dark.
     pub fn of_ego(state: ExternalVehicleState) -> Self {
-        Self { id: EGO, state }
+        Self::on_route(EGO, state)
     }
 }
 
@@ -128,25 +166,35 @@ pub trait Traffic: Send {
     /// once and in order; or a vehicle that was left off the lane has no report.
     fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError>;
 
-    /// Begins a step: the first half of [`Traffic::step`], for callers that must not wait for a remote engine. No other method may be
-    /// called until [`Traffic::finish_step`] returns true. An engine in this process computes the whole step here.
-    ///
-    /// # Errors
-    /// As [`Traffic::step`].
-    fn begin_step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
-        self.step(reports)
+    /// Returns all vehicles at the end of the last step, by ascending id, the ego first. Poses that follow from places along a route are
+    /// computed here, once a step.
+    fn vehicles(&mut self) -> &[VehicleState];
+
+    /// Returns the vehicles that have come and gone in the last step; none of a fixed number.
+    fn changes(&self) -> &VehicleChanges {
+        static NONE: VehicleChanges = VehicleChanges { departed: Vec::new(), arrived: Vec::new() };
+        &NONE
     }
 
-    /// Returns true once the begun step is over; waits at most `patience`.
-    ///
-    /// # Errors
-    /// The engine failed, or took longer than [`TrafficSetup::timeout_s`].
-    fn finish_step(&mut self, _patience: Duration) -> Result<bool, TrafficError> {
-        Ok(true)
+    /// Returns the letters that all signals show, and where those of each signal begin, with one more at the end. An engine without
+    /// signals has none.
+    fn signals(&self) -> (&[u8], &[u32]) {
+        (&[], &[])
     }
 
-    /// Returns all vehicles at the end of the last step, by ascending id, the ego first.
-    fn cars(&self) -> &[CarState];
+    /// Makes a vehicle of the demand one with reports, from the next step on; returns the edges of its route. Without a report its model
+    /// drives it again.
+    ///
+    /// # Errors
+    /// It is not there, or the engine has no vehicles with routes.
+    fn take_over(&mut self, _id: VehicleId) -> Result<Vec<String>, TrafficError> {
+        Err(TrafficError::Setup("only vehicles of a demand are taken over along their routes".into()))
+    }
+
+    /// Returns the canonical copies of the demand's files that SUMO reads, in their order.
+    fn demand_files(&self) -> &[PathBuf] {
+        &[]
+    }
 
     /// Returns name and version of the engine, for recordings and messages.
     fn describe(&self) -> String;
@@ -156,11 +204,11 @@ pub trait Traffic: Send {
 ///
 /// # Errors
 /// The setup cannot be simulated, SUMO is absent or in use, or no program listens at the address.
-pub fn start(engine: &EngineChoice, setup: TrafficSetup) -> Result<Box<dyn Traffic>, TrafficError> {
+pub fn start(engine: &EngineChoice, setup: FixedSetup) -> Result<Box<dyn Traffic>, TrafficError> {
     Ok(match engine {
         EngineChoice::Native => Box::new(NativeTraffic::start(setup)?),
         EngineChoice::Sumo => Box::new(sumo::SumoTraffic::start(setup)?),
-        EngineChoice::Remote { host, port } => Box::new(sumo::SumoTraffic::connect(host, *port, setup)?),
+        EngineChoice::Remote { .. } => return Err(TrafficError::Setup("no such engine".into())),
     })
 }
 

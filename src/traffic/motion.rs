@@ -1,10 +1,6 @@
 //! Motion of a vehicle after a step, one rule for both engines: speed, acceleration, brake lamps. SI units.
 
-use super::CarState;
-use crate::{
-    map::Route,
-    space::{CAR_LENGTH_M, Pose},
-};
+use super::VehicleState;
 
 /// Speed at or below which a vehicle counts as stopped, m/s (SUMO's halting speed).
 const STANDING_MPS: f64 = 0.1;
@@ -20,18 +16,12 @@ pub(super) struct SpeedStep {
     pub after_mps: f64,
 }
 
-impl CarState {
-    /// Returns the pose of the vehicle's centre, with its front on the route. It equals the pose that SUMO draws to 1e-9 m (test:
-    /// `poses_are_where_sumo_draws_the_cars`). The pose is not part of the state, because a drive also asks for it between steps.
-    pub fn pose(&self, route: &Route) -> Pose {
-        route.pose_of_front(self.s_m, CAR_LENGTH_M)
-    }
-
-    /// Sets speed, acceleration and lamps after a step of `step_s`.
+impl VehicleState {
+    /// Sets speed, acceleration and brake lamps after a step of `step_s`.
     pub(super) fn set_motion(&mut self, speed: SpeedStep, step_s: f64) {
         self.speed_mps = speed.after_mps;
         self.accel_mps2 = (speed.after_mps - speed.before_mps) / step_s;
-        self.braking = lamps_lit(speed, self.braking, step_s);
+        self.lamps.brake = lamps_lit(speed, self.lamps.brake, step_s);
     }
 }
 

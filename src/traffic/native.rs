@@ -1,5 +1,5 @@
-//! The native engine: the IDM on a closed route of one lane, for training and for fast runs. In: a [`TrafficSetup`], then reports. Out:
-//! [`CarState`]s. Metres, m/s.
+//! The native engine: the IDM on a closed route of one lane, for training and for fast runs. In: a [`FixedSetup`], then reports. Out:
+//! [`VehicleState`]s. Metres, m/s.
 //!
 //! All accelerations are computed from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (docs/references.md: idm), which is
 //! also SUMO's update; then the noise is added. The desired speed is `min(v0, limit of the lane)`, as in SUMO.
@@ -9,9 +9,12 @@
 //! whereas this engine always sees it.
 
 use super::{
-    CREEP_MPS2, CarState, EMERGENCY_BRAKING_MPS2, Traffic, TrafficError, TrafficSetup, VehicleId, VehicleReport,
+    CREEP_MPS2, EMERGENCY_BRAKING_MPS2, FixedSetup, Traffic, TrafficError, VehicleId, VehicleReport, VehicleState,
 };
-use super::{bends::BendSpeeds, crossings::self_crossing, motion::SpeedStep, noise::Noise, reported};
+use super::{
+    bends::BendSpeeds, crossings::self_crossing, motion::SpeedStep, noise::Noise, reported,
+    route_vehicles::RouteVehicles,
+};
 use crate::{
     idm::IdmParams,
     map::RoadMap,
@@ -35,7 +38,7 @@ pub struct NativeTraffic {
     order: Vec<usize>,
     /// Visibility to other vehicles, by id; false for an externally driven vehicle that has left the lane.
     is_seen: Vec<bool>,
-    cars: Vec<CarState>,
+    vehicles: RouteVehicles,
     bends: Option<BendSpeeds>,
 }
 
@@ -44,7 +47,7 @@ impl NativeTraffic {
     ///
     /// # Errors
     /// The setup cannot be simulated.
-    pub fn start(setup: TrafficSetup) -> Result<Self, TrafficError> {
+    pub fn start(setup: FixedSetup) -> Result<Self, TrafficError> {
         setup.check()?;
         setup.check_has_one_model()?;
         if let Some((first_m, second_m)) = self_crossing(&setup.map.route) {
@@ -52,21 +55,14 @@ impl NativeTraffic {
         }
         let n = setup.cars.len();
         let route = &setup.map.route;
-        let cars = setup.cars.iter().zip(0..).map(|(start, id)| {
-            let mut car = CarState { id: VehicleId(id), s_m: route.wrap(start.s_m), ..CarState::default() };
-            let speed = start.speed_mps;
-            car.set_motion(SpeedStep { before_mps: speed, chosen_mps: speed, after_mps: speed }, setup.step_s);
-            car
-        });
-        let cars: Vec<CarState> = cars.collect();
         Ok(Self {
             noise: Noise::new(&setup),
-            s_m: cars.iter().map(|car| car.s_m).collect(),
-            speed_mps: cars.iter().map(|car| car.speed_mps).collect(),
+            s_m: setup.cars.iter().map(|start| route.wrap(start.s_m)).collect(),
+            speed_mps: setup.cars.iter().map(|start| start.speed_mps).collect(),
             accel_mps2: vec![0.0; n],
             order: Vec::with_capacity(n),
             is_seen: vec![true; n],
-            cars,
+            vehicles: RouteVehicles::new(&setup.map, &setup.cars, setup.step_s),
             bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
             map: setup.map,
             idm: setup.idm,
@@ -118,19 +114,17 @@ impl NativeTraffic {
     fn advance(&mut self, reports: &[VehicleReport]) {
         let route = &self.map.route;
         let mut driven = reports.iter().map(|report| report.id.0 as usize).peekable();
-        for i in 0..self.cars.len() {
+        for i in 0..self.s_m.len() {
             let before_mps = self.speed_mps[i];
             let wanted_mps = before_mps + self.accel_mps2[i] * self.step_s;
             let chosen_mps = if wanted_mps < CREEP_MPS2 * self.step_s { 0.0 } else { wanted_mps };
-            let after_mps = self.noise.push(self.cars[i].id, chosen_mps);
+            let after_mps = self.noise.push(VehicleId(i as u32), chosen_mps);
             if driven.next_if_eq(&i).is_some() {
                 continue;
             }
             self.s_m[i] = route.wrap(self.s_m[i] + chosen_mps * self.step_s);
             self.speed_mps[i] = after_mps;
-            let car = &mut self.cars[i];
-            car.s_m = self.s_m[i];
-            car.set_motion(SpeedStep { before_mps, chosen_mps, after_mps }, self.step_s);
+            self.vehicles.set(i, self.s_m[i], SpeedStep { before_mps, chosen_mps, after_mps });
         }
     }
 }
@@ -138,22 +132,22 @@ impl NativeTraffic {
 impl Traffic for NativeTraffic {
     fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
         reported::check_reports(reports, &self.is_seen)?;
-        for VehicleReport { id, state } in reports {
+        for VehicleReport { id, state, .. } in reports {
             self.place(id.0 as usize, &state.pose, state.speed_mps);
         }
         self.sort();
         self.choose();
         self.advance(reports);
-        for VehicleReport { id, state } in reports {
+        for VehicleReport { id, state, .. } in reports {
             let car = id.0 as usize;
             self.place(car, &state.next_pose, state.next_speed_mps);
-            reported::follow(&mut self.cars[car], state, self.s_m[car], self.step_s);
+            self.vehicles.follow(car, self.s_m[car], state);
         }
         Ok(())
     }
 
-    fn cars(&self) -> &[CarState] {
-        &self.cars
+    fn vehicles(&mut self) -> &[VehicleState] {
+        self.vehicles.states()
     }
 
     fn describe(&self) -> String {

@@ -5,7 +5,7 @@
 //! that the next step starts from, because SUMO accepts noise only in this form. The speeds equal Flow's; the positions follow one step
 //! later, 0.6 mm (sd) per step at noise 0.2 and steps of 0.1 s. Both engines then agree to rounding.
 
-use super::{TrafficSetup, VehicleId};
+use super::{FixedSetup, VehicleId};
 use crate::rng::{self, Stream};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    pub(super) fn new(setup: &TrafficSetup) -> Self {
+    pub(super) fn new(setup: &FixedSetup) -> Self {
         let of = |name: &str| rng::stream(setup.seed, name);
         let streams = match setup.noise_streams {
             NoiseStreams::Own => (0..setup.cars.len()).map(|id| of(&format!("vehicle/{id}"))).collect(),

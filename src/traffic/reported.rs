@@ -1,7 +1,7 @@
 //! Externally driven vehicles as other traffic sees them: one rule for both engines. In: [`VehicleReport`]s and the route. Out: position of
 //! such a vehicle on the route, and whether others see it there. Metres, m/s.
 
-use super::{CarState, ExternalVehicleState, TrafficError, VehicleId, VehicleReport, motion::SpeedStep};
+use super::{ExternalVehicleState, TrafficError, VehicleId, VehicleReport};
 use crate::{
     map::{Route, RoutePosition},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
@@ -56,14 +56,4 @@ pub(super) fn place(route: &Route, pose: &Pose, near_s_m: Option<f64>) -> RouteP
 /// Returns true if a part of the vehicle's body is on the lane. On a lane of 3.2 m, others see a vehicle up to 2.5 m off the centre line.
 pub fn is_on_lane(route: &Route, point: RoutePosition) -> bool {
     point.offset_m.abs() <= (route.width_m(point.s_m) + CAR_WIDTH_M) / 2.0
-}
-
-/// Updates a vehicle's state to the end of a step that `report` described, with its front at `s_m`.
-pub(super) fn follow(car: &mut CarState, report: &ExternalVehicleState, s_m: f64, step_s: f64) {
-    let next_mps = report.next_speed_mps.max(0.0);
-    car.s_m = s_m;
-    car.set_motion(
-        SpeedStep { before_mps: report.speed_mps.max(0.0), chosen_mps: next_mps, after_mps: next_mps },
-        step_s,
-    );
 }

@@ -1,7 +1,7 @@
 //! Initial layouts on a closed route, and checks of a setup before an engine starts. In: number of vehicles, length of the route, gap at a
 //! standstill, speed. Out: [`InitialVehicle`]s, or the fault and the allowed values. Metres, m/s.
 
-use super::{FollowingModel, InitialVehicle, TrafficError, TrafficSetup, crossings::overlapping};
+use super::{FixedSetup, FollowingModel, InitialVehicle, TrafficError, crossings::overlapping};
 use crate::space::CAR_LENGTH_M;
 
 /// Share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (docs/references.md: ring).
@@ -51,7 +51,7 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
     Ok(())
 }
 
-impl TrafficSetup {
+impl FixedSetup {
     /// Checks that no other vehicle has a model that only SUMO in this process has.
     pub(super) fn check_has_one_model(&self) -> Result<(), TrafficError> {
         match self.mixture.model {
@@ -76,9 +76,6 @@ impl TrafficSetup {
         }
         if !(idm.noise.is_finite() && idm.noise >= 0.0) {
             return Err(TrafficError::Setup(format!("IDM parameter noise = {}: it must be 0 or more", idm.noise)));
-        }
-        if !(self.timeout_s.is_finite() && self.timeout_s > 0.0) {
-            return Err(TrafficError::Setup(format!("a time-out of {} s: it must be above 0", self.timeout_s)));
         }
         let milliseconds = self.step_s * 1000.0;
         // SUMO counts time in whole milliseconds.

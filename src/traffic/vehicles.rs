@@ -99,7 +99,7 @@ pub struct VehicleLamps {
 
 /// State of one vehicle at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NetworkVehicle {
+pub struct VehicleState {
     /// Number of the vehicle, unique in a drive.
     pub id: VehicleId,
     pub body: VehicleBody,

@@ -8,7 +8,7 @@ use crate::{
     idm::IdmParams,
     map::RoadMap,
     space::CAR_LENGTH_M,
-    traffic::{InitialVehicle, ModelMixture, NativeTraffic, NoiseStreams, Traffic, TrafficSetup},
+    traffic::{FixedSetup, InitialVehicle, ModelMixture, NativeTraffic, NoiseStreams, Traffic},
 };
 use std::sync::Arc;
 
@@ -70,7 +70,7 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
         s_m += f64::from(start.gaps_m[(23 - i) % 22]) + CAR_LENGTH_M;
         place.s_m = s_m;
     }
-    let mut native = NativeTraffic::start(TrafficSetup {
+    let mut native = NativeTraffic::start(FixedSetup {
         map,
         cars: places,
         idm: quiet(),

@@ -41,7 +41,7 @@ fn noise_alone_becomes_the_saturated_wave() {
     let _alone = alone();
     for engine in ENGINES {
         for seed in 1..=5 {
-            let setup = TrafficSetup { seed, ..ring(0.2) };
+            let setup = FixedSetup { seed, ..ring(0.2) };
             let map = setup.map.clone();
             let history = run_free(&engine, setup, 9000);
             let (mean, spread) = mean_and_spread(&history, 600.0, 900.0);
@@ -90,7 +90,7 @@ fn cars_of_other_parameters_move_alike_in_both_engines() {
 fn the_engines_agree_on_the_successors_ring_and_with_shorter_steps() {
     let _alone = alone();
     for step_s in [0.1, 0.05] {
-        let setup = TrafficSetup { step_s, ..even("ring-641", 40, model(0.2), 8.0) };
+        let setup = FixedSetup { step_s, ..even("ring-641", 40, model(0.2), 8.0) };
         let [native, sumo] = ENGINES.map(|engine| run_free(&engine, setup.clone(), 3000));
         let (speed, place, _) = differences(&setup.map, &native, &sumo);
         println!("{step_s}: {speed:e} {place:e}");
@@ -102,7 +102,7 @@ fn the_engines_agree_on_the_successors_ring_and_with_shorter_steps() {
 fn same_seed_same_bits_and_another_seed_other_bits() {
     let _alone = alone();
     for engine in ENGINES {
-        let of_seed = |seed| bits(&run_free(&engine, TrafficSetup { seed, ..ring(0.2) }, 600));
+        let of_seed = |seed| bits(&run_free(&engine, FixedSetup { seed, ..ring(0.2) }, 600));
         let first = of_seed(7);
         assert!(first == of_seed(7), "{engine}");
         assert!(first != of_seed(8), "{engine}");
@@ -172,7 +172,7 @@ fn cars_slow_down_for_bends_if_a_limit_is_set_and_the_engines_agree() {
     let driven = |engine: &EngineChoice, lateral_accel_mps2: Option<f64>| {
         let cars = start::even(6, map.route.length_m(), 2.0, 5.0).unwrap();
         let setup =
-            TrafficSetup { map: Arc::clone(&map), cars, lateral_accel_mps2, ..even("ring-250", 6, model(0.0), 5.0) };
+            FixedSetup { map: Arc::clone(&map), cars, lateral_accel_mps2, ..even("ring-250", 6, model(0.0), 5.0) };
         run_free(engine, setup, 1500)
     };
     // The lateral acceleration is that of the middle of a 5 m car, where its passengers sit.

@@ -11,7 +11,7 @@ use codrive::{
     rng::{self, Stream},
     traffic::{
         Demand,
-        sumo::{self, NetworkSetup, SumoNetwork},
+        sumo::{self, DemandSetup, SumoTraffic},
     },
 };
 use std::{
@@ -236,7 +236,7 @@ fn drive_all(folder: &Path) -> (usize, usize) {
             continue;
         }
         passed += 1;
-        let setup = NetworkSetup {
+        let setup = DemandSetup {
             network: Arc::new(network),
             net_file,
             demand,
@@ -248,7 +248,7 @@ fn drive_all(folder: &Path) -> (usize, usize) {
             seed: 1,
         };
         // This process is itself the trial.
-        let Ok(mut traffic) = SumoNetwork::start_untried(&setup) else { continue };
+        let Ok(mut traffic) = SumoTraffic::start_untried(&setup) else { continue };
         driven += usize::from((0..STEPS).all(|_| traffic.step(&[]).is_ok()));
     }
     (passed, driven)

@@ -27,8 +27,8 @@ use codrive::{
     map::RoadMap,
     space::CAR_LENGTH_M,
     traffic::{
-        self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, ModelMixture, NoiseStreams, Traffic,
-        TrafficSetup, VehicleReport, start,
+        self, CarState, EngineChoice, ExternalVehicleState, FixedSetup, InitialVehicle, ModelMixture, NoiseStreams,
+        Traffic, VehicleReport, start,
     },
 };
 use std::{
@@ -62,12 +62,12 @@ fn model(noise: f64) -> IdmParams {
 }
 
 /// Returns a setup of `n` vehicles evenly spaced on a map.
-fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
+fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> FixedSetup {
     let map = Arc::new(RoadMap::load(map).expect("the map is in the project"));
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
     let mixture = ModelMixture::default();
     let noise_streams = NoiseStreams::Own;
-    TrafficSetup {
+    FixedSetup {
         map,
         cars,
         idm,
@@ -81,7 +81,7 @@ fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
 }
 
 /// Returns the setup of the paper's ring: 22 vehicles at its equilibrium speed.
-fn ring(noise: f64) -> TrafficSetup {
+fn ring(noise: f64) -> FixedSetup {
     even("ring-250", 22, model(noise), EVEN_MPS)
 }
 
@@ -120,13 +120,13 @@ fn run_reported(
 }
 
 /// Starts `engine` and runs it without externally driven vehicles.
-fn run_free(engine: &EngineChoice, setup: TrafficSetup, steps: usize) -> History {
+fn run_free(engine: &EngineChoice, setup: FixedSetup, steps: usize) -> History {
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(traffic.as_mut(), steps, |_, _| None)
 }
 
 /// Runs the setup with an ego that is braked to 0.5 m/s from 60 s to 62 s.
-fn run_kicked(engine: &EngineChoice, setup: TrafficSetup, steps: usize) -> History {
+fn run_kicked(engine: &EngineChoice, setup: FixedSetup, steps: usize) -> History {
     let map = setup.map.clone();
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(traffic.as_mut(), steps, |step, cars| {

@@ -4,8 +4,8 @@
 use super::*;
 use codrive::map::network::{LaneId, LanePosition, Network, SignalId, SignalLight};
 use codrive::traffic::{
-    Demand, Flow, KindShare, NetworkVehicle, TrafficError, VehicleKind,
-    sumo::{self, NetworkSetup, SumoNetwork},
+    Demand, Flow, KindShare, TrafficError, VehicleKind, VehicleState,
+    sumo::{self, DemandSetup, SumoTraffic},
 };
 use roxmltree::Document;
 use std::{
@@ -41,8 +41,8 @@ impl Town {
         Self { folder, net }
     }
 
-    pub fn setup(&self, demand: Demand) -> NetworkSetup {
-        NetworkSetup {
+    pub fn setup(&self, demand: Demand) -> DemandSetup {
+        DemandSetup {
             network: Arc::new(Network::load(self.net.to_str().expect("plain")).expect("it can be read")),
             net_file: self.net.clone(),
             demand,
@@ -96,7 +96,7 @@ fn default_type(town: &Town) -> PathBuf {
 }
 
 /// Returns all vehicles of every step from SUMO's own program.
-fn written(town: &Town, setup: &NetworkSetup, steps: usize) -> Vec<BTreeMap<String, Written>> {
+fn written(town: &Town, setup: &DemandSetup, steps: usize) -> Vec<BTreeMap<String, Written>> {
     let out = town.folder.path().join("fcd.xml");
     let routes = format!("{},{}", default_type(town).display(), setup.demand.files[0].display());
     let end = (steps as f64 * STEP_S).to_string();
@@ -162,7 +162,7 @@ fn every_vehicle_of_every_step_is_as_the_program_of_sumo_writes_it() {
     let setup = town.setup(town.trips());
     let wanted = written(&town, &setup, STEPS);
     assert_eq!(wanted.len(), STEPS);
-    let mut traffic = SumoNetwork::start(&setup).expect("it starts");
+    let mut traffic = SumoTraffic::start_with_demand(&setup).expect("it starts");
     let mut names = BTreeMap::new();
     let (mut compared, mut changes_of_lane, mut arrived, mut most) = (0, 0, 0, 0);
     let network = &setup.network;
@@ -207,8 +207,8 @@ fn every_vehicle_of_every_step_is_as_the_program_of_sumo_writes_it() {
 
 /// Returns the total lateral distance, metres, that vehicles moved in steps before and after which they stood, and the number of such
 /// steps.
-fn sideways_while_standing(setup: &NetworkSetup, steps: usize) -> (f64, usize) {
-    let mut traffic = SumoNetwork::start(setup).expect("it starts");
+fn sideways_while_standing(setup: &DemandSetup, steps: usize) -> (f64, usize) {
+    let mut traffic = SumoTraffic::start_with_demand(setup).expect("it starts");
     let mut before: BTreeMap<u32, (LaneId, f64, f64)> = BTreeMap::new();
     let (mut way_m, mut stood) = (0.0, 0);
     for _ in 0..steps {
@@ -240,7 +240,7 @@ fn a_stopped_vehicle_moves_sideways_only_if_a_files_type_allows_it() {
     assert!(way_m > 1.0, "{way_m} m");
 }
 
-fn compare(found: &NetworkVehicle, written: &Written, setup: &NetworkSetup, step: usize) {
+fn compare(found: &VehicleState, written: &Written, setup: &DemandSetup, step: usize) {
     let what = || format!("step {step}: {found:?} instead of {written:?}");
     let front = found.pose.front(found.body.length_m);
     assert!(front.distance(glam::DVec2::from(written.place)) < 1e-9, "{}", what());
@@ -267,7 +267,7 @@ fn flows_bring_as_many_vehicles_of_each_kind_as_they_say() {
         mix: vec![share(VehicleKind::Car, 2.0), share(VehicleKind::Van, 1.0), share(VehicleKind::Truck, 1.0)],
     };
     let setup = town.setup(Demand { files: Vec::new(), flows: vec![flow] });
-    let mut traffic = SumoNetwork::start(&setup).expect("it starts");
+    let mut traffic = SumoTraffic::start_with_demand(&setup).expect("it starts");
     let mut found: BTreeMap<&str, f64> = BTreeMap::new();
     for _ in 0..12_000 {
         traffic.step(&[]).expect("a step");
@@ -287,7 +287,7 @@ fn an_impossible_demand_is_refused_with_the_names_at_fault() {
     let _alone = alone();
     let town = Town::grid();
     let refused = |demand: Demand| {
-        let mut traffic = SumoNetwork::start(&town.setup(demand))?;
+        let mut traffic = SumoTraffic::start_with_demand(&town.setup(demand))?;
         for _ in 0..20 {
             traffic.step(&[])?;
         }

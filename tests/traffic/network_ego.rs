@@ -9,8 +9,8 @@ use codrive::{
     map::network::LaneId,
     space::Pose,
     traffic::{
-        Demand, NetworkVehicle, VehicleId, VehicleLamps,
-        sumo::{EgoReport, EgoStart, NetworkSetup, SumoNetwork},
+        Demand, VehicleId, VehicleLamps, VehicleState,
+        sumo::{DemandSetup, EgoStart, SumoTraffic, VehicleReport},
     },
 };
 use std::fs;
@@ -67,11 +67,11 @@ impl Town {
 
 /// Returns the vehicles at every step; the first entry is the state before the first step.
 fn drive(
-    setup: &NetworkSetup,
+    setup: &DemandSetup,
     steps: usize,
-    mut before: impl FnMut(usize, &mut SumoNetwork) -> Vec<EgoReport>,
-) -> Vec<Vec<NetworkVehicle>> {
-    let mut traffic = SumoNetwork::start(setup).expect("it starts");
+    mut before: impl FnMut(usize, &mut SumoTraffic) -> Vec<VehicleReport>,
+) -> Vec<Vec<VehicleState>> {
+    let mut traffic = SumoTraffic::start_with_demand(setup).expect("it starts");
     let mut history = vec![traffic.vehicles().to_vec()];
     for step in 0..steps {
         let egos = before(step, &mut traffic);
@@ -81,19 +81,19 @@ fn drive(
     history
 }
 
-fn first(vehicles: &[NetworkVehicle]) -> Option<&NetworkVehicle> {
+fn first(vehicles: &[VehicleState]) -> Option<&VehicleState> {
     vehicles.first().filter(|vehicle| vehicle.id == FIRST)
 }
 
 /// Returns the report of an ego with the states of a vehicle of another drive at a step and at the next.
-fn report(now: &NetworkVehicle, next: &NetworkVehicle) -> EgoReport {
+fn report(now: &VehicleState, next: &VehicleState) -> VehicleReport {
     let state = ExternalVehicleState {
         pose: now.pose,
         speed_mps: now.speed_mps,
         next_pose: next.pose,
         next_speed_mps: next.speed_mps,
     };
-    EgoReport { id: FIRST, state, lane: next.lane, is_wrong_way: false, lamps: VehicleLamps::default() }
+    VehicleReport { id: FIRST, state, lane: next.lane, is_wrong_way: false, lamps: VehicleLamps::default() }
 }
 
 /// Returns the largest speed difference of any other vehicle, m/s, between two drives: SUMO moves the first vehicle along the trace, or an
@@ -104,7 +104,7 @@ fn largest_difference(town: &Town, first_vehicle: &str, route: &str, others: &st
 }
 
 /// Runs a drive whose first vehicle SUMO moves along the trace.
-fn imposed(town: &Town, first_vehicle: &str, others: &str, steps: usize) -> Vec<Vec<NetworkVehicle>> {
+fn imposed(town: &Town, first_vehicle: &str, others: &str, steps: usize) -> Vec<Vec<VehicleState>> {
     let reference = town.setup(town.demand("own", &format!("{first_vehicle}{others}")));
     drive(&reference, steps, |step, traffic| {
         if let Some(now) = first(traffic.vehicles()).copied() {
@@ -116,7 +116,7 @@ fn imposed(town: &Town, first_vehicle: &str, others: &str, steps: usize) -> Vec<
 
 /// Runs the drive with an ego in place of the first vehicle, and returns the largest speed difference. `guessed`: the ego's next position
 /// is guessed by constant acceleration instead of known.
-fn difference(town: &Town, own: &[Vec<NetworkVehicle>], route: &str, others: &str, guessed: bool) -> f64 {
+fn difference(town: &Town, own: &[Vec<VehicleState>], route: &str, others: &str, guessed: bool) -> f64 {
     let steps = own.len() - 1;
     let start = first(&own[1]).expect("it departs at once");
     let ego = EgoStart {
@@ -125,7 +125,7 @@ fn difference(town: &Town, own: &[Vec<NetworkVehicle>], route: &str, others: &st
         speed_mps: start.speed_mps,
         route: route.split(' ').map(str::to_owned).collect(),
     };
-    let setup = NetworkSetup { egos: vec![ego], ..town.setup(town.demand("ego", others)) };
+    let setup = DemandSetup { egos: vec![ego], ..town.setup(town.demand("ego", others)) };
     let with_ego = drive(&setup, steps, |step, _| {
         let next = first(&own[step + 1]).expect("it is there to the end");
         let now = first(&own[step]).unwrap_or(next);
@@ -257,7 +257,7 @@ fn a_vehicle_that_must_give_way_waits_until_the_ego_has_passed() {
         let lane = |id: &str| setup.network.lane_named(id).expect("a lane");
         let [main, out, minor] = ["main_0", "out_0", "minor_0"].map(lane);
         let start = EgoStart { lane: main, s_m: 135.0, speed_mps: 8.0, route: vec!["main".into(), "out".into()] };
-        let setup = NetworkSetup { egos: if who == "ego" { vec![start] } else { Vec::new() }, ..setup };
+        let setup = DemandSetup { egos: if who == "ego" { vec![start] } else { Vec::new() }, ..setup };
         let pose = |step: usize| Pose::new(glam::dvec2(132.5 + 0.8 * step as f64, -1.6), 0.0);
         let history = drive(&setup, 200, |step, traffic| {
             if who == "sumo" && first(traffic.vehicles()).is_some() {
@@ -273,10 +273,16 @@ fn a_vehicle_that_must_give_way_waits_until_the_ego_has_passed() {
                 next_speed_mps: 8.0,
             };
             let lane = if pose(step + 1).front(CAR_LENGTH_M).x < 196.0 { main } else { out };
-            vec![EgoReport { id: FIRST, state, lane: Some(lane), is_wrong_way: false, lamps: VehicleLamps::default() }]
+            vec![VehicleReport {
+                id: FIRST,
+                state,
+                lane: Some(lane),
+                is_wrong_way: false,
+                lamps: VehicleLamps::default(),
+            }]
         });
         let other = VehicleId(u32::from(who != "nobody"));
-        let of = |vehicles: &Vec<NetworkVehicle>| vehicles.iter().find(|v| v.id == other).copied();
+        let of = |vehicles: &Vec<VehicleState>| vehicles.iter().find(|v| v.id == other).copied();
         let on_junction = history.iter().position(|vehicles| of(vehicles).is_some_and(|v| v.lane != Some(minor)));
         on_junction.expect("it goes in the end")
     };
@@ -307,18 +313,18 @@ fn meets(
     steps: usize,
     place: impl Fn(usize) -> (Pose, f64, Option<LaneId>, bool),
 ) -> (Vec<Option<LaneId>>, f64, f64) {
-    let setup = NetworkSetup { egos: vec![start], ..town.setup(town.demand("one", vehicle)) };
+    let setup = DemandSetup { egos: vec![start], ..town.setup(town.demand("one", vehicle)) };
     let history = drive(&setup, steps, |step, _| {
         let (pose, speed_mps, ..) = place(step);
         let (next_pose, next_speed_mps, lane, is_wrong_way) = place(step + 1);
         let state = ExternalVehicleState { pose, speed_mps, next_pose, next_speed_mps };
-        vec![EgoReport { id: FIRST, state, lane, is_wrong_way, lamps: VehicleLamps::default() }]
+        vec![VehicleReport { id: FIRST, state, lane, is_wrong_way, lamps: VehicleLamps::default() }]
     });
-    let of = |vehicles: &Vec<NetworkVehicle>| vehicles.iter().find(|v| v.id == VehicleId(1)).copied();
+    let of = |vehicles: &Vec<VehicleState>| vehicles.iter().find(|v| v.id == VehicleId(1)).copied();
     let mut lanes: Vec<Option<LaneId>> = history.iter().filter_map(of).map(|v| v.lane).collect();
     lanes.dedup();
     let slowest = history.iter().filter_map(of).map(|v| v.speed_mps).fold(f64::INFINITY, f64::min);
-    let distance = |(step, vehicles): (usize, &Vec<NetworkVehicle>)| {
+    let distance = |(step, vehicles): (usize, &Vec<VehicleState>)| {
         of(vehicles).map_or(f64::INFINITY, |v| v.pose.position.distance(place(step).0.position))
     };
     let nearest = history.iter().enumerate().map(distance).fold(f64::INFINITY, f64::min);
@@ -389,12 +395,12 @@ fn an_ego_that_sumo_puts_on_a_crossing_lane_keeps_its_route() {
         speed_mps: start.speed_mps,
         route: way.split(' ').map(str::to_owned).collect(),
     };
-    let setup = NetworkSetup { egos: vec![ego], ..town.setup(Demand::default()) };
+    let setup = DemandSetup { egos: vec![ego], ..town.setup(Demand::default()) };
     // The lane that turns off overlaps the ego's lane at its beginning, so the ego is on both there.
     let from = start.lane.expect("on a lane");
     let vias: Vec<LaneId> = setup.network.connections_from(from).iter().filter_map(|way| way.via).collect();
     let mut mistaken = 0;
-    let mut traffic = SumoNetwork::start(&setup).expect("it starts");
+    let mut traffic = SumoTraffic::start_with_demand(&setup).expect("it starts");
     for step in 0..own.len() - 1 {
         let next = first(&own[step + 1]).expect("it is there to the end");
         let now = first(&own[step]).unwrap_or(next);

@@ -37,8 +37,8 @@ fn run_on(net: &Path) -> Output {
 }
 
 /// Returns the setup of the ring on the network in `file`.
-fn on(file: &Path) -> TrafficSetup {
-    TrafficSetup { map: Arc::new(RoadMap::load(file.to_str().unwrap()).unwrap()), ..ring(0.0) }
+fn on(file: &Path) -> FixedSetup {
+    FixedSetup { map: Arc::new(RoadMap::load(file.to_str().unwrap()).unwrap()), ..ring(0.0) }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use super::*;
 
 /// Returns the part of every vehicle's speed changes that the model does not explain, m/s, for a flow in which no vehicle stands.
-fn residuals(engine: &EngineChoice, setup: &TrafficSetup, steps: usize) -> Vec<f64> {
+fn residuals(engine: &EngineChoice, setup: &FixedSetup, steps: usize) -> Vec<f64> {
     let history = run_free(engine, setup.clone(), steps);
     let (route, idm, step_s) = (&setup.map.route, setup.idm, setup.step_s);
     let mut out = Vec::new();
@@ -29,7 +29,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
     let _alone = alone();
     for engine in ENGINES {
         for (noise, step_s) in [(0.2, 0.1), (0.5, 0.1), (0.2, 0.05)] {
-            let setup = TrafficSetup { step_s, ..ring(noise) };
+            let setup = FixedSetup { step_s, ..ring(noise) };
             let residuals = residuals(&engine, &setup, 500);
             // The limits are four standard errors of n independent draws.
             let n = residuals.len() as f64;
@@ -59,7 +59,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
 fn each_car_has_its_own_noise_and_shared_noise_is_drawn_in_turn() {
     const STEPS: usize = 100;
     let noise = |n: usize, noise_streams| {
-        let setup = TrafficSetup { noise_streams, ..even("ring-250", n, model(0.2), 4.0) };
+        let setup = FixedSetup { noise_streams, ..even("ring-250", n, model(0.2), 4.0) };
         residuals(&EngineChoice::Native, &setup, STEPS)
     };
     // The draws of two rings of different size, by step and vehicle, for the vehicles that both have.

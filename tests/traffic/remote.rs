@@ -66,7 +66,7 @@ fn listen_for(map: &str, clients: u32) -> Remote {
 }
 
 /// Connects as soon as the child listens.
-pub fn connect(remote: &Remote, setup: &TrafficSetup) -> Result<SumoTraffic, TrafficError> {
+pub fn connect(remote: &Remote, setup: &FixedSetup) -> Result<SumoTraffic, TrafficError> {
     for _ in 0..400 {
         match SumoTraffic::connect("127.0.0.1", remote.port, setup.clone()) {
             Err(TrafficError::Unreachable { .. }) => sleep(Duration::from_millis(50)),
@@ -195,7 +195,7 @@ fn a_step_of_a_remote_sumo_can_be_begun_and_awaited_in_short_waits() {
 #[test]
 fn a_remote_sumo_that_falls_silent_is_an_error_after_the_time_out() {
     let _alone = alone();
-    let setup = TrafficSetup { timeout_s: 0.5, ..ring(0.0) };
+    let setup = FixedSetup { timeout_s: 0.5, ..ring(0.0) };
     let remote = listen("ring-250");
     let mut traffic = connect(&remote, &setup).unwrap();
     traffic.step(&[]).unwrap();

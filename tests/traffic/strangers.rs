@@ -26,7 +26,7 @@ fn server(serve: impl FnOnce(TcpStream) + Send + 'static) -> u16 {
 /// Returns the error of codrive on a program that listens at `port`.
 fn refused(port: u16) -> TrafficError {
     let begun = now();
-    let setup = TrafficSetup { timeout_s: 0.5, ..ring(0.0) };
+    let setup = FixedSetup { timeout_s: 0.5, ..ring(0.0) };
     let error = SumoTraffic::connect("127.0.0.1", port, setup).err().expect("it is no SUMO");
     assert!(begun.elapsed() < SOON, "{:?}: {error}", begun.elapsed());
     error

@@ -47,7 +47,7 @@ fn a_car_with_another_model_follows_that_model() {
     // Two vehicles at rest, each with 120 m of free road.
     let pair = |of_others, seed| {
         let mixture = ModelMixture { model: of_others, share: 1.0 };
-        let setup = TrafficSetup { mixture, seed, ..even("ring-250", 2, model(0.0), 0.0) };
+        let setup = FixedSetup { mixture, seed, ..even("ring-250", 2, model(0.0), 0.0) };
         run_free(&EngineChoice::Sumo, setup, 30)
     };
     let after_3_s = |model, seed| {
@@ -71,8 +71,7 @@ fn a_car_with_another_model_follows_that_model() {
 #[test]
 fn engines_without_other_models_refuse_them() {
     let mixture = ModelMixture { model: FollowingModel::Krauss, share: 0.5 };
-    let error =
-        traffic::start(&EngineChoice::Native, TrafficSetup { mixture, ..ring(0.0) }).err().expect("it has none");
+    let error = traffic::start(&EngineChoice::Native, FixedSetup { mixture, ..ring(0.0) }).err().expect("it has none");
     assert!(matches!(error, TrafficError::NoSuchModel(FollowingModel::Krauss)), "{error}");
     assert!(error.to_string().contains("remedy: --traffic sumo"), "{error}");
 }

@@ -161,7 +161,9 @@ mod tests {
 
     fn feet(net: &Network) -> Vec<Vec2> {
         let all = posts(net, &network::surfaces(net));
-        check(&all, "posts");
+        if !all.indices.is_empty() {
+            check(&all, "posts");
+        }
         let one = post().vertices.len();
         all.vertices.chunks(one).map(|c| Vec3::from(c[0].position).truncate()).collect()
     }

@@ -13,7 +13,7 @@ use super::{
     hand_over::STANDS_MPS,
     network_view::NetworkView,
     road_rules::RoadRules,
-    traffic_coupling::StartPlace,
+    traffic_start::StartPlace,
 };
 use crate::{
     controls::{Controls, Indicator},
@@ -22,7 +22,7 @@ use crate::{
     map::RoadMap,
     rng,
     scenario::Scenario,
-    sim::{Event, EventKind, Snapshot, VehicleSnapshot, ground::RoadGround},
+    sim::{Event, EventKind, Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::{TICK_S, Tick},
     traffic::{EGO, ExternalVehicleState, VehicleBody, VehicleId, is_on_lane},
@@ -45,10 +45,9 @@ pub struct Agent {
     contacts: ContactTracker,
     contact_count: u32,
     pub(super) lane: LaneMonitor,
-    /// Used on networks only.
     rules: RoadRules,
-    /// View of the network beside the route; `None` on a closed route with a fixed number of vehicles.
-    pub(super) network: Option<NetworkView>,
+    /// View of the road: the route and the network around it.
+    pub(super) network: NetworkView,
     /// Delayed controls, oldest first; the length is the scenario's extra delay in ticks.
     control_delay: VecDeque<Controls>,
     /// `None` for the participant's vehicle, which is controlled from outside.
@@ -93,10 +92,8 @@ impl Agent {
     ) -> Result<Self, WorldError> {
         let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
         let mut agent = Self::at(pose, scenario, map, advice, (start, bodies))?;
-        if let Some(network) = &agent.network {
-            agent.car.stand_on(network.ground_at(map, start.s_m).shape(pose.position));
-            agent.view = derived_state::first_snapshot(agent.car.state(), start.s_m);
-        }
+        agent.car.stand_on(agent.network.ground_at(map, start.s_m).shape(pose.position));
+        agent.view = derived_state::first_snapshot(agent.car.state(), start.s_m);
         Ok(agent)
     }
 
@@ -109,7 +106,7 @@ impl Agent {
         (start, bodies): (StartPlace, usize),
     ) -> Result<Self, WorldError> {
         let car = EgoCar::new(&car_params(scenario), pose, start.speed_mps, bodies)?;
-        let network = scenario.is_on_network().then(|| NetworkView::new(map));
+        let network = NetworkView::new(map);
         let view = derived_state::first_snapshot(car.state(), start.s_m);
         let image = VehicleSnapshot { id: EGO, pose, pose_before: pose, ..VehicleSnapshot::default() };
         Ok(Self {
@@ -185,7 +182,7 @@ impl Agent {
     /// Asks the policy for the step that begins at this tick.
     pub(super) fn ask_policy(&mut self, scenario: &Scenario) {
         let limit_mps = self.map.route.speed_limit_mps(self.view.ego_s_m);
-        self.advice.ask(self.view.tick, &self.observe(scenario.vehicles), limit_mps);
+        self.advice.ask(self.view.tick, &self.observe(scenario), limit_mps);
     }
 
     /// Begins a step: shows or withdraws advice as the policy decided.
@@ -217,11 +214,9 @@ impl Agent {
         self.control_delay.push_back(self.controls);
         let controls = self.control_delay.pop_front().unwrap_or(self.controls);
         self.indicate(controls.indicator);
-        let on_route = RoadGround { route: &self.map.route, near_s_m: self.view.ego_s_m };
-        let on_network = self.network.as_ref().map(|network| network.ground(&self.map, &self.view));
-        let ground: &dyn GroundModel = on_network.as_ref().map_or(&on_route, |ground| ground);
+        let ground = self.network.ground(&self.map, &self.view);
         self.view.ego_before = *self.car.state();
-        let touches = self.car.tick(&controls, ground, obstacles);
+        let touches = self.car.tick(&controls, &ground, obstacles);
         let known = self.events.len();
         self.events.extend(self.contacts.begun(touches, Tick(self.view.tick.0 + 1)));
         self.view.ego = *self.car.state();
@@ -243,9 +238,7 @@ impl Agent {
         }
         let pose = self.car.predict(0.0).0;
         derived_state::locate(&mut self.view, &self.map.route, &pose);
-        if let Some(network) = &mut self.network {
-            network.locate(&mut self.view, &self.map, &pose);
-        }
+        self.network.locate(&mut self.view, &self.map, &pose);
         let (ego, before, place) = (&self.view.ego, &self.image, derived_state::own_place(&self.view));
         self.image = VehicleSnapshot {
             id: self.id,
@@ -276,12 +269,9 @@ impl Agent {
         }
     }
 
-    /// Returns the position of a vehicle's front along this agent's route. On a closed route it is the same for all agents.
+    /// Returns where a vehicle's front is along this one's route; `None` off the route.
     fn s_of(&self, other: &VehicleSnapshot) -> Option<f64> {
-        match &self.network {
-            Some(network) => network.s_of(&self.map, other, self.view.ego_s_m),
-            None => other.s_m,
-        }
+        self.network.s_of(&self.map, other, self.view.ego_s_m)
     }
 
     /// Copies the participant's view, plus the participant's vehicle if present.
@@ -303,13 +293,10 @@ impl Agent {
         }
         let ego = self.image.pose;
         derived_state::look_around(&mut self.view, &self.map.route);
-        let Some(network) = &mut self.network else {
-            self.events.extend(self.lane.watch(&self.view, &self.map.route));
-            return;
-        };
+        let network = &mut self.network;
         network.look_around(&mut self.view, &self.map);
         let under = network.ground(&self.map, &self.view).surface(ego.position);
-        self.events.extend(self.lane.watch_network(&self.view, under == GroundSurface::Asphalt));
+        self.events.extend(self.lane.watch(&self.view, under == GroundSurface::Asphalt));
         // Rules are not watched beyond the end of the path.
         if !network.is_at_end(&self.view, &self.map) {
             self.rules.watch(&self.view, &self.map, &ego, &mut self.events);
@@ -318,7 +305,7 @@ impl Agent {
 
     /// Returns true if the vehicle is at the end of its path.
     pub(super) fn is_at_end(&self) -> bool {
-        self.network.as_ref().is_some_and(|network| network.is_at_end(&self.view, &self.map))
+        self.network.is_at_end(&self.view, &self.map)
     }
 }
 

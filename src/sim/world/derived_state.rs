@@ -13,9 +13,6 @@ use crate::{
     time::Tick,
 };
 
-/// Distance inside the lane's edge at which the ego is back on the road, metres (hysteresis against repeated events at the edge).
-const BACK_INSIDE_M: f64 = 0.2;
-
 /// Returns the snapshot of tick 0 without other vehicles and without derived state.
 pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapshot {
     Snapshot {
@@ -111,22 +108,11 @@ impl LaneMonitor {
         self.is_in_lane
     }
 
-    /// Returns an event if the ego leaves its lane or returns in this tick.
-    pub fn watch(&mut self, snapshot: &Snapshot, route: &Route) -> Option<Event> {
-        let half_m = route.width_m(snapshot.ego_s_m) / 2.0;
-        let off_m = snapshot.lane_offset_m.abs();
-        self.watch_place(snapshot, off_m > half_m, off_m < half_m - BACK_INSIDE_M)
-    }
-
-    /// Does the same as `watch` on a network, where other lanes are road, too; `is_on_road` is for the ego's centre.
-    pub fn watch_network(&mut self, snapshot: &Snapshot, is_on_road: bool) -> Option<Event> {
-        self.watch_place(snapshot, !is_on_road, is_on_road)
-    }
-
-    fn watch_place(&mut self, snapshot: &Snapshot, is_off: bool, is_back: bool) -> Option<Event> {
-        let kind = if self.is_in_lane && is_off {
+    /// Returns the event of this tick, if the ego has left the road or is back. `is_on_road`: its centre is on asphalt.
+    pub fn watch(&mut self, snapshot: &Snapshot, is_on_road: bool) -> Option<Event> {
+        let kind = if self.is_in_lane && !is_on_road {
             EventKind::LeftRoad { s_m: snapshot.ego_s_m, offset_m: snapshot.lane_offset_m }
-        } else if !self.is_in_lane && is_back {
+        } else if !self.is_in_lane && is_on_road {
             EventKind::BackOnRoad
         } else {
             return None;

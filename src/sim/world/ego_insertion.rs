@@ -10,10 +10,7 @@ use crate::{
     map::{RoadMap, network::LaneId},
     scenario::Scenario,
     space::CAR_LENGTH_M,
-    traffic::{
-        self, EGO, ExternalVehicleState, NetworkVehicle, TrafficError, VehicleLamps,
-        sumo::{EgoReport, SumoNetwork},
-    },
+    traffic::{self, EGO, ExternalVehicleState, Traffic, TrafficError, VehicleLamps, VehicleReport, VehicleState},
 };
 
 /// Start position of the ego, with its map and scenario.
@@ -33,12 +30,12 @@ impl Insertion<'_> {
     ///
     /// SUMO lets a vehicle depart into one that enters in the same step. Therefore the ego is already in place during the last step, and
     /// starts from there if there is still room.
-    pub fn warm_up(&self, engine: &mut SumoNetwork, lane: LaneId) -> Result<(f64, f64), TrafficError> {
+    pub fn warm_up(&self, engine: &mut dyn Traffic, lane: LaneId) -> Result<(f64, f64), TrafficError> {
         let pose = self.map.route.pose_of_front(self.s_m, CAR_LENGTH_M);
         // An ego off all lanes is invisible to the traffic.
         let at = |lane: Option<LaneId>, speed_mps: f64| {
             let state = ExternalVehicleState { pose, speed_mps, next_pose: pose, next_speed_mps: speed_mps };
-            [EgoReport { id: EGO, state, lane, is_wrong_way: false, lamps: VehicleLamps::default() }]
+            [VehicleReport { id: EGO, state, lane, is_wrong_way: false, lamps: VehicleLamps::default() }]
         };
         let (steps, step_s) = (warm_up_steps(self.scenario), self.scenario.step_s);
         for _ in 1..steps {
@@ -62,7 +59,7 @@ impl Insertion<'_> {
     }
 
     /// Returns the speed at which the ego fits in among these vehicles; `None` without room.
-    fn speed_mps(&self, vehicles: &[NetworkVehicle]) -> Option<f64> {
+    fn speed_mps(&self, vehicles: &[VehicleState]) -> Option<f64> {
         let (route, idm) = (&self.map.route, &self.scenario.idm);
         let middle = route.pose_of_front(self.s_m, CAR_LENGTH_M).position;
         let mut fits_mps = if self.is_moving { self.free_mps() } else { 0.0 };
@@ -80,7 +77,7 @@ impl Insertion<'_> {
                 fits_mps = fits_mps.min(room_m / idm.t).min((vehicle.speed_mps.powi(2) + 2.0 * idm.b * room_m).sqrt());
             }
         }
-        let is_clear = |vehicle: &NetworkVehicle| {
+        let is_clear = |vehicle: &VehicleState| {
             let Some(gap_m) = self.gap_behind_m(vehicle) else { return true };
             let slows_m = (vehicle.speed_mps.powi(2) - fits_mps * fits_mps).max(0.0) / (2.0 * idm.b);
             gap_m >= idm.s0 + vehicle.speed_mps * idm.t / 2.0 + slows_m
@@ -100,19 +97,19 @@ impl Insertion<'_> {
     }
 
     /// Returns the lateral distance of a vehicle's centre from the route, metres.
-    fn offset_m(&self, vehicle: &NetworkVehicle) -> f64 {
+    fn offset_m(&self, vehicle: &VehicleState) -> f64 {
         self.map.route.project(vehicle.pose.position, Some(self.s_m)).offset_m.abs()
     }
 
     /// Returns the gap to a vehicle ahead on the route, metres.
-    fn gap_ahead_m(&self, vehicle: &NetworkVehicle) -> Option<f64> {
+    fn gap_ahead_m(&self, vehicle: &VehicleState) -> Option<f64> {
         let s_m = self.lanes.s_of(self.map, vehicle, self.s_m)?;
         let ahead_m = self.map.route.difference(self.s_m, s_m);
         (ahead_m >= 0.0).then_some(ahead_m - vehicle.body.length_m)
     }
 
     /// Returns the gap to a vehicle behind, metres, on the route or on a lane that leads to its start; the latter in a straight line.
-    fn gap_behind_m(&self, vehicle: &NetworkVehicle) -> Option<f64> {
+    fn gap_behind_m(&self, vehicle: &VehicleState) -> Option<f64> {
         let route = &self.map.route;
         if let Some(s_m) = self.lanes.s_of(self.map, vehicle, self.s_m) {
             let behind_m = -route.difference(self.s_m, s_m);
@@ -126,19 +123,19 @@ impl Insertion<'_> {
 }
 
 /// Runs the warm-up of a drive without a participant.
-pub(super) fn warm_up_alone(scenario: &Scenario, engine: &mut SumoNetwork) -> Result<(), TrafficError> {
+pub(super) fn warm_up_alone(scenario: &Scenario, engine: &mut dyn Traffic) -> Result<(), TrafficError> {
     (0..warm_up_steps(scenario)).try_for_each(|_| {
         traffic::go_on()?;
         engine.step(&[])
     })
 }
 
-fn warm_up_steps(scenario: &Scenario) -> usize {
+pub(super) fn warm_up_steps(scenario: &Scenario) -> usize {
     (scenario.warm_up_s / scenario.step_s).round() as usize
 }
 
 /// Returns the state of traffic at the ego's insertion.
-pub(super) fn hand_over(vehicles: &[NetworkVehicle], speed_mps: f64, waited_s: f64) -> HandOver {
+pub(super) fn hand_over(vehicles: &[VehicleState], speed_mps: f64, waited_s: f64) -> HandOver {
     let speeds = || vehicles.iter().filter(|vehicle| vehicle.id != EGO).map(|vehicle| vehicle.speed_mps);
     let n = speeds().count().max(1) as f64;
     let mean = speeds().sum::<f64>() / n;

@@ -2,7 +2,7 @@
 //! whether to go on waiting, and the state of traffic at the hand-over. Without a wave there is nothing to damp, and a wave that differs
 //! between drives adds noise to comparisons (docs/decisions.md: 20).
 
-use crate::{scenario::Scenario, traffic::CarState};
+use crate::{scenario::Scenario, traffic::VehicleState};
 use serde::{Deserialize, Serialize};
 
 /// Time for which the wave must have had the strength that the scenario asks for, seconds.
@@ -48,7 +48,7 @@ impl HandOverGate {
     }
 
     /// Checks the vehicles, the ego first, at the end of the warm-up and after each step of waiting. Returns `Some` at the hand-over.
-    pub fn look(&mut self, cars: &[CarState]) -> Option<HandOver> {
+    pub fn look(&mut self, cars: &[VehicleState]) -> Option<HandOver> {
         let speed_sd_mps = standard_deviation(cars);
         self.wave_steps = if speed_sd_mps >= self.least_sd_mps { self.wave_steps + 1 } else { 0 };
         let has_wave = self.least_sd_mps <= 0.0 || self.wave_steps as f64 * self.step_s >= WAVE_STANDS_S - 1e-9;
@@ -62,7 +62,7 @@ impl HandOverGate {
 }
 
 /// Returns the standard deviation of speed over the vehicles, m/s (divisor N).
-fn standard_deviation(cars: &[CarState]) -> f64 {
+fn standard_deviation(cars: &[VehicleState]) -> f64 {
     let n = cars.len().max(1) as f64;
     let mean = cars.iter().map(|car| car.speed_mps).sum::<f64>() / n;
     (cars.iter().map(|car| (car.speed_mps - mean).powi(2)).sum::<f64>() / n).sqrt()
@@ -73,8 +73,8 @@ mod tests {
     use super::*;
 
     /// Returns three vehicles; for 1, 2 and 3 m/s the deviation is sqrt(2/3) = 0.8165 m/s.
-    fn cars(speeds_mps: [f64; 3]) -> Vec<CarState> {
-        speeds_mps.map(|speed_mps| CarState { speed_mps, ..CarState::default() }).to_vec()
+    fn cars(speeds_mps: [f64; 3]) -> Vec<VehicleState> {
+        speeds_mps.map(|speed_mps| VehicleState { speed_mps, ..VehicleState::default() }).to_vec()
     }
 
     fn gate(wave_sd_mps: f64, standing_start: bool) -> HandOverGate {

@@ -102,7 +102,7 @@ impl NetworkView {
 
     /// Returns the ground at a position of the route, before the ego is there.
     pub fn ground_at<'a>(&self, map: &'a RoadMap, s_m: f64) -> NetworkGround<'a> {
-        let near = map.network.lane_named(&map.route.lanes()[map.route.lane_at(s_m).0].id);
+        let near = map.route.lanes()[map.route.lane_at(s_m).0].lane;
         let way = RoadGround { route: &map.route, near_s_m: s_m };
         NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m), way }
     }

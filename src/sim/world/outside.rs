@@ -65,6 +65,6 @@ impl World {
 
     /// Returns the observation on which the advice of this agent is based; call it where a step begins.
     pub fn told(&self, agent: &Agent) -> Observation {
-        agent.advice.told(&agent.observe(self.scenario.vehicles))
+        agent.advice.told(&agent.observe(&self.scenario))
     }
 }

@@ -16,7 +16,7 @@ use crate::{
         stop_lines,
     },
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, Pose3},
-    traffic::NetworkVehicle,
+    traffic::VehicleState,
 };
 use glam::DVec2;
 use std::collections::BTreeMap;
@@ -42,7 +42,7 @@ impl PathLanes {
     /// Returns the lanes of a map's route.
     pub fn new(map: &RoadMap) -> Self {
         let (net, route) = (&map.network, &map.route);
-        let lanes: Vec<Option<LaneId>> = route.lanes().iter().map(|lane| net.lane_named(&lane.id)).collect();
+        let lanes: Vec<Option<LaneId>> = route.lanes().iter().map(|lane| lane.lane).collect();
         let mut by_lane: BTreeMap<LaneId, Vec<RouteStretch>> = BTreeMap::new();
         for (index, (id, lane)) in lanes.iter().zip(route.lanes()).enumerate() {
             let Some(id) = *id else { continue };
@@ -58,7 +58,7 @@ impl PathLanes {
     }
 
     /// Returns a vehicle's front bumper along the route, metres; of several positions, the one nearest to `near_s_m`. `None` off the route.
-    pub fn s_of(&self, map: &RoadMap, vehicle: &NetworkVehicle, near_s_m: f64) -> Option<f64> {
+    pub fn s_of(&self, map: &RoadMap, vehicle: &VehicleState, near_s_m: f64) -> Option<f64> {
         let at = LanePosition { lane: vehicle.lane?, s_m: vehicle.s_m, offset_m: vehicle.offset_m };
         self.s_at(map, at, vehicle.pose.front(vehicle.body.length_m), near_s_m)
     }
@@ -167,11 +167,11 @@ mod tests {
     const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 
     /// Returns a car with its front at this position of a lane.
-    fn car(map: &RoadMap, lane: &str, s_m: f64) -> NetworkVehicle {
+    fn car(map: &RoadMap, lane: &str, s_m: f64) -> VehicleState {
         let lane = map.network.lane_named(lane).expect("a lane");
         let front = map.network.pose(LanePosition { lane, s_m, offset_m: 0.0 });
         let pose = Pose::new(front.position.truncate() - front.flat().forward() * 2.5, front.yaw_rad);
-        NetworkVehicle {
+        VehicleState {
             id: VehicleId(1),
             body: VehicleBody::CAR,
             lane: Some(lane),

@@ -3,10 +3,11 @@
 
 use super::{World, agent::Agent, derived_state, lane_beside::lane_beside};
 use crate::{
-    controls::{Indicator, LaneHint},
+    controls::LaneHint,
     driver::{Perception, SeenLeader, SimulatedDriver},
     map::network::Side,
     policy::{FAR_M, Observation, RoadAhead},
+    scenario::Scenario,
     space::{CAR_LENGTH_M, wrap_angle},
 };
 
@@ -29,21 +30,20 @@ impl World {
 }
 
 impl Agent {
-    /// Returns the policy's observation; `vehicles` is the number of vehicles on a closed route.
-    pub(super) fn observe(&self, vehicles: u32) -> Observation {
+    /// Returns what the policy observes now.
+    pub(super) fn observe(&self, scenario: &Scenario) -> Observation {
         let speed_mps = self.view.ego.speed_mps;
         let length_m = self.map.route.length_m();
-        let is_on_network = self.network.is_some();
         // Without a leader: on a closed route, a stopped one a full lap ahead, as in training; on a network, one far ahead at the ego's
         // speed.
-        let nobody = if is_on_network { (FAR_M, speed_mps) } else { (length_m, 0.0) };
+        let nobody = if scenario.is_on_network() { (FAR_M, speed_mps) } else { (length_m, 0.0) };
         let (gap_m, leader_speed_mps) = self.view.leader.map_or(nobody, |l| (l.gap_m, l.speed_mps));
         Observation {
             speed_mps,
             leader_speed_mps,
             gap_m,
             circumference_m: length_m,
-            vehicles,
+            vehicles: scenario.vehicles,
             road: self.road_ahead(),
             ..Observation::default()
         }
@@ -52,19 +52,19 @@ impl Agent {
     fn road_ahead(&self) -> RoadAhead {
         let (route, snapshot) = (&self.map.route, &self.view);
         let ahead_m = snapshot.ego.speed_mps.max(0.0) * BEND_AHEAD_S;
-        let network = self.network.as_ref();
-        let is_seen = network.is_some() && self.advice.sees_lanes_beside;
-        let beside = |side: Side| is_seen.then(|| lane_beside(snapshot, &self.map, side)).flatten();
+        let network = &self.network;
+        let beside =
+            |side: Side| self.advice.sees_lanes_beside.then(|| lane_beside(snapshot, &self.map, side)).flatten();
         RoadAhead {
             speed_limit_mps: route.speed_limit_mps(snapshot.ego_s_m),
             bend_per_m: route.curvature_at(snapshot.ego_s_m + ahead_m, LANE_HINT_SPAN_M),
             follower: derived_state::follower(snapshot, route),
             left: beside(Side::Left),
             right: beside(Side::Right),
-            signal: network.and_then(|network| network.next_signal(snapshot, &self.map)),
-            yield_line_m: network.and_then(|network| network.line_ahead_m(snapshot, &self.map, false)),
-            stop_line_m: network.and_then(|network| network.line_ahead_m(snapshot, &self.map, true)),
-            lane_end_m: network.and_then(|network| network.lane_end_ahead_m(snapshot, &self.map)),
+            signal: network.next_signal(snapshot, &self.map),
+            yield_line_m: network.line_ahead_m(snapshot, &self.map, false),
+            stop_line_m: network.line_ahead_m(snapshot, &self.map, true),
+            lane_end_m: network.lane_end_ahead_m(snapshot, &self.map),
             path_left_m: (!route.is_closed()).then(|| (route.length_m() - snapshot.ego_s_m).max(0.0)),
         }
     }
@@ -75,16 +75,13 @@ impl Agent {
         Perception {
             speed_mps: snapshot.ego.speed_mps,
             lane: driver.look_beside(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m), |s_m| {
-                self.network.as_ref().map_or(0.0, |network| network.beside_m(&self.map, s_m))
+                self.network.beside_m(&self.map, s_m)
             }),
             leader: snapshot.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps }),
-            stop_ahead_m: self
-                .network
-                .as_ref()
-                .and_then(|network| network.stop_ahead_m(snapshot, &self.map, driver.params())),
+            stop_ahead_m: self.network.stop_ahead_m(snapshot, &self.map, driver.params()),
             advice: snapshot.advice,
             speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
-            indicator: self.network.as_ref().map_or(Indicator::Off, |network| network.indicator(snapshot, &self.map)),
+            indicator: self.network.indicator(snapshot, &self.map),
         }
     }
 

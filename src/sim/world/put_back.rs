@@ -69,9 +69,7 @@ impl Agent {
         let Some((s_m, speed_mps)) = self.room() else { return Ok(()) };
         let pose = self.map.route.pose_of_front(s_m, CAR_LENGTH_M);
         self.car = EgoCar::new(&car_params(scenario), pose, speed_mps, self.view.cars.len())?;
-        if let Some(network) = &self.network {
-            self.car.stand_on(network.ground(&self.map, &self.view).shape(pose.position));
-        }
+        self.car.stand_on(self.network.ground(&self.map, &self.view).shape(pose.position));
         self.view.ego_s_m = s_m;
         let tick = Tick(self.view.tick.0 + 1);
         self.events.push(Event { tick, kind: EventKind::PutBack { s_m } });

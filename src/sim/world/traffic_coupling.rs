@@ -1,193 +1,412 @@
-//! The other vehicles of a drive between two steps of their engine, on a closed route with a fixed number of vehicles (`ring_coupling`) or
-//! on a network where they enter and leave (`network_coupling`). In: once a step, the agents' present and predicted states; once a tick,
-//! the elapsed share of the step. Out: the other vehicles in the participant's snapshot of that tick, and those near the ego as obstacles.
-//! Metres, m/s.
+//! The other vehicles of a drive between two steps of their engine. In: once a step, the agents' present and predicted poses; once a tick,
+//! the elapsed share of the step. Out: all vehicles at that tick, matched by id, the states of signals, and the vehicles that the ego can
+//! touch. Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
+//!
+//! A vehicle that departs in a step appears at the step's end. One that arrives goes on until the step's end and disappears there. At a
+//! step's end the vehicles are exactly the engine's.
 
 use super::{
-    WorldError,
+    TOUCHABLE_M, WorldError,
+    advised_selection::AdvisedSelection,
     agent::{Agent, NewAgent},
     hand_over::HandOver,
-    network_coupling::NetworkCoupling,
-    ring_coupling::RingCoupling,
+    path_lanes::{PathLanes, is_against},
+    traffic_start::{self, StartPlace, StartedTraffic},
 };
 use crate::{
     ego::Obstacle,
-    map::{RoadMap, Route},
+    map::{
+        RoadMap, Route,
+        network::{LanePosition, SignalStates},
+    },
     scenario::Scenario,
     sim::{Snapshot, snapshot::VehicleSnapshot},
-    traffic::{TrafficError, TrafficStart, VehicleId},
+    space::{CAR_LENGTH_M, Pose},
+    time::TICK_S,
+    traffic::{
+        EGO, ExternalVehicleState, Traffic, TrafficError, TrafficStart, VehicleId, VehicleKind, VehicleReport,
+        VehicleState,
+    },
 };
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{path::PathBuf, sync::Arc};
 
-/// Start of a vehicle on the road.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct StartPlace {
-    /// Front bumper along the route, metres.
-    pub s_m: f64,
-    /// Speed at the start, m/s.
-    pub speed_mps: f64,
+/// Distance in a step that counts as a jump, metres: beyond twice what the speeds explain (a lane may be drawn longer than its declared
+/// length), or sideways. SUMO moved the vehicle there at once. Interpolated over the step, it would hit vehicles in between at an
+/// impossible speed.
+const JUMP_M: f64 = 1.0;
+/// Lateral share of the distance in a step that a bend, or a lane change in a long step, explains.
+const SIDEWAYS: f64 = 0.25;
+
+/// A traffic engine, and the two steps around the present tick.
+pub(super) struct TrafficCoupling {
+    /// `None` after [`TrafficCoupling::stop`].
+    engine: Option<Box<dyn Traffic>>,
+    description: String,
+    map: Arc<RoadMap>,
+    lanes: PathLanes,
+    step_s: f64,
+    start: StartPlace,
+    /// Number of vehicles, the ego included, where it is fixed.
+    fixed: Option<usize>,
+    /// All other vehicles at the last step and at the next, by ascending id.
+    from: Vec<PlacedVehicle>,
+    to: Vec<PlacedVehicle>,
+    /// States of the signals at the next step.
+    signals: SignalStates,
+    /// The other vehicles in the last tick.
+    before: Vec<VehicleSnapshot>,
+    obstacles: Vec<Obstacle>,
+    is_asked: bool,
+    /// Agents that have arrived in SUMO; they are no longer reported.
+    arrived: Vec<VehicleId>,
+    reports: Vec<VehicleReport>,
+    advised: AdvisedSelection,
+    /// Vehicles that have entered and may become agents; at the start all that are present.
+    new: Vec<VehicleId>,
+    /// State of traffic at the hand-over to the driver.
+    pub hand_over: HandOver,
 }
 
-/// Coupling to traffic of either kind.
-pub(super) enum TrafficCoupling {
-    /// A fixed number of vehicles on a closed route.
-    Ring(Box<RingCoupling>),
-    /// Vehicles that enter and leave on a network.
-    Network(Box<NetworkCoupling>),
+/// A vehicle with its position on the ego's route.
+#[derive(Clone, Copy, Debug)]
+struct PlacedVehicle {
+    vehicle: VehicleState,
+    s_m: Option<f64>,
+}
+
+/// A vehicle interpolated within a step.
+struct Shown {
+    pose: Pose,
+    height_m: f64,
+    s_m: Option<f64>,
+    lane: Option<LanePosition>,
+    speed_mps: f64,
 }
 
 impl TrafficCoupling {
-    /// Starts the traffic of a scenario and runs it until the ego is inserted.
+    /// Starts the traffic of a scenario and runs it until the ego is put in.
     pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
         let _starting = TrafficStart::begin();
-        Ok(if scenario.is_on_network() {
-            Self::Network(Box::new(NetworkCoupling::start(scenario, map)?))
+        let lanes = PathLanes::new(map);
+        let StartedTraffic { engine, fixed, ego, hand_over } = if scenario.is_on_network() {
+            traffic_start::with_demand(scenario, map, &lanes)?
         } else {
-            Self::Ring(Box::new(RingCoupling::start(scenario, map)?))
-        })
-    }
-
-    /// Returns the start of the ego; without meaning if there is no participant.
-    pub fn ego_start(&self) -> StartPlace {
-        match self {
-            Self::Ring(ring) => {
-                let (ego, _) = ring.at_next_step();
-                StartPlace { s_m: ego.s_m, speed_mps: ego.speed_mps }
-            }
-            Self::Network(network) => network.ego_start(),
+            traffic_start::fixed(scenario, map)?
+        };
+        let mut coupling = Self {
+            description: engine.describe(),
+            engine: Some(engine),
+            map: Arc::clone(map),
+            lanes,
+            step_s: scenario.step_s,
+            start: ego,
+            fixed,
+            from: Vec::new(),
+            to: Vec::new(),
+            signals: SignalStates::default(),
+            before: Vec::new(),
+            obstacles: Vec::new(),
+            is_asked: false,
+            arrived: Vec::new(),
+            reports: Vec::new(),
+            advised: AdvisedSelection::new(scenario, fixed),
+            new: Vec::new(),
+            hand_over,
+        };
+        coupling.take(ego.s_m);
+        if coupling.advised.can_be_others() {
+            coupling.new.extend(coupling.to.iter().map(|placed| placed.vehicle.id));
         }
+        Ok(coupling)
     }
 
-    /// Returns the vehicles that become agents in addition to the ego: on a closed route once, before the drive; on a network as they
-    /// enter.
-    pub fn new_agents(&mut self, scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Vec<NewAgent>, TrafficError> {
-        match self {
-            Self::Ring(ring) => Ok(ring.new_agents(scenario, map)),
-            Self::Network(network) => network.new_agents(scenario),
-        }
-    }
-
-    /// Returns true if an agent has arrived in the engine.
-    pub fn has_arrived(&self, id: VehicleId) -> bool {
-        match self {
-            Self::Ring(_) => false,
-            Self::Network(network) => network.has_arrived(id),
-        }
-    }
-
-    /// Returns the number of other vehicles to prepare bodies for in the ego's physics.
+    /// Returns the number of other vehicles whose bodies the ego's physics makes ready; 0 where vehicles come and go.
     pub fn bodies(&self) -> usize {
-        match self {
-            Self::Ring(ring) => ring.at_next_step().1.len(),
-            Self::Network(_) => 0,
-        }
+        self.fixed.map_or(0, |vehicles| vehicles - 1)
     }
 
-    /// Puts all vehicles and the states of signals into the snapshot of the first tick.
-    pub fn first_view(&mut self, snapshot: &mut Snapshot, route: &Route) {
-        match self {
-            Self::Ring(ring) => {
-                let cars = ring.at_next_step().1.iter();
-                snapshot.cars = cars.map(|car| VehicleSnapshot::at_start(car, car.pose(route))).collect();
-            }
-            Self::Network(network) => network.first_view(snapshot),
+    /// Returns an agent's present and predicted state for the engine. On a fixed number of vehicles' closed route it is the plain pose;
+    /// among vehicles that come and go it is in a lane.
+    fn report(&self, agent: &Agent) -> VehicleReport {
+        let (snapshot, state) = (agent.snapshot(), agent.report(self.step_s));
+        if self.fixed.is_some() {
+            return VehicleReport::on_route(agent.id(), state);
         }
-    }
-
-    /// Returns true if the engine has been asked for the next step.
-    pub fn is_asked(&self) -> bool {
-        match self {
-            Self::Ring(ring) => ring.is_asked(),
-            Self::Network(network) => network.is_asked(),
-        }
-    }
-
-    /// Asks the engine for the next step, with the agents' present states and their predictions for its end.
-    pub fn ask(&mut self, agents: &[Agent], step_s: f64) -> Result<(), TrafficError> {
-        match self {
-            Self::Ring(ring) => ring.ask(agents, step_s),
-            Self::Network(network) => network.ask(agents),
-        }
-    }
-
-    /// Returns true once the step that was asked for is complete; waits for at most `patience`.
-    pub fn wait(&mut self, patience: Duration) -> Result<bool, TrafficError> {
-        match self {
-            Self::Ring(ring) => ring.wait(patience),
-            Self::Network(_) => Ok(true),
-        }
-    }
-
-    /// Begins the step that was asked for.
-    pub fn begin_step(&mut self, snapshot: &Snapshot) {
-        match self {
-            Self::Ring(ring) => ring.begin_step(),
-            Self::Network(network) => network.begin_step(snapshot),
-        }
-    }
-
-    /// Moves all vehicles that are not agents to their poses at `fraction` of the step.
-    pub fn move_cars(&mut self, snapshot: &mut Snapshot, map: &RoadMap, fraction: f64) {
-        match self {
-            Self::Ring(ring) => ring.move_cars(snapshot, &map.route, fraction),
-            Self::Network(network) => network.move_vehicles(snapshot, fraction),
-        }
-    }
-
-    /// Returns the vehicles near the ego at the poses set by [`TrafficCoupling::move_cars`].
-    pub fn obstacles(&self) -> &[Obstacle] {
-        match self {
-            Self::Ring(ring) => ring.obstacles(),
-            Self::Network(network) => network.obstacles(),
-        }
-    }
-
-    /// Returns the state of traffic at the hand-over to the driver.
-    pub fn hand_over(&self) -> HandOver {
-        match self {
-            Self::Ring(ring) => ring.hand_over,
-            Self::Network(network) => network.hand_over,
-        }
-    }
-
-    /// Releases the engine; no further step is possible.
-    pub fn stop(&mut self) {
-        match self {
-            Self::Ring(ring) => ring.stop(),
-            Self::Network(network) => network.stop(),
-        }
-    }
-
-    /// Returns true after a call of [`TrafficCoupling::stop`].
-    pub fn is_stopped(&self) -> bool {
-        match self {
-            Self::Ring(ring) => ring.is_stopped(),
-            Self::Network(network) => network.is_stopped(),
-        }
-    }
-
-    /// Returns the engine's name and version.
-    pub fn describe(&self) -> String {
-        match self {
-            Self::Ring(ring) => ring.describe(),
-            Self::Network(network) => network.describe(),
+        let (lane, next_pose) = agent.network.told(snapshot, &agent.map, &state.next_pose);
+        VehicleReport {
+            id: agent.id(),
+            state: ExternalVehicleState { next_pose, ..state },
+            lane: lane.map(|at| at.lane),
+            is_wrong_way: lane.is_some_and(|at| is_against(&agent.map.network, at, &state.next_pose)),
+            lamps: snapshot.ego_lamps(),
         }
     }
 
     /// Returns the demand files that SUMO reads.
     pub fn demand_files(&self) -> &[PathBuf] {
-        match self {
-            Self::Ring(_) => &[],
-            Self::Network(network) => network.demand_files(),
+        self.engine.as_ref().map_or(&[], |engine| engine.demand_files())
+    }
+
+    /// Returns the start of the ego.
+    pub fn ego_start(&self) -> StartPlace {
+        self.start
+    }
+
+    /// Puts all vehicles and the states of signals into the snapshot of the first tick.
+    pub fn first_view(&mut self, snapshot: &mut Snapshot) {
+        self.move_vehicles(snapshot, 1.0);
+    }
+
+    /// Returns true if the engine has been asked for the next step.
+    pub fn is_asked(&self) -> bool {
+        self.is_asked
+    }
+
+    /// Runs the engine's next step with the agents' present and predicted states.
+    pub fn ask(&mut self, agents: &[Agent]) -> Result<(), TrafficError> {
+        // The placeholder ego of a drive without a participant is not in the engine.
+        let is_there = |agent: &&Agent| !agent.snapshot().is_without_ego && !self.arrived.contains(&agent.id());
+        let mut reports = std::mem::take(&mut self.reports);
+        reports.clear();
+        reports.extend(agents.iter().filter(is_there).map(|agent| self.report(agent)));
+        self.reports = reports;
+        let Some(engine) = &mut self.engine else {
+            return Err(TrafficError::Setup("this drive was stopped".into()));
+        };
+        engine.step(&self.reports)?;
+        let gone = engine.changes().arrived.iter().filter(|id| self.reports.iter().any(|report| report.id == **id));
+        self.arrived.extend(gone);
+        if self.advised.can_be_others() {
+            self.new.extend(engine.changes().departed.iter().map(|departure| departure.id));
+        }
+        self.is_asked = true;
+        Ok(())
+    }
+
+    /// Returns true if a vehicle has arrived in SUMO.
+    pub fn has_arrived(&self, id: VehicleId) -> bool {
+        self.arrived.contains(&id)
+    }
+
+    /// Returns the advised vehicles that become agents, out of those that have entered. Only cars can be agents. A vehicle stays the
+    /// engine's if its path cannot be driven from its position, as inside a junction.
+    pub fn new_agents(&mut self) -> Result<Vec<NewAgent>, TrafficError> {
+        let mut agents = Vec::new();
+        for id in std::mem::take(&mut self.new) {
+            if self.advised.has(id) {
+                agents.extend(self.take_over(id)?);
+            }
+        }
+        Ok(agents)
+    }
+
+    /// Takes over a vehicle as an agent if it is a car of the ego's length and its path can be driven.
+    fn take_over(&mut self, id: VehicleId) -> Result<Option<NewAgent>, TrafficError> {
+        let (Some(engine), Some(at)) = (&mut self.engine, self.to.iter().find(|placed| placed.vehicle.id == id)) else {
+            return Ok(None);
+        };
+        let vehicle = &at.vehicle;
+        let is_like_ego = vehicle.body.kind == VehicleKind::Car && (vehicle.body.length_m - CAR_LENGTH_M).abs() < 0.01;
+        let Some(lane) = vehicle.lane.filter(|_| is_like_ego) else { return Ok(None) };
+        if let (Some(_), Some(s_m)) = (self.fixed, at.s_m) {
+            let start = StartPlace { s_m, speed_mps: vehicle.speed_mps };
+            return Ok(Some(NewAgent { id, map: Arc::clone(&self.map), start }));
+        }
+        let here = self.map.network.edge_of(lane).id.clone();
+        let edges = engine.take_over(id)?;
+        let ahead: Vec<&str> = edges.iter().map(String::as_str).skip_while(|edge| *edge != here).collect();
+        let Ok(map) = self.map.along(&ahead, lane) else { return Ok(None) };
+        let front = vehicle.pose.front(CAR_LENGTH_M);
+        let start = StartPlace { s_m: map.route.project(front, Some(vehicle.s_m)).s_m, speed_mps: vehicle.speed_mps };
+        Ok(Some(NewAgent { id, map: Arc::new(map), start }))
+    }
+
+    /// Begins the step that was asked for.
+    pub fn begin_step(&mut self, snapshot: &Snapshot) {
+        self.is_asked = false;
+        std::mem::swap(&mut self.from, &mut self.to);
+        self.take(snapshot.ego_s_m);
+    }
+
+    /// Takes the engine's present state as the next step.
+    fn take(&mut self, ego_s_m: f64) {
+        let Some(engine) = &mut self.engine else { return };
+        self.to.clear();
+        let (lanes, map, fixed) = (&self.lanes, &self.map, self.fixed);
+        let s_of = |vehicle: &VehicleState| match fixed {
+            Some(_) => map.route.s_on(vehicle.lane?, vehicle.s_m),
+            None => lanes.s_of(map, vehicle, ego_s_m),
+        };
+        let others = engine.vehicles().iter().filter(|vehicle| vehicle.id != EGO);
+        self.to.extend(others.map(|vehicle| PlacedVehicle { vehicle: *vehicle, s_m: s_of(vehicle) }));
+        let (letters, starts) = engine.signals();
+        self.signals.set(letters, starts);
+    }
+
+    /// Moves all other vehicles to their poses at `fraction` of the step; signals change at the step's end.
+    pub fn move_vehicles(&mut self, snapshot: &mut Snapshot, fraction: f64) {
+        let is_end = fraction >= 1.0;
+        if is_end {
+            snapshot.signals.clone_from(&self.signals);
+        }
+        std::mem::swap(&mut self.before, &mut snapshot.cars);
+        snapshot.cars.clear();
+        self.obstacles.clear();
+        let (shown, others) = if is_end { (&self.to, &self.from) } else { (&self.from, &self.to) };
+        // All lists are sorted by id, so that one pass over them suffices.
+        let (mut others, mut before) = (others.iter().peekable(), self.before.iter().peekable());
+        for here in shown {
+            let id = here.vehicle.id;
+            while others.next_if(|other| other.vehicle.id < id).is_some() {}
+            while before.next_if(|other| other.id < id).is_some() {}
+            let other = others.next_if(|other| other.vehicle.id == id);
+            let before = before.next_if(|other| other.id == id);
+            let (from, to) = if is_end { (other.unwrap_or(here), here) } else { (here, other.unwrap_or(here)) };
+            let mut at = self.between(from, to, fraction);
+            if other.is_none() && !is_end {
+                // A vehicle that has arrived goes on until the step's end.
+                at.pose.position += at.pose.forward() * (from.vehicle.speed_mps * fraction * self.step_s);
+            }
+            let accel_mps2 = to.vehicle.accel_mps2;
+            let pose_before = before.map_or(at.pose, |before| before.pose);
+            snapshot.cars.push(VehicleSnapshot {
+                id,
+                pose: at.pose,
+                pose_before,
+                s_m: at.s_m,
+                lane: at.lane,
+                speed_mps: at.speed_mps,
+                accel_mps2,
+                odometer_m: before.map_or(0.0, |before| before.odometer_m)
+                    + pose_before.position.distance(at.pose.position),
+                body: here.vehicle.body,
+                height_m: at.height_m,
+                lamps: to.vehicle.lamps,
+                pitch: before.map(|before| before.pitch).unwrap_or_default().step(accel_mps2, TICK_S),
+            });
+            let body = here.vehicle.body;
+            let obstacle = Obstacle {
+                id: id.0,
+                pose: at.pose,
+                speed_mps: at.speed_mps,
+                length_m: body.length_m,
+                width_m: body.width_m,
+                height_m: at.height_m,
+            };
+            let ego = snapshot.ego.position;
+            if at.pose.position.distance(ego.truncate()) < TOUCHABLE_M && obstacle.is_at_height(ego.z) {
+                self.obstacles.push(obstacle);
+            }
         }
     }
 
-    /// Returns the coupling of a closed route.
-    #[cfg(test)]
-    pub fn ring(&mut self) -> &mut RingCoupling {
-        match self {
-            Self::Ring(ring) => ring,
-            Self::Network(_) => panic!("this drive is on a network"),
+    fn between(&self, from: &PlacedVehicle, to: &PlacedVehicle, fraction: f64) -> Shown {
+        let (a, b) = (&from.vehicle, &to.vehicle);
+        let farthest_m = 2.0 * a.speed_mps.max(b.speed_mps) * self.step_s + JUMP_M;
+        let fronts = [a, b].map(|at| Pose::new(at.pose.front(at.body.length_m), at.pose.yaw_rad));
+        let jumps = is_jump(&fronts[0], &fronts[1], farthest_m);
+        let mix = |a: f64, b: f64| a + (b - a) * fraction;
+        let nearer = if fraction < 0.5 { from } else { to };
+        let place = |vehicle: &VehicleState| {
+            vehicle.lane.map(|lane| LanePosition { lane, s_m: vehicle.s_m, offset_m: vehicle.offset_m })
+        };
+        let lane = match (place(a), place(b)) {
+            (Some(from), Some(to)) if from.lane == to.lane && !jumps => Some(LanePosition {
+                lane: to.lane,
+                s_m: mix(from.s_m, to.s_m),
+                offset_m: mix(from.offset_m, to.offset_m),
+            }),
+            _ => place(&nearer.vehicle),
+        };
+        let on_route = from.s_m.zip(to.s_m).filter(|_| !jumps);
+        let s_m = on_route.and_then(|ends| s_between(&self.map.route, ends, farthest_m, fraction)).or(nearer.s_m);
+        Shown {
+            pose: if jumps { nearer.vehicle.pose } else { a.pose.lerp(&b.pose, fraction) },
+            height_m: if jumps { nearer.vehicle.height_m } else { mix(a.height_m, b.height_m) },
+            s_m,
+            lane,
+            speed_mps: mix(a.speed_mps, b.speed_mps),
         }
+    }
+
+    /// Returns the other vehicles near the ego at the poses set by [`TrafficCoupling::move_vehicles`].
+    pub fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles
+    }
+
+    /// Releases the engine; no further step is possible.
+    pub fn stop(&mut self) {
+        self.engine = None;
+    }
+
+    /// Replaces the engine from the next step on.
+    #[cfg(test)]
+    pub fn set_engine(&mut self, engine: Box<dyn Traffic>) {
+        self.engine = Some(engine);
+    }
+
+    /// Returns all vehicles as the engine has them.
+    #[cfg(test)]
+    pub fn vehicles(&mut self) -> &[VehicleState] {
+        self.engine.as_mut().expect("running").vehicles()
+    }
+
+    /// Returns true after a call of [`TrafficCoupling::stop`].
+    pub fn is_stopped(&self) -> bool {
+        self.engine.is_none()
+    }
+
+    /// Returns the engine's name and version.
+    pub fn describe(&self) -> String {
+        self.description.clone()
+    }
+}
+
+/// Returns true if a front bumper cannot have driven from one pose to the other: the distance is too long, or too far sideways of its
+/// heading. The chord of an arc points midway between the headings at its ends. (In SUMO the front drives: the rear of a long vehicle
+/// swings out when it begins a lane change after a bend.)
+fn is_jump(from: &Pose, to: &Pose, farthest_m: f64) -> bool {
+    let way = to.position - from.position;
+    let sideways_m = way.dot(from.lerp(to, 0.5).left()).abs();
+    way.length() > farthest_m || sideways_m > JUMP_M.max(SIDEWAYS * way.length())
+}
+
+/// Returns a vehicle's position along the route between two steps, metres. `None` if the distance is too long to have been driven: where a
+/// route passes twice, a vehicle has two positions.
+fn s_between(route: &Route, (from_s_m, to_s_m): (f64, f64), farthest_m: f64, fraction: f64) -> Option<f64> {
+    let way_m = route.difference(from_s_m, to_s_m);
+    (way_m.abs() <= farthest_m).then(|| route.wrap(from_s_m + way_m * fraction))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec2;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn a_vehicle_moved_sideways_or_far_ahead_has_jumped_and_a_turning_one_not() {
+        let at = |x: f64, y: f64, yaw_rad: f64| Pose::new(dvec2(x, y), yaw_rad);
+        let here = at(0.0, 0.0, 0.0);
+        // 10 m/s for 0.1 s: at most 2 m plus 1 m.
+        assert!(!is_jump(&here, &at(1.0, 0.1, 0.0), 3.0));
+        // A lane of 3.2 m sideways, stopped or moving.
+        assert!(is_jump(&here, &at(0.0, 3.2, 0.0), 1.0) && is_jump(&here, &at(1.0, 2.8, 0.0), 3.0));
+        // Across a junction of 12 m without internal lanes.
+        assert!(is_jump(&here, &at(12.0, 0.0, 0.0), 3.0));
+        // A quarter circle with a radius of 6 m in a step of 1 s: 9.4 m.
+        assert!(!is_jump(&here, &at(6.0, 6.0, FRAC_PI_2), 20.0));
+    }
+
+    #[test]
+    fn positions_too_far_apart_to_be_driven_are_not_interpolated() {
+        // Round a block and along its first edge again: B0B1 begins at 0 and after four blocks of 90 m (69.2 m and 20.8 m, or 9.03 m in a
+        // turn).
+        let edges = ["B0B1", "B1C1", "C1C0", "C0B0", "B0B1"];
+        let map = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &edges).expect("a path");
+        let again_m = map.route.lanes().iter().rfind(|lane| lane.edge == "B0B1").expect("twice").start_s_m;
+        assert!(again_m > 300.0);
+        assert_eq!(s_between(&map.route, (10.0, 12.0), 7.0, 0.5), Some(11.0));
+        assert_eq!(s_between(&map.route, (10.0, again_m + 12.0), 7.0, 0.5), None);
     }
 }

@@ -3,10 +3,7 @@
 //! close so that vehicles stay on the route where a lane leads to several lanes of the next edge.
 
 use crate::{
-    map::{
-        RoadMap,
-        network::{LaneId, Network},
-    },
+    map::{RoadMap, network::LaneId},
     traffic::TrafficError,
 };
 use std::collections::BTreeSet;
@@ -15,7 +12,7 @@ use std::collections::BTreeSet;
 pub(super) fn check(map: &RoadMap) -> Result<(), TrafficError> {
     let lanes = map.route.lanes();
     let net = &map.network;
-    let id = |k: usize| net.lane_named(&lanes[k % lanes.len()].id);
+    let id = |k: usize| lanes[k % lanes.len()].lane;
     let pairs = if map.route.is_closed() { lanes.len() } else { lanes.len() - 1 };
     for k in 0..pairs {
         let (Some(before), Some(after)) = (id(k), id(k + 1)) else { continue };
@@ -34,9 +31,15 @@ pub(super) fn check(map: &RoadMap) -> Result<(), TrafficError> {
 ///
 /// # Errors
 /// The route uses such a lane elsewhere, so that it cannot be closed.
-pub(super) fn lanes_beside(map: &RoadMap) -> Result<Vec<String>, TrafficError> {
+pub(super) fn lanes_beside(map: &RoadMap) -> Result<Vec<LaneId>, TrafficError> {
     let net = &map.network;
-    let streets: Vec<LaneId> = map.route.lanes().iter().filter_map(|lane| street(net, &lane.id)).collect();
+    let streets: Vec<LaneId> = map
+        .route
+        .lanes()
+        .iter()
+        .filter_map(|lane| lane.lane)
+        .filter(|lane| net.edge_of(*lane).kind.is_street())
+        .collect();
     let on_route: BTreeSet<LaneId> = streets.iter().copied().collect();
     let mut beside = BTreeSet::new();
     let ends = streets.first().filter(|_| map.route.is_closed());
@@ -50,12 +53,7 @@ pub(super) fn lanes_beside(map: &RoadMap) -> Result<Vec<String>, TrafficError> {
             beside.insert(other);
         }
     }
-    Ok(beside.into_iter().filter(|lane| net.lane(*lane).admits_cars()).map(|lane| net.lane(lane).id.clone()).collect())
-}
-
-/// Returns the lane with this id if it is one of a street.
-fn street(net: &Network, id: &str) -> Option<LaneId> {
-    net.lane_named(id).filter(|lane| net.edge_of(*lane).kind.is_street())
+    Ok(beside.into_iter().filter(|lane| net.lane(*lane).admits_cars()).collect())
 }
 
 #[cfg(test)]
@@ -119,7 +117,7 @@ mod tests {
             &["bc"],
             &[("ab", 0, "bc", 0), ("ab", 0, "bc", 1), ("bc", 1, "cd", 0), ("cd", 0, "da", 0), ("da", 0, "ab", 0)],
         );
-        assert_eq!(lanes_beside(&one).unwrap(), ["bc_0"]);
+        assert_eq!(lanes_beside(&one).unwrap(), [one.network.lane_named("bc_0").unwrap()]);
         // Twice round from bc_0, over one lane of each edge and then over the other; ab_0 leads to both lanes of bc.
         let twice = [
             ("ab", 0, "bc", 0),

@@ -1,393 +1,308 @@
-//! SUMO as a traffic engine, in this process (libsumo) or behind a socket. In: a [`TrafficSetup`], then reports. Out: [`CarState`]s.
-//! Metres, m/s, world axes; SUMO's front bumper positions and compass headings do not leave this module.
+//! SUMO as a traffic engine, in this process (libsumo). In: a [`FixedSetup`] or a [`DemandSetup`], then once a step reports of the vehicles
+//! that drivers outside SUMO move. Out: all vehicles, which have come and gone, what signals show. Metres, m/s, world axes; SUMO's front
+//! bumpers and compass headings stay in here.
 //!
-//! One call per step executes the commands, steps, and reads all vehicles. Before a step, an externally driven vehicle is put at its
-//! predicted position for the end of the step, with its present speed: a follower then differs by at most 4.3 mm/s from one behind a
-//! vehicle of SUMO's own (docs/decisions.md: 4). Noise is passed as a change of the speed that the model starts from.
+//! One call a step takes the commands, steps, and reads everything. Before a step a reported vehicle is put where it is predicted to be at
+//! its end, with the speed that it has now (docs/decisions.md: 4). Nothing is allocated in a step without departures once there were as
+//! many vehicles before.
 //!
-//! A remote SUMO is started separately: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is compared with the map's
-//! lane by lane, and restarts with codrive's options. It ends when the drive ends. Its protocol is implemented here (`wire`, `link`,
-//! `remote`), not by SUMO's libtraci, which waits without limit, crashes with a SUMO of another version, and needs an exchange for each
-//! command.
+//! `fixed_cars` has a fixed number of cars on a closed route, with noise and bends; `state` what SUMO has after a step; `shim` and
+//! `shim_data` the C interface; `inputs`, `options` and `network_check` what SUMO is started with.
 
+mod fixed_cars;
 mod inputs;
 mod lane_keeping;
-mod link;
 mod locate;
-mod network;
 mod network_check;
-mod network_shim;
 mod options;
-mod remote;
 mod shim;
-mod simulation;
+mod shim_data;
+mod state;
 mod trial_process;
-mod wire;
 
 pub use locate::{home, program};
-pub use network::{EgoReport, EgoStart, NetworkSetup, SumoNetwork};
 pub use network_check::{COMMAND as CHECK_NETWORK, check_networks_by, try_network};
-pub use remote::VERSION;
 pub use trial_process::tell_waits_by;
 
 use super::{
-    CarState, Traffic, TrafficError, TrafficSetup, VehicleId, VehicleReport, bends::BendSpeeds, motion::SpeedStep,
-    noise::Noise, reported,
+    DemandSetup, FixedSetup, Traffic, TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleReport, VehicleState,
 };
 use crate::{
-    map::{RoadMap, RoutePosition},
+    map::network::{EdgeKind, Network, SignalId, SignalLight},
     space::{CAR_LENGTH_M, Pose, SumoPose},
 };
+use fixed_cars::{FixedCars, NAME};
 use glam::{DVec2, dvec2};
 use inputs::Inputs;
 use network_check::Trial;
-use options::{DEFAULT_DELTA, OTHER_TYPE_IN_FILE, TYPE_IN_FILE, TypeFile};
-use remote::Remote;
-use shim::{Command, CommandKind, Record, Shim};
-use simulation::Simulation;
-use std::{path::Path, sync::Arc, time::Duration};
+use options::TypeFile;
+use shim::Shim;
+use shim_data::{Command, RawCommand, Reading};
+use state::{TrafficState, lamp_bits};
+use std::path::{Path, PathBuf};
 
-/// Name of the vehicle type and of the route in SUMO.
-const NAME: &str = "codrive";
-/// Name of the vehicle type with another car-following model.
-const OTHER_NAME: &str = "codrive.other-model";
-/// Largest lateral offset passed to SUMO, metres. SUMO sees a vehicle whose front is up to 2.0 m off the centre of a lane of 3.2 m, on one
-/// side further. [`reported`] decides whether others see an externally driven vehicle.
-const MAX_OFFSET_M: f64 = 1.5;
-/// Tolerance of lane lengths between a network and a map, metres: they may differ by rounding.
-const LENGTH_TOLERANCE_M: f64 = 0.01;
+/// Duration of a lane change, s: 5 to 6 s are the mean of drivers (Toledo 2007).
+const LANE_CHANGE_S: f64 = 5.0;
+/// Place beside the network where vehicles are put that others must not see, m from its corner in both axes.
+const AWAY_M: f64 = 1000.0;
 
-/// SUMO on a closed route.
+/// SUMO in this process.
 pub struct SumoTraffic {
-    simulation: Simulation,
-    map: Arc<RoadMap>,
+    shim: Shim,
     step_s: f64,
-    noise: Noise,
-    /// Vehicles with another model, which has its own noise; by id.
-    has_other_model: Vec<bool>,
-    commands: Vec<Command>,
-    records: Vec<Record>,
-    /// Speed from which each vehicle's model starts the next step, m/s: SUMO's speed plus noise.
-    start_mps: Vec<f64>,
-    cars: Vec<CarState>,
-    /// Visibility to other vehicles, by id; false for an externally driven vehicle that has left the lane.
-    is_seen: Vec<bool>,
-    /// Position outside the road for vehicles that others must not see.
+    /// Place of a reported vehicle that others do not see.
     nowhere: DVec2,
+    commands: Vec<RawCommand>,
+    state: TrafficState,
+    /// The cars, where their number is fixed.
+    fixed: Option<FixedCars>,
     description: String,
-    bends: Option<BendSpeeds>,
-    /// Highest speed of the model; `highest_mps` has each vehicle's highest speed in SUMO. Both m/s.
-    v0_mps: f64,
-    highest_mps: Vec<f64>,
-    /// Reports of the step that was begun, with the positions on the route.
-    reported: Vec<(VehicleReport, RoutePosition)>,
-    /// True while a begun step is not over.
-    is_asked: bool,
+    /// SUMO reads on in the demand as the drive goes on.
+    inputs: Inputs,
+}
+
+impl DemandSetup {
+    /// Writes the files that SUMO reads.
+    fn inputs(&self) -> Result<Inputs, TrafficError> {
+        let normal = self.network.edges().iter().filter(|edge| edge.kind == EdgeKind::Normal);
+        let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
+        self.demand.check(&edges).map_err(|fault| TrafficError::Setup(fault.to_string()))?;
+        Inputs::of_network(&self.network, &self.net_file)?.with_demand(&self.demand, &self.network, self.until_s)
+    }
 }
 
 impl SumoTraffic {
-    /// Starts SUMO in this process, from the folder that [`home`] finds.
+    /// A fixed number of cars on a closed route, in the SUMO found by [`home`].
     ///
     /// # Errors
-    /// SUMO is absent or in use, or the setup cannot be simulated.
-    pub fn start(setup: TrafficSetup) -> Result<Self, TrafficError> {
+    /// If SUMO is not here or in use, or the setup cannot be simulated.
+    pub fn start(setup: FixedSetup) -> Result<Self, TrafficError> {
         Self::start_from(&home()?, setup)
     }
 
-    /// Starts SUMO in this process, from the folder `home`.
+    /// A fixed number of cars on a closed route, in the SUMO in the folder `home`.
     ///
     /// # Errors
     /// As [`SumoTraffic::start`].
-    pub fn start_from(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
+    pub fn start_from(home: &Path, setup: FixedSetup) -> Result<Self, TrafficError> {
         setup.check()?;
-        // A missing SUMO is reported before any fault of the network.
+        // Absent is absent, whatever the network is.
         locate::library(home)?;
         let inputs = Inputs::of_network(&setup.map.network, &setup.map.net_file)?;
         network_check::check(home, &Trial::of_network(inputs.net()), &Trial::of_network(&setup.map.net_file))?;
-        Self::start_with(home, setup, &inputs)
+        Self::start_fixed(home, setup, inputs)
     }
 
-    /// Starts SUMO without a trial of the network in a child process: if SUMO crashes on the network, so does this process.
-    fn start_unchecked(home: &Path, setup: TrafficSetup) -> Result<Self, TrafficError> {
+    /// Vehicles that come and go on a network, in the SUMO found by [`home`].
+    ///
+    /// # Errors
+    /// SUMO is not here or in use, or it refuses the network or the demand.
+    pub fn start_with_demand(setup: &DemandSetup) -> Result<Self, TrafficError> {
+        let home = home()?;
+        locate::library(&home)?;
+        let (inputs, has_ego) = (setup.inputs()?, !setup.egos.is_empty());
+        let trial = Trial { net_file: inputs.net().into(), demand: inputs.demand_of(&setup.demand), has_ego };
+        let named = Trial { net_file: setup.net_file.clone(), demand: setup.demand.clone(), has_ego };
+        network_check::check(&home, &trial, &named)?;
+        Self::start_demand(&home, setup, inputs)
+    }
+
+    /// Starts SUMO without a trial in a process of its own, for tests that run in such a process themselves.
+    ///
+    /// # Errors
+    /// As [`SumoTraffic::start_with_demand`]; where SUMO breaks down, so does this process.
+    #[doc(hidden)]
+    pub fn start_untried(setup: &DemandSetup) -> Result<Self, TrafficError> {
+        Self::start_demand(&home()?, setup, setup.inputs()?)
+    }
+
+    /// Starts SUMO for a fixed number of cars without a trial: where SUMO breaks down on the network, so does this process.
+    fn start_fixed_untried(setup: FixedSetup) -> Result<Self, TrafficError> {
         let inputs = Inputs::of_network(&setup.map.network, &setup.map.net_file)?;
-        Self::start_with(home, setup, &inputs)
+        Self::start_fixed(&home()?, setup, inputs)
     }
 
-    /// Starts SUMO with these input files; SUMO has read them on return.
-    fn start_with(home: &Path, setup: TrafficSetup, inputs: &Inputs) -> Result<Self, TrafficError> {
+    fn start_fixed(home: &Path, setup: FixedSetup, inputs: Inputs) -> Result<Self, TrafficError> {
         setup.check()?;
         let mut shim = Shim::open(home)?;
         let types = TypeFile::of(&setup)?;
         let net = inputs.net().display().to_string();
         let types = types.as_ref().map(TypeFile::path);
         shim.start(&options::options(&net, setup.step_s, types, setup.seed))?;
-        let description = format!("{} in process", shim.version()?);
-        Self::populate(Simulation::Here(shim), setup, description)
-    }
-
-    /// Connects to a remote SUMO that listens at `host:port`. It needs no file of this program.
-    ///
-    /// # Errors
-    /// No program listens there, no SUMO of the required version replies in time, its network is not the map's, or the setup cannot be
-    /// simulated.
-    pub fn connect(host: &str, port: u16, setup: TrafficSetup) -> Result<Self, TrafficError> {
-        setup.check()?;
-        setup.check_has_one_model()?;
-        if setup.idm.delta != DEFAULT_DELTA {
-            return Err(TrafficError::Setup(format!(
-                "IDM parameter delta = {}: a SUMO that runs elsewhere knows only {DEFAULT_DELTA}; use --traffic sumo",
-                setup.idm.delta
-            )));
-        }
-        let mut remote = Remote::connect(host, port, Duration::from_secs_f64(setup.timeout_s))?;
-        let description = format!("{} at {host}:{port}", remote.version());
-        let its_net = remote.option("net-file")?;
-        let net = if its_net.is_empty() { setup.map.net_file.display().to_string() } else { its_net };
-        remote.load(&options::options(&net, setup.step_s, None, setup.seed))?;
-        Self::populate(Simulation::Elsewhere(Box::new(remote)), setup, description)
-    }
-
-    /// Adds vehicle types, route and vehicles to a SUMO that has just started.
-    fn populate(mut simulation: Simulation, setup: TrafficSetup, description: String) -> Result<Self, TrafficError> {
-        let route = &setup.map.route;
-        lane_keeping::check(&setup.map)?;
-        check_network(&mut simulation, &setup.map)?;
-        simulation.close_lanes(&lane_keeping::lanes_beside(&setup.map)?)?;
-        let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
-        simulation.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;
-        simulation.add_route(NAME, &options::endless_edges(route))?;
-        let n = setup.cars.len();
-        let has_other_model = setup.mixture.members(n, setup.seed);
-        let others = has_other_model.iter().filter(|has| **has).count();
-        let mut description = description;
-        if others > 0 {
-            simulation.add_type(OTHER_TYPE_IN_FILE, OTHER_NAME, &options::other_vehicle_type(&setup.idm))?;
-            let model = setup.mixture.model.sumo_name();
-            description += &format!(", {others} of {} other cars by {model}", n - 1);
-        }
-        for (i, car) in setup.cars.iter().enumerate() {
-            let (lane, position_m) = route.lane_at(car.s_m);
-            let kind = if has_other_model[i] { OTHER_NAME } else { NAME };
-            simulation.add_car((&format!("car{i}"), NAME, kind), lane, position_m, car.speed_mps)?;
-        }
-        let corner = route.lanes().iter().flat_map(|lane| &lane.shape).fold(DVec2::MAX, |low, point| low.min(*point));
-        let mut traffic = Self {
-            noise: Noise::new(&setup),
-            has_other_model,
-            commands: Vec::with_capacity(3 * n + 2),
-            records: vec![Record::default(); n],
-            start_mps: setup.cars.iter().map(|car| car.speed_mps).collect(),
-            cars: (0..n as u32).map(|id| CarState { id: VehicleId(id), ..CarState::default() }).collect(),
-            is_seen: vec![true; n],
-            nowhere: corner - dvec2(1000.0, 1000.0),
-            step_s: setup.step_s,
-            bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
-            v0_mps: setup.idm.v0,
-            highest_mps: vec![setup.idm.v0; n],
-            map: setup.map,
-            simulation,
-            description,
-            reported: Vec::with_capacity(n),
-            is_asked: false,
-        };
-        traffic.simulation.read(&mut traffic.records)?;
-        for (i, start) in setup.cars.iter().enumerate() {
-            let speed = start.speed_mps;
-            traffic.publish(
-                i,
-                SpeedStep { before_mps: speed, chosen_mps: traffic.records[i].speed_mps, after_mps: speed },
-            )?;
-            let found = &traffic.cars[i];
-            let miss_m = traffic.map.route.difference(start.s_m, found.s_m).abs();
-            if miss_m > 1e-6 || traffic.records[i].speed_mps != start.speed_mps {
-                return Err(TrafficError::Setup(format!(
-                    "SUMO put car {i} at {:.6} m with {} m/s instead of {:.6} m with {} m/s",
-                    found.s_m, traffic.records[i].speed_mps, start.s_m, start.speed_mps
-                )));
-            }
-        }
+        number(&mut shim, &setup.map.network, Reading { first_number: 0, is_fixed: 1, lateral: 0 })?;
+        let (step_s, map) = (setup.step_s, setup.map.clone());
+        let (fixed, models) = FixedCars::populate(&mut shim, setup)?;
+        let mut traffic = Self::begun(shim, &map.network, step_s, inputs, Some(fixed))?;
+        traffic.description += &models;
         Ok(traffic)
     }
 
-    /// Makes SUMO drive `car` at this speed from the next step on, regardless of others; `None` returns it to its model. Reports do not use
-    /// this function: such a vehicle is the reference for measuring them.
-    ///
-    /// # Errors
-    /// [`TrafficError::NotFinite`].
-    pub fn impose_speed(&mut self, car: VehicleId, speed_mps: Option<f64>) -> Result<(), TrafficError> {
-        // Speed mode 0 disables all checks; 31 is SUMO's default. A negative speed ends the command.
-        let (mode, speed_mps) = speed_mps.map_or((31.0, -1.0), |speed_mps| (0.0, speed_mps));
-        if !speed_mps.is_finite() {
-            return Err(TrafficError::NotFinite { what: "imposed speed", car: car.0, value: speed_mps });
+    fn start_demand(home: &Path, setup: &DemandSetup, inputs: Inputs) -> Result<Self, TrafficError> {
+        let (network, demand) = (&setup.network, inputs.demand());
+        let mut shim = Shim::open(home)?;
+        let flows = TypeFile::of_demand(&setup.demand, &setup.idm, demand.defines_default_type)?;
+        let routes: Vec<&Path> =
+            std::iter::once(flows.path()).chain(demand.files.iter().map(PathBuf::as_path)).collect();
+        let net = inputs.net().display().to_string();
+        shim.start(&options::network_options(&net, setup.step_s, &routes, LANE_CHANGE_S, setup.seed))?;
+        shim.add_type("DEFAULT_VEHTYPE", NAME, &options::vehicle_type(&setup.idm))?;
+        let lateral = u32::from(LANE_CHANGE_S > 0.0);
+        number(&mut shim, network, Reading { first_number: setup.first_number, is_fixed: 0, lateral })?;
+        let mut bodies = Vec::new();
+        for (k, ego) in setup.egos.iter().enumerate() {
+            let name = format!("ego{k}");
+            let edge = network.edge_of(ego.lane).id.clone();
+            let route = if ego.route.is_empty() { vec![edge] } else { ego.route.clone() };
+            shim.add_route(&name, &route)?;
+            let id = shim.add((&name, &name, NAME), ego.lane, ego.s_m, ego.speed_mps, false)?;
+            bodies.push((id, VehicleBody::CAR));
         }
-        self.commands.push(Command { car: car.0, kind: CommandKind::SpeedMode, a: mode, b: 0.0, c: 0.0 });
-        self.commands.push(Command { car: car.0, kind: CommandKind::Speed, a: speed_mps, b: 0.0, c: 0.0 });
-        Ok(())
+        let mut traffic = Self::begun(shim, network, setup.step_s, inputs, None)?;
+        traffic.state.bodies = bodies;
+        traffic.read()?;
+        Ok(traffic)
     }
 
-    /// Returns the pose at which SUMO draws a vehicle.
-    ///
-    /// # Errors
-    /// SUMO failed.
-    pub fn drawn_pose(&mut self, car: VehicleId) -> Result<Pose, TrafficError> {
-        Ok(Pose::from_sumo(self.simulation.pose(car.0)?, CAR_LENGTH_M))
+    fn begun(
+        shim: Shim,
+        network: &Network,
+        step_s: f64,
+        inputs: Inputs,
+        fixed: Option<FixedCars>,
+    ) -> Result<Self, TrafficError> {
+        let mut state = TrafficState::default();
+        state.signal_starts.resize(network.signals().len() + 1, 0);
+        Ok(Self {
+            description: format!("{} in process", shim.version()?),
+            nowhere: network.bounds().0.truncate() - dvec2(AWAY_M, AWAY_M),
+            shim,
+            step_s,
+            commands: Vec::new(),
+            state,
+            fixed,
+            inputs,
+        })
     }
 
-    /// Runs SUMO's step alone: no command, no reading. Serves to measure the cost of the rest of [`Traffic::step`]. The states are outdated
-    /// until the next full step.
+    /// Letters that the links of a signal show, one of SUMO's each.
+    pub fn signal(&self, id: SignalId) -> &[u8] {
+        let [from, to] = [id.index(), id.index() + 1].map(|k| self.state.signal_starts[k] as usize);
+        &self.state.signals[from..to]
+    }
+
+    /// Light that one link of a signal shows; `None` for a link that it has not.
+    pub fn light(&self, id: SignalId, link: u32) -> Option<SignalLight> {
+        SignalLight::from_letter(*self.signal(id).get(link as usize)?)
+    }
+
+    /// SUMO's step alone: no command, nothing read. For measuring what the rest of [`Traffic::step`] costs; the states
+    /// are old until the next full step.
     ///
     /// # Errors
     /// SUMO failed.
     pub fn bare_step(&mut self) -> Result<(), TrafficError> {
-        self.simulation.bare_step()
+        self.shim.bare_step()
     }
 
-    /// Queues the commands for an externally driven vehicle: its predicted position and its present speed. Returns the position on the
-    /// route.
-    fn command_reported(&mut self, report: &VehicleReport) -> RoutePosition {
-        let (route, car) = (&self.map.route, report.id.0 as usize);
-        let near = self.is_seen[car].then_some(self.cars[car].s_m);
-        let point = reported::place(route, &report.state.next_pose, near);
-        self.is_seen[car] = reported::is_on_lane(route, point);
-        let SumoPose { mut front, angle_deg } = report.state.next_pose.to_sumo(CAR_LENGTH_M);
-        if !self.is_seen[car] {
-            front = self.nowhere;
-        } else if point.offset_m.abs() > MAX_OFFSET_M {
-            let left = DVec2::from_angle(route.yaw_at(point.s_m)).perp();
-            front = route.point_at(point.s_m) + left * MAX_OFFSET_M.copysign(point.offset_m);
+    /// Reads all vehicles and signals as they are, without a step: those that have come and gone in a bare one.
+    ///
+    /// # Errors
+    /// SUMO failed.
+    pub fn read(&mut self) -> Result<(), TrafficError> {
+        let seen = self.shim.look()?;
+        match &mut self.fixed {
+            Some(_) => self.state.take_signals(&seen),
+            None => self.state.take(&seen, self.step_s)?,
         }
-        let kind = CommandKind::MoveToXy;
-        self.commands.push(Command { car: report.id.0, kind, a: front.x, b: front.y, c: angle_deg });
-        self.command_speed(car, report.state.speed_mps.max(0.0));
-        point
+        Ok(())
     }
 
-    fn command_speed(&mut self, car: usize, speed_mps: f64) {
-        self.commands.push(Command { car: car as u32, kind: CommandKind::PreviousSpeed, a: speed_mps, b: 0.0, c: 0.0 });
-    }
-
-    /// Queues the highest speed of vehicle `i` in the bends ahead, if it has changed.
-    fn command_bend(&mut self, i: usize) {
-        let Some(bends) = &self.bends else { return };
-        let highest_mps = self.v0_mps.min(bends.at(self.cars[i].s_m));
-        if highest_mps != self.highest_mps[i] {
-            self.highest_mps[i] = highest_mps;
-            self.commands.push(Command { car: i as u32, kind: CommandKind::MaxSpeed, a: highest_mps, b: 0.0, c: 0.0 });
+    /// From the next step on SUMO drives a vehicle at this speed without regard to others; `None` gives it back to its model. Reports do
+    /// not pass through here: this is the vehicle that they are measured against.
+    ///
+    /// # Errors
+    /// [`TrafficError::NotFinite`].
+    pub fn impose_speed(&mut self, id: VehicleId, speed_mps: Option<f64>) -> Result<(), TrafficError> {
+        if let Some(value) = speed_mps.filter(|speed_mps| !speed_mps.is_finite()) {
+            return Err(TrafficError::NotFinite { what: "imposed speed", car: id.0, value });
         }
+        self.commands.push(Command::ImposedSpeed(speed_mps).encode(id));
+        Ok(())
     }
 
-    /// Updates the state of vehicle `i` from its record.
-    fn publish(&mut self, i: usize, speed: SpeedStep) -> Result<(), TrafficError> {
-        let record = &self.records[i];
-        if record.present == 0 {
-            return Err(TrafficError::Sumo(format!("car {i} is no longer in the simulation")));
-        }
-        let route = &self.map.route;
-        let Some(lane) = usize::try_from(record.lane).ok().and_then(|lane| route.lanes().get(lane)) else {
-            let at = self.simulation.pose(i as u32)?.front;
-            return Err(TrafficError::Sumo(format!(
-                "car {i} is no longer on the route: its front is at x = {:.1}, y = {:.1} m on another lane\n  remedy: choose edges \
-                 that one lane each leads along (route = [..] in map.toml)",
-                at.x, at.y
-            )));
-        };
-        let car = &mut self.cars[i];
-        car.s_m = route.wrap(lane.start_s_m + record.lane_pos_m);
-        car.set_motion(speed, self.step_s);
-        self.start_mps[i] = speed.after_mps;
+    /// Pose at which SUMO itself draws a car.
+    ///
+    /// # Errors
+    /// SUMO failed.
+    pub fn drawn_pose(&self, id: VehicleId) -> Result<Pose, TrafficError> {
+        Ok(Pose::from_sumo(self.shim.pose(id)?, CAR_LENGTH_M))
+    }
+
+    /// The commands for a reported vehicle on a network.
+    fn command(&mut self, report: &VehicleReport) -> Result<(), TrafficError> {
+        report.state.check(report.id)?;
+        let SumoPose { front, angle_deg } = report.state.next_pose.to_sumo(CAR_LENGTH_M);
+        let front = if report.lane.is_some() { front } else { self.nowhere };
+        let present_mps = if report.is_wrong_way { 0.0 } else { report.state.speed_mps.max(0.0) };
+        let commands = [
+            Command::MoveToXy { lane: report.lane, front, angle_deg },
+            Command::PreviousSpeed(present_mps),
+            Command::Lamps(lamp_bits(report.lamps)),
+        ];
+        self.commands.extend(commands.map(|command| command.encode(report.id)));
         Ok(())
     }
 }
 
-/// Numbers the lanes of the route and compares SUMO's lengths and speed limits with the map's.
-fn check_network(simulation: &mut Simulation, map: &RoadMap) -> Result<(), TrafficError> {
-    let lanes = map.route.lanes();
-    let ids: Vec<String> = lanes.iter().map(|lane| lane.id.clone()).collect();
-    simulation.set_lanes(&ids)?;
-    for (i, lane) in lanes.iter().enumerate() {
-        let differs = |what: String| {
-            TrafficError::Setup(format!(
-                "SUMO's network is not that of map {}: lane {} {what}\n  remedy: start SUMO with --net-file {}",
-                map.name,
-                lane.id,
-                map.net_file.display()
-            ))
-        };
-        let (length_m, limit_mps) = simulation.lane(i).map_err(|error| match error {
-            TrafficError::Sumo(why) => differs(format!("is missing ({why})")),
-            other => other,
-        })?;
-        if (length_m - lane.length_m).abs() > LENGTH_TOLERANCE_M {
-            return Err(differs(format!("is {length_m} m long instead of {} m", lane.length_m)));
-        }
-        if (limit_mps - lane.speed_limit_mps).abs() > 1e-3 {
-            return Err(differs(format!("has a limit of {limit_mps} m/s instead of {} m/s", lane.speed_limit_mps)));
-        }
-    }
-    Ok(())
+/// Numbers the lanes and signals of a network as it numbers them itself.
+fn number(shim: &mut Shim, network: &Network, reading: Reading) -> Result<(), TrafficError> {
+    let lanes: Vec<String> = network.lanes().iter().map(|lane| lane.id.clone()).collect();
+    let signals: Vec<String> = network.signals().iter().map(|signal| signal.id.clone()).collect();
+    shim.number(&lanes, &signals, reading)
 }
 
 impl Traffic for SumoTraffic {
     fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
-        self.begin_step(reports)?;
-        while !self.finish_step(Duration::MAX)? {}
-        Ok(())
-    }
-
-    fn begin_step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
-        reported::check_reports(reports, &self.is_seen)?;
-        self.reported.clear();
-        for report in reports {
-            let point = self.command_reported(report);
-            self.reported.push((*report, point));
+        match &mut self.fixed {
+            Some(fixed) => fixed.command(reports, self.nowhere, &mut self.commands)?,
+            None => reports.iter().try_for_each(|report| self.command(report))?,
         }
-        let mut driven = reports.iter().map(|report| report.id.0 as usize).peekable();
-        for i in 0..self.cars.len() {
-            if driven.next_if_eq(&i).is_some() {
-                continue;
-            }
-            self.command_bend(i);
-            if self.start_mps[i] != self.records[i].speed_mps {
-                self.command_speed(i, self.start_mps[i]);
-            }
-        }
-        let begun = self.simulation.begin(&self.commands, self.step_s, &mut self.records);
+        let stepped = self.shim.step(&self.commands, self.step_s);
         self.commands.clear();
-        begun?;
-        self.is_asked = true;
+        let seen = stepped?;
+        if let Some(fixed) = &mut self.fixed {
+            self.state.take_signals(&seen);
+            return fixed.take(&seen, reports);
+        }
+        self.state.take(&seen, self.step_s)?;
+        self.state.follow(reports, self.step_s);
         Ok(())
     }
 
-    fn finish_step(&mut self, patience: Duration) -> Result<bool, TrafficError> {
-        if !self.is_asked {
-            return Ok(true);
+    fn vehicles(&mut self) -> &[VehicleState] {
+        match &mut self.fixed {
+            Some(fixed) => fixed.states(),
+            None => &self.state.vehicles,
         }
-        if !self.simulation.finish(patience, &mut self.records)? {
-            return Ok(false);
-        }
-        self.is_asked = false;
-        let mut next = 0;
-        for i in 0..self.cars.len() {
-            let chosen_mps = self.records[i].speed_mps;
-            let noisy_mps = self.noise.push(self.cars[i].id, chosen_mps);
-            let after_mps = if self.has_other_model[i] { chosen_mps } else { noisy_mps };
-            match self.reported.get(next) {
-                Some((report, point)) if i == report.id.0 as usize => {
-                    reported::follow(&mut self.cars[i], &report.state, point.s_m, self.step_s);
-                    self.start_mps[i] = self.cars[i].speed_mps;
-                    next += 1;
-                }
-                _ => self.publish(i, SpeedStep { before_mps: self.start_mps[i], chosen_mps, after_mps })?,
-            }
-        }
-        Ok(true)
     }
 
-    fn cars(&self) -> &[CarState] {
-        &self.cars
+    fn changes(&self) -> &VehicleChanges {
+        &self.state.changes
+    }
+
+    fn signals(&self) -> (&[u8], &[u32]) {
+        (&self.state.signals, &self.state.signal_starts)
+    }
+
+    fn take_over(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
+        self.shim.take(id)
     }
 
     fn describe(&self) -> String {
         self.description.clone()
+    }
+
+    fn demand_files(&self) -> &[PathBuf] {
+        &self.inputs.demand().files
     }
 }

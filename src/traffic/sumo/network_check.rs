@@ -5,7 +5,6 @@
 
 use super::{
     SumoTraffic,
-    network::{EgoStart, NetworkSetup, SumoNetwork},
     trial_process::{self, Ended, TIMEOUT},
 };
 use crate::{
@@ -15,12 +14,12 @@ use crate::{
         limits::MOST_BYTES,
         network::{LaneId, Network},
     },
-    space::CAR_LENGTH_M,
+    space::{CAR_LENGTH_M, Pose},
     sumo_xml::stream,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, VehicleReport,
-        go_on, start,
+        Demand, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, ModelMixture, NoiseStreams, Traffic,
+        TrafficError, VehicleReport, go_on, start,
     },
 };
 use serde::{Deserialize, Serialize};
@@ -240,7 +239,7 @@ pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
     let fit = (length_m / (2.0 * CAR_LENGTH_M + idm.s0)) as usize;
     let cars = start::even(fit.clamp(2, MOST_CARS), length_m, idm.s0, 0.0)?;
     let step_s = 0.1;
-    let setup = TrafficSetup {
+    let setup = FixedSetup {
         map: Arc::clone(&map),
         cars,
         idm,
@@ -248,21 +247,20 @@ pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
         step_s,
         seed: 1,
         noise_streams: NoiseStreams::Own,
-        timeout_s: 1.0,
         lateral_accel_mps2: None,
     };
-    let mut traffic = match SumoTraffic::start_unchecked(&super::home()?, setup) {
+    let mut traffic = match SumoTraffic::start_fixed_untried(setup) {
         Ok(traffic) => traffic,
         // SUMO's vehicles cannot drive its loop, but a path along other edges may be possible.
         Err(TrafficError::RouteChangesLanes { .. } | TrafficError::RouteForks { .. }) => return try_roads(&trial),
         Err(error) => return Err(error),
     };
     for step in 0..STEPS {
-        let ego = traffic.cars()[0];
+        let ego = traffic.vehicles()[0];
         let report = (step >= STEPS / 2).then(|| ExternalVehicleState {
-            pose: ego.pose(&map.route),
+            pose: ego.pose,
             speed_mps: ego.speed_mps,
-            next_pose: map.route.pose_of_front(ego.s_m + ego.speed_mps * step_s, CAR_LENGTH_M),
+            next_pose: Pose { position: ego.pose.position + ego.pose.forward() * ego.speed_mps * step_s, ..ego.pose },
             next_speed_mps: ego.speed_mps,
         });
         traffic.step(report.map(VehicleReport::of_ego).as_slice())?;
@@ -285,7 +283,7 @@ fn try_roads(trial: &Trial) -> Result<(), TrafficError> {
     };
     let most = if trial.has_ego { MOST_CARS } else { 0 };
     let egos = network.lane_ids().filter_map(start).take(most).collect();
-    let setup = NetworkSetup {
+    let setup = DemandSetup {
         network: Arc::clone(&network),
         net_file: trial.net_file.clone(),
         demand: trial.demand.clone(),
@@ -297,7 +295,7 @@ fn try_roads(trial: &Trial) -> Result<(), TrafficError> {
         until_s: 0.0,
         seed: 1,
     };
-    let mut traffic = SumoNetwork::start_unchecked(&super::home()?, &setup)?;
+    let mut traffic = SumoTraffic::start_untried(&setup)?;
     (0..STEPS).try_for_each(|_| traffic.step(&[]))
 }
 

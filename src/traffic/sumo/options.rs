@@ -1,13 +1,13 @@
-//! Setup of SUMO for a drive: options, vehicle types, endless route. In: a [`TrafficSetup`](crate::traffic::TrafficSetup). Out: arguments
+//! Setup of SUMO for a drive: options, vehicle types, endless route. In: a [`FixedSetup`](crate::traffic::FixedSetup). Out: arguments
 //! for the shim.
 
-use super::shim::VehicleType;
+use super::shim_data::VehicleType;
 use crate::{
     idm::IdmParams,
     map::Route,
     space::{CAR_LENGTH_M, CAR_WIDTH_M},
     temporary::TemporaryFolder,
-    traffic::{Demand, EMERGENCY_BRAKING_MPS2, FollowingModel, TrafficError, TrafficSetup},
+    traffic::{Demand, EMERGENCY_BRAKING_MPS2, FixedSetup, FollowingModel, TrafficError},
 };
 use std::path::{Path, PathBuf};
 
@@ -115,7 +115,7 @@ pub(super) const OTHER_TYPE_IN_FILE: &str = "codrive.other";
 
 impl TypeFile {
     /// Writes the file if this setup needs one.
-    pub fn of(setup: &TrafficSetup) -> Result<Option<Self>, TrafficError> {
+    pub fn of(setup: &FixedSetup) -> Result<Option<Self>, TrafficError> {
         let (delta, other) = (setup.idm.delta, setup.mixture.model);
         let mut types = String::new();
         if delta != DEFAULT_DELTA {

@@ -1,0 +1,132 @@
+//! Start of a drive's traffic: a fixed number of vehicles on a closed route, or vehicles that come and go by a demand. In: a scenario and its
+//! road. Out: an engine after the warm-up, and where and how fast the ego is put in. Metres, m/s.
+
+use super::{
+    WorldError,
+    ego_insertion::{self, Insertion},
+    hand_over::{HandOver, HandOverGate},
+    path_lanes::PathLanes,
+};
+use crate::{
+    map::{MapError, RoadMap},
+    scenario::{Scenario, StartLayout},
+    space::CAR_LENGTH_M,
+    traffic::{
+        self, Demand, DemandSetup, EgoStart, EngineChoice, FixedSetup, InitialVehicle, ModelMixture, Traffic,
+        TrafficError, sumo::SumoTraffic,
+    },
+};
+use std::sync::Arc;
+
+/// Initial position and speed of an agent on its route.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StartPlace {
+    /// Front bumper along the route, metres.
+    pub s_m: f64,
+    /// Speed, m/s.
+    pub speed_mps: f64,
+}
+
+/// Traffic at the hand-over to the driver.
+pub(super) struct StartedTraffic {
+    pub engine: Box<dyn Traffic>,
+    /// Number of vehicles, the ego included, where it is fixed.
+    pub fixed: Option<usize>,
+    /// Start of the ego; of no meaning without a participant.
+    pub ego: StartPlace,
+    pub hand_over: HandOver,
+}
+
+/// Starts a fixed number of vehicles in the scenario's layout, runs the warm-up and waits until traffic meets the scenario's conditions for
+/// the hand-over.
+pub(super) fn fixed(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<StartedTraffic, TrafficError> {
+    let setup = FixedSetup {
+        cars: start_cars(scenario, map)?,
+        map: Arc::clone(map),
+        idm: scenario.idm,
+        mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
+        step_s: scenario.step_s,
+        seed: scenario.seed,
+        noise_streams: scenario.noise_streams,
+        lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
+    };
+    let mut engine = traffic::start(&scenario.traffic, setup)?;
+    for _ in 0..ego_insertion::warm_up_steps(scenario) {
+        traffic::go_on()?;
+        engine.step(&[])?;
+    }
+    let mut gate = HandOverGate::new(scenario);
+    let hand_over = loop {
+        if let Some(hand_over) = gate.look(engine.vehicles()) {
+            break hand_over;
+        }
+        traffic::go_on()?;
+        engine.step(&[])?;
+    };
+    let vehicles = engine.vehicles();
+    let (n, ego) = (vehicles.len(), vehicles[0]);
+    let s_m = ego.lane.and_then(|lane| map.route.s_on(lane, ego.s_m)).unwrap_or_default();
+    Ok(StartedTraffic { engine, fixed: Some(n), ego: StartPlace { s_m, speed_mps: ego.speed_mps }, hand_over })
+}
+
+/// Starts SUMO with the scenario's demand, runs the warm-up without the ego, and waits until there is room for it at its start. Without a
+/// participant SUMO has no ego, and the path does not matter.
+pub(super) fn with_demand(
+    scenario: &Scenario,
+    map: &Arc<RoadMap>,
+    lanes: &PathLanes,
+) -> Result<StartedTraffic, WorldError> {
+    if scenario.traffic != EngineChoice::Sumo {
+        return Err(TrafficError::NotOnNetworks(scenario.traffic.to_string()).into());
+    }
+    let ego = if scenario.participant { Some(ego_place(scenario, map, lanes)?) } else { None };
+    let before_s = scenario.warm_up_s + if ego.is_some() { scenario.wave_wait_s } else { 0.0 };
+    let setup = DemandSetup {
+        network: Arc::clone(&map.network),
+        net_file: map.net_file.clone(),
+        demand: scenario.demand.clone(),
+        egos: ego.iter().map(|(_, ego)| ego.clone()).collect(),
+        first_number: u32::from(ego.is_none()),
+        idm: scenario.idm,
+        step_s: scenario.step_s,
+        until_s: Demand::horizon_s(scenario.duration_s, before_s),
+        seed: scenario.seed,
+    };
+    let mut engine = SumoTraffic::start_with_demand(&setup)?;
+    let (mut start, mut waited_s) = (StartPlace { s_m: 0.0, speed_mps: 0.0 }, 0.0);
+    if let Some((s_m, ego)) = ego {
+        let is_moving = scenario.warm_up_s > 0.0 && !scenario.standing_start;
+        let spot = Insertion { map, lanes, scenario, s_m, is_moving };
+        let (speed_mps, so_long_s) = spot.warm_up(&mut engine, ego.lane)?;
+        (start, waited_s) = (StartPlace { s_m, speed_mps }, so_long_s);
+    } else {
+        ego_insertion::warm_up_alone(scenario, &mut engine)?;
+    }
+    let hand_over = ego_insertion::hand_over(engine.vehicles(), start.speed_mps, waited_s);
+    Ok(StartedTraffic { engine: Box::new(engine), fixed: None, ego: start, hand_over })
+}
+
+/// Returns the ego's start: its front bumper along the path, metres, and the start as reported to SUMO.
+fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f64, EgoStart), WorldError> {
+    let route = &map.route;
+    let s_m = scenario.path_start_m.max(CAR_LENGTH_M);
+    if s_m >= route.length_m() {
+        let (file, start_m) = (map.net_file.clone(), scenario.path_start_m);
+        return Err(MapError::PathStart { file, start_m, length_m: route.length_m() }.into());
+    }
+    let pose = route.pose_of_front(s_m, CAR_LENGTH_M);
+    let lane = lanes.ego_lane(map, &pose, route.height_m(s_m), s_m, None);
+    let lane = lane.ok_or_else(|| TrafficError::Setup("the ego's path begins on no lane of the network".into()))?;
+    let streets = route.lanes().iter().filter(|lane| !lane.edge.starts_with(':'));
+    let route = streets.map(|lane| lane.edge.clone()).collect();
+    Ok((s_m, EgoStart { lane: lane.lane, s_m: lane.s_m, speed_mps: 0.0, route }))
+}
+
+/// Returns the initial places of all vehicles of a fixed number.
+fn start_cars(scenario: &Scenario, map: &RoadMap) -> Result<Vec<InitialVehicle>, TrafficError> {
+    let layout = match scenario.start {
+        StartLayout::Even => traffic::start::even,
+        StartLayout::Bunched => traffic::start::bunched,
+    };
+    layout(scenario.vehicles as usize, map.route.length_m(), scenario.idm.s0, 0.0)
+}

@@ -1,0 +1,129 @@
+//! All vehicles as SUMO has them after a step. In: the columns of a [`Step`]. Out: [`VehicleState`]s by ascending id, which have come and
+//! gone, what signals show. Metres, m/s, world axes; SUMO's front bumpers and compass headings stay in here.
+
+use super::shim_data::{Record, Step};
+use crate::{
+    map::network::LaneId,
+    space::{Pose, SumoPose},
+    traffic::{
+        Departure, TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleKind, VehicleLamps, VehicleReport,
+        VehicleState,
+    },
+};
+use glam::dvec2;
+
+/// SUMO's bits of lamps (docs: TraCI, vehicle signalling).
+const RIGHT: u32 = 1;
+const LEFT: u32 = 1 << 1;
+const BOTH: u32 = 1 << 2;
+const BRAKE: u32 = 1 << 3;
+const EMERGENCY: u32 = (1 << 11) | (1 << 12) | (1 << 13);
+
+/// SUMO's bits of lamps that are lit.
+pub(super) fn lamp_bits(lamps: VehicleLamps) -> u32 {
+    let bits = [(lamps.brake, BRAKE), (lamps.left, LEFT), (lamps.right, RIGHT)];
+    bits.into_iter().map(|(lit, bit)| if lit { bit } else { 0 }).sum()
+}
+
+/// The end of the last step. All lists are by ascending id.
+#[derive(Debug, Default)]
+pub(super) struct TrafficState {
+    pub vehicles: Vec<VehicleState>,
+    /// Vehicles at the end of the step before.
+    before: Vec<VehicleState>,
+    pub changes: VehicleChanges,
+    /// States of all signals, one after the other, and where each begins; one more at the end.
+    pub signals: Vec<u8>,
+    pub signal_starts: Vec<u32>,
+    /// Bodies of all vehicles that are there, also of those that are on no lane now.
+    pub bodies: Vec<(VehicleId, VehicleBody)>,
+}
+
+impl TrafficState {
+    /// Takes a step of a population in which vehicles come and go.
+    pub fn take(&mut self, step: &Step<'_>, step_s: f64) -> Result<(), TrafficError> {
+        self.changes.departed.clear();
+        self.changes.arrived.clear();
+        for new in step.departures() {
+            let text = |text: &std::ffi::CStr| text.to_string_lossy().into_owned();
+            let id = VehicleId(new.number);
+            let kind = VehicleKind::of_sumo_class(&new.class.to_string_lossy());
+            let body = VehicleBody { kind, length_m: new.length_m, width_m: new.width_m, height_m: new.height_m };
+            self.bodies.push((id, body));
+            self.changes.departed.push(Departure { id, name: text(new.name), kind: text(new.kind), body });
+        }
+        std::mem::swap(&mut self.vehicles, &mut self.before);
+        self.vehicles.clear();
+        // All three lists are by ascending id: one walk along them.
+        let (mut bodies, mut before) = (self.bodies.iter().peekable(), self.before.iter().peekable());
+        for record in step.records {
+            let id = VehicleId(record.number);
+            while bodies.next_if(|(other, _)| *other < id).is_some() {}
+            while before.next_if(|other| other.id < id).is_some() {}
+            let Some((_, body)) = bodies.next_if(|(other, _)| *other == id) else {
+                return Err(TrafficError::Sumo(format!("vehicle {} has come without a word", id.0)));
+            };
+            let before = before.next_if(|other| other.id == id);
+            self.vehicles.push(vehicle(record, *body, before, step_s)?);
+        }
+        self.changes.arrived.extend(step.arrivals.iter().map(|number| VehicleId(*number)));
+        if !step.arrivals.is_empty() {
+            self.bodies.retain(|(id, _)| step.arrivals.binary_search(&id.0).is_err());
+        }
+        self.take_signals(step);
+        Ok(())
+    }
+
+    /// Takes what signals show.
+    pub fn take_signals(&mut self, step: &Step<'_>) {
+        self.signals.clear();
+        self.signals.extend_from_slice(step.signals);
+        self.signal_starts.clear();
+        self.signal_starts.extend_from_slice(step.signal_starts);
+    }
+
+    /// Puts reported vehicles where their reports say they are at the end of the step, wherever SUMO has them.
+    pub fn follow(&mut self, reports: &[VehicleReport], step_s: f64) {
+        for report in reports {
+            if let Ok(at) = self.vehicles.binary_search_by_key(&report.id, |vehicle| vehicle.id) {
+                let vehicle = &mut self.vehicles[at];
+                vehicle.pose = report.state.next_pose;
+                vehicle.speed_mps = report.state.next_speed_mps.max(0.0);
+                vehicle.accel_mps2 = (vehicle.speed_mps - report.state.speed_mps.max(0.0)) / step_s;
+                vehicle.lamps = report.lamps;
+            }
+        }
+    }
+}
+
+/// A vehicle from its record.
+fn vehicle(
+    record: &Record,
+    body: VehicleBody,
+    before: Option<&VehicleState>,
+    step_s: f64,
+) -> Result<VehicleState, TrafficError> {
+    let numbers = [("x", record.x), ("y", record.y), ("heading", record.angle_deg), ("speed", record.speed_mps)];
+    if let Some((what, value)) = numbers.into_iter().find(|(_, value)| !value.is_finite()) {
+        return Err(TrafficError::NotFinite { what, car: record.number, value });
+    }
+    let front = SumoPose { front: dvec2(record.x, record.y), angle_deg: record.angle_deg };
+    let lit = |bits: u32| record.lamps & bits != 0;
+    Ok(VehicleState {
+        id: VehicleId(record.number),
+        body,
+        lane: usize::try_from(record.lane).ok().map(LaneId::from_index),
+        s_m: record.lane_pos_m,
+        offset_m: record.lateral_m,
+        pose: Pose::from_sumo(front, body.length_m),
+        height_m: record.z,
+        speed_mps: record.speed_mps,
+        accel_mps2: before.map_or(0.0, |before| (record.speed_mps - before.speed_mps) / step_s),
+        lamps: VehicleLamps {
+            brake: lit(BRAKE),
+            left: lit(LEFT | BOTH),
+            right: lit(RIGHT | BOTH),
+            emergency: lit(EMERGENCY),
+        },
+    })
+}
