@@ -115,15 +115,6 @@ impl Clock {
         due
     }
 
-    /// So many of the ticks that were due were not made, because the traffic of the next one was not there yet: their time
-    /// is dropped. Returns it.
-    pub fn drop_ticks(&mut self, ticks: u64) -> Duration {
-        let dropped = Duration::from_nanos(ticks.saturating_mul(TICK_NS));
-        self.dropped += dropped;
-        self.stalls += u64::from(ticks > 0);
-        dropped
-    }
-
     /// How far the present frame is from the last tick to the next, 0..1: the picture is drawn there.
     pub fn fraction(&self) -> f32 {
         match self.pace {

@@ -95,7 +95,6 @@ fn setup(scenario: &Scenario) -> Result<TrafficSetup, WorldError> {
         step_s: scenario.step_s,
         seed: scenario.seed,
         noise_streams: scenario.noise_streams,
-        timeout_s: scenario.traffic_timeout_s,
         lateral_accel_mps2: None,
     })
 }

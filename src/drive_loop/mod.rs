@@ -22,7 +22,7 @@ use crate::{sim::WorldError, traffic::TrafficError};
 pub use drive::Drive;
 
 impl RunError {
-    /// True if nothing failed: somebody ended the program while it waited for an engine that runs elsewhere.
+    /// True if nothing failed: somebody ended the program while traffic was being started.
     pub fn is_interruption(&self) -> bool {
         matches!(self, Self::World(WorldError::Traffic(TrafficError::Interrupted)))
     }

@@ -314,9 +314,7 @@ pub fn baseline(
     };
     let (whole, folder) = (named(BASELINE), named(BASELINE_PART));
     record::remove(&folder)?;
-    // Made after the session, when a SUMO elsewhere may be gone; in this program cars move alike.
-    let traffic = scenario.traffic.stand_in().unwrap_or_else(|| scenario.traffic.clone());
-    let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };
+    let without = Scenario { policy: "none".into(), driver: "idm".into(), ..scenario.clone() };
     let mut run = OfflineDrive::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
     let (driven, _) = drive(&mut run, None, None, stop, driven)?;

@@ -30,11 +30,7 @@ use self::{
     start::{PendingDrive, ReadyDrive},
 };
 use crate::{
-    drive_loop::{
-        Drive, RunError,
-        drive::{PATIENCE, note_failure},
-        summary_text,
-    },
+    drive_loop::{Drive, RunError, drive::note_failure, summary_text},
     input::{ButtonAction, Devices, TimeStamp},
     record::{WriterStatus, inputs, manifest::ScreenInfo, tables::FrameRow},
     render::Gpu,
@@ -269,7 +265,6 @@ impl LiveDrive {
         }
         let Self { drive, devices, tally, contacts, lane_help, recording, lab, sound, picture, .. } = self;
         lab.begin_frame();
-        drive.patience = PATIENCE;
         let mut recorded = Ok(());
         recording.force(devices.torque_nm());
         let ticked = TimeStamp::now();

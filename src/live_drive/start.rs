@@ -1,5 +1,5 @@
 //! Starting a drive on a thread of its own while the loop runs. In: a scenario. Out: the drive and what stands still in it,
-//! once they are there. Connecting to SUMO, checking a foreign network, the warm-up and the trees may take seconds, and a
+//! once they are there. Checking a foreign network, reading it, the warm-up and the trees may take seconds, and a
 //! window hears its keys meanwhile.
 
 use crate::{
@@ -16,6 +16,9 @@ use std::{
     time::Duration,
 };
 
+/// How long a frame of a window waits for a drive that is being started: a window that hears its keys 20 times a second does not
+/// feel hung.
+pub const PATIENCE: Duration = Duration::from_millis(50);
 /// Interval at which the thread of an unwanted drive is looked at, and the longest wait for it: half a second.
 const LOOK: Duration = Duration::from_millis(10);
 const LOOKS: usize = 50;

@@ -59,13 +59,11 @@ pub(super) struct DriveFacts {
     /// The simulated driver that the recording names, and the first tick at which it would have given other controls.
     driver: Option<SimulatedDriver>,
     other_driver: Option<u64>,
-    /// SUMO ran elsewhere: which one cannot be told here.
-    is_stand_in: bool,
 }
 
 impl DriveFacts {
     /// Reads those of a recording beside its world before the first tick.
-    pub fn open(recording: &Path, world: &World, is_stand_in: bool) -> Result<Self, RunError> {
+    pub fn open(recording: &Path, world: &World) -> Result<Self, RunError> {
         let path = recording.join(SUMMARY);
         let read =
             |path: &Path| read_text(path, SETTINGS_BYTES).map_err(|why| RecordError::File { path: path.into(), why });
@@ -83,7 +81,6 @@ impl DriveFacts {
             summary,
             driver,
             other_driver: None,
-            is_stand_in,
         })
     }
 
@@ -117,9 +114,6 @@ impl DriveFacts {
         expected.ended = Some(self.driven_end(failure));
         let hash = summary["hash"].as_str().map(str::to_owned);
         expected.hash = hash.filter(|_| !(self.is_cut() && self.recorded.hash.is_none()));
-        if self.is_stand_in {
-            expected.traffic.clone_from(&self.recorded.traffic);
-        }
         let expected = object(&expected);
         let keys: BTreeSet<&String> = expected.keys().chain(self.keys.keys()).collect();
         for key in keys.into_iter().filter(|key| !STATED.contains(&key.as_str()) && !SEALS.contains(&key.as_str())) {
@@ -172,9 +166,6 @@ impl DriveFacts {
             STATED.into_iter().filter(|key| self.keys.get(*key).is_some_and(|v| !v.is_null())).collect();
         if !self.recorded.driver.starts_with(SIMULATED) {
             stated.push("driver");
-        }
-        if self.is_stand_in {
-            stated.push("traffic (SUMO ran elsewhere)");
         }
         if self.is_cut() {
             stated.push("state and ended (the drive was cut)");

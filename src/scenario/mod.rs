@@ -33,11 +33,8 @@ flat_settings! {
             /// Cars on the route, the ego included
             #[schemars(range(min = 2, max = 1000))]
             vehicles: u32 = 22,
-            /// Traffic engine of the other cars: sumo (in this program), native (built-in IDM ring), or HOST:PORT of a SUMO elsewhere
+            /// Traffic engine of the other cars
             traffic: EngineChoice = EngineChoice::Sumo,
-            /// How long a SUMO elsewhere may take for the connection and for each answer; then the drive ends, and is kept
-            #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
-            traffic_timeout_s: f64 = 5.0,
             /// Edges of the road's network along which the ego drives, in order, spaces between their ids: the drive is on the network,
             /// and over at the end of the last; empty drives the route of the road
             path: String = String::new(),

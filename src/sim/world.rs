@@ -50,7 +50,7 @@ use crate::{
     traffic::{EGO, Traffic, TrafficError, VehicleId},
 };
 use advice::AdviceSource;
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{path::PathBuf, sync::Arc};
 use traffic_coupling::TrafficCoupling;
 
 /// Vehicles farther from an agent are no bodies of its physics, metres: none is there within a step.
@@ -71,6 +71,8 @@ pub struct World {
     /// Who drives those beside the participant, where the scenario does not say it.
     drivers: Option<AgentDrivers>,
     touchable: Touchable,
+    /// The engine has made the step that the next tick begins.
+    is_prepared: bool,
     ended: Option<EndReason>,
 }
 
@@ -115,6 +117,7 @@ impl World {
             contacts_before: 0,
             drivers,
             touchable: Touchable::default(),
+            is_prepared: false,
             ended: None,
         };
         world.look_around();
@@ -149,9 +152,10 @@ impl World {
         }
         let step_ticks = self.scenario.step_ticks();
         let within = self.snapshot().tick.0 % step_ticks;
-        while within == 0 && !self.prepare(Duration::MAX)? {}
+        self.prepare()?;
         self.agents.iter_mut().for_each(|agent| agent.begin_tick(controls));
         if within == 0 {
+            self.is_prepared = false;
             self.agents.iter_mut().for_each(Agent::begin_step);
             self.traffic.begin_step(&self.agents[0].view);
         }
@@ -173,21 +177,25 @@ impl World {
         Ok(())
     }
 
-    /// Readies the next tick: asks for the step that it begins, if it begins one. True once the tick will not wait for the
-    /// traffic engine; this waits for that for `patience` at most. Nothing is to be seen of it before the tick.
+    /// Prepares the step that the next tick begins, if it begins one: agents come and go, policies are asked, and the engine makes its
+    /// step. A tick does this by itself; whoever chooses controls by what is seen at its beginning calls it before that.
     ///
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
-    pub fn prepare(&mut self, patience: Duration) -> Result<bool, WorldError> {
-        if self.ended.is_some() || !self.snapshot().tick.0.is_multiple_of(self.scenario.step_ticks()) {
-            return Ok(true);
+    pub fn prepare(&mut self) -> Result<(), WorldError> {
+        if self.ended.is_some() || self.is_prepared || !self.begins_step() {
+            return Ok(());
         }
-        if !self.traffic.is_asked() {
-            self.renew_agents()?;
-            present(&mut self.agents).iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
-            self.traffic.ask(&self.agents, self.scenario.step_s)?;
-        }
-        Ok(self.traffic.wait(patience)?)
+        self.renew_agents()?;
+        present(&mut self.agents).iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
+        self.traffic.ask(&self.agents, self.scenario.step_s)?;
+        self.is_prepared = true;
+        Ok(())
+    }
+
+    /// True if the next tick begins a step of the traffic engine.
+    fn begins_step(&self) -> bool {
+        self.snapshot().tick.0.is_multiple_of(self.scenario.step_ticks())
     }
 
     /// At the beginning of a step agents whose way is over leave, and vehicles that are to be advised become agents where they are.
@@ -288,12 +296,6 @@ impl World {
     /// Lets go of the traffic engine, so that another drive can have it (SUMO runs once a process). This drive is over.
     pub fn stop_traffic(&mut self) {
         self.traffic.stop();
-    }
-
-    /// Another engine from the next step on: to test what waits for one.
-    #[cfg(test)]
-    pub(crate) fn set_traffic(&mut self, traffic: Box<dyn Traffic>) {
-        self.traffic.ring().set_engine(traffic);
     }
 
     /// True once [`World::stop_traffic`] was called.

@@ -1,6 +1,6 @@
 //! All other cars. In: a [`TrafficSetup`], then once a step what those do that somebody drives. Out: the state of every car at the end
-//! of that step. Two engines behind one trait: SUMO (in process or elsewhere) and the native IDM ring. Only
-//! `traffic::sumo` knows SUMO.
+//! of that step. Two engines behind one trait: SUMO and the native IDM ring. Only `traffic::sumo` knows
+//! SUMO.
 
 mod bends;
 mod choice;
@@ -29,7 +29,7 @@ pub use reported::is_on_lane;
 pub use vehicles::{Departure, NetworkVehicle, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps};
 
 use crate::{idm::IdmParams, map::RoadMap, space::Pose};
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 /// The hardest that any car of the traffic brakes, m/s2 (SUMO's default for passenger cars). The model is never clipped at
 /// `b` (docs/references.md: idm); it reaches this bound only behind an ego that cuts in or stops dead.
@@ -88,8 +88,6 @@ pub struct TrafficSetup {
     pub seed: u64,
     /// Where the noise of a car comes from.
     pub noise_streams: NoiseStreams,
-    /// How long a SUMO that runs elsewhere may take for the connection and for each answer, seconds.
-    pub timeout_s: f64,
     /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as the car-following model knows none.
     pub lateral_accel_mps2: Option<f64>,
 }
@@ -134,24 +132,6 @@ pub trait Traffic: Send {
     /// cannot go on. Also if a car that is reported no more was left beside the road.
     fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError>;
 
-    /// [`Traffic::step`] in two parts, for whoever must not wait for an engine that runs elsewhere: begins a step. Nothing
-    /// else may be asked before [`Traffic::finish_step`] has said that it is over. An engine in this process takes the
-    /// whole step here.
-    ///
-    /// # Errors
-    /// As [`Traffic::step`].
-    fn begin_step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
-        self.step(reports)
-    }
-
-    /// True once the step that was begun is over; waits for that for `patience` at most.
-    ///
-    /// # Errors
-    /// The engine failed, or took longer than [`TrafficSetup::timeout_s`].
-    fn finish_step(&mut self, _patience: Duration) -> Result<bool, TrafficError> {
-        Ok(true)
-    }
-
     /// All cars at the end of the last step, by ascending id, the ego first.
     fn cars(&self) -> &[CarState];
 
@@ -162,12 +142,11 @@ pub trait Traffic: Send {
 /// Starts the engine chosen, all cars at their places.
 ///
 /// # Errors
-/// If the setup cannot be simulated, SUMO is not here or in use, or nobody listens at the address.
-pub fn start(engine: &EngineChoice, setup: TrafficSetup) -> Result<Box<dyn Traffic>, TrafficError> {
+/// If the setup cannot be simulated, or SUMO is not here or in use.
+pub fn start(engine: EngineChoice, setup: TrafficSetup) -> Result<Box<dyn Traffic>, TrafficError> {
     Ok(match engine {
         EngineChoice::Native => Box::new(NativeTraffic::start(setup)?),
         EngineChoice::Sumo => Box::new(sumo::SumoTraffic::start(setup)?),
-        EngineChoice::Remote { host, port } => Box::new(sumo::SumoTraffic::connect(host, *port, setup)?),
     })
 }
 
@@ -228,63 +207,9 @@ pub enum TrafficError {
         /// The other.
         other: String,
     },
-    /// SUMO or the connection to it reported an error.
+    /// SUMO reported an error.
     #[error("SUMO: {0}")]
     Sumo(String),
-    /// Nobody listens where a SUMO shall be.
-    #[error(
-        "no program listens at {address} ({why})\n  remedy: start SUMO there: sumo --net-file NET --remote-port PORT"
-    )]
-    Unreachable {
-        /// Host and port.
-        address: String,
-        /// What the system says.
-        why: String,
-    },
-    /// A SUMO that runs elsewhere does not answer in time.
-    #[error(
-        "SUMO at {address} did not answer within {seconds} s: {what} did not come\n  remedy: see whether it still runs and \
-         whether the network is up; a SUMO started with --num-clients N answers when all N are connected; \
-         --traffic-timeout allows more time"
-    )]
-    Silent {
-        /// Host and port.
-        address: String,
-        /// What was waited for.
-        what: String,
-        /// How long, seconds.
-        seconds: f64,
-    },
-    /// A SUMO that runs elsewhere, or the way to it, has failed.
-    #[error("SUMO at {address} is gone: {why}; {what} did not come\n  remedy: start it again and see its own messages")]
-    Lost {
-        /// Host and port.
-        address: String,
-        /// What was waited for.
-        what: String,
-        /// What happened.
-        why: String,
-    },
-    /// Another program listens where a SUMO shall be.
-    #[error(
-        "the program that listens at {address} is not SUMO: it says \"{said}\"\n  remedy: name the port that SUMO got with --remote-port"
-    )]
-    NotSumo {
-        /// Host and port.
-        address: String,
-        /// What it answered, one line.
-        said: String,
-    },
-    /// A SUMO that runs elsewhere is of another version, and would move cars otherwise.
-    #[error("SUMO at {address} is {theirs}; this program needs {ours}\n  remedy: start that version there")]
-    OtherVersion {
-        /// Host and port.
-        address: String,
-        /// Its version.
-        theirs: String,
-        /// The one that it has to be.
-        ours: String,
-    },
     /// The program was told to end while it waited.
     #[error("interrupted while waiting for SUMO")]
     Interrupted,
@@ -299,12 +224,12 @@ pub enum TrafficError {
         /// How long it was waited, seconds.
         waited_s: f64,
     },
-    /// Other models are SUMO's, and this engine is not SUMO in this process.
-    #[error("other cars cannot follow by {}: only SUMO in this program has that model\n  remedy: --traffic sumo, or --other-model idm", .0.name())]
+    /// Other models are SUMO's, and this engine is not SUMO.
+    #[error("other cars cannot follow by {}: only SUMO has that model\n  remedy: --traffic sumo, or --other-model idm", .0.name())]
     NoSuchModel(FollowingModel),
     /// The road has an open path, and vehicles come and go there.
     #[error(
-        "traffic is {0}; allowed on a road whose path is open: sumo; only SUMO in this program moves vehicles on a network\n  \
+        "traffic is {0}; allowed on a road whose path is open: sumo; only SUMO moves vehicles on a network\n  \
          remedy: --traffic sumo"
     )]
     NotOnNetworks(String),

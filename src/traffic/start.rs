@@ -52,7 +52,7 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
 }
 
 impl TrafficSetup {
-    /// Fails where other cars have a model that only SUMO in this process has.
+    /// Fails where other cars have a model that only SUMO has.
     pub(super) fn check_has_one_model(&self) -> Result<(), TrafficError> {
         match self.mixture.model {
             FollowingModel::Idm => Ok(()),
@@ -76,9 +76,6 @@ impl TrafficSetup {
         }
         if !(idm.noise.is_finite() && idm.noise >= 0.0) {
             return Err(TrafficError::Setup(format!("IDM parameter noise = {}: it must be 0 or more", idm.noise)));
-        }
-        if !(self.timeout_s.is_finite() && self.timeout_s > 0.0) {
-            return Err(TrafficError::Setup(format!("a time-out of {} s: it must be above 0", self.timeout_s)));
         }
         let milliseconds = self.step_s * 1000.0;
         // SUMO counts time in whole milliseconds.

@@ -206,11 +206,9 @@ fn what_cannot_be_driven_is_refused_with_what_where_and_the_remedy() {
         let text = refused(&Scenario { policy: policy.into(), ..scenario("A0B0", Demand::default()) });
         assert!(text.contains(policy) && text.contains("remedy: --policy none"), "{text}");
     }
-    for engine in ["native", "localhost:8813"] {
-        let text = format!("traffic = \"{engine}\"\npath = \"A0B0\"\n");
-        let text = Scenario::from_toml(&text, "town.toml").expect_err("refused").message;
-        assert!(text.starts_with("town.toml:1:11: traffic is") && text.contains("remedy: traffic sumo"), "{text}");
-    }
+    let text =
+        Scenario::from_toml("traffic = \"native\"\npath = \"A0B0\"\n", "town.toml").expect_err("refused").message;
+    assert!(text.starts_with("town.toml:1:11: traffic is") && text.contains("remedy: traffic sumo"), "{text}");
 }
 
 /// The file of a policy that sees one feature from `from` to `to` and advises between 2 and 8 m/s.
@@ -300,7 +298,7 @@ fn a_demand_stands_in_the_scenarios_file_and_its_files_beside_it() {
     std::fs::write(&file, text).expect("written");
     let scenario = Scenario::from_file(&file).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(scenario.demand.files, [folder.path().join("trips.rou.xml")]);
-    assert_eq!((scenario.demand.flows[0].per_hour, scenario.traffic.clone()), (300.0, EngineChoice::Sumo));
+    assert_eq!((scenario.demand.flows[0].per_hour, scenario.traffic), (300.0, EngineChoice::Sumo));
     assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").expect("its own file"), scenario);
     // A drive without one says nothing of it: files of before are as they were.
     assert!(!Scenario::default().to_toml().contains("demand"));

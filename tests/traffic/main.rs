@@ -1,13 +1,12 @@
 //! The contract of the traffic engines. `contract` runs over both engines, `imposed` is about an ego that somebody drives, `several` about several of them,
-//! `noise` about its strength, `sumo` about SUMO alone, `network` about roads on which vehicles come and go, `network_ego` about an ego there, `networks` about networks that do not come with the program, `remote` about a SUMO behind a
-//! socket, `forks` about lanes that lead to several, `fuel` about the emission model, `strangers` about what else may listen there, `ended` about drives of the program whose SUMO ends before them.
+//! `noise` about its strength, `sumo` about SUMO alone, `network` about roads on which vehicles come and go, `network_ego` about an ego there, `networks` about networks that do not come with the program,
+//! `forks` about lanes that lead to several, `fuel` about the emission model.
 //! `gate` and `gate_program` are about files that would make SUMO write.
 //! Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation in a process, so every test holds [`alone`].
 
 mod contract;
-mod ended;
 mod forks;
 mod fuel;
 mod gate;
@@ -17,9 +16,7 @@ mod network;
 mod network_ego;
 mod networks;
 mod noise;
-mod remote;
 mod several;
-mod strangers;
 mod sumo;
 
 use codrive::{
@@ -31,10 +28,7 @@ use codrive::{
         TrafficSetup, VehicleReport, start,
     },
 };
-use std::{
-    sync::{Arc, Mutex, MutexGuard},
-    time::Instant,
-};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// Length of a step, seconds.
 const STEP_S: f64 = 0.1;
@@ -45,12 +39,6 @@ const ENGINES: [EngineChoice; 2] = [EngineChoice::Native, EngineChoice::Sumo];
 
 /// All cars at every step, the start first.
 type History = Vec<Vec<CarState>>;
-
-/// The time, for bounds on how long things take.
-#[allow(clippy::disallowed_methods, reason = "that a wait ends is a matter of wall time")]
-fn now() -> Instant {
-    Instant::now()
-}
 
 /// The right to use SUMO in this process.
 fn alone() -> MutexGuard<'static, ()> {
@@ -68,17 +56,7 @@ fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
     let mixture = ModelMixture::default();
     let noise_streams = NoiseStreams::Own;
-    TrafficSetup {
-        map,
-        cars,
-        idm,
-        mixture,
-        step_s: STEP_S,
-        seed: 1,
-        noise_streams,
-        timeout_s: 5.0,
-        lateral_accel_mps2: None,
-    }
+    TrafficSetup { map, cars, idm, mixture, step_s: STEP_S, seed: 1, noise_streams, lateral_accel_mps2: None }
 }
 
 /// The paper's ring: 22 cars at its speed.
@@ -121,13 +99,13 @@ fn run_reported(
 }
 
 /// Starts `engine` and runs it with nobody at the wheel.
-fn run_free(engine: &EngineChoice, setup: TrafficSetup, steps: usize) -> History {
+fn run_free(engine: EngineChoice, setup: TrafficSetup, steps: usize) -> History {
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(traffic.as_mut(), steps, |_, _| None)
 }
 
 /// The even ring whose ego is braked to 0.5 m/s from 60 s to 62 s.
-fn run_kicked(engine: &EngineChoice, setup: TrafficSetup, steps: usize) -> History {
+fn run_kicked(engine: EngineChoice, setup: TrafficSetup, steps: usize) -> History {
     let map = setup.map.clone();
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(traffic.as_mut(), steps, |step, cars| {

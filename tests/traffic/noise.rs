@@ -5,7 +5,7 @@
 use super::*;
 
 /// What of every car's change of speed the model does not say, m/s: of a flow in which nobody stands.
-fn residuals(engine: &EngineChoice, setup: &TrafficSetup, steps: usize) -> Vec<f64> {
+fn residuals(engine: EngineChoice, setup: &TrafficSetup, steps: usize) -> Vec<f64> {
     let history = run_free(engine, setup.clone(), steps);
     let (route, idm, step_s) = (&setup.map.route, setup.idm, setup.step_s);
     let mut out = Vec::new();
@@ -31,7 +31,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine_and_at_each_step() {
     for engine in ENGINES {
         for (noise, step_s) in [(0.2, 0.1), (0.5, 0.1), (0.2, 0.05)] {
             let setup = TrafficSetup { step_s, ..ring(noise) };
-            let residuals = residuals(&engine, &setup, 500);
+            let residuals = residuals(engine, &setup, 500);
             // The limits are four standard errors of n independent draws.
             let n = residuals.len() as f64;
             let wanted = noise * step_s * step_s.sqrt();
@@ -51,7 +51,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine_and_at_each_step() {
             }
         }
         // And none where none is wanted: what is left is rounding.
-        let most = residuals(&engine, &ring(0.0), 100).into_iter().fold(0.0_f64, |most, r| most.max(r.abs()));
+        let most = residuals(engine, &ring(0.0), 100).into_iter().fold(0.0_f64, |most, r| most.max(r.abs()));
         assert!(most < 1e-9, "{engine}: {most:e}");
     }
 }
@@ -61,7 +61,7 @@ fn the_noise_of_a_car_is_its_own_and_that_of_earlier_recordings_is_drawn_in_turn
     const STEPS: usize = 100;
     let noise = |n: usize, noise_streams| {
         let setup = TrafficSetup { noise_streams, ..even("ring-250", n, model(0.2), 4.0) };
-        residuals(&EngineChoice::Native, &setup, STEPS)
+        residuals(EngineChoice::Native, &setup, STEPS)
     };
     // What two rings of different size draw, by step and car, for the cars that both have.
     let furthest = |streams| {

@@ -54,7 +54,6 @@ pub(super) struct NetworkCoupling {
     /// The others as they were seen in the last tick.
     before: Vec<VehicleSnapshot>,
     obstacles: Vec<Obstacle>,
-    is_asked: bool,
     /// Egos whose way is over for SUMO: they are reported no more.
     arrived: Vec<VehicleId>,
     reports: Vec<EgoReport>,
@@ -156,7 +155,6 @@ impl NetworkCoupling {
             signals: SignalStates::default(),
             before: Vec::new(),
             obstacles: Vec::new(),
-            is_asked: false,
             arrived: Vec::new(),
             reports: Vec::new(),
             advised_share: scenario.advised.of_those_that_come(),
@@ -185,11 +183,6 @@ impl NetworkCoupling {
         self.move_vehicles(snapshot, 1.0);
     }
 
-    /// True if SUMO was asked for the next step.
-    pub fn is_asked(&self) -> bool {
-        self.is_asked
-    }
-
     /// SUMO's next step, with where the agents are and where they will be at its end.
     pub fn ask(&mut self, agents: &[Agent]) -> Result<(), TrafficError> {
         let Some(engine) = &mut self.engine else {
@@ -207,7 +200,6 @@ impl NetworkCoupling {
         if self.advised_share > 0.0 {
             self.new.extend(engine.changes().departed.iter().map(|departure| departure.id));
         }
-        self.is_asked = true;
         Ok(())
     }
 
@@ -247,7 +239,6 @@ impl NetworkCoupling {
 
     /// The step that was asked for begins.
     pub fn begin_step(&mut self, snapshot: &Snapshot) {
-        self.is_asked = false;
         std::mem::swap(&mut self.from, &mut self.to);
         self.take(snapshot.ego_s_m);
     }

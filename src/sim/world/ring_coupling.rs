@@ -1,6 +1,5 @@
 //! The cars of a closed route between two steps of their engine: all there from the start. In: once a step, where the agents are and
-//! where they will be; once a tick, how much of the step has passed. Out: the places of all that are no agents at that tick, and the
-//! engine's answer to wait for.
+//! where they will be; once a tick, how much of the step has passed. Out: the places of all that are no agents at that tick.
 //! Metres, m/s; the engine runs one step ahead (docs/decisions.md: 3).
 
 use super::{
@@ -20,7 +19,7 @@ use crate::{
         VehicleReport,
     },
 };
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 /// A traffic engine and the two steps that the present tick lies between.
 pub(super) struct RingCoupling {
@@ -28,8 +27,6 @@ pub(super) struct RingCoupling {
     /// All cars at the last step and at the next, the ego first.
     pub from: Vec<CarState>,
     pub to: Vec<CarState>,
-    /// The next step, once the engine was asked for it.
-    asked: Option<Answer>,
     /// The cars at this tick that are no agents, as those can touch them.
     obstacles: Vec<Obstacle>,
     /// By number: true of agents, which are where their bodies are.
@@ -38,13 +35,6 @@ pub(super) struct RingCoupling {
     is_stopped: bool,
     /// How traffic was when the driver took over.
     pub hand_over: HandOver,
-}
-
-/// How far an engine is that was asked for a step.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Answer {
-    Awaited,
-    Here,
 }
 
 impl RingCoupling {
@@ -59,10 +49,9 @@ impl RingCoupling {
             step_s: scenario.step_s,
             seed: scenario.seed,
             noise_streams: scenario.noise_streams,
-            timeout_s: scenario.traffic_timeout_s,
             lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
         };
-        let mut engine = traffic::start(&scenario.traffic, setup)?;
+        let mut engine = traffic::start(scenario.traffic, setup)?;
         for _ in 0..(scenario.warm_up_s / scenario.step_s).round() as u64 {
             traffic::go_on()?;
             engine.step(&[])?;
@@ -80,7 +69,7 @@ impl RingCoupling {
         let mut is_agent = vec![false; to.len()];
         is_agent[EGO.0 as usize] = true;
         let (from, reports) = (to.clone(), Vec::with_capacity(to.len()));
-        Ok(Self { engine, from, to, asked: None, obstacles, is_agent, reports, is_stopped: false, hand_over })
+        Ok(Self { engine, from, to, obstacles, is_agent, reports, is_stopped: false, hand_over })
     }
 
     /// The engine, where nobody but it drives.
@@ -105,31 +94,15 @@ impl RingCoupling {
         self.to.split_first().expect("traffic has the ego")
     }
 
-    /// True if the engine was asked for the next step.
-    pub fn is_asked(&self) -> bool {
-        self.asked.is_some()
-    }
-
-    /// Asks the engine for the next step, and tells it where the agents are and where they will be at its end.
+    /// Has the engine make the next step, and tells it where the agents are and where they will be at its end.
     pub fn ask(&mut self, agents: &[Agent], step_s: f64) -> Result<(), TrafficError> {
         self.reports.clear();
         self.reports.extend(agents.iter().map(|agent| VehicleReport { id: agent.id(), state: agent.report(step_s) }));
-        self.engine.begin_step(&self.reports)?;
-        self.asked = Some(Answer::Awaited);
-        Ok(())
-    }
-
-    /// True once the step that was asked for is here; waits for that for `patience` at most.
-    pub fn wait(&mut self, patience: Duration) -> Result<bool, TrafficError> {
-        if self.asked == Some(Answer::Awaited) && self.engine.finish_step(patience)? {
-            self.asked = Some(Answer::Here);
-        }
-        Ok(self.asked != Some(Answer::Awaited))
+        self.engine.step(&self.reports)
     }
 
     /// The step that was asked for begins.
     pub fn begin_step(&mut self) {
-        self.asked = None;
         std::mem::swap(&mut self.from, &mut self.to);
         self.to.clear();
         self.to.extend_from_slice(self.engine.cars());
@@ -175,12 +148,6 @@ impl RingCoupling {
     /// The engine's name and version.
     pub fn describe(&self) -> String {
         self.engine.describe()
-    }
-
-    /// Another engine from the next step on.
-    #[cfg(test)]
-    pub fn set_engine(&mut self, engine: Box<dyn Traffic>) {
-        self.engine = engine;
     }
 
     /// All cars as the engine has them.

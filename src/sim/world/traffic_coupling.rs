@@ -17,7 +17,7 @@ use crate::{
     sim::{Snapshot, snapshot::VehicleSnapshot},
     traffic::{TrafficError, TrafficStart, VehicleId},
 };
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{path::PathBuf, sync::Arc};
 
 /// Where a vehicle is put on the road.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,27 +93,11 @@ impl TrafficCoupling {
         }
     }
 
-    /// True if the engine was asked for the next step.
-    pub fn is_asked(&self) -> bool {
-        match self {
-            Self::Ring(ring) => ring.is_asked(),
-            Self::Network(network) => network.is_asked(),
-        }
-    }
-
-    /// Asks the engine for the next step, and tells it where the agents are and where they will be at its end.
+    /// Has the engine make the next step, and tells it where the agents are and where they will be at its end.
     pub fn ask(&mut self, agents: &[Agent], step_s: f64) -> Result<(), TrafficError> {
         match self {
             Self::Ring(ring) => ring.ask(agents, step_s),
             Self::Network(network) => network.ask(agents),
-        }
-    }
-
-    /// True once the step that was asked for is here; waits for that for `patience` at most.
-    pub fn wait(&mut self, patience: Duration) -> Result<bool, TrafficError> {
-        match self {
-            Self::Ring(ring) => ring.wait(patience),
-            Self::Network(_) => Ok(true),
         }
     }
 

@@ -1,33 +1,23 @@
-//! SUMO as a traffic engine, in this process (libsumo) or behind a socket. In: a [`TrafficSetup`], then
+//! SUMO as a traffic engine, in this process (libsumo). In: a [`TrafficSetup`], then
 //! reports. Out: [`CarState`]s. Metres, m/s, world axes; SUMO's front bumpers and compass headings stay in here.
 //!
 //! One call a step takes the commands, steps, and reads all cars. Before a step the ego is put where it is predicted to
 //! be at its end, with the speed that it has now: a follower then differs by at most 4.3 mm/s from one behind a car
 //! of SUMO's own (docs/decisions.md: 4). Noise is given as a change of the speed that the model starts from.
-//!
-//! A remote SUMO is started by somebody else: `sumo --net-file NET --remote-port PORT`. It keeps its network, which is
-//! compared with the map's lane by lane, and begins anew with our options. It ends when the drive ends. Its protocol is
-//! spoken here (`wire`, `link`, `remote`) and not by SUMO's own libtraci, which waits without end, breaks down at
-//! a SUMO of another version, and needs an exchange for each command.
 
 mod inputs;
 mod lane_keeping;
-mod link;
 mod locate;
 mod network;
 mod network_check;
 mod network_shim;
 mod options;
-mod remote;
 mod shim;
-mod simulation;
 mod trial_process;
-mod wire;
 
 pub use locate::{home, program};
 pub use network::{EgoReport, EgoStart, NetworkSetup, SumoNetwork};
 pub use network_check::{COMMAND as CHECK_NETWORK, check_networks_by, try_network};
-pub use remote::VERSION;
 pub use trial_process::tell_waits_by;
 
 use super::{
@@ -42,10 +32,8 @@ use glam::{DVec2, dvec2};
 use inputs::Inputs;
 use network_check::Trial;
 use options::{DEFAULT_DELTA, OTHER_TYPE_IN_FILE, TYPE_IN_FILE, TypeFile};
-use remote::Remote;
 use shim::{Command, CommandKind, Record, Shim};
-use simulation::Simulation;
-use std::{path::Path, sync::Arc, time::Duration};
+use std::{path::Path, sync::Arc};
 
 /// Name of the cars' type and route in SUMO.
 const NAME: &str = "codrive";
@@ -59,7 +47,7 @@ const LENGTH_TOLERANCE_M: f64 = 0.01;
 
 /// SUMO.
 pub struct SumoTraffic {
-    simulation: Simulation,
+    shim: Shim,
     map: Arc<RoadMap>,
     step_s: f64,
     noise: Noise,
@@ -79,10 +67,8 @@ pub struct SumoTraffic {
     /// The model's own highest speed, and each car's as SUMO knows it, m/s.
     v0_mps: f64,
     highest_mps: Vec<f64>,
-    /// What reported cars do in the step that was begun, and where that is.
+    /// Reports of the present step, each with its place on the route.
     reported: Vec<(VehicleReport, RoutePosition)>,
-    /// A step was begun and is not over.
-    is_asked: bool,
 }
 
 impl SumoTraffic {
@@ -122,53 +108,31 @@ impl SumoTraffic {
         let types = types.as_ref().map(TypeFile::path);
         shim.start(&options::options(&net, setup.step_s, types, setup.seed))?;
         let description = format!("{} in process", shim.version()?);
-        Self::populate(Simulation::Here(shim), setup, description)
-    }
-
-    /// A SUMO that listens at `host:port`. It needs no file of ours.
-    ///
-    /// # Errors
-    /// If nobody listens, no SUMO of our version answers in time, its network is not the map's, or the setup cannot be
-    /// simulated.
-    pub fn connect(host: &str, port: u16, setup: TrafficSetup) -> Result<Self, TrafficError> {
-        setup.check()?;
-        setup.check_has_one_model()?;
-        if setup.idm.delta != DEFAULT_DELTA {
-            return Err(TrafficError::Setup(format!(
-                "IDM parameter delta = {}: a SUMO that runs elsewhere knows only {DEFAULT_DELTA}; use --traffic sumo",
-                setup.idm.delta
-            )));
-        }
-        let mut remote = Remote::connect(host, port, Duration::from_secs_f64(setup.timeout_s))?;
-        let description = format!("{} at {host}:{port}", remote.version());
-        let its_net = remote.option("net-file")?;
-        let net = if its_net.is_empty() { setup.map.net_file.display().to_string() } else { its_net };
-        remote.load(&options::options(&net, setup.step_s, None, setup.seed))?;
-        Self::populate(Simulation::Elsewhere(Box::new(remote)), setup, description)
+        Self::populate(shim, setup, description)
     }
 
     /// Type, route and cars in a SUMO that has just begun.
-    fn populate(mut simulation: Simulation, setup: TrafficSetup, description: String) -> Result<Self, TrafficError> {
+    fn populate(mut shim: Shim, setup: TrafficSetup, description: String) -> Result<Self, TrafficError> {
         let route = &setup.map.route;
         lane_keeping::check(&setup.map)?;
-        check_network(&mut simulation, &setup.map)?;
-        simulation.close_lanes(&lane_keeping::lanes_beside(&setup.map)?)?;
+        check_network(&mut shim, &setup.map)?;
+        shim.close_lanes(&lane_keeping::lanes_beside(&setup.map)?)?;
         let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
-        simulation.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;
-        simulation.add_route(NAME, &options::endless_edges(route))?;
+        shim.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;
+        shim.add_route(NAME, &options::endless_edges(route))?;
         let n = setup.cars.len();
         let has_other_model = setup.mixture.members(n, setup.seed);
         let others = has_other_model.iter().filter(|has| **has).count();
         let mut description = description;
         if others > 0 {
-            simulation.add_type(OTHER_TYPE_IN_FILE, OTHER_NAME, &options::other_vehicle_type(&setup.idm))?;
+            shim.add_type(OTHER_TYPE_IN_FILE, OTHER_NAME, &options::other_vehicle_type(&setup.idm))?;
             let model = setup.mixture.model.sumo_name();
             description += &format!(", {others} of {} other cars by {model}", n - 1);
         }
         for (i, car) in setup.cars.iter().enumerate() {
             let (lane, position_m) = route.lane_at(car.s_m);
             let kind = if has_other_model[i] { OTHER_NAME } else { NAME };
-            simulation.add_car((&format!("car{i}"), NAME, kind), lane, position_m, car.speed_mps)?;
+            shim.add_car((&format!("car{i}"), NAME, kind), lane, position_m, car.speed_mps)?;
         }
         let corner = route.lanes().iter().flat_map(|lane| &lane.shape).fold(DVec2::MAX, |low, point| low.min(*point));
         let mut traffic = Self {
@@ -185,12 +149,11 @@ impl SumoTraffic {
             v0_mps: setup.idm.v0,
             highest_mps: vec![setup.idm.v0; n],
             map: setup.map,
-            simulation,
+            shim,
             description,
             reported: Vec::with_capacity(n),
-            is_asked: false,
         };
-        traffic.simulation.read(&mut traffic.records)?;
+        traffic.shim.read(&mut traffic.records)?;
         for (i, start) in setup.cars.iter().enumerate() {
             let speed = start.speed_mps;
             traffic.publish(
@@ -230,7 +193,7 @@ impl SumoTraffic {
     /// # Errors
     /// If SUMO failed.
     pub fn drawn_pose(&mut self, car: VehicleId) -> Result<Pose, TrafficError> {
-        Ok(Pose::from_sumo(self.simulation.pose(car.0)?, CAR_LENGTH_M))
+        Ok(Pose::from_sumo(self.shim.pose(car.0)?, CAR_LENGTH_M))
     }
 
     /// SUMO's step alone: no command, nothing read. For measuring what the rest of [`Traffic::step`] costs; the states
@@ -239,7 +202,7 @@ impl SumoTraffic {
     /// # Errors
     /// If SUMO failed.
     pub fn bare_step(&mut self) -> Result<(), TrafficError> {
-        self.simulation.bare_step()
+        self.shim.bare_step()
     }
 
     /// Tells SUMO where a reported car will be and how fast it is.
@@ -283,7 +246,7 @@ impl SumoTraffic {
         }
         let route = &self.map.route;
         let Some(lane) = usize::try_from(record.lane).ok().and_then(|lane| route.lanes().get(lane)) else {
-            let at = self.simulation.pose(i as u32)?.front;
+            let at = self.shim.pose(i as u32)?.front;
             return Err(TrafficError::Sumo(format!(
                 "car {i} is no longer on the route: its front is at x = {:.1}, y = {:.1} m on another lane\n  remedy: choose edges \
                  that one lane each leads along (route = [..] in map.toml)",
@@ -299,20 +262,20 @@ impl SumoTraffic {
 }
 
 /// Numbers the lanes and compares them with the map's.
-fn check_network(simulation: &mut Simulation, map: &RoadMap) -> Result<(), TrafficError> {
+fn check_network(shim: &mut Shim, map: &RoadMap) -> Result<(), TrafficError> {
     let lanes = map.route.lanes();
     let ids: Vec<String> = lanes.iter().map(|lane| lane.id.clone()).collect();
-    simulation.set_lanes(&ids)?;
+    shim.set_lanes(&ids)?;
     for (i, lane) in lanes.iter().enumerate() {
         let differs = |what: String| {
             TrafficError::Setup(format!(
-                "SUMO's network is not that of map {}: lane {} {what}\n  remedy: start SUMO with --net-file {}",
+                "SUMO's network is not that of map {}: lane {} {what}\n  remedy: report this, with {}",
                 map.name,
                 lane.id,
                 map.net_file.display()
             ))
         };
-        let (length_m, limit_mps) = simulation.lane(i).map_err(|error| match error {
+        let (length_m, limit_mps) = shim.lane(i).map_err(|error| match error {
             TrafficError::Sumo(why) => differs(format!("is missing ({why})")),
             other => other,
         })?;
@@ -328,12 +291,6 @@ fn check_network(simulation: &mut Simulation, map: &RoadMap) -> Result<(), Traff
 
 impl Traffic for SumoTraffic {
     fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
-        self.begin_step(reports)?;
-        while !self.finish_step(Duration::MAX)? {}
-        Ok(())
-    }
-
-    fn begin_step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
         reported::check_reports(reports, &self.is_seen)?;
         self.reported.clear();
         for report in reports {
@@ -350,21 +307,9 @@ impl Traffic for SumoTraffic {
                 self.command_speed(i, self.start_mps[i]);
             }
         }
-        let begun = self.simulation.begin(&self.commands, self.step_s, &mut self.records);
+        let stepped = self.shim.frame(&self.commands, self.step_s, &mut self.records);
         self.commands.clear();
-        begun?;
-        self.is_asked = true;
-        Ok(())
-    }
-
-    fn finish_step(&mut self, patience: Duration) -> Result<bool, TrafficError> {
-        if !self.is_asked {
-            return Ok(true);
-        }
-        if !self.simulation.finish(patience, &mut self.records)? {
-            return Ok(false);
-        }
-        self.is_asked = false;
+        stepped?;
         let mut next = 0;
         for i in 0..self.cars.len() {
             let chosen_mps = self.records[i].speed_mps;
@@ -379,7 +324,7 @@ impl Traffic for SumoTraffic {
                 _ => self.publish(i, SpeedStep { before_mps: self.start_mps[i], chosen_mps, after_mps })?,
             }
         }
-        Ok(true)
+        Ok(())
     }
 
     fn cars(&self) -> &[CarState] {

@@ -248,7 +248,6 @@ pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
         step_s,
         seed: 1,
         noise_streams: NoiseStreams::Own,
-        timeout_s: 1.0,
         lateral_accel_mps2: None,
     };
     let mut traffic = match SumoTraffic::start_unchecked(&super::home()?, setup) {
