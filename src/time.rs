@@ -115,14 +115,6 @@ impl Clock {
         due
     }
 
-    /// Drops the time of due ticks that were not run because the next traffic step was not ready. Returns that time.
-    pub fn drop_ticks(&mut self, ticks: u64) -> Duration {
-        let dropped = Duration::from_nanos(ticks.saturating_mul(TICK_NS));
-        self.dropped += dropped;
-        self.stalls += u64::from(ticks > 0);
-        dropped
-    }
-
     /// Returns the position of the present frame between the last tick and the next, 0..1; the picture is drawn there.
     pub fn fraction(&self) -> f32 {
         match self.pace {

@@ -94,10 +94,9 @@ fn a_step_of_either_engine_allocates_no_memory() {
             step_s: STEP_S,
             seed: 1,
             noise_streams: NoiseStreams::Own,
-            timeout_s: 5.0,
             lateral_accel_mps2: None,
         };
-        let mut traffic = traffic::start(&engine, setup).unwrap();
+        let mut traffic = traffic::start(engine, setup).unwrap();
         // After ten minutes there is a wave, and every vehicle has been on every lane. The first step fills lists that stay.
         for step in 0..6000 {
             let ego = traffic.cars()[0];
@@ -223,7 +222,7 @@ fn a_tick_allocates_no_more_memory_than_its_physics_library() {
         for policy in ["none", "constant", "auto", "two-phase", "follower-stopper", "pi"] {
             // 30 m for each vehicle.
             let scenario = Scenario {
-                traffic: traffic.clone(),
+                traffic,
                 policy: policy.into(),
                 map: "ring-641".into(),
                 vehicles: 21,

@@ -22,7 +22,7 @@ use crate::{sim::WorldError, traffic::TrafficError};
 pub use drive::Drive;
 
 impl RunError {
-    /// Checks for an interruption: the user ended the program while it waited for an engine that runs elsewhere.
+    /// Returns true if nothing failed: the user ended the program while traffic was starting.
     pub fn is_interruption(&self) -> bool {
         matches!(self, Self::World(WorldError::Traffic(TrafficError::Interrupted)))
     }

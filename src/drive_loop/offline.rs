@@ -218,3 +218,31 @@ pub fn driver_of(params: &DriverParams, world: &World) -> Result<SimulatedDriver
 fn now() -> Instant {
     Instant::now()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        record::{Table, TableReader},
+        traffic::EngineChoice,
+    };
+
+    #[test]
+    fn a_drive_whose_traffic_failed_is_kept_and_says_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("drive");
+        let scenario = Scenario { traffic: EngineChoice::Native, vehicles: 6, warm_up_s: 0.0, ..Scenario::default() };
+        let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY]).unwrap();
+        run.record(&out).unwrap();
+        run.until(1.0).unwrap();
+        run.drive.world.stop_traffic();
+        let error = run.step().unwrap_err().to_string();
+        assert_eq!(error, "this drive was stopped");
+        let ended = Manifest::load(&out).unwrap().ended;
+        assert_eq!(ended.as_deref(), Some("failed: this drive was stopped"));
+        let rows = TableReader::parquet(&Table::Ego.parquet(&out)).unwrap().rows();
+        assert_eq!(rows, 100);
+        let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+        assert!(summary.contains("\"ended\": \"failed\""), "{summary}");
+    }
+}

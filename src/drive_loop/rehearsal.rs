@@ -318,10 +318,7 @@ pub fn baseline(
     };
     let (whole, folder) = (named(BASELINE), named(BASELINE_PART));
     record::remove(&folder)?;
-    // The baseline is made after the session, when an external SUMO may be gone; SUMO in this program moves vehicles in
-    // the same way.
-    let traffic = scenario.traffic.stand_in().unwrap_or_else(|| scenario.traffic.clone());
-    let without = Scenario { policy: "none".into(), driver: "idm".into(), traffic, ..scenario.clone() };
+    let without = Scenario { policy: "none".into(), driver: "idm".into(), ..scenario.clone() };
     let mut run = OfflineDrive::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
     let (driven, _) = drive(&mut run, None, None, stop, driven)?;

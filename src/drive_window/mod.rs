@@ -14,11 +14,12 @@ use crate::{
         event_loop::{self, LoopControl, Windows, now},
         keys::{self, KeyCommand},
     },
-    drive_loop::{RunError, drive::PATIENCE},
+    drive_loop::RunError,
     input::{Devices, DriveKey, WheelProfile},
     live_drive::{
         LiveDrive,
         lab::{LabDevices, LabSettings},
+        start::PATIENCE,
     },
     panel::{experimenter::ExperimenterCommand, theme},
     record::{self, RecordError},

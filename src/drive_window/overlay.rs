@@ -355,11 +355,11 @@ fn policies() -> Vec<String> {
 /// Returns the words to choose from for the settings that are texts.
 fn choices() -> SettingChoices {
     let maps: Vec<String> = map::list().into_iter().map(|info| info.name).collect();
-    SettingChoices::default()
-        .with("map", maps, None)
-        .with("traffic", ["sumo", "native"], Some("HOST:PORT"))
-        .with("policy", policies(), None)
-        .with("driver", driver::PRESETS, None)
+    SettingChoices::default().with("map", maps, None).with("policy", policies(), None).with(
+        "driver",
+        driver::PRESETS,
+        None,
+    )
 }
 
 #[cfg(test)]

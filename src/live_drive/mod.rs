@@ -31,11 +31,7 @@ use self::{
     start::{PendingDrive, ReadyDrive},
 };
 use crate::{
-    drive_loop::{
-        Drive, RunError,
-        drive::{PATIENCE, note_failure},
-        summary_text,
-    },
+    drive_loop::{Drive, RunError, drive::note_failure, summary_text},
     input::{ButtonAction, Devices, TimeStamp},
     record::{WriterStatus, inputs, manifest::ScreenInfo, tables::FrameRow},
     render::Gpu,
@@ -270,7 +266,6 @@ impl LiveDrive {
         }
         let Self { drive, devices, tally, contacts, lane_help, recording, lab, sound, picture, .. } = self;
         lab.begin_frame();
-        drive.patience = PATIENCE;
         let mut recorded = Ok(());
         recording.force(devices.torque_nm());
         let ticked = TimeStamp::now();

@@ -1,5 +1,5 @@
 //! Start of a drive on a thread of its own while the drive loop runs. In: a scenario. Out: the drive and its static
-//! scene, once they are ready. Connecting to SUMO, checking a foreign network, the warm-up and the trees may take
+//! scene, once they are ready. Checking and reading a foreign network, the warm-up and the trees may take
 //! seconds, in which the window must respond to keys.
 
 use crate::{
@@ -16,6 +16,9 @@ use std::{
     time::Duration,
 };
 
+/// Longest wait of a window's frame for a drive that is starting: a window that handles its keys 20 times a second does not
+/// seem frozen.
+pub const PATIENCE: Duration = Duration::from_millis(50);
 /// Interval between checks of an unwanted drive's thread, and their number: half a second in all.
 const LOOK: Duration = Duration::from_millis(10);
 const LOOKS: usize = 50;

@@ -60,13 +60,11 @@ pub(super) struct DriveFacts {
     /// recording names the scenario's driver and there is a participant.
     driver: Option<SimulatedDriver>,
     other_driver: Option<u64>,
-    /// True if SUMO ran elsewhere, so that its version cannot be checked here.
-    is_stand_in: bool,
 }
 
 impl DriveFacts {
     /// Reads the facts of a recording, before the first tick of its world.
-    pub fn open(recording: &Path, world: &World, is_stand_in: bool) -> Result<Self, RunError> {
+    pub fn open(recording: &Path, world: &World) -> Result<Self, RunError> {
         let path = recording.join(SUMMARY);
         let read =
             |path: &Path| read_text(path, SETTINGS_BYTES).map_err(|why| RecordError::File { path: path.into(), why });
@@ -84,7 +82,6 @@ impl DriveFacts {
             summary,
             driver,
             other_driver: None,
-            is_stand_in,
         })
     }
 
@@ -118,9 +115,6 @@ impl DriveFacts {
         expected.ended = Some(self.driven_end(failure));
         let hash = summary["hash"].as_str().map(str::to_owned);
         expected.hash = hash.filter(|_| !(self.is_cut() && self.recorded.hash.is_none()));
-        if self.is_stand_in {
-            expected.traffic.clone_from(&self.recorded.traffic);
-        }
         let expected = object(&expected);
         let keys: BTreeSet<&String> = expected.keys().chain(self.keys.keys()).collect();
         for key in keys.into_iter().filter(|key| !STATED.contains(&key.as_str()) && !SEALS.contains(&key.as_str())) {
@@ -173,9 +167,6 @@ impl DriveFacts {
             STATED.into_iter().filter(|key| self.keys.get(*key).is_some_and(|v| !v.is_null())).collect();
         if !self.recorded.driver.starts_with(SIMULATED) {
             stated.push("driver");
-        }
-        if self.is_stand_in {
-            stated.push("traffic (SUMO ran elsewhere)");
         }
         if self.is_cut() {
             stated.push("state and ended (the drive was cut)");

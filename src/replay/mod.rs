@@ -89,19 +89,18 @@ impl Replay {
     /// # Errors
     /// The folder holds no finished recording, or its scenario cannot be driven here.
     pub fn open(recording: &Path) -> Result<Self, RunError> {
-        let (scenario, is_stand_in) = scenario_here(recording)?;
-        Self::of(recording, &scenario, is_stand_in)
+        Self::of(recording, &recorded_scenario(recording)?)
     }
 
-    /// Opens a recording with this scenario, which may use a stand-in for a SUMO elsewhere.
-    fn of(recording: &Path, scenario: &Scenario, is_stand_in: bool) -> Result<Self, RunError> {
+    /// Opens a recording with this scenario.
+    fn of(recording: &Path, scenario: &Scenario) -> Result<Self, RunError> {
         let changes = record::changes(recording)?;
         let drive = Drive::new(scenario, Pace::Paused)?;
         let mut recorded = TableComparison::open(recording, &drive.world)?;
         recorded.start(&drive.world)?;
         let ticks = record::count(recording, Table::Ego)?;
         Ok(Self {
-            facts: DriveFacts::open(recording, &drive.world, is_stand_in)?,
+            facts: DriveFacts::open(recording, &drive.world)?,
             folder: recording.into(),
             drive,
             recorded,
@@ -203,21 +202,10 @@ fn put_back(recording: &Path) -> Result<Vec<u64>, RunError> {
     Ok(found)
 }
 
-/// Returns the scenario of a recording as it is driven again. If its SUMO ran elsewhere, it is driven in this program, with a
-/// warning; the flag is then true.
-fn scenario_here(recording: &Path) -> Result<(Scenario, bool), RunError> {
+/// Returns the scenario of a recording that has ended.
+fn recorded_scenario(recording: &Path) -> Result<Scenario, RunError> {
     record::open(recording)?;
-    let mut scenario = record::inputs::scenario(recording)?;
-    let stand_in = scenario.traffic.stand_in();
-    let is_stand_in = stand_in.is_some();
-    if let Some(stand_in) = stand_in {
-        let (folder, there) = (recording.display(), &scenario.traffic);
-        log::warn!(
-            "{folder}: driven on the SUMO at {there}; driven again on SUMO in this program, where cars move alike"
-        );
-        scenario.traffic = stand_in;
-    }
-    Ok((scenario, is_stand_in))
+    Ok(record::inputs::scenario(recording)?)
 }
 
 #[cfg(test)]

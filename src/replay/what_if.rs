@@ -1,7 +1,7 @@
 //! Recorded drive with changes: the seed, road, traffic and length stay the same unless changed. In: a recording and changes.
 //! Out: another recording, by a simulated driver, and the differences between the two.
 
-use super::{Replay, scenario_here};
+use super::{Replay, recorded_scenario};
 use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     record::{self, Manifest, Table, inputs},
@@ -104,7 +104,7 @@ pub fn what_if(
     driven: &impl Fn(u64),
 ) -> Result<Option<WhatIfComparison>, RunError> {
     let driver = Manifest::load(recording)?.driver;
-    let (scenario, is_stand_in) = scenario_here(recording)?;
+    let scenario = recorded_scenario(recording)?;
     let length_s = Tick(record::count(recording, Table::Ego)?).seconds();
     // The length is that of the recording, which may have been stopped early: both means cover the same time.
     let changed = Scenario { duration_s: length_s, ..scenario.with(changes)? };
@@ -122,8 +122,7 @@ pub fn what_if(
     let instead = run.summary();
     let other = (format!("simulated: {}", changed.driver), run.world().policy().name.clone());
     drop(run);
-    let (mut replay, mut tally) =
-        (Replay::of(recording, &scenario, is_stand_in)?, SummaryAccumulator::new([0.0, f64::INFINITY]));
+    let (mut replay, mut tally) = (Replay::of(recording, &scenario)?, SummaryAccumulator::new([0.0, f64::INFINITY]));
     while !replay.over() && !stop.load(Ordering::Relaxed) {
         replay.advance(1)?;
         tally.add(replay.world().snapshot(), replay.world().events());

@@ -80,7 +80,7 @@ impl Settings for Scenario {
             return Err(("extra_delay_s", text));
         }
         if self.other_model != FollowingModel::Idm && self.traffic != EngineChoice::Sumo {
-            let (model, engine) = (self.other_model.name(), &self.traffic);
+            let (model, engine) = (self.other_model.name(), self.traffic);
             let text = format!(
                 "other_model is {model}; allowed: idm with traffic {engine}; only traffic sumo has other models"
             );
@@ -115,7 +115,7 @@ impl Scenario {
     fn check_road(&self) -> Result<(), (&'static str, String)> {
         if self.is_on_network() && self.traffic != EngineChoice::Sumo {
             let text = format!(
-                "traffic is {}; allowed with a path or a demand: sumo; only SUMO in this program moves vehicles on a network\n  \
+                "traffic is {}; allowed with a path or a demand: sumo; only SUMO moves vehicles on a network\n  \
                  remedy: traffic sumo, or neither path nor [demand]",
                 self.traffic
             );
@@ -298,17 +298,12 @@ mod tests {
     fn an_unknown_traffic_engine_is_named_with_line_and_column() {
         let text = fault("seed = 1\ntraffic = \"sumoo\"");
         assert!(
-            text.starts_with(
-                "trial.toml:2:11: unknown traffic engine \"sumoo\" (did you mean sumo?): allowed are sumo, native"
-            ),
+            text.starts_with("trial.toml:2:11: unknown value `sumoo`; did you mean `sumo`? allowed: `sumo`, `native`"),
             "{text}"
         );
-        let field = |path: &str| Scenario::fields().into_iter().find(|f| f.path == path).expect("a setting");
-        let error = Scenario::default()
-            .with(&[(field("seed"), 2.into()), (field("traffic"), "host:0".into())])
-            .expect_err("no port 0");
-        assert_eq!(error.key, "traffic");
-        assert!(error.message.starts_with("unknown traffic engine \"host:0\""), "{}", error.message);
+        let traffic = Scenario::fields().into_iter().find(|field| field.path == "traffic").expect("a setting");
+        let told = traffic.fault(&"natvie".into()).expect("no engine");
+        assert_eq!(told, "traffic is \"natvie\" (did you mean native?); allowed: one of sumo, native");
     }
 
     #[test]

@@ -33,11 +33,8 @@ flat_settings! {
             /// Cars on the route, the ego included
             #[schemars(range(min = 2, max = 1000))]
             vehicles: u32 = 22,
-            /// Traffic engine of the other cars: sumo (in this program), native (built-in IDM ring), or HOST:PORT of a SUMO elsewhere
+            /// Traffic engine of the other cars
             traffic: EngineChoice = EngineChoice::Sumo,
-            /// Time limit for the connection to a SUMO elsewhere and for each of its responses; then the drive ends, and its data are kept
-            #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
-            traffic_timeout_s: f64 = 5.0,
             /// Path of the ego on the road's network: ids of edges in order, separated by spaces. The drive ends at the end of the last;
             /// empty drives the road's own route
             path: String = String::new(),

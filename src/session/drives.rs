@@ -5,9 +5,13 @@ use super::{BackendStatus, DriveBackend, wheel_navigation::WheelNavigation};
 use crate::{
     audio::{RoomRecording, RoomStatus},
     desktop::DriverWindow,
-    drive_loop::{RunError, drive::PATIENCE},
+    drive_loop::RunError,
     input::{ControlSource, Devices, RigEvent},
-    live_drive::{LiveDrive, contacts, lab::LabDevices, start::PendingDrive},
+    live_drive::{
+        LiveDrive, contacts,
+        lab::LabDevices,
+        start::{PATIENCE, PendingDrive},
+    },
     scenario::Scenario,
     sim::World,
     study::{FormInput, ParticipantCode, UnbrokenTime},

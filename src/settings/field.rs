@@ -1,6 +1,7 @@
 //! Settings as a list, read from the JSON Schema of their struct: doc, unit, limits, kind and default of each. The command line, the
 //! checks of files and the panel are generated from this list.
 
+use crate::toml_text::did_you_mean;
 use serde_json::Value;
 
 /// One setting of a struct.
@@ -104,7 +105,13 @@ impl Field {
             SettingKind::Text => value.is_string(),
         };
         let shown = if value.is_null() { "not a finite number".into() } else { value.to_string() };
-        (!fits).then(|| format!("{} is {shown}; allowed: {}", self.path, self.allowed()))
+        let near = match (&self.kind, value.as_str()) {
+            (SettingKind::Choice(words), Some(text)) => {
+                did_you_mean(text, &words.iter().map(String::as_str).collect::<Vec<_>>())
+            }
+            _ => String::new(),
+        };
+        (!fits).then(|| format!("{} is {shown}{near}; allowed: {}", self.path, self.allowed()))
     }
 }
 

@@ -49,7 +49,7 @@ use crate::{
     traffic::{EGO, Traffic, TrafficError, VehicleId},
 };
 use advice::AdviceSource;
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{path::PathBuf, sync::Arc};
 use traffic_coupling::TrafficCoupling;
 
 /// Largest distance from an agent at which another vehicle is a body in the agent's physics, metres. No vehicle covers it within a step.
@@ -70,6 +70,8 @@ pub struct World {
     /// Source of drivers for the other agents; `None` uses the scenario's driver.
     drivers: Option<AgentDrivers>,
     touchable: Touchable,
+    /// The engine has made the step that the next tick begins.
+    is_prepared: bool,
     ended: Option<EndReason>,
 }
 
@@ -114,6 +116,7 @@ impl World {
             contacts_before: 0,
             drivers,
             touchable: Touchable::default(),
+            is_prepared: false,
             ended: None,
         };
         world.look_around();
@@ -150,9 +153,10 @@ impl World {
         }
         let step_ticks = self.scenario.step_ticks();
         let within = self.snapshot().tick.0 % step_ticks;
-        while within == 0 && !self.prepare(Duration::MAX)? {}
+        self.prepare()?;
         self.agents.iter_mut().for_each(|agent| agent.begin_tick(controls));
         if within == 0 {
+            self.is_prepared = false;
             self.agents.iter_mut().for_each(Agent::begin_step);
             self.traffic.begin_step(&self.agents[0].view);
         }
@@ -174,21 +178,25 @@ impl World {
         Ok(())
     }
 
-    /// Prepares the next tick: if the tick begins a step, asks the policies and the traffic engine for that step. Returns true once the
-    /// tick will not wait for the engine. Waits for at most `patience`. The result becomes visible only in the tick.
+    /// Prepares the step that the next tick begins, if it begins one: agents come and go, policies are asked, and the engine makes its
+    /// step. A tick does this by itself. Call it before where controls are chosen by what is seen at the tick's beginning.
     ///
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
-    pub fn prepare(&mut self, patience: Duration) -> Result<bool, WorldError> {
-        if self.ended.is_some() || !self.snapshot().tick.0.is_multiple_of(self.scenario.step_ticks()) {
-            return Ok(true);
+    pub fn prepare(&mut self) -> Result<(), WorldError> {
+        if self.ended.is_some() || self.is_prepared || !self.begins_step() {
+            return Ok(());
         }
-        if !self.traffic.is_asked() {
-            self.renew_agents()?;
-            present(&mut self.agents).iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
-            self.traffic.ask(&self.agents)?;
-        }
-        Ok(true)
+        self.renew_agents()?;
+        present(&mut self.agents).iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
+        self.traffic.ask(&self.agents)?;
+        self.is_prepared = true;
+        Ok(())
+    }
+
+    /// Returns true if the next tick begins a step of the traffic engine.
+    fn begins_step(&self) -> bool {
+        self.snapshot().tick.0.is_multiple_of(self.scenario.step_ticks())
     }
 
     /// Removes agents that have finished their path, and makes agents of vehicles that are to be advised. Called at the beginning of a
@@ -290,12 +298,6 @@ impl World {
     /// Releases the traffic engine for another drive, as SUMO runs once a process. This drive cannot go on.
     pub fn stop_traffic(&mut self) {
         self.traffic.stop();
-    }
-
-    /// Replaces the engine from the next step on, for tests of waiting.
-    #[cfg(test)]
-    pub(crate) fn set_traffic(&mut self, traffic: Box<dyn Traffic>) {
-        self.traffic.set_engine(traffic);
     }
 
     /// Returns true after a call of [`World::stop_traffic`].

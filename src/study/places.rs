@@ -246,7 +246,7 @@ impl Places<'_> {
         };
         self.check_owner(baseline, code, &manifest);
         let (Some(driven), Some(without)) = (self.scenario(trial)?, self.scenario(baseline)?) else { return Ok(()) };
-        let as_driven = Scenario { driver: driven.driver.clone(), traffic: driven.traffic.clone(), ..without };
+        let as_driven = Scenario { driver: driven.driver.clone(), traffic: driven.traffic, ..without };
         if let Some(what) = difference(&driven, &as_driven) {
             self.say(baseline, format!("is not the drive of {trial} without advice: {what}"));
         } else if manifest.policy.name != policy::NAMES[0] {

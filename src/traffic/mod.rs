@@ -1,5 +1,5 @@
-//! Traffic: all other vehicles. In: a [`FixedSetup`], then once per step the reports of externally driven vehicles. Out: the state of
-//! every vehicle at the end of the step. Two engines implement [`Traffic`]: SUMO (in this process or remote) and the native IDM ring. Only
+//! Traffic: all other vehicles. In: a [`FixedSetup`] or a [`DemandSetup`], then once per step the reports of externally driven vehicles.
+//! Out: the state of every vehicle at the end of the step. Two engines implement [`Traffic`]: SUMO and the native IDM ring. Only
 //! `traffic::sumo` depends on SUMO.
 
 mod bends;
@@ -203,12 +203,11 @@ pub trait Traffic: Send {
 /// Starts the chosen engine with all vehicles at their initial positions.
 ///
 /// # Errors
-/// The setup cannot be simulated, SUMO is absent or in use, or no program listens at the address.
-pub fn start(engine: &EngineChoice, setup: FixedSetup) -> Result<Box<dyn Traffic>, TrafficError> {
+/// The setup cannot be simulated, or SUMO is absent or in use.
+pub fn start(engine: EngineChoice, setup: FixedSetup) -> Result<Box<dyn Traffic>, TrafficError> {
     Ok(match engine {
         EngineChoice::Native => Box::new(NativeTraffic::start(setup)?),
         EngineChoice::Sumo => Box::new(sumo::SumoTraffic::start(setup)?),
-        EngineChoice::Remote { .. } => return Err(TrafficError::Setup("no such engine".into())),
     })
 }
 
@@ -269,63 +268,9 @@ pub enum TrafficError {
         /// Other lane, which the route takes elsewhere.
         other: String,
     },
-    /// SUMO or the connection to it reported an error.
+    /// SUMO reported an error.
     #[error("SUMO: {0}")]
     Sumo(String),
-    /// No program listens at the address of a remote SUMO.
-    #[error(
-        "no program listens at {address} ({why})\n  remedy: start SUMO there: sumo --net-file NET --remote-port PORT"
-    )]
-    Unreachable {
-        /// Host and port of the remote SUMO.
-        address: String,
-        /// Error message of the system.
-        why: String,
-    },
-    /// A remote SUMO does not reply in time.
-    #[error(
-        "SUMO at {address} did not answer within {seconds} s: {what} did not come\n  remedy: see whether it still runs and \
-         whether the network is up; a SUMO started with --num-clients N answers when all N are connected; \
-         --traffic-timeout allows more time"
-    )]
-    Silent {
-        /// Host and port of the remote SUMO.
-        address: String,
-        /// Item that did not arrive.
-        what: String,
-        /// Time limit that was exceeded, seconds.
-        seconds: f64,
-    },
-    /// A remote SUMO, or the connection to it, has failed.
-    #[error("SUMO at {address} is gone: {why}; {what} did not come\n  remedy: start it again and see its own messages")]
-    Lost {
-        /// Host and port of the remote SUMO.
-        address: String,
-        /// Item that did not arrive.
-        what: String,
-        /// Cause of the failure.
-        why: String,
-    },
-    /// Another program listens at the address of a remote SUMO.
-    #[error(
-        "the program that listens at {address} is not SUMO: it says \"{said}\"\n  remedy: name the port that SUMO got with --remote-port"
-    )]
-    NotSumo {
-        /// Host and port of the remote SUMO.
-        address: String,
-        /// Reply of the program, one line.
-        said: String,
-    },
-    /// A remote SUMO has another version, which would move vehicles differently.
-    #[error("SUMO at {address} is {theirs}; this program needs {ours}\n  remedy: start that version there")]
-    OtherVersion {
-        /// Host and port of the remote SUMO.
-        address: String,
-        /// Version of the remote SUMO.
-        theirs: String,
-        /// Version that this program needs.
-        ours: String,
-    },
     /// The program was interrupted while it waited for SUMO.
     #[error("interrupted while waiting for SUMO")]
     Interrupted,
@@ -345,7 +290,7 @@ pub enum TrafficError {
     NoSuchModel(FollowingModel),
     /// The engine cannot drive a road with an open path, on which vehicles enter and leave.
     #[error(
-        "traffic is {0}; allowed on a road whose path is open: sumo; only SUMO in this program moves vehicles on a network\n  \
+        "traffic is {0}; allowed on a road whose path is open: sumo; only SUMO moves vehicles on a network\n  \
          remedy: --traffic sumo"
     )]
     NotOnNetworks(String),

@@ -52,7 +52,7 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
 }
 
 impl FixedSetup {
-    /// Checks that no other vehicle has a model that only SUMO in this process has.
+    /// Checks that no other vehicle has a model that only SUMO has.
     pub(super) fn check_has_one_model(&self) -> Result<(), TrafficError> {
         match self.mixture.model {
             FollowingModel::Idm => Ok(()),

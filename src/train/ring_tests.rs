@@ -78,7 +78,6 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
         step_s: 0.1,
         seed: 1,
         noise_streams: NoiseStreams::Own,
-        timeout_s: 5.0,
         lateral_accel_mps2: None,
     })
     .unwrap();

@@ -2,17 +2,15 @@
 //! on files of the workplace.
 
 use super::plan::Plan;
-use codrive::{map::RoadMap, traffic::sumo};
 use std::{
     ffi::OsStr,
     fs,
     io::Read,
-    net::TcpListener,
     os::unix::process::ExitStatusExt,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     sync::{
-        LazyLock, Mutex,
+        LazyLock,
         atomic::{AtomicU64, Ordering},
     },
     thread,
@@ -23,8 +21,6 @@ use std::{
 const LIMIT: Duration = Duration::from_secs(120);
 /// Steps of the program's clock, microseconds: a drive hands over its rows after every 0.2 s of driving, on every machine.
 const CLOCK_STEP_US: &str = "100000";
-/// The same where it waits for another program, which has a clock of its own: 5 s are 5,000 looks whether it answers.
-const PATIENT_STEP_US: &str = "1000";
 
 /// The library, built once for all tests of this process.
 static LIBRARY: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
@@ -38,9 +34,6 @@ static LIBRARY: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
     (folder, path)
 });
 
-/// Stands in arguments for where a SUMO listens.
-pub const SUMO: &str = "SUMO";
-
 /// Stands for the program where a drive with devices is driven, in a process of these tests; and the environment in which that finds the
 /// folder of its recording, and the seed.
 pub const LIVE: &str = "CODRIVE_FAULTS_LIVE";
@@ -49,46 +42,8 @@ pub const LIVE_SEED: &str = "CODRIVE_FAULTS_LIVE_SEED";
 /// A folder on which faults work, with what they need beside it.
 pub struct Workplace {
     folder: tempfile::TempDir,
-    sumo: Mutex<Option<Listening>>,
     /// Draws when devices go and come back.
     seed: AtomicU64,
-}
-
-/// A SUMO that listens, ended when dropped.
-struct Listening {
-    child: Child,
-    port: u16,
-}
-
-impl Drop for Listening {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-impl Listening {
-    /// Starts one for one client, and waits until it listens.
-    fn begin() -> Self {
-        // Two tests at a time are not to be given the same port.
-        static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-        let _one = ONE_AT_A_TIME.lock().unwrap();
-        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-        let mut sumo = Command::new(sumo::program(&sumo::home().unwrap()));
-        sumo.arg("--net-file").arg(RoadMap::load("ring-250").unwrap().net_file);
-        sumo.args(["--remote-port", &port.to_string(), "--num-clients", "1"]);
-        // Dropped, it is ended and waited for.
-        let listening = Self { child: sumo.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap(), port };
-        // To connect would be to take the client's place: the kernel's own list tells it, where 0A is LISTEN.
-        let line = format!(":{port:04X} 00000000:0000 0A");
-        for _ in 0..1000 {
-            if fs::read_to_string("/proc/net/tcp").unwrap().contains(&line) {
-                return listening;
-            }
-            thread::sleep(Duration::from_millis(10));
-        }
-        panic!("SUMO does not listen after 10 s");
-    }
 }
 
 /// End of a run of the program.
@@ -141,12 +96,7 @@ impl Workplace {
         for name in ["root", "side"] {
             fs::create_dir(folder.path().join(name)).unwrap();
         }
-        Self { folder, sumo: Mutex::new(None), seed: AtomicU64::new(0) }
-    }
-
-    /// Starts a SUMO for the next command.
-    pub fn listen(&self) {
-        *self.sumo.lock().unwrap() = Some(Listening::begin());
+        Self { folder, seed: AtomicU64::new(0) }
     }
 
     /// Devices of the next command go and come back by this seed.
@@ -195,19 +145,16 @@ impl Workplace {
             return self.live(folder.trim_start_matches('@'));
         }
         let program = std::env::var_os("CODRIVE_FAULTS_PROGRAM");
-        let waits = self.sumo.lock().unwrap().is_some();
         let mut command = Command::new(program.as_deref().unwrap_or(OsStr::new(env!("CARGO_BIN_EXE_codrive"))));
         for argument in arguments {
-            let sumo = self.sumo.lock().unwrap();
-            match (argument.strip_prefix('@'), &*sumo) {
-                (Some(name), _) => command.arg(self.file(name)),
-                (None, Some(sumo)) if *argument == SUMO => command.arg(format!("127.0.0.1:{}", sumo.port)),
-                (None, _) => command.arg(argument),
+            match argument.strip_prefix('@') {
+                Some(name) => command.arg(self.file(name)),
+                None => command.arg(argument),
             };
         }
         self.preloaded(&mut command);
         command
-            .env("FAULTS_STEP_US", if waits { PATIENT_STEP_US } else { CLOCK_STEP_US })
+            .env("FAULTS_STEP_US", CLOCK_STEP_US)
             // One participant after the other, so that a seed is the same calls in the same order.
             .env("RAYON_NUM_THREADS", "1");
         command

@@ -5,7 +5,7 @@ use super::{
     checks,
     draw::Census,
     plan::Plan,
-    program::{LIVE, Outcome, SUMO, Workplace, copy},
+    program::{LIVE, Outcome, Workplace, copy},
 };
 use std::{
     fs,
@@ -43,8 +43,6 @@ pub const BATCH: u64 = 20;
 
 const RUN: [&str; 11] =
     ["run", "--traffic", "native", "--vehicles", "6", "--duration", "4", "--warm-up", "0", "--out", "@p1"];
-const REMOTE: [&str; 11] =
-    ["run", "--traffic", SUMO, "--vehicles", "6", "--duration", "2", "--warm-up", "0", "--out", "@p1"];
 const REHEARSE: [&str; 7] = ["study", "@study.toml", "--rehearse", "--participants", "2", "--out", "@data"];
 
 /// Recordings that were cut: name, where, and how many ticks the disk had. While it was driven; before the tables had their names;
@@ -75,14 +73,12 @@ pub enum Scenario {
     Erasure,
     /// A participant is excluded.
     Exclusion,
-    /// A recorded drive in the traffic of a SUMO that runs elsewhere.
-    RemoteDrive,
     /// A recorded drive as a window drives it, with devices that go and come back.
     Live,
 }
 
 impl Scenario {
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Drive,
         Self::Study,
         Self::Recovery,
@@ -91,14 +87,13 @@ impl Scenario {
         Self::Analysis,
         Self::Erasure,
         Self::Exclusion,
-        Self::RemoteDrive,
         Self::Live,
     ];
 
     /// The scenario of a seed, and how many seeds have had it before.
     pub fn of(seed: u64) -> (Self, u64) {
         // Drives and studies are what is lost for good: they come most.
-        const TEN: [usize; 10] = [0, 1, 2, 0, 3, 1, 0, 4, 8, 5];
+        const TEN: [usize; 10] = [0, 1, 2, 0, 3, 1, 0, 4, 0, 5];
         let [ten, place] = [seed / 10, seed % 10].map(|number| number as usize);
         // A drive in real time takes seconds: one of twenty.
         if place == 6 && ten % 2 == 1 {
@@ -120,7 +115,6 @@ impl Scenario {
     pub fn arguments(self) -> &'static [&'static str] {
         match self {
             Self::Drive => &RUN,
-            Self::RemoteDrive => &REMOTE,
             Self::Live => &[LIVE, "@p1"],
             Self::Study | Self::ResumedStudy => &REHEARSE,
             Self::Recovery => &["recover", "@p1"],
@@ -141,7 +135,6 @@ impl Scenario {
         match self {
             Self::Drive | Self::Study => {}
             Self::Live => work.draw_devices_by(seed),
-            Self::RemoteDrive => work.listen(),
             Self::Recovery => put(CUTS[(seed / 10) as usize % CUTS.len()].0, "p1"),
             Self::ResumedStudy => put("half", "data"),
             Self::Replay => put("whole", "p1"),
@@ -185,14 +178,12 @@ pub struct Fixtures {
     work: Workplace,
     /// Fingerprint of every tick of the recorded drive.
     hashes: Vec<u64>,
-    /// The same of the drive in traffic from elsewhere.
-    remote_hashes: Vec<u64>,
 }
 
 impl Fixtures {
-    /// Fingerprint of every tick of the drive that this scenario is about.
-    pub fn hashes(&self, scenario: Scenario) -> &[u64] {
-        if scenario == Scenario::RemoteDrive { &self.remote_hashes } else { &self.hashes }
+    /// Fingerprint of every tick of the recorded drive.
+    pub fn hashes(&self) -> &[u64] {
+        &self.hashes
     }
 
     /// A folder of an earlier run.
@@ -219,9 +210,6 @@ pub static FIXTURES: LazyLock<Fixtures> = LazyLock::new(|| {
     // In the second trial of the second participant.
     make("data", "half", "write rows.blocks 33 kill-after", &REHEARSE);
     let hashes = checks::hashes(&work.file("whole")).unwrap();
-    work.listen();
-    make("p1", "remote", "", &REMOTE);
-    let remote_hashes = checks::hashes(&work.file("remote")).unwrap();
-    assert_eq!([hashes.len(), remote_hashes.len()], [TICKS as usize, TICKS as usize / 2]);
-    Fixtures { work, hashes, remote_hashes }
+    assert_eq!(hashes.len(), TICKS as usize);
+    Fixtures { work, hashes }
 });

@@ -33,7 +33,6 @@ impl Bench {
     fn new(scenario: Scenario, phase: DrivePhase) -> Self {
         let choices = SettingChoices::default()
             .with("map", ["practice", "ring-250", "ring-641"], Some("path of a net.xml"))
-            .with("traffic", ["sumo", "native"], Some("HOST:PORT"))
             .with("policy", codrive::policy::NAMES, None)
             .with("driver", ["follow", "perfect", "sloppy", "idm"], None);
         let mut panel = SettingsPanel::new(&scenario, choices);
@@ -180,19 +179,19 @@ fn words_are_chosen_from_lists() {
 #[test]
 fn values_outside_the_list_can_be_typed() {
     let mut harness = tall(Bench::driving());
-    harness.get_by_label("Traffic").click();
+    harness.get_by_label("Map").click();
     harness.run();
-    harness.get_by_label("HOST:PORT …").click();
+    harness.get_by_label("path of a net.xml …").click();
     harness.run();
-    harness.get_by_label("Traffic").click();
+    harness.get_by_label("Map").click();
     harness.run();
-    harness.get_by_label("Traffic").type_text("rig:8813");
+    harness.get_by_label("Map").type_text("town/net.xml");
     harness.run();
     let commands = press(&mut harness, "Restart");
-    assert_eq!(restarted(&commands).traffic.to_string(), "rig:8813");
+    assert_eq!(restarted(&commands).map, "town/net.xml");
     press(&mut harness, "list");
     let commands = press(&mut harness, "Restart");
-    assert_eq!(restarted(&commands).traffic, EngineChoice::Sumo);
+    assert_eq!(restarted(&commands).map, "practice");
 }
 
 #[test]

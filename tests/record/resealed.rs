@@ -325,7 +325,6 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         "/other_model_share",
         "/path_start_m",
         "/policy_speed_mps",
-        "/traffic_timeout_s",
         "/wave_wait_s",
     ];
     let stated: BTreeSet<String> = stated.into_iter().chain(SEEN).map(str::to_owned).collect();

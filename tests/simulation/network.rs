@@ -205,11 +205,9 @@ fn an_impossible_drive_is_refused_with_fault_place_and_remedy() {
         let text = refused(&Scenario { policy: policy.into(), ..scenario("A0B0", Demand::default()) });
         assert!(text.contains(policy) && text.contains("remedy: --policy none"), "{text}");
     }
-    for engine in ["native", "localhost:8813"] {
-        let text = format!("traffic = \"{engine}\"\npath = \"A0B0\"\n");
-        let text = Scenario::from_toml(&text, "town.toml").expect_err("refused").message;
-        assert!(text.starts_with("town.toml:1:11: traffic is") && text.contains("remedy: traffic sumo"), "{text}");
-    }
+    let text =
+        Scenario::from_toml("traffic = \"native\"\npath = \"A0B0\"\n", "town.toml").expect_err("refused").message;
+    assert!(text.starts_with("town.toml:1:11: traffic is") && text.contains("remedy: traffic sumo"), "{text}");
 }
 
 /// Writes a policy that sees one feature from `from` to `to` and advises between 2 and 8 m/s. Returns its file.
@@ -299,7 +297,7 @@ fn a_demand_is_part_of_the_scenario_file_with_its_files_beside_it() {
     std::fs::write(&file, text).expect("written");
     let scenario = Scenario::from_file(&file).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(scenario.demand.files, [folder.path().join("trips.rou.xml")]);
-    assert_eq!((scenario.demand.flows[0].per_hour, scenario.traffic.clone()), (300.0, EngineChoice::Sumo));
+    assert_eq!((scenario.demand.flows[0].per_hour, scenario.traffic), (300.0, EngineChoice::Sumo));
     assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").expect("its own file"), scenario);
     // A drive without a demand does not mention it, so older files stay unchanged.
     assert!(!Scenario::default().to_toml().contains("demand"));

@@ -56,8 +56,4 @@ fn cars_take_the_lane_of_the_route_where_one_leads_to_two() {
     // Vehicles at the fork see the vehicles behind them: there is no collision.
     let (gap_m, _) = smallest_gap_and_way(&setup.map, &here);
     assert!(gap_m > 0.0, "{gap_m}");
-    // A remote SUMO gets the same commands.
-    let remote = super::remote::listen(net.to_str().unwrap());
-    let there = drive(&mut super::remote::connect(&remote, &setup).unwrap());
-    assert!(bits(&here) == bits(&there), "{:?}", differences(&setup.map, &here, &there));
 }

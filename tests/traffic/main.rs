@@ -1,13 +1,11 @@
 //! The contract of the traffic engines. `contract` covers both engines, `imposed` an externally driven ego, `several` several of them, and
 //! `noise` its strength. `sumo` covers SUMO alone, `network` roads that vehicles enter and leave, `network_ego` an ego there, and
-//! `networks` networks that are not shipped. `remote` covers a SUMO behind a socket, `forks` lanes that lead to several, and `fuel` the
-//! emission model. `strangers` covers other listeners in place of SUMO, and `ended` drives of the program that outlive their SUMO. `gate`
+//! `networks` networks that are not shipped. `forks` covers lanes that lead to several, and `fuel` the emission model. `gate`
 //! and `gate_program` cover files that would make SUMO write. Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation per process, so every test holds [`alone`].
 
 mod contract;
-mod ended;
 mod forks;
 mod fuel;
 mod gate;
@@ -17,9 +15,7 @@ mod network;
 mod network_ego;
 mod networks;
 mod noise;
-mod remote;
 mod several;
-mod strangers;
 mod sumo;
 
 use codrive::{
@@ -31,10 +27,7 @@ use codrive::{
         Traffic, VehicleReport, start,
     },
 };
-use std::{
-    sync::{Arc, Mutex, MutexGuard},
-    time::Instant,
-};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// Length of a step, seconds.
 const STEP_S: f64 = 0.1;
@@ -44,12 +37,6 @@ const ENGINES: [EngineChoice; 2] = [EngineChoice::Native, EngineChoice::Sumo];
 
 /// States of all vehicles at every step; the first entry is the start.
 type History = Vec<Vec<CarState>>;
-
-/// Returns the wall time, for limits on durations.
-#[allow(clippy::disallowed_methods, reason = "that a wait ends is a matter of wall time")]
-fn now() -> Instant {
-    Instant::now()
-}
 
 /// Takes the right to use SUMO in this process.
 fn alone() -> MutexGuard<'static, ()> {
@@ -67,17 +54,7 @@ fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> FixedSetup {
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
     let mixture = ModelMixture::default();
     let noise_streams = NoiseStreams::Own;
-    FixedSetup {
-        map,
-        cars,
-        idm,
-        mixture,
-        step_s: STEP_S,
-        seed: 1,
-        noise_streams,
-        timeout_s: 5.0,
-        lateral_accel_mps2: None,
-    }
+    FixedSetup { map, cars, idm, mixture, step_s: STEP_S, seed: 1, noise_streams, lateral_accel_mps2: None }
 }
 
 /// Returns the setup of the paper's ring: 22 vehicles at its equilibrium speed.
@@ -120,13 +97,13 @@ fn run_reported(
 }
 
 /// Starts `engine` and runs it without externally driven vehicles.
-fn run_free(engine: &EngineChoice, setup: FixedSetup, steps: usize) -> History {
+fn run_free(engine: EngineChoice, setup: FixedSetup, steps: usize) -> History {
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(traffic.as_mut(), steps, |_, _| None)
 }
 
 /// Runs the setup with an ego that is braked to 0.5 m/s from 60 s to 62 s.
-fn run_kicked(engine: &EngineChoice, setup: FixedSetup, steps: usize) -> History {
+fn run_kicked(engine: EngineChoice, setup: FixedSetup, steps: usize) -> History {
     let map = setup.map.clone();
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(traffic.as_mut(), steps, |step, cars| {

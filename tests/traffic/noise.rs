@@ -4,7 +4,7 @@
 use super::*;
 
 /// Returns the part of every vehicle's speed changes that the model does not explain, m/s, for a flow in which no vehicle stands.
-fn residuals(engine: &EngineChoice, setup: &FixedSetup, steps: usize) -> Vec<f64> {
+fn residuals(engine: EngineChoice, setup: &FixedSetup, steps: usize) -> Vec<f64> {
     let history = run_free(engine, setup.clone(), steps);
     let (route, idm, step_s) = (&setup.map.route, setup.idm, setup.step_s);
     let mut out = Vec::new();
@@ -30,7 +30,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
     for engine in ENGINES {
         for (noise, step_s) in [(0.2, 0.1), (0.5, 0.1), (0.2, 0.05)] {
             let setup = FixedSetup { step_s, ..ring(noise) };
-            let residuals = residuals(&engine, &setup, 500);
+            let residuals = residuals(engine, &setup, 500);
             // The limits are four standard errors of n independent draws.
             let n = residuals.len() as f64;
             let wanted = noise * step_s * step_s.sqrt();
@@ -50,7 +50,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
             }
         }
         // Without noise in the settings there is none: the rest is rounding.
-        let most = residuals(&engine, &ring(0.0), 100).into_iter().fold(0.0_f64, |most, r| most.max(r.abs()));
+        let most = residuals(engine, &ring(0.0), 100).into_iter().fold(0.0_f64, |most, r| most.max(r.abs()));
         assert!(most < 1e-9, "{engine}: {most:e}");
     }
 }
@@ -60,7 +60,7 @@ fn each_car_has_its_own_noise_and_shared_noise_is_drawn_in_turn() {
     const STEPS: usize = 100;
     let noise = |n: usize, noise_streams| {
         let setup = FixedSetup { noise_streams, ..even("ring-250", n, model(0.2), 4.0) };
-        residuals(&EngineChoice::Native, &setup, STEPS)
+        residuals(EngineChoice::Native, &setup, STEPS)
     };
     // The draws of two rings of different size, by step and vehicle, for the vehicles that both have.
     let furthest = |streams| {

@@ -29,7 +29,7 @@ fn the_engines_agree_on_several_externally_driven_cars() {
         let setup = even("ring-250", 22, model(noise), 3.2);
         let map = setup.map.clone();
         let [native, sumo] = ENGINES.map(|engine| {
-            let mut traffic = traffic::start(&engine, setup.clone()).expect("the engine starts");
+            let mut traffic = traffic::start(engine, setup.clone()).expect("the engine starts");
             run_reported(traffic.as_mut(), 1200, |step, cars| reports(&map, step, cars))
         });
         let (speed, place, position) = differences(&map, &native, &sumo);
@@ -53,18 +53,6 @@ fn the_engines_agree_on_several_externally_driven_cars() {
 }
 
 #[test]
-fn a_remote_sumo_moves_driven_cars_bit_for_bit_like_sumo_in_process() {
-    let _alone = alone();
-    let setup = even("ring-250", 22, model(0.2), 3.2);
-    let map = setup.map.clone();
-    let drive = |traffic: &mut dyn Traffic| run_reported(traffic, 300, |step, cars| reports(&map, step, cars));
-    let here = drive(&mut traffic::sumo::SumoTraffic::start(setup.clone()).expect("SUMO starts"));
-    let remote = remote::listen("ring-250");
-    let there = drive(&mut remote::connect(&remote, &setup).expect("it listens"));
-    assert!(bits(&here) == bits(&there), "{:?}", differences(&map, &here, &there));
-}
-
-#[test]
 fn followers_of_several_driven_cars_drive_as_behind_sumos_own() {
     let _alone = alone();
     let setup = even("ring-250", 22, model(0.0), 3.2);
@@ -81,7 +69,7 @@ fn followers_of_several_driven_cars_drive_as_behind_sumos_own() {
     }
     drop(sumo);
     for engine in ENGINES {
-        let mut traffic = traffic::start(&engine, setup.clone()).expect("the engine starts");
+        let mut traffic = traffic::start(engine, setup.clone()).expect("the engine starts");
         let history = run_reported(traffic.as_mut(), 600, |step, cars| reports(&map, step, cars));
         let (speed, place, _) = differences(&map, &history, &reference);
         println!("{engine}: {speed:e} m/s, {place:e} m");
@@ -98,7 +86,7 @@ fn a_driven_car_that_leaves_the_road_is_passed_and_another_on_it_is_not() {
         // Behind each of two stopped vehicles there is a moving one.
         setup.cars = standing_at(&[100.0, 200.0, 230.0, 60.0]);
         let map = setup.map.clone();
-        let mut traffic = traffic::start(&engine, setup).expect("the engine starts");
+        let mut traffic = traffic::start(engine, setup).expect("the engine starts");
         let parked = |id: u32, s_m: f64, offset_m: f64| {
             let on = map.route.pose_of_front(s_m, CAR_LENGTH_M);
             let left = glam::DVec2::from_angle(map.route.yaw_at(s_m)).perp();
@@ -126,7 +114,7 @@ fn reports_of_missing_cars_or_in_the_wrong_order_are_refused() {
     for engine in ENGINES {
         let setup = ring(0.0);
         let map = setup.map.clone();
-        let mut traffic = traffic::start(&engine, setup).expect("the engine starts");
+        let mut traffic = traffic::start(engine, setup).expect("the engine starts");
         let of = |id: u32, traffic: &dyn Traffic| VehicleReport {
             id: VehicleId(id),
             state: report(&map, &traffic.cars()[id as usize % 22], 4.0),

@@ -204,7 +204,7 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
             return Ok(verdicts);
         };
         let ring = |ring| {
-            let verdict = whole(traffic, plan, config, case, ring);
+            let verdict = whole(*traffic, plan, config, case, ring);
             bar.inc(1);
             verdict
         };
@@ -221,7 +221,7 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
 
 /// Runs one whole drive. SUMO runs once per process, so its drives run in worker processes of this program.
 fn whole(
-    traffic: &EngineChoice,
+    traffic: EngineChoice,
     plan: &plan::EvaluationPlan,
     config: &TrainConfig,
     case: &EvaluationCase,
@@ -229,7 +229,7 @@ fn whole(
 ) -> Result<EvaluationResult, CliError> {
     let scenario = Scenario {
         map: plan.map.clone(),
-        traffic: traffic.clone(),
+        traffic,
         vehicles: config.ring.vehicles_min,
         idm: config.ring.idm,
         other_model: plan.mixture.model,
@@ -250,7 +250,7 @@ fn whole(
         },
         ..Scenario::default()
     };
-    if *traffic == EngineChoice::Native {
+    if traffic == EngineChoice::Native {
         return Ok(evaluation_drive::evaluate(&scenario)?);
     }
     let failed = |e: &dyn std::fmt::Display| CliError::Failed(format!("a drive on SUMO: {e}"));

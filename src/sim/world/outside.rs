@@ -44,8 +44,7 @@ impl World {
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
     pub fn meet_agents(&mut self) -> Result<(), WorldError> {
-        let begins = self.snapshot().tick.0.is_multiple_of(self.scenario.step_ticks());
-        if self.ended.is_some() || !begins || self.traffic.is_asked() {
+        if self.ended.is_some() || self.is_prepared || !self.begins_step() {
             return Ok(());
         }
         self.renew_agents()

@@ -50,7 +50,7 @@ pub(super) fn fixed(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<StartedTr
         noise_streams: scenario.noise_streams,
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
     };
-    let mut engine = traffic::start(&scenario.traffic, setup)?;
+    let mut engine = traffic::start(scenario.traffic, setup)?;
     for _ in 0..ego_insertion::warm_up_steps(scenario) {
         traffic::go_on()?;
         engine.step(&[])?;
