@@ -10,8 +10,9 @@ use codrive::{
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, NoiseStreams, VehicleReport,
-        sumo::{self, DemandSetup, SumoTraffic},
+        self, Demand, DemandSetup, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, NoiseStreams, Traffic,
+        VehicleReport,
+        sumo::{self, SumoTraffic},
     },
 };
 use std::{
@@ -99,10 +100,11 @@ fn a_step_of_either_engine_allocates_no_memory() {
         let mut traffic = traffic::start(engine, setup).unwrap();
         // After ten minutes there is a wave, and every vehicle has been on every lane. The first step fills lists that stay.
         for step in 0..6000 {
-            let ego = traffic.cars()[0];
+            let ego = traffic.vehicles()[0];
+            let s_m = map.route.s_on(ego.lane.expect("on the route"), ego.s_m).expect("on the route");
             let next_mps = 4.0 + (f64::from(step) * 0.01).sin();
-            let next_pose = map.route.pose_of_front(ego.s_m + next_mps * STEP_S, CAR_LENGTH_M);
-            let pose = ego.pose(&map.route);
+            let next_pose = map.route.pose_of_front(s_m + next_mps * STEP_S, CAR_LENGTH_M);
+            let pose = ego.pose;
             let report = ExternalVehicleState { pose, speed_mps: ego.speed_mps, next_pose, next_speed_mps: next_mps };
             let times = asked(|| traffic.step(&[VehicleReport::of_ego(report)]).unwrap());
             assert!(step == 0 || times == 0, "{engine:?}, step {step}: {times} times");

@@ -52,8 +52,9 @@ fn the_longest_loop_is_found_with_and_without_internal_lanes() {
     assert_eq!(ids, ["ab_0", ":b_0_0", "bc_0", ":c_0_0", "cd_0", ":d_0_0", "da_0", ":a_1_0", ":a_7_0"]);
     let declared_m = 69.17 + 11.44 + 46.50 + 14.58 + 69.17 + 11.93 + 51.30 + 5.87 + 10.08;
     assert!((inside.route.length_m() - declared_m).abs() < 1e-9, "{}", inside.route.length_m());
-    assert_eq!(inside.route.s_of("ab_1", 7.0), Some(7.0), "a lane beside the route's");
-    assert_eq!(inside.route.s_of("ac_0", 7.0), None, "an edge that is not on the route");
+    let s_on = |lane: &str| inside.route.s_on(inside.network.lane_named(lane).unwrap(), 7.0);
+    assert_eq!(s_on("ab_0"), Some(7.0));
+    assert_eq!([s_on("ab_1"), s_on("ac_0")], [None, None], "a lane beside the route's, and one off the route");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! at [`Route::length_m`]. An open route continues straight beyond its ends, and positions before its start are negative. The lateral
 //! offset is positive to the left.
 
-use super::network::{LaneId, Network, Path};
+use super::network::{LaneId, Network};
 use crate::space::{Pose, wrap_angle};
 use glam::DVec2;
 
@@ -137,12 +137,6 @@ impl Route {
     /// As [`Route::new`].
     pub fn open(lanes: Vec<RouteLane>) -> Self {
         Self::chained(lanes, false)
-    }
-
-    /// Returns the route over the lanes of a path, with their heights.
-    pub fn of_path(net: &Network, path: &Path) -> Self {
-        let lanes = path.lanes().iter().map(|lane| RouteLane::of(net, *lane)).collect();
-        Self::chained(lanes, path.is_closed()).with_heights(net)
     }
 
     /// Adds the heights of a network's lanes, found by lane id.

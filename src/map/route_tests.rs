@@ -1,12 +1,14 @@
 //! Tests of routes: closed ones wrap, open ones end; and the mappings between routes and the world.
 
 use super::*;
+use crate::map::network::LanePosition;
 use std::f64::consts::TAU;
 
 /// Returns a circle of 100 m declared length in two lanes, 200 points.
 fn circle() -> Route {
     let r = 100.0 / TAU;
     let lane = |k: usize| RouteLane {
+        lane: None,
         id: format!("e{k}_0"),
         edge: format!("e{k}"),
         start_s_m: 0.0,
@@ -23,7 +25,6 @@ fn lengths_add_up_and_positions_wrap() {
     let route = circle();
     assert_eq!(route.length_m(), 100.0);
     assert_eq!(route.lane_at(-1.0), (1, 49.0));
-    assert_eq!(route.s_of("e1_0", 3.0), Some(53.0));
     assert_eq!(route.difference(99.0, 2.0), 3.0);
     assert_eq!(route.difference(2.0, 99.0), -3.0);
     assert_eq!(route.wrap(-1e-18), 0.0);
@@ -71,6 +72,7 @@ fn heading_and_curvature_of_a_circle_are_exact() {
 /// Returns an open route from the origin 60 m east and 40 m north, declared as 120 m and 40 m.
 fn corner() -> Route {
     let lane = |id: &str, length_m: f64, shape: [DVec2; 2]| RouteLane {
+        lane: None,
         id: format!("{id}_0"),
         edge: id.into(),
         start_s_m: 0.0,
@@ -134,8 +136,8 @@ fn a_gap_has_its_drawn_length_where_lanes_are_declared_longer() {
 #[test]
 fn a_route_over_a_hill_has_the_heights_of_its_lanes() {
     let net = Network::load("tests/data/networks/hill.net.xml").expect("a network");
-    let path = Path::through(&net, &[net.lane_named("up_0").expect("a lane")], false).expect("a path");
-    let route = Route::of_path(&net, &path);
+    let lane = net.lane_named("up_0").expect("a lane");
+    let route = Route::open(vec![RouteLane::of(&net, lane)]).with_heights(&net);
     // The second and third point of the lane's shape in the file, 62.52 m apart on the ground.
     let (a, b) = (DVec2::new(50.8252, 100.2586), DVec2::new(111.4802, 115.4223));
     let [from, to] = [a, b].map(|point| route.project(point, None).s_m);
@@ -145,7 +147,7 @@ fn a_route_over_a_hill_has_the_heights_of_its_lanes() {
     assert!((route.height_m(-10.0) - 2.2372).abs() < 1e-9 && (route.height_m(1e4) - 21.7329).abs() < 1e-9);
     // The heights equal those of the network on every lane.
     for s_m in [0.0, 20.0, 100.0, 200.0] {
-        let at = path.lane_position(s_m, 0.0).expect("on the path");
+        let at = LanePosition { lane, s_m, offset_m: 0.0 };
         assert!((route.height_m(s_m) - net.pose(at).position.z).abs() < 1e-9, "{s_m}");
     }
 }

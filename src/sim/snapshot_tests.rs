@@ -21,8 +21,7 @@ fn a_body_pitches_smoothly_under_braking_and_settles() {
 
 fn car(id: u32) -> VehicleSnapshot {
     let s_m = 10.0 * f64::from(id);
-    let car = crate::traffic::CarState { id: VehicleId(id), s_m, speed_mps: 3.0, accel_mps2: 0.5, braking: false };
-    VehicleSnapshot::at_start(&car, Pose::default())
+    VehicleSnapshot { id: VehicleId(id), s_m: Some(s_m), speed_mps: 3.0, accel_mps2: 0.5, ..VehicleSnapshot::default() }
 }
 
 fn snapshot(cars: u32) -> Snapshot {

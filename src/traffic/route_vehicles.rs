@@ -1,13 +1,8 @@
 //! A fixed number of vehicles on a closed route, as both engines keep them. In: places along the route and speeds, step by step. Out:
 //! [`VehicleState`]s. Poses cost more than the model itself: they are made when they are asked for. Metres, m/s.
 
-use super::{
-    ExternalVehicleState, InitialVehicle, VehicleBody, VehicleId, VehicleLamps, VehicleState, motion::SpeedStep,
-};
-use crate::{
-    map::RoadMap,
-    space::{CAR_LENGTH_M, Pose},
-};
+use super::{ExternalVehicleState, InitialVehicle, VehicleId, VehicleState, motion::SpeedStep};
+use crate::{map::RoadMap, space::CAR_LENGTH_M};
 use std::sync::Arc;
 
 /// The vehicles, by number from 0.
@@ -25,18 +20,7 @@ pub(super) struct RouteVehicles {
 impl RouteVehicles {
     /// Vehicles at their starting places, for steps of `step_s`.
     pub fn new(map: &Arc<RoadMap>, starts: &[InitialVehicle], step_s: f64) -> Self {
-        let state = |id: u32| VehicleState {
-            id: VehicleId(id),
-            body: VehicleBody::CAR,
-            lane: None,
-            s_m: 0.0,
-            offset_m: 0.0,
-            pose: Pose::default(),
-            height_m: 0.0,
-            speed_mps: 0.0,
-            accel_mps2: 0.0,
-            lamps: VehicleLamps::default(),
-        };
+        let state = |id: u32| VehicleState { id: VehicleId(id), ..VehicleState::default() };
         let mut vehicles = Self {
             map: Arc::clone(map),
             step_s,

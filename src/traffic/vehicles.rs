@@ -98,7 +98,7 @@ pub struct VehicleLamps {
 }
 
 /// State of one vehicle at the end of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VehicleState {
     /// Number of the vehicle, unique in a drive.
     pub id: VehicleId,

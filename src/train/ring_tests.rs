@@ -87,7 +87,7 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
         native.step(&[]).unwrap();
         ring.run(1);
         for (k, speed) in ring.speeds_mps(5).enumerate() {
-            let car = native.cars()[(22 - k) % 22];
+            let car = native.vehicles()[(22 - k) % 22];
             largest = largest.max((car.speed_mps - f64::from(speed)).abs());
         }
     }

@@ -18,7 +18,16 @@ use std::f64::consts::{PI, TAU};
 fn closed(shape: Vec<DVec2>) -> Route {
     let length_m = shape.windows(2).map(|p| p[0].distance(p[1])).sum();
     let (id, edge) = ("e0_0".to_owned(), "e0".to_owned());
-    Route::new(vec![RouteLane { id, edge, start_s_m: 0.0, length_m, speed_limit_mps: 30.0, width_m: 3.2, shape }])
+    Route::new(vec![RouteLane {
+        lane: None,
+        id,
+        edge,
+        start_s_m: 0.0,
+        length_m,
+        speed_limit_mps: 30.0,
+        width_m: 3.2,
+        shape,
+    }])
 }
 
 /// Returns a ring of radius `r` with a point every 2.5 m, as in SUMO's networks.
@@ -54,6 +63,7 @@ fn block(to_right: bool) -> Route {
 /// Returns a straight road of two consecutive lanes with these limits, m/s.
 fn limits_change(first_mps: f64, then_mps: f64) -> Route {
     let lane = |edge: &str, speed_limit_mps: f64, from: f64, to: f64| RouteLane {
+        lane: None,
         id: format!("{edge}_0"),
         edge: edge.into(),
         start_s_m: 0.0,

@@ -46,7 +46,7 @@ fn cars_take_the_lane_of_the_route_where_one_leads_to_two() {
     let route = setup.map.route.clone();
     let ids: Vec<&str> = route.lanes().iter().map(|lane| lane.id.as_str()).collect();
     assert!(ids.contains(&"bc_0") && !ids.contains(&"bc_1"), "{ids:?}");
-    let drive = |traffic: &mut SumoTraffic| super::run(traffic, 900, |_, _| None);
+    let drive = |traffic: &mut SumoTraffic| super::run(&setup.map, traffic, 900, |_, _| None);
     let here = drive(&mut SumoTraffic::start(setup.clone()).unwrap());
     // Each vehicle has been all round, through the fork: a lap takes less than 90 s.
     for car in 0..6 {

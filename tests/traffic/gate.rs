@@ -10,8 +10,8 @@ use codrive::{
     map::network::Network,
     rng::{self, Stream},
     traffic::{
-        Demand,
-        sumo::{self, DemandSetup, SumoTraffic},
+        Demand, DemandSetup, Traffic,
+        sumo::{self, SumoTraffic},
     },
 };
 use std::{

@@ -32,12 +32,12 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
     let map = setup.map.clone();
     // The reference is a vehicle that SUMO itself drives along the trace.
     let mut sumo = traffic::sumo::SumoTraffic::start(setup.clone()).unwrap();
-    let mut reference = vec![sumo.cars().to_vec()];
+    let mut reference = vec![cars(&map, &mut sumo)];
     for step in 0..900 {
-        let next = trace(step, sumo.cars()[0].speed_mps);
+        let next = trace(step, cars(&map, &mut sumo)[0].speed_mps);
         sumo.impose_speed(traffic::EGO, Some(next)).unwrap();
         sumo.step(&[]).unwrap();
-        reference.push(sumo.cars().to_vec());
+        reference.push(cars(&map, &mut sumo));
     }
     drop(sumo);
     let (gap_m, _) = smallest_gap_and_way(&map, &reference);
@@ -51,7 +51,8 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
             // Only the present is known: the next speed is a guess by constant acceleration.
             let next = (2.0 * now.speed_mps - before.speed_mps).max(0.0);
             traffic.step(&[VehicleReport::of_ego(report(&map, &now, next))]).unwrap();
-            let pairs = traffic.cars().iter().zip(&reference[step + 1]).skip(1);
+            let now = cars(&map, traffic.as_mut());
+            let pairs = now.iter().zip(&reference[step + 1]).skip(1);
             let differences: Vec<f64> = pairs.map(|(car, own)| (car.speed_mps - own.speed_mps).abs()).collect();
             most = differences.iter().fold(most, |most, difference| most.max(*difference));
             sum += differences[20];
@@ -68,8 +69,9 @@ fn behind_a_stopped_ego_a_queue_forms_and_no_vehicle_passes() {
         let setup = ring(0.2);
         let map = setup.map.clone();
         let mut traffic = traffic::start(engine, setup).unwrap();
-        let history =
-            run(traffic.as_mut(), 1200, |_, cars| Some(report(&map, &cars[0], (cars[0].speed_mps - 0.3).max(0.0))));
+        let history = run(&map, traffic.as_mut(), 1200, |_, cars| {
+            Some(report(&map, &cars[0], (cars[0].speed_mps - 0.3).max(0.0)))
+        });
         let (gap_m, way_m) = smallest_gap_and_way(&map, &history);
         assert!(gap_m > 1.0 && way_m >= 0.0, "{engine}: {gap_m} {way_m}");
         let last = &history[1200];
@@ -93,7 +95,7 @@ fn an_ego_beside_the_road_is_passed_and_one_at_its_edge_is_not() {
             let mut traffic = traffic::start(engine, setup).unwrap();
             let pose = beside(&map, 100.0, offset_m);
             let parked = ExternalVehicleState { pose, speed_mps: 0.0, next_pose: pose, next_speed_mps: 0.0 };
-            let history = run(traffic.as_mut(), 300, |_, _| Some(parked));
+            let history = run(&map, traffic.as_mut(), 300, |_, _| Some(parked));
             let way_m: f64 = (1..=300).map(|k| map.route.difference(history[k - 1][2].s_m, history[k][2].s_m)).sum();
             assert_eq!(way_m < 34.0, seen, "{engine}: at {offset_m} m the follower went {way_m} m");
             assert!(way_m > 30.0);
@@ -112,7 +114,7 @@ fn an_ego_comes_back_to_the_road_and_its_model_takes_over() {
         // Leaves the road by 12 m to the left within 20 s, drives on at 3 m/s, returns where there is room, and follows its own model 5 s
         // later.
         let mut back = None;
-        let history = run(traffic.as_mut(), 1500, |step, cars| {
+        let history = run(&map, traffic.as_mut(), 1500, |step, cars| {
             let way_m = |step: usize| 3.0 * step as f64 * STEP_S;
             let room = cars[1..].iter().all(|car| map.route.difference(way_m(step), car.s_m).abs() > 12.0);
             if step > 300 && back.is_none() && room {
@@ -143,7 +145,7 @@ fn numbers_that_are_not_finite_are_refused() {
         let setup = ring(0.0);
         let map = setup.map.clone();
         let mut traffic = traffic::start(engine, setup).unwrap();
-        let mut report = report(&map, &traffic.cars()[0].clone(), 4.0);
+        let mut report = report(&map, &cars(&map, traffic.as_mut())[0], 4.0);
         report.next_pose.position.x = f64::NAN;
         let error = traffic.step(&[VehicleReport::of_ego(report)]).unwrap_err().to_string();
         assert_eq!(error, "predicted x of car 0 is not a finite number: NaN", "{engine}");

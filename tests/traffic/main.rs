@@ -21,10 +21,10 @@ mod sumo;
 use codrive::{
     idm::IdmParams,
     map::RoadMap,
-    space::CAR_LENGTH_M,
+    space::{CAR_LENGTH_M, Pose},
     traffic::{
-        self, CarState, EngineChoice, ExternalVehicleState, FixedSetup, InitialVehicle, ModelMixture, NoiseStreams,
-        Traffic, VehicleReport, start,
+        self, EngineChoice, ExternalVehicleState, FixedSetup, InitialVehicle, ModelMixture, NoiseStreams, Traffic,
+        VehicleId, VehicleReport, VehicleState, start,
     },
 };
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -35,7 +35,32 @@ const STEP_S: f64 = 0.1;
 const EVEN_MPS: f64 = 4.362;
 const ENGINES: [EngineChoice; 2] = [EngineChoice::Native, EngineChoice::Sumo];
 
-/// States of all vehicles at every step; the first entry is the start.
+/// A vehicle of a fixed number, on its route.
+#[derive(Clone, Copy, Debug)]
+struct CarState {
+    id: VehicleId,
+    /// Front bumper along the route, metres.
+    s_m: f64,
+    speed_mps: f64,
+    accel_mps2: f64,
+    braking: bool,
+    pose: Pose,
+}
+
+/// Returns all vehicles of an engine on their route.
+fn cars(map: &RoadMap, traffic: &mut dyn Traffic) -> Vec<CarState> {
+    let on_route = |vehicle: &VehicleState| CarState {
+        id: vehicle.id,
+        s_m: vehicle.lane.and_then(|lane| map.route.s_on(lane, vehicle.s_m)).expect("on the route"),
+        speed_mps: vehicle.speed_mps,
+        accel_mps2: vehicle.accel_mps2,
+        braking: vehicle.lamps.brake,
+        pose: vehicle.pose,
+    };
+    traffic.vehicles().iter().map(on_route).collect()
+}
+
+/// All vehicles at every step, the start first.
 type History = Vec<Vec<CarState>>;
 
 /// Takes the right to use SUMO in this process.
@@ -65,7 +90,7 @@ fn ring(noise: f64) -> FixedSetup {
 /// Returns the report of an ego on the centre line whose next speed is `next_mps`.
 fn report(map: &RoadMap, ego: &CarState, next_mps: f64) -> ExternalVehicleState {
     ExternalVehicleState {
-        pose: ego.pose(&map.route),
+        pose: ego.pose,
         speed_mps: ego.speed_mps,
         next_pose: map.route.pose_of_front(ego.s_m + next_mps * STEP_S, CAR_LENGTH_M),
         next_speed_mps: next_mps,
@@ -74,39 +99,42 @@ fn report(map: &RoadMap, ego: &CarState, next_mps: f64) -> ExternalVehicleState 
 
 /// Runs `steps`; `drive` returns the ego's report for each step, or `None` for its own model.
 fn run(
+    map: &RoadMap,
     traffic: &mut dyn Traffic,
     steps: usize,
     mut drive: impl FnMut(usize, &[CarState]) -> Option<ExternalVehicleState>,
 ) -> History {
-    run_reported(traffic, steps, |step, cars| drive(step, cars).map(VehicleReport::of_ego).into_iter().collect())
+    run_reported(map, traffic, steps, |step, cars| drive(step, cars).map(VehicleReport::of_ego).into_iter().collect())
 }
 
 /// Runs `steps` with reports of any vehicles.
 fn run_reported(
+    map: &RoadMap,
     traffic: &mut dyn Traffic,
     steps: usize,
     mut drive: impl FnMut(usize, &[CarState]) -> Vec<VehicleReport>,
 ) -> History {
-    let mut history = vec![traffic.cars().to_vec()];
+    let mut history = vec![cars(map, traffic)];
     for step in 0..steps {
-        let reports = drive(step, traffic.cars());
+        let reports = drive(step, &history[step]);
         traffic.step(&reports).expect("the step is taken");
-        history.push(traffic.cars().to_vec());
+        history.push(cars(map, traffic));
     }
     history
 }
 
 /// Starts `engine` and runs it without externally driven vehicles.
 fn run_free(engine: EngineChoice, setup: FixedSetup, steps: usize) -> History {
+    let map = setup.map.clone();
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
-    run(traffic.as_mut(), steps, |_, _| None)
+    run(&map, traffic.as_mut(), steps, |_, _| None)
 }
 
 /// Runs the setup with an ego that is braked to 0.5 m/s from 60 s to 62 s.
 fn run_kicked(engine: EngineChoice, setup: FixedSetup, steps: usize) -> History {
     let map = setup.map.clone();
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
-    run(traffic.as_mut(), steps, |step, cars| {
+    run(&map, traffic.as_mut(), steps, |step, cars| {
         (600..620).contains(&step).then(|| report(&map, &cars[0], (cars[0].speed_mps - 0.9).max(0.5)))
     })
 }
@@ -148,7 +176,7 @@ fn differences(map: &RoadMap, a: &History, b: &History) -> (f64, f64, f64) {
         assert_eq!(x.id, y.id);
         most.0 = most.0.max((x.speed_mps - y.speed_mps).abs());
         most.1 = most.1.max(map.route.difference(x.s_m, y.s_m).abs());
-        most.2 = most.2.max(x.pose(&map.route).position.distance(y.pose(&map.route).position));
+        most.2 = most.2.max(x.pose.position.distance(y.pose.position));
     }
     most
 }

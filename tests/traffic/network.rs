@@ -4,8 +4,8 @@
 use super::*;
 use codrive::map::network::{LaneId, LanePosition, Network, SignalId, SignalLight};
 use codrive::traffic::{
-    Demand, Flow, KindShare, TrafficError, VehicleKind, VehicleState,
-    sumo::{self, DemandSetup, SumoTraffic},
+    Demand, DemandSetup, Flow, KindShare, TrafficError, VehicleKind, VehicleState,
+    sumo::{self, SumoTraffic},
 };
 use roxmltree::Document;
 use std::{

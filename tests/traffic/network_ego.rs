@@ -8,10 +8,7 @@ use super::{
 use codrive::{
     map::network::LaneId,
     space::Pose,
-    traffic::{
-        Demand, VehicleId, VehicleLamps, VehicleState,
-        sumo::{DemandSetup, EgoStart, SumoTraffic, VehicleReport},
-    },
+    traffic::{Demand, DemandSetup, EgoStart, VehicleId, VehicleLamps, VehicleReport, VehicleState, sumo::SumoTraffic},
 };
 use std::fs;
 

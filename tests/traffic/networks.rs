@@ -118,8 +118,9 @@ fn cars_are_put_on_a_lane_for_cars_where_the_outermost_is_a_pavement() {
     assert!(netconvert.output().unwrap().status.success());
     let setup = even(place("net.xml").to_str().unwrap(), 6, model(0.0), 0.0);
     assert!(setup.map.route.lanes().iter().any(|lane| lane.id == "ab_1"), "ab_0 is the pavement");
+    let map = setup.map.clone();
     let mut traffic = SumoTraffic::start(setup).unwrap();
-    let history = super::run(&mut traffic, 300, |_, _| None);
+    let history = super::run(&map, &mut traffic, 300, |_, _| None);
     // After 30 s at 1 m/s2 and at most 13.9 m/s, all vehicles are far along the route's lanes.
     assert!(history[300].iter().all(|car| car.speed_mps > 3.0), "{:?}", history[300]);
 }
@@ -134,11 +135,11 @@ fn only_sumo_drives_a_figure_of_eight_and_the_native_engine_refuses() {
     assert!(matches!(error, TrafficError::RouteMeetsItself { .. }), "{error}");
     assert!(error.to_string().contains("--traffic sumo"), "{error}");
     let mut traffic = SumoTraffic::start(setup()).unwrap();
-    let history = super::run(&mut traffic, 600, |_, _| None);
+    let history = super::run(&map, &mut traffic, 600, |_, _| None);
     // No two vehicles overlap, also at the crossing: each is 1.8 m wide.
     for cars in &history {
         for (k, car) in cars.iter().enumerate() {
-            let middle = |car: &CarState| car.pose(&map.route).position;
+            let middle = |car: &CarState| car.pose.position;
             let apart = |other: &CarState| middle(other).distance(middle(car));
             assert!(cars[..k].iter().all(|other| apart(other) > 1.8), "{cars:?}");
         }

@@ -108,12 +108,12 @@ fn poses_are_where_sumo_draws_the_cars() {
         let map = setup.map.clone();
         let mut traffic = SumoTraffic::start(setup).unwrap();
         let mut most_m: f64 = 0.0;
-        let mut history = vec![traffic.cars().to_vec()];
+        let mut history = vec![cars(&map, &mut traffic)];
         for _ in 0..3000 {
             traffic.step(&[]).unwrap();
-            history.push(traffic.cars().to_vec());
-            for car in traffic.cars().to_vec() {
-                let (drawn, own) = (traffic.drawn_pose(car.id).unwrap(), car.pose(&map.route));
+            history.push(cars(&map, &mut traffic));
+            for car in cars(&map, &mut traffic) {
+                let (drawn, own) = (traffic.drawn_pose(car.id).unwrap(), car.pose);
                 most_m = most_m.max(drawn.position.distance(own.position));
                 assert!(codrive::space::wrap_angle(drawn.yaw_rad - own.yaw_rad).abs() < 1e-9, "{own:?} {drawn:?}");
             }

@@ -30,6 +30,8 @@ use crate::{
 use glam::DVec2;
 use std::{collections::VecDeque, sync::Arc};
 
+/// Distance inside the road's edge at which the ego counts as back on the road, metres: no repeated events at the edge.
+const BACK_INSIDE_M: f64 = 0.2;
 /// Upper limit of drivers' seeds, as of scenarios' seeds.
 const MOST_SEED: usize = 1 << 53;
 /// Parking position of the placeholder ego in drives without a participant, metres south and west of the network's bounds.
@@ -295,8 +297,13 @@ impl Agent {
         derived_state::look_around(&mut self.view, &self.map.route);
         let network = &mut self.network;
         network.look_around(&mut self.view, &self.map);
-        let under = network.ground(&self.map, &self.view).surface(ego.position);
-        self.events.extend(self.lane.watch(&self.view, under == GroundSurface::Asphalt));
+        let ground = network.ground(&self.map, &self.view);
+        let is_asphalt = |aside_m: f64| ground.surface(ego.position + ego.left() * aside_m) == GroundSurface::Asphalt;
+        let is_on_road = match self.lane.is_in_lane() {
+            true => is_asphalt(0.0),
+            false => is_asphalt(BACK_INSIDE_M) && is_asphalt(-BACK_INSIDE_M),
+        };
+        self.events.extend(self.lane.watch(&self.view, is_on_road));
         // Rules are not watched beyond the end of the path.
         if !network.is_at_end(&self.view, &self.map) {
             self.rules.watch(&self.view, &self.map, &ego, &mut self.events);

@@ -56,7 +56,6 @@ pub(super) struct TrafficCoupling {
     /// The other vehicles in the last tick.
     before: Vec<VehicleSnapshot>,
     obstacles: Vec<Obstacle>,
-    is_asked: bool,
     /// Agents that have arrived in SUMO; they are no longer reported.
     arrived: Vec<VehicleId>,
     reports: Vec<VehicleReport>,
@@ -106,7 +105,6 @@ impl TrafficCoupling {
             signals: SignalStates::default(),
             before: Vec::new(),
             obstacles: Vec::new(),
-            is_asked: false,
             arrived: Vec::new(),
             reports: Vec::new(),
             advised: AdvisedSelection::new(scenario, fixed),
@@ -157,11 +155,6 @@ impl TrafficCoupling {
         self.move_vehicles(snapshot, 1.0);
     }
 
-    /// Returns true if the engine has been asked for the next step.
-    pub fn is_asked(&self) -> bool {
-        self.is_asked
-    }
-
     /// Runs the engine's next step with the agents' present and predicted states.
     pub fn ask(&mut self, agents: &[Agent]) -> Result<(), TrafficError> {
         // The placeholder ego of a drive without a participant is not in the engine.
@@ -179,7 +172,6 @@ impl TrafficCoupling {
         if self.advised.can_be_others() {
             self.new.extend(engine.changes().departed.iter().map(|departure| departure.id));
         }
-        self.is_asked = true;
         Ok(())
     }
 
@@ -223,7 +215,6 @@ impl TrafficCoupling {
 
     /// Begins the step that was asked for.
     pub fn begin_step(&mut self, snapshot: &Snapshot) {
-        self.is_asked = false;
         std::mem::swap(&mut self.from, &mut self.to);
         self.take(snapshot.ego_s_m);
     }
@@ -339,16 +330,11 @@ impl TrafficCoupling {
         self.engine = None;
     }
 
-    /// Replaces the engine from the next step on.
+    /// Returns the other vehicles' speeds at the last step and at the next, m/s.
     #[cfg(test)]
-    pub fn set_engine(&mut self, engine: Box<dyn Traffic>) {
-        self.engine = Some(engine);
-    }
-
-    /// Returns all vehicles as the engine has them.
-    #[cfg(test)]
-    pub fn vehicles(&mut self) -> &[VehicleState] {
-        self.engine.as_mut().expect("running").vehicles()
+    pub fn speeds_mps(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |placed: &[PlacedVehicle]| placed.iter().map(|placed| placed.vehicle.speed_mps).collect();
+        (of(&self.from), of(&self.to))
     }
 
     /// Returns true after a call of [`TrafficCoupling::stop`].
