@@ -1,4 +1,4 @@
-//! A drive in a window whose traffic fails: the window stays awake while SUMO is silent, and the recording says what happened.
+//! Tests of drives in a window whose traffic fails: the window responds while SUMO is silent, and the recording states the failure.
 
 use crate::{
     keys::{BACKSPACE, ESC},
@@ -16,7 +16,7 @@ use std::{
     time::Duration,
 };
 
-/// A SUMO that runs elsewhere; ended when dropped.
+/// SUMO process that listens on a port; it is killed when dropped.
 struct Remote(Child, u16);
 
 impl Remote {
@@ -29,7 +29,7 @@ impl Remote {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        // A connection would be its one client; the kernel's list of sockets is asked instead.
+        // A connection would use up its only client, so the test reads the kernel's list of sockets instead.
         let entry = format!(":{port:04X} 00000000:0000 0A");
         wait_for("SUMO", || {
             let files = ["/proc/net/tcp", "/proc/net/tcp6"];
@@ -51,7 +51,7 @@ impl Drop for Remote {
     }
 }
 
-/// A display, a folder for the recording, a SUMO that listens.
+/// Display, folder for the recording, and a listening SUMO.
 struct Place {
     server: Server,
     _folder: tempfile::TempDir,
@@ -67,7 +67,7 @@ impl Place {
     }
 }
 
-/// A recorded drive in a window on `remote` that runs.
+/// Starts a recorded drive in a window with the SUMO at `remote`, and lets it run for a second.
 fn driving(server: &Server, remote: &Remote, out: &Path, timeout_s: &str) -> Child {
     let traffic = format!("127.0.0.1:{}", remote.1);
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
@@ -83,7 +83,7 @@ fn driving(server: &Server, remote: &Remote, out: &Path, timeout_s: &str) -> Chi
 }
 
 #[test]
-fn a_drive_in_a_window_whose_sumo_is_killed_is_recorded_as_failed_and_why() {
+fn a_killed_sumo_ends_the_drive_and_its_recording_names_the_failure() {
     let Place { server, out, remote, .. } = &Place::new();
     let program = driving(server, remote, out, "5");
     remote.signal("KILL");
@@ -98,14 +98,14 @@ fn a_drive_in_a_window_whose_sumo_is_killed_is_recorded_as_failed_and_why() {
 }
 
 #[test]
-fn esc_ends_a_drive_in_a_window_whose_sumo_is_silent_long_before_the_time_out() {
+fn esc_ends_a_drive_with_a_silent_sumo_long_before_the_time_out() {
     let Place { server, out, remote, .. } = &Place::new();
     let program = driving(server, remote, out, "600");
     remote.signal("STOP");
     sleep(Duration::from_secs(1));
     server.key(ESC, true);
     server.key(ESC, false);
-    // That is waited for for a minute, and the time-out is ten: it is the key that ends it.
+    // The test waits for a minute and the time-out is ten, so the key ends the drive.
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
     assert_eq!(Manifest::load(out).unwrap().ended.as_deref(), Some("stopped"), "{text}");
@@ -113,10 +113,10 @@ fn esc_ends_a_drive_in_a_window_whose_sumo_is_silent_long_before_the_time_out() 
 }
 
 #[test]
-fn esc_ends_a_window_that_waits_for_sumo_to_begin_a_drive_again() {
+fn esc_ends_a_window_that_waits_for_sumo_to_restart() {
     let Place { server, out, remote, .. } = &Place::new();
     let program = driving(server, remote, out, "600");
-    // The system takes the new connection, and nobody behind it says a word.
+    // The system accepts the new connection, but the stopped SUMO never responds.
     remote.signal("STOP");
     for key in [BACKSPACE, ESC] {
         server.key(key, true);
@@ -135,7 +135,7 @@ fn esc_ends_a_window_within_a_second_while_sumo_reads_a_file() {
     let mut program = server.start_program(
         Command::new(env!("CARGO_BIN_EXE_codrive"))
             .args(["drive", "--quality", "low", "--duration", "0", "--policy", "none", "--map", "ring-250"])
-            // Its first start takes as long as each.
+            // Every start of SUMO takes this long, the first one included.
             .env("CODRIVE_SUMO_READS_S", "6"),
     );
     let window = server.window("codrive");
