@@ -1,6 +1,6 @@
-//! Builds a small shared library over libsumo from `src/traffic/sumo/shim.cpp`. The program opens it at run time
-//! (`traffic::sumo`), so that it builds and starts without SUMO, and SUMO's hundred bundled libraries stay out of the way of the graphics drivers. Without SUMO, or without a C++ compiler, the build
-//! goes on with a warning.
+//! Builds a small shared library over libsumo from `src/traffic/sumo/shim.cpp`. The program opens it at run time (`traffic::sumo`). It
+//! therefore builds and starts without SUMO, and SUMO's hundred bundled libraries do not get in the way of the graphics drivers. Without
+//! SUMO or a C++ compiler, the build continues with a warning.
 
 use std::{
     env,
@@ -19,7 +19,7 @@ fn main() {
     println!("cargo:rustc-env=CODRIVE_SHIM_DIR={}", out.display());
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
     let home = find_home(&root);
-    // A path that is not there makes cargo look again at every build: wanted for as long as SUMO is missing.
+    // A missing path makes cargo check again at every build, as is needed while SUMO is missing.
     let header = home.clone().unwrap_or_else(|| root.join(".sumo/sumo")).join("include/libsumo/libsumo.h");
     println!("cargo:rerun-if-changed={}", header.display());
     embed(&root, &out).expect("the data that the program brings can be listed");
@@ -35,7 +35,8 @@ fn main() {
     println!("cargo:rustc-env=CODRIVE_SUMO_HOME_AT_BUILD={}", home.display());
 }
 
-/// Lists the shim, if it was built, which goes into the program, too (`traffic::sumo`): as a library of Python it has no folder of its own.
+/// Lists the shim, if it was built, for embedding in the program (`traffic::sumo`). As a Python library the program has no folder of its
+/// own.
 fn embed_shim(out: &Path, is_built: bool) -> std::io::Result<()> {
     let name = shim_name();
     let text = match is_built {
@@ -49,7 +50,7 @@ fn shim_name() -> String {
     format!("{}codrive_sumo{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX)
 }
 
-/// Lists the files that go into the program (`data_folders`): maps, the policies' own files, questionnaires, studies.
+/// Lists the files that are embedded in the program (`data_folders`): maps, the policies' own files, questionnaires, studies.
 fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
     let mut files = Vec::new();
     for (folder, endings) in [
@@ -70,8 +71,7 @@ fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
     std::fs::write(out.join("embedded.rs"), text + "]\n")
 }
 
-/// The shipped files below `folder` whose names end in one of these; maps that somebody has put beside the shipped ones are
-/// theirs.
+/// Collects the shipped files below `folder` with one of these name endings. Maps that a user has put beside the shipped ones are left out.
 fn list(folder: &Path, endings: &[&str], files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     const MAPS: [&str; 4] = ["merge", "practice", "ring-250", "ring-641"];
     for entry in std::fs::read_dir(folder)? {
@@ -88,7 +88,7 @@ fn list(folder: &Path, endings: &[&str], files: &mut Vec<PathBuf>) -> std::io::R
     Ok(())
 }
 
-/// SUMO's home with headers and libraries: `SUMO_HOME`, else `.sumo/sumo` here.
+/// Returns SUMO's home with headers and libraries: `SUMO_HOME`, else `.sumo/sumo` here.
 fn find_home(root: &Path) -> Option<PathBuf> {
     let mut candidates: Vec<PathBuf> = env::var_os("SUMO_HOME").map(PathBuf::from).into_iter().collect();
     candidates.push(root.join(".sumo/sumo"));
@@ -105,7 +105,7 @@ fn library_folder(home: &Path) -> Option<PathBuf> {
 fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
     let folder = library_folder(home).ok_or("SUMO's libraries are not here")?;
     let mut build = cc::Build::new();
-    // Optimised in every profile: it stands in the loop of each step. Without symbols for debuggers: it is in the program, too.
+    // Optimised in every profile, as it runs in each step. Without debug symbols, as it is embedded in the program.
     build
         .cpp(true)
         .std("c++17")
@@ -121,7 +121,7 @@ fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
     command.arg(format!("-L{}", folder.display())).arg("-lsumocpp");
     command.arg(format!("-Wl,-rpath,{}", folder.display()));
     if cfg!(target_os = "linux") {
-        // DT_RPATH wins over LD_LIBRARY_PATH; SUMO's bundled libraries are found at run time through its own paths.
+        // DT_RPATH would override LD_LIBRARY_PATH. SUMO's bundled libraries are found at run time through its own paths.
         command.args(["-Wl,--disable-new-dtags", "-Wl,--allow-shlib-undefined"]);
     }
     match command.status() {

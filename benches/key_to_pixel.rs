@@ -1,5 +1,5 @@
-//! From a key to a changed pixel, through a real X server (Xvfb): `cargo bench --bench key_to_pixel`. The brake's key is pressed
-//! by XTEST, and the square in the picture's corner is read off the screen until it is white. Out: the distribution.
+//! Measures the latency from a key to a changed pixel, through a real X server (Xvfb): `cargo bench --bench key_to_pixel`. XTEST presses
+//! the brake's key, and the program reads the square in the picture's corner from the screen until it is white. Out: the distribution.
 
 use std::{
     io::{BufRead, BufReader},
@@ -18,10 +18,10 @@ use x11rb::{
 
 /// X key code of S, the brake.
 const KEY_S: u8 = 39;
-/// Presses that are measured.
+/// Number of measured presses.
 const PRESSES: u32 = 100;
 
-/// Ends with the measurement.
+/// Process that is killed when dropped.
 struct Running(Child);
 
 impl Drop for Running {
@@ -84,7 +84,7 @@ fn main() {
     sleep(Duration::from_secs(3));
     let mut times_ms = Vec::new();
     for press in 0..PRESSES {
-        // At any moment of a frame, not always the same.
+        // At a different moment of a frame each time.
         sleep(Duration::from_micros(700_000 + u64::from(press * 7919 % 1000) * 100));
         let begin = now();
         key(true);

@@ -1,14 +1,14 @@
-// The halo that lenses and eyes give to lamps and glints: what is brighter than any lit paper, made small, then blurred.
+// Halo of lamps and glints, as in lenses and eyes: the light brighter than any lit paper, scaled down, then blurred.
 
 @group(0) @binding(0) var light: texture_2d<f32>;
 @group(0) @binding(1) var light_sampler: sampler;
 
-// Above the radiance of a white cloud or a white car in the sun.
+// Lower limit of the light with a halo, above the radiance of a white cloud or a white car in the sun.
 const THRESHOLD = 1.6;
-// As bright as anything is taken for, and what a 1 in the halo's texture stands for.
+// Upper limit of brightness, for which a 1 in the halo's texture stands.
 override MOST: f32 = 1.0;
 
-// Which of the two steps this is.
+// True in the second step, the blur.
 override BLUR: bool = false;
 
 @vertex
@@ -27,7 +27,7 @@ fn fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let texel = 1.0 / vec2f(textureDimensions(light));
     var sum = vec3f(0.0);
     if BLUR {
-        // 4 by 4 pairs of texels under a bell of 1.6 texels.
+        // 4 by 4 pairs of texels, weighted by a Gaussian of 1.6 texels.
         var weights = 0.0;
         for (var i = 0; i < 16; i++) {
             let off = vec2f(f32(i & 3) - 1.5, f32(i >> 2u) - 1.5) * 1.6;
@@ -35,10 +35,10 @@ fn fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
             sum += weight * textureSampleLevel(light, light_sampler, at.xy * texel + off * texel, 0.0).rgb;
             weights += weight;
         }
-        // Bytes hold the root, which is fine where the halo is faint; the square is taken when it is read.
+        // Bytes hold the square root, which resolves a faint halo better; readers square it.
         sum = sqrt(sum / (weights * MOST));
     } else {
-        // One of this picture for 8 by 8 of the whole: every texel counts once.
+        // One texel of the halo for 8 by 8 of the picture: every texel counts once.
         for (var i = 0; i < 16; i++) {
             let off = vec2f(f32(i & 3) - 1.5, f32(i >> 2u) - 1.5) * 2.0;
             sum += bright((at.xy * 8.0 + off) * texel) / 16.0;

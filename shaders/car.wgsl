@@ -1,28 +1,28 @@
 // Cars: clear-coated paint, glass, lamps, metal, rubber; metallic-roughness (GGX) under a coat.
 
-// Radiance of a brake lamp while braking and while it only marks the car's end: 25 to 1.
+// Radiance of a brake lamp while braking, and as a tail lamp: 25 to 1.
 const BRAKE_LIT = 3.2;
 const RUNNING = 0.13;
-// Lamps that show the car by day.
+// Radiance of daytime running lamps.
 const DAYLIGHT = 0.75;
 
-// 1 where windows are drawn over what is behind them.
+// 1 where windows are drawn over the picture behind them.
 override SEEN_THROUGH: f32 = 0.0;
-// Whether some of it is paint, glass or a lamp; without them a pixel costs half as much, because software rendering goes
-// through all that is not a constant (`render/models.rs`).
+// True if some of the mesh is paint, glass or a lamp. Without these a pixel costs half as much, as software rendering executes all branches
+// that do not depend on a constant (`render/models.rs`).
 override COATED: bool = true;
 
-// Width of a gap between panels (`scene/panels.rs`), metres. Where a pixel is wider, only some of them hit the gap: these
-// are paler, or a line would be a row of dots. With several samples a pixel half as much is enough.
+// Width of a gap between panels (`scene/car/panels.rs`), metres. Where a pixel is wider, only some pixels hit the gap. These are drawn
+// paler, as a line would otherwise be a row of dots. With several samples per pixel, half the width is enough.
 const GAP_M = 0.005;
 
-// What a plate's surface and signs are in the mean (`scene/plate.rs`), and the pixels, in metres, up to which signs are seen
-// as they are (3 pixels wide) and from which only that mean: there a sign is one pixel, and would flicker.
+// Mean colour of a plate's surface and signs (`scene/car/number_plate.rs`), and sizes of a pixel at the plate in metres. Up to READ_M signs
+// are drawn as they are (3 pixels wide). From BLENDED_M on, where a sign is one pixel and would flicker, only the mean is drawn.
 const PLATE_MEAN = 0.50;
 const READ_M = 0.0167;
 const BLENDED_M = 0.046;
 
-// What a car mirrors: the sky, a belt of trees whose tops are ragged, dark below them, then meadow and road.
+// Returns the light that a car mirrors: the sky, a belt of trees with ragged tops, dark below them, then meadow and road.
 fn around_car(direction: vec3f, above: vec3f, ground: vec3f, rough: f32) -> vec3f {
     let sky = sky_light_blurred(direction, 5.0 * sqrt(rough));
     let bearing = atan2(direction.y, direction.x);
@@ -41,37 +41,37 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let sun = sunshine(in.world, facet);
     let cosine = clamp(dot(facet, frame.to_sun_time.xyz), 0.0, 1.0);
 
-    // The ground near a car lies in its own shade.
+    // The ground near a car lies in the car's own shade.
     let open = mix(0.35, 1.0, smoothstep(0.0, 0.75, in.height + 0.3 * facet.z));
     let above = ambient(vec3f(0.0, 0.0, 1.0));
     let ground = mix(0.03, 0.09, open) * (SUN * frame.to_sun_time.z + above);
 
-    // Per material: colour, metal or not, roughness, how much of the surface below the coat shines, strength of the coat.
+    // Per material: colour, metal or not, roughness, specular strength of the surface below the coat, strength of the coat.
     var albedo = in.colour;
     var metal = 0.0;
     var rough = 0.75;
     var shine = 1.0;
     var coat = 0.0;
-    // What shines at a flat angle; under a coat nothing does of itself.
+    // Specular reflection at grazing angles; none below a coat.
     var edge = 1.0;
     if material == PAINT {
         let pixel_m = max(length(dpdx(in.world)), length(dpdy(in.world)));
         let gap = select(0.0, clamp(select(0.8, 2.0, SOFT > 0.5) * GAP_M / pixel_m, 0.0, 1.0), in.colour.r < 0.5);
         albedo = mix(vec3f(1.0), in.colour, gap) * in.paint.rgb;
-        // Flakes: every paint is a little metallic.
+        // Every paint has metallic flakes.
         metal = 0.3;
         rough = 0.42;
         shine = 0.55 * (1.0 - gap);
         coat = 1.15 * (1.0 - gap);
         edge = 0.0;
     } else if material == GLASS {
-        // What is seen of the interior is dim.
+        // The visible interior is dim.
         albedo *= 0.35;
         rough = 0.4;
         shine = 0.0;
         coat = 1.35;
     } else if material == BRAKE_LAMP {
-        // Dark red plastic: it swallows most of what falls on it, so that a lit lamp cannot be mistaken.
+        // Dark red plastic absorbs most light, so that a lit lamp cannot be mistaken.
         albedo = vec3f(0.45 * in.colour.r, 0.004, 0.004);
         rough = 0.35;
         shine = 0.15;
@@ -85,7 +85,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         rough = 0.22;
     } else if material == TYRE {
         rough = 0.62;
-        // A padded skin is duller than rubber.
+        // Padded surfaces shine less than rubber.
         shine = select(1.0, 0.32, in.uv.x < -0.5);
         edge = select(1.0, 0.25, in.uv.x < -0.5);
     } else if material == PLATE {
@@ -96,7 +96,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         shine = 0.0;
     }
     if SOFT > 0.5 {
-        // Grained plastic (`scene/cockpit.rs`).
+        // Grained plastic (`scene/cockpit/mod.rs`).
         let grained = textureSample(grain, grain_sampler, in.uv);
         albedo *= select(1.0, 0.45 + 0.75 * grained.r + 0.35 * grained.g, in.uv.x < -0.5);
     }
@@ -109,32 +109,31 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let share = mirrors(facet, view, rough);
     var around = around_car(bounced, above, ground, rough * rough) * occluded;
     if SOFT < 0.5 {
-        // What is dear: under the coat's sharp image this one may be as dull as light from all around.
+        // Saves cost: under the coat's sharp reflection, this one may be as diffuse as light from all directions.
         around = ambient(bounced) * (0.85 * occluded);
     }
     light += shine * (around * (f0 * share.x + edge * share.y) + sun * sun_gloss(facet, view, rough, f0, edge));
 
     var alpha = 1.0;
     if COATED {
-        // The coat lies over all that.
+        // The coat lies over all of these.
         let coat_rough = steadied(0.05, facet);
-        // No coat is quite smooth or clean: at the flattest angles it mirrors a third.
+        // No coat is perfectly smooth or clean: at grazing angles it mirrors a third.
         let reflected = min(coat * fresnel(facet, view, 0.045), 0.36);
         let image = around_car(bounced, above, ground, coat_rough * coat_rough) * occluded;
         light = light * (1.0 - reflected) + reflected * image;
         light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04), 1.0);
 
-        // Lamps: green and blue of a brake lamp's colour are its shares of the running and of the braking light.
+        // Lamps: green and blue of a brake lamp's colour are its shares as tail lamp and as brake lamp.
         let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);
         light += select(0.0, glow, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
         light += select(0.0, DAYLIGHT, material == LAMP && in.colour.r > 0.8) * vec3f(0.95, 0.98, 1.0);
         light += select(vec3f(0.0), in.paint.rgb, material == SIGNAL_LAMP);
-        // A far body's windows are not seen through: they are as light as near ones with what is behind those, a dim cabin and
-        // some of the land beyond it.
+        // The windows of a far body are opaque. They are as bright as near ones, with a dim cabin and some of the land beyond it.
         let opaque = clamp(22.0 * in.colour.r, 0.05, 1.0);
         let through = opaque + (1.0 - opaque) * reflected;
         light = select(light, light * through + (1.0 - through) * 0.20 * ground, material == GLASS && SEEN_THROUGH < 0.5);
-        // Tinted glass takes 45 % of the light behind it, a lamp's cover 5 %, and what they mirror besides.
+        // Tinted glass absorbs 45 % of the light behind it, a lamp's cover 5 %, in addition to the mirrored share.
         alpha = mix(1.0, through, select(0.0, SEEN_THROUGH, material == GLASS));
     }
     return vec4f(through_air(light, in.world), alpha);

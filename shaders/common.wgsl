@@ -1,13 +1,13 @@
-// What every program of the scene sees: the camera's uniform, the shadow maps, the grain.
+// Shared inputs of all programs of the scene: the camera's uniform, the shadow maps, the grain.
 
 struct Frame {
     clip_from_world: mat4x4f,
-    // Rows that turn the world into the sun's view; a shadow map's place and depth are that, scaled and shifted. The shift
-    // has the map's layer in w.
+    // Rows of the transform from the world into the sun's view. Place and depth in a shadow map are that, scaled and shifted. The shift has
+    // the map's layer in w.
     light_from_world: array<vec4f, 3>,
     light_scale: array<vec4f, 3>,
     light_shift: array<vec4f, 3>,
-    // xyz eye; w 1 for a perspective lens, 0 for a parallel one
+    // xyz eye position; w 1 for a perspective lens, 0 for a parallel one
     eye: vec4f,
     // w: speed of the wind, m/s
     forward: vec4f,
@@ -15,15 +15,15 @@ struct Frame {
     up: vec4f,
     // xyz unit direction to the sun; w seconds
     to_sun_time: vec4f,
-    // xyz width of a shadow texel in metres (moving, standing near by and far off); w texels a side
+    // xyz width of a shadow texel in metres (moving objects, static objects near by, static objects far away); w texels per side
     shadow: vec4f,
 }
 
-// The light of the hour (`render/sky.rs`).
+// The light of the hour (`render/sky/mod.rs`).
 struct Air {
-    // rgb: what the air takes from a view along the ground, 1/m
+    // rgb: extinction of a view along the ground, 1/m
     extinction: vec4f,
-    // Light on a white sheet by its normal, without the sun.
+    // Spherical harmonics of the light on a white sheet by its normal, without the sun.
     harmonics: array<vec4f, 9>,
 }
 
@@ -38,11 +38,11 @@ struct Air {
 @group(0) @binding(7) var sky: texture_2d<f32>;
 @group(0) @binding(8) var sky_sampler: sampler;
 
-// Seen through a parallel lens from above, with no air between. A constant: software rendering takes both sides of a branch.
+// True for a parallel lens from above, with no air between. It is a constant, as software rendering executes both sides of a branch.
 override FROM_ABOVE: bool = false;
 
-// An instance: rows of the mesh-to-world map; paint, and in w of a car the number on its plates plus half of its brake
-// lamps' light.
+// An instance: rows of the mesh-to-world transform; paint; for vehicles, w has the number on the plates plus half of the brake lamps'
+// light.
 struct Placed {
     @location(5) x: vec4f,
     @location(6) y: vec4f,
@@ -59,20 +59,20 @@ fn turn(at: Placed, n: vec3f) -> vec3f {
     return vec3f(dot(at.x.xyz, n), dot(at.y.xyz, n), dot(at.z.xyz, n));
 }
 
-// r grit, g clouds, b cracks, a streaks; fades to its mean with distance by the texture's reduced sizes.
+// Returns the grain: r grit, g clouds, b cracks, a streaks. It fades to its mean with distance by the texture's mip levels.
 fn grain_at(uv: vec2f) -> vec4f {
-    // A little sharper than the filter would have it: asphalt and grass forgive some shimmer, but not a blur.
+    // Slightly sharper than the filter's choice: on asphalt and grass some shimmer is less visible than blur.
     return textureSampleBias(grain, grain_sampler, uv, -0.6);
 }
 
-// 0..1 from a whole number, for choices that must be the same in every picture.
+// Returns 0..1 from an integer, for choices that must be the same in every picture.
 fn hash(n: i32) -> f32 {
     var h = u32(n) * 747796405u + 2891336453u;
     h = ((h >> ((h >> 28u) + 4u)) ^ h) * 277803737u;
     return f32((h >> 22u) ^ h) / 4294967295.0;
 }
 
-// Unit direction from a point to the eye.
+// Returns the unit direction from a point to the eye.
 fn to_eye(world: vec3f) -> vec3f {
     if FROM_ABOVE {
         return -frame.forward.xyz;

@@ -1,14 +1,14 @@
-// Soft shade on the ground under a car, where neither sun nor sky arrives.
+// Soft shade on the ground under a car, which gets light neither from the sun nor from the sky.
 
 struct Patch {
     @builtin(position) clip: vec4f,
-    // Metres from the car's middle: ahead, to the left.
+    // Metres from the car's centre: ahead, to the left.
     @location(0) at: vec2f,
 }
 
-// Half of the patch, metres.
+// Half the size of the patch, metres.
 const REACH = vec2f(2.95, 1.4);
-// Half of the car's floor, metres.
+// Half the size of the car's floor, metres.
 const FLOOR = vec2f(2.3, 0.72);
 
 @vertex

@@ -1,4 +1,4 @@
-// A corner of a mesh (`scene/mesh.rs`).
+// Vertex of a mesh (`scene/mesh.rs`).
 
 struct Corner {
     @location(0) position: vec3f,

@@ -1,10 +1,10 @@
-// Where trees are: depth alone, so that the colour pass after it shades every pixel once. On software rendering a discarded
-// pixel costs as much as a shaded one.
+// Depth pass of trees. It writes depth alone, so that the colour pass shades every pixel once. On software rendering a discarded pixel
+// costs as much as a shaded one.
 
 @fragment
 fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
     var cover = textureSampleBias(leaves, leaf_sampler, in.uv, in.layer, select(0.0, BLUNTED, SAMPLES == 1u)).r;
-    // Of one sample only whether more than half of it is covered counts, which sharpening does not change.
+    // With one sample, only whether it is more than half covered counts, which sharpening does not change.
     if SAMPLES > 1u {
         cover = sharpened(cover);
     }

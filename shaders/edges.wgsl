@@ -1,12 +1,12 @@
-// Where neighbours differ, a mean along the edge instead of the step across it (in the manner of Lottes' FXAA, 2009: four
-// neighbours find the edge, four samples along it make the mean). Also fills in when the picture is filtered up.
-// The program says what a picture's colour is (`at`, `load`) and how bright the eye sees it (`seen`).
+// Edge smoothing: where neighbours differ, takes a mean along the edge instead of the step across it (in the manner of Lottes' FXAA, 2009:
+// four neighbours find the edge, four samples along it make the mean). It also interpolates when the picture is scaled up. The including
+// program defines a picture's colour (`at`, `load`) and its brightness to the eye (`seen`).
 fn smoothed(uv: vec2f, middle: vec3f) -> vec3f {
     let size = vec2f(textureDimensions(light));
     let texel = 1.0 / size;
     let last = vec2i(size) - 1;
     let here = clamp(vec2i(uv * size), vec2i(0), last);
-    // Neighbours, read as they are: a filtered sample costs four times as much.
+    // Neighbours are read without a filter: a filtered sample costs four times as much.
     let low_x = max(here.x - 1, 0);
     let high_x = min(here.x + 1, last.x);
     let low_y = max(here.y - 1, 0);
@@ -21,7 +21,7 @@ fn smoothed(uv: vec2f, middle: vec3f) -> vec3f {
     if high - low < max(0.035, 0.09 * high) {
         return middle;
     }
-    // Along the edge: across the gradient.
+    // The edge is perpendicular to the gradient.
     var along = vec2f(s - n, w - e);
     let least = 1.0 / (min(abs(along.x), abs(along.y)) + max(0.03 * (n + s + w + e), 0.008));
     along = clamp(along * least, vec2f(-6.0), vec2f(6.0)) * texel;

@@ -1,10 +1,9 @@
-// Far trees: a picture of the tree that turns towards the eye (`render/impostor.rs`).
+// Far trees: a picture of the tree that faces the eye (`render/textures/impostor.rs`).
 
 struct Corner {
-    // x and z: place on the picture, -1..1 on a square or beyond it, times half its side in metres; y: height of its middle,
-    // metres
+    // x and z: place on the picture, -1..1 on a square or beyond it, times half its side in metres; y: height of its centre, metres
     @location(0) position: vec3f,
-    // x: number of the first picture; y and z: share of half the side that the tree takes across and in height
+    // x: number of the first picture; y and z: share of half the side that the tree fills across and in height
     @location(1) first: vec3f,
     // x: half the side, metres
     @location(3) side: vec2f,
@@ -15,10 +14,10 @@ struct Surface {
     @invariant @builtin(position) clip: vec4f,
     @location(0) world: vec3f,
     @location(1) uv: vec2f,
-    // The two nearest pictures and the share of the second.
+    // The two nearest pictures, and the share of the second.
     @location(2) @interpolate(flat) pictures: vec3f,
     @location(3) @interpolate(flat) tint: vec4f,
-    // Tree's frame to world, without its size: cosine and sine of the turn; how far the leaves are before the picture, metres.
+    // Rotation from the tree's frame to the world: cosine and sine; distance of the leaves in front of the picture, metres.
     @location(4) @interpolate(flat) turn: vec3f,
 }
 
@@ -45,30 +44,30 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
         let out = flat_way * inverseSqrt(max(dot(flat_way, flat_way), 1e-8));
         right = vec3f(-out.y, out.x, 0.0);
         up = vec3f(0.0, 0.0, 1.0);
-        // The eye's azimuth in the tree's frame.
+        // Azimuth of the eye in the tree's frame.
         let local = vec2f(out.x * cosine + out.y * sine, out.y * cosine - out.x * sine);
         let place = fract(atan2(local.y, local.x) / TAU) * SIDES;
         let before = floor(place);
         s.pictures = vec3f(corner.first.x + vec2f(before, (before + 1.0) % SIDES), place - before);
     }
     let half_side = corner.side.x;
-    // Only what of the picture holds something.
+    // Only the part of the picture that is not empty.
     let place_m = corner.position.xz * select(corner.first.yz, corner.first.yy, FROM_ABOVE);
     s.world = foot + size * (right * place_m.x + up * place_m.y + vec3f(0.0, 0.0, corner.position.y));
     s.clip = frame.clip_from_world * vec4f(s.world, 1.0);
     s.uv = vec2f(0.5, 0.5) + vec2f(0.5, -0.5) * place_m / half_side;
     s.tint = at.colour_brake;
-    // From above one sees the tops, which nothing shades.
+    // From above the unshaded tops are visible.
     s.turn = vec3f(cosine, sine, select(0.5, 0.85, FROM_ABOVE) * half_side * size);
     return s;
 }
 
-// Share of the second picture: from one to the next over the middle third between their directions.
+// Returns the share of the second picture: the change takes the middle third between the two directions.
 fn turned(in: Surface) -> f32 {
     return smoothstep(0.33, 0.67, in.pictures.z);
 }
 
-// Number of the picture for a pixel of one sample: the nearer one.
+// Returns the number of the picture for a pixel of one sample: the nearer one.
 fn chosen(in: Surface) -> i32 {
     if FROM_ABOVE {
         return 2 * i32(in.pictures.x + 0.5);

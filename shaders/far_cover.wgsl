@@ -1,15 +1,15 @@
-// Where far trees are: depth alone, see `cover.wgsl`.
+// Depth pass of far trees, see `cover.wgsl`.
 
-// From above a tree is drawn on a triangle, whose corners lie beyond its picture.
+// Returns 1 on the picture. From above a tree is drawn on a triangle with corners beyond its picture.
 fn on_picture(uv: vec2f) -> f32 {
     return select(0.0, 1.0, !FROM_ABOVE || all(abs(uv - 0.5) <= vec2f(0.5)));
 }
 
-// Texels of a picture's side (`SIZE` in `render/impostor.rs`).
+// Texels per side of a picture (`SIZE` in `render/textures/impostor.rs`).
 const SIDE = 128.0;
 
-// How much of a pixel the tree covers. Where a pixel has several texels, twigs and gaps are finer than either: as a tree with
-// leaf cards does there, more lets a little through and less hides all. Where a texel has several pixels, the reverse.
+// Returns the share of a pixel that the tree covers. Where a pixel has several texels, twigs and gaps are finer than both. As with leaf
+// cards, more pixels then let a little light through and fewer hide everything. Where a texel has several pixels, the reverse holds.
 fn cover_of(there: f32, uv: vec2f) -> f32 {
     let texels = SIDE * max(length(dpdx(uv)), length(dpdy(uv)));
     let finer = clamp(log2(max(texels, 0.01)), -2.0, 1.0);

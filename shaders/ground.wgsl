@@ -1,6 +1,6 @@
-// What road and land share.
+// Functions shared by road and land.
 
-// Grain seen at a flat angle: as fine as the pixel is wide rather than as it is long, half way.
+// Returns grain at a grazing angle. Its detail lies half way between the width and the length of the pixel's footprint.
 fn grain_aslant(uv: vec2f) -> vec4f {
     let dx = dpdx(uv);
     let dy = dpdy(uv);

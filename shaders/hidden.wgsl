@@ -1,4 +1,4 @@
-// A part of the picture that something will be laid over: nearer than all that is drawn there.
+// Mask for a part of the picture that will be covered: nearer than anything drawn there.
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {

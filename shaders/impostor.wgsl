@@ -1,4 +1,4 @@
-// Far trees where `far_cover.wgsl` found them, lit as near ones are.
+// Colour pass of far trees, where `far_cover.wgsl` wrote their depth, with the light of near trees.
 
 // Albedo, normal in the tree's own frame, cover and share of leaves of a picture.
 struct Seen {
@@ -20,7 +20,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     if SAMPLES == 1u || FROM_ABOVE {
         seen = look(in.uv, chosen(in));
     } else {
-        // Of two pictures as much as each has of the pixel's samples.
+        // Mixes two pictures by the share of the pixel's samples that each has.
         let a = look(in.uv, 2 * i32(in.pictures.x + 0.5));
         let b = look(in.uv, 2 * i32(in.pictures.y + 0.5));
         let wa = (1.0 - turned(in)) * (a.cover + 0.01);
@@ -31,7 +31,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let local = seen.normal;
     let normal = normalize(vec3f(in.turn.x * local.x - in.turn.y * local.y, in.turn.y * local.x + in.turn.x * local.y, local.z));
     let view = to_eye(in.world);
-    // The picture stands in the tree's middle, where trunk and boughs are: a leaf is nearer by some of the crown.
+    // The picture stands at the tree's centre, where trunk and boughs are. Leaves are nearer to the eye by part of the crown.
     let place = in.world + in.turn.z * seen.leafy * max(dot(normal, view), 0.0) * view;
     let albedo = seen.albedo * mix(vec3f(1.0), in.tint.rgb, seen.leafy);
     return vec4f(through_air(foliage(albedo, place, normal, normal, view, seen.leafy), in.world), 1.0);

@@ -1,37 +1,37 @@
-// Meadow and hills: around the mesh's own colour, blades and clumps of grass that shade each other.
+// Meadow and hills: the mesh's own colour varied by blades and clumps of grass that shade each other.
 
-// Seen from so far that no blade is seen: the same picture for less.
+// True where the view is so far away that no blade is visible: the same picture at lower cost.
 override AFAR: bool = false;
-// Width of a pixel from which that holds, metres (`render/picture.rs`).
+// Pixel width from which AFAR applies, metres (`render/materials.rs`).
 override AFAR_M: f32 = 1.0;
 
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
     let view = to_eye(in.world);
     let p = in.world.xy;
-    // How wide a pixel is, metres: each grain fades before its repetition is as small as a few pixels.
+    // Width of a pixel, metres. Each grain fades out before its repetition is only a few pixels long.
     let thin_m = sqrt(min(dot(dpdx(p), dpdx(p)), dot(dpdy(p), dpdy(p))));
     var near = 0.0;
     let mid = 1.0 - smoothstep(0.13, 0.55, thin_m);
 
-    // Blades of 6 to 20 cm. Clumps of 20 cm to 2 m, their places bent by waves that fit into no repetition of the grain.
+    // Blades of 6 to 20 cm. Clumps of 20 cm to 2 m, displaced by waves that do not match the repetition of the grain.
     var blades = vec4f(0.5);
     if !AFAR {
         near = 1.0 - smoothstep(0.030, AFAR_M, thin_m);
         blades = grain_aslant(vec2f(0.94 * p.x - 0.34 * p.y, 0.34 * p.x + 0.94 * p.y) / 3.3);
     }
     let bent = p + 2.7 * sin(p.yx * vec2f(0.097, 0.083) + vec2f(1.3, 0.2)) + 0.3 * sin(p.yx * vec2f(0.391, 0.447));
-    // On hills kilometres away the same grain stands for woods and fields.
+    // On hills kilometres away, the same grain represents woods and fields.
     let distant = smoothstep(0.9, 1.6, thin_m);
     let size = select(21.0, 1900.0, thin_m > 0.8);
     let clumps = grain_aslant(vec2f(0.6 * bent.x + 0.8 * bent.y, 0.6 * bent.y - 0.8 * bent.x) / size + vec2f(0.37, 0.11));
 
-    // At a flat angle blades hide what lies between clumps, which would draw out into streaks.
+    // At grazing angles blades hide the ground between clumps, which would otherwise become streaks.
     let steep = mix(0.4, 1.0, smoothstep(0.02, 0.15, view.z));
     let rise = mid * steep * (0.8 * (clumps.a - 0.5) + 0.9 * (clumps.g - 0.5));
     let dry = mix(0.5, smoothstep(0.30, 0.70, clumps.g + 0.3 * (clumps.r - 0.5)), mid);
     var albedo = in.colour * mix(vec3f(0.84, 0.93, 0.90), vec3f(1.16, 1.07, 1.10), dry);
-    // At a flat angle one sees the stalks and ears above the green.
+    // At grazing angles the stalks and ears above the green are visible.
     let flat_way = 1.0 - abs(view.z);
     albedo *= mix(vec3f(1.0), vec3f(1.10, 1.01, 1.02), flat_way * flat_way);
     // Dry stalks and small flowers.
@@ -49,7 +49,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let grass = in.material != LEAVES;
     albedo = select(in.colour, albedo * max(tone, 0.2), grass);
 
-    // Clumps face this way and that; blades lean about, so that the light on them is softer than on a floor.
+    // Clumps face different directions and blades lean, so that the light on them is softer than on a floor.
     let lean = steep * mid * 0.9 * vec3f(clumps.a - 0.5, clumps.g - 0.5, 0.0) + vec3f(0.0, 0.4 * deep, 0.0);
     let normal = normalize(normalize(in.normal) + lean);
     let sun = sunshine(in.world, vec3f(0.0, 0.0, 1.0));

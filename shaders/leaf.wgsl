@@ -1,4 +1,4 @@
-// Surfaces of trees, and what is cut out of their leaf cards (`render/leaves.rs`).
+// Surfaces of trees, and the cut-out shapes of their leaf cards (`render/textures/leaf_textures.rs`).
 
 struct Surface {
     // The depth pass and the colour pass must find the same depth to the bit.
@@ -10,25 +10,25 @@ struct Surface {
     @location(3) uv: vec2f,
     // Layer of the leaves' texture.
     @location(4) @interpolate(flat) layer: i32,
-    // Tint of the leaves; how much of the tree is there in w, see `faded`.
+    // Tint of the leaves; w has the share of the tree that is drawn, see `kept`.
     @location(5) @interpolate(flat) tint: vec4f,
 }
 
 const LEAVES = 10u;
-// Cards of one cut that differ, and the layer after all of them (`render/leaves.rs`).
+// Number of variants per cut of cards, and the layer after all of them (`render/textures/leaf_textures.rs`).
 const VARIANTS = 8;
 const BARK_LAYER = 32;
 
 @group(0) @binding(9) var leaves: texture_2d_array<f32>;
 @group(0) @binding(10) var leaf_sampler: sampler;
 
-// How far the wind has moved a place of a tree: the stem slowly as one, more above; twigs and their leaves by themselves. A
+// Returns a point of a tree moved by the wind. The stem moves slowly as a whole, more at the top; twigs and their leaves move separately. A
 // light breeze (3 m/s, Beaufort 2) moves the top of a tree of 12 m by some 4 cm and a leaf by 2 cm.
 fn swayed(world: vec3f, foot: vec3f, leafy: bool) -> vec3f {
     let wind = frame.forward.w;
     let t = frame.to_sun_time.w;
     let high = max(world.z - foot.z, 0.0);
-    // Gusts travel over the land at the wind's speed.
+    // Gusts travel over the land at the speed of the wind.
     let phase = 0.13 * (foot.x + 0.6 * foot.y);
     let gust = 0.6 + 0.4 * sin(0.37 * t - 0.5 * phase);
     let stem = 0.00010 * wind * gust * high * high * (sin(1.3 * t - phase) + 0.4 * sin(2.9 * t - 1.7 * phase));
@@ -53,7 +53,7 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     return out;
 }
 
-// Edges as sharp as the picture's pixels, however large a texel is there.
+// Returns cover with edges as sharp as the picture's pixels, at any size of texel.
 fn sharpened(inside: f32) -> f32 {
     return clamp((inside - 0.5) / max(fwidth(inside), 0.02) + 0.5, 0.0, 1.0);
 }

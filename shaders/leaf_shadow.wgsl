@@ -1,6 +1,6 @@
-// Depth of trees seen from the sun, with light between the leaves.
+// Depth of trees as seen from the sun, with light between the leaves.
 
-// The layer after all cuts (`render/leaves.rs`).
+// The layer after all cuts (`render/textures/leaf_textures.rs`).
 const BARK_LAYER = 32;
 
 struct Light {

@@ -1,16 +1,16 @@
-// Sun, sky and haze (`render/sky.rs`). Radiance is in units of about that of a white sheet in full daylight at 10 h, which
-// keeps the proportions of a photograph: sky overhead 0.1 to 0.4, horizon 0.6, asphalt 0.1, meadow 0.1.
+// Sun, sky and haze (`render/sky/mod.rs`). The unit of radiance is about that of a white sheet in full daylight at 10 h. The proportions
+// are those of a photograph: sky overhead 0.1 to 0.4, horizon 0.6, asphalt 0.1, meadow 0.1.
 
 const PI = 3.14159265;
-// Radius of the horizon in the sky's picture, see `RIM` in `sky.rs`.
+// Radius of the horizon in the sky's picture, see `RIM` in `render/sky/atmosphere.rs`.
 const RIM = 0.96;
 
-// Light from a direction of the cloudless sky, blurred by reduced sizes of its picture.
+// Returns the light from a direction of the cloudless sky, blurred by mip levels of its picture.
 fn sky_light_blurred(direction: vec3f, level: f32) -> vec3f {
     return textureSampleLevel(sky, sky_sampler, sky_place(direction), level).rgb;
 }
 
-// Place of a direction in the sky's picture; of one below the horizon, that of the horizon.
+// Returns the place of a direction in the sky's picture; directions below the horizon get the place on the horizon.
 fn sky_place(direction: vec3f) -> vec2f {
     let up = clamp(direction.z, 0.0, 1.0);
     let flat_way = direction.xy * inverseSqrt(max(dot(direction.xy, direction.xy), 1e-12));
@@ -21,7 +21,7 @@ fn sky_light(direction: vec3f) -> vec3f {
     return sky_light_blurred(direction, 0.0);
 }
 
-// Light on a white sheet that faces `normal` from sky and land in the open.
+// Returns the light of sky and land on a white sheet in the open that faces `normal`.
 fn ambient(normal: vec3f) -> vec3f {
     let n = normal;
     var light = air.harmonics[0].rgb + n.y * air.harmonics[1].rgb + n.z * air.harmonics[2].rgb + n.x * air.harmonics[3].rgb;
@@ -31,7 +31,7 @@ fn ambient(normal: vec3f) -> vec3f {
     return max(light, vec3f(0.0));
 }
 
-// What a surface of this roughness mirrors from a direction: sky, a dark belt of trees, ground.
+// Returns the light that a surface of this roughness mirrors from a direction: sky, a dark belt of trees, ground.
 fn mirrored(direction: vec3f, ground: vec3f, rough: f32) -> vec3f {
     let above = sky_light_blurred(direction, 5.0 * sqrt(rough));
     let belt = vec3f(0.055, 0.075, 0.035) * ambient(vec3f(0.0, 0.0, 1.0)) * 2.0 + 0.12 * above;
@@ -40,8 +40,9 @@ fn mirrored(direction: vec3f, ground: vec3f, rough: f32) -> vec3f {
     return mix(ground, over_ground, smoothstep(-0.05 - soft, 0.02 + soft, direction.z));
 }
 
-// Share of the sun that a shadow map lets through at a place in it (xy clip coordinates, z depth; w the distance from its
-// middle, 1 at the edge): a mean of 4 by 4 texels, or of 2 by 2 where that is dear; all of it beyond the map's edge.
+// Above 0.5, a shadow map is sampled as a mean of 4 by 4 texels, else of 2 by 2, which costs less. `shadow_layer` returns the share of the
+// sun that a map lets through at a place in it (xy clip coordinates, z depth; w the distance from its centre, 1 at the edge); all of it
+// beyond the edge.
 override SOFT: f32 = 1.0;
 // Share of the sun that a crown lets through to the ground.
 const FLECKS = 0.16;
@@ -61,15 +62,16 @@ fn shadow_layer(layer: i32, at: vec4f) -> f32 {
     return mix(lit, 1.0, smoothstep(0.9, 0.99, at.w));
 }
 
-// How much of the sun arrives: 1 all, 0 none. Without branches, of which software rendering takes both sides. `cars` is a
-// constant: whether what moves throws a shadow here.
+// Returns the share of sunlight that arrives, 0 to 1. Without branches, as software rendering executes both sides. `cars` is a constant:
+// true if moving vehicles can cast a shadow here.
 fn sunshine_past(world: vec3f, normal: vec3f, cars: bool) -> f32 {
     let x = frame.light_from_world[0].xyz;
     let y = frame.light_from_world[1].xyz;
     let z = frame.light_from_world[2].xyz;
     let p = vec3f(dot(x, world), dot(y, world), dot(z, world));
     let facing = vec3f(dot(x, normal), dot(y, normal), dot(z, normal));
-    // Off the surface by texels, against acne: further where the sun grazes. The view looks along the sunlight, down -z.
+    // Offset from the surface by texels, against shadow acne; it is larger where the sun grazes. The view looks along the sunlight, down
+    // -z.
     let off = facing * (2.3 - 1.6 * clamp(facing.z, 0.0, 1.0));
     let near = (p + off * frame.shadow.y) * frame.light_scale[1].xyz + frame.light_shift[1].xyz;
     let far = (p + off * frame.shadow.z) * frame.light_scale[2].xyz + frame.light_shift[2].xyz;
@@ -77,7 +79,7 @@ fn sunshine_past(world: vec3f, normal: vec3f, cars: bool) -> f32 {
     let standing = select(near, far, beyond);
     let layer = i32(select(frame.light_shift[1].w, frame.light_shift[2].w, beyond));
     let trees = shadow_layer(layer, vec4f(standing, max(abs(standing.x), abs(standing.y)) - select(1.0, 0.0, beyond)));
-    // Shade under trees has flecks of sun and light that comes through leaves.
+    // Shade under trees has flecks of sun, and light through leaves.
     let dappled = mix(FLECKS, 1.0, trees);
     if !cars {
         return trees;
@@ -90,12 +92,12 @@ fn sunshine(world: vec3f, normal: vec3f) -> f32 {
     return sunshine_past(world, normal, true);
 }
 
-// The same for a tree, which no car shades.
+// Returns the share of sunlight on a tree, which no vehicle shades.
 fn sunshine_in_trees(world: vec3f, normal: vec3f) -> f32 {
     return sunshine_past(world, normal, false);
 }
 
-// Roughness widened by how much the normal turns within a pixel, so that small bright images neither flicker nor crawl
+// Returns the roughness increased by the variation of the normal within a pixel, so that small bright reflections neither flicker nor crawl
 // (after Tokuyoshi and Kaplanyan 2019).
 fn steadied(rough: f32, normal: vec3f) -> f32 {
     let dx = dpdx(normal);
@@ -105,8 +107,8 @@ fn steadied(rough: f32, normal: vec3f) -> f32 {
     return sqrt(sqrt(clamp(a * a + spread, 0.0, 1.0)));
 }
 
-// Microfacet reflection of the sun (GGX; Walter et al. 2007; Smith visibility after Karis 2013), times the cosine. `edge` is
-// what it mirrors at a flat angle: 1, but 0 under a clear coat, which light passes steeply.
+// Returns the microfacet reflection of the sun (GGX; Walter et al. 2007; Smith visibility after Karis 2013), times the cosine. `edge` is
+// the reflectance at grazing angles: 1, but 0 under a clear coat, which light passes steeply.
 fn sun_gloss(normal: vec3f, view: vec3f, rough: f32, f0: vec3f, edge: f32) -> vec3f {
     let sun = frame.to_sun_time.xyz;
     let half_way = normalize(view + sun);
@@ -127,8 +129,8 @@ fn sun_glint(normal: vec3f, view: vec3f, roughness: f32, f0: f32) -> vec3f {
     return sun_gloss(normal, view, roughness, vec3f(f0), 1.0);
 }
 
-// Share of even surroundings that a rough surface mirrors: scale and offset of its reflectance head on (the fit of Karis
-// 2014 to the integral of the microfacet model).
+// Returns the share of uniform surroundings that a rough surface mirrors: scale and offset of its reflectance at normal incidence (the fit
+// of Karis 2014 to the integral of the microfacet model).
 fn mirrors(normal: vec3f, view: vec3f, rough: f32) -> vec2f {
     let nv = clamp(dot(normal, view), 0.0, 1.0);
     let r = rough * vec4f(-1.0, -0.0275, -0.572, 0.022) + vec4f(1.0, 0.0425, 1.04, -0.04);
@@ -142,7 +144,7 @@ fn fresnel(normal: vec3f, view: vec3f, f0: f32) -> f32 {
     return f0 + (1.0 - f0) * x2 * x2 * x;
 }
 
-// The air between a surface and the eye: far land melts into the horizon.
+// Adds the air between a surface and the eye: far land fades into the horizon.
 fn through_air(colour: vec3f, world: vec3f) -> vec3f {
     if FROM_ABOVE {
         return colour;
@@ -155,7 +157,7 @@ fn through_air(colour: vec3f, world: vec3f) -> vec3f {
     if SOFT > 0.5 {
         veil = sky_light(way);
     } else {
-        // One texel: of a veil nobody sees where the next begins, and software rendering pays for every texel.
+        // One unfiltered texel: in haze the borders of texels are invisible, and each texel costs time in software rendering.
         veil = textureLoad(sky, vec2i(sky_place(way) * vec2f(textureDimensions(sky))), 0).rgb;
     }
     return mix(veil, colour, left);

@@ -9,7 +9,7 @@ struct Surface {
     @location(4) @interpolate(flat) material: u32,
     // Paint or tint; brake lamps in w.
     @location(5) @interpolate(flat) paint: vec4f,
-    // Height over the foot of the instance, metres.
+    // Height above the foot of the instance, metres.
     @location(6) height: f32,
 }
 
@@ -40,7 +40,7 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     out.material = corner.material;
     let number = floor(at.colour_brake.w);
     out.paint = vec4f(at.colour_brake.rgb, 2.0 * (at.colour_brake.w - number));
-    // Of all signs that a plate may show those of its number (`scene/plate.rs`).
+    // Keeps only the signs of the plate's number (`scene/car/number_plate.rs`).
     let signs = floor(corner.uv.y / 16.0);
     let sign = floor((number + 0.5) / max(corner.uv.x, 1.0));
     let shown = abs(sign - signs * floor((sign + 0.5) / max(signs, 1.0)) - (corner.uv.y - 16.0 * signs)) < 0.5;

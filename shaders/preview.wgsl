@@ -1,4 +1,4 @@
-// A finished picture once more, at the same size or smaller: each pixel is the mean of the block that it stands for.
+// Copy of a finished picture at the same size or smaller: each pixel is the mean of the block that it represents.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
 
@@ -14,7 +14,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Point {
     return Point(vec4f(at * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0), 0.0, 1.0), at);
 }
 
-// Pixels of a block that are looked at along one side: beyond eight times smaller, a sample of them.
+// Samples per side of a block: beyond a reduction by eight, only some of its pixels are read.
 const MOST = 8;
 
 @fragment

@@ -1,4 +1,4 @@
-// A picture on a target: where it goes, what is read. Shared by `tonemap.wgsl` and `soften.wgsl`.
+// Placement of a picture on a target, and its inputs. Shared by `tonemap.wgsl` and `soften.wgsl`.
 
 struct Print {
     // width, height in pixels
@@ -9,11 +9,10 @@ struct Print {
     exposure: f32,
     soften: f32,
     bloom: f32,
-    // A mirror: tangents of half its angles, the eye's distance over the glass's radius, share of the picture that a flat
-    // glass would show.
+    // For a mirror: tangents of half its angles, the eye's distance over the glass's radius, and the share of the picture that a flat glass
+    // would show.
     lens: vec4f,
-    // Where it lies: its upper left corner, a pixel to the right and one down, in clip space. A glass in the world is seen in
-    // perspective.
+    // Place in clip space: the upper left corner, a pixel to the right, and a pixel down. A glass in the world is seen in perspective.
     corner_clip: vec4f,
     right_clip: vec4f,
     down_clip: vec4f,
@@ -26,10 +25,10 @@ struct Print {
 
 struct Point {
     @builtin(position) clip: vec4f,
-    // Pixels from its upper left corner.
+    // Pixels from the upper left corner.
     @location(0) at: vec2f,
-    // Bend of a mirror's glass and width of its frame. A branch on the uniforms themselves would be compiled again with every
-    // draw on software rendering (a test in `shader.rs` says more).
+    // Bend of a mirror's glass and width of its frame. Software rendering would compile a branch on the uniforms themselves again with
+    // every draw (see a test in `shader.rs`).
     @location(1) @interpolate(flat) mirror: vec2f,
 }
 

@@ -1,4 +1,4 @@
-// Soft shade on the ground under a tree: the crown keeps some of the sky away, the trunk's foot more of it.
+// Soft shade on the ground under a tree: the crown blocks part of the sky, and more near the trunk.
 
 struct Patch {
     @builtin(position) clip: vec4f,

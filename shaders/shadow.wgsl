@@ -1,4 +1,4 @@
-// Depth seen from the sun.
+// Depth as seen from the sun.
 
 struct Light {
     clip_from_world: mat4x4f,

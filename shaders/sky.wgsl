@@ -1,4 +1,4 @@
-// The sky behind everything: air and clouds of the hour from one picture (`render/clouds.rs`), and the sun's disc.
+// Background: air and clouds of the hour from one picture (`render/sky/clouds.rs`), and the sun's disc.
 
 @group(1) @binding(0) var clouds: texture_2d<f32>;
 
@@ -12,7 +12,7 @@ struct Ray {
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Ray {
-    // One triangle that holds the picture.
+    // One triangle that covers the picture.
     let corner = vec2f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0);
     let direction = frame.forward.xyz + corner.x * frame.right.xyz + corner.y * frame.up.xyz;
     return Ray(vec4f(corner, 0.0, 1.0), direction);
@@ -21,9 +21,9 @@ fn vertex(@builtin(vertex_index) index: u32) -> Ray {
 @fragment
 fn fragment(ray: Ray) -> @location(0) vec4f {
     let direction = normalize(ray.direction);
-    // The zenith in the middle; below the horizon, the horizon.
+    // The zenith is at the centre; directions below the horizon get the horizon.
     let at = direction.xy / max(1.0 + direction.z, max(length(direction.xy), 0.001));
-    // Threads finer than the picture's texels, where a cloud has an edge.
+    // Detail finer than the picture's texels at the edges of clouds.
     let torn = textureSampleLevel(grain, grain_sampler, at * 9.0, 0.0).g - 0.5;
     let texel = 1.0 / f32(textureDimensions(clouds).x);
     let cloud = textureSampleLevel(clouds, sky_sampler, 0.5 + 0.5 * CLOUDS_RIM * at + texel * 2.2 * vec2f(torn, -torn), 0.0);

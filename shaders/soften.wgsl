@@ -1,5 +1,5 @@
-// A developed picture of one sample a pixel, its edges smoothed, onto a target of the same size. Apart from developing:
-// software rendering reads bytes in a third of the time that light takes.
+// Edge smoothing of a tone-mapped picture of one sample per pixel, onto a target of the same size. It is a pass of its own because software
+// rendering reads bytes in a third of the time that it needs for light.
 
 fn at(uv: vec2f) -> vec3f {
     return textureSampleLevel(light, light_sampler, uv, 0.0).rgb;

@@ -1,27 +1,27 @@
-// From light to sRGB values, into a rectangle of the target; the mirror gets a dark frame and round corners.
+// Tone mapping from light to sRGB values, into a rectangle of the target; a mirror gets a dark frame and round corners.
 
-// Whether this is a mirror, which is flipped, may be curved and may have a frame.
+// True for a mirror, which is flipped, may be curved and may have a frame.
 override MIRROR: bool = false;
-// Whether edges are smoothed here: otherwise they need it not, or `soften.wgsl` does it.
+// True if edges are smoothed here. Otherwise they need no smoothing, or `soften.wgsl` does it.
 override SMOOTH: bool = false;
-// Whether this is as large as its light, pixel for pixel, and a mirror flat: reading one is cheaper than mixing four.
+// True if the target has the same size as the light, pixel for pixel, and a mirror is flat: reading one texel is cheaper than mixing four.
 override EXACT: bool = false;
 
-// From light to the screen's sRGB values. Strong light first spills a little into the other colours, so that a lamp turns
-// pale rather than flat red; then a curve that is an S over the logarithm of light, with a shoulder that rises more slowly
-// beyond the light of pale things in the sun: a white sheet there is at 0.86, a sky beside a low sun, ten times as bright, at
-// 0.95, and clouds between them keep their shape; and most of the spill is taken back, so that paint in ordinary light keeps
-// its colour (in the manner of AgX, Sobotka 2022, with a curve of our own). On the shoulder, where the curve alone would make
-// every colour white, much of the hue is kept: an evening sky is golden.
+// Conversion from light to the screen's sRGB values. Strong light first spills slightly into the other colours, so that a lamp turns pale
+// rather than flat red. Then follows an S-shaped curve over the logarithm of light, with a shoulder that rises more slowly above the light
+// of pale things in the sun. A white sheet there is at 0.86, and a sky beside a low sun, ten times as bright, at 0.95; clouds between them
+// keep their shape. Most of the spill is then taken back, so that paint in ordinary light keeps its colour (in the manner of AgX, Sobotka
+// 2022, with a different curve). On the shoulder, where the curve alone would make every colour white, much of the hue is kept: an evening
+// sky is golden.
 const SPILL = 0.020;
 const TAKEN_BACK = 0.016;
 const STEEP = 1.08;
-// Light that gives half of the scale.
+// Light that maps to half of the scale.
 const MIDDLE = 0.26;
-// Light from which the shoulder rises, and how steeply.
+// Light at which the shoulder begins, and its steepness.
 const SHOULDER = 0.8;
 const SHOULDER_STEEP = 0.72;
-// How much of the hue is kept where light is four times as strong.
+// Share of the hue that is kept where light is four times as strong.
 const HUE_KEPT = 0.6;
 
 fn curve(light: vec3f) -> vec3f {
@@ -41,7 +41,7 @@ fn tone(colour: vec3f) -> vec3f {
     return clamp(mix(seen, hued, kept), vec3f(0.0), vec3f(1.0));
 }
 
-// Half a step of noise, against bands in the sky: the same in every picture.
+// Returns half a step of noise against bands in the sky, the same in every picture.
 fn dither(pixel: vec2f) -> f32 {
     let n = fract(52.9829189 * fract(dot(pixel, vec2f(0.06711056, 0.00583715))));
     return (n - 0.5) / 255.0;
@@ -55,14 +55,14 @@ fn load(texel: vec2i) -> vec3f {
     return textureLoad(light, texel, 0).rgb * print.exposure;
 }
 
-// Brightness as the eye will see it, near enough to find edges by.
+// Returns the approximate brightness to the eye, accurate enough to find edges.
 fn seen(colour: vec3f) -> f32 {
     let l = dot(colour, vec3f(0.2126, 0.7152, 0.0722));
     return sqrt(l / (l + 0.35));
 }
 
-// Where the picture behind a curved glass shows what is seen at `uv`: the angle off the middle grows by twice the turn
-// of the glass there (law of reflection; `Glass` in post/tonemap.rs).
+// Returns the place in the picture behind a curved glass that is visible at `uv`. The angle off the centre grows by twice the tilt of the
+// glass there (law of reflection; `MirrorGlass` in post/tonemap.rs).
 fn behind_glass(uv: vec2f, bend: f32) -> vec2f {
     if bend <= 0.0 {
         return uv;
@@ -73,7 +73,7 @@ fn behind_glass(uv: vec2f, bend: f32) -> vec2f {
     return 0.5 + (uv - 0.5) * (spread * print.lens.w);
 }
 
-// The glass is dimmed a little towards its edge; around it a black rim that catches light from above.
+// Adds a slight dimming of the glass towards its edge, and a black rim that catches light from above.
 fn framed(picture: vec3f, at: vec2f, size: vec2f) -> vec4f {
     let off = at - 0.5 * size;
     let from_middle = abs(off) - 0.5 * size + print.corner;
@@ -111,7 +111,7 @@ fn fragment(in: Point) -> @location(0) vec4f {
     }
     let spread = textureSampleLevel(halo, light_sampler, uv, 0.0).rgb;
     colour += print.bloom * spread * spread;
-    // Before edges are looked for, noise would make some.
+    // No noise before edge detection, which would find edges in it.
     let picture = tone(colour) + select(dither(in.clip.xy), 0.0, print.soften > 0.5);
     if MIRROR {
         if in.mirror.y > 0.0 {

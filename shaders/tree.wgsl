@@ -1,4 +1,4 @@
-// Trees: bark, and crowns of leaves that let light through. What is seen of them is already in the depth (`cover.wgsl`).
+// Colour pass of trees: bark, and crowns of translucent leaves. Their visible parts are already in the depth (`cover.wgsl`).
 
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {

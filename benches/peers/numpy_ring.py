@@ -1,4 +1,4 @@
-"""256 rings of 22 IDM cars side by side in numpy, noise included: the peer of the fast ring.
+"""256 rings of 22 IDM vehicles side by side in numpy, noise included: the peer of the fast ring.
 
 Prints environment steps and vehicle updates a second, the median of seven blocks.
 """
@@ -14,7 +14,7 @@ CAR_M = 5.0
 
 
 def step(place, speed, rng, approach=1.0 / (2.0 * np.sqrt(A * B))):
-    """All accelerations from one state, then speeds, then places (Flow's order)."""
+    """Computes all accelerations from one state, then speeds, then positions (Flow's order)."""
     gap = (np.roll(place, -1, axis=1) - place) % LENGTH_M - CAR_M
     lead = np.roll(speed, -1, axis=1)
     desired = S0 + np.maximum(0.0, speed * T + speed * (speed - lead) * approach)

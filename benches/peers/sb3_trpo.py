@@ -16,7 +16,7 @@ RINGS, HOLD, HORIZON = 16, 10, 800
 
 
 class Rings(VecEnv):
-    """Car 0 of each ring takes the action, an acceleration of at most 0.5 m/s2 held for a second."""
+    """Rings in which vehicle 0 takes the action, an acceleration of at most 0.5 m/s2 for one second."""
 
     def __init__(self):
         box = gym.spaces.Box

@@ -1,9 +1,9 @@
 """Rings of traffic and whole drives as environments, and evaluations of policies that advise a driver on them.
 
-``make`` gives a ``gymnasium.Env``, ``make_vec`` a ``gymnasium.vector.VectorEnv``, ``make_parallel`` a ``pettingzoo.ParallelEnv``: rings of
-the fast engine, or drives with the physics of a car and SUMO's traffic. ``evaluate`` gives a table of how well a policy drives,
-``save_policy`` a file that drives and studies take, ``read`` what they recorded. Settings have the names, units and ranges of
-``codrive train`` and ``codrive run``; ``settings`` lists them.
+``make`` returns a ``gymnasium.Env``, ``make_vec`` a ``gymnasium.vector.VectorEnv``, ``make_parallel`` a ``pettingzoo.ParallelEnv``: rings
+of the fast engine, or drives with vehicle physics and SUMO's traffic. ``evaluate`` returns a table of evaluation results. ``save_policy``
+writes a file for drives and studies. ``read`` opens their recordings. Settings have the names, units and ranges of ``codrive train`` and
+``codrive run``; ``settings`` lists them.
 """
 
 from codrive._drive import DriveEnv

@@ -1,4 +1,4 @@
-"""What policies of other libraries advise: callables, models of Stable-Baselines3, algorithms and modules of RLlib."""
+"""Actions of policies of other libraries: callables, models of Stable-Baselines3, algorithms and modules of RLlib."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 
 from codrive._codrive import Configuration
 
-#: Observations, float32, ``(rings, k)``, to actions.
+#: Function from observations, float32, ``(rings, k)``, to actions.
 Ask = Callable[[NDArray[np.float32]], Any]
 
 
 def label(policy: Any) -> str:
-    """What a policy is called in tables."""
+    """Returns the name of a policy in tables."""
     return getattr(policy, "__name__", None) or type(policy).__name__
 
 
 def answers(policy: Any, case: Configuration, over: int) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
-    """What asks a policy for all rings, and looks at its answers.
+    """Returns a function that asks a policy for the actions of all rings and checks them.
 
     Raises:
-        TypeError: It is nothing that answers.
+        TypeError: ``policy`` is not a policy.
     """
     ask = _asked(policy)
 
@@ -48,7 +48,7 @@ def answers(policy: Any, case: Configuration, over: int) -> Callable[[NDArray[np
 def _asked(policy: Any) -> Ask:
     if hasattr(policy, "predict"):
         return lambda seen: policy.predict(seen, deterministic=True)[0]
-    # An algorithm of RLlib has modules; those of PyTorch can be called, too, but for training.
+    # An algorithm of RLlib has modules. PyTorch modules are callable, too, but for training.
     module = policy.get_module() if hasattr(policy, "get_module") else policy
     if hasattr(module, "forward_inference"):
         return _of_rllib(module)
@@ -61,7 +61,7 @@ def _asked(policy: Any) -> Ask:
 
 
 def _of_rllib(module: Any) -> Ask:
-    """What an ``RLModule`` on PyTorch does without exploring, as ``Algorithm.evaluate`` with ``explore=False``."""
+    """Returns the actions of a PyTorch ``RLModule`` without exploration, as ``Algorithm.evaluate`` with ``explore=False``."""
     import torch
 
     parameters = getattr(module, "parameters", None)

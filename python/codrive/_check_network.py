@@ -1,13 +1,13 @@
-"""Tries a network that does not come with codrive in a process of its own: SUMO takes a process along where it breaks down on one.
+"""Checks a network that does not come with codrive in a separate process: if SUMO crashes on it, only that process ends.
 
-It is run as a file, so that it loads the native part and nothing else.
+The process runs this file directly, so that it loads the native part and nothing else.
 """
 
 import os
 import sys
 
 if __name__ == "__main__":
-    # Its folder is not where Python looks if PYTHONSAFEPATH is set.
+    # Python does not search this file's folder if PYTHONSAFEPATH is set.
     sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
     import _codrive
 

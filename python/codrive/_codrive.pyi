@@ -1,4 +1,4 @@
-"""The native part of codrive."""
+"""Native part of codrive."""
 
 import pathlib
 from collections.abc import Callable
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 class Configuration:
-    """Settings of rings, checked."""
+    """Checked settings of rings."""
 
     def __new__(cls, name: str, driver: str | None, settings: dict[str, Any]) -> Configuration: ...
     def json(self) -> str: ...
@@ -39,7 +39,7 @@ class Rings:
     def step(self, actions: NDArray[np.float32]) -> bool: ...
 
 class DriveConfiguration:
-    """Settings of whole drives, checked."""
+    """Checked settings of whole drives."""
 
     def __new__(cls, map: str, driver: str | None, settings: dict[str, Any]) -> DriveConfiguration: ...
     def json(self) -> str: ...
@@ -57,7 +57,7 @@ class DriveConfiguration:
     def possible_agents(self) -> list[str]: ...
 
 class Drive:
-    """One drive at a time."""
+    """Environment that holds one drive at a time."""
 
     def __new__(cls, configuration: DriveConfiguration) -> Drive: ...
     def begin(self, seed: int) -> None: ...
@@ -77,7 +77,7 @@ class Drive:
 HAS_DESKTOP: bool
 
 class Plan:
-    """The runs of a plan, in its order."""
+    """Runs of a plan, in its order."""
 
     def __new__(cls, path: str | pathlib.Path) -> Plan: ...
     def __len__(self) -> int: ...

@@ -1,4 +1,4 @@
-"""A whole drive as an environment of Gymnasium: the physics of a car, its driver, and traffic by SUMO or the native engine."""
+"""Whole drive as an environment of Gymnasium: vehicle physics, the driver, and traffic by SUMO or the native engine."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
 
 
 class DriveEnv(AdviceMeaning, gymnasium.Env):
-    """A whole drive: the participant's car with its physics, a simulated driver who follows the advice, other traffic.
+    """Whole drive: the participant's vehicle with its physics, a simulated driver who follows the advice, other traffic.
 
-    Observations, actions, rewards and endings are those of ``codrive.RingEnv``; **terminated** also says that the participant's car has
-    arrived at the end of its path. ``reset(seed=s)`` begins the drive of seed ``s``; ``reset()`` the next one of the series that the last
-    seed has begun. After an episode has ended, ``reset`` has to be called before the next ``step``.
+    Observations, actions, rewards and endings are as in ``codrive.RingEnv``. **Terminated** is also true when the participant's vehicle
+    reaches the end of its path. ``reset(seed=s)`` begins the drive of seed ``s``; ``reset()`` begins the next one of the series that the
+    last seed started. After an episode has ended, call ``reset`` before the next ``step``.
 
-    With SUMO the drive is in a process of its own, which is started by ``reset`` and ends with ``close`` or with the environment. Where
-    it is lost, ``step`` raises ``RuntimeError``, and ``reset`` starts another.
+    With SUMO the drive runs in a process of its own, which ``reset`` starts and which ends with ``close`` or with the environment. If the
+    process is lost, ``step`` raises ``RuntimeError``, and ``reset`` starts another.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class DriveEnv(AdviceMeaning, gymnasium.Env):
         """Begins an episode. Returns the observation, float32, ``(k,)``, and an empty dict.
 
         Raises:
-            ValueError: There can be no such drive.
+            ValueError: The settings or the seed allow no drive.
             RuntimeError: The drive has failed.
         """
         seed = self._series.first_seed(seed)
@@ -65,10 +65,10 @@ class DriveEnv(AdviceMeaning, gymnasium.Env):
         return observed.observations[0], {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """One hold under this action, ``(1,)``, or the number of a level.
+        """Drives one hold under this action, ``(1,)``, or the number of a level.
 
         Raises:
-            ValueError: Its shape is another, or it is NaN or out of range.
+            ValueError: The action has another shape, is NaN or is out of range.
             ResetNeeded: No episode has begun, or it has ended.
             RuntimeError: The drive has failed.
         """
@@ -85,7 +85,7 @@ class DriveEnv(AdviceMeaning, gymnasium.Env):
         return result.final_observations[0], float(result.rewards[0]), terminated, truncated, info
 
     def render(self) -> NDArray[np.uint8] | None:
-        """What is seen now, uint8, ``(height, width, 3)``; None without a ``render_mode``.
+        """Returns the present picture, uint8, ``(height, width, 3)``; None without a ``render_mode``.
 
         Raises:
             ResetNeeded: No episode has begun.
@@ -93,7 +93,7 @@ class DriveEnv(AdviceMeaning, gymnasium.Env):
         return self._series.render()
 
     def fingerprint(self) -> str:
-        """A hash over all states of this drive so far: equal where all of them are, to the bit.
+        """Returns a hash over all states of this drive so far; equal states have equal hashes, to the bit.
 
         Raises:
             ResetNeeded: No episode has begun.
@@ -101,5 +101,5 @@ class DriveEnv(AdviceMeaning, gymnasium.Env):
         return self._series.fingerprint()
 
     def close(self) -> None:
-        """Ends the drive; nothing can be done with it afterwards."""
+        """Ends the drive; the environment cannot be used afterwards."""
         self._series.close()

@@ -1,4 +1,4 @@
-"""What makes a whole drive, how it is drawn, and one drive after the other."""
+"""Settings and pictures of whole drives, and series of drives."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from codrive._spaces import ENDED, NEVER, SEEDS, check_open
 from codrive._words import did_you_mean
 from codrive._workers import WorkerDrive
 
-#: What moves the cars of a whole drive.
+#: Engines of whole drives.
 DRIVE_ENGINES = ("native", "sumo")
-#: Where pictures are taken from, and their largest side, pixels.
+#: Views of pictures, and their largest side, pixels.
 VIEWS = ("driver", "mirror", "birdseye", "chase")
 _MOST_PIXELS = 8192
 
@@ -32,7 +32,7 @@ _NO_RENDERER = (
 
 
 class Setup:
-    """The checked settings of a drive, and what drives it."""
+    """Checked settings of a drive, and its factory."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class Setup:
         settings: dict[str, Any],
     ) -> None:
         engine = engine_of(name, engine, DRIVE_ENGINES)
-        # Each drive is begun with its own: it is a setting of the series.
+        # Each drive begins with its own seed, so the setting applies to the series.
         self.own_seed = _checked_seed(settings.get("seed"))
         settings = {key: value for key, value in settings.items() if key != "seed"}
         self.configuration, self.arguments = drive_configuration(name, engine, hold, advice, driver, settings)
@@ -53,21 +53,21 @@ class Setup:
         self.hold_s: float = json.loads(self.configuration.json())["hold_s"]
 
     def drive(self) -> LocalDrive | WorkerDrive:
-        """A drive: in this process where SUMO is not needed."""
+        """Makes a drive, in this process if SUMO is not needed."""
         return self.worker() if self.configuration.needs_sumo else LocalDrive(self.arguments)
 
     def worker(self) -> WorkerDrive:
-        """A drive in a process of its own."""
+        """Makes a drive in a process of its own."""
         return WorkerDrive(self.arguments, self.variables, self.folder)
 
 
 class Camera:
-    """How a drive is drawn, if it is."""
+    """View and size of the pictures of a drive, if it is drawn."""
 
     def __init__(self, render_mode: str | None, view: str, size: tuple[int, int]) -> None:
         """
         Raises:
-            ValueError: There is no such mode, view or size.
+            ValueError: The mode, view or size is invalid.
             DependencyNotInstalled: The package was built without its renderer.
         """
         if render_mode not in (None, "rgb_array"):
@@ -84,7 +84,7 @@ class Camera:
 
 
 def drive_metadata(hold_s: float) -> dict[str, Any]:
-    """What Gymnasium is told of an environment whose steps are so long."""
+    """Returns Gymnasium's metadata for an environment with steps of this length."""
     return {"render_modes": ["rgb_array"] if HAS_DESKTOP else [], "render_fps": 1.0 / hold_s}
 
 
@@ -92,7 +92,7 @@ def check_one_advised(settings: dict[str, Any]) -> None:
     """Refuses settings of drives with other advised vehicles than the participant's.
 
     Raises:
-        ValueError: They are such.
+        ValueError: The settings advise other vehicles.
     """
     if str(settings.get("advised", 1)) != "1":
         raise ValueError(
@@ -110,7 +110,7 @@ def _checked_seed(seed: Any) -> int | None:
 
 
 class DriveSeries:
-    """Drives one after the other, as ``reset`` and ``step`` ask for them: which seed is next, and whether one can go on now."""
+    """Series of drives for ``reset`` and ``step``: keeps the next seed, and whether a step is possible now."""
 
     def __init__(self, setup: Setup, camera: Camera) -> None:
         self._setup = setup
@@ -118,16 +118,16 @@ class DriveSeries:
         self._drive: LocalDrive | WorkerDrive | None = None
         self._has_begun = False
         self._is_closed = False
-        #: Why there can be no hold now.
+        #: Reason why there can be no hold now, if any.
         self._why_not: str | None = NEVER
 
     def first_seed(self, seed: int | None) -> int | None:
-        """The seed that ``reset(seed)`` is to begin with: the one of the settings at first, where none is given."""
+        """Returns the seed for ``reset(seed)``: if none is given, at first that of the settings."""
         check_open(self._is_closed)
         return self._setup.own_seed if seed is None and not self._has_begun else seed
 
     def begin(self, seed: int | None, random: np.random.Generator) -> Observed:
-        """Begins the drive of this seed, or of the next one that ``random`` gives."""
+        """Begins the drive of this seed, or of the next seed from ``random``."""
         own = next_seed(seed, random)
         self._has_begun, self._why_not = True, _FAILED
         if self._drive is None:
@@ -137,7 +137,7 @@ class DriveSeries:
         return observed
 
     def check_step(self) -> None:
-        """Refuses a step where there can be none.
+        """Refuses a step if none is possible.
 
         Raises:
             ClosedEnvironmentError: The drives are closed.
@@ -152,26 +152,26 @@ class DriveSeries:
         return self._done(self._drive.hold, actions)
 
     def end(self) -> None:
-        """The episode is over."""
+        """Notes the end of the episode."""
         self._why_not = ENDED
 
     def fail(self) -> None:
-        """The drive cannot be used."""
+        """Marks the drive as failed and ends it."""
         self._why_not = _FAILED
         self._lose()
 
     def render(self) -> NDArray[np.uint8] | None:
-        """A picture of now, if any are asked for."""
+        """Returns the present picture, if pictures are on."""
         self._check_begun()
         return self._drive.render(*self._camera.arguments) if self._camera.is_on else None
 
     def fingerprint(self) -> str:
-        """A hash over all states of this drive so far."""
+        """Returns a hash over all states of this drive so far."""
         self._check_begun()
         return self._drive.fingerprint()
 
     def close(self) -> None:
-        """Ends them."""
+        """Ends the series."""
         self._is_closed = True
         self._lose()
 
@@ -181,7 +181,7 @@ class DriveSeries:
             raise ResetNeeded(self._why_not)
 
     def _done(self, call: Callable[..., Any], *arguments: Any) -> Any:
-        """Does it; a drive that has failed is not used again."""
+        """Makes a call; a drive that has failed is not used again."""
         try:
             return call(*arguments)
         except BaseException:
@@ -195,5 +195,5 @@ class DriveSeries:
 
 
 def next_seed(seed: int | None, random: np.random.Generator) -> int:
-    """The seed of a drive: the one that is given, else the next of a series."""
+    """Returns the seed of a drive: the given one, else the next of a series."""
     return int(random.integers(SEEDS)) if seed is None else int(seed) % SEEDS

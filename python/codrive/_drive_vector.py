@@ -28,18 +28,18 @@ from codrive._spaces import (
 )
 from codrive._workers import close_all
 
-#: Processes at the most.
+#: Maximum number of processes.
 _MOST = 1024
 
 
 class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
-    """Whole drives that go on at the same time, each in a process of its own; see ``codrive.DriveEnv`` for what one is.
+    """Whole drives that run at the same time, each in a process of its own; see ``codrive.DriveEnv`` for a single drive.
 
-    Arrays, infos and endings are those of ``codrive.RingVectorEnv``: a drive that ends begins another in the same step
+    Arrays, infos and endings are as in ``codrive.RingVectorEnv``: a drive that ends begins another in the same step
     (``AutoresetMode.SAME_STEP``). ``reset(seed=s)`` begins in environment ``i`` the drives that ``codrive.DriveEnv`` drives after
     ``reset(seed=s + i)``.
 
-    Where a process is lost, or Ctrl-C stops a step, the step raises; ``reset`` starts another process and begins all drives anew.
+    If a process is lost, or Ctrl-C stops a step, the step raises; ``reset`` starts another process and begins all drives again.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
         self._random = [np_random()[0] for _ in range(self.num_envs)]
         self._observations = np.zeros((self.num_envs, len(self.settings.inputs())), np.float32)
         self._has_begun = False
-        #: Where an episode can go on.
+        #: True for environments whose episode can continue.
         self._is_ready = np.zeros(self.num_envs, np.bool_)
 
     def reset(
@@ -83,7 +83,7 @@ class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
 
         Args:
             seed: Environment ``i`` begins the drives of ``seed + i``; None: the next ones.
-            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: only there.
+            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: resets only the marked environments.
 
         Returns:
             Observations, float32, ``(num_envs, k)``, and an empty dict.
@@ -108,10 +108,10 @@ class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
     def step(
         self, actions: Any
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """One hold of every drive under these actions, ``(num_envs, 1)``, or ``(num_envs,)`` where they are levels.
+        """Drives one hold of every drive under these actions, ``(num_envs, 1)``, or ``(num_envs,)`` for levels.
 
         Raises:
-            ValueError: Their shape is another, or one is NaN or out of range.
+            ValueError: The actions have another shape, or one is NaN or out of range.
             ResetNeeded: No episode has begun.
             RuntimeError: A drive has failed.
         """
@@ -137,14 +137,14 @@ class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
         return self._observations.copy(), rewards, terminations, truncations, infos
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
-        """What is seen now in each, uint8, ``(height, width, 3)``; None without a ``render_mode``."""
+        """Returns the present picture of each drive, uint8, ``(height, width, 3)``; None without a ``render_mode``."""
         check_open(self.closed)
         if not self._camera.is_on:
             return None
         return tuple(self._of_all("render", self._camera.arguments))
 
     def fingerprints(self) -> list[str]:
-        """Of each drive a hash over all its states so far: equal where all of them are, to the bit."""
+        """Returns for each drive a hash over all its states so far; equal states have equal hashes, to the bit."""
         check_open(self.closed)
         return self._of_all("fingerprint", ())
 
@@ -158,14 +158,14 @@ class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
         return list(self._all(call, dict.fromkeys(range(self.num_envs), arguments)).values())
 
     def _begin(self, seeds: dict[int, int | None]) -> None:
-        """Begins drives of these seeds, or the next ones of their series, in these environments."""
+        """Begins drives in these environments, with these seeds or the next ones of their series."""
         begun = self._all("begin", {number: (next_seed(seed, self._random[number]),) for number, seed in seeds.items()})
         for number, observed in begun.items():
             self._observations[number] = observed.observations[0]
             self._is_ready[number] = True
 
     def _all(self, call: str, arguments: dict[int, tuple[Any, ...]]) -> dict[int, Any]:
-        """The same call of several drives at once. Where one fails, none goes on."""
+        """Makes the same call to several drives at once. If one fails, none continues."""
         self._is_ready[list(arguments)] = False
         answers: dict[int, Any] = {}
         faults: dict[int, Exception] = {}
@@ -181,7 +181,7 @@ class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
                 except Exception as fault:
                     faults[number] = fault
         except BaseException:
-            # Ctrl-C: who has not answered drives on, and his answer would be taken for that to the next question.
+            # Ctrl-C: a process without a response is still driving; its response would be taken for that to the next call.
             self._is_ready[:] = False
             for number in arguments.keys() - answers.keys():
                 self._drives[number].kill()

@@ -1,4 +1,4 @@
-"""One whole drive, hold by hold, in this process; ``_workers`` has the same in others."""
+"""One whole drive, hold by hold, in this process; ``_workers`` has the same for other processes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from codrive._words import in_words_of_python
 
 
 class Arguments(NamedTuple):
-    """What ``DriveConfiguration`` takes."""
+    """Arguments of ``DriveConfiguration``."""
 
     map: str
     driver: str | None
@@ -22,14 +22,14 @@ class Arguments(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """Who is advised now, and what they see, float32, ``(agents, k)``."""
+    """Vehicles that are advised now, and their observations, float32, ``(agents, k)``."""
 
     agents: list[str]
     observations: NDArray[np.float32]
 
 
 class HoldResult(NamedTuple):
-    """What came of a hold; rows are those who were advised in it."""
+    """Result of a hold; rows are the vehicles that were advised in it."""
 
     rewards: NDArray[np.float64]
     terminations: NDArray[np.bool_]
@@ -40,7 +40,7 @@ class HoldResult(NamedTuple):
 
 
 class LocalDrive:
-    """A drive in this process."""
+    """Drive in this process."""
 
     def __init__(self, arguments: Arguments) -> None:
         self._drive = Drive(DriveConfiguration(*arguments))
@@ -66,11 +66,11 @@ class LocalDrive:
         )
 
     def fingerprint(self) -> str:
-        """A hash over all states since the drive began."""
+        """Returns a hash over all states since the drive began."""
         return self._drive.fingerprint()
 
     def render(self, width: int, height: int, view: str) -> NDArray[np.uint8]:
-        """A picture of now, uint8, ``(height, width, 3)``."""
+        """Returns the present picture, uint8, ``(height, width, 3)``."""
         os.environ.update(runtime_variables())
         return self._drive.render(width, height, view)
 

@@ -1,4 +1,4 @@
-"""``evaluate``: policies over whole horizons, with the numbers of ``codrive evaluate``."""
+"""``evaluate``: results of policies over whole horizons, with the numbers of ``codrive evaluate``."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from codrive._frames import Frames, library
 from codrive._settings import configuration
 from codrive._words import in_words_of_python
 
-#: Columns whose name in ``codrive evaluate``'s tables says more than that of the result.
+#: Columns that have clearer names in ``codrive evaluate``'s tables than in the results.
 _COLUMNS = {"mean_mps": "mean_speed_mps", "settled_mps": "settled_speed_mps"}
 
 _ELSEWHERE = "codrive.evaluate drives rings of training; codrive.make drives on other maps, and so does a plan of codrive.sweep"
 
 
 def policies() -> list[str]:
-    """Names of the policies that ``evaluate`` knows: the built-in ones, then the shipped ones."""
+    """Returns the names of the policies that ``evaluate`` knows: the built-in ones, then the shipped ones."""
     built_in, shipped = policy_names()
     return [*built_in, *shipped]
 
@@ -42,32 +42,32 @@ def evaluate(
     progress: bool | None = None,
     **settings: Any,
 ) -> Any:
-    """Drives policies on the same rings over whole horizons, transients included.
+    """Evaluates policies on the same rings over whole horizons, transients included.
 
     Args:
-        policy: A name (``codrive.policies()``, or ``"auto"`` for the one that is shipped for the ring), a policy.toml, an ONNX file;
-            a callable that is given observations, float32, ``(over, k)``, and gives actions, ``(over, 1)`` or ``(over,)``, as those
-            of ``make_vec`` with the same settings; something with ``predict``, as models of Stable-Baselines3; an algorithm of RLlib
-            (its default module), or an ``RLModule``, on PyTorch; or a list of such. Without one, all built-in ones.
+        policy: A name (from ``codrive.policies()``, or ``"auto"`` for the one shipped for the ring), a policy.toml, or an ONNX file;
+            a callable that takes observations, float32, ``(over, k)``, and returns actions, ``(over, 1)`` or ``(over,)``, as for
+            ``make_vec`` with the same settings; an object with ``predict``, such as a model of Stable-Baselines3; an algorithm of RLlib
+            (its default module) or an ``RLModule``, on PyTorch; or a list of these. None: all built-in policies.
         name: As ``codrive.make``.
-        over: Rings, each with random numbers of its own, 1 to 100,000.
-        hold: How long one advice stands, s; or several such.
-        driver: Who follows, as ``codrive.make``; None: as the settings say.
-        advice: What the actions of a callable are: ``"acceleration"`` or ``"speed"``.
-        aim: Speed that the built-in policies aim for, m/s; 0 takes 98.5 % of the equilibrium speed.
+        over: Number of rings, each with its own random numbers, 1 to 100,000.
+        hold: Duration of one advice, s; or a list of these.
+        driver: Driver who follows the advice, as ``codrive.make``; None: as in the settings.
+        advice: Meaning of a callable's actions: ``"acceleration"`` or ``"speed"``.
+        aim: Target speed of the built-in policies, m/s; 0 takes 98.5 % of the equilibrium speed.
         as_: ``"pandas"`` or ``"polars"``.
-        progress: Says on the standard error how far it is; None: where a person watches.
+        progress: Shows progress on standard error; None: if it is a terminal.
         **settings: As ``codrive.make``.
 
     Returns:
         A data frame with one row for each policy, hold and ring: ``policy``, ``hold_s``, ``driver``, ``seed``, ``ring``, then
-        what ``codrive evaluate --json`` says of a ring: ``mean_speed_mps`` and ``settled_speed_mps`` (m/s, all cars, over the
+        the results of ``codrive evaluate --json`` for a ring: ``mean_speed_mps`` and ``settled_speed_mps`` (m/s, all vehicles, over the
         horizon and over its last quarter), ``sd_over_cars_mps``, ``sd_in_time_mps``, ``last_disturbance_s``, ``least_gap_m``,
-        ``crashed``, ``crash_s``, ``fuel_l_100km``, ``throughput_per_h``, ``in_range`` and what is told of conflicts.
+        ``crashed``, ``crash_s``, ``fuel_l_100km``, ``throughput_per_h``, ``in_range`` and the measures of conflicts.
 
     Raises:
-        TypeError: There is no setting of that name, or the policy is nothing that answers.
-        ValueError: A value is not allowed, there is no such policy, or its answers cannot be actions.
+        TypeError: There is no setting of that name, or ``policy`` is not a policy.
+        ValueError: A value is not allowed, there is no such policy, or its actions are invalid.
     """
     frames = library(as_)
     if isinstance(over, bool) or not isinstance(over, (int, np.integer)) or not 1 <= over <= 100_000:
@@ -103,7 +103,7 @@ def _row(result: dict[str, Any]) -> dict[str, Any]:
 def _results(
     policy: Any, case: Configuration, name: str, aim: float, over: int, meter: _Meter
 ) -> tuple[str, list[dict[str, Any]]]:
-    """What a policy is called, and what came of each ring."""
+    """Returns the name of a policy, and its result on each ring."""
     if isinstance(policy, (str, os.PathLike)):
         with in_words_of_python():
             own, warning, text = evaluate_policy(case, os.fspath(policy), name, aim, over, meter.at)
@@ -117,7 +117,7 @@ def _results(
 
 
 class _Meter:
-    """How far an evaluation is, in one line."""
+    """Progress of an evaluation, in one line."""
 
     def __init__(self, rings: int, shown: bool | None) -> None:
         self._rings = rings
@@ -125,15 +125,15 @@ class _Meter:
         self._is_shown = sys.stderr.isatty() if shown is None else bool(shown)
 
     def at(self, of_case: int) -> None:
-        """So many rings of the present case are driven."""
+        """Shows the number of finished rings of the present case."""
         if self._is_shown:
             print(f"\r{self._before + of_case} of {self._rings} rings", end="", file=sys.stderr, flush=True)
 
     def next(self, of_case: int) -> None:
-        """The present case is over."""
+        """Counts the rings of the present case as finished."""
         self._before += of_case
 
     def end(self) -> None:
-        """All are driven."""
+        """Ends the line."""
         if self._is_shown:
             print(file=sys.stderr)

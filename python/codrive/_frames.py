@@ -1,4 +1,4 @@
-"""Which library's tables are asked for."""
+"""Choice of the library for tables."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ Frames = Literal["pandas", "polars"]
 
 
 def library(as_: str) -> Any:
-    """The library of this name.
+    """Returns the library of this name.
 
     Raises:
-        ValueError: It is none of the two.
-        ImportError: It is not installed.
+        ValueError: The name is neither of the two.
+        ImportError: The library is not installed.
     """
     if as_ not in ("pandas", "polars"):
         raise ValueError(f"as_ is {as_!r}; allowed: 'pandas', 'polars'")

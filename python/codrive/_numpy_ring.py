@@ -1,4 +1,4 @@
-"""The ring of the fast engine in numpy, with the driver who follows the advice: what the benchmark compares with. The intelligent driver
+"""Ring of the fast engine in numpy, with a driver who follows the advice, as a reference for the benchmark. It uses the intelligent driver
 model (Treiber, Hennecke, Helbing 2000) with Flow's noise, SI units."""
 
 from __future__ import annotations
@@ -10,23 +10,23 @@ from numpy.typing import NDArray
 
 from codrive._settings import settings
 
-#: Bounds of the engine: hardest braking, m/s2, and the acceleration below which a standing car stays, m/s2.
+#: Limits of the engine: hardest braking, m/s2, and the acceleration below which a stationary vehicle stays, m/s2.
 _EMERGENCY_MPS2 = 9.0
 _CREEP_MPS2 = 1e-4
 _CAR_M = 5.0
-#: A driver closes the difference to the advised speed in this time, s, and judges a leader's braking over that one, s.
+#: Time in which a driver closes the difference to the advised speed, s, and time over which they estimate a leader's braking, s.
 _RELAXATION_S = 1.5
 _JUDGED_S = 0.2
-#: The advised speed goes no further than this beyond what has been reached, m/s.
+#: Maximum difference of the advised speed from the present speed, m/s.
 _LEAD_MPS = 1.0
 
 
 class NumpyRing:
-    """Rings side by side, each of evenly spaced cars that begin at a standstill; row 0 is the advised car, row k the k-th behind it."""
+    """Rings side by side, each of evenly spaced vehicles that start from rest; row 0 is the advised vehicle, row k the k-th behind it."""
 
     def __init__(self, rings: int, seed: int, noise: float | None = None, driver: dict[str, Any] | None = None) -> None:
-        """``noise`` is that of the accelerations, m/s2 per root second; None: the ring's own. ``driver`` has numbers of a driver by their
-        names in ``codrive.settings()``; None: the ego follows to the letter."""
+        """Creates the rings at rest. ``noise`` is the noise of the accelerations, m/s2 per root second; None: the ring's own. ``driver``
+        has parameters of a driver by their names in ``codrive.settings()``; None: the ego follows the advice exactly."""
         own = settings("ring-250")
         idm, cars = own["idm"], own["vehicles_min"]
         self.step_s = own["step_s"]
@@ -40,8 +40,8 @@ class NumpyRing:
         self._driver = None if driver is None else _Driver(rings, self.step_s, {**own, **driver}, self._rng)
 
     def step(self, accel_mps2: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """One step in which the advised cars are advised these accelerations, ``(rings,)``. Speeds, leaders' speeds and gaps of the advised
-        cars, ``(rings, 3)``, and the mean speeds of all cars, ``(rings,)``."""
+        """Makes one step with these advised accelerations, ``(rings,)``. Returns speeds, leaders' speeds and gaps of the advised vehicles,
+        ``(rings, 3)``, and the mean speeds of all vehicles, ``(rings,)``."""
         speed = self.speed_mps
         ahead = np.roll(speed, 1, axis=0)
         accel = self._model(speed, ahead, self.gap_m)
@@ -70,7 +70,7 @@ class NumpyRing:
 
 
 class _Driver:
-    """Drivers who follow the advised speed late, with an error that wanders and a habit, and see their leaders late."""
+    """Drivers with a reaction time for advice and leader, a speed error that varies slowly, and a speed bias."""
 
     def __init__(self, rings: int, step_s: float, own: dict[str, Any], rng: np.random.Generator) -> None:
         self._step_s, self._rng, self._rings = step_s, rng, np.arange(rings)
@@ -85,7 +85,7 @@ class _Driver:
         self._error_mps = (error_mps * rng.standard_normal(rings)).astype(np.float32)
         self._accel_mps2, self._decel_mps2 = own["ego_accel_mps2"], own["ego_decel_mps2"]
         self._judged = max(round(_JUDGED_S / step_s), 1)
-        # Newest first in time, overwritten in turn.
+        # Ring buffers over time.
         longest = int(max(self._late.max(), self._sees_late.max())) + self._judged + 1
         self._shown_mps = np.full((longest, rings), -1.0, np.float32)
         self._seen = np.zeros((longest, 3, rings), np.float32)
@@ -94,7 +94,7 @@ class _Driver:
         self.way_m = np.zeros(rings, np.float32)
 
     def sees(self, gap_m: NDArray[np.float32], leader_mps: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Gaps and leaders' speeds as they were, carried on to now (Treiber, Kesting, Helbing 2006)."""
+        """Returns gaps and leaders' speeds of a reaction time ago, extrapolated to now (Treiber, Kesting, Helbing 2006)."""
         size = len(self._seen)
         newest = self._steps % size
         self._seen[newest] = gap_m, leader_mps, self.way_m
@@ -110,7 +110,7 @@ class _Driver:
         return gap_then_m + (then_mps + now_mps) / 2.0 * braked_s - (self.way_m - way_then_m), now_mps
 
     def follows(self, accel_mps2: NDArray[np.float32], speed: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Accelerations to what was shown a reaction time ago; infinite where nothing was."""
+        """Returns the accelerations to the advice of a reaction time ago; infinite if there was none."""
         begun_from = speed if self._advised_mps is None else np.clip(self._advised_mps, speed - _LEAD_MPS, speed + _LEAD_MPS)
         self._advised_mps = np.maximum(begun_from + accel_mps2 * np.float32(self._step_s), 0.0)
         size = len(self._shown_mps)

@@ -27,13 +27,13 @@ _ONE_EACH = (
 
 
 class DriveParallelEnv(AdviceMeaning, ParallelEnv):
-    """One drive, in which each advised vehicle is an agent; see ``codrive.DriveEnv`` for what they see, do and are rewarded for.
+    """One drive, in which each advised vehicle is an agent; see ``codrive.DriveEnv`` for observations, actions and rewards.
 
-    * **Agents** are named as in recordings; ``"ego"`` is the participant's. On a closed road they are known before,
-      ``possible_agents``; on a road network they come and go, and there is no such list.
-    * An agent that **comes** has an entry in all five dicts of that step, with a reward of 0; whoever has collided or arrived is
-      **terminated** and no longer among ``agents``. At the horizon all are **truncated**.
-    * Holds in which nobody is advised are driven without asking, so that ``agents`` is empty only where the episode has ended.
+    * **Agents** are named as in recordings; ``"ego"`` is the participant's vehicle. On a closed road ``possible_agents`` lists them; on a
+      road network they enter and leave, and there is no such list.
+    * An agent that **enters** gets an entry in all five dicts of that step, with a reward of 0. An agent that has collided or arrived is
+      **terminated** and no longer in ``agents``. At the horizon all are **truncated**.
+    * Holds without an advised vehicle are driven without actions, so that ``agents`` is empty only after the end of the episode.
     """
 
     def __init__(
@@ -68,19 +68,19 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
         self._random: np.random.Generator | None = None
 
     def observation_space(self, agent: str) -> Box:
-        """What an agent sees; the same object for all.
+        """Returns the observation space; the same object for all agents.
 
         Raises:
-            ValueError: It can be no agent.
+            ValueError: There is no such agent.
         """
         self._check_name(agent)
         return self._observation_space
 
     def action_space(self, agent: str) -> Space:
-        """What an agent is advised; the same object for all.
+        """Returns the action space; the same object for all agents.
 
         Raises:
-            ValueError: It can be no agent.
+            ValueError: There is no such agent.
         """
         self._check_name(agent)
         return self._action_space
@@ -88,12 +88,12 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
-        """Begins a drive: the one of a seed, or the next one of the series that the last seed has begun. Gives of each agent its
+        """Begins a drive: that of a seed, or the next one of the series that the last seed started. Returns for each agent its
         observation, float32, ``(k,)``, and an empty dict.
 
         Raises:
-            ValueError: There can be no such drive.
-            RuntimeError: The drive has failed, or nobody is advised in it up to its horizon.
+            ValueError: The settings or the seed allow no drive.
+            RuntimeError: The drive has failed, or no vehicle is advised in it up to its horizon.
         """
         seed = self._series.first_seed(seed)
         if seed is not None or self._random is None:
@@ -111,11 +111,11 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
     ) -> tuple[
         dict[str, NDArray[np.float32]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
     ]:
-        """One hold under these actions, of each of ``agents`` one, ``(1,)``, or the number of a level.
+        """Drives one hold under these actions, one for each of ``agents``, ``(1,)``, or the number of a level.
 
         Raises:
-            TypeError: They are no dict, or an action is no number.
-            ValueError: One is missing or too many, its shape is another, or it is NaN or out of range.
+            TypeError: The actions are not a dict, or an action is not a number.
+            ValueError: An action is missing or superfluous, has another shape, is NaN or is out of range.
             ResetNeeded: No episode has begun, or it has ended.
             RuntimeError: The drive has failed.
         """
@@ -137,19 +137,19 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
         return observations, rewards, terminations, truncations, infos
 
     def render(self) -> NDArray[np.uint8] | None:
-        """What is seen now, uint8, ``(height, width, 3)``; None without a ``render_mode``."""
+        """Returns the present picture, uint8, ``(height, width, 3)``; None without a ``render_mode``."""
         return self._series.render()
 
     def fingerprint(self) -> str:
-        """A hash over all states of this drive so far: equal where all of them are, to the bit."""
+        """Returns a hash over all states of this drive so far; equal states have equal hashes, to the bit."""
         return self._series.fingerprint()
 
     def close(self) -> None:
-        """Ends the drive; nothing can be done with it afterwards."""
+        """Ends the drive; the environment cannot be used afterwards."""
         self._series.close()
 
     def _checked(self, actions: Mapping[str, Any]) -> NDArray[np.float32]:
-        """The actions in the order of ``agents``."""
+        """Returns the checked actions in the order of ``agents``."""
         if not isinstance(actions, Mapping):
             raise TypeError(f"actions are {type(actions).__name__}; allowed: a dict with an action for each of env.agents")
         missing = [agent for agent in self.agents if agent not in actions]

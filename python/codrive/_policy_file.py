@@ -1,4 +1,4 @@
-"""Files of policies: what was trained here, for drives, studies and other programs."""
+"""Policy files: policies trained in Python, for drives, studies and other programs."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def save_policy(path: str | os.PathLike[str], layers: Sequence[tuple[Any, Any]],
     """Writes a network as a policy that drives, studies and evaluations take.
 
     Args:
-        path: ``NAME.onnx``, which other programs read, too, or ``NAME.toml``, codrive's own kind. What is there is replaced.
+        path: ``NAME.onnx``, which other programs read, too, or ``NAME.toml``, codrive's own format. An existing file is replaced.
         layers: Weights ``(inputs, outputs)`` and biases ``(outputs,)`` of each layer: y = x W + b, then tanh on all but the last. The first
-            sees an observation of ``envs``; the last gives an action, one number, or one for each level, of which the largest wins.
-        envs: The environments that it was trained in (``make``, ``make_vec``, ``make_parallel``, ``codrive.sb3.VecEnv``): they say what
-            its numbers mean.
+            layer takes an observation of ``envs``; the last returns an action: one number, or one per level, of which the largest wins.
+        envs: The environments that it was trained in (``make``, ``make_vec``, ``make_parallel``, ``codrive.sb3.VecEnv``), which define the
+            meaning of its numbers.
 
     Raises:
-        ValueError: Layers do not fit together or to ``envs``, or hold numbers that are not finite.
+        ValueError: Layers do not match each other or ``envs``, or contain numbers that are not finite.
         OSError: The file cannot be written.
     """
     given = []
@@ -40,7 +40,7 @@ def save_policy(path: str | os.PathLike[str], layers: Sequence[tuple[Any, Any]],
 
 
 def describe_policy(envs: Any) -> str:
-    """What the numbers of a policy mean that was trained in ``envs``: the text of ``NAME.onnx.toml`` beside an ONNX file of other origin."""
+    """Returns the description of a policy trained in ``envs``: the text of ``NAME.onnx.toml`` beside an ONNX file of other origin."""
     return network_description(_settings(envs))
 
 

@@ -1,4 +1,4 @@
-"""``read``: recordings and the data sets of studies, as tables and pictures."""
+"""``read``: recordings and data sets of studies, as tables and pictures."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from codrive._frames import Frames, library
 
 
 def read(folder: str | os.PathLike[str]) -> Recording | DataSet:
-    """Opens what ``codrive`` has recorded: one drive (``codrive run --out``), the data set of a study, or one participant of it.
+    """Opens a recording of one drive (``codrive run --out``), the data set of a study, or one participant of it.
 
     Args:
-        folder: That of a recording (with ``manifest.json``), of a data set (with ``dataset_description.json``), or a ``sub-*`` in one.
+        folder: Folder of a recording (with ``manifest.json``), of a data set (with ``dataset_description.json``), or a ``sub-*`` in one.
 
     Returns:
-        A ``Recording`` or a ``DataSet``. Tables are read when they are asked for.
+        A ``Recording`` or a ``DataSet``. Tables are read on access.
 
     Raises:
         FileNotFoundError: There is no such folder.
-        ValueError: It holds nothing that was recorded, or a recording was cut; the message says what mends it.
+        ValueError: The folder holds no recording, or a recording was interrupted; the message names the remedy.
     """
     title, is_data_set, found = find_drives(pathlib.Path(folder))
     recordings = [Recording(*drive) for drive in found]
@@ -36,14 +36,14 @@ def read(folder: str | os.PathLike[str]) -> Recording | DataSet:
 class Recording:
     """One recorded drive.
 
-    ``recording["ego"]`` is a table as pandas has it; ``tables`` lists them. A notebook shows the positions of all vehicles over time.
+    ``recording["ego"]`` is a pandas table; ``tables`` lists the names. A notebook shows the positions of all vehicles over time.
 
     Attributes:
-        folder: Where it is.
-        participant: ``sub-...`` in a study; else empty, as the next four.
+        folder: Folder of the recording.
+        participant: ``sub-...`` in a study; otherwise empty, like the next four.
         segment: Segment of the study.
         place: Place among the trials.
-        condition: Condition.
+        condition: Name of the condition.
         levels: Level of each factor.
         baseline: The same drive from the same seed without advice, or None.
     """
@@ -65,46 +65,46 @@ class Recording:
 
     @functools.cached_property
     def manifest(self) -> dict[str, Any]:
-        """What was driven, where, and by which program: ``manifest.json``."""
+        """Returns the description of the drive, the map and the program: ``manifest.json``."""
         return json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
 
     @functools.cached_property
     def settings(self) -> dict[str, Any]:
-        """How the drive was set, by the names of a scenario, SI units."""
+        """Returns the settings of the drive, by the names of a scenario, SI units."""
         return json.loads(recorded_settings(self.folder))
 
     @property
     def tables(self) -> list[str]:
-        """Names of its tables; those of other devices are ``streams/NAME``."""
+        """Returns the names of the tables; tables of other devices are ``streams/NAME``."""
         files = [*self.folder.glob("*.parquet"), *self.folder.glob("streams/*.parquet")]
         return sorted(file.relative_to(self.folder).with_suffix("").as_posix() for file in files)
 
     def __getitem__(self, name: str) -> Any:
-        """The table of this name as pandas has it."""
+        """Returns the pandas table of this name."""
         return self.table(name)
 
     def table(self, name: str, as_: Frames = "pandas") -> Any:
-        """A table: ``tick`` counts 10 ms, all else in the units that the column's name ends in.
+        """Returns a table: ``tick`` counts 10 ms; all other columns have the unit at the end of their name.
 
         Raises:
-            KeyError: There is no such table; the message lists them.
-            ImportError: What reads Parquet is not installed.
+            KeyError: There is no such table; the message lists the tables.
+            ImportError: The library for Parquet is not installed.
         """
         if name not in self.tables:
             raise KeyError(f"no table {name!r} in {self.folder}; there are {', '.join(self.tables)}")
         return _frame(self.folder / f"{name}.parquet", as_)
 
     def measures(self, as_: Frames = "pandas") -> Any:
-        """The drive in numbers: its row of ``codrive analyse``'s trials.csv."""
+        """Returns the measures of the drive: its row of ``codrive analyse``'s trials.csv."""
         return _csv(measures(self.folder), as_)
 
     def space_time(self) -> str | None:
-        """Positions of all vehicles over time, coloured by speed, the ego outlined, as SVG; None where there is nothing to draw."""
+        """Returns the positions of all vehicles over time, coloured by speed, the ego outlined, as SVG; None if too little to draw."""
         return space_time(self.folder)
 
     @property
     def title(self) -> str:
-        """The drive in words."""
+        """Returns participant, segment, place and condition, or the name of the folder."""
         words = [self.participant, self.segment, self.place, self.condition]
         return " ".join(word for word in words if word) or self.folder.name
 
@@ -123,12 +123,12 @@ class Recording:
 
 
 class DataSet:
-    """The drives of a study, or of one participant of it.
+    """Drives of a study, or of one participant of it.
 
     Attributes:
-        folder: Where it is.
+        folder: Folder of the data set.
         title: Name of the study, or the participant.
-        recordings: Its drives, in the order of participants and places; those that are excluded are left out.
+        recordings: Drives in the order of participants and places, without excluded ones.
     """
 
     def __init__(self, folder: pathlib.Path, title: str, recordings: list[Recording]) -> None:
@@ -145,7 +145,7 @@ class DataSet:
 
     @property
     def drives(self) -> Any:
-        """A row a drive: participant, segment, place, condition, levels of factors, folder, as pandas has it."""
+        """Returns a pandas table with one row per drive: participant, segment, place, condition, levels of factors, folder."""
         return library("pandas").DataFrame(
             {
                 "participant": one.participant,
@@ -159,7 +159,7 @@ class DataSet:
         )
 
     def measures(self, as_: Frames = "pandas") -> Any:
-        """A row a drive in numbers: trials.csv of ``codrive analyse``, computed on all cores."""
+        """Returns the measures, one row per drive: trials.csv of ``codrive analyse``, computed on all cores."""
         return _csv(measures(self.folder), as_)
 
     def __repr__(self) -> str:
@@ -181,7 +181,7 @@ def _frame(path: pathlib.Path, as_: Frames) -> Any:
 
 
 def _csv(text: str, as_: Frames) -> Any:
-    # Codes such as 01 are words.
+    # Codes such as 01 are text.
     words = ("participant", "segment", "place", "condition", "ended")
     frames = library(as_)
     if as_ == "polars":

@@ -1,4 +1,4 @@
-"""``make``, ``make_vec`` and ``make_parallel``, and the same environments by Gymnasium's ids."""
+"""``make``, ``make_vec`` and ``make_parallel``, and the same environments by their Gymnasium ids."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from codrive._settings import engine_of
 if TYPE_CHECKING:
     from codrive._parallel import DriveParallelEnv
 
-#: Ids of Gymnasium and the ring that each is.
+#: Gymnasium ids and their rings.
 IDS = {"codrive/Ring250-v0": "ring-250", "codrive/Ring641-v0": "ring-641"}
-#: The id of whole drives, whose map is ``name=``.
+#: Gymnasium id of whole drives; ``name=`` sets the map.
 DRIVE_ID = "codrive/Drive-v0"
 
 
 def register() -> None:
-    """Makes the ids of ``IDS`` and ``DRIVE_ID`` known to Gymnasium. Importing codrive does it; a second time does nothing."""
+    """Registers the ids of ``IDS`` and ``DRIVE_ID`` with Gymnasium. The import of codrive calls it; another call does nothing."""
     for name, ring in IDS.items():
         if name not in registry:
             gymnasium.register(
@@ -45,32 +45,32 @@ def make(
     render_mode: str | None = None,
     **settings: Any,
 ) -> gymnasium.Env:
-    """One environment: a ring of the fast engine, or a whole drive.
+    """Makes one environment: a ring of the fast engine, or a whole drive.
 
     Args:
-        name: ``"ring-250"`` or ``"ring-641"``; the FILE.toml of a training's configuration, which is a ring, too; for whole drives any
+        name: ``"ring-250"`` or ``"ring-641"``; the FILE.toml of a training configuration, which is a ring, too; for whole drives any
             shipped map, or the folder or net.xml of an imported one.
-        hold: How long one action stands, s; the setting ``hold_s``.
-        advice: ``"acceleration"`` or ``"speed"``: what an action is; the setting ``action``.
-        driver: Who follows the advice. ``"follow"``, ``"perfect"``, ``"sloppy"``, ``"idm"``, ``"exact"`` and ``"guarded"`` are the
-            same in each episode, ``"late"``, ``"people"``, ``"perp"`` and ``"anyone"`` are drawn for each; or numbers,
-            ``"reaction=1,error=0.5"`` (s, m/s). Without one, as the settings say: on rings to the letter.
-        engine: What moves the cars: ``"ring"``, the fast ring of training; ``"sumo"``, a whole drive with the physics of a car among
-            SUMO's traffic, in a process of its own; ``"native"``, the same among the traffic of the native engine, on closed single
-            lanes. None: ``"ring"`` for rings, ``"sumo"`` for all else.
-        render_mode: ``"rgb_array"`` draws whole drives, as ``view`` (``"driver"``, ``"mirror"``, ``"birdseye"``, ``"chase"``) and
-            ``size`` (pixels) say, where the package is built with its renderer; None: nothing is drawn.
-        **settings: Any setting of ``codrive train`` by its own name, of whole drives those of ``codrive run`` and what an episode needs
-            (``codrive.settings(name, engine=...)`` lists them); a table is a dict, ``idm={"v0": 20.0}``. They come after ``driver`` and
-            change him, too.
+        hold: Duration of one action, s; the setting ``hold_s``.
+        advice: Meaning of an action, ``"acceleration"`` or ``"speed"``; the setting ``action``.
+        driver: Driver who follows the advice. ``"follow"``, ``"perfect"``, ``"sloppy"``, ``"idm"``, ``"exact"`` and ``"guarded"`` are the
+            same in each episode; ``"late"``, ``"people"``, ``"perp"`` and ``"anyone"`` are drawn for each. Or parameters,
+            ``"reaction=1,error=0.5"`` (s, m/s). None: as in the settings; on rings the driver follows exactly.
+        engine: Engine of the traffic: ``"ring"``, the fast ring of training; ``"sumo"``, a whole drive with vehicle physics in SUMO's
+            traffic, in a process of its own; ``"native"``, the same in the traffic of the native engine, on closed single lanes.
+            None: ``"ring"`` for rings, ``"sumo"`` for all else.
+        render_mode: ``"rgb_array"`` draws whole drives in ``view`` (``"driver"``, ``"mirror"``, ``"birdseye"``, ``"chase"``) and
+            ``size`` (pixels), if the package is built with its renderer; None: nothing is drawn.
+        **settings: Any setting of ``codrive train`` by its own name; for whole drives those of ``codrive run`` and of episodes
+            (``codrive.settings(name, engine=...)`` lists them). A table is a dict, ``idm={"v0": 20.0}``. They are applied after ``driver``
+            and change it, too.
 
     Returns:
         A ``RingEnv`` or a ``DriveEnv``.
 
     Raises:
         TypeError: There is no setting of that name.
-        ValueError: A value is not allowed; the message says what is.
-        gymnasium.error.DependencyNotInstalled: SUMO, or the renderer, is needed and not there.
+        ValueError: A value is not allowed; the message lists the allowed ones.
+        gymnasium.error.DependencyNotInstalled: SUMO or the renderer is needed and not installed.
     """
     engine = engine_of(name, engine)
     own = settings if engine == "ring" else {**settings, "engine": engine}
@@ -90,16 +90,16 @@ def make_vec(
     render_mode: str | None = None,
     **settings: Any,
 ) -> gymnasium.vector.VectorEnv:
-    """Many rings as one environment, moved by all cores at once; or many whole drives, each in a process of its own.
+    """Makes many rings as one environment, which runs on all cores; or many whole drives, each in a process of its own.
 
     Args:
         name: As ``make``.
-        num_envs: Rings, 1 to 65,536. Blocks of 16 move together: a multiple of 16 wastes nothing. Of whole drives 1 to 1,024.
+        num_envs: Number of rings, 1 to 65,536, best a multiple of 16, as blocks of 16 move together; or of whole drives, 1 to 1,024.
         hold: As ``make``.
         advice: As ``make``.
         driver: As ``make``.
         engine: As ``make``.
-        copy: False: ``step`` and ``reset`` of rings give the same arrays each time, and the next call overwrites them.
+        copy: False: ``step`` and ``reset`` of rings return the same arrays each time, and the next call overwrites them.
         render_mode: As ``make``.
         **settings: As ``make``.
 
@@ -108,8 +108,8 @@ def make_vec(
 
     Raises:
         TypeError: There is no setting of that name.
-        ValueError: A value is not allowed; the message says what is.
-        gymnasium.error.DependencyNotInstalled: SUMO, or the renderer, is needed and not there.
+        ValueError: A value is not allowed; the message lists the allowed ones.
+        gymnasium.error.DependencyNotInstalled: SUMO or the renderer is needed and not installed.
     """
     engine = engine_of(name, engine)
     own = settings if engine == "ring" else {**settings, "engine": engine}
@@ -128,25 +128,25 @@ def make_parallel(
     render_mode: str | None = None,
     **settings: Any,
 ) -> DriveParallelEnv:
-    """One whole drive with several advised vehicles, each an agent of a ``pettingzoo.ParallelEnv``.
+    """Makes one whole drive with several advised vehicles, each an agent of a ``pettingzoo.ParallelEnv``.
 
     Args:
         name: As ``make``.
-        advised: How many vehicles are advised, the participant's the first: a share of all (``"20%"``, ``0.2``; on a network of the cars
-            that come) or a number (``3``).
+        advised: Number of advised vehicles (``3``), the participant's first; or a share of all (``"20%"``, ``0.2``), on a network of the
+            vehicles that enter.
         hold: As ``make``.
         advice: As ``make``.
-        driver: As ``make``; each agent has one of his own.
-        engine: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``"ring"`` has one advised vehicle in
-            each ring.
+        driver: As ``make``; each agent has a driver of its own.
+        engine: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``"ring"`` has only one advised
+            vehicle in each ring.
         render_mode: As ``make``.
         **settings: As ``make`` of whole drives.
 
     Raises:
         TypeError: There is no setting of that name.
-        ValueError: A value is not allowed; the message says what is.
+        ValueError: A value is not allowed; the message lists the allowed ones.
         ImportError: PettingZoo is not installed.
-        gymnasium.error.DependencyNotInstalled: SUMO, or the renderer, is needed and not there.
+        gymnasium.error.DependencyNotInstalled: SUMO or the renderer is needed and not installed.
     """
     from codrive._parallel import DriveParallelEnv
 

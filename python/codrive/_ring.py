@@ -34,7 +34,7 @@ def _check_render_mode(render_mode: object) -> None:
 
 
 class _Episodes:
-    """Rings, who they are seeded by, and whether they may be stepped."""
+    """Rings with their seed, and whether a step is possible."""
 
     def __init__(self, settings: Configuration, num_envs: int, own_seed: int | None) -> None:
         self.rings = Rings(settings, num_envs)
@@ -44,7 +44,7 @@ class _Episodes:
         self._own_seed = own_seed
 
     def seed(self, seed: int | None, random: np.random.Generator) -> bool:
-        """Begins the episodes of a seed if one is due; True if so."""
+        """Begins the episodes of a seed if needed; returns True if it did."""
         if seed is None and self.is_begun:
             return False
         if seed is None:
@@ -54,22 +54,22 @@ class _Episodes:
         return True
 
     def actions(self, actions: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float32]:
-        """Actions as the engine takes them, float32, ``(num_envs,)``, or why they are none."""
+        """Returns actions as the engine takes them, float32, ``(num_envs,)``; raises for invalid ones."""
         return as_float32(actions, self.levels, self._shape if shape is None else shape)
 
 
 class RingVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
-    """Many rings, each with one advised driver among cars of the intelligent driver model.
+    """Many rings, each with one advised driver among vehicles of the intelligent driver model.
 
-    An action stands for a hold (``hold_s``). A step is one hold of every ring.
+    An action applies for one hold (``hold_s``). A step is one hold of every ring.
 
-    * **Observation**, float32, ``(num_envs, k)``: what ``sees`` names, each scaled so that -1 and 1 are the ends of its range in
-      ``inputs``; values beyond are not cut off.
-    * **Action**, ``Box(-1, 1, (num_envs, 1))``: -1 and 1 are the ends of ``action_limits`` (m/s2 or m/s), what lies beyond is cut off; or
-      ``MultiDiscrete`` with ``levels`` evenly spaced over them.
-    * **Reward**, float64, m/s: the mean speed over the hold (of all cars, or of the advised one: ``reward``) less penalties.
-    * **Terminated**: cars collided. **Truncated**: the horizon (``horizon_s``) is reached.
-    * **Info**: ``mean_speed_mps``, mean speed of all cars of each ring over the hold.
+    * **Observation**, float32, ``(num_envs, k)``: the values that ``sees`` names, each scaled so that -1 and 1 are the ends of its range in
+      ``inputs``; values beyond are not clipped.
+    * **Action**, ``Box(-1, 1, (num_envs, 1))``: -1 and 1 are the ends of ``action_limits`` (m/s2 or m/s), values beyond are clipped; or
+      ``MultiDiscrete`` with ``levels`` evenly spaced between them.
+    * **Reward**, float64, m/s: the mean speed over the hold (of all vehicles, or of the advised one: ``reward``) minus penalties.
+    * **Terminated**: vehicles collided. **Truncated**: the horizon (``horizon_s``) is reached.
+    * **Info**: ``mean_speed_mps``, mean speed of all vehicles of each ring over the hold.
 
     A ring that ends begins another episode in the same step (``AutoresetMode.SAME_STEP``): its observation is the first of the new
     episode, the last of the old one is in ``infos["final_obs"]``, its info in ``infos["final_info"]``.
@@ -109,8 +109,8 @@ class RingVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
         """Begins an episode in each ring.
 
         Args:
-            seed: Begins the episodes of this seed from the first on; None: the next ones.
-            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: only there.
+            seed: Begins the episodes of this seed from the first one; None: the next ones.
+            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: resets only the marked rings.
 
         Returns:
             Observations, float32, ``(num_envs, k)``, and an empty dict.
@@ -128,10 +128,10 @@ class RingVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
     ) -> tuple[
         NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
     ]:
-        """One hold of every ring under these actions, ``(num_envs, 1)``, or ``(num_envs,)`` where they are levels.
+        """Drives one hold of every ring under these actions, ``(num_envs, 1)``, or ``(num_envs,)`` for levels.
 
         Raises:
-            ValueError: Their shape is another, or one is NaN or out of range.
+            ValueError: The actions have another shape, or one is NaN or out of range.
             ResetNeeded: No episode has begun.
         """
         check_open(self.closed)
@@ -153,7 +153,7 @@ class RingVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
 class RingEnv(AdviceMeaning, gymnasium.Env):
     """One ring; see ``RingVectorEnv`` for observations, actions, rewards and endings.
 
-    After an episode has ended, ``reset`` has to be called before the next ``step``.
+    After an episode has ended, call ``reset`` before the next ``step``.
     """
 
     metadata = {"render_modes": []}
@@ -188,10 +188,10 @@ class RingEnv(AdviceMeaning, gymnasium.Env):
         return self._episodes.rings.observations[0].copy(), {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """One hold under this action, ``(1,)``, or the number of a level.
+        """Drives one hold under this action, ``(1,)``, or the number of a level.
 
         Raises:
-            ValueError: Its shape is another, or it is NaN or out of range.
+            ValueError: The action has another shape, is NaN or is out of range.
             ResetNeeded: No episode has begun, or it has ended.
         """
         check_open(self._is_closed)
@@ -202,11 +202,11 @@ class RingEnv(AdviceMeaning, gymnasium.Env):
         rings = self._episodes.rings
         shape = () if self._episodes.levels else (1,)
         self._has_ended = rings.step(self._episodes.actions(action, shape))
-        # The engine has begun the next episode already; its first observation waits for reset.
+        # The engine has already begun the next episode; ``reset`` returns its first observation.
         seen = rings.final_observations if self._has_ended else rings.observations
         info = {"mean_speed_mps": float(rings.mean_speeds_mps[0])}
         return seen[0].copy(), float(rings.rewards[0]), bool(rings.terminations[0]), bool(rings.truncations[0]), info
 
     def close(self) -> None:
-        """Ends it; nothing can be done with it afterwards."""
+        """Ends the ring; the environment cannot be used afterwards."""
         self._is_closed = True

@@ -14,9 +14,9 @@ from codrive._codrive import Configuration, DriveConfiguration, sumo_home
 from codrive._drives import Arguments
 from codrive._words import did_you_mean, in_words_of_python
 
-#: The rings of training.
+#: Names of the rings of training.
 RINGS = ("ring-250", "ring-641")
-#: What moves the cars.
+#: Names of the traffic engines.
 ENGINES = ("ring", "native", "sumo")
 
 _NO_SUMO = (
@@ -24,7 +24,7 @@ _NO_SUMO = (
     "engine='native' drives rings and other closed lanes without it"
 )
 
-#: Arguments of some functions that others do not take, and why.
+#: Arguments of some functions that others do not take, with the reason.
 _MISPLACED = {
     "num_envs": "there is one here; codrive.make_vec has many environments, and codrive.evaluate drives as many rings as over says",
     "copy": "codrive.make_vec alone can give the same arrays each time",
@@ -38,12 +38,12 @@ _MISPLACED = {
 
 
 def is_ring(name: object) -> bool:
-    """True if it names a ring of training, or the file of one."""
+    """Returns True for the name of a ring of training, or of its file."""
     return isinstance(name, str) and (name in RINGS or name.endswith(".toml"))
 
 
 def engine_of(name: str, engine: str | None, allowed: tuple[str, ...] = ENGINES) -> str:
-    """The engine that is asked for; without one that of the name: rings and configurations of training are rings where those are allowed,
+    """Returns the requested engine; without one, that of the name: rings and training configurations are rings if these are allowed,
     all else is driven in SUMO.
 
     Raises:
@@ -64,7 +64,7 @@ def configuration(
     settings: dict[str, Any],
     elsewhere: str = "engine='sumo' drives other maps",
 ) -> Configuration:
-    """The checked settings that these arguments of ``make`` ask for; ``elsewhere`` is the remedy for who wants another road than a ring.
+    """Returns the checked settings for these arguments of ``make``; ``elsewhere`` is the remedy for roads other than rings.
 
     Raises:
         TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
@@ -88,7 +88,7 @@ def drive_configuration(
     driver: str | None,
     settings: dict[str, Any],
 ) -> tuple[DriveConfiguration, Arguments]:
-    """The same for whole drives, and what makes them once more in another process.
+    """Returns the checked settings of a whole drive, and the arguments that make them again in another process.
 
     Raises:
         TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
@@ -123,7 +123,7 @@ def _arguments(
 
 
 def settings(name: str = "ring-250", **changes: Any) -> dict[str, Any]:
-    """All settings as ``make`` would take them: names and values, tables as dicts, SI units.
+    """Returns all settings as ``make`` would take them: names and values, tables as dicts, SI units.
 
     Raises:
         TypeError: There is no setting of that name.
@@ -136,15 +136,15 @@ def settings(name: str = "ring-250", **changes: Any) -> dict[str, Any]:
     changes.pop("seed", None)
     own = json.loads(drive_configuration(name, engine, **arguments, settings=changes)[0].json())
     own = {"engine": engine, **{key: value for key, value in own.items() if key not in ("map", "traffic")}}
-    # Who is drawn for each drive is not written in it.
+    # The settings do not contain the driver drawn for each drive.
     return own if arguments["driver"] is None else {**own, "driver": arguments["driver"]}
 
 
 def sumo_variables() -> dict[str, str]:
-    """Variables of the environment with which a process finds SUMO: none where it does so anyway, else where pip has put it.
+    """Returns environment variables with which a process finds SUMO; none if it finds SUMO anyway, else the place of the pip package.
 
     Raises:
-        DependencyNotInstalled: It is nowhere.
+        DependencyNotInstalled: SUMO is not installed.
     """
     is_said = bool(os.environ.get("CODRIVE_SUMO_HOME")) or _holds_sumo(os.environ.get("SUMO_HOME"))
     if not is_said:
@@ -161,5 +161,5 @@ def sumo_variables() -> dict[str, str]:
 
 
 def _holds_sumo(home: str | None) -> bool:
-    """True if the folder has the library that drives are driven with."""
+    """Returns True if the folder has the SUMO library that drives need."""
     return bool(home) and any(any((pathlib.Path(home) / folder).glob("*sumocpp*")) for folder in ("lib64", "lib", "bin"))

@@ -1,4 +1,4 @@
-"""What the environments of all engines have in common: spaces, seeds, and actions as the engines take them."""
+"""Shared parts of the environments of all engines: spaces, seeds, and actions as the engines take them."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from gymnasium.error import ClosedEnvironmentError
 from gymnasium.spaces import Box, Discrete, Space
 from numpy.typing import NDArray
 
-#: Seeds are whole numbers below this: what a setting of codrive holds.
+#: Upper limit of seeds, exclusive: the largest integer that a setting of codrive can hold.
 SEEDS = 2**53
 
-#: Why there is no step before a reset.
+#: Messages for a step without a reset.
 NEVER = "no episode has begun; call reset() first"
 ENDED = "the episode has ended; call reset() first"
 
 
 class AdviceSettings(Protocol):
-    """What settings of each engine say of observations and actions."""
+    """Observations and actions in the settings of each engine."""
 
     def inputs(self) -> list[tuple[str, float, float]]: ...
     @property
@@ -28,33 +28,33 @@ class AdviceSettings(Protocol):
 
 
 class AdviceMeaning:
-    """What the numbers of an environment mean: by its ``settings``, which each environment has."""
+    """Meaning of an environment's numbers, from its ``settings``."""
 
     settings: AdviceSettings
 
     @property
     def inputs(self) -> list[tuple[str, float, float]]:
-        """What each number of an observation is: its name, the value that is -1 and the one that is 1, SI units."""
+        """Returns the inputs of an observation: name, the value that becomes -1, and the value that becomes 1, SI units."""
         return self.settings.inputs()
 
     @property
     def action_limits(self) -> tuple[float, float]:
-        """What -1 and 1 are as an action, m/s2 or m/s."""
+        """Returns the actions that -1 and 1 stand for, m/s2 or m/s."""
         return self.settings.action_limits
 
 
 def spaces(settings: AdviceSettings) -> tuple[Box, Space]:
-    """The spaces of what one vehicle sees and is advised."""
+    """Returns the observation space and the action space of one vehicle."""
     observation = Box(-np.inf, np.inf, (len(settings.inputs()),), np.float32)
     return observation, Discrete(settings.levels) if settings.levels else Box(-1.0, 1.0, (1,), np.float32)
 
 
 def as_float32(actions: Any, levels: int, shape: tuple[int, ...], of: str = "") -> NDArray[np.float32]:
-    """Actions of this shape as the engines take them, float32, flat, or why they are none; ``of`` says whose they are.
+    """Returns actions of this shape as the engines take them, float32, flat; ``of`` names their owner in messages.
 
     Raises:
-        TypeError: They are no numbers, or no whole ones where they are levels.
-        ValueError: Their shape is another.
+        TypeError: The actions are not numbers, or levels are not whole numbers.
+        ValueError: The actions have another shape.
     """
     try:
         array = np.asarray(actions)
@@ -72,10 +72,10 @@ def as_float32(actions: Any, levels: int, shape: tuple[int, ...], of: str = "") 
 
 
 def check_actions(actions: NDArray[np.float32], levels: int, whose: list[str]) -> None:
-    """Refuses actions that are not finite, or no levels, and names whose.
+    """Refuses actions that are not finite or not levels, and names their owner.
 
     Raises:
-        ValueError: One is so.
+        ValueError: An action is invalid.
     """
     wrong = (actions < 0) | (actions >= levels) if levels else ~np.isfinite(actions)
     if wrong.any():
@@ -86,10 +86,10 @@ def check_actions(actions: NDArray[np.float32], levels: int, whose: list[str]) -
 
 
 def checked_count(num_envs: Any, most: int) -> int:
-    """A number of environments.
+    """Returns a checked number of environments.
 
     Raises:
-        ValueError: It is none that can be.
+        ValueError: The number is not allowed.
     """
     if isinstance(num_envs, bool) or not isinstance(num_envs, (int, np.integer)) or not 1 <= num_envs <= most:
         raise ValueError(f"num_envs is {num_envs!r}; allowed: a whole number from 1 to {most}")
@@ -97,10 +97,10 @@ def checked_count(num_envs: Any, most: int) -> int:
 
 
 def checked_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bool_] | None:
-    """The mask of ``reset(options={"reset_mask": mask})``, if there is one.
+    """Returns the mask of ``reset(options={"reset_mask": mask})``, if there is one.
 
     Raises:
-        ValueError: It is none.
+        ValueError: The mask has another type or shape.
     """
     mask = (options or {}).get("reset_mask")
     if mask is None:
@@ -112,10 +112,10 @@ def checked_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bo
 
 
 def checked_vector_seed(seed: Any, how: str) -> None:
-    """Refuses seeds of many environments that are not one whole number; ``how`` says what each makes of it.
+    """Refuses seeds of many environments that are not one whole number; ``how`` describes the seed of each in the message.
 
     Raises:
-        TypeError: It is none.
+        TypeError: The seed is not a whole number.
     """
     if seed is not None and not isinstance(seed, (int, np.integer)):
         raise TypeError(f"seed is {seed!r}; allowed: one whole number, from which each {how}")
@@ -124,7 +124,7 @@ def checked_vector_seed(seed: Any, how: str) -> None:
 def final_infos(
     ended: NDArray[np.bool_], final_observations: Any, mean_speed_mps: NDArray[np.float64]
 ) -> dict[str, Any]:
-    """What Gymnasium's own vector environments say of episodes that have just ended: their last observation, of those numbers, and info."""
+    """Returns the infos of Gymnasium's vector environments for episodes that have just ended: their last observation and their info."""
     final_obs = np.full(len(ended), None, dtype=object)
     for number in np.flatnonzero(ended):
         final_obs[number] = final_observations[number].copy()
@@ -133,10 +133,10 @@ def final_infos(
 
 
 def check_open(is_closed: bool) -> None:
-    """Refuses what comes after ``close``.
+    """Refuses calls after ``close``.
 
     Raises:
-        ClosedEnvironmentError: It is closed.
+        ClosedEnvironmentError: The environment is closed.
     """
     if is_closed:
         raise ClosedEnvironmentError("the environment is closed; make another")

@@ -1,4 +1,4 @@
-"""Where the parts of a sweep are: a folder, or any address that fsspec knows."""
+"""Storage for the parts of a sweep: a folder, or any address that fsspec knows."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from collections.abc import Iterable
 
 import fsspec
 
-#: Folder of the parts, as ``codrive sweep`` has it.
+#: Folder of the parts, as in ``codrive sweep``.
 PARTS = "parts"
 
 
 class Store:
-    """Where the parts are: a folder, or an address of fsspec."""
+    """Storage for the parts: a folder, or an address of fsspec."""
 
     def __init__(self, out: str) -> None:
         self.out = out
@@ -22,24 +22,24 @@ class Store:
         self._parts = f"{self._root.rstrip('/')}/{PARTS}"
 
     def names(self) -> set[str]:
-        """The parts that are there."""
+        """Returns the names of the existing parts."""
         self._fs.makedirs(self._parts, exist_ok=True)
         self._fs.invalidate_cache(self._parts)
         try:
             paths = self._fs.ls(self._parts, detail=False)
         except FileNotFoundError:
-            # Object stores have no folders, but names with strokes in them.
+            # Object stores have no folders, only names that contain slashes.
             return set()
         return {path.rsplit("/", 1)[-1] for path in paths}
 
     def put(self, name: str, part: bytes) -> None:
-        """Writes a part: it is there whole or not at all."""
+        """Writes a part completely or not at all."""
         path = f"{self._parts}/{name}"
         if self.folder is None:
-            # Object stores show what is put when it is whole.
+            # Object stores show an object only when it is complete.
             self._fs.pipe_file(path, part)
             return
-        # Machines that share the folder may have processes of the same number.
+        # Machines that share the folder may have processes with the same id.
         beside = f"{self._parts}/.{name}.{uuid.uuid4().hex}"
         try:
             pathlib.Path(beside).write_bytes(part)
@@ -59,7 +59,7 @@ class Store:
 
     @property
     def folder(self) -> pathlib.Path | None:
-        """The folder, where it is one of this machine."""
+        """Returns the folder, if it is on this machine."""
         protocol = self._fs.protocol
         is_here = "file" in ((protocol,) if isinstance(protocol, str) else protocol)
         return pathlib.Path(self._root) if is_here else None

@@ -1,8 +1,8 @@
-"""A process beside a task of a cluster that makes the runs: one that hangs, or that takes its process along, costs itself and nothing else.
+"""Process that makes the runs of a cluster task, so that a run that hangs or crashes affects nothing else.
 
-The process is this module by its own name. It says an empty text when it has read the plan; then it takes lines of a number and the name of
-a part, and says of each an empty text when the part is written, else why it failed: JSON, a line each. It ends with whoever
-started it.
+The process runs this module. It prints an empty text when it has read the plan. Then it reads lines with a number and the name of a part.
+For each it prints an empty text when the part is written, else the reason of the failure; each text is one line of JSON. It ends with the
+process that started it.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from codrive._sweep_store import Store
 
 
 class Worker:
-    """The process, as seen by the one that started it."""
+    """Handle of the process for the one that started it."""
 
     def __init__(self, plan: str, out: str) -> None:
-        """Starts it, and waits until it has read the plan.
+        """Starts the process, and waits until it has read the plan.
 
         Raises:
-            RuntimeError: It cannot read it.
+            RuntimeError: The process cannot read the plan.
         """
         command = [sys.executable, "-m", __name__, plan, out]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
@@ -36,20 +36,20 @@ class Worker:
 
     @property
     def is_alive(self) -> bool:
-        """Whether it takes a run."""
+        """Returns True if the process can take a run."""
         return self._process.poll() is None
 
     def run(self, number: int, name: str, limit_s: float | None) -> None:
-        """Has it make a run; its part is written afterwards.
+        """Makes a run in the process, which writes its part.
 
         Raises:
-            RuntimeError: It failed, took the process along, or was not done after ``limit_s`` seconds.
+            RuntimeError: The run failed, crashed the process, or was not done after ``limit_s`` seconds.
         """
         try:
             self._process.stdin.write(f"{number} {name}\n")
             self._process.stdin.flush()
         except OSError:
-            pass  # A process that is no more is told by its silence.
+            pass  # The missing response below reports a process that has ended.
         try:
             answer = self._answers.get(timeout=limit_s)
         except queue.Empty:
@@ -58,7 +58,7 @@ class Worker:
         self._check(answer)
 
     def close(self) -> None:
-        """Ends it. A part is there whole or not at all."""
+        """Ends the process. Its part is then complete or missing."""
         self._process.kill()
         self._process.wait()
 
@@ -75,7 +75,7 @@ class Worker:
 
 
 def _make(plan: Plan, store: Store, asked: str) -> None:
-    """A run: its number, and the name of its part."""
+    """Makes the run of a line with its number and the name of its part."""
     number, name = asked.split()
     own = plan.part_name(int(number))
     if own != name:
@@ -87,8 +87,8 @@ def _make(plan: Plan, store: Store, asked: str) -> None:
 
 
 def main(plan: str, out: str) -> None:
-    """The process itself."""
-    # What libraries print must not get between the answers.
+    """Runs the process."""
+    # Output of libraries must not get between the responses.
     answers: IO[str] = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     asked: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -96,7 +96,7 @@ def main(plan: str, out: str) -> None:
     def listen() -> None:
         for line in sys.stdin:
             asked.put(line)
-        # Whoever asked is no more, and nobody is there who would stop a run that hangs.
+        # The other process has ended, and nothing else would stop a run that hangs.
         os._exit(0)
 
     def answer(text: str) -> None:

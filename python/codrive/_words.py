@@ -1,4 +1,4 @@
-"""Messages in the words of Python: the engines' own are those of the program, of its options and its settings."""
+"""Messages in terms of Python: messages of the engines use the program's options and settings."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator
 
-#: Arguments of ``make`` that are shorter than their settings, and what the settings are called in messages. An action is also what an agent
-#: does: the setting is meant at the beginning of a line.
+#: Arguments of ``make`` that are shorter than their settings, with the names of the settings in messages. "action" means the setting only
+#: at the beginning of a line.
 _LONGER = {"hold": r"\bhold_s\b", "advice": r"^action\b"}
-#: Options of ``codrive run`` that messages name, and the arguments that they are here.
+#: Options of ``codrive run`` in messages, and the arguments that they correspond to here.
 _OPTIONS = {"traffic": "engine", **{name: name.replace("-", "_") for name in ("other-model", "participant", "path", "path-start", "wave-wait")}}
 _OPTION = re.compile(rf"(?<![\w-])--({'|'.join(sorted(_OPTIONS, key=len, reverse=True))})(?![\w-])(?: (\w+))?")
 _ENGINE = re.compile(r"\btraffic (sumo|native)\b")
@@ -20,7 +20,7 @@ _PROGRAM = "; codrive is also a program, which scripts/drive of a checkout build
 
 @contextlib.contextmanager
 def in_words_of_python(shorter: Iterable[str] = ()) -> Iterator[None]:
-    """Says errors of the engines in the words of Python; ``shorter`` are those arguments of ``_LONGER`` that were given so."""
+    """Converts errors of the engines to terms of Python; ``shorter`` are the arguments of ``_LONGER`` that were given."""
     try:
         yield
     except (TypeError, ValueError, RuntimeError) as fault:
@@ -31,7 +31,7 @@ def in_words_of_python(shorter: Iterable[str] = ()) -> Iterator[None]:
 
 
 def of_python(message: str, shorter: Iterable[str] = ()) -> str:
-    """A message in the words of Python."""
+    """Returns a message in terms of Python."""
     for argument in shorter:
         message = re.sub(_LONGER[argument], argument, message, flags=re.MULTILINE)
     message = _OPTION.sub(lambda option: _argument(option[1], option[2]), message)
@@ -40,7 +40,7 @@ def of_python(message: str, shorter: Iterable[str] = ()) -> str:
 
 
 def did_you_mean(given: object, known: Iterable[str]) -> str:
-    """`` (did you mean ...?)`` where a known name is near, otherwise nothing."""
+    """Returns `` (did you mean ...?)`` if a known name is similar, else an empty text."""
     near = difflib.get_close_matches(str(given), list(known), n=1)
     return f" (did you mean {near[0]}?)" if near else ""
 

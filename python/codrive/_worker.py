@@ -1,4 +1,4 @@
-"""``python -m codrive._worker``: the process of one drive; ``_workers`` starts it and says what its messages are."""
+"""``python -m codrive._worker``: process of one drive; ``_workers`` starts it and defines its messages."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from codrive._workers import READY, read_message, write_message
 
 
 def main() -> None:
-    """Answers until the other end is gone."""
-    # Ctrl-C reaches all processes of a terminal; who started this one decides.
+    """Handles calls until the other end is closed."""
+    # Ctrl-C reaches all processes of a terminal; the process that started this one decides.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests, replies = os.fdopen(os.dup(0), "rb", buffering=0), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
-    # SUMO and native code print, and would print among the replies.
+    # SUMO and native code print, which would mix with the replies.
     try:
         os.dup2(2, 1)
     except OSError:

@@ -1,6 +1,6 @@
-"""Drives in processes of their own: SUMO runs once in a process, and takes it along where it breaks down. ``_worker`` is their program.
+"""Drives in processes of their own, as a process can hold one SUMO, and a crash of SUMO ends the process. ``_worker`` is their program.
 
-Messages are pickled with their length before them, over the pipes of standard input and output.
+Messages are pickled, preceded by their length, and sent over the pipes of standard input and output.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from numpy.typing import NDArray
 from codrive._drives import Arguments, HoldResult, Observed
 from codrive._runtime_folder import runtime_variables
 
-#: How long a worker may take to end by itself, s: SUMO removes its files.
+#: Time that a worker has to end by itself, s: SUMO removes its files.
 _GRACE_S = 5.0
-#: How often who waits looks for Ctrl-C, ms.
+#: Interval of checks for Ctrl-C during a wait, ms.
 _LOOK_MS = 200
 _AGAIN = "reset() starts another"
-#: Faults that are raised here as there; others are told as RuntimeError.
+#: Exceptions that are raised here with the same type; others become a RuntimeError.
 _KINDS = ("TypeError", "ValueError", "OverflowError", "RuntimeError", "OSError", "FileNotFoundError", "MemoryError")
 
 
-#: The first that a worker sends: what was printed before, while Python started, is passed over.
+#: First bytes from a worker; output before them, from the start of Python, is skipped.
 READY = b"\0codrive worker\0"
 
 
 def wait_for_ready(pipe: BinaryIO) -> None:
-    """Passes over what was printed before a worker is ready.
+    """Skips the output before a worker is ready.
 
     Raises:
-        EOFError: The other end is gone.
+        EOFError: The other end is closed.
     """
     seen = b""
     while seen != READY:
@@ -48,7 +48,7 @@ def wait_for_ready(pipe: BinaryIO) -> None:
 
 
 def write_message(pipe: BinaryIO, message: Any) -> None:
-    """Writes a message and sends it off."""
+    """Writes a message and flushes the pipe."""
     content = pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL)
     left = memoryview(struct.pack("<Q", len(content)) + content)
     while left:
@@ -57,10 +57,10 @@ def write_message(pipe: BinaryIO, message: Any) -> None:
 
 
 def read_message(pipe: BinaryIO) -> Any:
-    """Waits for a message in a pipe without a buffer of its own.
+    """Waits for a message in an unbuffered pipe.
 
     Raises:
-        EOFError: The other end is gone.
+        EOFError: The other end is closed.
     """
     return pickle.loads(_read(pipe, struct.unpack("<Q", _read(pipe, 8))[0]))
 
@@ -71,7 +71,7 @@ def _read(pipe: BinaryIO, size: int) -> bytes:
     if poll is not None:
         poll.register(pipe, select.POLLIN)
     while len(content) < size:
-        # Ctrl-C just before the call that waits does not end it: it is looked for again and again.
+        # Ctrl-C just before the call that waits does not end it, so the wait is short and repeated.
         while poll is not None and not poll.poll(_LOOK_MS):
             pass
         part = pipe.read(size - len(content))
@@ -82,13 +82,13 @@ def _read(pipe: BinaryIO, size: int) -> bytes:
 
 
 class WorkerDrive:
-    """A drive in a process of its own. The process is started by ``begin``, and again after it was lost.
+    """Drive in a process of its own. ``begin`` starts the process, also after it was lost.
 
-    A call is ``ask`` and then ``answer``, so that many can drive at once.
+    A call is ``ask`` and then ``answer``, so that many drives can run at once.
     """
 
     def __init__(self, arguments: Arguments, variables: dict[str, str], folder: str) -> None:
-        """``variables`` are those of the process's environment that differ from this one's, ``folder`` is what paths are relative to."""
+        """Stores the arguments. ``variables`` are changes of the process's environment, ``folder`` is the base of relative paths."""
         self._arguments = arguments
         self._variables = variables
         self._folder = folder
@@ -99,26 +99,26 @@ class WorkerDrive:
 
     @property
     def pid(self) -> int | None:
-        """The process, if there is one."""
+        """Returns the id of the process, if there is one."""
         return None if self._process is None else self._process.pid
 
     def begin(self, seed: int) -> Observed:
-        """As ``LocalDrive.begin``."""
+        """Calls ``LocalDrive.begin`` in the process."""
         self.ask("begin", seed)
         return self.answer()
 
     def hold(self, actions: NDArray[np.float32]) -> HoldResult:
-        """As ``LocalDrive.hold``."""
+        """Calls ``LocalDrive.hold`` in the process."""
         self.ask("hold", actions)
         return self.answer()
 
     def fingerprint(self) -> str:
-        """As ``LocalDrive.fingerprint``."""
+        """Calls ``LocalDrive.fingerprint`` in the process."""
         self.ask("fingerprint")
         return self.answer()
 
     def render(self, width: int, height: int, view: str) -> NDArray[np.uint8]:
-        """As ``LocalDrive.render``."""
+        """Calls ``LocalDrive.render`` in the process."""
         self.ask("render", width, height, view)
         return self.answer()
 
@@ -126,10 +126,10 @@ class WorkerDrive:
         """Begins a call.
 
         Raises:
-            RuntimeError: The process is gone.
+            RuntimeError: The process has ended.
         """
         if self._process is not None and os.getpid() != self._owner:
-            # The pipes are those of the process that this one was forked from.
+            # The pipes belong to the process that this one was forked from.
             self._process = None
         try:
             if self._process is None and call == "begin":
@@ -144,11 +144,11 @@ class WorkerDrive:
             raise
 
     def answer(self) -> Any:
-        """Waits for what the call gives.
+        """Waits for the result of the call.
 
         Raises:
-            RuntimeError: The process is gone, or the drive has failed.
-            Exception: As the call, by the type of the fault.
+            RuntimeError: The process has ended, or the drive has failed.
+            Exception: The exception of the call, with the same type.
         """
         if self._process is None:
             raise RuntimeError(f"the drive's process is not there; {_AGAIN}")
@@ -158,13 +158,13 @@ class WorkerDrive:
                 wait_for_ready(answers)
             fault, value = read_message(answers)
             if self._is_new and fault is None:
-                # That was for the settings.
+                # The first message was the result of the settings.
                 fault, value = read_message(answers)
             self._is_new = False
         except EOFError:
             raise self._lost() from None
         except BaseException:
-            # Ctrl-C: who reads on would read the answer to another question.
+            # Ctrl-C: a later read would get the response to an earlier call.
             self.kill()
             raise
         if fault is None:
@@ -193,7 +193,7 @@ class WorkerDrive:
     def _start(self) -> None:
         if not sys.executable:
             raise RuntimeError("sys.executable is empty, so that no process with Python can be started; engine='native' needs none")
-        # Its modules are found where those of this process are, in the same order.
+        # The process finds modules in the same places and order as this one.
         variables = {
             **os.environ,
             **runtime_variables(),
@@ -219,16 +219,16 @@ class WorkerDrive:
         write_message(process.stdin, self._arguments)
 
     def _lost(self) -> RuntimeError:
-        """The process is gone: why, and what helps."""
+        """Returns the error for a process that has ended, with its exit status and the remedy."""
         process = self._process
-        # Its own end is what is to be told, not that it was killed here.
+        # Reports the end of the process itself, not that it was killed here.
         self.close()
         how = "" if process is None else f" ({_ending(process.returncode)})"
         return RuntimeError(f"the drive's process has ended{how}; {_AGAIN}")
 
 
 def close_all(drives: Iterable[WorkerDrive]) -> None:
-    """Ends the processes of all, which end side by side."""
+    """Ends the processes of all drives in parallel."""
     drives = list(drives)
     for drive in drives:
         drive.hang_up()
@@ -237,7 +237,7 @@ def close_all(drives: Iterable[WorkerDrive]) -> None:
 
 
 def _ending(status: int) -> str:
-    """What an exit status means."""
+    """Returns the meaning of an exit status."""
     if status < 0:
         try:
             return signal.Signals(-status).name
@@ -251,11 +251,11 @@ def _close(pipe: BinaryIO | None) -> None:
         if pipe is not None:
             pipe.close()
     except OSError:
-        pass  # The other end is gone; what was not sent is lost with it.
+        pass  # The other end is closed; unsent data is lost.
 
 
 def _finish(process: subprocess.Popen[bytes]) -> None:
-    """Ends a process and takes note of it, so that none is left as a zombie. A fork, whose child it is not, lets go of its pipes."""
+    """Ends a process and waits for it, so that none is left as a zombie. A fork, which is not its parent, only closes the pipes."""
     _close(process.stdin)
     try:
         process.wait(_GRACE_S)

@@ -1,7 +1,7 @@
-"""``python -m codrive.bench``: environment steps/s under random actions, and how they compare, all in one run.
+"""``python -m codrive.bench``: measures environment steps/s under random actions, and compares them, all in one run.
 
-An environment step is one hold of one ring of 22 cars. Compared are the same rings in Rust without Python, a ring of the same maths in
-numpy, and SUMO by TraCI as Flow drove it (one ring, one decision a step of 0.1 s), where SUMO's Python is found.
+An environment step is one hold of one ring of 22 vehicles. The references are the same rings in Rust without Python, a ring with the same
+model in numpy, and SUMO by TraCI as Flow drove it (one ring, one decision per step of 0.1 s), if SUMO's Python package is found.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from codrive._numpy_ring import NumpyRing
 from codrive._register import make_vec
 from codrive._settings import configuration, settings
 
-#: One step of the ring's model, s.
+#: Step of the ring's model, s.
 STEP_S = 0.1
 
-#: A driver who keeps his distance whatever he is advised: after a collision most of the time would go into warming up other rings.
+#: Driver who keeps their distance under any advice; after a collision, most of the time would be warm-up of new rings.
 DRIVER = "late"
 
 
 def python_rate(num_envs: int, hold_s: float, steps: int, **settings: float) -> float:
-    """Environment steps/s through ``VectorEnv.step``."""
+    """Measures environment steps/s through ``VectorEnv.step``."""
     envs = make_vec("ring-250", num_envs, hold=hold_s, driver=DRIVER, copy=False, seed=1, **settings)
     envs.reset()
     rng = np.random.default_rng(1)
@@ -43,12 +43,12 @@ def python_rate(num_envs: int, hold_s: float, steps: int, **settings: float) -> 
 
 
 def rust_rate(num_envs: int, hold_s: float, steps: int) -> float:
-    """The same without Python."""
+    """Measures environment steps/s without Python."""
     return num_envs * steps / random_steps(configuration("ring-250", hold_s, None, DRIVER, {}), num_envs, steps)
 
 
 def numpy_rate(num_envs: int, steps: int) -> float:
-    """Environment steps/s of the ring in numpy, held for one step of the model, with the same driver."""
+    """Measures environment steps/s of the ring in numpy, with holds of one model step and the same driver."""
     rings = NumpyRing(num_envs, seed=1, driver=settings("ring-250", driver=DRIVER))
     rng = np.random.default_rng(1)
     begun = time.perf_counter()
@@ -58,7 +58,7 @@ def numpy_rate(num_envs: int, steps: int) -> float:
 
 
 def _traci() -> tuple[Any, str] | None:
-    """SUMO's module and its program, where they are: ``SUMO_HOME``, a checkout's ``.sumo``, or installed."""
+    """Returns SUMO's module and its program from ``SUMO_HOME``, a checkout's ``.sumo``, or an installed package, if found."""
     homes = [pathlib.Path(os.environ["SUMO_HOME"])] if os.environ.get("SUMO_HOME") else []
     homes += [folder / ".sumo/sumo" for folder in (data_folder(), pathlib.Path.cwd())]
     for home in homes:
@@ -84,14 +84,14 @@ _ROUTES = """<routes>
 
 
 def sumo_rate(steps: int, cars: int = 22) -> float | None:
-    """Environment steps/s of one ring by TraCI: each step asks for all cars' places and speeds and commands one. None without SUMO."""
+    """Measures environment steps/s of one ring by TraCI: each step reads all positions and speeds and sets one speed. None without SUMO."""
     found = _traci()
     if found is None:
         return None
     traci, program = found
     with tempfile.TemporaryDirectory() as folder:
         routes = pathlib.Path(folder) / "ring.rou.xml"
-        # From the last edge backwards, so that nobody is in the way of who enters after him.
+        # From the last edge backwards, so that no vehicle blocks the next one.
         places = sorted((250.0 / cars * k for k in range(cars)), reverse=True)
         line = '<vehicle id="{k}" type="idm" depart="0" departPos="{at:.3f}" departSpeed="0"><route edges="{edges}" repeat="10000"/></vehicle>'
         order = ["e0", "e1", "e2", "e3"] * 2
@@ -102,7 +102,7 @@ def sumo_rate(steps: int, cars: int = 22) -> float | None:
         routes.write_text(_ROUTES.format(cars="\n".join(lines)), encoding="utf-8")
         net = data_folder() / "maps/ring-250/net.xml"
         command = [program, "-n", str(net), "-r", str(routes), "--step-length", str(STEP_S), "--no-step-log", "--no-warnings"]
-        # Where SUMO is slow to answer, traci says so among the results.
+        # If SUMO starts slowly, traci prints messages, which must not mix with the results.
         with contextlib.redirect_stdout(sys.stderr):
             traci.start([*command, "--seed", "1"], label="codrive.bench")
         sumo = traci.getConnection("codrive.bench")
@@ -124,28 +124,28 @@ def sumo_rate(steps: int, cars: int = 22) -> float | None:
 
 
 def measure(num_envs: int, seconds: float) -> dict[str, Any]:
-    """All rates, environment steps/s, and the ratios that are promised.
+    """Measures all rates, environment steps/s, and the promised ratios.
 
     Args:
-        num_envs: Rings side by side.
-        seconds: About how long each measurement takes.
+        num_envs: Number of rings side by side.
+        seconds: Approximate duration of each measurement.
     """
 
     def timed(rate: Callable[[int], float], first: int) -> float:
-        # As many steps as fill the time, by the rate of a first few.
+        # As many steps as fill the time, from the rate of a few steps.
         steps = max(int(rate(first) * seconds / num_envs), first)
         return rate(steps)
 
     rates: dict[str, Any] = {"num_envs": num_envs, "cores": os.cpu_count()}
     for hold_s in (1.0, STEP_S):
-        # The two in turns, best of three: what else the machine does hits both.
+        # Both in turns, best of three: other load of the machine affects both.
         turns = [
             (timed(lambda n: python_rate(num_envs, hold_s, n), 20), timed(lambda n: rust_rate(num_envs, hold_s, n), 20))
             for _ in range(3)
         ]
         python, rust = (max(turn[k] for turn in turns) for k in (0, 1))
         rates[f"hold {hold_s} s"] = {"python": python, "rust": rust, "python / rust": python / rust}
-    # numpy's rings begin at a standstill, so that these do, too.
+    # numpy's rings start from rest, so these do, too.
     turns = [
         (timed(lambda n: python_rate(num_envs, STEP_S, n, warm_up_s=0.0), 20), timed(lambda n: numpy_rate(num_envs, n), 5))
         for _ in range(3)
@@ -162,7 +162,7 @@ def measure(num_envs: int, seconds: float) -> dict[str, Any]:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """The command line."""
+    """Runs the command line."""
     parser = argparse.ArgumentParser(prog="python -m codrive.bench", description=__doc__.splitlines()[0])
     parser.add_argument("--num-envs", type=int, default=1024, help="rings side by side (default 1024)")
     parser.add_argument("--seconds", type=float, default=2.0, help="about how long each measurement takes (default 2)")

@@ -1,4 +1,4 @@
-"""``codrive.sb3.VecEnv``: rings, or whole drives, as the vector environment of Stable-Baselines3, which has an interface of its own.
+"""``codrive.sb3.VecEnv``: rings or whole drives as a vector environment of Stable-Baselines3, which has its own interface.
 
 Example::
 
@@ -26,22 +26,22 @@ from codrive._register import make_vec
 
 
 class VecEnv(_VecEnv):
-    """All rings, or drives, as one environment: 1,024 rings are one call, not 1,024. Takes the arguments of ``codrive.make_vec``."""
+    """All rings or drives as one environment: 1,024 rings are one call, not 1,024. Takes the arguments of ``codrive.make_vec``."""
 
     def __init__(self, name: str = "ring-250", num_envs: int = 1, **arguments: Any) -> None:
-        # Its own copies are made below, where the rewards become float32.
+        # Copies are made below, where the rewards become float32.
         self.rings = make_vec(name, num_envs, **{**arguments, "copy": False})
         self._actions: np.ndarray | None = None
         super().__init__(num_envs, self.rings.single_observation_space, self.rings.single_action_space)
 
     @property
     def settings(self) -> Configuration | DriveConfiguration:
-        """The settings, for ``codrive.save_policy``."""
+        """Returns the settings, for ``codrive.save_policy``."""
         return self.rings.settings
 
     def reset(self) -> np.ndarray:
-        """Begins an episode in each ring: those of the seed of ``seed()``, else the next ones. Observations, float32, ``(n, k)``."""
-        # SB3 gives each environment a seed of its own, counted up; the first says them all.
+        """Begins an episode in each ring, by the seed of ``seed()`` or else the next one. Returns observations, float32, ``(n, k)``."""
+        # SB3 gives each environment its own seed, counted up; the first one defines all.
         observations, _ = self.rings.reset(seed=self._seeds[0])
         self._reset_seeds()
         self._reset_options()
@@ -49,11 +49,11 @@ class VecEnv(_VecEnv):
         return observations.copy()
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Takes actions, ``(n, 1)``, or ``(n,)`` where they are levels."""
+        """Stores actions, ``(n, 1)``, or ``(n,)`` for levels."""
         self._actions = actions
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Observations, rewards (float32), endings, and for each ring an info; of an ending its last observation and why."""
+        """Returns observations, rewards (float32), endings, and infos; after an ending the info has the last observation and the reason."""
         observations, rewards, terminations, truncations, infos = self.rings.step(self._actions)
         told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         ended = terminations | truncations
@@ -70,7 +70,7 @@ class VecEnv(_VecEnv):
         self.rings.close()
 
     def get_attr(self, attr_name: str, indices: None | int | Sequence[int] = None) -> list[Any]:
-        """An attribute of the rings, once for each that is asked for."""
+        """Returns an attribute of the rings, once for each requested ring."""
         return [getattr(self.rings, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: None | int | Sequence[int] = None) -> None:
@@ -84,21 +84,21 @@ class VecEnv(_VecEnv):
         raise NotImplementedError(f"{method_name} cannot be called for single rings")
 
     def env_is_wrapped(self, wrapper_class: type, indices: None | int | Sequence[int] = None) -> list[bool]:
-        """No ring is wrapped by itself."""
+        """Returns False for each ring: rings are not wrapped individually."""
         return [False for _ in self._get_indices(indices)]
 
 
 def layers(model: Any) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The network of a model that acts, for ``codrive.save_policy``: weights ``(inputs, outputs)`` and biases of each layer.
+    """Returns the policy network of a model, for ``codrive.save_policy``: weights ``(inputs, outputs)`` and biases of each layer.
 
     Args:
         model: One of PPO, TRPO or A2C with ``MlpPolicy`` and tanh between its layers, their default.
 
     Raises:
-        ValueError: Its network is of another kind; export it as ONNX yourself, with ``codrive.describe_policy`` beside it.
+        ValueError: The network has another structure; export it as ONNX, with the text of ``codrive.describe_policy`` beside it.
     """
     policy = model.policy
-    # Without hidden layers it is empty, and what acts is a linear map.
+    # Without hidden layers it is empty, and the policy is a linear map.
     hidden = getattr(getattr(policy, "mlp_extractor", None), "policy_net", None)
     kinds = [] if hidden is None else [type(part).__name__ for part in hidden]
     if hidden is None or kinds != ["Linear", "Tanh"] * (len(kinds) // 2) or type(policy.features_extractor).__name__ != "FlattenExtractor":

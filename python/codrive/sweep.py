@@ -1,7 +1,7 @@
-"""All runs of a plan on a Ray cluster: ``python -m codrive.sweep PLAN.toml --out FOLDER_OR_URL`` (or ``codrive sweep --on ray``).
+"""Runs all runs of a plan on a Ray cluster: ``python -m codrive.sweep PLAN.toml --out FOLDER_OR_URL`` (or ``codrive sweep --on ray``).
 
-Each run is a task of its own. Its part is written once, by the task, to a folder or to any address that fsspec knows
-(``s3://bucket/path``), and what is there is not made again: a second start does what is missing. The parts are the same bytes as those of
+Each run is a task of its own. The task writes the part of its run once, to a folder or to any address that fsspec knows
+(``s3://bucket/path``). Existing parts are not made again: a second start makes the missing ones. The parts are the same bytes as in
 ``codrive sweep`` on one machine.
 """
 
@@ -20,19 +20,19 @@ from codrive._codrive import Plan
 from codrive._sweep_store import PARTS, Store
 from codrive._sweep_worker import Worker
 
-#: The files beside a plan are carried to every machine; so many bytes at the most.
+#: Maximum size of the files beside a plan, which are copied to every machine, bytes.
 MOST_BYTES = 64 << 20
-#: Tasks that wait at a time for each core: enough that none is idle, few enough that a stop is heard at once.
+#: Queued tasks per core: enough that no core is idle, few enough for a quick stop.
 WAITING = 4
-#: So many failures are told; the others are counted.
+#: Number of failures that are printed; the others are counted.
 TOLD = 10
 
 
 def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
-    """The files of a plan's folder, which its runs may read, by their names in it; results are none of them.
+    """Returns the files of a plan's folder, which its runs may read, by their names in it, without results.
 
     Raises:
-        ValueError: They are too many to be carried.
+        ValueError: The files are too large to be copied.
     """
     folder = plan.resolve().parent
     results = pathlib.Path(out).resolve()
@@ -52,14 +52,14 @@ def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
     return files
 
 
-#: The process that makes runs for this one, and the plan and the place that it is for.
+#: Process that makes runs for this one, by its plan and output.
 _at_work: dict[tuple[str, str], Worker] = {}
-#: Private folders of this process with the files of sweeps, by the name of those files; they go with the process.
+#: Private folders of this process with the files of sweeps, by their digest; removed with the process.
 _files_of: dict[str, tempfile.TemporaryDirectory[str]] = {}
 
 
 def _worker(plan: str, out: str) -> Worker:
-    """The process for a plan: the one that is there, or a new one where it has ended or was for another."""
+    """Returns the process for a plan: the present one, or a new one if that has ended or has another plan."""
     for asked, worker in list(_at_work.items()):
         if asked != (plan, out) or not worker.is_alive:
             _at_work.pop(asked).close()
@@ -69,30 +69,30 @@ def _worker(plan: str, out: str) -> Worker:
 
 
 def _digest(files: dict[str, bytes]) -> str:
-    """A name for files with these contents."""
+    """Returns a name for files with these contents."""
     contents = sorted((file, hashlib.sha256(text).hexdigest()) for file, text in files.items())
     return hashlib.sha256(repr(contents).encode()).hexdigest()[:24]
 
 
 def execute(digest: str, files: list[Any], plan: str, number: int, name: str, limit_s: float | None, out: str) -> str:
-    """One run, in a process of the cluster. Gives the name of its part, which is written.
+    """Makes one run in a process of the cluster and writes its part. Returns the name of the part.
 
     Args:
-        digest: A name for the files.
-        files: A reference to them, in a list, so that it is looked at on machines alone that do not have them yet.
-        plan: Name of the plan among them.
+        digest: Name of the files.
+        files: Reference to the files, in a list, so that only machines without the files resolve it.
+        plan: Name of the plan among the files.
         number: Number of the run.
         name: Name of its part.
-        limit_s: How long it may take, s.
+        limit_s: Time limit of the run, s.
         out: Folder, or an address of fsspec.
 
     Raises:
-        RuntimeError: It failed, took its process along, or was not done after ``limit_s`` seconds.
+        RuntimeError: The run failed, crashed its process, or was not done after ``limit_s`` seconds.
     """
     if digest not in _files_of:
         import ray
 
-        # A name that can be guessed could be somebody else's folder, with a plan of theirs.
+        # A folder with a predictable name could belong to another user, with their plan.
         made = tempfile.TemporaryDirectory(prefix="codrive-sweep-")
         for file, text in ray.get(files[0]).items():
             path = pathlib.Path(made.name) / file
@@ -113,19 +113,18 @@ def sweep(
     address: str | None = None,
     progress: bool | None = None,
 ) -> dict[int, str]:
-    """Carries out what is missing of a plan on a Ray cluster.
+    """Makes the missing runs of a plan on a Ray cluster.
 
     Args:
-        plan: The plan's file. The files beside it are carried along.
+        plan: File of the plan. The files beside it are copied to the machines.
         out: Folder, or an address of fsspec that all machines reach.
-        workers: Tasks at a time; None: the cores of the cluster.
-        retries: How often a run that failed is tried again, after all others. What a node takes along that is no more is always
-            made again.
-        address: Of the cluster; None: the one of ``RAY_ADDRESS``, else one on this machine.
-        progress: Says on the standard error how far it is; None: where a person watches.
+        workers: Number of tasks at a time; None: from the cores of the cluster.
+        retries: Number of further attempts for a failed run, after all others. Runs lost with a failed node are always repeated.
+        address: Address of the cluster; None: that of ``RAY_ADDRESS``, else a cluster on this machine.
+        progress: Shows progress on standard error; None: if it is a terminal.
 
     Returns:
-        What failed in the end: number of the run, and why.
+        The runs that failed after all attempts, with the reason, by number.
 
     Raises:
         ValueError: The plan is wrong.
@@ -137,7 +136,7 @@ def sweep(
     path = pathlib.Path(plan)
     runs = Plan(str(path))
     names, limits_s = runs.part_names(), runs.limits_s()
-    # Processes of the cluster have working directories of their own.
+    # Processes of the cluster have their own working directories.
     store = Store(out)
     out = out if store.folder is None else str(store.folder)
     there = store.names()
@@ -149,7 +148,7 @@ def sweep(
     carried = beside(path, out)
     if not ray.is_initialized():
         ray.init(address=address, log_to_driver=False, logging_level="warning")
-    # SUMO runs once in a process, which Ray gives one task at a time; a task on a core has one thread.
+    # A process can hold one SUMO, and Ray gives a process one task at a time. A task on one core has one thread.
     task = ray.remote(num_cpus=1, max_retries=-1, runtime_env={"env_vars": {"RAYON_NUM_THREADS": "1"}})(execute)
     files, digest = [ray.put(carried)], _digest(carried)
     at_a_time = workers or int(ray.cluster_resources().get("CPU", 1)) * WAITING
@@ -182,7 +181,7 @@ def sweep(
 
 
 def collect(plan: str, out: str) -> list[tuple[str, int, int]]:
-    """Puts the runs of a plan that are there into one table a kind, beside the parts. Gives (file, runs, rows) of each."""
+    """Joins the existing runs of a plan into one table per kind, beside the parts. Returns (file, runs, rows) of each."""
     runs, store = Plan(plan), Store(out)
     if store.folder is not None:
         return [(str(path), count, rows) for path, count, rows in runs.collect(str(store.folder))]
@@ -198,7 +197,7 @@ def collect(plan: str, out: str) -> list[tuple[str, int, int]]:
 
 
 class _Meter:
-    """How far a sweep is, in one line."""
+    """Progress of a sweep, in one line."""
 
     def __init__(self, runs: int, there: int, shown: bool | None) -> None:
         self._runs, self._there, self._done = runs, there, 0
@@ -206,11 +205,11 @@ class _Meter:
         self._is_shown = sys.stderr.isatty() if shown is None else shown
 
     def one(self) -> None:
-        """One more is done."""
+        """Counts a finished run."""
         self._done += 1
 
     def show(self, failed: int) -> None:
-        """Says it, where somebody watches."""
+        """Prints the progress, if it is shown."""
         if not self._is_shown:
             return
         left = self._runs - self._there - self._done
@@ -219,13 +218,13 @@ class _Meter:
         print(f"\r\033[K{self._there + self._done} of {self._runs} runs{eta}{bad}", end="", file=sys.stderr, flush=True)
 
     def end(self) -> None:
-        """All are done."""
+        """Ends the line."""
         if self._is_shown:
             print(file=sys.stderr)
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """The command. Gives its exit status: 0 done, 1 something failed, 2 the plan is wrong, 130 stopped."""
+    """Runs the command line. Returns the exit status: 0 done, 1 runs failed, 2 the plan is wrong, 130 stopped."""
     parser = argparse.ArgumentParser(prog="python -m codrive.sweep", description=__doc__.splitlines()[0])
     parser.add_argument("plan", help="the plan (TOML); files that it names lie beside it")
     parser.add_argument("--out", required=True, help="folder of the results, or an address of fsspec such as s3://bucket/path")
@@ -260,7 +259,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    # By its own name, so that the cluster's processes find what they are given in the package.
+    # Imported by its package name, so that processes of the cluster find the functions in the package.
     from codrive.sweep import main as command
 
     sys.exit(command())

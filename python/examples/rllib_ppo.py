@@ -1,13 +1,13 @@
-"""Trains a policy for the 250 m ring by RLlib's PPO, with rings in several processes, on one machine or on a Ray cluster.
+"""Trains a policy for the 250 m ring with RLlib's PPO, with rings in several processes, on one machine or on a Ray cluster.
 
     pip install './python[ray]' 'ray[rllib]' torch
     python python/examples/rllib_ppo.py --runners 2 --out mine.onnx
 
-Each env runner is a process with rings of its own; on a cluster Ray puts them where cores are free.
+Each env runner is a process with its own rings; on a cluster Ray places them on free cores.
 
-It ends when all cars of 20 rings that training has not seen go as fast as ``--goal`` on average (3.0 m/s without advice), or after
-``--updates``. With two runners of 512 rings, on two cores that others used, too, all of three seeds came to 4.0 m/s after 63 to 78 s and 1.6
-million holds, and to 4.03 to 4.07 m/s at most in 125 s; one of them fell back to 3.07 m/s in between. None reached 4.1.
+Training ends when the mean speed of all vehicles on 20 unseen rings reaches ``--goal`` (3.0 m/s without advice), or after ``--updates``.
+With two runners of 512 rings, on two shared cores, all of three seeds reached 4.0 m/s after 63 to 78 s and 1.6 million holds, and at most
+4.03 to 4.07 m/s in 125 s; one of them fell back to 3.07 m/s in between. None reached 4.1.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.core.rl_module.rl_module import RLModuleSpec
 from ray.tune.registry import register_env
 
-#: What is advised, and who follows: as in train_sb3.py, which says why.
+#: Settings of advice and driver, as in train_sb3.py, which gives the reasons.
 RING = {
     "advice": "speed",
     "hold": 1.0,
@@ -37,16 +37,16 @@ RING = {
     "range_penalty": 0.6,
 }
 HIDDEN = [64, 64]
-#: Of each ring in an update.
+#: Holds of each ring in an update.
 HOLDS = 64
-#: Time after which a reward counts 1/e is 100 holds.
+#: Discount: after 100 holds a reward counts 1/e.
 GAMMA = 0.99
-#: Of the first advice, 3 m/s: with RLlib's 0 half of it lies beyond 0 and 10 m/s.
+#: Logarithm of the first advice's standard deviation, which is then 3 m/s; with RLlib's 0, half of the advice lies outside 0 to 10 m/s.
 FIRST_LOG_SD = -0.5
 
 
 class Network(DefaultPPOTorchRLModule):
-    """RLlib's own network, with a deviation that is the same everywhere and begins at ``FIRST_LOG_SD``."""
+    """RLlib's network, with a standard deviation that does not depend on the observation and starts at ``FIRST_LOG_SD``."""
 
     def setup(self) -> None:
         """Builds the layers."""
@@ -55,13 +55,13 @@ class Network(DefaultPPOTorchRLModule):
 
 
 class NextStep(gymnasium.vector.VectorWrapper):
-    """Rings as RLlib steps them: a ring that has ended says its last observation, and the first of the next episode a step later.
+    """Rings as RLlib steps them: a ring that has ended returns its last observation, and the first of the next episode a step later.
 
-    codrive's rings go on in the same step. So the first hold of an episode is driven under the action that RLlib gives for the reset, and
-    nothing is learned from it.
+    codrive's rings continue in the same step. The first hold of an episode is therefore driven under the action that RLlib gives for the
+    reset, and is not used for learning.
 
-    Rewards are divided by 1 / (1 - gamma), so that a return is a mean speed, some m/s: a value of hundreds would take long to learn, and its
-    error would take all of the gradient's bounded length.
+    Rewards are divided by 1 / (1 - gamma), so that a return is a mean speed, some m/s. A value of hundreds would take long to learn, and
+    its error would dominate the gradient of bounded length.
     """
 
     def __init__(self, env: gymnasium.vector.VectorEnv) -> None:
@@ -75,31 +75,31 @@ class NextStep(gymnasium.vector.VectorWrapper):
         return self.env.reset(**arguments)
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One hold of every ring; those that had ended begin."""
+        """Drives one hold of every ring; rings that had ended begin an episode."""
         observations, rewards, terminations, truncations, infos = self.env.step(actions)
         ended = terminations | truncations
         for ring in np.flatnonzero(ended):
             observations[ring] = infos["final_obs"][ring]
         rewards[self._is_due] = 0.0
-        # One that ends in the very first hold of its episode has shown nothing: its next one begins a step later.
+        # An episode that ends in its first hold has not been shown; the next one begins a step later.
         terminations[self._is_due] = truncations[self._is_due] = False
         self._is_due = ended
         return observations, rewards * (1.0 - GAMMA), terminations, truncations, {}
 
 
 def rings(config: dict[str, Any]) -> gymnasium.vector.VectorEnv:
-    """The rings of one env runner. RLlib seeds those of each with its number."""
+    """Makes the rings of one env runner. RLlib seeds them with the number of the runner."""
     return NextStep(codrive.make_vec("ring-250", config["num_envs"], **RING))
 
 
 def layers(weights: dict[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The network that acts, for ``codrive.save_policy``; of its outputs the mean, not the deviation."""
+    """Returns the policy network, for ``codrive.save_policy``, with the mean as its only output."""
     parts = [weights[name] for name in weights if name.startswith(("encoder.actor_encoder.net.", "pi.net."))]
     return [(weight.T, bias) for weight, bias in zip(parts[::2], parts[1::2], strict=True)]
 
 
 def main() -> int:
-    """The command. Gives its exit status: 0 the goal is reached, 1 it is not."""
+    """Runs the command line. Returns the exit status: 0 if the goal is reached, else 1."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runners", type=int, default=2, help="processes with rings [default: 2]")
     parser.add_argument("--envs", type=int, default=512, help="rings of each [default: 512]")
@@ -127,7 +127,7 @@ def main() -> int:
         .training(
             gamma=GAMMA,
             lambda_=1.0,
-            # Until 2.5 million holds less and less: later updates would throw about what is learned.
+            # Decreases up to 2.5 million holds: large later updates would destroy learned behaviour.
             lr=[[0, 1e-3], [2_500_000, 1e-4]],
             clip_param=0.2,
             kl_target=0.02,

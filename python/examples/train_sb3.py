@@ -1,20 +1,20 @@
-"""Trains a policy for the 250 m ring by PPO of Stable-Baselines3 or TRPO of sb3-contrib, and writes it as a file that drives and studies take.
+"""Trains a policy for the 250 m ring with PPO of Stable-Baselines3 or TRPO of sb3-contrib, and writes a file for drives and studies.
 
     pip install './python[sb3]' sb3-contrib
     python python/examples/train_sb3.py --algorithm ppo --out mine.onnx
     codrive drive --policy mine.onnx
 
-It ends when all cars of 20 rings that training has not seen go as fast as ``--goal`` on average, over the whole 800 s of each, transients
-included. Without advice it is 3.0 m/s, and 4.36 where all keep the same distance.
+Training ends when the mean speed of all vehicles on 20 unseen rings reaches ``--goal``, over the whole 800 s of each, transients
+included. The mean speed is 3.0 m/s without advice, and 4.36 m/s if all vehicles keep the same distance.
 
-What it takes to learn here:
+Learning on rings needs:
 
-* Long rollouts and advantages that look to their end: a wave that is not fed is gone after a minute, not after the next hold.
-* A penalty on advice that the driver does not reach (``range_penalty``): above his leader's speed all advice is the same to him, and a
+* Long rollouts, and advantages up to their end: a wave that is not fed dissolves after a minute, not after the next hold.
+* A penalty on advice that the driver does not reach (``range_penalty``): above the leader's speed, all advice has the same effect, and a
   policy that begins there learns nothing.
-* Rewards divided by the spread of returns: else the error of the value, hundreds of m/s, takes all of the gradient's bounded length.
-* One thread for the network: its layers of 64 are done before a second one has begun, and waiting for it costs ten times as much. The rings
-  take all cores for themselves.
+* Rewards divided by the spread of returns: otherwise the error of the value, hundreds of m/s, dominates the gradient of bounded length.
+* One thread for the network: layers of 64 are computed before a second thread starts, and waiting for it costs ten times as much. The
+  rings use all cores themselves.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-#: What is advised, and who follows: a speed for a second; a driver who reaches it without delay where the car ahead lets him.
+#: Settings of advice and driver: a speed for one second, and a driver who reaches it without delay if the vehicle ahead allows it.
 RING = {
     "advice": "speed",
     "hold": 1.0,
@@ -39,14 +39,14 @@ RING = {
     "sees": "speed,leader_speed,gap,mean_speed",
     "range_penalty": 0.6,
 }
-#: Time after which a reward counts 1/e is 100 holds of 1 s, as the field has it (0.999 for each 0.1 s).
+#: Discount: after 100 holds of 1 s a reward counts 1/e, as is usual (0.999 for each 0.1 s).
 GAMMA = 0.99
-#: Of the first advice, 3 m/s: with SB3's 0 half of it lies beyond 0 and 10 m/s.
+#: Logarithm of the first advice's standard deviation, which is then 3 m/s; with SB3's 0, half of the advice lies outside 0 to 10 m/s.
 FIRST_LOG_SD = -0.5
 
 
 class UntilFastEnough(BaseCallback):
-    """Judges the policy every few updates, and ends training at the goal or at the limit of time."""
+    """Evaluates the policy every few updates, and ends training at the goal or at the time limit."""
 
     def __init__(self, goal_mps: float, limit_s: float, every: int) -> None:
         super().__init__()
@@ -57,7 +57,7 @@ class UntilFastEnough(BaseCallback):
 
     @property
     def elapsed(self) -> str:
-        """Time since training began."""
+        """Returns the time since training began, as text."""
         seconds, cpu = time.perf_counter() - self._start, time.process_time() - self._start_cpu
         return f"{seconds:.0f} s, {cpu:.0f} CPU-seconds"
 
@@ -73,7 +73,7 @@ class UntilFastEnough(BaseCallback):
 
 
 def learner(algorithm: str, envs: VecEnv, seed: int) -> BaseAlgorithm:
-    """PPO or TRPO with what suits a thousand rings."""
+    """Returns PPO or TRPO with parameters for a thousand rings."""
     common = {
         "n_steps": 64,
         "batch_size": 8192,
@@ -89,7 +89,7 @@ def learner(algorithm: str, envs: VecEnv, seed: int) -> BaseAlgorithm:
 
 
 def main() -> int:
-    """The command. Gives its exit status: 0 the goal is reached, 1 it is not."""
+    """Runs the command line. Returns the exit status: 0 if the goal is reached, else 1."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--algorithm", choices=["ppo", "trpo"], default="ppo")
     parser.add_argument("--envs", type=int, default=1024, help="rings side by side [default: 1024]")
@@ -103,7 +103,7 @@ def main() -> int:
     rings = codrive.sb3.VecEnv("ring-250", num_envs=given.envs, **RING)
     model = learner(given.algorithm, VecNormalize(rings, norm_obs=False, gamma=GAMMA), given.seed)
     judge = UntilFastEnough(given.goal, given.limit, given.every)
-    # As long as the judge lets it.
+    # The callback ends training.
     model.learn(10**12, callback=judge)
     is_reached = judge.speed_mps >= given.goal
     print(f"{given.algorithm}, {given.envs} rings: {judge.speed_mps:.2f} m/s after {judge.elapsed}")

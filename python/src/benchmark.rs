@@ -1,4 +1,4 @@
-//! How fast rings are without Python: the same rings, observations and random actions in a loop of Rust.
+//! Speed of rings without Python: the same rings, observations and random actions in a Rust loop.
 
 use crate::{
     configuration::Configuration,
@@ -9,7 +9,7 @@ use codrive::rng;
 use pyo3::{exceptions::PyValueError, prelude::*};
 use std::time::Instant;
 
-/// Seconds that `steps` steps of `num_envs` environments take under random actions, resets not counted.
+/// Returns the duration of `steps` steps of `num_envs` environments under random actions, without resets, s.
 #[pyfunction]
 #[expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
 pub fn random_steps(py: Python<'_>, configuration: &Configuration, num_envs: usize, steps: usize) -> PyResult<f64> {

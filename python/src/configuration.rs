@@ -1,5 +1,5 @@
-//! Settings by their own names, as `codrive train` takes them. In: the name of a ring or a configuration's file, and keyword
-//! arguments of Python. Out: a checked [`TrainConfig`], or an error that names the key, the value and what is allowed.
+//! Settings by their own names, as `codrive train` takes them. In: the name of a ring or a configuration's file, and keyword arguments of
+//! Python. Out: a checked [`TrainConfig`], or an error that names the key, the value and the allowed values.
 
 use codrive::{
     data_folders,
@@ -17,17 +17,17 @@ use pyo3::{
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
-/// Names of rings.
+/// Names of the built-in rings.
 pub const RINGS: [&str; 2] = ["ring-250", "ring-641"];
 
-/// Drivers of training: late, with an error and a habit that differ from episode to episode.
+/// Name of the drivers of training: with a reaction time, an error and a bias that differ from episode to episode.
 const LATE: &str = "late";
 
-/// Settings of rings, checked. See `codrive.make` for what the arguments mean.
+/// Checked settings of rings. See `codrive.make` for the arguments.
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct Configuration {
     pub config: TrainConfig,
-    /// What the policy corrects, if anything.
+    /// Advice that the policy corrects, if any.
     pub corrected: Option<CorrectedAdvice>,
 }
 
@@ -42,39 +42,39 @@ impl Configuration {
         Ok(Self { config, corrected })
     }
 
-    /// All settings, nested where they are tables, as JSON.
+    /// Returns all settings as JSON; tables are nested.
     fn json(&self) -> String {
         serde_json::to_value(&self.config).unwrap_or_default().to_string()
     }
 
-    /// What each number of an observation is: its name, the value that becomes -1 and the one that becomes 1, SI units.
+    /// Returns the inputs of an observation: name, the value that becomes -1, and the value that becomes 1, in SI units.
     fn inputs(&self) -> Vec<(&'static str, f64, f64)> {
         self.config.inputs().iter().map(|input| (input.feature.name(), input.from, input.to)).collect()
     }
 
-    /// Levels of an action; 0 where it is continuous.
+    /// Returns the number of levels of an action; 0 for continuous actions.
     #[getter]
     fn levels(&self) -> u32 {
         self.config.advice.levels
     }
 
-    /// What -1 and 1 mean as an action (or the first and the last level), m/s or m/s2; an acceleration may be bounded further where
-    /// `speed_change_mps` is set.
+    /// Returns the actions that -1 and 1 (or the first and the last level) stand for, m/s or m/s². An acceleration may have further limits
+    /// if `speed_change_mps` is set.
     #[getter]
     fn action_limits(&self) -> (f64, f64) {
         self.config.action_limits().into()
     }
 }
 
-/// The folder that holds `maps/` and `assets/`: that of `CODRIVE_DATA`, a checkout's, or what the wheel brings, written to the user's
-/// cache.
+/// Returns the folder that holds `maps/` and `assets/`: the one in `CODRIVE_DATA`, a checkout, or the contents of the wheel, written to the
+/// user's cache.
 #[pyfunction]
 pub fn data_folder() -> PyResult<PathBuf> {
     data_folders::require().map_err(|why| PyValueError::new_err(why.to_string()))?;
     Ok(data_folders::root().to_path_buf())
 }
 
-/// The settings that a name stands for: those of a ring, or of a file.
+/// Returns the settings that a name stands for: a ring, or a file.
 fn base(name: &str) -> PyResult<TrainConfig> {
     match name {
         "ring-250" => Ok(TrainConfig::paper_ring()),
@@ -90,7 +90,7 @@ fn base(name: &str) -> PyResult<TrainConfig> {
     }
 }
 
-/// The same rings with this driver: as `codrive evaluate --driver` names them, or [`LATE`].
+/// Returns the same rings with this driver: a name as in `codrive evaluate --driver`, or [`LATE`].
 fn driven_by(config: &TrainConfig, name: &str) -> PyResult<TrainConfig> {
     if name == LATE {
         let driver = codrive::train::DriverConfig { follow: FollowKind::Driver, ..config.driver.clone() };
@@ -113,7 +113,7 @@ fn driven_by(config: &TrainConfig, name: &str) -> PyResult<TrainConfig> {
     }
 }
 
-/// Settings that keyword arguments name; tables such as `idm` are dicts.
+/// Returns the settings named by keyword arguments; tables such as `idm` are dicts.
 fn changes(settings: &Bound<'_, PyDict>) -> PyResult<Vec<(Field, Value)>> {
     let fields = fields_of::<TrainConfig>();
     let Value::Object(named) = json(settings.as_any(), "settings")? else { return Ok(Vec::new()) };
@@ -137,16 +137,16 @@ fn flatten(fields: &[Field], table: String, named: Map<String, Value>, flat: &mu
     Ok(())
 }
 
-/// What the functions of Python take beside settings, for who has written one of them wrongly.
+/// Arguments of the Python functions that are not settings, for suggestions after a misspelling.
 const ARGUMENTS: [&str; 8] = ["hold", "advice", "driver", "engine", "num_envs", "render_mode", "view", "size"];
 
-/// The error of a name that none of these settings has.
+/// Returns the error for a name that is none of these settings.
 pub fn unknown_setting(path: &str, fields: &[Field]) -> PyErr {
     let known: Vec<&str> = ARGUMENTS.into_iter().chain(fields.iter().map(|field| field.path.as_str())).collect();
     PyTypeError::new_err(unknown_key(path, &known))
 }
 
-/// The value of a setting, which is one and no list of several.
+/// Returns the value of a setting, which must not be a list.
 pub fn single(key: &str, value: Value) -> PyResult<Value> {
     match value {
         Value::Array(_) => Err(PyTypeError::new_err(format!("{key} is {value}; allowed: {ALLOWED}"))),
@@ -154,13 +154,13 @@ pub fn single(key: &str, value: Value) -> PyResult<Value> {
     }
 }
 
-/// What a setting can be.
+/// Allowed values of a setting, for messages.
 const ALLOWED: &str = "a number, a text, True or False, or a dict of such";
 
-/// Tables and lists within each other: settings have no more than a demand, and a dict of Python may hold itself.
+/// Maximum depth of nested tables and lists. A demand needs the most levels, and a Python dict may contain itself.
 const DEEPEST: usize = 8;
 
-/// A value of Python as JSON: texts, numbers (numpy's, too), truth values, lists and dicts of such.
+/// Converts a Python value to JSON: texts, numbers (numpy's, too), truth values, and lists and dicts of these.
 pub fn json(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
     nested_json(value, key, 0)
 }

@@ -1,5 +1,5 @@
-//! Whole drives for Python: physics, pedals and traffic of either engine, advised hold by hold. In: settings, a seed, actions. Out: what
-//! advised vehicles see, their rewards and endings, as numpy arrays. See `codrive._drive` for what stands around it.
+//! Whole drives for Python: physics, pedals and traffic of either engine, advised hold by hold. In: settings, a seed, actions. Out: the
+//! observations, rewards and endings of advised vehicles, as numpy arrays. `codrive._drive` wraps this.
 
 #[cfg(feature = "desktop")]
 use crate::picture::Shot;
@@ -33,13 +33,13 @@ use std::{
 /// True if this module can draw (the cargo feature `desktop`).
 pub const HAS_DESKTOP: bool = cfg!(feature = "desktop");
 
-/// The setting that says who comes to a network, which is no plain value.
+/// Name of the setting for the vehicles that enter a network, which is not a plain value.
 const DEMAND: &str = "demand";
 
-/// The setting that Python calls `engine`.
+/// Name of the setting that Python calls `engine`.
 const ENGINE: &str = "traffic";
 
-/// Settings of whole drives, checked. See `codrive.make` for what the arguments mean.
+/// Checked settings of whole drives. See `codrive.make` for the arguments.
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct DriveConfiguration {
     config: EpisodeConfig,
@@ -48,7 +48,7 @@ pub struct DriveConfiguration {
 
 #[pymethods]
 impl DriveConfiguration {
-    /// Settings of `codrive run` and of episodes on a road; `driver` is a name, numbers, a population, or "late".
+    /// Reads settings of `codrive run` and of episodes on a road; `driver` is a name, numbers, a population, or "late".
     #[new]
     fn new(py: Python<'_>, map: &str, driver: Option<&str>, settings: &Bound<'_, PyDict>) -> PyResult<Self> {
         data_folders::require().map_err(refused)?;
@@ -67,7 +67,7 @@ impl DriveConfiguration {
             .map_err(|why| unknown_driver(driver).unwrap_or_else(|| PyValueError::new_err(why)))
     }
 
-    /// All settings as JSON: those of the drive, and in `learning` those of training that have a meaning here.
+    /// Returns all settings of the drive as JSON, and in `learning` the settings of training that apply here.
     fn json(&self) -> String {
         let scenario = serde_json::to_value(&self.config.scenario).unwrap_or_default();
         let learning = serde_json::to_value(&self.config.learning).unwrap_or_default();
@@ -82,43 +82,44 @@ impl DriveConfiguration {
         all.to_string()
     }
 
-    /// What each number of an observation is: its name, the value that becomes -1 and the one that becomes 1, SI units.
+    /// Returns the inputs of an observation: name, the value that becomes -1, and the value that becomes 1, in SI units.
     fn inputs(&self) -> Vec<(&'static str, f64, f64)> {
         self.config.inputs().iter().map(|input| (input.feature.name(), input.from, input.to)).collect()
     }
 
-    /// Levels of an action; 0 where it is continuous.
+    /// Returns the number of levels of an action; 0 for continuous actions.
     #[getter]
     fn levels(&self) -> u32 {
         self.config.learning.advice.levels
     }
 
-    /// What -1 and 1 mean as an action (or the first and the last level), m/s or m/s2; an acceleration may be bounded further where
-    /// `speed_change_mps` is set.
+    /// Returns the actions that -1 and 1 (or the first and the last level) stand for, m/s or m/s². An acceleration may have further limits
+    /// if `speed_change_mps` is set.
     #[getter]
     fn action_limits(&self) -> (f64, f64) {
         self.config.learning.action_limits().into()
     }
 
-    /// What says of a policy that learns in such drives what its numbers mean, as for one that learns on rings.
+    /// Returns the settings that define the meaning of a policy's numbers, for a policy that learns in such drives.
     #[getter]
     fn learning(&self) -> Configuration {
         Configuration { config: self.config.learning.clone(), corrected: None }
     }
 
-    /// SUMO moves the traffic in this process, of which there is one at a time.
+    /// Returns true if SUMO moves the traffic in this process, which can hold one SUMO at a time.
     #[getter]
     fn needs_sumo(&self) -> bool {
         self.config.scenario.traffic == EngineChoice::Sumo
     }
 
-    /// Vehicles come and go: who will be advised is not known before.
+    /// Returns true if vehicles enter and leave, so that the advised ones are not known before.
     #[getter]
     fn is_open(&self) -> bool {
         self.is_open
     }
 
-    /// Names of all that can be advised; of an open road those that are known before: the participant's vehicle, or nobody.
+    /// Returns the names of all vehicles that can be advised. On an open road these are the ones known before: the participant's vehicle,
+    /// or none.
     fn possible_agents(&self) -> Vec<String> {
         let scenario = &self.config.scenario;
         let ego = scenario.participant.then_some(EGO);
@@ -127,7 +128,7 @@ impl DriveConfiguration {
     }
 }
 
-/// Keyword arguments as settings of an episode, and the demand apart from them.
+/// Splits keyword arguments into the demand and the settings of an episode.
 fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)> {
     let fields = EpisodeConfig::fields();
     let (mut demand, mut flat) = (Demand::default(), Vec::new());
@@ -158,7 +159,7 @@ fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)>
     Ok((demand, flat))
 }
 
-/// What a fault of this setting is in the words of Python, where it is one of the engine that was asked for.
+/// Returns the message for a fault of this setting in terms of Python's `engine`, if it is caused by the chosen engine.
 fn about_engine(key: &str, engine: Option<&str>) -> Option<String> {
     let engine = engine.filter(|engine| key == ENGINE && *engine == "native")?;
     Some(format!(
@@ -167,7 +168,8 @@ fn about_engine(key: &str, engine: Option<&str>) -> Option<String> {
     ))
 }
 
-/// Who comes to a network: a file of SUMO's by its path, or `{"files": [...], "flows": [{"from": ..., "to": ..., "per_hour": ...}]}`.
+/// Reads the vehicles that enter a network: the path of a SUMO file, or `{"files": [...], "flows": [{"from": ..., "to": ..., "per_hour":
+/// ...}]}`.
 fn read_demand(value: Value) -> PyResult<Demand> {
     if let Value::String(file) = value {
         return Ok(Demand { files: vec![PathBuf::from(file)], flows: Vec::new() });
@@ -175,7 +177,7 @@ fn read_demand(value: Value) -> PyResult<Demand> {
     serde_json::from_value(value).map_err(|error| PyValueError::new_err(format!("demand: {error}")))
 }
 
-/// The error of a driver whom nobody knows, with all that are known here.
+/// Returns the error for an unknown driver, with the known ones.
 fn unknown_driver(driver: Option<&str>) -> Option<PyErr> {
     let name = driver?;
     if name == LATE || Population::named(name).is_ok() {
@@ -190,14 +192,14 @@ fn unknown_driver(driver: Option<&str>) -> Option<PyErr> {
     )))
 }
 
-/// One drive at a time, and what its last hold brought.
+/// Present drive, and the outcome of its last hold.
 #[derive(Default)]
 struct Running {
     episode: Option<Episode>,
     last: Option<HoldOutcome>,
 }
 
-/// One drive at a time. See `codrive._drive` for what stands around it.
+/// Environment that holds one drive at a time. `codrive._drive` wraps this.
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct Drive {
     config: EpisodeConfig,
@@ -218,7 +220,7 @@ impl Drive {
         }
     }
 
-    /// Begins the drive of this seed, whatever became of the one before: the world, its warm-up, up to the first hold.
+    /// Begins the drive of this seed, in any state of the one before: the world, its warm-up, up to the first hold.
     fn begin(&self, py: Python<'_>, seed: u64) -> PyResult<()> {
         let most = most_seed();
         if seed > most {
@@ -226,7 +228,7 @@ impl Drive {
         }
         let begun = threads::interruptible(py, || {
             let mut running = self.lock();
-            // SUMO runs once a process: the drive before lets go of it first.
+            // A process can hold one SUMO, so the drive before must release it first.
             *running = Running::default();
             running.episode = Some(Episode::begin(&self.config, seed)?);
             Ok::<_, codrive::drive_loop::RunError>(())
@@ -234,28 +236,28 @@ impl Drive {
         begun.map_err(|why| PyRuntimeError::new_err(why.to_string()))
     }
 
-    /// Lets go of the drive, and of SUMO. Another may be begun.
+    /// Ends the drive and releases SUMO. Another drive may begin.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         threads::here(py, || *self.lock() = Running::default())
     }
 
-    /// Who can be advised now, "ego" (the participant's vehicle) first; nobody once the drive is over.
+    /// Returns the vehicles that can be advised now, "ego" (the participant's vehicle) first; none once the drive is over.
     fn agents(&self) -> PyResult<Vec<String>> {
         self.with(|episode| episode.agents().map(episode::name).collect())
     }
 
-    /// What they see, scaled as for training, float32, `(agents, inputs)`.
+    /// Returns the agents' observations, scaled as for training, float32, `(agents, inputs)`.
     fn observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let rows = self.with(|episode| episode.scaled(episode.observations()))?;
         self.table(py, rows)
     }
 
-    /// One hold under these actions, float32, `(agents,)`: -1 to 1 spans the limits, or numbers of levels.
+    /// Drives one hold under these actions, float32, `(agents,)`: -1 to 1 spans the limits, or numbers of levels.
     fn hold(&self, py: Python<'_>, actions: PyReadonlyArray1<'_, f32>) -> PyResult<()> {
         let actions = actions.as_slice()?;
         let driven = threads::here(py, || {
             let mut running = self.lock();
-            // Beside its place while it is driven: what panics is not driven on.
+            // The episode is taken out while it is driven, so that one that panics is not continued.
             let mut episode = running.episode.take()?;
             let outcome = episode.hold(actions);
             match outcome {
@@ -280,46 +282,47 @@ impl Drive {
         }
     }
 
-    /// Rewards of the last hold, m/s, float64: a number for each of those that were agents before it, as the next two.
+    /// Returns the rewards of the last hold, m/s, float64: one for each vehicle that was an agent before it. The next two methods have the
+    /// same order.
     fn rewards<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let rewards: Vec<f64> = self.last(|last| last.agents.iter().map(|agent| agent.reward).collect())?;
         Ok(PyArray1::from_vec(py, rewards))
     }
 
-    /// True of those that have left the road, and of all after the first contact of an advised vehicle.
+    /// Returns true for vehicles that have left the road, and for all after the first contact of an advised vehicle.
     fn terminations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let ended: Vec<bool> = self.last(|last| last.agents.iter().map(|agent| agent.is_terminated).collect())?;
         Ok(PyArray1::from_vec(py, ended))
     }
 
-    /// What they see after it, or saw last, float32, `(agents before it, inputs)`.
+    /// Returns the agents' last observations, after the hold or before they left, float32, `(agents before it, inputs)`.
     fn final_observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let seen: Vec<_> = self.last(|last| last.agents.iter().map(|agent| agent.last_seen).collect())?;
         let rows = self.with(|episode| episode.scaled(seen))?;
         self.table(py, rows)
     }
 
-    /// Mean speed of all vehicles over the last hold, m/s.
+    /// Returns the mean speed of all vehicles over the last hold, m/s.
     fn mean_speed_mps(&self) -> PyResult<f64> {
         self.last(|last| last.mean_speed_mps)
     }
 
-    /// The last hold reached the horizon, or the end of the participant's way: nobody is advised any more.
+    /// Returns true if the last hold reached the horizon or the end of the participant's route; no vehicle is advised after that.
     fn is_truncated(&self) -> PyResult<bool> {
         self.last(|last| last.is_truncated)
     }
 
-    /// Of all states of all steps so far: equal if every bit of them is, 16 hexadecimal digits.
+    /// Returns the fingerprint of all states so far, 16 hexadecimal digits: equal if every bit of them is equal.
     fn fingerprint(&self) -> PyResult<String> {
         self.with(|episode| format!("{:016x}", episode.fingerprint()))
     }
 
-    /// Seconds that are driven since the warm-up.
+    /// Returns the driving time since the warm-up, s.
     fn time_s(&self) -> PyResult<f64> {
         self.with(|episode| episode.world().time_s())
     }
 
-    /// The picture of this moment, uint8, `(height, width, 3)`; `view` is driver, mirror, birdseye or chase.
+    /// Returns the present picture, uint8, `(height, width, 3)`; `view` is driver, mirror, birdseye or chase.
     #[cfg(feature = "desktop")]
     fn render<'py>(
         &self,
@@ -336,7 +339,7 @@ impl Drive {
         shot.array(py, drawn.ok_or_else(not_begun)?)
     }
 
-    /// The same where this build draws none.
+    /// Raises the error of a build without pictures.
     #[cfg(not(feature = "desktop"))]
     #[expect(unused_variables, reason = "the same call as where pictures are drawn")]
     fn render(&self, width: u32, height: u32, view: &str) -> PyResult<()> {
@@ -368,19 +371,19 @@ impl Drive {
     }
 }
 
-/// The SUMO that drives in this process would have; `None` where there is none.
+/// Returns the home of the SUMO that drives in this process would load; `None` if there is none.
 #[pyfunction]
 pub fn sumo_home() -> Option<PathBuf> {
     sumo::home().ok()
 }
 
-/// Lets this interpreter try networks that do not come with codrive (`_check_network.py` beside this module), so that one on which SUMO
-/// breaks down takes a process of its own along. Without effect where there is no interpreter to start.
+/// Checks networks that do not come with codrive in a separate interpreter (`_check_network.py` beside this module). A network that crashes
+/// SUMO then ends only that process. Does nothing if there is no interpreter to start.
 pub fn try_networks_apart(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let program: Option<PathBuf> = module.py().import("sys")?.getattr("executable")?.extract()?;
     let file = module.filename().and_then(|file| file.extract::<PathBuf>());
     if let Ok(file) = &file {
-        // Libraries and data are looked for beside this module, not beside the interpreter.
+        // Libraries and data are found relative to this module, not to the interpreter.
         native_code::program_is(file.clone());
     }
     if let (Some(program), Ok(file)) = (program.filter(|program| program.is_file()), file) {
@@ -389,13 +392,13 @@ pub fn try_networks_apart(module: &Bound<'_, PyModule>) -> PyResult<()> {
     Ok(())
 }
 
-/// What that program does: drives some cars on a network to see whether SUMO survives it. Raises `RuntimeError` where it does not.
+/// Drives some vehicles on a network to check that SUMO survives it; `_check_network.py` calls this. Raises `RuntimeError` if SUMO fails.
 #[pyfunction]
 pub fn try_network(py: Python<'_>, file: PathBuf) -> PyResult<()> {
     threads::interruptible(py, || sumo::try_network(&file))?.map_err(|why| PyRuntimeError::new_err(why.to_string()))
 }
 
-/// The largest seed of a drive: every reader of a recording keeps it exactly.
+/// Returns the largest seed of a drive that every reader of a recording keeps exactly.
 fn most_seed() -> u64 {
     let seed = Scenario::fields().into_iter().find(|field| field.path == "seed").map(|field| field.kind);
     match seed {

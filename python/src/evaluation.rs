@@ -1,5 +1,5 @@
-//! Evaluations as `codrive evaluate` makes them. In: settings and a policy, by name or as something that answers. Out: the result of
-//! each ring as JSON, in which numbers keep their bits.
+//! Evaluations as in `codrive evaluate`. In: settings, and a policy by name or as a Python function. Out: the result of each ring as JSON,
+//! in which numbers keep their bits.
 
 use crate::{configuration::Configuration, rings::scale_rows, threads};
 use codrive::{
@@ -19,19 +19,19 @@ use std::{
     thread,
 };
 
-/// Random numbers of the rings: those of `codrive evaluate`.
+/// Name of the rings' random stream, the same as in `codrive evaluate`.
 const STREAM: &str = "evaluate";
 
-/// Rings that are driven between two calls of `done`, in which Python hears of Ctrl-C.
+/// Number of rings between two calls of `done`, in which Python notices Ctrl-C.
 const PART: usize = 64;
 
-/// Built-in policies that drive where none is named, as in `codrive evaluate`; and the shipped ones.
+/// Returns the names of the built-in policies, as in `codrive evaluate`, and of the shipped ones.
 #[pyfunction]
 pub fn policy_names() -> (Vec<&'static str>, Vec<String>) {
     (policy::NAMES.to_vec(), policy::shipped())
 }
 
-/// Drives a policy by name or by its file. Returns its own name, what is to be warned of, and the results as JSON.
+/// Evaluates a policy by its name or file. Returns its own name, warnings, and the results as JSON.
 #[pyfunction]
 pub fn evaluate_policy(
     py: Python<'_>,
@@ -60,8 +60,8 @@ pub fn evaluate_policy(
     Ok((name, warning, json(&results)))
 }
 
-/// Drives whoever answers: `ask` is shown what the policies of all rings see, float32, `(rings, inputs)`, and gives their actions,
-/// float32, `(rings,)`, -1 to 1 or numbers of levels. Returns the results as JSON.
+/// Evaluates a Python function. `ask` gets the observations of all rings, float32, `(rings, inputs)`, and returns their actions, float32,
+/// `(rings,)`, -1 to 1 or numbers of levels. Returns the results as JSON.
 #[pyfunction]
 pub fn evaluate_answers(
     py: Python<'_>,
@@ -74,7 +74,7 @@ pub fn evaluate_answers(
     let answer = |seen: &[Observation]| {
         py.check_signals()?;
         let table = PyArray2::zeros(py, [rings, inputs.len()], false);
-        // SAFETY: the array has just been made and nobody else has it.
+        // SAFETY: the array is new and has no other user.
         scale_rows(&inputs, seen, unsafe { table.as_slice_mut() }?);
         let answers: PyReadonlyArray1<'_, f32> = ask.call1((table,))?.extract()?;
         let answers = answers.as_slice()?;
@@ -83,10 +83,10 @@ pub fn evaluate_answers(
         }
         Ok(answers.iter().map(|answer| action(config, *answer, hold)).collect::<Vec<_>>())
     };
-    // The rings are driven on threads of their own; Python is asked on this one, where Ctrl-C arrives.
+    // The rings run on threads of their own; Python is called on this one, where Ctrl-C arrives.
     let (question, questions) = mpsc::channel::<Vec<Observation>>();
     let (reply, replies) = mpsc::channel::<Vec<Action>>();
-    // Without Python's lock only what other threads may see, too, is looked at.
+    // The closure without Python's lock may use only `Sync` values, hence the mutex.
     let questions = Mutex::new(questions);
     let next = || questions.lock().unwrap_or_else(PoisonError::into_inner).recv();
     let pool = threads::pool()?;
@@ -109,7 +109,7 @@ pub fn evaluate_answers(
                 }
             }
         }
-        // Whoever still waits for an answer is told that there is none.
+        // Dropping the sender tells the rings that no more actions come.
         drop(reply);
         let driven = threads::here(py, || driving.join())?;
         asked?;
@@ -122,7 +122,7 @@ pub fn evaluate_answers(
     })
 }
 
-/// Nobody answers any more.
+/// Error of an evaluation whose policy has stopped responding.
 struct Unanswered;
 
 fn json(results: &[EvaluationResult]) -> String {

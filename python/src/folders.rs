@@ -1,4 +1,4 @@
-//! Recordings and data sets for Python. In: a folder. Out: which drives it holds, how each was set, its picture, and measures of all.
+//! Recordings and data sets for Python. In: a folder. Out: its drives, the settings and the figure of each, and the measures of all.
 
 use crate::threads;
 use codrive::{
@@ -11,10 +11,10 @@ use pyo3::{
 };
 use std::path::{Path, PathBuf};
 
-/// One drive: participant, segment, place, condition, levels of factors, its folder, that of the same drive without advice.
+/// Participant, segment, place, condition and levels of factors of a drive, its folder, and the folder of the same drive without advice.
 type FoundDrive = (String, String, String, String, Vec<(String, String)>, PathBuf, Option<PathBuf>);
 
-/// What a folder holds: its title, true if it is a data set or a participant of one, and its drives.
+/// Returns the contents of a folder: its title, true if it is a data set or a participant of one, and its drives.
 #[pyfunction]
 pub fn find_drives(py: Python<'_>, folder: PathBuf) -> PyResult<(String, bool, Vec<FoundDrive>)> {
     let contents = found(py, &folder)?;
@@ -25,7 +25,7 @@ pub fn find_drives(py: Python<'_>, folder: PathBuf) -> PyResult<(String, bool, V
     Ok((contents.title, contents.root.is_some(), drives.collect()))
 }
 
-/// The settings of a recorded drive as JSON.
+/// Returns the settings of a recorded drive as JSON.
 #[pyfunction]
 pub fn recorded_settings(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
     let read = || {
@@ -36,13 +36,13 @@ pub fn recorded_settings(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
     threads::here(py, read)?
 }
 
-/// Positions of all vehicles over time, as SVG; `None` where there is next to nothing to draw.
+/// Returns the positions of all vehicles over time, as SVG; `None` if there is too little to draw.
 #[pyfunction]
 pub fn space_time(py: Python<'_>, folder: PathBuf) -> PyResult<Option<String>> {
     threads::here(py, || analysis::space_time(&folder))?.map_err(refused)
 }
 
-/// Each drive of a folder in numbers, as CSV with a line of names: `trials.csv` of `codrive analyse`.
+/// Returns the measures of each drive of a folder as CSV with a header: `trials.csv` of `codrive analyse`.
 #[pyfunction]
 pub fn measures(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
     let contents = found(py, &folder)?;

@@ -1,9 +1,14 @@
-//! codrive for Python, the native part: `codrive._codrive`. In: settings and actions of Python. Out: observations and rewards in
-//! numpy's memory, tables of evaluations. The Python files beside it make environments of it; docs/python.md says how it is used.
+//! Native part of codrive for Python: `codrive._codrive`. In: settings and actions of Python. Out: observations and rewards in numpy's
+//! memory, tables of evaluations. The Python files beside it turn these into environments; docs/python.md describes their use.
 //!
-//! [`configuration`] reads settings, [`rings`] moves many environments at once, [`drive`] drives whole drives (`picture` draws them where the build can), [`evaluation`] judges policies, [`policy_file`] writes
-//! them, [`folders`] reads what was recorded, [`benchmark`] says how fast rings are without Python, [`sweep`] carries out runs of plans,
-//! [`threads`] keeps Python out while others compute.
+//! * [`configuration`] reads settings.
+//! * [`rings`] moves many environments at once.
+//! * [`drive`] runs whole drives; `picture` draws them if the build can.
+//! * [`evaluation`] evaluates policies, [`policy_file`] writes them.
+//! * [`folders`] reads recordings.
+//! * [`benchmark`] measures the speed of rings without Python.
+//! * [`sweep`] makes the runs of plans.
+//! * [`threads`] releases Python's lock during computations.
 
 mod benchmark;
 mod configuration;
@@ -19,7 +24,7 @@ mod threads;
 
 use pyo3::prelude::*;
 
-/// The native part of codrive. Use the package `codrive`.
+/// Native part of codrive. Use the package `codrive`.
 #[pymodule]
 mod _codrive {
     #[pymodule_export]

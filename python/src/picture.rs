@@ -1,5 +1,5 @@
-//! Pictures of drives, drawn by the renderer of the window (the cargo feature `desktop`). In: a world, a view's name, a size. Out: a numpy
-//! array.
+//! Pictures of drives, drawn by the renderer of the window (the cargo feature `desktop`). In: a world, the name of a view, a size. Out: a
+//! numpy array.
 
 use codrive::{
     render::{DrivePictures, MAX_SIDE},
@@ -13,7 +13,7 @@ use pyo3::{
     prelude::*,
 };
 
-/// What is drawn.
+/// View and size of a picture.
 #[derive(Clone, Copy)]
 pub struct Shot {
     kind: ViewKind,
@@ -21,10 +21,10 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// A view by its name, in pixels.
+    /// Returns a view by its name, with a size in pixels.
     ///
     /// # Errors
-    /// `ValueError` of a view or a size that is none.
+    /// `ValueError` for an unknown view or an invalid size.
     pub fn new(view: &str, size: [u32; 2]) -> PyResult<Self> {
         let known = ViewKind::NAMED.iter().find(|(name, _)| *name == view).map(|(_, kind)| *kind);
         let names = ViewKind::NAMED.map(|(name, _)| name).join(", ");
@@ -37,10 +37,10 @@ impl Shot {
         Ok(Self { kind, size })
     }
 
-    /// Red, green and blue of each pixel, row by row. `pictures` draws it, and is made where there is none yet.
+    /// Returns red, green and blue of each pixel, row by row. Creates `pictures` if there is none yet.
     ///
     /// # Errors
-    /// Why it cannot be drawn.
+    /// The reason why it cannot be drawn.
     pub fn draw(self, pictures: &mut Option<DrivePictures>, world: &World) -> Result<Vec<u8>, String> {
         if world.snapshot().is_without_ego && self.kind != ViewKind::Birdseye {
             return Err("view: there is no participant's vehicle to see from; allowed: birdseye".into());
@@ -48,7 +48,7 @@ impl Shot {
         let drawing = match pictures {
             Some(drawing) => drawing,
             None => {
-                // Trees stand as in a drive of the default seed, whatever the seed of this one: drives of one environment look alike.
+                // Trees are those of the default seed, so that all drives of one environment look alike.
                 let scenario = Scenario { seed: Scenario::default().seed, ..world.scenario().clone() };
                 pictures.insert(DrivePictures::new(world.map(), &scenario).map_err(|why| why.to_string())?)
             }
@@ -57,7 +57,7 @@ impl Shot {
         Ok(picture.pixels().flat_map(|pixel| [pixel.0[0], pixel.0[1], pixel.0[2]]).collect())
     }
 
-    /// Those bytes as an array of numpy's, uint8, `(height, width, 3)`.
+    /// Converts these bytes to a numpy array, uint8, `(height, width, 3)`.
     ///
     /// # Errors
     /// As [`Shot::draw`], as `RuntimeError`.

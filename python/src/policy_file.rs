@@ -1,5 +1,5 @@
-//! Networks of Python as files of policies. In: layers, and the settings of the rings that they were trained on. Out: an ONNX file or one
-//! of codrive's own kind, or the description of a file that others write.
+//! Networks of Python as policy files. In: layers, and the settings of the rings that they were trained on. Out: an ONNX file or one in
+//! codrive's own format, or the description of a file that others write.
 
 use crate::configuration::Configuration;
 use codrive::{
@@ -10,7 +10,7 @@ use codrive::{
 use pyo3::{exceptions::PyValueError, prelude::*};
 use std::path::Path;
 
-/// Writes layers of weights, a row for each input, and biases; the ending of the name says which kind of file.
+/// Writes layers of weights, one row per input, and biases; the ending of the name selects the format.
 #[pyfunction]
 pub fn write_network(
     path: &str,
@@ -31,7 +31,7 @@ pub fn write_network(
         .map_err(|fault| PyErr::from(std::io::Error::new(fault.kind(), format!("{}: {fault}", path.display()))))
 }
 
-/// What the numbers of a network mean that was trained with these settings, as `NAME.onnx.toml` has it.
+/// Returns the description of a network that was trained with these settings, as in `NAME.onnx.toml`.
 #[pyfunction]
 pub fn network_description(configuration: &Configuration) -> String {
     let mut network = network_of(&configuration.config, Vec::new());

@@ -1,5 +1,5 @@
-//! Many rings as one environment. In: one action for each ring, -1 to 1 or the number of a level. Out: what the policies see, the
-//! rewards and endings, written into numpy's own memory. A ring that ends begins another episode in the same step.
+//! Many rings as one environment. In: one action for each ring, -1 to 1 or the number of a level. Out: observations, rewards and endings,
+//! written into numpy's own memory. A ring that ends begins another episode in the same step.
 
 use crate::{configuration::Configuration, threads};
 use codrive::{
@@ -18,10 +18,10 @@ use pyo3::{
 };
 use rayon::prelude::*;
 
-/// Random numbers of the episodes: those of `codrive train`, so that its rings are these.
+/// Name of the episodes' random stream, the same as in `codrive train`, so that the rings are the same.
 const STREAM: &str = "train";
 
-/// Rings in blocks of 16.
+/// Batch of rings, in blocks of 16.
 pub struct RingBatch {
     config: TrainConfig,
     inputs: Vec<NetworkInput>,
@@ -30,36 +30,36 @@ pub struct RingBatch {
     rings: usize,
 }
 
-/// Where a step is written: a row or a number for each ring.
+/// Output of a step: a row or a number for each ring.
 pub struct StepBuffers<'a> {
-    /// What each policy sees next; of an episode that ended, the first of the new one. `(rings, inputs)`.
+    /// Next observation of each policy; after the end of an episode, the first one of the new episode. `(rings, inputs)`.
     pub observations: &'a mut [f32],
-    /// What it would have seen next, where its episode has just ended; other rows keep what they had. `(rings, inputs)`.
+    /// Last observation of the old episode where one has just ended; other rows keep their values. `(rings, inputs)`.
     pub final_observations: &'a mut [f32],
-    /// m/s.
+    /// Rewards of the step, m/s.
     pub rewards: &'a mut [f64],
-    /// Mean speed of all cars of the ring over the hold, m/s.
+    /// Mean speed of all vehicles of the ring over the hold, m/s.
     pub mean_speeds_mps: &'a mut [f64],
-    /// Cars collided.
+    /// True if vehicles of the ring collided.
     pub terminations: &'a mut [bool],
-    /// The horizon is reached.
+    /// True if the ring has reached the horizon.
     pub truncations: &'a mut [bool],
 }
 
 impl RingBatch {
-    /// Rings without an episode; [`RingBatch::reset`] begins them.
+    /// Creates rings without an episode; [`RingBatch::reset`] begins them.
     pub fn new(configuration: &Configuration, rings: usize) -> Self {
         let Configuration { config, corrected } = configuration;
         let (config, corrected) = (config.clone(), corrected.clone());
         Self { inputs: config.inputs(), config, corrected, blocks: Vec::new(), rings }
     }
 
-    /// Numbers of an observation.
+    /// Returns the number of inputs of an observation.
     pub fn inputs(&self) -> usize {
         self.inputs.len()
     }
 
-    /// Begins the episodes of this seed, from the first on.
+    /// Begins the episodes of this seed, from the first one.
     pub fn reset(&mut self, seed: u64) {
         self.config.seed = seed;
         let count = self.rings.div_ceil(LANES);
@@ -74,7 +74,7 @@ impl RingBatch {
         self.blocks = (0..count).into_par_iter().map(block).collect();
     }
 
-    /// Begins the next episode of these rings.
+    /// Begins the next episode of the `wanted` rings.
     pub fn begin(&mut self, wanted: impl Fn(usize) -> bool + Sync) {
         self.blocks.par_iter_mut().enumerate().for_each(|(index, block)| {
             let rings = (0..LANES).filter(|l| index * LANES + l < self.rings && wanted(index * LANES + l));
@@ -82,7 +82,7 @@ impl RingBatch {
         });
     }
 
-    /// What each policy sees now.
+    /// Writes the present observation of each policy.
     pub fn observe(&self, observations: &mut [f32]) {
         let inputs = &self.inputs;
         let rows = observations.par_chunks_mut(LANES * inputs.len());
@@ -91,10 +91,10 @@ impl RingBatch {
         });
     }
 
-    /// One hold of all rings on all cores. To be called within [`threads::here`].
+    /// Drives one hold of all rings on all cores. Must be called within [`threads::here`].
     ///
     /// # Errors
-    /// `RuntimeError` where the system gives no threads.
+    /// `RuntimeError` if the system gives no threads.
     pub fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) -> PyResult<()> {
         let (config, inputs) = (&self.config, &self.inputs);
         let blocks = self.blocks.len().div_ceil(threads::cores()?);
@@ -114,12 +114,12 @@ impl RingBatch {
     }
 }
 
-/// One hold of some blocks.
+/// Drives one hold of some blocks.
 fn step(config: &TrainConfig, inputs: &[NetworkInput], blocks: &mut [VecEnv], actions: &[f32], out: StepBuffers<'_>) {
     let count = inputs.len();
     for (index, (block, actions)) in blocks.iter_mut().zip(actions.chunks(LANES)).enumerate() {
         let (hold, first) = (block.hold_length(), index * LANES);
-        // Rings beyond the last are advised the middle, and nobody looks.
+        // Rings beyond the last one get the middle action; their results are not used.
         let drawn = std::array::from_fn(|l| action(config, actions.get(l).copied().unwrap_or(0.0), hold));
         block.hold_each(&drawn, |block, l, outcome| {
             if l >= actions.len() {
@@ -144,12 +144,12 @@ fn scale(inputs: &[NetworkInput], seen: &Observation, row: &mut [f32]) {
     row.iter_mut().zip(inputs).for_each(|(number, input)| *number = input.scaled(seen));
 }
 
-/// One row for each of these.
+/// Writes one scaled row for each observation.
 pub fn scale_rows(inputs: &[NetworkInput], seen: &[Observation], rows: &mut [f32]) {
     rows.chunks_exact_mut(inputs.len()).zip(seen).for_each(|(row, seen)| scale(inputs, seen, row));
 }
 
-/// Rings whose steps are written into numpy arrays that are made once. See `codrive._ring` for what stands around it.
+/// Rings whose steps are written into numpy arrays that are made once. `codrive._ring` wraps this.
 #[pyclass(module = "codrive._codrive")]
 pub struct Rings {
     batch: RingBatch,
@@ -183,43 +183,43 @@ impl Rings {
         })
     }
 
-    /// What the policies see, float32, `(num_envs, inputs)`. Each step writes into this same array.
+    /// Returns the observations, float32, `(num_envs, inputs)`. Each step writes into this same array.
     #[getter]
     fn observations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         self.observations.bind(py).clone()
     }
 
-    /// What they would have seen next where an episode has just ended, float32, `(num_envs, inputs)`.
+    /// Returns the last observations of episodes that have just ended, float32, `(num_envs, inputs)`.
     #[getter]
     fn final_observations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         self.final_observations.bind(py).clone()
     }
 
-    /// Rewards of the last step, m/s, float64, `(num_envs,)`.
+    /// Returns the rewards of the last step, m/s, float64, `(num_envs,)`.
     #[getter]
     fn rewards<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.rewards.bind(py).clone()
     }
 
-    /// Mean speed of all cars over the last step, m/s, float64, `(num_envs,)`.
+    /// Returns the mean speed of all vehicles over the last step, m/s, float64, `(num_envs,)`.
     #[getter]
     fn mean_speeds_mps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.mean_speeds_mps.bind(py).clone()
     }
 
-    /// Where cars collided, bool, `(num_envs,)`.
+    /// Returns true for rings with a collision, bool, `(num_envs,)`.
     #[getter]
     fn terminations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.terminations.bind(py).clone()
     }
 
-    /// Where the horizon was reached, bool, `(num_envs,)`.
+    /// Returns true for rings that have reached the horizon, bool, `(num_envs,)`.
     #[getter]
     fn truncations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.truncations.bind(py).clone()
     }
 
-    /// Begins the episodes of this seed from the first on.
+    /// Begins the episodes of this seed from the first one.
     fn reset(&mut self, py: Python<'_>, seed: u64) -> PyResult<()> {
         let batch = &mut self.batch;
         threads::on_all_cores(py, || batch.reset(seed))?;
@@ -236,7 +236,7 @@ impl Rings {
         self.look(py)
     }
 
-    /// One hold of all rings under these actions, float32, `(num_envs,)`. True if an episode ended.
+    /// Drives one hold of all rings under these actions, float32, `(num_envs,)`. Returns true if an episode ended.
     fn step(&mut self, py: Python<'_>, actions: PyReadonlyArray1<'_, f32>) -> PyResult<bool> {
         self.check_begun()?;
         let actions = actions.as_slice()?;
@@ -300,7 +300,7 @@ impl Rings {
         Err(PyValueError::new_err(format!("{what} has {length} entries; allowed: {rings}, one for each environment")))
     }
 
-    /// Actions are numbers, or numbers of levels.
+    /// Checks that actions are finite numbers, or numbers of levels.
     fn check_actions(&self, actions: &[f32]) -> PyResult<()> {
         let levels = self.levels;
         let is_action = |action: &f32| match levels {
@@ -317,7 +317,7 @@ impl Rings {
     }
 }
 
-/// The memory of an array that this module made and keeps.
+/// Returns the memory of an array that this module made and keeps.
 #[expect(
     clippy::mut_from_ref,
     reason = "numpy's arrays are shared with Python; what one is to hold is written while `Rings` is borrowed"
@@ -328,8 +328,8 @@ fn slice<'a, T: numpy::Element, D: numpy::ndarray::Dimension>(
     if !array.is_contiguous() {
         return Err(PyValueError::new_err("an array of the environment has been reshaped; make the environment anew"));
     }
-    // SAFETY: the memory is numpy's and lives as long as `array`; Rust writes it through `Rings` alone, which is borrowed mutably.
-    // What Python reads or writes meanwhile from another thread are numbers of either step: any bits are a value of `T`, of a bool, too,
-    // for numpy writes 0 and 1 alone.
+    // SAFETY: the memory is numpy's and lives as long as `array`. Rust writes it only through `Rings`, which is borrowed mutably. Python
+    // may read or write it meanwhile from another thread and get numbers of either step. Any bits are a valid `T`; for bool, numpy writes
+    // only 0 and 1.
     unsafe { array.as_slice_mut() }.map_err(|e| PyValueError::new_err(e.to_string()))
 }

@@ -9,53 +9,53 @@ use pyo3::{
 };
 use std::path::PathBuf;
 
-/// The runs of a plan, in its order.
+/// Runs of a plan, in its order.
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct Plan(SweepPlan);
 
 #[pymethods]
 impl Plan {
-    /// Reads a plan and checks every run of it. Files that it names are beside it.
+    /// Reads a plan and checks all its runs. Names of files are relative to the plan.
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         here(py, || SweepPlan::read(&path))?.map(Self).map_err(raised)
     }
 
-    /// How many runs.
+    /// Returns the number of runs.
     fn __len__(&self) -> usize {
         self.0.runs.len()
     }
 
-    /// The name of each run's part: what is run, not where it stands in the plan.
+    /// Returns the name of each run's part, which depends on the run and not on its place in the plan.
     fn part_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         here(py, || self.0.runs.iter().map(|run| run.part_name()).collect::<Result<_, _>>())?.map_err(raised)
     }
 
-    /// The name of one run's part, from the files as they are now.
+    /// Returns the name of one run's part, from the present files.
     fn part_name(&self, py: Python<'_>, number: usize) -> PyResult<String> {
         let run = self.run(number)?;
         here(py, || run.part_name())?.map_err(raised)
     }
 
-    /// How long each run may take, s; `None`: as long as it wants.
+    /// Returns the time limit of each run, s; `None` for no limit.
     fn limits_s(&self) -> Vec<Option<f64>> {
         self.0.runs.iter().map(|run| run.limit_s).collect()
     }
 
-    /// What sets a run apart, as (table, what is varied in it as JSON).
+    /// Returns the distinguishing settings of a run, as (table, varied settings as JSON).
     fn words(&self, number: usize) -> PyResult<(String, String)> {
         let run = self.run(number)?;
         Ok((run.table.clone(), serde_json::Value::Object(run.varied.clone()).to_string()))
     }
 
-    /// Does a run and gives its part, a Parquet file as bytes: the same bytes wherever it is done.
+    /// Executes a run and returns its part, a Parquet file as bytes, which are the same on every machine.
     fn execute<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Bound<'py, PyBytes>> {
         let run = self.run(number)?;
         let part = here(py, || run.execute())?.map_err(raised)?;
         Ok(PyBytes::new(py, &part))
     }
 
-    /// Puts the parts in the folder `root`/parts into one table a kind. Gives (file, runs, rows) of each.
+    /// Joins the parts in the folder `root`/parts into one table per kind. Returns (file, runs, rows) of each.
     fn collect(&self, py: Python<'_>, root: PathBuf) -> PyResult<Vec<(PathBuf, usize, u64)>> {
         let collected = here(py, || SweepFolder::open(&root)?.collect(&self.0))?.map_err(raised)?;
         Ok(collected.into_iter().map(|table| (table.path, table.runs, table.rows)).collect())
@@ -72,7 +72,7 @@ impl Plan {
     }
 }
 
-/// An error of a sweep in Python's own types.
+/// Converts an error of a sweep to a Python exception.
 fn raised(error: SweepError) -> PyErr {
     match error {
         SweepError::Plan(text) => PyValueError::new_err(text),

@@ -16,18 +16,18 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Threads, and the process that they live in: a process that Python forks has none of them.
+/// Thread pool, with the id of its process: a process that Python forks has none of the threads.
 struct Threads(Mutex<Option<(u32, Arc<ThreadPool>)>>);
 
-/// As many as there are cores; and one fewer, for what the calling thread takes its part in.
+/// Pool with a thread per core, and a pool with one fewer, for work in which the calling thread takes part.
 static ALL: Threads = Threads(Mutex::new(None));
 static HELPERS: Threads = Threads(Mutex::new(None));
 
 impl Threads {
-    /// These threads, so many where there are none yet.
+    /// Returns the pool; creates it with `count` threads if there is none yet.
     ///
     /// # Errors
-    /// `RuntimeError` where the system gives none.
+    /// `RuntimeError` if the system gives no threads.
     fn get(&self, count: impl FnOnce() -> usize) -> PyResult<Arc<ThreadPool>> {
         let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match &*pool {
@@ -35,7 +35,7 @@ impl Threads {
             _ => {
                 let threads = ThreadPoolBuilder::new().num_threads(count()).build();
                 let threads = Arc::new(threads.map_err(|e| PyRuntimeError::new_err(format!("no threads: {e}")))?);
-                // Taking a pool down waits for its threads, which are not here.
+                // Dropping a pool waits for its threads, which do not exist here.
                 mem::forget(pool.replace((process::id(), Arc::clone(&threads))));
                 Ok(threads)
             }
@@ -43,16 +43,16 @@ impl Threads {
     }
 }
 
-/// As many threads as there are cores, or as `RAYON_NUM_THREADS` says.
+/// Returns the pool with as many threads as there are cores, or as `RAYON_NUM_THREADS` says.
 ///
 /// # Errors
-/// `RuntimeError` where the system gives no threads.
+/// `RuntimeError` if the system gives no threads.
 pub fn pool() -> PyResult<Arc<ThreadPool>> {
-    // 0: as rayon itself finds.
+    // 0: rayon's default number.
     ALL.get(|| 0)
 }
 
-/// How many those are.
+/// Returns the number of threads of [`pool`].
 ///
 /// # Errors
 /// As [`pool`].
@@ -60,25 +60,25 @@ pub fn cores() -> PyResult<usize> {
     Ok(pool()?.current_num_threads())
 }
 
-/// Works on all cores while other threads of Python go on.
+/// Works on all cores while other threads of Python continue.
 ///
 /// # Errors
-/// `RuntimeError` where it panics, which is a bug of codrive.
+/// `RuntimeError` if the work panics, which is a bug of codrive.
 pub fn on_all_cores<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let pool = pool()?;
     here(py, || pool.install(work))
 }
 
-/// Does each job on a thread of its own, the first on this one, and always the same: what it works on stays in the memory that is near to
-/// that core. As many jobs as [`cores`] at most. To be called within [`here`].
+/// Does each job on a thread of its own, the first on this one. A job always has the same thread, so that its data stays in memory near
+/// that core. Takes at most as many jobs as [`cores`]. Must be called within [`here`].
 ///
 /// # Errors
-/// `RuntimeError` where the system gives no threads.
+/// `RuntimeError` if the system gives no threads.
 pub fn side_by_side<J: Send>(jobs: Vec<J>, work: impl Fn(J) + Sync) -> PyResult<()> {
     let mut jobs = jobs.into_iter();
     let Some(own) = jobs.next() else { return Ok(()) };
     if jobs.len() == 0 {
-        // To wake another thread takes longer than one block of rings.
+        // Waking another thread takes longer than one block of rings.
         work(own);
         return Ok(());
     }
@@ -96,17 +96,17 @@ pub fn side_by_side<J: Send>(jobs: Vec<J>, work: impl Fn(J) + Sync) -> PyResult<
     Ok(())
 }
 
-/// How long a helper stays awake after its last job. To wake takes as long as half a step of a thousand rings.
+/// Time for which a helper stays awake after its last job. Waking takes as long as half a step of a thousand rings.
 const AWAKE: Duration = Duration::from_micros(100);
 
 thread_local! {
-    /// This thread is awake and looks for jobs.
+    /// True while this thread is awake and looks for jobs.
     static LOOKS: Cell<bool> = const { Cell::new(false) };
-    /// Its last job ended then.
+    /// End of the last job of this thread.
     static LAST: Cell<Option<Instant>> = const { Cell::new(None) };
 }
 
-/// Looks for further jobs for a while once the present one has ended.
+/// Looks for further jobs for a while after the present one has ended.
 #[expect(clippy::disallowed_methods, reason = "the clock says when to sleep, and nothing else")]
 fn stay_awake() {
     LAST.set(Some(Instant::now()));
@@ -114,7 +114,7 @@ fn stay_awake() {
         return;
     }
     rayon::spawn(|| {
-        // Jobs that are found here end within `yield_now`, and look no further themselves.
+        // Jobs found here end within `yield_now` and do not look for more themselves.
         if LOOKS.replace(true) {
             return;
         }
@@ -128,7 +128,7 @@ fn stay_awake() {
     });
 }
 
-/// The same as [`on_all_cores`] on this thread alone: what one core does at once waits for no other.
+/// Works like [`on_all_cores`], but on this thread alone: work for one core does not wait for other threads.
 ///
 /// # Errors
 /// As [`on_all_cores`].
@@ -140,10 +140,10 @@ pub fn here<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResul
     })
 }
 
-/// Time between two questions to Python whether a signal came, while another thread waits: Ctrl-C is to end a wait within a second.
+/// Interval at which Python is asked for signals while another thread works: Ctrl-C must end a wait within a second.
 const SIGNALS: Duration = Duration::from_millis(50);
 
-/// The same as [`here`] on another thread, whose waits and warm-ups end with Ctrl-C: Python sees signals on this thread alone.
+/// Works like [`here`], but on another thread, whose waits and warm-ups end with Ctrl-C. Python receives signals only on this thread.
 ///
 /// # Errors
 /// As [`here`]; `KeyboardInterrupt`, or what a handler of a signal raises.
@@ -154,7 +154,7 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -
     thread::scope(|scope| {
         let obeying = interruption.clone();
         let thread = scope.spawn(move || {
-            // Dropped at the end, by a panic, too.
+            // Dropped at the end, also by a panic.
             let _working = working;
             obeying.obey();
             work()

@@ -1,4 +1,4 @@
-"""What a test says that cannot run here: scripts/test holds it against tests/not-run-here."""
+"""Records tests that cannot run here; scripts/test compares the record with tests/not-run-here."""
 
 import os
 
@@ -6,7 +6,7 @@ import pytest
 
 
 def leave_out(request, reason, why):
-    """Notes the test of a fixture's ``request`` under ``reason``, the name of a list of tests/not-run-here, and skips it."""
+    """Records the test of a fixture's ``request`` under ``reason``, the name of a list in tests/not-run-here, and skips the test."""
     if file := os.environ.get("CODRIVE_TESTS_NOT_RUN"):
         with open(file, "a", encoding="utf-8") as notes:
             notes.write(f"{reason}\tpython::{request.node.name}\n")

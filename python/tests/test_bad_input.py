@@ -1,4 +1,4 @@
-"""What cannot be done is said in Python's own errors, with what is allowed; nothing ends the interpreter."""
+"""Tests that invalid calls raise Python's own exceptions, with the allowed values; nothing ends the interpreter."""
 
 import gymnasium
 import numpy as np
@@ -131,7 +131,7 @@ def test_actions_that_cannot_be(engine):
     for actions, error, words in BAD_ACTIONS:
         with pytest.raises(error, match=words):
             envs.step(actions)
-    # It goes on as if nothing had been asked.
+    # The environment continues as if the call had not been made.
     good = np.zeros((4, 1), np.float32)
     assert np.array_equal(envs.step(good)[0], again.step(good)[0])
 
@@ -237,14 +237,14 @@ _numbers = st.one_of(
     st.binary(max_size=3),
 )
 _names = st.one_of(st.sampled_from([*codrive.settings(), "hold", "advice", "name", "engine"]), st.text(max_size=12))
-#: Whatever goes wrong goes wrong so.
+#: All failures raise one of these.
 ALLOWED = (TypeError, ValueError, OverflowError, gymnasium.error.Error, gymnasium.error.ClosedEnvironmentError)
 
 
 @settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.dictionaries(_names, _numbers, max_size=3))
 def test_any_settings_make_an_environment_or_an_error(arguments):
-    # The dear ones are bounded from above.
+    # Expensive settings have upper bounds.
     if isinstance(arguments.get("warm_up_s"), float) and arguments["warm_up_s"] > 100.0:
         arguments["warm_up_s"] = 100.0
     try:
@@ -290,7 +290,7 @@ def test_any_order_of_calls_gives_numbers_or_an_error(calls):
 _drive_names = st.one_of(
     st.sampled_from([*codrive.settings(engine="native"), "hold", "advice", "name", "engine", "advised", "view", "size"]), st.text(max_size=12)
 )
-#: Bounds from above for what would take long.
+#: Upper bounds of settings that would take long.
 DEAR = {"warm_up_s": 20.0, "vehicles": 40, "wave_wait_s": 20.0, "horizon_s": 100.0, "trees": 100}
 
 
@@ -305,7 +305,7 @@ def test_any_settings_make_a_drive_or_an_error(arguments):
         env = codrive.make(**arguments)
         env.reset(seed=1)
         env.step(env.action_space.sample())
-    # A drive on such settings may fail, which is said.
+    # A drive with such settings may fail with a message.
     except (*ALLOWED, RuntimeError) as error:
         assert str(error)
 

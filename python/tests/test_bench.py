@@ -1,4 +1,4 @@
-"""The benchmark and what it compares with."""
+"""Tests of the benchmark and its references."""
 
 import json
 import subprocess
@@ -13,7 +13,7 @@ from codrive._numpy_ring import NumpyRing
 
 
 def test_the_ring_of_numpy_drives_as_that_of_the_engine():
-    # Without noise, from an even start at a standstill: the same maths, in float32 in another order.
+    # Without noise, from evenly spaced vehicles at rest: the same model, in float32 in another order.
     env = codrive.make(
         hold=0.1, idm={"noise": 0.0}, bunched_share=0.0, warm_up_s=0.0, sees="speed,leader_speed,gap", horizon_s=100.0
     )
@@ -31,7 +31,7 @@ def test_the_ring_of_numpy_drives_as_that_of_the_engine():
 
 
 def test_the_driver_of_numpy_drives_as_that_of_the_engine():
-    # Without chance: a driver who is late to the advice and to his leader, too fast by habit, and in the end kept back by the wave.
+    # Without randomness: a driver who reacts late to advice and leader, drives too fast, and is held up by the wave at the end.
     driver = {"random_driver": False, "reaction_s": 0.8, "leader_reaction_s": 0.6, "error_mps": 0.0, "speed_bias_mps": 0.3, "deadband_mps": 0.2}
     fixed = {"idm": {"noise": 0.0}, "bunched_share": 0.0, "warm_up_s": 0.0, "sees": "speed,leader_speed,gap", "horizon_s": 100.0}
     env = codrive.make(hold=0.1, driver="late", **driver, **fixed)

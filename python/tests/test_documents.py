@@ -1,4 +1,4 @@
-"""docs/python.md: each example that needs neither another library's model nor a recording, as it stands there."""
+"""Tests of docs/python.md: runs each example that needs neither a model of another library nor a recording."""
 
 import pathlib
 import re
@@ -7,7 +7,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).parents[2]
 EXAMPLES = re.findall(r"^```python\n((?:.*\n)*?)```$", (ROOT / "docs/python.md").read_text(encoding="utf-8"), re.MULTILINE)
-#: What test_sb3, test_policy_file, test_read and test_sweep have.
+#: Examples that test_sb3, test_policy_file, test_read and test_sweep cover.
 ELSEWHERE = re.compile(r"\bmodel\b|codrive\.read\(|codrive\.sweep")
 
 

@@ -1,4 +1,4 @@
-"""Drives in processes of their own: what ends them, and what is said of it. None is left behind."""
+"""Tests of drives in processes of their own: events that end them, and the messages. No process is left behind."""
 
 import contextlib
 import gc
@@ -25,7 +25,7 @@ STILL = np.zeros(1)
 
 
 def children(of=None):
-    """Processes whose parent is this one, zombies among them."""
+    """Returns the child processes of this one, including zombies."""
     of = os.getpid() if of is None else of
     found = []
     for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
@@ -48,7 +48,7 @@ def nobody_is_left():
 
 
 def begun(**arguments):
-    """An environment in a process, and the process."""
+    """Returns an environment in a process, and the process."""
     before = children()
     env = codrive.make("ring-250", engine="sumo", **{**SHORT, **arguments})
     env.reset(seed=1)
@@ -73,7 +73,7 @@ def test_its_end_ends_the_process():
 
 
 def variable_of(process, name):
-    """A variable with which a process was started, if it was."""
+    """Returns an environment variable of a process, if it was started with it."""
     variables = pathlib.Path(f"/proc/{process}/environ").read_bytes().split(b"\0")
     found = [each.split(b"=", 1)[1] for each in variables if each.startswith(f"{name}=".encode())]
     return os.fsdecode(found[0]) if found else None
@@ -108,12 +108,12 @@ def test_the_end_of_python_ends_the_process():
     """
     variables = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=variables)
-    # Nothing but what was printed here: what is printed there goes to the standard error.
+    # Only the output of this process: the output of the worker goes to standard error.
     assert not pathlib.Path(f"/proc/{int(done.stdout)}").exists()
 
 
 def test_what_is_printed_there_does_not_come_between(tmp_path, monkeypatch, capfd):
-    # Somebody who prints all the time, from before the program begins.
+    # Prints all the time, starting before the program.
     (tmp_path / "sitecustomize.py").write_text("""if True:
         import os, threading, time
         def talk():
@@ -163,12 +163,12 @@ def test_one_of_many_that_is_gone_is_named_and_reset_begins_all_anew():
     envs.step(np.zeros((3, 1)))
 
 
-# A warm-up that takes longer than anybody waits here: it is for a wave that no ring has.
+# A warm-up longer than any wait here: it waits for a wave that no ring has.
 ENDLESS = {"warm_up_s": 3600.0, "wave_sd_mps": 10.0, "wave_wait_s": 3600.0, "step_s": 0.01, "vehicles": 40}
 
 
 def interrupt_reset(env, after_s):
-    """Presses Ctrl-C amid a warm-up, and returns how long it took until that was over, in seconds."""
+    """Presses Ctrl-C during a warm-up, and returns the time until it ended, in seconds."""
     main = threading.main_thread().ident
     interrupt = threading.Timer(after_s, lambda: signal.pthread_kill(main, signal.SIGINT))
     interrupt.start()
@@ -188,7 +188,7 @@ def test_ctrl_c_stops_a_drive_and_ends_its_process(many):
     long = {"engine": "sumo", **ENDLESS}
     env = codrive.make_vec("ring-641", 2, **long) if many else codrive.make("ring-641", **long)
     took_s = interrupt_reset(env, 2.0)
-    # Nobody waits for it to end by itself.
+    # The process is killed, without a wait for its own end.
     assert children() == before and took_s < _GRACE_S
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(np.zeros((2, 1)) if many else STILL)
@@ -208,7 +208,7 @@ def test_the_process_itself_does_not_hear_ctrl_c():
 
 
 def test_a_fault_in_the_process_is_raised_here_by_its_own_type():
-    # Settings are checked here first, so that this one is asked for behind their back.
+    # Settings are checked in this process first, so the test bypasses that check.
     drive = WorkerDrive(("no-such-map", None, {}), {}, os.getcwd())
     with pytest.raises(ValueError, match="no-such-map"):
         drive.begin(1)
@@ -277,7 +277,7 @@ def test_sumo_of_pip_is_found_where_nothing_else_is_said(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delenv("CODRIVE_SUMO_HOME", raising=False)
     monkeypatch.setenv("SUMO_HOME", str(tmp_path))
-    # A folder without the library, such as a system's own SUMO may be, is none; a module in a checkout has that one's.
+    # A folder without the library, such as a system's SUMO, does not count; a module in a checkout finds that checkout's SUMO.
     with contextlib.suppress(gymnasium.error.DependencyNotInstalled):
         assert "SUMO_HOME" not in _settings.sumo_variables()
     (package / "lib64/libsumocpp.so").write_text("")

@@ -1,4 +1,4 @@
-"""Whole drives as environments of Gymnasium: one here and in a process of its own, many side by side."""
+"""Tests of whole drives as environments of Gymnasium: one in this process and in a process of its own, many side by side."""
 
 import json
 import pathlib
@@ -14,7 +14,7 @@ import codrive
 from codrive._codrive import HAS_DESKTOP
 
 NETWORKS = pathlib.Path(__file__).parents[2] / "tests/data/networks"
-#: Episodes of seconds.
+#: Settings of episodes that take seconds.
 SHORT = {"warm_up_s": 2.0, "horizon_s": 4.0}
 
 
@@ -23,7 +23,7 @@ def made(engine, **arguments):
 
 
 def random_drive(env, holds, seed):
-    """All that an environment gives under random actions of a seed, and the fingerprint."""
+    """Returns all outputs of an environment under random actions from a seed, and the fingerprint."""
     rng = np.random.default_rng(seed)
     given = [env.reset(seed=seed)[0]]
     for _ in range(holds):
@@ -36,7 +36,7 @@ def random_drive(env, holds, seed):
 def test_gymnasiums_checker_passes(engine):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        # What it always says of bounds that are infinite, and of pictures that are not asked for.
+        # The checker always warns of infinite bounds, and of missing pictures.
         warnings.filterwarnings("ignore", message=".*infinity.*")
         warnings.filterwarnings("ignore", message=".*render.*")
         env = gymnasium.make("codrive/Drive-v0", engine=engine, **SHORT).unwrapped
@@ -62,7 +62,7 @@ def test_the_settings_are_those_that_were_asked_for():
     settings = codrive.settings("merge", hold=2.0, advice="speed", idm={"v0": 20.0})
     assert (settings["engine"], settings["hold_s"], settings["action"], settings["idm"]["v0"]) == ("sumo", 2.0, "speed", 20.0)
     assert codrive.settings("ring-250", engine="native", driver="people")["driver"] == "people"
-    # And make takes all of them.
+    # make takes all of them.
     for name, asked in (("merge", settings), ("ring-250", codrive.settings("ring-250", engine="native", driver="people"))):
         assert codrive.settings(name, **asked) == asked
         codrive.make(name, **asked)
@@ -99,7 +99,7 @@ def test_an_episode_ends_at_its_horizon(engine):
 
 
 def test_the_end_of_the_path_terminates():
-    # The path is 1300.3 m long; its speeds lead to the end within half a minute.
+    # The path is 1300.3 m long; at its speeds the end is reached within half a minute.
     env = codrive.make(str(NETWORKS / "ramps.net.xml"), path_start_m=1200.0, horizon_s=60.0)
     env.reset(seed=1)
     for _ in range(60):
@@ -124,7 +124,7 @@ def test_any_map_is_driven(name):
 
 @pytest.mark.parametrize("engine", ["native", "sumo"])
 def test_many_drives_are_the_same_as_one_by_one(engine):
-    # One of the processes, to the bit, is the drive here; endings are in the same step.
+    # One of the processes drives the same drive as here, to the bit; endings are in the same step.
     envs = codrive.make_vec("ring-250", 3, engine=engine, **SHORT)
     singles = [made(engine) for _ in range(3)]
     seen, _ = envs.reset(seed=8)

@@ -1,4 +1,4 @@
-"""Rings as environments of Gymnasium."""
+"""Tests of rings as environments of Gymnasium."""
 
 import multiprocessing
 import threading
@@ -12,12 +12,12 @@ from gymnasium.vector import AutoresetMode
 
 import codrive
 
-#: Episodes of seconds.
+#: Settings of episodes that take seconds.
 SHORT = {"warm_up_s": 5.0, "horizon_s": 4.0}
 
 
 def random_drive(envs, holds, seed):
-    """All that a vector environment gives under random actions of a seed."""
+    """Returns all outputs of a vector environment under random actions from a seed."""
     rng = np.random.default_rng(seed)
     given = [envs.reset(seed=seed)[0]]
     for _ in range(holds):
@@ -30,7 +30,7 @@ def random_drive(envs, holds, seed):
 def test_gymnasiums_checker_passes(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        # What it always says of bounds that are infinite, which those of a gap are.
+        # The checker always warns of infinite bounds, such as those of a gap.
         warnings.filterwarnings("ignore", message=".*infinity.*")
         check_env(gymnasium.make(name, **SHORT).unwrapped)
 
@@ -79,7 +79,7 @@ def test_the_setting_seed_is_that_of_the_first_reset():
 
 
 def test_an_episode_ends_at_its_horizon_in_the_same_step():
-    # Four holds of 1 s in 4 s; the model's own guard keeps anybody from crashing.
+    # Four holds of 1 s in 4 s; the model itself prevents collisions.
     envs = codrive.make_vec(num_envs=5, driver="guarded", **SHORT)
     envs.reset(seed=1)
     still = np.zeros((5, 1), np.float32)
@@ -107,7 +107,7 @@ def test_the_last_observation_is_what_would_have_been_seen_without_the_horizon()
 
 
 def test_a_crash_terminates_and_costs_the_penalty():
-    # To the letter and full ahead: 0.5 m/s2 closes any gap of 250 m in a minute.
+    # The advice is followed exactly at full acceleration: 0.5 m/s2 closes any gap of 250 m in a minute.
     env = codrive.make(driver="exact", collision_penalty=100.0, horizon_s=100.0, warm_up_s=5.0)
     env.reset(seed=1)
     for _ in range(100):
@@ -121,7 +121,7 @@ def test_a_crash_terminates_and_costs_the_penalty():
 
 
 def test_an_action_is_a_share_of_its_limits():
-    # One hold of 1 s to the letter: the speed changes by the acceleration, 0.5 m/s2 at 1, and not at all at 0. Speeds are scaled: 10 m/s is 1.
+    # One hold of 1 s, followed exactly: the speed changes by the acceleration, 0.5 m/s2 at 1 and none at 0. Scaled speed 1 is 10 m/s.
     for action, change_mps in ((1.0, 0.5), (0.0, 0.0), (-0.4, -0.2), (7.0, 0.5)):
         env = codrive.make(warm_up_s=60.0)
         assert env.action_limits == (-0.5, 0.5) and env.inputs[0] == ("speed", 0.0, 10.0)
@@ -166,7 +166,7 @@ def test_the_settings_are_those_that_were_asked_for():
     assert codrive.settings(driver="late")["follow"] == "driver"
     assert codrive.settings(driver="reaction=2,error=0.1")["reaction_s"] == 2.0
     assert codrive.settings(driver="people")["population"] == "people"
-    # numpy's numbers are numbers.
+    # Numbers of numpy are accepted.
     assert codrive.settings(vehicles_max=np.int64(23), horizon_s=np.float32(50.0))["horizon_s"] == 50.0
 
 
@@ -183,7 +183,7 @@ def test_python_goes_on_while_rings_are_warmed_up():
     codrive.make_vec(num_envs=512, warm_up_s=400.0).reset(seed=1)
     stop.set()
     thread.join()
-    # Held for the whole warm-up the lock would let none through.
+    # If the lock were held for the whole warm-up, no other thread would run.
     assert ticks >= 5
 
 

@@ -1,4 +1,4 @@
-"""The episode that Rust and Python both drive (tests/simulation/python_episode.rs), to the bit."""
+"""Test of the episode that Rust and Python both drive (tests/simulation/python_episode.rs), to the bit."""
 
 import pathlib
 import subprocess
@@ -14,7 +14,7 @@ RINGS, HOLDS = 20, 8
 
 
 def fnv_1a(data: bytes) -> int:
-    """FNV-1a, 64 bits (Fowler, Noll, Vo)."""
+    """Returns the FNV-1a hash, 64 bits (Fowler, Noll, Vo)."""
     value = 0xCBF29CE484222325
     for byte in data:
         value = ((value ^ byte) * 0x100000001B3) % 2**64
@@ -28,7 +28,7 @@ def driven(copy: bool = True) -> str:
     envs.reset(seed=7)
     text = "hold, reward of ring 0 and of ring 19, FNV-1a of all rewards (f64) and of all observations (f32)\n"
     for hold in range(HOLDS):
-        # The rule of the test in Rust, in float32 as there.
+        # Same actions as in the Rust test, in float32.
         drawn = ((np.arange(RINGS) * 7 + hold * 3) % 11).astype(np.float32) / np.float32(5.0) - np.float32(1.0)
         seen, rewards, _, _, _ = envs.step(drawn[:, None])
         hashes = f"{fnv_1a(rewards.tobytes()):016x} {fnv_1a(seen.tobytes()):016x}"

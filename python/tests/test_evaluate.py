@@ -1,4 +1,4 @@
-"""Evaluations: the numbers of the program, and policies of all kinds."""
+"""Tests of evaluations: the same numbers as the program, and policies of all kinds."""
 
 import json
 import os
@@ -21,14 +21,14 @@ PROGRAM = pathlib.Path(os.environ.get("CODRIVE_PROGRAM", ROOT / "target/debug/co
 
 
 def of_the_program(*arguments):
-    """What ``codrive evaluate --json`` says on rings of ``SHORT``."""
+    """Returns the results of ``codrive evaluate --json`` on rings of ``SHORT``."""
     assert PROGRAM.is_file(), f"{PROGRAM} is not there: cargo build, or CODRIVE_PROGRAM says where it is"
     command = [PROGRAM, "evaluate", "--json", "--warm-up", "20", "--horizon", "30", *arguments]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT).stdout)
 
 
 def same(row, result):
-    """True if a row has the numbers of a ring to the bit."""
+    """Returns True if a row has the numbers of a ring to the bit."""
     names = {"mean_mps": "mean_speed_mps", "settled_mps": "settled_speed_mps"}
     for key, value in result.items():
         own = row[names.get(key, key)]
@@ -46,7 +46,7 @@ def test_named_policies_have_the_numbers_of_the_program_to_the_bit():
         rings = own[(own.policy == row["policy"]) & (own.hold_s == row["hold_s"])]
         assert list(rings.ring) == list(range(18))
         assert all(same(ring, result) for (_, ring), result in zip(rings.iterrows(), row["rings"], strict=True))
-    # Not all the same numbers: the policies and drivers did drive.
+    # The numbers differ, so the policies and drivers had an effect.
     assert own.groupby(["policy", "hold_s"]).mean_speed_mps.mean().nunique() >= 5
 
 
@@ -60,7 +60,7 @@ def test_files_and_auto_have_the_numbers_of_the_program_to_the_bit():
 
 
 def test_a_callable_drives_as_the_policy_that_it_is():
-    # 4.3 m/s of 0 to 10: an action of -0.14. The program's own constant policy aims at 4.3.
+    # 4.3 m/s on a scale of 0 to 10 is an action of -0.14. The program's constant policy aims at 4.3.
     constant = codrive.evaluate("constant", over=18, aim=4.3, hold=2.0, **SHORT)
 
     def answer(seen):
@@ -69,7 +69,7 @@ def test_a_callable_drives_as_the_policy_that_it_is():
 
     own = codrive.evaluate(answer, over=18, hold=2.0, advice="speed", **SHORT)
     assert set(own.policy) == {"answer"}
-    # The action is float32: 4.3 to 3e-7.
+    # The action is float32, so 4.3 is accurate to 3e-7.
     assert own.mean_speed_mps.to_numpy() == pytest.approx(constant.mean_speed_mps.to_numpy(), abs=1e-5)
     assert own.least_gap_m.to_numpy() == pytest.approx(constant.least_gap_m.to_numpy(), abs=1e-4)
 
@@ -118,7 +118,7 @@ def test_progress_is_said_where_it_is_asked_for(capfd):
     ("policy", "horizon_s"), [("'follower-stopper'", 800.0), ("lambda seen: seen[:, :1] * 0", 36_000.0)], ids=["by name", "by a callable"]
 )
 def test_ctrl_c_ends_an_evaluation(policy, horizon_s):
-    # Without an end it would drive for hours; it is stopped once it has begun.
+    # The evaluation would take hours; it is stopped once it has begun.
     program = (
         "import codrive, signal\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"

@@ -1,4 +1,4 @@
-"""The whole drive that Rust and Python both make (tests/simulation/episode.rs), to the bit, and what the native part says of its states."""
+"""Tests of the whole drive that Rust and Python both make (tests/simulation/episode.rs), to the bit, and of errors in wrong states."""
 
 import pathlib
 
@@ -23,7 +23,7 @@ def test_a_drive_in_python_is_that_of_rust():
     drive = begun("late")
     text = "hold, reward of the first and of the last agent, FNV-1a of the observations (f32), of all states so far\n"
     for hold in range(HOLDS):
-        # The rule of the test in Rust, in float32 as there.
+        # Same actions as in the Rust test, in float32.
         drive.hold(((np.arange(AGENTS) * 7 + hold * 3) % 11).astype(np.float32) / np.float32(5.0) - np.float32(1.0))
         rewards, seen = drive.rewards(), fnv_1a(drive.final_observations().tobytes())
         text += f"{hold} {float(rewards[0])!r} {float(rewards[2])!r} {seen:016x} {drive.fingerprint()}\n"

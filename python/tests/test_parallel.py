@@ -1,4 +1,4 @@
-"""Several advised vehicles as agents of PettingZoo."""
+"""Tests of several advised vehicles as agents of PettingZoo."""
 
 import pathlib
 import re
@@ -43,7 +43,7 @@ def test_a_seed_makes_the_same_drive_for_pettingzoo_too():
 def test_agents_of_a_ring_are_known_before():
     env = ring()
     assert isinstance(env, ParallelEnv) and env.agents == []
-    # Every fifth or sixth of 22: floor(22 k / 4).
+    # Every fifth or sixth of 22 vehicles: floor(22 k / 4).
     assert env.possible_agents == ["ego", "vehicle_5", "vehicle_11", "vehicle_16"]
     observations, infos = env.reset(seed=1)
     assert list(observations) == env.agents == env.possible_agents and infos == {agent: {} for agent in env.agents}
@@ -52,7 +52,7 @@ def test_agents_of_a_ring_are_known_before():
         assert env.action_space(agent) is env.action_space(agent)
     with pytest.raises(ValueError, match=r"no agent 'vehicle_111' \(did you mean vehicle_11\?\)"):
         env.action_space("vehicle_111")
-    # A share is one of all: 9.1 % of 22 are 2.
+    # A share refers to all vehicles: 9.1 % of 22 are 2.
     assert ring(advised="9.1%").possible_agents == ["ego", "vehicle_11"]
     assert ring(advised=0.091).possible_agents == ["ego", "vehicle_11"]
 
@@ -71,7 +71,7 @@ def test_an_agent_alone_is_the_environment_of_one():
 
 @pytest.mark.parametrize(("slow", "fast"), [("ego", "vehicle_11"), ("vehicle_11", "ego")])
 def test_each_agent_follows_its_own_action(slow, fast):
-    # -1 is an advised speed of 0, from an even start at a standstill: who is told so stands, the other goes.
+    # -1 is an advised speed of 0. From evenly spaced vehicles at rest, the agent with that advice stays and the other drives.
     env = ring(advised=2, advice="speed", start="even", warm_up_s=0.0, horizon_s=20.0)
     assert env.inputs[0] == ("speed", 0.0, 10.0)
     env.reset(seed=2)
@@ -120,7 +120,7 @@ def test_pettingzoos_own_test_passes_on_a_network():
     env = codrive.make_parallel(str(NETWORKS / "grid-signals.net.xml"), advised="30%", demand={"flows": flows}, horizon_s=60.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        # It would like to know all of them before, and, as it does not, says of each episode that it is over.
+        # The test expects a list of all agents; without one, it reports the end of each episode.
         warnings.filterwarnings("ignore", message="This environment does not have possible_agents")
         warnings.filterwarnings("ignore", message="No agents present")
         parallel_api_test(env, num_cycles=100)

@@ -1,4 +1,4 @@
-"""Policies that were trained in Python, as files that all of codrive takes."""
+"""Tests of policies trained in Python, as files for all parts of codrive."""
 
 import numpy as np
 import onnxruntime
@@ -14,7 +14,7 @@ def random_layers(rng, *widths):
 
 
 def answer(layers, seen):
-    """y = x W + b, with tanh between layers, in numpy."""
+    """Returns y = x W + b, with tanh between layers, in numpy."""
     for number, (weights, bias) in enumerate(layers):
         seen = (np.tanh(seen) if number else seen) @ np.float32(weights) + np.float32(bias)
     return seen
@@ -34,9 +34,9 @@ def test_a_saved_policy_drives_as_its_layers_do(tmp_path, ending, action):
     asked = {"over": 6, "hold": 2.0, **action, **SHORT}
     of_file = codrive.evaluate(tmp_path / f"mine.{ending}", **asked)
     of_layers = codrive.evaluate(by_numpy, **asked)
-    # Sums of float32 in another order differ in the last place, which a jam makes more of; levels hide it.
+    # Sums of float32 in another order differ in the last digit, which a traffic jam amplifies; levels hide it.
     assert np.allclose(of_file.mean_speed_mps, of_layers.mean_speed_mps, atol=1e-3)
-    # Not what any other policy does, too.
+    # Other policies give other results.
     assert not np.allclose(of_file.mean_speed_mps, codrive.evaluate("none", **asked).mean_speed_mps, atol=1e-2)
 
 
@@ -58,7 +58,7 @@ def test_a_description_says_what_the_numbers_mean():
     assert [name in text for name in ("speed", "gap", "leader_speed")] == [True, True, False]
     same = {"hold": 2.0, "advice": "speed", "sees": "speed,gap"}
     assert text == codrive.describe_policy(codrive.make(**same))
-    # What learns in whole drives on that ring means the same.
+    # A policy trained in whole drives on that ring has the same description.
     assert text == codrive.describe_policy(codrive.make(engine="native", **same))
     assert text == codrive.describe_policy(codrive.make_parallel(advised=3, **same))
 

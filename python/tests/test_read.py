@@ -1,4 +1,4 @@
-"""Recordings and data sets: what is read is what the files and the program say."""
+"""Tests of recordings and data sets: Python reads the same values as the files and the program."""
 
 import csv
 import json
@@ -44,7 +44,7 @@ def program(*arguments):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A drive of 15 s, 21 cars through the native engine, and its report."""
+    """Records a drive of 15 s with 21 vehicles of the native engine, and makes its report."""
     out = tmp_path_factory.mktemp("read") / "out"
     program("run", "--traffic", "native", "--policy", "pi", "--driver", "sloppy", "--duration", "15", "--seed", "3", "--out", out)
     program("analyse", out)
@@ -60,7 +60,7 @@ def test_a_recording_has_the_tables_that_are_in_its_folder(folder):
         assert list(drive[name].columns) == other.column_names == drive.table(name, "polars").columns
         assert len(drive[name]) == other.num_rows == drive.table(name, "polars").height
     assert np.array_equal(drive["ego"].speed_mps, pyarrow.parquet.read_table(folder / "ego.parquet")["speed_mps"].to_numpy())
-    # 15 s, each 10 ms.
+    # 15 s in ticks of 10 ms.
     assert drive["ego"].tick.max() == 1500
     assert isinstance(drive["ego"], pandas.DataFrame) and isinstance(drive.table("ego", "polars"), polars.DataFrame)
 

@@ -1,5 +1,5 @@
-"""RLlib: what its modules advise, evaluated. It needs PyTorch, several GB with its libraries, so that where it cannot be imported these
-tests note themselves as not run (tests/not-run-here)."""
+"""Tests of evaluations of RLlib modules. They need PyTorch, several GB with its libraries. Where it cannot be imported, they are recorded
+as not run (tests/not-run-here)."""
 
 from dataclasses import asdict
 
@@ -22,7 +22,7 @@ except ImportError:
 
 
 class Algorithm:
-    """What ``evaluate`` uses of RLlib's."""
+    """Parts of RLlib's interface that ``evaluate`` uses."""
 
     def __init__(self, module):
         self.module = module

@@ -1,5 +1,5 @@
-"""Stable-Baselines3: its checker, and its own kind of vector environment. It brings PyTorch, several GB with its libraries, so that
-where it is not installed these tests note themselves as not run (tests/not-run-here)."""
+"""Tests with Stable-Baselines3: its checker and its vector environment. It needs PyTorch, several GB with its libraries. Where it is not
+installed, the tests are recorded as not run (tests/not-run-here)."""
 
 import importlib.util
 
@@ -68,7 +68,7 @@ def test_its_networks_become_policies_of_ours(tmp_path):
     for model in (PPO("MlpPolicy", rings, n_steps=8, device="cpu"), A2C("MlpPolicy", rings, policy_kwargs={"net_arch": []}, device="cpu")):
         codrive.save_policy(tmp_path / "policy.onnx", codrive.sb3.layers(model), rings)
         ours = codrive.evaluate(tmp_path / "policy.onnx", over=16, hold=2.0, **SHORT)
-        # Before a first update its outputs are near 0 where all lie, so that nothing runs apart.
+        # Before the first update, outputs are all near 0, so that small differences do not grow.
         assert np.allclose(ours.mean_speed_mps, codrive.evaluate(model, over=16, hold=2.0, **SHORT).mean_speed_mps, atol=1e-3)
     with pytest.raises(ValueError, match="describe_policy"):
         import torch

@@ -1,4 +1,4 @@
-"""A sweep on a Ray cluster of two nodes: the same table as that of the program, to the byte; a node that is killed loses nothing."""
+"""Tests of a sweep on a Ray cluster of two nodes: the same table as from the program, to the byte; a killed node loses nothing."""
 
 import os
 import pathlib
@@ -39,7 +39,7 @@ CALM = 'format = "codrive controller 1"\nkind = "constant"\nspeed_mps = 4.0\n'
 
 
 def plan(folder: pathlib.Path, horizon_s: int = 20) -> pathlib.Path:
-    """A plan of ten runs with a file beside it."""
+    """Writes a plan of ten runs with a file beside it."""
     (folder / "calm.toml").write_text(CALM)
     path = folder / "plan.toml"
     path.write_text(PLAN.replace("HORIZON", str(horizon_s)))
@@ -48,7 +48,7 @@ def plan(folder: pathlib.Path, horizon_s: int = 20) -> pathlib.Path:
 
 @pytest.fixture
 def cluster():
-    """Two nodes of a core each, each a process of this machine."""
+    """Starts two nodes with one core each, as processes of this machine."""
     made = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "object_store_memory": 80 << 20})
     made.second = made.add_node(num_cpus=1, object_store_memory=80 << 20)
     ray.init(address=made.address, log_to_driver=False, logging_level="error")
@@ -58,7 +58,7 @@ def cluster():
 
 
 def tables(out: pathlib.Path) -> dict[str, bytes]:
-    """Each table by its name."""
+    """Returns each table by its name."""
     return {path.name: path.read_bytes() for path in out.glob("*.parquet")}
 
 
@@ -73,7 +73,7 @@ def test_two_nodes_come_to_the_table_of_the_program_to_the_byte(tmp_path, cluste
     parts = {part.name: part.stat().st_mtime_ns for part in (out / "parts").iterdir()}
     assert len(parts) == 10
 
-    # A second start makes what is missing, and nothing else.
+    # A second start makes only the missing parts.
     lost = sorted(parts)[3]
     (out / "parts" / lost).unlink()
     assert codrive.sweep.sweep(str(path), str(out)) == {}
@@ -99,7 +99,7 @@ def test_a_node_that_is_killed_loses_nothing_and_costs_no_wrong_row(tmp_path, cl
     assert "rings.parquet: 8 runs, 128 rows" in said
     rows = pyarrow.parquet.read_table(out / "rings.parquet").to_pandas()
     assert len(rows) == 128 and not rows.duplicated(["run", "ring"]).any()
-    # A run made here, without a cluster.
+    # The same run made here, without a cluster.
     runs = codrive.sweep.Plan(str(path))
     assert runs.execute(0) == (out / "parts" / runs.part_names()[0]).read_bytes()
 
@@ -108,7 +108,7 @@ def test_what_fails_is_told_with_its_reason_and_the_others_are_kept(tmp_path, cl
     path = plan(tmp_path)
     out = tmp_path / "ray"
     names = codrive.sweep.Plan(str(path)).part_names()
-    # Something else stands where a part belongs.
+    # A folder has the name of a part.
     (out / "parts" / names[2]).mkdir(parents=True)
     (out / "parts" / names[2] / "x").write_text("")
     files = lambda self: {part.name for part in (out / "parts").iterdir() if part.is_file()}  # noqa: E731
@@ -118,7 +118,7 @@ def test_what_fails_is_told_with_its_reason_and_the_others_are_kept(tmp_path, cl
     assert sum(part.is_file() for part in (out / "parts").iterdir()) == 9
 
 
-#: A drive of a second, and one that would take the better part of an hour.
+#: Plan with a drive of a second, and one that would take most of an hour.
 HANGING = """
 [[drives]]
 limit_s = 5
@@ -136,7 +136,7 @@ def test_a_run_that_hangs_is_ended_at_its_limit_tried_again_and_told(tmp_path, c
     start = time.monotonic()
     failed = codrive.sweep.sweep(str(path), str(tmp_path / "out"))
     assert failed == {0: "it was not done after limit_s, 5 s"}
-    # Once, and once again.
+    # The first attempt and one retry.
     assert time.monotonic() - start >= 10.0
     runs = codrive.sweep.Plan(str(path))
     assert [part.name for part in (tmp_path / "out" / "parts").iterdir()] == [runs.part_names()[1]]
@@ -173,7 +173,7 @@ def test_nothing_goes_on_after_whoever_started_it(tmp_path):
     command = [sys.executable, "-c", text, path, tmp_path / "out", name]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as starter:
         child = int(starter.stdout.readline())
-        # It is at work: it has used the processor for a while.
+        # The run is in progress: it has used processor time.
         before = cpu_ticks(child)
         while cpu_ticks(child) < before + 20:
             time.sleep(0.02)
@@ -185,17 +185,17 @@ def test_nothing_goes_on_after_whoever_started_it(tmp_path):
 
 
 def stat(process: int) -> list[str]:
-    """What Linux says of a process after its name: its state first (proc(5))."""
+    """Returns the fields of /proc/PID/stat after the name of a process, the state first (proc(5))."""
     return pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
 
 
 def cpu_ticks(process: int) -> int:
-    """Time of the processor that it has used."""
+    """Returns the processor time that a process has used."""
     return int(stat(process)[11])
 
 
 def is_running(process: int) -> bool:
-    """Whether it is there, and no mere entry that nobody has asked for."""
+    """Returns True if a process runs and is not a zombie."""
     try:
         return stat(process)[0] != "Z"
     except OSError:
@@ -203,7 +203,7 @@ def is_running(process: int) -> bool:
 
 
 class ObjectStore(MemoryFileSystem):
-    """As S3 by s3fs: no folder is there before something is in it."""
+    """File system like S3 by s3fs: a folder exists only once it has contents."""
 
     protocol = "objects"
     store, pseudo_dirs = {}, [""]  # noqa: RUF012
@@ -216,7 +216,7 @@ class ObjectStore(MemoryFileSystem):
         """Does nothing."""
 
     def pipe_file(self, path, value, mode="overwrite", **kwargs):
-        """What is put is there whole."""
+        """Writes an object completely."""
         self.store[path] = MemoryFile(self, path, value)
 
 

@@ -1,4 +1,4 @@
-"""docs/tutorial.md: all that is on it, from its top to its end, in an empty folder."""
+"""Test of docs/tutorial.md: runs everything on the page, in order, in an empty folder."""
 
 import contextlib
 import io
@@ -18,7 +18,7 @@ BLOCK = re.compile(r"^```(\S+) ?(.*)\n((?:.*\n)*?)```$", re.MULTILINE)
 
 @contextlib.contextmanager
 def screen():
-    """A screen of its own for windows, in memory."""
+    """Starts a screen in memory for windows."""
     reading, writing = os.pipe()
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp"],
@@ -37,7 +37,7 @@ def screen():
 
 
 def windows(display):
-    """Titles of the windows that can be seen."""
+    """Returns the titles of the visible windows."""
     asked = ["xdotool", "search", "--onlyvisible", "--name", "."]
     found = subprocess.run(asked, capture_output=True, text=True, env={**os.environ, "DISPLAY": display}).stdout.split()
     name = ["xdotool", "getwindowname"]
@@ -45,7 +45,7 @@ def windows(display):
 
 
 def driven_in_a_window(command, environment):
-    """Opens the window, and ends it by Ctrl-C once it is there."""
+    """Opens the window, and ends the program by Ctrl-C once the window is visible."""
     with screen() as display:
         drive = subprocess.Popen(
             ["bash", "-c", f"exec {command}"],
@@ -54,7 +54,7 @@ def driven_in_a_window(command, environment):
             stderr=subprocess.STDOUT,
             text=True,
         )
-        # A first picture is drawn in software; who waits five minutes waits for nothing.
+        # The first picture is drawn in software; after five minutes it will not come.
         end = time.monotonic() + 300
         while not windows(display) and drive.poll() is None and time.monotonic() < end:
             time.sleep(0.5)
@@ -83,12 +83,12 @@ def test_all_that_is_on_the_page_can_be_done(tmp_path, monkeypatch):
         elif (kind, word) == ("python", ""):
             with contextlib.redirect_stdout(said):
                 exec(compile(text, f"block {len(done)} of docs/tutorial.md", "exec"), names)
-    # Nothing was passed over but what says so.
+    # Only parts that are marked so were skipped.
     assert PAGE.count("\n```") == 2 * len(done) and done.count(("python", "no-test")) == 1 and len(done) >= 9
-    # It taught something: the page promises a policy that is faster than no advice, judged on rings that it has not seen.
+    # The page promises a policy that is faster than no advice on unseen rings.
     speeds = names["table"].groupby("policy").mean_speed_mps.mean()
     assert speeds["mine.onnx"] > speeds["none"] + 0.3, said.getvalue()
-    # The study was rehearsed and analysed with it.
+    # The study was rehearsed and analysed with that policy.
     assert (tmp_path / "data/derivatives/codrive/report.html").stat().st_size > 10_000
     measured = names["data"].measures()
     assert set(measured.condition) == {"none", "mine"} and len(measured) == 8

@@ -1,5 +1,5 @@
-//! Promises that hold after a run under faults. In: what the program left and said. Out: the first promise that is broken, in
-//! words. From here on there are no faults.
+//! Promises that hold after a run under faults. In: the files and messages that the program left. Out: the first broken promise, as text.
+//! No faults are injected during these checks.
 
 use super::{
     live,
@@ -14,10 +14,10 @@ use codrive::{
 };
 use std::{fs, path::Path};
 
-/// A promise holds, or the words that say which does not.
+/// Result of a promise: it holds, or the error says which part is broken.
 pub type Held = Result<(), String>;
 
-/// Fails with these words unless it holds.
+/// Returns `words` as the error unless `is` holds.
 pub fn holds(is: bool, words: impl FnOnce() -> String) -> Held {
     if is { Ok(()) } else { Err(words()) }
 }
@@ -40,11 +40,11 @@ pub fn check(scenario: Scenario, work: &Workplace, plan: &Plan, outcome: &Outcom
         Scenario::Erasure => study_checks::erasure(work, scenario, outcome)?,
         Scenario::Exclusion => study_checks::exclusion(work, scenario, outcome)?,
     }
-    // Whoever wrote something before has it still.
+    // The recording of an earlier run is unchanged.
     same_files(&FIXTURES.folder("whole"), &work.file("p0"))
 }
 
-/// The exit code is one of those that are documented, and the message says what is wrong with which file.
+/// Checks that the exit code is a documented one, and that the message names the file and the fault.
 fn ended_well(work: &Workplace, plan: &Plan, outcome: &Outcome) -> Held {
     let Outcome { code, signal, text, .. } = outcome;
     holds(!outcome.hung, || format!("it did not end: {text}"))?;
@@ -65,12 +65,12 @@ fn ended_well(work: &Workplace, plan: &Plan, outcome: &Outcome) -> Held {
     holds(is_named, || format!("exit code {code:?} without a word on a file or a stream: {text:?}"))?;
     let refusals = || plan.0.iter().filter(|fault| fault.is_refusal());
     let is_full = refusals().count() > 0 && refusals().all(|fault| fault.action.starts_with("ENOSPC"));
-    // A folder that cannot be synced or read for want of room is no case of a disk.
+    // A lack of space on a real disk does not fail the sync or the reading of a folder, so these are exempt.
     let is_written = refusals().all(|fault| fault.kind == "write");
     holds(!(is_full && is_written) || text.contains("make room on the disk"), || format!("no remedy: {text}"))
 }
 
-/// Runs the program without faults. Its outcome, if it exits with this code.
+/// Runs the program without faults. Returns its outcome if it exits with this code.
 pub fn runs(work: &Workplace, arguments: &[&str], code: i32) -> Result<Outcome, String> {
     let outcome = work.run(arguments);
     let is = outcome.code == Some(code) && !outcome.text.contains("panicked");
@@ -78,7 +78,7 @@ pub fn runs(work: &Workplace, arguments: &[&str], code: i32) -> Result<Outcome, 
     Ok(outcome)
 }
 
-/// Fingerprint of each tick of a recording.
+/// Returns the fingerprint of each tick of a recording.
 pub fn hashes(recording: &Path) -> Result<Vec<u64>, String> {
     let table = TableReader::parquet(&Table::Ego.parquet(recording)).map_err(|why| why.to_string())?;
     let ticks = table.wholes("tick");
@@ -86,7 +86,7 @@ pub fn hashes(recording: &Path) -> Result<Vec<u64>, String> {
     Ok(table.wholes("hash"))
 }
 
-/// Every file of `before` is in `after`, byte by byte.
+/// Checks that every file of `before` is in `after`, byte by byte.
 pub fn same_files(before: &Path, after: &Path) -> Held {
     for (path, bytes) in contents(before) {
         let now = after.join(path.strip_prefix(before).unwrap());
@@ -95,7 +95,7 @@ pub fn same_files(before: &Path, after: &Path) -> Held {
     Ok(())
 }
 
-/// A recording that says that it is whole: every table is there, and nothing that is left from its making.
+/// Checks that a recording has this state, every table, and no leftovers from its making.
 pub fn is_whole(recording: &Path, state: RecordingState) -> Held {
     let name = recording.display();
     let manifest = Manifest::load(recording).map_err(|why| why.to_string())?;
@@ -133,11 +133,11 @@ fn drive(work: &Workplace, outcome: &Outcome, seed: u64) -> Held {
     Ok(())
 }
 
-/// A drive in real time has no other to be compared with: the replay proves what it drove.
+/// Checks a drive in real time. There is no reference drive for it, so the replay proves it.
 fn live(work: &Workplace, outcome: &Outcome) -> Held {
     let recording = work.file("p1");
-    // Each batch that the disk had has a tick, but for some that only tell of devices while the drive stands: at its begin, and until the
-    // wheel is back.
+    // Each batch on the disk has a tick, except those that only report devices while the drive is paused: at its start, and until the wheel
+    // is back.
     let acknowledged = (outcome.count("sync", "p1/journal/rows.blocks") as u64).saturating_sub(8);
     if outcome.code == Some(0) {
         is_whole(&recording, RecordingState::Complete)?;
@@ -150,13 +150,13 @@ fn live(work: &Workplace, outcome: &Outcome) -> Held {
     holds(acknowledged == 0, || "rows were on the disk, and there is no manifest".into())
 }
 
-/// Nothing is lost, and all that is there is proven.
+/// Checks that the replay of a recording succeeds and every file agrees with its checksum.
 fn proven(work: &Workplace, name: &str) -> Held {
     let said = runs(work, &["replay", name], 0)?.text;
     holds(said.contains("every file agrees with its checksum"), || format!("not proven: {said}"))
 }
 
-/// `recover` makes whole what was cut, and once more changes nothing.
+/// Checks that `recover` completes an interrupted recording, and that a second `recover` changes nothing.
 fn recovered(work: &Workplace, scenario: Scenario, acknowledged: u64) -> Held {
     let recording = work.file("p1");
     let said = runs(work, &["recover", "@p1"], 0)?.text;
@@ -168,7 +168,7 @@ fn recovered(work: &Workplace, scenario: Scenario, acknowledged: u64) -> Held {
     })?;
     let state = Manifest::load(&recording).map_err(|why| why.to_string())?.state;
     is_whole(&recording, state).or_else(|why| {
-        // What could not be read is kept.
+        // Unreadable data is kept in `lost+found`.
         let is_kept = why.contains("lost+found");
         if is_kept { Ok(()) } else { Err(why) }
     })?;
@@ -178,7 +178,7 @@ fn recovered(work: &Workplace, scenario: Scenario, acknowledged: u64) -> Held {
     if ticks > 0 { proven(work, "@p1") } else { Ok(()) }
 }
 
-/// A replay reads: it changes nothing, and where it could not read it proves nothing.
+/// Checks that a replay changes no file, and that it does not call a sound recording altered.
 fn replay(work: &Workplace, outcome: &Outcome) -> Held {
     same_files(&FIXTURES.folder("whole"), &work.file("p1"))?;
     let is_accused = outcome.text.contains("not as it was recorded");
@@ -192,7 +192,7 @@ fn replay(work: &Workplace, outcome: &Outcome) -> Held {
     proven(work, "@p1")
 }
 
-/// A bit that is turned over anywhere in a recording is found.
+/// Checks that a flipped bit in any file of a recording is found.
 fn flipped(work: &Workplace, recording: &Path, seed: u64) -> Held {
     let mut random = rng::stream(seed, "flip");
     let files = [

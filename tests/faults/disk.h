@@ -1,19 +1,19 @@
-/* What a disk has of files and names, and what a power cut leaves of them. In: every call that changed something, from
+/* State of a disk: the files and names that it holds, and the rest after a power cut. In: every call that changed something, from
  * preload.c. Out: the folder as it is after the cut.
  */
 #define MOST_FILES 8192
 #define MOST_CHANGES 65536
 
-/* What the disk has of a file's bytes. */
+/* Bytes of a file that are on the disk. */
 struct file {
     dev_t device;
     ino_t number;
     off_t durable;
-    /* A sync failed: later ones do not bring these bytes to the disk (as Linux has it since 4.13). */
+    /* A sync failed; later ones do not write these bytes to the disk (as on Linux since 4.13). */
     int poisoned;
 };
 
-/* A change of names that the disk does not have yet. */
+/* Change of names that is not on the disk yet. */
 struct change {
     enum { CREATED, MADE_FOLDER, RENAMED, UNLINKED, REMOVED_FOLDER } what;
     char *name, *from, *saved;
@@ -29,7 +29,7 @@ static struct file *file_of(const struct stat *about) {
     return NULL;
 }
 
-/* A file that is met for the first time is on the disk as it is, a new one with none of its bytes. */
+/* Returns the state of a file. At its first use, an existing file is on the disk as it is, a new one with none of its bytes. */
 static struct file *know(int fd, int is_new) {
     struct stat about;
     if (fstat(fd, &about) || !S_ISREG(about.st_mode)) return NULL;
@@ -48,7 +48,7 @@ static void changed(int what, const char *name, const char *from, const char *sa
     changes[change_count++] = (struct change){what, strdup(name), from ? strdup(from) : NULL, saved ? strdup(saved) : NULL};
 }
 
-/* The file of this name by another one, beside the root; null if there is none. */
+/* Keeps the file of this name under another name beside the root; returns null if there is no such file. */
 static const char *save(const char *name, char *place) {
     snprintf(place, PATH_MAX, "%.4000s/%d-%ld", side, getpid(), saved_count++);
     return linkat(AT_FDCWD, name, AT_FDCWD, place, 0) ? NULL : place;
@@ -59,7 +59,7 @@ static int is_parent(const char *folder, const char *path) {
     return slash && (size_t)(slash - path) == strlen(folder) && !strncmp(folder, path, slash - path);
 }
 
-/* The disk has a folder: its names, and those that files in it had before it took its own. */
+/* A folder was synced: its names are on the disk, and the names that files in it had before they got these. */
 static void folder_synced(const char *folder) {
     long kept = 0;
     for (long i = 0; i < change_count; i++) {
@@ -91,7 +91,7 @@ static int removed(const char *path, const struct stat *about, int what, struct 
     return remove(path);
 }
 
-/* Zeros in the place of one sector: the others have reached the disk before it. */
+/* Writes zeros in the place of one sector, as if all other sectors had reached the disk first. */
 static int lose_sector(const char *path, off_t from, off_t lost) {
     char zeros[512] = {0};
     off_t first = from + draw(lost), begin = first - first % 512, end = begin + 512;
@@ -102,7 +102,7 @@ static int lose_sector(const char *path, off_t from, off_t lost) {
     return close(fd);
 }
 
-/* Bytes that were not synced: gone, partly there, zeros in their place, or in that of one sector. */
+/* Treats the bytes of a file that were not synced: they are gone, partly there, or replaced by zeros as a whole or in one sector. */
 static int cut(const char *path, const struct stat *about, int what, struct FTW *at) {
     (void)at;
     struct file *file = what == FTW_F ? file_of(about) : NULL;

@@ -1,8 +1,7 @@
-//! From a seed to a plan. In: a seed, and the calls of a run without faults. Out: one to five faults at calls that there are.
+//! Draws a plan from a seed. In: a seed, and the calls of a run without faults. Out: one to five faults at calls that exist.
 //!
-//! The first fault goes round: by what fails, then by the file on which most hangs, so that few seeds miss no kind. The others are
-//! drawn by kind of call, then by file, then by number: a file that is written once is hit as often as one that is written a
-//! thousand times.
+//! The first fault cycles through manners and then through the vital files, so that a few seeds cover every kind. The others are drawn by
+//! kind of call, then by file, then by number. A file that is written once is thus hit as often as one that is written a thousand times.
 
 use super::{
     plan::{Fault, Plan},
@@ -11,7 +10,7 @@ use super::{
 use codrive::rng::{self, Stream};
 use std::collections::BTreeMap;
 
-/// Files on which everything hangs, the first one most. Each counts as three others.
+/// Most important files of the data, the most important one first. Each has three times the weight of another file.
 const VITAL: [&str; 9] = [
     "rows.blocks",
     "manifest.new",
@@ -23,7 +22,7 @@ const VITAL: [&str; 9] = [
     "SHA256SUMS.new",
     "heart.blocks",
 ];
-/// Share of calls that are drawn among all files.
+/// Probability that a fault without a set file counts the calls on all files together.
 const ANY_FILE: f64 = 0.15;
 
 /// Kind of the first fault of a plan.
@@ -35,7 +34,7 @@ enum Manner {
     Any,
 }
 
-/// Manners of the first fault, in turn, with the kinds of call that they are for.
+/// Manners of the first fault, in turn, each with its kinds of call.
 const TURNS: [(Manner, &[&str]); 5] = [
     (Manner::Refusal, &["write", "send", "recv"]),
     (Manner::PowerCut, &["write", "sync", "rename", "unlink", "mkdir"]),
@@ -44,7 +43,7 @@ const TURNS: [(Manner, &[&str]); 5] = [
     (Manner::Any, &["read", "stat", "list", "clock", "recv", "open"]),
 ];
 
-/// Kinds of call and how often each of the other faults is of them.
+/// Kinds of call, with their weights for the further faults.
 const KINDS: [(&str, usize); 14] = [
     ("write", 5),
     ("sync", 5),
@@ -62,7 +61,7 @@ const KINDS: [(&str, usize); 14] = [
     ("recv", 2),
 ];
 
-/// Number of calls of each kind on each file.
+/// Number of calls by kind, then by file.
 pub struct Census(BTreeMap<String, BTreeMap<String, u32>>);
 
 impl Census {
@@ -74,7 +73,7 @@ impl Census {
         Self(counts)
     }
 
-    /// Kind, file and number of all calls of these kinds.
+    /// Returns kind, file and number of the calls of these kinds.
     pub fn calls(&self, kinds: &[&str]) -> Vec<(&str, &str, u32)> {
         let of = |kind: &&str| self.0.get_key_value(*kind);
         let all = kinds
@@ -84,7 +83,7 @@ impl Census {
         all.collect()
     }
 
-    /// A plan of one to five faults; `visit` counts the seeds that draw from these calls.
+    /// Draws a plan of one to five faults; `visit` counts the earlier seeds that drew from these calls.
     pub fn draw(&self, seed: u64, visit: u64) -> Plan {
         let mut random = rng::stream(seed, "faults");
         let mut plan = Plan(vec![self.first(visit, &mut random)]);
@@ -103,7 +102,7 @@ impl Census {
             (name, kinds.iter().copied().filter(|kind| has(kind, name)).collect())
         };
         let vital: Vec<_> = VITAL.into_iter().map(of).filter(|(_, kinds)| !kinds.is_empty()).collect();
-        // Each of these files has its round; after those half of the faults are drawn among all files.
+        // Each vital file has its round; after that, half of the faults are drawn among all files.
         let place = if round < vital.len() { round } else { random.index(2 * vital.len()) };
         match vital.get(place) {
             Some((name, kinds)) if !matches!(manner, Manner::Any) => {
@@ -116,7 +115,7 @@ impl Census {
         }
     }
 
-    /// One of these kinds that there are calls of; of all kinds where there are none.
+    /// Draws one of these kinds that has calls; if none has, one of all kinds.
     fn kind(&self, kinds: &[(&'static str, usize)], random: &mut Stream) -> &'static str {
         let there = |kinds: &[(&'static str, usize)]| -> Vec<&'static str> {
             let kinds = kinds.iter().filter(|(kind, _)| self.0.contains_key(*kind));
@@ -140,7 +139,7 @@ impl Census {
                 .collect();
             weighed[random.index(weighed.len())]
         };
-        // The first and the last of a kind are where things begin and end.
+        // The first and the last call of a kind are more likely: there things begin and end.
         let at = match random.index(4) {
             0 => 1,
             1 => count,
@@ -151,11 +150,11 @@ impl Census {
     }
 }
 
-/// The part of a file's name by which faults name it: of the long names of a data set the end.
+/// Returns the part of a file's name that faults use: for the long names of a data set, the end.
 fn file_of(path: &str) -> &str {
     let name = path.rsplit_once('/').map_or(path, |(_, name)| name);
     match name.rfind('_') {
-        // The workplace itself.
+        // An empty name is the workplace itself.
         _ if name.is_empty() => "*",
         Some(at) if name.starts_with("sub-") => &name[at..],
         _ => name,
@@ -167,7 +166,7 @@ fn action(kind: &str, name: &str, manner: Manner, random: &mut Stream) -> (Strin
     match manner {
         Manner::Kill => return (either(random, ["kill", "kill-after"]), 0),
         Manner::PowerCut => {
-            // Before the sync of rows a part of them may be on the disk; elsewhere the worst is that nothing is.
+            // Before the sync of rows, a part of them may be on the disk. For other files the worst case is that none is.
             let is_amid = name == "rows.blocks" && kind == "sync";
             let seed = random.index(if is_amid { 1 } else { 2 }) as i64;
             let seed = (1 - seed) * (1 + random.index(1 << 20) as i64);
@@ -208,7 +207,7 @@ fn action(kind: &str, name: &str, manner: Manner, random: &mut Stream) -> (Strin
 }
 
 #[test]
-fn a_seed_gives_the_same_plan_of_calls_that_there_are() {
+fn a_seed_gives_the_same_plan_of_existing_calls() {
     let call = |kind: &str, name: &str| Call { kind: kind.into(), name: name.into(), result: "ok".into() };
     let mut trace: Vec<Call> = (0..50).map(|_| call("read", "p1/ego.parquet")).collect();
     trace.extend([call("write", "p1/manifest.new"), call("clock", "*"), call("rename", "d/sub-R01_task-a_events.tsv")]);

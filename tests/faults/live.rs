@@ -1,5 +1,5 @@
-//! A drive as a window drives it, in a process of its own: a wheel, and a stream of Lab Streaming Layer that is recorded with it, both of
-//! which go and come back. In: a recording's folder and a seed, which draws when. Out: the recording, and an exit code as the program's.
+//! Live drive in a process of its own, with a wheel and a recorded stream of Lab Streaming Layer, both of which disappear and return. In:
+//! the folder of a recording, and a seed that sets the times. Out: the recording, and an exit code as the program's.
 
 use super::{
     checks::{self, Held},
@@ -33,9 +33,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Name of the test below, by which its process is started.
+/// Name of the test below, used to start its process.
 pub const TEST: &str = "live::a_wheel_and_a_stream_that_go_and_come_back_cost_no_row_of_the_drive";
-/// Duration of the drive, seconds.
+/// Duration of the drive, s.
 const DURATION_S: f64 = 2.0;
 
 fn wheel() -> WheelMessage {
@@ -58,7 +58,7 @@ fn stream() -> Result<Outlet, Box<dyn Error>> {
     Ok(Outlet::open(description, &OutletInterface::Loopback)?)
 }
 
-/// Devices of a drive: when each goes and comes back, seconds of wall time, and what there is of it.
+/// Devices of a drive, with the times at which each disappears and returns, seconds of wall time.
 struct Coming {
     times_s: [[f64; 2]; 2],
     stream: Option<Outlet>,
@@ -76,7 +76,7 @@ impl Coming {
             self.has_wheel = is_wheel;
             self.wheel.send(if is_wheel { wheel() } else { WheelMessage::Lost })?;
         }
-        // A full queue of the library is its own affair.
+        // The result is ignored: a full queue of the library is not checked here.
         self.stream.iter().for_each(|stream| drop(stream.push(&[now_s], now_s)));
         Ok(())
     }
@@ -128,7 +128,7 @@ fn drive(folder: &Path, seed: u64) -> Result<(), Box<dyn Error>> {
 #[test]
 fn a_wheel_and_a_stream_that_go_and_come_back_cost_no_row_of_the_drive() {
     if let Some(folder) = env::var_os(LIVE) {
-        // Without the test's own ending: what is said and how it ends are as of the program.
+        // Prints and exits like the program, without the test harness.
         let ended = drive(&PathBuf::from(folder), env::var(LIVE_SEED).unwrap().parse().unwrap());
         ended.iter().for_each(|()| println!("driven"));
         process::exit(ended.map_or_else(
@@ -144,7 +144,7 @@ fn a_wheel_and_a_stream_that_go_and_come_back_cost_no_row_of_the_drive() {
     }
     let work = Workplace::new();
     let outcome = work.run(Scenario::Live.arguments());
-    // The library decides how long it looks for a stream that is back, so that news is not asked for.
+    // The library decides how long it looks for a returning stream, so the test does not require that message.
     for news in ["the LSL stream heart is gone", "unplugged", "the drive continues"] {
         assert!(outcome.text.contains(news), "{news}: {}", outcome.text);
     }
@@ -153,7 +153,7 @@ fn a_wheel_and_a_stream_that_go_and_come_back_cost_no_row_of_the_drive() {
     assert!(is_told, "{:?}", events.words("event"));
 }
 
-/// A recording that says that it is whole has all ticks, and the stream's rows in a table of their own.
+/// Checks that a complete recording has all ticks, and the rows of the stream in their own table.
 pub fn is_whole(recording: &Path) -> Held {
     let ticks = checks::hashes(recording)?.len();
     checks::holds(ticks as f64 == DURATION_S * 100.0, || format!("{ticks} ticks of a drive of {DURATION_S} s"))?;
@@ -164,6 +164,6 @@ pub fn is_whole(recording: &Path) -> Held {
     let told = |word: &str| kinds.iter().zip(&details).any(|(kind, detail)| kind == "device" && detail.contains(word));
     let table = recording.join(record::streams::FOLDER).join("heart.parquet");
     let read = TableReader::parquet(&table).map_err(|why| format!("the stream beside a whole drive: {why}"));
-    // A stream that the disk refused costs itself alone, and the recording says so.
+    // If the disk refused the stream, only the stream is lost, and the recording says so.
     read.map(drop).or_else(|why| if told("is not recorded") { Ok(()) } else { Err(why) })
 }

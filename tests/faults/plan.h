@@ -1,4 +1,4 @@
-/* The plan: what fails when. In: lines of FAULTS_PLAN. Out: faults, in their order.
+/* The plan of faults. In: lines of FAULTS_PLAN. Out: faults, in their order.
  */
 #define MOST_FAULTS 16
 

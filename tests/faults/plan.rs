@@ -1,40 +1,40 @@
-//! Plans of faults: which call fails, and how. In: text, as `write rows.blocks 2 ENOSPC; rename manifest.json 1 kill`. Out: a plan, and its text again,
-//! which `preload.c` reads.
+//! Plans of faults: the call that fails, and its kind of failure. In: text, as `write rows.blocks 2 ENOSPC; rename manifest.json 1 kill`.
+//! Out: a plan, and its text again, which `preload.c` reads.
 
 use std::{fmt, str::FromStr};
 
-/// One fault: the `at`-th call of a kind on files whose names end in `name`.
+/// Fault at the `at`-th call of a kind on files with names that end in `name`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Kind of call, as `preload.c` names it.
     pub kind: String,
-    /// End of the file's name; `*` for any.
+    /// End of the file's name; `*` for any file.
     pub name: String,
-    /// From 1.
+    /// Number of the call among the matching ones, from 1.
     pub at: u32,
-    /// An errno's name, or short, slow, kill, kill-after, power, power-after, jump.
+    /// Name of an errno, or short, slow, kill, kill-after, power, power-after or jump.
     pub action: String,
-    /// Bytes, milliseconds, a seed or seconds, by the action; 0 where it has none, and for the worst power cut.
+    /// Number of bytes, milliseconds or seconds, or a seed, depending on the action; 0 if the action has none, and for the worst power cut.
     pub number: i64,
 }
 
 impl Fault {
-    /// The process dies by it.
+    /// Returns true if the process dies by the fault.
     pub fn is_death(&self) -> bool {
         self.action.starts_with("kill") || self.action.starts_with("power")
     }
 
-    /// Bytes that were not synced are lost by it.
+    /// Returns true if the fault loses bytes that were not synced.
     pub fn is_power_cut(&self) -> bool {
         self.action.starts_with("power")
     }
 
-    /// A system does this every day: a signal interrupts a call, or a call does a part of its work, or takes long.
+    /// Returns true for events of normal operation: a signal interrupts a call, or a call does part of its work or takes long.
     pub fn is_ordinary(&self) -> bool {
         ["EINTR", "short", "slow"].contains(&self.action.as_str())
     }
 
-    /// A call is refused, and the program cannot simply try again.
+    /// Returns true if a call is refused and the program cannot simply retry it.
     pub fn is_refusal(&self) -> bool {
         self.action.starts_with('E') && self.action != "EINTR"
     }
@@ -64,12 +64,12 @@ impl FromStr for Fault {
     }
 }
 
-/// Faults of one run of the program.
+/// Faults of one run of the program, in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Plan(pub Vec<Fault>);
 
 impl Plan {
-    /// One fault a line.
+    /// Returns the faults as text, one per line.
     pub fn lines(&self) -> String {
         self.0.iter().map(|fault| format!("{fault}\n")).collect()
     }
@@ -91,7 +91,7 @@ impl FromStr for Plan {
 }
 
 #[test]
-fn a_plan_is_read_as_it_is_written() {
+fn a_plan_survives_writing_and_reading() {
     let text = "write rows.blocks 2 ENOSPC+; sync * 4 power-after 17; clock * 1 jump -3600";
     let plan: Plan = text.parse().unwrap();
     assert_eq!(plan.to_string(), text);

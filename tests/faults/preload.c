@@ -1,19 +1,19 @@
-/* A disk, a net and a clock that fail by a plan: preloaded into the program (LD_PRELOAD), it stands before libc's calls.
+/* A disk, a network and a clock that fail by a plan. The library is preloaded into the program (LD_PRELOAD) and intercepts libc's calls.
  *
  * In (environment):
  *   FAULTS_ROOT     folder; only files below it count. Sockets of the loopback count everywhere.
- *   FAULTS_PLAN     faults, one a line: KIND NAME N ACTION [NUMBER]; the N-th call of this kind on files whose name ends with
+ *   FAULTS_PLAN     faults, one per line: KIND NAME N ACTION [NUMBER]; the N-th call of this kind on files whose name ends with
  *                   NAME (* for any). Kinds: open read write sync rename unlink mkdir truncate stat list connect send
  *                   recv clock.
- *                   Actions: an errno's name (with a + behind it also every later call), short BYTES, slow MILLISECONDS,
+ *                   Actions: an errno's name (followed by +, also for every later call), short BYTES, slow MILLISECONDS,
  *                   kill, kill-after, power [SEED], power-after [SEED], jump SECONDS.
- *   FAULTS_TRACE    file; every call that counts is written there: "KIND NAME ok" or the fault.
- *   FAULTS_SIDE     folder on the same disk, outside of FAULTS_ROOT: files that a rename or an unlink has replaced wait here.
- *   FAULTS_STEP_US  the monotonic clock advances by this at each reading, and by nothing else.
- * Out: the program's calls fail, are short or slow, or the process dies. `power` is a power cut: what was not synced is
- * lost. Files keep what was synced of them, folders the names that they were synced with. By the seed some of the rest has
- * reached the disk: the first few names that changed, a part of the bytes, or all but one sector. Seed 0: nothing of the rest.
- * Children of the program are not touched.
+ *   FAULTS_TRACE    file that lists every counted call: "KIND NAME ok" or the fault.
+ *   FAULTS_SIDE     folder on the same disk, outside of FAULTS_ROOT, for files that a rename or an unlink has removed.
+ *   FAULTS_STEP_US  step of the monotonic clock at each reading; it does not advance otherwise.
+ * Out: the program's calls fail, are short or slow, or the process dies. `power` is a power cut: data that were not synced are
+ * lost. Files keep their synced bytes, folders their synced names. The seed selects what else has reached the disk: the first
+ * few names that changed, a part of the bytes, or all but one sector; nothing with seed 0. Children of the program are not
+ * affected.
  */
 #define _GNU_SOURCE
 #include <arpa/inet.h>
@@ -74,7 +74,7 @@ __attribute__((constructor)) static void begin(void) {
     is_on = 1;
 }
 
-/* Below the root, else null. */
+/* Returns the path relative to the root; null outside the root. */
 static const char *below(const char *path) {
     size_t length = strlen(root);
     return !strncmp(path, root, length) ? path + length : NULL;
@@ -118,7 +118,7 @@ static void die(const struct fault *fault) {
     for (;;) pause();
 }
 
-/* The call counts. Returns the fault that is due, null for none. */
+/* Counts the call. Returns the fault that is due, or null. */
 static struct fault *due(const char *kind, const char *name) {
     struct fault *found = NULL;
     for (int i = 0; i < fault_count; i++) {
@@ -130,7 +130,7 @@ static struct fault *due(const char *kind, const char *name) {
     return found;
 }
 
-/* Before a call, with the lock held: dies, fails (then true), or lets it go on. */
+/* Applies a fault before a call, with the lock held: dies, fails (then true), or lets the call proceed. */
 static int fails(struct fault *fault, const char *kind, const char *name) {
     if (!fault) return 0;
     if (fault->action == SLOW) {
@@ -148,7 +148,7 @@ static int fails(struct fault *fault, const char *kind, const char *name) {
     return 1;
 }
 
-/* After a call. */
+/* Records the result after a call, and applies faults that come after it. */
 static void passed(const struct fault *fault, const char *kind, const char *name, long result) {
     note(kind, name, result < 0 ? "refused" : fault && fault->action == SHORT ? "short" : "ok");
     if (fault && fault->after) { note(kind, name, fault->what); die(fault); }
@@ -192,13 +192,13 @@ int open64(const char *name, int flags, ...) { MODE; return opened(AT_FDCWD, nam
 int openat(int folder, const char *name, int flags, ...) { MODE; return opened(folder, name, flags, mode); }
 int openat64(int folder, const char *name, int flags, ...) { MODE; return opened(folder, name, flags, mode); }
 
-/* Null unless it is below the root. */
+/* Returns the name of a file relative to the root; null outside the root. */
 static const char *watched(int fd, char *path) {
     if (!is_on || inside || !path_of(fd, path)) return NULL;
     return below(path);
 }
 
-/* The first byte that a write changes: from here on the disk no longer has the file. */
+/* Notes the first byte that a write changes: the disk does not have the file from there on. */
 static void writes_at(int fd, off_t offset) {
     struct file *file = know(fd, 0);
     if (!file) return;
@@ -209,7 +209,7 @@ static void writes_at(int fd, off_t offset) {
     if (offset < file->durable) file->durable = offset;
 }
 
-/* A read or a write that may fail or be short: by `call` where the file stands, by `call_at` at an offset from 0 on. */
+/* Reads or writes, with faults: by `call` at the file's position, by `call_at` at an offset of 0 or more. */
 static ssize_t moved(const char *kind, long call, long call_at, int fd, void *bytes, size_t length, off_t offset) {
     char path[PATH_MAX];
     const char *name = watched(fd, path);
@@ -234,7 +234,7 @@ ssize_t write(int fd, const void *bytes, size_t length) { return written(fd, byt
 ssize_t pwrite(int fd, const void *bytes, size_t length, off_t at) { return written(fd, bytes, length, at); }
 ssize_t pwrite64(int fd, const void *bytes, size_t length, off64_t at) { return written(fd, bytes, length, at); }
 
-/* The first part that is not empty: a short write is what the caller has to expect of writev, too. */
+/* Writes only the first part that is not empty: callers of writev must expect short writes. */
 ssize_t writev(int fd, const struct iovec *parts, int count) {
     char path[PATH_MAX];
     if (!watched(fd, path)) return syscall(SYS_writev, fd, parts, count);
@@ -245,7 +245,7 @@ ssize_t writev(int fd, const struct iovec *parts, int count) {
 
 ssize_t copy_file_range(int in, off64_t *from, int out, off64_t *to, size_t length, unsigned flags) {
     char path[PATH_MAX];
-    /* The caller copies by reading and writing then. */
+    /* The caller then copies by reading and writing. */
     if (watched(out, path) || watched(in, path)) { errno = ENOSYS; return -1; }
     return syscall(SYS_copy_file_range, in, from, out, to, length, flags);
 }
@@ -268,7 +268,7 @@ static int synced(int fd, long call) {
     char path[PATH_MAX];
     const char *name = watched(fd, path);
     if (!name) {
-        /* The root itself is a folder, too. */
+        /* The root itself is also a folder. */
         if (is_on && !inside && !strncmp(path, root, strlen(root) - 1) && strlen(path) == strlen(root) - 1) name = ".";
         else return syscall(call, fd);
     }
@@ -278,7 +278,7 @@ static int synced(int fd, long call) {
     struct file *file = know(fd, 0);
     if (fails(fault, "sync", name)) { if (file && errno != EINTR) file->poisoned = 1; }
     else {
-        /* The true sync is left out: the disk is the one above, and nothing is to wait for the machine's. */
+        /* No real sync: the disk is simulated, and no call should wait for the machine's disk. */
         struct stat about;
         result = fstat(fd, &about);
         if (S_ISDIR(about.st_mode)) folder_synced(path);
@@ -348,7 +348,7 @@ static int unlinked(int folder, const char *name, int flags) {
         int error = errno;
         if (!result) changed(flags & AT_REMOVEDIR ? REMOVED_FOLDER : UNLINKED, path, NULL, saved);
         errno = error;
-        /* To remove what is not there is an ordinary question. */
+        /* Removing a missing file is a normal operation. */
         passed(fault, "unlink", within, result);
     }
     END;
@@ -376,7 +376,7 @@ int mkdir(const char *name, mode_t mode) {
     END;
 }
 
-/* Whether a file is there, and how large. */
+/* Answers queries for the existence and size of a file. */
 static int asked(int folder, const char *name) {
     char path[PATH_MAX];
     const char *within = NULL;
@@ -416,7 +416,7 @@ DIR *opendir(const char *name) {
     return result;
 }
 
-/* -- The net ----------------------------------------------------------------------------------------------------------- */
+/* -- Network ----------------------------------------------------------------------------------------------------------- */
 
 static int is_loopback(const struct sockaddr *address) {
     const struct sockaddr_in *internet = (const void *)address;
@@ -453,7 +453,7 @@ ssize_t send(int fd, const void *bytes, size_t length, int flags) {
     END;
 }
 
-/* An answer may be long in coming: others are not to wait for it. */
+/* The lock is not held during the call, as a response may take long. */
 ssize_t recv(int fd, void *bytes, size_t length, int flags) {
     if (!is_peer_loopback(fd)) return syscall(SYS_recvfrom, fd, bytes, length, flags, NULL, NULL);
     BEGIN;
@@ -467,7 +467,7 @@ ssize_t recv(int fd, void *bytes, size_t length, int flags) {
     END;
 }
 
-/* -- The clock --------------------------------------------------------------------------------------------------------- */
+/* -- Clock ------------------------------------------------------------------------------------------------------------- */
 
 int clock_gettime(clockid_t clock, struct timespec *now) {
     int result = syscall(SYS_clock_gettime, clock, now);

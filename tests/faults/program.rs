@@ -1,5 +1,5 @@
-//! The program under a plan. In: arguments, a plan, a workplace. Out: how it ended, what it said, and every call that it made
-//! on files of the workplace.
+//! The program under a plan. In: arguments, a plan, a workplace. Out: how it ended, its output, and all its calls on files of the
+//! workplace.
 
 use super::plan::Plan;
 use std::{
@@ -17,12 +17,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// A process that takes longer is ended, and has failed.
+/// Time limit, after which a process is killed and counts as failed.
 const LIMIT: Duration = Duration::from_secs(120);
-/// Steps of the program's clock, microseconds: a drive hands over its rows after every 0.2 s of driving, on every machine.
+/// Step of the program's clock, microseconds. With it a drive hands over its rows after every 0.2 s of driving, on every machine.
 const CLOCK_STEP_US: &str = "100000";
 
-/// The library, built once for all tests of this process.
+/// Library of `preload.c`, built once for all tests of this process.
 static LIBRARY: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("libfaults.so");
@@ -34,57 +34,57 @@ static LIBRARY: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
     (folder, path)
 });
 
-/// Stands for the program where a drive with devices is driven, in a process of these tests; and the environment in which that finds the
-/// folder of its recording, and the seed.
+/// Placeholder for the program in live drives, which run in a process of these tests. Also the environment variable with the folder of the
+/// recording; the next one holds the seed.
 pub const LIVE: &str = "CODRIVE_FAULTS_LIVE";
 pub const LIVE_SEED: &str = "CODRIVE_FAULTS_LIVE_SEED";
 
-/// A folder on which faults work, with what they need beside it.
+/// Folder on which faults act, and the resources beside it.
 pub struct Workplace {
     folder: tempfile::TempDir,
-    /// Draws when devices go and come back.
+    /// Seed of the times at which devices disappear and return.
     seed: AtomicU64,
 }
 
-/// End of a run of the program.
+/// Outcome of a run of the program.
 pub struct Outcome {
-    /// Command line, for a reader.
+    /// Command line, for reports.
     pub command: String,
     /// Exit code; `None` if it was killed.
     pub code: Option<i32>,
-    /// Signal that ended it.
+    /// Signal that ended the process, if any.
     pub signal: Option<i32>,
-    /// Standard output and error.
+    /// Standard output and standard error.
     pub text: String,
-    /// Calls.
+    /// Calls on files of the workplace, in order.
     pub trace: Vec<Call>,
-    /// True if it did not end within the time.
+    /// True if the process did not end within the time limit.
     pub hung: bool,
 }
 
-/// A call that counts.
+/// Call on a file of the workplace, or on a socket of the loopback.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Call {
-    /// Kind of the call.
+    /// Kind of the call, as `preload.c` names it.
     pub kind: String,
-    /// The file, from the workplace.
+    /// Path of the file, relative to the workplace.
     pub name: String,
-    /// ok, refused by the system, or the fault's action.
+    /// Result of the call: `ok`, `refused` by the system, or the action of the fault.
     pub result: String,
 }
 
 impl Outcome {
-    /// A fault ended it.
+    /// Returns true if a fault killed the process.
     pub fn is_killed(&self) -> bool {
         self.signal == Some(9) && !self.hung
     }
 
-    /// A call was refused by a fault.
+    /// Returns true if a fault refused a call.
     pub fn was_refused(&self) -> bool {
         self.trace.iter().any(|call| call.result.starts_with('E') && call.result != "EINTR")
     }
 
-    /// Number of calls of this kind on files of this name that succeeded.
+    /// Returns the number of successful calls of this kind on files with names that end in `name`.
     pub fn count(&self, kind: &str, name: &str) -> usize {
         self.trace.iter().filter(|call| call.kind == kind && call.name.ends_with(name) && call.result == "ok").count()
     }
@@ -99,17 +99,17 @@ impl Workplace {
         Self { folder, seed: AtomicU64::new(0) }
     }
 
-    /// Devices of the next command go and come back by this seed.
+    /// Sets the seed of the times at which devices of the next command disappear and return.
     pub fn draw_devices_by(&self, seed: u64) {
         self.seed.store(seed, Ordering::Relaxed);
     }
 
-    /// Faults work on files in here.
+    /// Returns the folder on which faults act.
     pub fn root(&self) -> PathBuf {
         self.folder.path().join("root")
     }
 
-    /// A file in the workplace.
+    /// Returns the path of a file in the workplace.
     pub fn file(&self, name: &str) -> PathBuf {
         self.root().join(name)
     }
@@ -155,12 +155,12 @@ impl Workplace {
         self.preloaded(&mut command);
         command
             .env("FAULTS_STEP_US", CLOCK_STEP_US)
-            // One participant after the other, so that a seed is the same calls in the same order.
+            // One participant after the other, so that a seed gives the same calls in the same order.
             .env("RAYON_NUM_THREADS", "1");
         command
     }
 
-    /// The same for a drive with devices, at the machine's own clock, by which streams come and go. Nothing of another process comes in.
+    /// Returns the command of a live drive. It uses the machine's clock, which streams need, and sees no streams of other processes.
     fn live(&self, folder: &str) -> Command {
         let lsl = self.folder.path().join("lsl_api.cfg");
         let session = self.folder.path().file_name().unwrap().to_string_lossy().into_owned();
@@ -191,7 +191,7 @@ impl Workplace {
             .stderr(Stdio::piped());
     }
 
-    /// Keeps the folder for a reader. Returns where.
+    /// Keeps the folder for inspection and returns its path.
     pub fn keep(self) -> PathBuf {
         self.folder.keep()
     }
@@ -205,7 +205,7 @@ fn reader(from: Option<impl Read + Send + 'static>) -> thread::JoinHandle<String
     })
 }
 
-/// Waits for the end. False if it did not come in time.
+/// Waits for the end of the process. Returns false if it did not end within the limit.
 #[allow(clippy::disallowed_methods, reason = "the limit of a program is a matter of wall time")]
 fn ends(child: &mut Child) -> bool {
     let began = Instant::now();
@@ -219,7 +219,7 @@ fn ends(child: &mut Child) -> bool {
     true
 }
 
-/// Copies a folder with all in it.
+/// Copies a folder with its contents.
 pub fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
@@ -233,7 +233,7 @@ pub fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Every file below a folder with its bytes, in order; files that only hold a lock are left out.
+/// Returns every file below a folder with its bytes, sorted; files that only hold a lock are left out.
 pub fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_path_buf()];

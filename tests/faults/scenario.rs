@@ -1,5 +1,5 @@
-//! Commands that run under faults, and the files that are there before. In: a workplace. Out: folders in it, the command, and the calls that
-//! it makes without faults.
+//! Commands that run under faults, and the files that exist before. In: a workplace. Out: folders in it, the command, and its calls without
+//! faults.
 
 use super::{
     checks,
@@ -13,7 +13,7 @@ use std::{
     sync::{LazyLock, OnceLock},
 };
 
-/// A study of two short trials with their baselines, between two questionnaires.
+/// Study of two short trials with their baselines, between two questionnaires.
 const STUDY: &str = r#"title = "Short"
 participants = 2
 seed = 7
@@ -36,17 +36,17 @@ kind = "trials"
 name = "trial"
 "#;
 
-/// Ticks of a recorded drive.
+/// Number of ticks of a recorded drive.
 pub const TICKS: u64 = 400;
-/// Ticks of a batch of rows, at the clock of these tests: rows are handed over at the first step after 0.2 s.
+/// Number of ticks per batch of rows, at the clock of these tests: rows are handed over at the first step after 0.2 s.
 pub const BATCH: u64 = 20;
 
 const RUN: [&str; 11] =
     ["run", "--traffic", "native", "--vehicles", "6", "--duration", "4", "--warm-up", "0", "--out", "@p1"];
 const REHEARSE: [&str; 7] = ["study", "@study.toml", "--rehearse", "--participants", "2", "--out", "@data"];
 
-/// Recordings that were cut: name, where, and how many ticks the disk had. While it was driven; before the tables had their names;
-/// when the manifest said that it is whole; when the journal was gone, but not its folder.
+/// Interrupted recordings: name, fault, and number of ticks on the disk. They were interrupted during the drive; before the tables had
+/// their names; after the manifest said that the recording is complete; and after the journal was deleted but not its folder.
 pub const CUTS: [(&str, &str, u64); 4] = [
     ("cut", "write rows.blocks 9 kill-after", 8 * BATCH),
     ("cut-tables", "rename advice.parquet 1 kill", TICKS),
@@ -54,26 +54,26 @@ pub const CUTS: [(&str, &str, u64); 4] = [
     ("cut-empty", "unlink rows.blocks 1 kill-after", TICKS),
 ];
 
-/// A command on files of a workplace.
+/// Command on files of a workplace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Scenario {
-    /// A recorded drive.
+    /// Recorded drive without a window.
     Drive,
-    /// A whole study.
+    /// Rehearsal of a whole study.
     Study,
-    /// The recovery of a drive that was cut.
+    /// Recovery of an interrupted drive.
     Recovery,
-    /// A study that was cut in the middle goes on.
+    /// Continuation of an interrupted study.
     ResumedStudy,
-    /// The proof of a recording.
+    /// Replay that proves a recording.
     Replay,
-    /// The report of a study.
+    /// Analysis and report of a study.
     Analysis,
-    /// A participant is erased.
+    /// Erasure of a participant.
     Erasure,
-    /// A participant is excluded.
+    /// Exclusion of a participant.
     Exclusion,
-    /// A recorded drive as a window drives it, with devices that go and come back.
+    /// Recorded live drive, with devices that disappear and return.
     Live,
 }
 
@@ -90,16 +90,16 @@ impl Scenario {
         Self::Live,
     ];
 
-    /// The scenario of a seed, and how many seeds have had it before.
+    /// Returns the scenario of a seed, and the number of earlier seeds with that scenario.
     pub fn of(seed: u64) -> (Self, u64) {
-        // Drives and studies are what is lost for good: they come most.
+        // Drives and studies come most, as their data cannot be made again.
         const TEN: [usize; 10] = [0, 1, 2, 0, 3, 1, 0, 4, 0, 5];
         let [ten, place] = [seed / 10, seed % 10].map(|number| number as usize);
-        // A drive in real time takes seconds: one of twenty.
+        // A live drive takes seconds of real time: one seed of twenty.
         if place == 6 && ten % 2 == 1 {
             return (Self::Live, ten as u64 / 2);
         }
-        // Erasures and exclusions take turns with analyses.
+        // Erasures, exclusions and analyses take turns.
         let this = |ten: usize, place: usize| if place == 9 { 5 + ten % 3 } else { TEN[place] };
         let scenario = this(ten, place);
         let visit = if place == 9 {
@@ -111,7 +111,7 @@ impl Scenario {
         (Self::ALL[scenario], visit as u64)
     }
 
-    /// The command; arguments that begin with `@` are files of the workplace.
+    /// Returns the command; arguments that begin with `@` are files of the workplace.
     pub fn arguments(self) -> &'static [&'static str] {
         match self {
             Self::Drive => &RUN,
@@ -125,12 +125,12 @@ impl Scenario {
         }
     }
 
-    /// Puts into a workplace what is there before the command.
+    /// Puts the files that exist before the command into a workplace.
     pub fn prepare(self, work: &Workplace, seed: u64) {
         let fixtures = &*FIXTURES;
         let put = |from: &str, to: &str| copy(&fixtures.work.file(from), &work.file(to));
         fs::write(work.file("study.toml"), STUDY).unwrap();
-        // Written by an earlier run: nothing may touch it.
+        // A recording of an earlier run, which must not change.
         put("whole", "p0");
         match self {
             Self::Drive | Self::Study => {}
@@ -142,7 +142,7 @@ impl Scenario {
         }
     }
 
-    /// The calls of this command without faults.
+    /// Returns the calls of this command without faults.
     pub fn census(self) -> &'static Census {
         static COUNTED: [OnceLock<Census>; Scenario::ALL.len()] = [const { OnceLock::new() }; Scenario::ALL.len()];
         COUNTED[self as usize].get_or_init(|| {
@@ -154,10 +154,10 @@ impl Scenario {
         })
     }
 
-    /// Runs the command under a plan and checks what is left.
+    /// Runs the command under a plan and checks the result.
     ///
     /// # Errors
-    /// The first promise that was broken, with what the program said.
+    /// The first broken promise, with the output of the program.
     pub fn check(self, plan: &Plan, seed: u64) -> Result<(), Box<Broken>> {
         let work = Workplace::new();
         self.prepare(&work, seed);
@@ -166,14 +166,14 @@ impl Scenario {
     }
 }
 
-/// A promise that a plan has broken.
+/// Promise that a plan has broken.
 pub struct Broken {
     pub promise: String,
     pub outcome: Outcome,
     pub work: Workplace,
 }
 
-/// Files that earlier runs have left, made once.
+/// Files of earlier runs, made once.
 pub struct Fixtures {
     work: Workplace,
     /// Fingerprint of every tick of the recorded drive.
@@ -181,12 +181,12 @@ pub struct Fixtures {
 }
 
 impl Fixtures {
-    /// Fingerprint of every tick of the recorded drive.
+    /// Returns the fingerprint of every tick of the recorded drive.
     pub fn hashes(&self) -> &[u64] {
         &self.hashes
     }
 
-    /// A folder of an earlier run.
+    /// Returns the folder of an earlier run.
     pub fn folder(&self, name: &str) -> PathBuf {
         self.work.file(name)
     }
@@ -207,7 +207,7 @@ pub static FIXTURES: LazyLock<Fixtures> = LazyLock::new(|| {
         make("p1", name, plan, &RUN);
     }
     make("data", "study", "", &REHEARSE);
-    // In the second trial of the second participant.
+    // The cut is in the second trial of the second participant.
     make("data", "half", "write rows.blocks 33 kill-after", &REHEARSE);
     let hashes = checks::hashes(&work.file("whole")).unwrap();
     assert_eq!(hashes.len(), TICKS as usize);

@@ -1,17 +1,18 @@
-//! The smallest plan that still breaks a promise. In: one that does. Out: fewer and earlier faults, and the words of a reader.
+//! Search for the smallest plan that still breaks a promise. In: a plan that breaks one. Out: a plan with fewer and earlier faults, and a
+//! report.
 
 use super::{
     plan::{Fault, Plan},
     scenario::{Broken, Scenario},
 };
 
-/// Plans that are tried at most.
+/// Maximum number of plans tried.
 const TRIES: usize = 40;
 
-/// Tells of a broken promise: the seed, the plan, the smallest one, the command lines.
+/// Returns the report of a broken promise: the seed, the plan, the smallest plan, the command lines.
 pub fn report(scenario: Scenario, seed: u64, plan: &Plan, broken: Box<Broken>) -> String {
     let (small, least) = shrink(scenario, seed, plan);
-    // What a second run of the same plan does not break, threads have made.
+    // If a second run of the same plan breaks nothing, the order of threads was the cause.
     let least = least.unwrap_or(broken);
     let Broken { promise, outcome, work } = *least;
     let said = outcome.text.trim().replace('\n', "\n    ");
@@ -24,7 +25,7 @@ pub fn report(scenario: Scenario, seed: u64, plan: &Plan, broken: Box<Broken>) -
     )
 }
 
-/// Leaves out faults, and moves those that are left forward, as long as a promise breaks.
+/// Removes faults, and moves the remaining ones forward, as long as a promise breaks.
 fn shrink(scenario: Scenario, seed: u64, plan: &Plan) -> (Plan, Option<Box<Broken>>) {
     let (mut small, mut least) = (plan.clone(), None);
     let mut tries = 0;
@@ -47,7 +48,7 @@ fn shrink(scenario: Scenario, seed: u64, plan: &Plan) -> (Plan, Option<Box<Broke
     (small, least)
 }
 
-/// Plans that are a step smaller.
+/// Returns the plans that are one step smaller.
 fn smaller(plan: &Plan) -> Vec<Plan> {
     let mut found = Vec::new();
     if plan.0.len() > 1 {
@@ -82,7 +83,7 @@ fn smaller(plan: &Plan) -> Vec<Plan> {
 }
 
 #[test]
-fn a_plan_is_made_smaller_fault_by_fault_and_call_by_call() {
+fn a_plan_shrinks_fault_by_fault_and_call_by_call() {
     let plan: Plan = "write a 8 EIO+; sync b 1 power 7".parse().unwrap();
     let found: Vec<String> = smaller(&plan).iter().map(ToString::to_string).collect();
     let expected = [

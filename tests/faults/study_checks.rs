@@ -1,5 +1,4 @@
-//! Promises of a study's data set after a run under faults. In: what the program left. Out: the first promise that is
-//! broken, in words.
+//! Promises of a study's data set after a run under faults. In: the files that the program left. Out: the first broken promise, as text.
 
 use super::{
     checks::{Held, holds, is_whole, runs, same_files},
@@ -16,7 +15,7 @@ use std::{
 
 const PEOPLE: [&str; 2] = ["sub-R01", "sub-R02"];
 
-/// A participant's log; `None` if there is none yet.
+/// Returns a participant's log; `None` if there is none yet.
 fn session(data: &Path, subject: &str) -> Result<Option<Value>, String> {
     let path = data.join("sourcedata").join(subject).join("session.json");
     let Ok(text) = fs::read_to_string(&path) else { return Ok(None) };
@@ -27,7 +26,7 @@ fn passages(log: Option<&Value>) -> Vec<Value> {
     log.map_or(Vec::new(), |log| log["passages"].as_array().cloned().unwrap_or_default())
 }
 
-/// Items that a participant has done, with their files.
+/// Completed items of a participant, with their files.
 struct Settled {
     subject: &'static str,
     passages: Vec<Value>,
@@ -43,7 +42,7 @@ impl Settled {
         Ok(Self { subject, passages, files })
     }
 
-    /// The item is still there.
+    /// Checks that the items and their files are unchanged.
     fn is_kept(&self, data: &Path) -> Held {
         let now = passages(session(data, self.subject)?.as_ref());
         holds(now.starts_with(&self.passages), || format!("{}: what was done is not in its log", self.subject))?;
@@ -54,7 +53,7 @@ impl Settled {
     }
 }
 
-/// Saves of a participant's log that the disk had, by the calls of the run: one counts when its folder was synced after it.
+/// Returns the number of saves of a participant's log that reached the disk; one counts when its folder was synced after the rename.
 fn saves(outcome: &Outcome, subject: &str) -> usize {
     let folder = format!("sourcedata/{subject}");
     let log = format!("{folder}/session.json");
@@ -69,7 +68,7 @@ fn saves(outcome: &Outcome, subject: &str) -> usize {
     saves
 }
 
-/// Items that are done with each save of a log: it is opened, gets its traits, each of three items begins and ends, it is over.
+/// Number of completed items after each save of a log: it is opened, gets its traits, each of three items begins and ends, it is closed.
 const DONE: [usize; 10] = [0, 0, 0, 0, 1, 1, 2, 2, 3, 3];
 
 pub fn rehearsal(work: &Workplace, scenario: Scenario, outcome: &Outcome, seed: u64) -> Held {
@@ -95,7 +94,7 @@ pub fn rehearsal(work: &Workplace, scenario: Scenario, outcome: &Outcome, seed: 
     Ok(())
 }
 
-/// Everybody is through, every recording is whole, and the list of the files is right.
+/// Checks that all participants are done, every recording is complete, and the list of files is right.
 fn is_complete(work: &Workplace, data: &Path) -> Held {
     for subject in PEOPLE {
         let log = session(data, subject)?.ok_or_else(|| format!("{subject} has no log"))?;
@@ -115,7 +114,7 @@ fn is_complete(work: &Workplace, data: &Path) -> Held {
     sums_are_right(data)
 }
 
-/// A trial that is done.
+/// Returns the recording of a completed trial.
 fn done_drive(data: &Path) -> Result<PathBuf, String> {
     let log = session(data, "sub-R02")?;
     let done = passages(log.as_ref());
@@ -124,7 +123,7 @@ fn done_drive(data: &Path) -> Result<PathBuf, String> {
     Ok(data.join("sourcedata/sub-R02").join(done))
 }
 
-/// Another program's proof of the list, and that it names what is there.
+/// Checks the list of files with `sha256sum`, and that the list names the existing files.
 fn sums_are_right(data: &Path) -> Held {
     let checked =
         Command::new("sha256sum").args(["--check", "--quiet", "SHA256SUMS"]).current_dir(data).output().unwrap();
@@ -141,7 +140,7 @@ fn sums_are_right(data: &Path) -> Held {
     holds(left.is_none(), || format!("{} is left behind", left.unwrap().display()))
 }
 
-/// An analysis only reads the data, and can be made again.
+/// Checks that an analysis changes no data and can be repeated.
 pub fn analysis(work: &Workplace, scenario: Scenario, outcome: &Outcome) -> Held {
     let data = work.file("data");
     same_files(&FIXTURES.folder("study"), &data)?;
@@ -160,7 +159,7 @@ pub fn analysis(work: &Workplace, scenario: Scenario, outcome: &Outcome) -> Held
 pub fn erasure(work: &Workplace, scenario: Scenario, outcome: &Outcome) -> Held {
     let data = work.file("data");
     if outcome.code != Some(0) {
-        // Done already, or done now.
+        // The erasure was complete, or is completed by the repeated command.
         let again = work.run(scenario.arguments());
         let is = matches!(again.code, Some(0)) || again.text.contains("was erased");
         holds(is, || format!("it cannot be erased: {:?} {}", again.code, again.text))?;

@@ -1,12 +1,12 @@
-//! The largest networks that are read, and what they take: a grid by SUMO's netgenerate, which no other test of this binary may
-//! disturb while memory is counted.
+//! Test of the memory for the largest networks: a grid by SUMO's netgenerate. No other test of this program may run while memory is
+//! counted.
 
 use crate::memory::{self, MOST};
 use codrive::map::network::Network;
 use std::{fs, path::Path, process::Command};
 
 #[test]
-fn ten_thousand_edges_with_two_lanes_and_signals_are_read_in_the_memory_that_a_reader_may_take() {
+fn a_network_of_ten_thousand_edges_is_read_within_the_memory_limit() {
     let _alone = super::alone();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("grid.net.xml");

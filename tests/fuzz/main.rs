@@ -1,10 +1,10 @@
-//! No input of any reader brings a panic, an abort, or takes more than 256 MiB. In: good inputs with changes (`mutate`), for
-//! every reader (`readers`). Out: for each, how many inputs in what time, how many of them were accepted, and the memory that
-//! the greediest took (`memory`).
+//! Tests that no input of any reader causes a panic, an abort, or the use of more than 256 MiB. In: good inputs with changes (`mutate`),
+//! for every reader (`readers`). Out: for each reader the number of inputs, the time, the number of accepted inputs, and the largest memory
+//! (`memory`).
 //!
-//! In a run of all tests each reader gets a fixed number of inputs, always the same ones, half a minute in all. `scripts/fuzz`
-//! sets `CODRIVE_FUZZ_SECONDS` (and `CODRIVE_FUZZ_SEED`, `CODRIVE_FUZZ_READER`) and goes on for that long. An input that
-//! breaks a reader is kept in `target/tmp/fuzz/`; an abort leaves the one that was being read.
+//! In a run of all tests each reader gets a fixed number of inputs, always the same ones, half a minute in all. `scripts/fuzz` sets
+//! `CODRIVE_FUZZ_SECONDS` (and `CODRIVE_FUZZ_SEED`, `CODRIVE_FUZZ_READER`) and continues for that time. An input that breaks a reader is
+//! kept in `target/tmp/fuzz/`; after an abort, the input that was being read is there.
 
 mod large_network;
 mod memory;
@@ -25,10 +25,10 @@ use std::{
 #[global_allocator]
 static ALLOCATOR: memory::Counting = memory::Counting;
 
-/// The longest that one input may take: a hundred times what the slowest good one takes on a busy machine.
+/// Time limit for one input, a hundred times the time of the slowest good one on a busy machine.
 const LONGEST: Duration = Duration::from_secs(30);
 
-/// Where the last panic was, and its words.
+/// Place and message of the last panic.
 static LAST_PANIC: Mutex<String> = Mutex::new(String::new());
 
 fn number(name: &str) -> Option<u64> {
@@ -37,13 +37,13 @@ fn number(name: &str) -> Option<u64> {
         .map(|text| text.parse().unwrap_or_else(|_| panic!("{name} is {text:?}; allowed: a number")))
 }
 
-/// Memory is counted for the whole program: one test at a time.
+/// Locks out the other tests, as memory is counted for the whole program.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// What one reader did with its inputs.
+/// Statistics of one reader.
 #[derive(Default)]
 struct Account {
     inputs: usize,
@@ -59,14 +59,14 @@ fn now() -> Instant {
     Instant::now()
 }
 
-/// Gives a reader inputs until `enough` says so.
+/// Feeds a reader inputs until `enough` returns true for their number.
 fn feed(reader: &Reader, seed: u64, kept: &Path, enough: impl Fn(usize) -> bool) -> Account {
     let mut stream = rng::stream(seed, reader.name);
     let mut account = Account::default();
     let current = kept.join(format!("{}.now", reader.name));
     let by_hand = number("CODRIVE_FUZZ_SECONDS").is_some();
     while !enough(account.inputs) && account.faults.len() < 10 {
-        // The good ones first, as they are.
+        // The good inputs first, unchanged.
         let input = match reader.good.get(account.inputs) {
             Some(good) => good.clone(),
             None => {
@@ -101,7 +101,7 @@ fn feed(reader: &Reader, seed: u64, kept: &Path, enough: impl Fn(usize) -> bool)
 }
 
 #[test]
-fn no_input_brings_a_panic_an_abort_or_much_memory() {
+fn no_input_causes_a_panic_an_abort_or_much_memory() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let kept = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("fuzz");

@@ -1,21 +1,21 @@
-//! The memory that an input takes. In: every request of the program to the allocator. Out: the largest request and the most
-//! that was held at once since the last [`begin`].
+//! Memory that an input takes. In: every request of the program to the allocator. Out: the largest request, and the most memory held at
+//! once, since the last [`begin`].
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     sync::atomic::{AtomicUsize, Ordering::Relaxed},
 };
 
-/// The most that a reader may take for any input, bytes.
+/// Maximum memory of a reader for any input, bytes.
 pub const MOST: usize = 256 << 20;
-/// What no machine should be asked for in a test: the request is refused, and the program aborts as it would without memory.
+/// Size above which a request is refused, bytes; the program then aborts as it would without memory.
 const REFUSED: usize = 4 << 30;
 
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
 static LARGEST: AtomicUsize = AtomicUsize::new(0);
 
-/// The system's allocator, with an account.
+/// The system's allocator, with counters.
 pub struct Counting;
 
 fn taken(size: usize) {
@@ -23,7 +23,7 @@ fn taken(size: usize) {
     PEAK.fetch_max(HELD.fetch_add(size, Relaxed) + size, Relaxed);
 }
 
-// SAFETY: everything is the system's; counting touches numbers alone and asks for no memory itself.
+// SAFETY: all memory comes from the system's allocator. Counting changes only numbers and allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         taken(layout.size());
@@ -47,7 +47,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// A new account. Returns what is held already.
+/// Resets the counters. Returns the memory held already, bytes.
 pub fn begin() -> usize {
     let held = HELD.load(Relaxed);
     PEAK.store(held, Relaxed);
@@ -55,7 +55,7 @@ pub fn begin() -> usize {
     held
 }
 
-/// The largest request, and the most held at once beyond what was held at the `start`, bytes.
+/// Returns the largest request, and the most memory held at once beyond that held at `start`, bytes.
 pub fn since(start: usize) -> (usize, usize) {
     (LARGEST.load(Relaxed), PEAK.load(Relaxed).saturating_sub(start))
 }

@@ -1,12 +1,11 @@
-//! Inputs that nobody thought of. In: good inputs and a stream of random numbers. Out: one of them with some changes: of
-//! bytes, of numbers and words where it is text, of lines, and of the structure of a network in ONNX. The same seed makes the
-//! same inputs.
+//! Random changes of inputs. In: good inputs and a stream of random numbers. Out: one of them with changed bytes; in text also changed
+//! numbers, words and lines; in an ONNX network also a changed structure. The same seed makes the same inputs.
 
 use codrive::rng::Stream;
 use prost::Message;
 use tract_onnx::pb::{GraphProto, ModelProto, NodeProto};
 
-/// Numbers where programs break, as people and programs write them.
+/// Numbers that often break programs, as people and programs write them.
 const NUMBERS: [&str; 24] = [
     "0",
     "-1",
@@ -33,11 +32,11 @@ const NUMBERS: [&str; 24] = [
     "0x10",
     "",
 ];
-/// The same as whole numbers.
+/// Integers that often break programs.
 const WHOLE: [i64; 16] =
     [0, 1, -1, 2, 3, 7, 255, 4096, 4097, 65_536, 1 << 22, 1 << 31, 1 << 32, 1 << 40, i64::MAX, i64::MIN];
 
-/// One of a list.
+/// Returns a random item of a list.
 fn one<'a, T>(stream: &mut Stream, list: &'a [T]) -> &'a T {
     &list[stream.index(list.len())]
 }
@@ -47,7 +46,7 @@ fn part(stream: &mut Stream, n: usize, most: usize) -> std::ops::Range<usize> {
     start..start + stream.index((n - start).min(most) + 1)
 }
 
-/// Changes of bytes that know nothing of what they are.
+/// Changes bytes without regard to their meaning.
 pub fn bytes(stream: &mut Stream, mut input: Vec<u8>, other: &[u8]) -> Vec<u8> {
     for _ in 0..=stream.index(4) {
         let n = input.len();
@@ -86,7 +85,7 @@ pub fn bytes(stream: &mut Stream, mut input: Vec<u8>, other: &[u8]) -> Vec<u8> {
     input
 }
 
-/// Where numbers stand in a text.
+/// Returns the ranges of numbers in a text.
 fn numbers(text: &[u8]) -> Vec<std::ops::Range<usize>> {
     let inside = |byte: u8| byte.is_ascii_digit() || byte == b'.' || byte == b'-';
     runs(text, inside).into_iter().filter(|run| text[run.clone()].iter().any(u8::is_ascii_digit)).collect()
@@ -112,7 +111,7 @@ fn lines(text: &[u8]) -> Vec<std::ops::Range<usize>> {
     runs(text, |byte| byte != b'\n')
 }
 
-/// Changes of numbers, words and lines; now and then of bytes.
+/// Changes numbers, words and lines, and sometimes bytes.
 pub fn text(stream: &mut Stream, mut input: Vec<u8>, other: &[u8]) -> Vec<u8> {
     for _ in 0..=stream.index(3) {
         let words = |text: &[u8]| runs(text, |byte| byte.is_ascii_alphanumeric() || byte == b'_');
@@ -128,7 +127,7 @@ pub fn text(stream: &mut Stream, mut input: Vec<u8>, other: &[u8]) -> Vec<u8> {
         let here = one(stream, &list).clone();
         let there = one(stream, &list).clone();
         match stream.index(4) {
-            // Another of its kind in its place, one more, one less, or a number that breaks programs.
+            // Replace it by another of its kind, add one, remove one, or insert a number that breaks programs.
             0 => {
                 let copied = input[there].to_vec();
                 input.splice(here, copied);
@@ -149,7 +148,7 @@ pub fn text(stream: &mut Stream, mut input: Vec<u8>, other: &[u8]) -> Vec<u8> {
     input
 }
 
-/// Operators that are put in the place of others.
+/// Operators that replace others.
 const OPERATORS: [&str; 22] = [
     "Add",
     "Cast",
@@ -175,7 +174,7 @@ const OPERATORS: [&str; 22] = [
     "Transpose",
 ];
 
-/// Changes of nodes, shapes and attributes; every fourth time of bytes.
+/// Changes nodes, shapes and attributes; every fourth time bytes.
 pub fn onnx(stream: &mut Stream, input: Vec<u8>, other: &[u8]) -> Vec<u8> {
     let Ok(mut model) = ModelProto::decode(input.as_slice()) else { return bytes(stream, input, other) };
     if stream.index(4) == 0 {
@@ -217,7 +216,7 @@ fn graph_change(stream: &mut Stream, graph: &mut GraphProto) {
             }
         }
         5 if n > 1 => {
-            // Another node's output as input.
+            // Use another node's output as input.
             let name = graph.node[stream.index(n)].output.first().cloned().unwrap_or_default();
             let at = stream.index(n);
             if let Some(input) = graph.node[at].input.first_mut() {
@@ -235,7 +234,7 @@ fn graph_change(stream: &mut Stream, graph: &mut GraphProto) {
     }
 }
 
-/// A node more, between the last and what it takes.
+/// Adds a node between the last node and its input.
 fn added(stream: &mut Stream, graph: &mut GraphProto) {
     use tract_onnx::pb::{AttributeProto, attribute_proto::AttributeType};
     let sizes = (0..=stream.index(3)).map(|_| *one(stream, &WHOLE)).collect();

@@ -1,6 +1,5 @@
-//! Every reader of a file that people or other programs write. In: bytes. Out: whether they were accepted; what is read is
-//! used as the program would use it first. Good inputs are the files that the program ships, those of its tests, a recording
-//! that it makes, and `corpus/`.
+//! All readers of files that people or other programs write. In: bytes. Out: true if they were accepted; then the result is used as the
+//! program would first use it. Good inputs are the shipped files, the tests' files, a recording made by the program, and `corpus/`.
 
 use super::mutate;
 use codrive::{
@@ -25,31 +24,31 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A change of one good input, with another at hand.
+/// Function that changes a good input, with another one at hand.
 type Change = fn(&mut Stream, Vec<u8>, &[u8]) -> Vec<u8>;
 
-/// Reads; true if there was nothing to refuse.
+/// Function that reads bytes; true if they were accepted.
 type Read = Box<dyn Fn(&[u8]) -> bool>;
 
-/// One reader.
+/// One reader of files, with the inputs to test it with.
 pub struct Reader {
-    /// Its name, also of its folder in `corpus/`.
+    /// Name of the reader, and of its folder in `corpus/`.
     pub name: &'static str,
-    /// Good inputs.
+    /// Valid inputs, which are changed.
     pub good: Vec<Vec<u8>>,
-    /// How they are changed.
+    /// Function that changes a valid input.
     pub change: Change,
-    /// How many inputs it gets where all readers together have half a minute.
+    /// Number of inputs in a run in which all readers together take half a minute.
     pub share: usize,
-    /// Reads; true if there was nothing to refuse.
+    /// Function that reads bytes; true if they were accepted.
     pub read: Read,
 }
 
-/// Drivers as an analysis writes them.
+/// Drivers file as an analysis writes it.
 const DRIVERS: &str = "format = \"codrive drivers 1\"\nstudy = \"A study\"\n\n[[driver]]\nparticipant = \"sub-P01\"\nreaction_s = 1.2\n\
                        error_mps = 0.3\nspeed_bias_mps = -0.1\ntime_gap_factor = 1.1\n\n[[driver]]\nspeed_bias_mps = 0.2\n";
 
-/// A demand of everything that may come.
+/// Demand with every kind of traffic.
 const PERSONS: &[u8] = b"<routes>\n<vTypeDistribution id='d'><vType id='t' probability='1'><carFollowing-IDM tau='1'/></vType></vTypeDistribution>\n\
     <route id='r' edges='a b'/><interval begin='0' end='9'><flow id='f' period='exp(0.1)' route='r'/></interval>\n\
     <vehicle id='v' depart='1'><routeDistribution><route edges='a'/></routeDistribution><stop lane='a_0' duration='3'/></vehicle>\n\
@@ -64,7 +63,7 @@ fn shipped(files: &[&str]) -> Vec<Vec<u8>> {
     files.iter().map(|file| fs::read(root().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))).collect()
 }
 
-/// A recording that the program makes: one that ended, and one whose journal is still there.
+/// Recordings that the program makes: one that ended, and one whose journal still exists.
 struct Recordings {
     ended: PathBuf,
     cut: PathBuf,
@@ -72,7 +71,7 @@ struct Recordings {
 
 fn recordings(folder: &Path) -> Recordings {
     let made = Recordings { ended: folder.join("ended"), cut: folder.join("cut") };
-    // Killed where the tables are to be written: all is in the journal, and always the same.
+    // The program is killed before it writes the tables, so that everything is in the journal and always the same.
     for (out, kill_at) in [(&made.ended, ""), (&made.cut, "finish.begin")] {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_codrive"));
         command.args(["run", "--traffic", "native", "--vehicles", "5", "--duration", "2", "--warm-up", "0", "--out"]);
@@ -86,7 +85,7 @@ fn recordings(folder: &Path) -> Recordings {
     made
 }
 
-/// The file of a session with a drive behind it, answers in it, and notes.
+/// Returns the file of a session with a completed drive, answers and notes.
 fn live_session(folder: &Path) -> Vec<u8> {
     let study = Study::load(&root().join("assets/studies/congestion.toml")).unwrap();
     let data = DataSet::open(folder, &study).unwrap();
@@ -104,7 +103,7 @@ fn live_session(folder: &Path) -> Vec<u8> {
     fs::read(session.folder().join("session.json")).unwrap()
 }
 
-/// A copy of a recording, without folders within folders but the journal.
+/// Copies a folder with its contents to `to`, replacing what is there.
 fn copied(from: &Path, to: &Path) {
     let _ = fs::remove_dir_all(to);
     fs::create_dir_all(to).unwrap();
@@ -121,7 +120,7 @@ fn text(bytes: &[u8]) -> Option<&str> {
     std::str::from_utf8(bytes).ok()
 }
 
-/// Drives round a map as the program's start does.
+/// Uses a map as the start of the program does.
 fn used(map: &RoadMap) {
     let (centre, radius_m) = map.bounds();
     assert!(centre.is_finite() && radius_m.is_finite(), "bounds {centre} {radius_m}");
@@ -134,7 +133,7 @@ fn used(map: &RoadMap) {
     }
 }
 
-/// Finds places on a network's lanes, counts what it has, and writes it.
+/// Uses a network: finds places on its lanes, counts its parts, and writes it.
 fn used_network(network: &RoadNetwork) {
     let every = network.lanes().len().div_ceil(40).max(1);
     for lane in network.lane_ids().step_by(every) {
@@ -150,7 +149,7 @@ fn used_network(network: &RoadNetwork) {
     assert!(network.census().lanes <= network.lanes().len());
     let again = RoadNetwork::read(Path::new("again.net.xml"), &network.to_net_xml());
     assert!(again.is_ok_and(|again| again == *network), "what was written is not what was read");
-    // What SUMO reads is what was read here, and passes the gate again as it is.
+    // SUMO must read the same network, and its copy must pass the checks unchanged.
     let copy = network.sumo_text().as_str();
     let again = RoadNetwork::read(Path::new("copy.net.xml"), copy).expect("the copy of a network is one");
     assert!(again == *network && again.sumo_text().as_str() == copy, "the copy for SUMO is another network");
@@ -189,7 +188,7 @@ const MOMENT: Observation = Observation {
     },
 };
 
-/// All readers. Files that a reader wants on the disk go into `folder`.
+/// Returns all readers. Files that a reader needs on the disk go into `folder`.
 pub fn all(folder: &Path) -> Vec<Reader> {
     let mut readers = settings(folder);
     readers.extend(networks(folder));
@@ -402,7 +401,7 @@ fn recorded(folder: &Path) -> Vec<Reader> {
     let mut streams: Vec<(PathBuf, Vec<u8>)> =
         journals.into_iter().map(|p| (p.clone(), fs::read(p).unwrap())).collect();
     streams.sort();
-    // Which of the journal's files it is goes before its bytes.
+    // The first byte selects the file of the journal; its bytes follow.
     let good = streams.iter().enumerate().map(|(k, (_, bytes))| [&[k as u8], bytes.as_slice()].concat()).collect();
     let names: Vec<_> = streams.iter().map(|(path, _)| path.file_name().unwrap().to_owned()).collect();
     let (cut, again, whole) = (made.cut.clone(), at("again"), at("whole"));

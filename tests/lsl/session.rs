@@ -1,5 +1,5 @@
-//! A participant's whole session in its two windows (Xvfb), with a study that has `[lsl]`: what a laboratory's program hears of it, and
-//! what the recordings of its trials have of a device.
+//! Tests of a participant's whole session in its two windows (Xvfb), with a study that has `[lsl]`: the streams that a laboratory's program
+//! receives, and the samples of a device in the recordings of the trials.
 
 use crate::{
     programs::{self, Program},
@@ -16,7 +16,7 @@ use codrive::{
 use serde_json::Value;
 use std::{fs, os::unix::process::ExitStatusExt, process::Command};
 
-/// Enter, as X numbers it.
+/// X key code of Enter.
 const ENTER: u8 = 36;
 
 const STUDY: &str = r##"title = "Short"
@@ -46,7 +46,7 @@ name = "trial"
 "##;
 
 #[test]
-fn a_session_tells_of_its_trials_with_their_conditions_and_records_the_device_in_each() {
+fn a_session_streams_its_trials_and_records_the_device_in_each() {
     programs::on_loopback();
     let place = tempfile::tempdir().unwrap();
     let (study, out) = (place.path().join("short.toml"), place.path().join("data"));
@@ -86,7 +86,7 @@ fn a_session_tells_of_its_trials_with_their_conditions_and_records_the_device_in
             "trial_end trial-2-wide"
         ]
     );
-    // One stream for the whole session: 200 ticks of each trial.
+    // One stream for the whole session, with 200 ticks per trial.
     assert_eq!(heard["codrive.ego"]["stamps"].as_array().unwrap().len(), 400);
     for name in names {
         let table = TableReader::parquet(&source.join(name).join(streams::FOLDER).join("heart.parquet")).unwrap();
@@ -98,7 +98,7 @@ fn a_session_tells_of_its_trials_with_their_conditions_and_records_the_device_in
 }
 
 #[test]
-fn a_drive_killed_beside_a_device_keeps_the_samples_of_both_until_then() {
+fn a_killed_drive_keeps_its_ticks_and_the_samples_of_a_device() {
     programs::on_loopback();
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("drive");
@@ -111,7 +111,7 @@ fn a_drive_killed_beside_a_device_keeps_the_samples_of_both_until_then() {
         .args(["--lsl-record", "name='heart'", "--out"])
         .arg(&out)
         .env("RUST_LOG", "error")
-        // Twenty hand-overs to the disk, one each 0.2 s.
+        // Twenty flushes to the disk, one each 0.2 s.
         .env("CODRIVE_KILL_AT", "flush.synced:20");
     let killed = server.start_program(&mut command).wait_with_output().unwrap();
     assert_eq!(killed.status.signal(), Some(9), "{killed:?}");
@@ -123,7 +123,7 @@ fn a_drive_killed_beside_a_device_keeps_the_samples_of_both_until_then() {
     let heart = TableReader::parquet(&out.join(streams::FOLDER).join("heart.parquet")).unwrap();
     let samples: Vec<f64> = heart.numbers("sample").into_iter().flatten().collect();
     assert!(samples.windows(2).all(|pair| pair[1] == pair[0] + 1.0), "none lost, nothing twice: {samples:?}");
-    // The promise of the drive's own tables: a cut costs half a second at most. Samples count by the drive's clock.
+    // The same promise as for the tables of the drive: a cut loses half a second at most. Samples count by the drive's clock.
     let known_s = heart.numbers(streams::TIME).into_iter().flatten().fold(0.0, f64::max);
     assert!(driven_s > 2.0 && known_s > driven_s - 0.5, "{known_s} of {driven_s} s");
     let again = record::recover(&out).unwrap();

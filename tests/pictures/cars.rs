@@ -1,4 +1,4 @@
-//! Cars are where the simulation says: ahead, in the mirror, seen from above.
+//! Tests of the places of cars in the picture: ahead, in the mirror, from above.
 
 use crate::{pixels::*, place::*};
 use codrive::{
@@ -13,7 +13,7 @@ use glam::{Vec2, Vec3};
 const SIZE: [u32; 2] = [320, 180];
 const ASPECT: f32 = 320.0 / 180.0;
 
-/// The box in the picture that holds the projected box of a car, widened by a pixel.
+/// Returns the region of the picture that holds the projected box of a car, widened by 2 to 3 pixels.
 fn expected(camera: &Camera, pose: &Pose) -> Region {
     let mut found = [f32::MAX, f32::MAX, f32::MIN, f32::MIN];
     for corner in corners(pose) {
@@ -21,7 +21,7 @@ fn expected(camera: &Camera, pose: &Pose) -> Region {
         let [x, y] = [at.x * SIZE[0] as f32, at.y * SIZE[1] as f32];
         found = [found[0].min(x), found[1].min(y), found[2].max(x), found[3].max(y)];
     }
-    // A pixel for what an edge covers in part, and one into which the edge filter carries it.
+    // One pixel for partly covered edges, and one for the edge filter.
     [found[0] - 2.0, found[1] - 2.0, found[2] + 3.0, found[3] + 3.0].map(|v| v.max(0.0) as u32)
 }
 
@@ -47,7 +47,7 @@ fn the_leader_is_where_its_gap_says_and_grows_as_the_gap_shrinks() {
 }
 
 #[test]
-fn a_car_behind_shows_in_the_mirror_on_its_own_side_and_only_there() {
+fn a_car_behind_shows_only_in_the_mirror_and_on_its_own_side() {
     let [left, top, width, height] = mirror_rect(SIZE);
     let inset = [left, top, left + width, top + height];
     for left_m in [1.3, -1.3] {
@@ -59,7 +59,7 @@ fn a_car_behind_shows_in_the_mirror_on_its_own_side_and_only_there() {
         let seen = pixels(&image, is_magenta);
         assert!(seen.len() > 40, "{} pixels", seen.len());
         assert!(seen.iter().all(|p| inside(inset, *p)), "magenta outside of the mirror");
-        // In a mirror, what is on the left stays on the left.
+        // A mirror keeps left on the left.
         let x = (centroid(&image, &seen)[0] * SIZE[0] as f32 - left as f32) / width as f32;
         assert!((x < 0.5) == (left_m > 0.0), "{left_m} m to the left appears at {x} of the mirror's width");
 
@@ -85,11 +85,11 @@ fn the_ego_is_seen_from_outside_only() {
 }
 
 #[test]
-fn of_the_own_car_the_driver_sees_the_bonnet_at_the_lower_edge() {
+fn the_driver_sees_the_bonnet_of_the_ego_at_the_lower_edge() {
     let image = draw(&view(&full_ring(), ViewKind::Driver, &marked_ego()), true, SIZE);
     let seen = pixels(&image, is_magenta);
     assert!(seen.len() > 500, "{} pixels", seen.len());
-    // The bonnet's edge is 9 degrees below the horizon, 24 % of the picture's height.
+    // The bonnet's edge is 9 degrees below the horizon, which is 24 % of the picture's height.
     let highest = seen.iter().map(|p| p[1]).min().unwrap_or(0);
     assert!((0.68..0.82).contains(&(highest as f32 / SIZE[1] as f32)), "row {highest}");
 }
@@ -107,7 +107,7 @@ fn the_bonnet_stays_red_towards_a_low_sun() {
             draw(&view(&snapshot, ViewKind::Driver, &options), false, SIZE)
         };
         let [red, black, white] = [None, Some([0.0; 3]), Some([0.8; 3])].map(worn);
-        // The sheet is what its paint changes, and has it on all sides: a pixel at its edge is half of the road.
+        // The bonnet is the set of pixels that its paint changes. Pixels at its edge are left out, as they are partly road.
         let painted = |[x, y]: [u32; 2]| difference(black.get_pixel(x, y), white.get_pixel(x, y)) > 40;
         let inner = |x: u32, y: u32| {
             let around = [[x, y], [x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]];
@@ -119,7 +119,7 @@ fn the_bonnet_stays_red_towards_a_low_sun() {
         let pale = sheet.iter().filter(|[r, g, b]| g.max(*b) > 0.72 * r).count();
         let mean = sheet.iter().map(|[r, g, b]| g.max(*b) / r).sum::<f32>() / sheet.len() as f32;
         println!("sun {aside_deg} degrees aside: {pale} of {} pale, green over red {mean}", sheet.len());
-        // A twentieth is for the sun's own image, half a degree wide with its halo; all else of a red sheet is red.
+        // A twentieth is allowed for the sun's reflection, half a degree wide, with its halo. The rest of a red bonnet must be red.
         assert!(pale * 20 < sheet.len() && mean < 0.5, "sun {aside_deg}: {pale} of {} pale, mean {mean}", sheet.len());
     }
 }
@@ -128,11 +128,11 @@ fn the_bonnet_stays_red_towards_a_low_sun() {
 fn the_birds_eye_view_shows_one_red_and_21_green_cars_at_their_places() {
     const PLAN: [u32; 2] = [480, 300];
     let mut snapshot = full_ring();
-    // A lit brake lamp is as red as the ego.
+    // A lit brake lamp would be as red as the ego.
     snapshot.cars.iter_mut().for_each(|car| car.lamps.brake = false);
     let view = view(&snapshot, ViewKind::Birdseye, &Default::default());
     let image = draw(&view, true, PLAN);
-    // On the road: some trees are as green as the cars.
+    // Only pixels on the road count: some trees are as green as the cars.
     let on_road = |[x, y]: &[u32; 2]| {
         let place = Vec2::new((*x as f32 + 0.5) / PLAN[0] as f32, (*y as f32 + 0.5) / PLAN[1] as f32);
         let (start, _) = view.camera.ray(place, PLAN[0] as f32 / PLAN[1] as f32);
@@ -140,7 +140,7 @@ fn the_birds_eye_view_shows_one_red_and_21_green_cars_at_their_places() {
         middle.offset_m.abs() < 2.0
     };
     let seen = |is: fn([f32; 3]) -> bool| pixels(&image, is).into_iter().filter(on_road).collect::<Vec<_>>();
-    // Windows part a car's paint by up to 2 m, 6 pixels; cars are 6 m apart.
+    // Windows split a car's paint by up to 2 m, 6 pixels; cars are 6 m apart.
     let red = blobs(&seen(is_red), 8.0);
     let green = blobs(&seen(is_car_green), 8.0);
     assert_eq!((red.len(), green.len()), (1, 21));
@@ -164,17 +164,17 @@ fn the_birds_eye_view_shows_one_red_and_21_green_cars_at_their_places() {
 #[test]
 fn every_level_of_quality_shows_a_car_at_the_same_place() {
     let levels = [Quality::LOW, Quality::MEDIUM, Quality::HIGH];
-    // Large enough for the low level to draw it smaller and filter it up.
+    // The size is large enough for the low level to draw a smaller picture and scale it up.
     let size = [960, 540];
     assert!(Quality::LOW.drawn_size(size, false)[0] < size[0]);
     for (gap_m, left_m) in [(8.0, 0.0), (25.0, 0.7)] {
         let leader = on_lane(gap_m + 5.0, left_m);
         let mut view = view(&snapshot(vec![car(1, leader)]), ViewKind::Driver, &marked());
-        // Where its red paint mirrors the blue sky the own bonnet is magenta, too.
+        // The bonnet is left out: its red paint looks magenta where it mirrors the blue sky.
         view.seat = None;
         let places = levels.map(|quality| {
             let image = draw_with(&mut renderer(false, quality), &view, size);
-            // By how much of the car is in a pixel, not by a threshold, which would favour its sunny side.
+            // Weights by the share of magenta in a pixel. A threshold would favour the sunny side of the car.
             let magenta = |p| {
                 let [r, g, b] = rgb(p).map(|v| v * v);
                 (r.min(b) - 1.2 * g).max(0.0)
@@ -191,7 +191,7 @@ fn every_level_of_quality_shows_a_car_at_the_same_place() {
     }
 }
 
-/// Mean colour of all that a picture shows of a car, red, green and blue from 0 to 1 as they are on the screen.
+/// Returns the mean colour of the pixels that differ by a car: red, green and blue from 0 to 1, as on the screen.
 fn mean_colour(with: &image::RgbaImage, without: &image::RgbaImage) -> Vec3 {
     let (mut count, mut sum) = (0.0, Vec3::ZERO);
     for (a, _) in with.pixels().zip(without.pixels()).filter(|(a, b)| difference(a, b) > 3) {
@@ -204,19 +204,20 @@ fn mean_colour(with: &image::RgbaImage, without: &image::RgbaImage) -> Vec3 {
 
 #[test]
 fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
-    // Of the whole scale, by switch. Neither is below what the eye tells apart: of a patch this large (a car of 36 pixels is two
-    // degrees wide before a television) it sees a hundredth to a fiftieth of its luminance come or go at once (Weber's
-    // fraction by daylight), at middle grey 0.003 of this scale. Levels of cars change at once where those of trees blend;
-    // far bodies have fewer corners and so broader glints, and opaque windows. Until they blend these bounds hold the step:
-    // a fiftieth of the scale where a car is large, a twentieth, as for trees, where it is 40 pixels high.
+    // Largest steps of colour, as a share of the scale, by switch. Both are above the threshold of vision. A car of 36 pixels is two
+    // degrees wide in front of a television; for a patch of that size, the eye notices a sudden change of 1 to 2 % in luminance (Weber's
+    // fraction by daylight), at middle grey 0.003 of this scale. Levels of cars change at once, while those of trees blend. Far bodies have
+    // fewer corners, hence broader glints, and opaque windows. Until they blend, these bounds limit the step: 0.02 where a car is large,
+    // and 0.05, as for trees, where it is 40 pixels high.
     const MOST: [f32; 2] = [0.02, 0.05];
-    // Before meadow and road, which are seen through the windows.
+    // The background is meadow and road, visible through the windows.
     let bare = StaticScene { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
     let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, Quality { msaa: 4, fine: true, ..Quality::LOW });
     let pose = on_lane(40.0, 0.0);
     let mut worst = [0.0f32; 2];
     for style in 0..bare.cars.len() {
-        // Near to mid, mid to far (`FITTED_PX` and `MID_PX` in `crowd.rs`), each way around the car, lamps lit and not.
+        // Near to mid and mid to far (`FITTED_PX` and `MID_PX` in `level_of_detail.rs`), from six directions, with brake lamps lit and
+        // unlit.
         for (switch_px, k) in [100.0, 36.0].into_iter().flat_map(|px| (0..6).map(move |k| (px, k))) {
             let paint = [[0.72, 0.72, 0.70], [0.479, 0.008, 0.006], [0.115, 0.120, 0.130]][k % 3];
             let (sin, cos) = (std::f32::consts::TAU * (k as f32 + 0.3) / 6.0).sin_cos();
@@ -231,7 +232,7 @@ fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
                     up: Vec3::Z,
                     lens: Lens::Perspective { fov_x_rad: 0.8 },
                 };
-                // The length that stands for a car where its level is chosen.
+                // The length that stands for a car in the choice of its level, 1.9 m.
                 let at_1_m = ViewFrustum::new(&camera(1.0), SIZE).pixels(at, 1.9);
                 view.camera = camera(at_1_m / radius_px);
                 (view.cars[0].style, view.cars[0].colour, view.cars[0].brake) = (style, paint, (k % 2) as f32);
@@ -249,7 +250,7 @@ fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
     assert!(worst[0] < MOST[0] && worst[1] < MOST[1], "steps of {worst:?} at the two switches");
 }
 
-/// A follower 9.5 m behind the ego's middle, in magenta.
+/// Returns a drive with a magenta follower, 9.5 m behind the middle of the ego.
 fn followed() -> codrive::sim::Snapshot {
     let ego = on_lane(0.0, 0.0);
     snapshot(vec![car(1, Pose::new(ego.rear(5.0) - ego.forward() * 9.5, ego.yaw_rad))])
@@ -258,9 +259,9 @@ fn followed() -> codrive::sim::Snapshot {
 #[test]
 fn the_flat_mirror_shows_the_rear_view_flipped() {
     let mirror = view(&followed(), ViewKind::Mirror, &marked());
-    // The same camera without a mirror: the driver's view, looking back, nothing of the own car.
+    // The same camera without a mirror: a driver's view that looks back, without the ego's own body.
     let rear = scene::View { kind: ViewKind::Driver, mirror: None, seat: None, ..mirror.clone() };
-    // At low a mirror is drawn with fewer pixels than it is shown with: the rear view with as few.
+    // At the low level a mirror is drawn with fewer pixels than are shown. The rear view is drawn with as few.
     let drawn = Quality::LOW.drawn_size(SIZE, true);
     assert!(drawn[0] < SIZE[0]);
     let as_fine = Quality { most_pixels: drawn[0] * drawn[1], ..Quality::LOW };
@@ -269,7 +270,7 @@ fn the_flat_mirror_shows_the_rear_view_flipped() {
         let mirror = draw_with(&mut renderer(true, low), &mirror, SIZE);
         let rear = draw_with(&mut renderer(true, same), &rear, SIZE);
         let flipped = image::imageops::flip_horizontal(&rear);
-        // Two steps of 255: rounding, and the noise against bands, which is not flipped.
+        // Two steps of 255: rounding, and the dither noise, which is not flipped.
         let most = mirror.pixels().zip(flipped.pixels()).map(|(a, b)| difference(a, b)).max().unwrap_or(255);
         assert!(most <= 2, "{most}, mirror's scale {}", low.mirror_scale);
         assert!(rear != flipped, "a picture that is its own mirror image proves nothing");
@@ -277,7 +278,7 @@ fn the_flat_mirror_shows_the_rear_view_flipped() {
 }
 
 #[test]
-fn a_convex_mirror_shows_the_follower_smaller_by_what_its_radius_says() {
+fn a_convex_mirror_shrinks_the_follower_as_its_radius_says() {
     let seen = |radius_m: f32| {
         let mut options = marked();
         options.mirror.radius_m = radius_m;
@@ -288,7 +289,7 @@ fn a_convex_mirror_shows_the_follower_smaller_by_what_its_radius_says() {
     let (flat, _) = seen(0.0);
     for radius_m in [1.2, 2.4] {
         let (convex, bend) = seen(radius_m);
-        // A convex mirror makes far things smaller by 1 + 2 d / R on both sides; off its middle a little more.
+        // A convex mirror shrinks distant things by 1 + 2 d / R in both directions, and slightly more off its centre.
         let expected = (1.0 + 2.0 * bend).powi(-2);
         let ratio = convex / flat;
         assert!((0.80 * expected..1.10 * expected).contains(&ratio), "R {radius_m}: {ratio}, not {expected}");
@@ -299,7 +300,7 @@ fn a_convex_mirror_shows_the_follower_smaller_by_what_its_radius_says() {
 fn at_60_m_brake_lamps_are_far_brighter_than_running_lamps() {
     let size = [1280, 720];
     let mut drawing = renderer(false, Quality { msaa: 4, ..Quality::LOW });
-    // Straight ahead of the camera, seen from behind, whatever the road does.
+    // The vehicle is straight ahead of the camera and seen from behind, whatever the course of the road.
     let mut light = |braking: bool, level_gap_m: f64| {
         let ego = on_lane(0.0, 0.0);
         let pose = Pose::new(ego.position + ego.forward() * (5.0 + level_gap_m), ego.yaw_rad);
@@ -315,7 +316,7 @@ fn at_60_m_brake_lamps_are_far_brighter_than_running_lamps() {
             let point = (at + left * (0.66 * side)).extend(0.82);
             let place = view.camera.project(point, size[0] as f32 / size[1] as f32).expect("ahead");
             let [x, y] = [place.x * size[0] as f32, place.y * size[1] as f32];
-            // The brightest red of the few pixels that a lamp has.
+            // The brightest red of the few pixels that a lamp covers.
             let (xs, ys) = (x as u32 - 3..x as u32 + 4, y as u32 - 2..y as u32 + 3);
             let red = xs.flat_map(|x| ys.clone().map(move |y| (x, y))).map(|(x, y)| {
                 let [r, g, _] = rgb(image.get_pixel(x, y)).map(|v| v.powf(2.2));
@@ -326,14 +327,14 @@ fn at_60_m_brake_lamps_are_far_brighter_than_running_lamps() {
         lamp(-1.0).min(lamp(1.0))
     };
     let (running, braking) = (light(false, 60.0), light(true, 60.0));
-    // A step of the screen's 255: a lamp of less would not be there.
+    // One step of 255 of the screen: a dimmer lamp would be invisible.
     assert!(running > 0.004, "running lamps can be seen: {running}");
-    // UN Regulation 148, 01 series (2022; Regulation 7 before), paragraph 4.8.3.5: where one lamp is rear position and stop
-    // lamp, both together are at least five times the position lamp alone.
+    // UN Regulation 148, 01 series (2022; Regulation 7 before), paragraph 4.8.3.5: where one lamp is rear position and stop lamp, both
+    // together are at least five times as bright as the position lamp alone.
     assert!(braking > 5.0 * running, "{braking} braking, {running} running, in linear red above green");
 }
 
-/// Where the speedometer would hide a leader, at gaps from a standstill on.
+/// Checks leaders at gaps of 2 m and more, in four aspect ratios.
 #[test]
 fn the_speedometer_hides_nothing_of_a_leader_at_any_gap() {
     // 21:9, 16:9, 16:10 and 4:3.
@@ -341,7 +342,7 @@ fn the_speedometer_hides_nothing_of_a_leader_at_any_gap() {
         let aspect = size[0] as f32 / size[1] as f32;
         for cockpit in [CockpitView::Off, CockpitView::Bonnet] {
             let options = ViewOptions { cockpit, ..Default::default() };
-            // Each style by the number of a car that has it; beside the middle of the lane, too.
+            // One car number for each style, and offsets from the centre of the lane.
             for (id, gap_m, left_m) in [0, 1, 3].into_iter().flat_map(|id| {
                 let gaps = [2.0, 2.5, 4.0, 8.0, 15.0, 40.0];
                 gaps.into_iter().flat_map(move |gap_m| [-0.2, 0.0, 0.4].map(|left_m| (7 + id, gap_m, left_m)))
@@ -355,7 +356,7 @@ fn the_speedometer_hides_nothing_of_a_leader_at_any_gap() {
                 for point in body.chain(wheels) {
                     let point = leader.position + leader.rotation * point;
                     let from_eye = view.cars[0].rotation.inverse() * (point - view.camera.eye);
-                    // The bonnet hides what is below its edge.
+                    // The bonnet hides points below its edge.
                     if view.seat.is_some() && from_eye.z < -BONNET_EDGE * from_eye.x {
                         continue;
                     }

@@ -1,4 +1,4 @@
-//! The full cockpit: mirrors that hang in the car and show the road behind, and an instrument that can be read over the wheel.
+//! Tests of the full cockpit: its mirrors hang in the car and show the road behind, and its instrument can be read over the steering wheel.
 
 use crate::{pixels::*, place::*};
 use codrive::{
@@ -21,7 +21,7 @@ fn panes(view: &View) -> [MirrorPane; 3] {
     view.seat.and_then(|seat| seat.mirrors).expect("a full cockpit")
 }
 
-/// The box in the picture that holds a glass.
+/// Returns the region of the picture that holds a mirror's glass.
 fn region(view: &View, pane: &MirrorPane) -> Region {
     let [corner, right, down] = pane.corners;
     let places = [corner, right, down, right + down - corner]
@@ -31,7 +31,7 @@ fn region(view: &View, pane: &MirrorPane) -> Region {
 }
 
 #[test]
-fn a_car_beside_the_own_tail_is_in_that_sides_mirror_alone_and_further_out_the_further_it_is_beside() {
+fn a_car_beside_the_tail_shows_only_in_the_mirror_of_its_side() {
     for (which, side) in [(1, 1.0f32), (2, -1.0)] {
         let mut before: Option<f32> = None;
         for beside_m in [2.6, 3.6] {
@@ -46,7 +46,7 @@ fn a_car_beside_the_own_tail_is_in_that_sides_mirror_alone_and_further_out_the_f
             let (seen, elsewhere) = (of(which), of(3 - which));
             assert!(seen.len() > 30, "side {side}, {beside_m} m beside: {} pixels", seen.len());
             assert!(elsewhere.is_empty(), "side {side}: {} pixels in the other mirror", elsewhere.len());
-            // A mirror image: what is further left is further left in it.
+            // A mirror keeps left on the left.
             let x = centroid(&image, &seen)[0];
             if let Some(before) = before {
                 assert!((x - before) * side < -0.003, "side {side}: {before}, then {x}");
@@ -57,7 +57,7 @@ fn a_car_beside_the_own_tail_is_in_that_sides_mirror_alone_and_further_out_the_f
 }
 
 #[test]
-fn the_mirror_hangs_in_the_car_and_shows_who_follows_and_there_is_no_inset() {
+fn the_mirror_hangs_in_the_car_and_shows_the_follower_without_an_inset() {
     let ego = on_lane(0.0, 0.0);
     let follower = Pose::new(ego.rear(5.0) - ego.forward() * 8.0, ego.yaw_rad);
     let view = view(&snapshot(vec![car(1, follower)]), ViewKind::Driver, &full());
@@ -65,33 +65,33 @@ fn the_mirror_hangs_in_the_car_and_shows_who_follows_and_there_is_no_inset() {
     let rear = region(&view, &panes(&view)[0]);
     let seen = pixels(&image, is_magenta);
     assert!(seen.len() > 60, "{}", seen.len());
-    // A pixel more for edges that are smoothed.
+    // One pixel more, for smoothed edges.
     let [left, top, right, bottom] = rear;
     let glasses = panes(&view).map(|pane| region(&view, &pane));
     let wide = [left.saturating_sub(1), top.saturating_sub(1), right + 1, bottom + 1];
     assert!(seen.iter().any(|p| inside(wide, *p)));
     assert!(seen.iter().all(|p| inside(wide, *p) || glasses[1..].iter().any(|glass| inside(*glass, *p))));
-    // It is seen in perspective: its nearer, right side is higher.
+    // The mirror is seen in perspective: its nearer, right side is higher.
     let pane = panes(&view)[0];
     let at = |p: Vec3| view.camera.project(p, ASPECT).expect("before the eye");
     let [corner, right, down] = pane.corners;
     let (near, far) = (at(right).distance(at(right + down - corner)), at(corner).distance(at(down)));
     assert!((near / far - 1.0).abs() > 0.01, "{near} {far}");
-    // Its frame is dark on all sides.
+    // The frame is dark on all sides.
     let middle = [(rear[0] + rear[2]) as f32 / 2.0, (rear[1] + rear[3]) as f32 / 2.0];
     let below = image.get_pixel(middle[0] as u32, (middle[1] + 0.5 * (rear[3] - rear[1]) as f32) as u32 + 2);
     assert!(luminance(rgb(below)) < 0.25, "{below:?}");
 }
 
 #[test]
-fn the_own_flank_is_at_the_inner_edge_of_each_side_mirror() {
+fn the_flank_of_the_ego_is_at_the_inner_edge_of_each_side_mirror() {
     let mut options = ViewOptions { cockpit: CockpitView::Full, ..Default::default() };
     options.paint_overrides.insert(EGO, MAGENTA);
     let view = view(&snapshot(vec![]), ViewKind::Driver, &options);
     let image = draw(&view, false, SIZE);
     for (which, inner) in [(1, 1.0), (2, -1.0)] {
         let [left, top, right, bottom] = region(&view, &panes(&view)[which]);
-        // Within the frame and its round corners, whose paint is the car's, too.
+        // Inside the frame and its round corners, which have the car's paint, too.
         let (dx, dy) = ((right - left) / 25, (bottom - top) / 4);
         let glass = [left + dx, top + dy, right - dx, bottom - dy];
         let seen: Vec<_> = pixels(&image, is_magenta).into_iter().filter(|p| inside(glass, *p)).collect();
@@ -104,13 +104,13 @@ fn the_own_flank_is_at_the_inner_edge_of_each_side_mirror() {
 }
 
 #[test]
-fn the_instrument_is_in_its_cluster_and_its_number_is_as_high_as_beside_a_wheel() {
+fn the_instrument_is_in_its_cluster_with_a_number_as_high_as_on_the_dial() {
     let view = view(&full_ring(), ViewKind::Driver, &full());
     for (size, whole) in [([1920, 1080], true), ([1280, 720], true), ([1920, 1200], true), ([2520, 1080], false)] {
         let rect = DialPlace::of(&view, size).rect(size);
         let number_px = layout::NUMBER.0 * rect.width() / 2.0;
-        // A dial of 0.34 of the height at 16:9, whose number was 0.35 of its radius; in a higher picture of the same width the
-        // world is as large.
+        // Reference: a dial of 0.34 of the height at 16:9, whose number was 0.35 of its radius high. In a higher picture of the same width,
+        // the world has the same scale.
         let before_px = 0.35 * 0.34 / 2.0 * (size[1] as f32).min(size[0] as f32 * 9.0 / 16.0);
         assert!(number_px >= before_px, "{size:?}: {number_px} pixels, {before_px} before");
         assert!((rect.center().x - size[0] as f32 / 2.0).abs() < 1.0 && rect.bottom() <= size[1] as f32);
@@ -118,13 +118,13 @@ fn the_instrument_is_in_its_cluster_and_its_number_is_as_high_as_beside_a_wheel(
         let middle = view.cars[0].position + view.cars[0].rotation * codrive::scene::CLUSTER_M;
         let at = view.camera.project(middle, aspect).expect("before the eye");
         let off = egui::pos2(at.x * size[0] as f32, at.y * size[1] as f32).distance(rect.center());
-        // A picture of 21:9 ends above the cluster's lower edge.
+        // A picture of 21:9 ends above the lower edge of the cluster.
         assert!(off < if whole { 1.0 } else { 0.1 * size[1] as f32 }, "{size:?}: {off} pixels beside it");
     }
 }
 
 #[test]
-fn the_face_of_the_cluster_is_dark_and_nothing_stands_before_it_however_the_wheel_is_turned() {
+fn no_turn_of_the_steering_wheel_covers_the_dark_face_of_the_cluster() {
     for turn in [-2.5, -0.4, 0.0, 0.4, 2.5] {
         let mut view = view(&full_ring(), ViewKind::Driver, &full());
         if let Some(seat) = &mut view.seat {
@@ -132,7 +132,7 @@ fn the_face_of_the_cluster_is_dark_and_nothing_stands_before_it_however_the_whee
         }
         let image = draw(&view, false, SIZE);
         let rect = DialPlace::of(&view, SIZE).rect(SIZE);
-        // All of the instrument's disc but its shadow.
+        // The whole disc of the instrument, without its shadow.
         let strays = image.enumerate_pixels().filter(|(x, y, p)| {
             let at = egui::pos2(*x as f32 + 0.5, *y as f32 + 0.5);
             at.distance(rect.center()) < layout::FACE * rect.width() / 2.0 - 1.0 && luminance(rgb(p)) > 0.13

@@ -1,8 +1,8 @@
-//! What a picture costs, as counts: a slow-down fails here without a clock. Budgets are promises with reasons; the counts
-//! are the renderer's own.
+//! Tests of the costs of a picture, as counts, so that a slow-down fails without a clock. Budgets are promises with reasons; the counts
+//! come from the renderer.
 //!
-//! A budget has a wide margin to what is needed now, but none for work that is done twice: a shadow map of trees drawn whole
-//! in each frame, cars drawn near by everywhere, a mirror as fine as the picture.
+//! A budget has a wide margin above the present need, but none for work done twice: a shadow map of trees drawn whole in each frame, cars
+//! drawn in full detail everywhere, a mirror as fine as the picture.
 
 use crate::place::*;
 use codrive::{
@@ -14,31 +14,31 @@ use codrive::{
 };
 use glam::Quat;
 
-/// The size for which the times are promised.
+/// Size of the window for which frame times are promised, pixels.
 const SIZE: [u32; 2] = [1280, 720];
-/// 30 m/s, the ring's limit, at 15 pictures a second.
+/// Distance between two pictures, m: 30 m/s, the ring's limit, at 15 pictures a second.
 const FRAME_M: f64 = 2.0;
-/// Pictures of a drive: long enough for the maps of standing shadows to follow once.
+/// Number of pictures of a drive, enough for the maps of static shadows to follow once.
 const FRAMES: u32 = 8;
 
-/// The most that a picture of a drive may ask of the device.
+/// Upper limits for one picture of a drive.
 struct Budget {
     name: &'static str,
     quality: Quality,
-    /// Of the driver's view and of the chase view, the dearest ones.
+    /// Limit for the driver's view and the chase view, which cost most.
     triangles: u64,
     instances: u64,
     uploaded_bytes: u64,
 }
 
-/// Triangles cost the same whatever the picture's size, so where the processor draws the smallest window counts: it opens with
-/// 640 by 360 pixels (`app/host/picture.rs`), for which 60 ms are promised at low and 100 ms at medium. Its pixels and the
-/// mirror's take 39 of them (160 ns each, `render/quality.rs`); a quarter, 15 and 25 ms, is for triangles, 50 ns each (950,000
-/// in about 45 ms on two cores). The counts are those of a larger picture, which has more. A small graphics card sets up 300
-/// million triangles a second: a fifth of a frame of 60 Hz for them.
+/// Triangles cost the same at every size of the picture. Where the processor draws, the smallest window is therefore decisive. It opens
+/// with 640 by 360 pixels (`desktop/driver_window.rs`), for which 60 ms are promised at low and 100 ms at medium. Its pixels and the
+/// mirror's take 39 ms (160 ns each, `render/quality.rs`). A quarter, 15 and 25 ms, is for triangles, 50 ns each (950,000 in about 45 ms on
+/// two cores). The counts come from a larger picture, which has more. A small graphics card sets up 300 million triangles a second; they
+/// take it a fifth of a frame at 60 Hz.
 ///
-/// An instance is 64 bytes, and a tree between two levels is two of them. 256 kB a picture are 15 MB/s at 60 Hz, which the
-/// processor copies in a hundredth of its time; a card may have twice that, for grass that reaches further.
+/// An instance has 64 bytes, and a tree between two levels is two instances. 256 kB per picture are 15 MB/s at 60 Hz, which the processor
+/// copies in a hundredth of its time. A card may have twice that, for grass that reaches further.
 const BUDGETS: [Budget; 4] = [
     Budget { name: "low", quality: Quality::LOW, triangles: 300_000, instances: 4_000, uploaded_bytes: 256_000 },
     Budget {
@@ -58,16 +58,15 @@ const BUDGETS: [Budget; 4] = [
     Budget { name: "high", quality: Quality::HIGH, triangles: 1_000_000, instances: 8_000, uploaded_bytes: 512_000 },
 ];
 
-/// Each view with its share of a budget's triangles, in thirds, and with the most draws. What is promised of a picture is
-/// promised of each view, the mirror alone among them; the plan shows cars and trees at their least, and with all of them in
-/// sight it is the one that grows with what exists. A draw costs the processor about 10 us: 2 ms of a frame for the two
-/// pictures of the driver's view, 1 ms for one.
+/// Views, each with its share of a budget's triangles in thirds, and its maximum number of draws. The promise holds for each view,
+/// including the mirror alone. The bird's-eye view shows cars and trees with the least detail; as it shows all of them, its cost grows with
+/// their number. A draw costs the processor about 10 us: 2 ms of a frame for the two pictures of the driver's view, 1 ms for one.
 const VIEWS: [(ViewKind, u64, u64); 4] =
     [(ViewKind::Driver, 3, 200), (ViewKind::Chase, 3, 100), (ViewKind::Mirror, 3, 100), (ViewKind::Birdseye, 1, 100)];
 
-/// Draws `FRAMES` pictures of a drive, and one before them; their costs.
+/// Draws one picture and then `FRAMES` pictures of a drive; returns their costs.
 fn drive(kind: ViewKind, quality: Quality, cockpit: CockpitView) -> Vec<FrameCost> {
-    // The counts depend on the size that is shown, the time on the pixels that are drawn: few of them.
+    // The counts depend on the size shown, the time on the number of pixels drawn, so few pixels are drawn.
     let mut renderer = renderer(true, Quality { most_pixels: 64 * 36, ..quality });
     let target = canvas(gpu(), OFFSCREEN, SIZE);
     let costs = (0..=FRAMES).map(|frame| {
@@ -95,9 +94,9 @@ fn every_view_keeps_its_budget_of_triangles_draws_instances_and_bytes() {
             let costs = drive(kind, quality, CockpitView::default());
             for (frame, cost) in costs.iter().enumerate() {
                 let total = cost.total();
-                // The first picture also has the maps of standing shadows drawn whole, as has one after a jump in a replay:
-                // no picture may take more than twice the usual time, and half as long again as low has, 30 ms of triangles,
-                // keeps that with the maps' pixels. It gets its sky, too: at most 768 by 768 texels of 8 bytes.
+                // The first picture also draws the maps of static shadows whole, as does one after a jump in a replay. No picture may take
+                // more than twice the usual time. Half as much again as the limit at low, 30 ms of triangles, keeps that together with the
+                // pixels of the maps. The first picture also gets its sky: at most 768 by 768 texels of 8 bytes.
                 let (more, times, sky_bytes) = if frame == 0 { (2 * triangles, 2, 5_000_000) } else { (0, 1, 0) };
                 let most = triangles * thirds / 3 + more;
                 let seen = format!("{name}, {kind:?}, picture {frame}");
@@ -122,8 +121,8 @@ fn every_view_keeps_its_budget_of_triangles_draws_instances_and_bytes() {
     }
 }
 
-/// The full cockpit is for a screen without a rig, and nobody's default: it may take two thirds more triangles than the
-/// driver's view, a third for each mirror on a door, and as many draws as four pictures.
+/// The full cockpit is for a screen without a rig and is not the default. It may take two thirds more triangles than the driver's view, a
+/// third for each door mirror, and as many draws as four pictures.
 #[test]
 fn the_full_cockpit_keeps_its_budget() {
     for Budget { name, quality, triangles, instances, uploaded_bytes } in BUDGETS {
@@ -144,7 +143,7 @@ fn the_full_cockpit_keeps_its_budget() {
 }
 
 #[test]
-fn what_is_drawn_is_counted_to_the_triangle_and_to_the_byte() {
+fn costs_are_counted_to_the_triangle_and_to_the_byte() {
     let plain = StaticScene { posts: Mesh::default(), ..stage(false).clone() };
     let snapshot = full_ring();
     let view = view(&snapshot, ViewKind::Chase, &ViewOptions::default());
@@ -157,7 +156,7 @@ fn what_is_drawn_is_counted_to_the_triangle_and_to_the_byte() {
         view.cars.truncate(cars);
         let mut renderer = Renderer::new(gpu(), stage, OFFSCREEN, Quality::LOW);
         let target = canvas(gpu(), OFFSCREEN, [160, 90]);
-        // The second picture: the first one made sky and shadows.
+        // The second picture counts: the first one also made the sky and shadows.
         for _ in 0..2 {
             renderer.draw(&view, None, &target, [160, 90]);
         }
@@ -168,7 +167,7 @@ fn what_is_drawn_is_counted_to_the_triangle_and_to_the_byte() {
     let more = codrive::render::device::cost::PassCost { draws: 1, instances: 1, triangles: 2 };
     assert_eq!(with.main, without.main + more, "two triangles in the main picture");
     assert_eq!(FrameCost { main: without.main, ..with }, without, "and nowhere else");
-    // Main picture and shadow map: a body, and four wheels unless it is seen in plan, of 64 bytes each.
+    // Main picture and shadow map: a body, and four wheels unless seen from above, 64 bytes each.
     let car = cost(&plain, 1);
     let bytes = car.uploaded_bytes - without.uploaded_bytes;
     assert_eq!(bytes, 64 * (2 * 5), "{car:?} {without:?}");

@@ -1,5 +1,5 @@
-//! Light and passes by numbers: the grey card under daylight of the literature, shadows that stay on the ground, lamps, nothing made while driving. In:
-//! small stages and cameras made for each question. Out: properties of the pixels.
+//! Tests of light and passes by numbers: a grey card in daylight as the literature gives it, shadows that stay on the ground, lamps, and no
+//! new resources while driving. In: small scenes and cameras for each question. Out: properties of the pixels.
 
 use super::place::*;
 use codrive::{
@@ -9,18 +9,18 @@ use codrive::{
 use glam::{Quat, Vec3};
 use image::RgbaImage;
 
-/// Light before the tone curve and after exposure, from a pixel: `tonemap.wgsl` backwards.
+/// Returns the light of a pixel before the tone curve and after exposure: the inverse of `tonemap.wgsl`.
 fn light_of(pixel: [f32; 3]) -> Vec3 {
     let (spill, taken_back, steep, middle) = (0.020, 0.016, 1.08, 0.26);
     let seen = Vec3::from(pixel);
     let curved = seen * (1.0 - 3.0 * taken_back) + taken_back * seen.element_sum();
     let mixed = curved.to_array().map(|y| middle * (y / (1.0 - y)).powf(1.0 / steep));
-    // Each colour kept all but two shares of itself and took one share of either other.
+    // Forward, each colour kept all but two shares of itself and took one share of each of the other two.
     let sum: f32 = mixed.iter().sum();
     Vec3::from(mixed.map(|m| (m - spill * sum) / (1.0 - 3.0 * spill)))
 }
 
-/// Mean light in a square of pixels around a point of the world.
+/// Returns the mean light in a square of `2 * half + 1` pixels around a point of the world.
 fn light_at(image: &RgbaImage, view: &View, point: Vec3, half: i32) -> Vec3 {
     let (width, height) = (image.width() as f32, image.height() as f32);
     let at = view.camera.project(point, width / height).expect("in the picture");
@@ -34,7 +34,7 @@ fn light_at(image: &RgbaImage, view: &View, point: Vec3, half: i32) -> Vec3 {
     sum / ((2 * half + 1) * (2 * half + 1)) as f32
 }
 
-/// A level square, facing up, in one matt grey.
+/// Adds a level, upward-facing square of matt grey.
 fn card(mesh: &mut Mesh, centre: Vec3, half_m: f32, grey: f32) {
     let first = mesh.vertices.len() as u32;
     for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
@@ -48,7 +48,7 @@ fn card(mesh: &mut Mesh, centre: Vec3, half_m: f32, grey: f32) {
     mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
 }
 
-/// Plan of 16 m around a point at 1.2 m above the ground.
+/// Sets the camera to a plan of 16 m around `at`, from 3 m above it.
 fn from_above(view: &mut View, at: Vec3) {
     view.camera = Camera {
         eye: at + Vec3::Z * 3.0,
@@ -58,7 +58,7 @@ fn from_above(view: &mut View, at: Vec3) {
     };
 }
 
-/// Luminance of a colour.
+/// Luminance of linear red, green and blue (Rec. 709).
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Light on a level white sheet by closed forms of the literature, in units of radiance.
@@ -68,19 +68,19 @@ struct Daylight {
 }
 
 impl Daylight {
-    /// With the sun at `to_sun` in air that leaves 2 % of a contrast at `visibility_m`. Red, green and blue stand for 680,
-    /// 550 and 440 nm.
+    /// Returns the daylight with the sun at `to_sun`, in air that leaves 2 % of a contrast at `visibility_m`. Red, green and blue stand for
+    /// 680, 550 and 440 nm.
     fn of_the_books(to_sun: Vec3, visibility_m: f32) -> Self {
-        // What would fall on a sheet that faces the sun above the air, by this scene's scale.
+        // Light on a sheet that faces the sun above the atmosphere, on the scale of this scene.
         const ABOVE: Vec3 = Vec3::new(1.56, 1.70, 1.86);
-        // Ozone of 300 Dobson units. Haze, by this scene: its colour, the share that it scatters and its scale height, km.
+        // Ozone of 300 Dobson units. Haze as in this scene: colour, scattered share, and scale height in km.
         const OZONE: Vec3 = Vec3::new(0.011, 0.027, 0.001);
         const HAZE: Vec3 = Vec3::new(0.95, 1.0, 1.06);
         const SCATTERED: f32 = 0.92;
         let haze_km = 1.2 * (visibility_m / 12_000.0).clamp(0.2, 1.0);
-        // Optical depth of clean air (Hansen and Travis 1974, Light scattering in planetary atmospheres, equation 2.30, at
-        // 1013 hPa). Haze by Koschmieder 1924: all air at the ground takes 3.912 over the visibility, clean air 0.0116 a
-        // kilometre of it: its depth at 550 nm over its height of 8.4 km.
+        // Optical depth of clean air (Hansen and Travis 1974, Light scattering in planetary atmospheres, equation 2.30, at 1013 hPa). Haze
+        // by Koschmieder 1924: the extinction of all air at the ground is 3.912 over the visibility, of which clean air is 0.0116 per
+        // kilometre, its depth at 550 nm over its scale height of 8.4 km.
         let clean = Vec3::from([0.68f32, 0.55, 0.44].map(|um| {
             let per = um.powi(-2);
             0.008_569 * per * per * (1.0 + 0.0113 * per + 0.000_13 * per * per)
@@ -91,9 +91,9 @@ impl Daylight {
         let mass = 1.0 / (to_sun.z + 0.505_72 * (96.079_95 - zenith_deg).powf(-1.6364));
         let through = |depth: Vec3| (-depth * mass).exp();
         let sun = ABOVE * to_sun.z * through(clean + haze + OZONE);
-        // Half of what clean air scatters comes down, and of what haze scatters a share that falls with the sun (Davies and
-        // Hay 1979, as Bird and Hulstrom 1981 have it, SERI/TR-642-761; the shares are Robinson's of 1962), by the sun's angle
-        // from overhead in degrees.
+        // Half of the light scattered by clean air comes down. Of the light scattered by haze, the share that comes down falls with the sun
+        // (Davies and Hay 1979, as in Bird and Hulstrom 1981, SERI/TR-642-761; the shares are Robinson's of 1962). The table lists that
+        // share by the sun's zenith angle in degrees.
         const DOWN: [(f32, f32); 10] = [
             (0.0, 0.92),
             (25.8, 0.91),
@@ -112,26 +112,27 @@ impl Daylight {
         let by_air = 0.5 * (1.0 - through(clean)) * through(haze);
         let by_haze = SCATTERED * down * (1.0 - through(haze)) * through(clean);
         let sky = ABOVE * to_sun.z * through(OZONE) * (by_air + by_haze);
-        // Of what the land throws back, clean air returns 0.0685 and haze what it scatters upwards, again and again (the same
-        // model).
+        // The sky returns part of the light reflected by the land, repeatedly: clean air 0.0685 of it, haze the share that it scatters
+        // upwards (the same model).
         let land = Vec3::new(0.115, 0.135, 0.065);
         let returned = land * (0.0685 + SCATTERED * (1.0 - down) * (1.0 - through(haze)));
         Self { sun, sky: sky + (sun + sky) * returned / (1.0 - returned) }
     }
 
-    /// A plan's exposure leaves some of the evening's darkness: 1.9 over daylight to the power of 0.85.
+    /// Returns the exposure of a plan, which leaves some of the evening's darkness: 1.908 over the luminance of daylight to the power of
+    /// 0.85.
     fn exposure(&self) -> f32 {
         1.908 * (self.sun + self.sky).dot(LUMINANCE).powf(-0.85)
     }
 }
 
 #[test]
-fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
+fn a_grey_card_has_the_brightness_of_daylight_in_sun_and_shade() {
     const GREY: f32 = 0.18;
     for (time_h, visibility_m) in [(9.75, 30_000.0), (7.0, 30_000.0), (14.0, 8000.0)] {
         let options = ViewOptions { visibility_m, ..ViewOptions::default() }.at_hour(time_h);
         let to_sun = options.to_sun();
-        // A card above the bonnet, and above the camera a roof whose shadow falls on one half of it.
+        // A card above the bonnet, and above the camera a roof that shades part of the card.
         let mut cards = Mesh::default();
         card(&mut cards, Vec3::Z * 1.2, 6.0, GREY);
         let height = 6.0;
@@ -148,7 +149,7 @@ fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
         let image = draw_with(&mut renderer, &view, [160, 160]);
 
         let sky = Sky::new(to_sun, visibility_m);
-        // Whole sphere by a fine grid of height and bearing: an integral of its own, not the renderer's harmonics.
+        // Integrates the upper hemisphere on a fine grid of height and bearing, independently of the renderer's harmonics.
         let mut from_sky = Vec3::ZERO;
         let (n, m) = (60, 90);
         for i in 0..n {
@@ -167,10 +168,10 @@ fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
         let places = [(middle + away, sunny, books.sun + books.sky, "sun"), (middle, shady, books.sky, "shade")];
         for (place, handed, level, name) in places {
             let seen = light_at(&image, &view, place, 3);
-            // What the renderer makes of the sky that it has: less than the eye tells apart.
+            // Tolerance for the renderer's use of its own sky: less than the eye can tell apart.
             let error = (seen / handed - 1.0).dot(LUMINANCE);
             assert!(error.abs() < 0.05, "{time_h} h, {name}: {seen}, not {handed}");
-            // That this is daylight: a third of a stop, the step of a light meter.
+            // Tolerance against the literature: a third of a stop, the step of a light meter.
             let wanted = books.exposure() * GREY * level;
             let stops = (seen.dot(LUMINANCE) / wanted.dot(LUMINANCE)).log2();
             println!("{time_h} h, {name}: {seen:.3}, by the books {wanted:.3}, {stops:+.2} stops");
@@ -181,7 +182,7 @@ fn a_grey_card_is_as_bright_as_the_sky_and_the_sun_make_it() {
 
 #[test]
 fn edges_of_shadows_stay_on_the_ground_while_the_camera_drives() {
-    // A parked car on one even grey ground, the sun from the side, a camera that drives towards it and weaves.
+    // A parked car on uniform grey ground, the sun from the side, and a camera that drives towards the car and weaves.
     let pose = on_lane(40.0, 0.0);
     let (along, left) = (pose.forward().as_vec2().extend(0.0), pose.left().as_vec2().extend(0.0));
     let to_sun = (left * 0.75 + Vec3::Z).normalize();
@@ -204,7 +205,7 @@ fn edges_of_shadows_stay_on_the_ground_while_the_camera_drives() {
         view.camera = Camera { eye, forward, up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: 0.5 } };
         view.to_sun = to_sun;
         let image = draw_with(&mut renderer, &view, size);
-        // From the car's shadowed side outwards: the place where the light is half way from shade to sun.
+        // From the shadowed side of the car outwards: the place where the light is half way from shade to sun.
         let at = |out: f32| middle - left * out;
         let light = |out: f32| light_at(&image, &view, at(out), 0).y;
         let (shade, sun) = (light(1.3), light(2.9));
@@ -216,14 +217,14 @@ fn edges_of_shadows_stay_on_the_ground_while_the_camera_drives() {
     }
     let mean = edges.iter().sum::<f32>() / 60.0;
     let worst = edges.iter().map(|edge| (edge - mean).abs()).fold(0.0, f32::max);
-    // A pixel is 1.4 cm wide there, a texel of the map 3.1 cm.
+    // At the edge a pixel is 1.4 cm wide and a texel of the shadow map 3.1 cm.
     assert!(worst < 0.03, "the edge at {mean} m wanders by {worst} m: {edges:?}");
 }
 
 #[test]
 fn a_lit_brake_lamp_at_60_m_is_several_times_as_bright_as_a_running_one() {
     let red = |braking: bool| {
-        // Beside the road and turned like the ego, so that its rear is in view.
+        // Straight ahead with the ego's heading, whatever the course of the road, so that the rear is in view.
         let ego = on_lane(0.0, 0.0);
         let at = ego.position + ego.forward() * 62.0;
         let mut leader = car(1, codrive::space::Pose::new(at, ego.yaw_rad));
@@ -244,19 +245,19 @@ fn a_lit_brake_lamp_at_60_m_is_several_times_as_bright_as_a_running_one() {
     };
     let (running, lit) = (red(false), red(true));
     println!("{lit} lit, {running} running");
-    // More than the 5 to 1 that UN Regulation 148 (01 series, 2022; Regulation 7 before) asks for in 4.8.3.5; the screen's
-    // white ends the scale.
+    // More than the 5 to 1 that UN Regulation 148 (01 series, 2022; Regulation 7 before) requires in 4.8.3.5. The screen's white limits the
+    // scale.
     assert!(lit > 6.0 * running, "{lit} lit, {running} running");
 }
 
-/// Options in which no car wears anything near red.
+/// Returns options without red cars: all other vehicles are green.
 fn marked_green() -> ViewOptions {
     ViewOptions { ordinary_paints: false, ..Default::default() }
 }
 
 #[test]
 fn driving_makes_no_more_pipelines_buffers_or_textures() {
-    // A device of its own: other tests make things on the shared one.
+    // A separate device, as other tests create resources on the shared one.
     let gpu = codrive::render::Gpu::headless().unwrap_or_else(|e| panic!("{e}"));
     let mut renderer = Renderer::new(&gpu, stage(true), OFFSCREEN, Quality::LOW);
     let size = [160, 90];
@@ -298,6 +299,6 @@ fn driving_makes_no_more_pipelines_buffers_or_textures() {
         .map(|registry| registry.num_kept_from_user)
     };
     let before = drive(0..10);
-    // 250 m: every shadow map has been drawn anew several times.
+    // In 240 m every shadow map is redrawn several times.
     assert_eq!(drive(10..90), before, "pipelines, modules, buffers, textures, views, groups, samplers");
 }

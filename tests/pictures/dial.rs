@@ -1,4 +1,4 @@
-//! The speedometer by its pixels: what a participant reads is what the simulation says.
+//! Tests of the speedometer by its pixels: the participant reads the values of the simulation.
 
 use codrive::{
     hud::{DialView, Palette, Rgb},
@@ -16,7 +16,7 @@ fn headless() -> &'static Gpu {
     Gpu::shared().expect("an adapter")
 }
 
-/// A square picture of the dial alone, filling it, on a uniform background.
+/// Square picture that the dial fills, on a uniform background.
 struct Picture {
     side: u32,
     rgba: Vec<u8>,
@@ -28,7 +28,7 @@ fn draw(dial: &DialView, palette: Palette, side: u32) -> Picture {
     draw_all(Some(dial), None, palette, side)
 }
 
-/// The dial, or none, and the square for a photodiode, or none.
+/// Draws the dial and the square for a photodiode, each if given.
 fn draw_all(dial: Option<&DialView>, patch: Option<bool>, palette: Palette, side: u32) -> Picture {
     let Gpu { device, queue, .. } = headless();
     let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
@@ -80,11 +80,11 @@ fn draw_all(dial: Option<&DialView>, patch: Option<bool>, palette: Palette, side
 }
 
 impl Picture {
-    /// Interpolated colour at an angle (degrees clockwise from 12 o'clock) and a share of the dial's radius.
+    /// Returns the interpolated colour at an angle (degrees clockwise from 12 o'clock) and a share of the dial's radius.
     fn polar(&self, angle_deg: f64, radius: f64) -> [f64; 3] {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
         let middle = f64::from(self.side) / 2.0;
-        // Middles of pixels lie at halves.
+        // Centres of pixels lie at halves.
         let (x, y) = (middle + radius * middle * sin - 0.5, middle - radius * middle * cos - 0.5);
         let (fx, fy) = (x - x.floor(), y - y.floor());
         let mut sum = [0.0; 3];
@@ -99,25 +99,25 @@ impl Picture {
         sum
     }
 
-    /// Mean of a measure of colour over radii from `inner` to `outer`, at one angle.
+    /// Returns the mean of a measure of colour between two radii, at one angle.
     fn along(&self, angle_deg: f64, (outer, inner): (f32, f32), measure: impl Fn([f64; 3]) -> f64) -> f64 {
         let radii = (0..=20).map(|i| f64::from(inner) + f64::from(outer - inner) * f64::from(i) / 20.0);
         radii.map(|radius| measure(self.polar(angle_deg, radius))).sum::<f64>() / 21.0
     }
 
-    /// The angle of what the measure finds between two radii: its centre of gravity over the whole turn, degrees.
+    /// Returns the angle of the pixels that the measure selects between two radii: their centre of gravity over the whole turn, degrees.
     fn angle_of(&self, radii: (f32, f32), measure: impl Fn([f64; 3]) -> f64) -> Option<f64> {
         let weights = sweep().map(|angle| (angle, self.along(angle, radii, &measure)));
         let (weight, moment) = weights.fold((0.0, 0.0), |(sum, moment), (angle, w)| (sum + w, moment + w * angle));
         (weight > 1.0).then_some(moment / weight)
     }
 
-    /// Pixels of exactly this colour.
+    /// Counts the pixels of exactly this colour.
     fn count(&self, colour: Rgb) -> usize {
         self.rgba.chunks(4).filter(|pixel| pixel[..3] == colour).count()
     }
 
-    /// Pixels of exactly this colour on the hub, where the number stands.
+    /// Counts the pixels of exactly this colour on the hub, which shows the number.
     fn count_on_hub(&self, colour: Rgb) -> usize {
         let side = self.side as usize;
         let on_hub = |i: usize| {
@@ -128,7 +128,7 @@ impl Picture {
         lit.filter(|&(i, _)| on_hub(i)).count()
     }
 
-    /// For looking at: written only where the environment names a folder.
+    /// Writes the picture to the folder in `CODRIVE_PICTURES`, if set, for visual inspection.
     fn save(&self, name: &str) {
         if let Ok(folder) = std::env::var("CODRIVE_PICTURES") {
             let path = std::path::Path::new(&folder).join(name);
@@ -138,33 +138,33 @@ impl Picture {
     }
 }
 
-/// The whole turn from 6 o'clock to 6 o'clock in steps of a tenth of a degree.
+/// Returns the angles of the whole turn from 6 o'clock to 6 o'clock in steps of 0.1 degrees.
 fn sweep() -> impl Iterator<Item = f64> {
     (-1800..1800).map(|tenth| f64::from(tenth) / 10.0)
 }
 
-/// How white, 0 to 1: beyond the hub only the needle is; numerals are a shade darker and do not count.
+/// Returns the share of white, 0 to 1. Outside the hub only the needle is white; numerals are slightly darker and do not count.
 fn white([r, g, b]: [f64; 3]) -> f64 {
     ((r.min(g).min(b) - 210.0) / 45.0).max(0.0)
 }
 
-/// How red, 0 to 1.
+/// Returns the share of red, 0 to 1.
 fn red([r, g, b]: [f64; 3]) -> f64 {
     ((r - g.max(b)) / 207.0).max(0.0)
 }
 
-/// How green, 0 to 1.
+/// Returns the share of green, 0 to 1.
 fn green([r, g, b]: [f64; 3]) -> f64 {
     ((g - r.max(b)) / 102.0).max(0.0)
 }
 
 const SIDE: u32 = 240;
-/// The needle within the ticks.
+/// Radii at which only the needle is white, inside the ticks, as shares of the dial's radius.
 const NEEDLE_RING: (f32, f32) = (0.70, layout::NEEDLE.1 + 0.015);
-/// Outside the band, where only the red line reaches.
+/// Radii outside the band, which only the red line reaches, as shares of the dial's radius.
 const LINE_RING: (f32, f32) = (layout::TARGET.0 - 0.005, layout::BAND.0 + 0.01);
 
-/// A dial for the 250 m ring, as its scenarios show it.
+/// Returns the dial of the 250 m ring, as its scenarios show it.
 fn ring_dial(speed_mps: f64, advice: Option<(f64, f64, f64)>) -> DialView {
     DialView::new(speed_mps, advice, SpeedUnit::Mph, DialView::scale_for(9.6, SpeedUnit::Mph), false)
 }
@@ -177,7 +177,7 @@ fn hc22(dial: &DialView) -> Picture {
 fn the_needles_angle_is_linear_in_speed() {
     let mut worst = 0.0_f64;
     for i in 0..=12 {
-        // 0 to 26 mph: the last beyond full scale.
+        // 0 to 26 mph: the last speed is beyond full scale.
         let speed_mph = f64::from(i) * 26.0 / 12.0;
         let picture = hc22(&ring_dial(SpeedUnit::Mph.to_mps(speed_mph), None));
         let angle = picture.angle_of(NEEDLE_RING, white).expect("a needle");
@@ -190,7 +190,7 @@ fn the_needles_angle_is_linear_in_speed() {
 
 #[test]
 fn the_needle_hides_no_numeral() {
-    // Between the hub and the needle's root lie the numerals: whatever the speed, they are drawn the same.
+    // The numerals lie between the hub and the needle's root and must look the same at every speed.
     let ring = |picture: &Picture| -> Vec<[f64; 3]> {
         let radii = (0..12).map(|i| {
             let share = f64::from(i) / 11.0;
@@ -227,7 +227,7 @@ fn the_red_line_is_at_the_target() {
     println!("red line: at most {worst:.3} degrees off");
 }
 
-/// Lowest and highest angle at which the band is more than half green, away from the red line.
+/// Returns the lowest and highest angle at which the band is more than half green, degrees.
 fn band_edges(picture: &Picture) -> (f64, f64) {
     let ring = (layout::BAND.0 - 0.02, layout::BAND.1 + 0.02);
     let lit: Vec<f64> = sweep().filter(|&angle| picture.along(angle, ring, green) > 0.5).collect();
@@ -283,7 +283,7 @@ fn without_advice_there_is_no_red_and_no_green() {
 }
 
 #[test]
-fn one_speed_stands_at_its_own_number_in_mph_and_in_kmh() {
+fn mph_and_kmh_dials_show_a_speed_at_its_own_number() {
     for unit in [SpeedUnit::Mph, SpeedUnit::Kmh] {
         let scale = DialView::scale_for(17.88, unit);
         let dial = DialView::new(10.0, Some((12.0, 11.0, 13.0)), unit, scale, false);
@@ -309,19 +309,19 @@ fn reverse_shows_an_r() {
 }
 
 #[test]
-fn the_instrument_stands_at_the_bottom_in_the_middle_and_leaves_the_picture_alone() {
+fn the_dial_is_at_the_bottom_centre_and_leaves_the_picture_unchanged() {
     let rect = DialPlace::default().rect([1920, 1080]);
     assert!((rect.center().x - 960.0).abs() < 0.01 && rect.bottom() < 1080.0 && rect.bottom() > 1050.0);
     assert!((rect.width() - 0.34 * 1080.0).abs() < 0.01);
     assert!(DialPlace::default().rect([100, 1080]).width() <= 100.0);
-    // Outside the dial's square and in its corners the background is untouched.
+    // The corners of the dial's square show the unchanged background.
     let picture = hc22(&ring_dial(4.0, None));
     let corner = &picture.rgba[..4];
     assert_eq!(corner, [115, 140, 166, 255]);
 }
 
 #[test]
-fn two_drawings_are_the_same_bits() {
+fn two_drawings_are_identical_to_the_bit() {
     let dial = ring_dial(4.4, Some((4.362, 3.9, 4.8)));
     assert!(hc22(&dial).rgba == hc22(&dial).rgba);
 }
@@ -347,7 +347,7 @@ fn a_texture_that_egui_drops_lives_until_its_last_frame_is_submitted() {
     for _ in 0..4 {
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(64.0, 64.0));
         let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
-        // Shown in the very frame in which it is dropped. A command that reads a destroyed texture panics on submit.
+        // The image is shown in the frame in which it is dropped. A command that reads a destroyed texture panics on submit.
         let output = ctx.run_ui(input, |ui| {
             if let Some(picture) = picture.take() {
                 ui.image(&picture);
@@ -360,7 +360,7 @@ fn a_texture_that_egui_drops_lives_until_its_last_frame_is_submitted() {
 }
 
 #[test]
-fn a_gallery_for_the_eye() {
+fn example_dials_are_drawn_for_visual_inspection() {
     let mph = |speed: f64| SpeedUnit::Mph.to_mps(speed);
     let successor = DialView::scale_for(17.88, SpeedUnit::Mph);
     let metric = DialView::scale_for(17.88, SpeedUnit::Kmh);
@@ -386,7 +386,7 @@ fn a_gallery_for_the_eye() {
 }
 
 #[test]
-fn the_square_for_a_photodiode_is_black_or_white_and_nothing_else_of_the_picture() {
+fn the_photodiode_square_is_black_or_white_and_changes_nothing_else() {
     let side = 200;
     let square = (0.07 * side as f32).round() as u32;
     let at = |picture: &Picture, x: u32, y: u32| -> [u8; 3] {

@@ -1,4 +1,4 @@
-//! The meadow by its pixels: as bright from afar as from near by, without a repetition, and no pixel broken anywhere.
+//! Tests of the meadow by its pixels: equal brightness from afar and near by, no repetition, no broken pixel.
 
 use crate::{pixels::*, place::*};
 use codrive::{
@@ -8,7 +8,7 @@ use codrive::{
 use glam::{Vec2, Vec3};
 use image::RgbaImage;
 
-/// Plan of `2 * half_m` metres around a point of the meadow, from too high above for tufts.
+/// Draws a plan of `2 * half_m` metres around a point of the meadow, from too high for tufts of grass.
 fn plan(at: Vec2, half_m: f32, side: u32) -> RgbaImage {
     let mut view = view(&snapshot(Vec::new()), ViewKind::Birdseye, &ViewOptions::default());
     view.camera = Camera {
@@ -20,7 +20,7 @@ fn plan(at: Vec2, half_m: f32, side: u32) -> RgbaImage {
     draw(&view, false, [side, side])
 }
 
-/// Light of the pixels in the middle square of `2 * half` pixels, sRGB decoded roughly: a mean has to be one of light.
+/// Returns the mean light of the middle square of `2 * half` pixels. Pixels are decoded roughly to light, as only light may be averaged.
 fn light(image: &RgbaImage, half: u32) -> f32 {
     let middle = image.width() / 2;
     let mut sum = 0.0;
@@ -35,7 +35,7 @@ fn light(image: &RgbaImage, half: u32) -> f32 {
 
 #[test]
 fn the_meadow_is_as_bright_from_afar_as_from_near_by() {
-    // The same 12 m by 12 m in pixels of 5, 25 and 60 cm.
+    // The same 12 m by 12 m, in pixels of 5, 25 and 60 cm.
     for at in [Vec2::new(0.0, 0.0), Vec2::new(12.0, -9.0), Vec2::new(62.0, 20.0), Vec2::new(-55.0, -31.0)] {
         let near = light(&plan(at, 6.0, 240), 120);
         for pixel_m in [0.25f32, 0.6] {
@@ -45,12 +45,12 @@ fn the_meadow_is_as_bright_from_afar_as_from_near_by() {
     }
 }
 
-/// Largest correlation of the picture's detail with itself, moved by 10 to 100 pixels along rows, columns or both, and the
-/// way it was moved.
+/// Returns the largest correlation of the picture's detail with itself, shifted by 10 to 100 pixels along rows, columns or both, and that
+/// shift.
 fn repetition(image: &RgbaImage) -> (f32, [u32; 2]) {
     let n = image.width() as usize;
     let raw: Vec<f32> = image.pixels().map(|p| luminance(rgb(p))).collect();
-    // Without what is wider than some metres: patches are no repetition.
+    // Remove structure wider than 15 pixels: patches are not repetitions.
     let mut sums = vec![0.0f32; (n + 1) * (n + 1)];
     for y in 0..n {
         for x in 0..n {
@@ -98,19 +98,19 @@ fn the_meadow_has_no_repetition_in_the_birds_eye_view() {
 }
 
 #[test]
-fn no_pixel_is_white_or_broken_wherever_the_eye_is() {
+fn no_pixel_is_white_or_broken_at_any_camera_pose() {
     let mut random = rng::stream(1, "test");
     let mut draw_number = |low: f64, high: f64| random.uniform(low, high) as f32;
     let mut renderer = renderer(true, codrive::render::Quality::LOW);
     for k in 0..60 {
-        // Three hours, so that the sun stands at three heights.
+        // Three hours give the sun three heights.
         let options = ViewOptions::default().at_hour([7.0, 10.0, 16.5][k / 20]);
         let mut view: View = view(&full_ring(), ViewKind::Chase, &options);
         let eye = Vec3::new(draw_number(-70.0, 70.0), draw_number(-70.0, 70.0), draw_number(1.0, 12.0));
         let way = Vec2::from_angle(draw_number(0.0, std::f64::consts::TAU)).extend(draw_number(-0.4, 0.25));
         view.camera = Camera { eye, forward: way.normalize(), up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: 1.1 } };
         let image = draw_with(&mut renderer, &view, [128, 72]);
-        // The sun's disc is white; what is no number is black or white.
+        // The sun's disc is white; NaN is drawn black or white.
         let white = pixels(&image, |p| p.iter().all(|v| *v > 0.985)).len();
         let black = pixels(&image, |p| p.iter().all(|v| *v < 0.002)).len();
         assert!(white <= 12 && black == 0, "pose {k}: {white} white, {black} black pixels from {eye} to {way}");
@@ -119,7 +119,7 @@ fn no_pixel_is_white_or_broken_wherever_the_eye_is() {
 
 #[test]
 fn grass_bends_with_the_wind_that_is_set_and_stands_still_without() {
-    // How much of a picture of the verge, without a tree, changes in 0.7 s.
+    // Change of a picture of the verge, without trees, in 0.7 s.
     let moved = |wind_mps: f32| {
         let picture = |time_s: f32| {
             let options = ViewOptions { wind_mps, ..ViewOptions::default() };

@@ -1,4 +1,4 @@
-//! Light falls as it should: shadows away from the sun, lamps that shine, no broken pixels, the same bits every time.
+//! Tests of light: shadows point away from the sun, lamps shine, no pixel is broken, the picture is reproducible to the bit.
 
 use crate::{pixels::*, place::*};
 use codrive::{
@@ -14,7 +14,7 @@ const KINDS: [ViewKind; 4] = [ViewKind::Driver, ViewKind::Mirror, ViewKind::Bird
 
 #[test]
 fn shadows_fall_away_from_the_sun() {
-    // On the meadow beside the road, where the ground is one colour and flat.
+    // On the meadow beside the road, where the ground is flat and of one colour.
     let pose = on_lane(40.0, 8.0);
     for sun_azimuth_deg in [0.0, 90.0, 130.0, 225.0, 310.0] {
         let options = ViewOptions { sun_azimuth_deg, sun_elevation_deg: 35.0, ..Default::default() };
@@ -27,8 +27,7 @@ fn shadows_fall_away_from_the_sun() {
         };
         let image = draw(&view, false, [160, 160]);
         let sun = options.to_sun().truncate().normalize().as_dvec2();
-        // Where a line from the car's middle towards the sun leaves its outline, and half a metre more; the shadow is
-        // 2 m long.
+        // The point half a metre outside the car's outline, on the line from its centre towards the sun; the shadow is 2 m long.
         let leaves = (2.5 / sun.dot(pose.forward()).abs()).min(0.9 / sun.dot(pose.left()).abs());
         let at = |side: f64| {
             let point: DVec2 = pose.position + sun * side * (leaves + 0.5);
@@ -41,10 +40,10 @@ fn shadows_fall_away_from_the_sun() {
 }
 
 #[test]
-fn shadows_that_were_drawn_in_parts_are_those_drawn_at_once() {
+fn shadows_drawn_in_parts_equal_shadows_drawn_at_once() {
     let mut driving = renderer(true, Quality::LOW);
     let mut differ = Vec::new();
-    // The maps of trees follow in steps of 12 and 36 m.
+    // The shadow maps of trees follow the camera in steps of 12 and 36 m.
     for metre in 0..60 {
         let mut view = view(&full_ring(), ViewKind::Chase, &Default::default());
         view.camera.eye += view.camera.forward.with_z(0.0).normalize() * metre as f32;
@@ -54,7 +53,7 @@ fn shadows_that_were_drawn_in_parts_are_those_drawn_at_once() {
             differ.push(there.pixels().zip(fresh.pixels()).filter(|(a, b)| difference(a, b) > 8).count());
         }
     }
-    // A few texels where a map ends.
+    // A few texels at the edges of a map may differ.
     assert!(differ.iter().all(|count| *count < 40), "{differ:?}");
 }
 
@@ -84,7 +83,7 @@ fn more_samples_change_edges_only() {
         changed += 1;
         let (xs, ys) = (x.saturating_sub(1)..(x + 2).min(SIZE[0]), y.saturating_sub(1)..(y + 2).min(SIZE[1]));
         let around = xs.flat_map(|x| ys.clone().map(move |y| [x, y]));
-        // An edge in either picture: one sample may miss a thin thing.
+        // An edge in either picture: one sample may miss a thin object.
         let step =
             |image: &image::RgbaImage, [i, j]: [u32; 2]| difference(image.get_pixel(x, y), image.get_pixel(i, j));
         let contrast = around.map(|at| step(&one, at).max(step(&four, at))).max().unwrap_or(0);
@@ -95,7 +94,7 @@ fn more_samples_change_edges_only() {
 }
 
 #[test]
-fn every_view_is_a_picture() {
+fn every_view_is_well_exposed_and_opaque() {
     let snapshot = full_ring();
     for kind in KINDS {
         let image = draw(&view(&snapshot, kind, &Default::default()), true, SIZE);
@@ -112,7 +111,7 @@ fn every_view_is_a_picture() {
 }
 
 #[test]
-fn the_same_view_is_the_same_picture_to_the_bit_whatever_was_drawn_before() {
+fn the_picture_of_a_view_does_not_depend_on_earlier_pictures() {
     let snapshot = full_ring();
     let views: Vec<View> = KINDS.map(|kind| view(&snapshot, kind, &Default::default())).into();
     let first: Vec<_> = views.iter().map(|view| draw(view, true, [160, 90])).collect();
@@ -139,7 +138,7 @@ fn the_dial_changes_its_own_square_only() {
 }
 
 #[test]
-fn a_broken_shader_leaves_the_picture_as_it_was_and_a_whole_one_replaces_it() {
+fn a_broken_shader_changes_nothing_and_a_valid_one_takes_effect() {
     let view = view(&full_ring(), ViewKind::Driver, &Default::default());
     let mut renderer = renderer(false, Quality::LOW);
     let before = draw_with(&mut renderer, &view, [160, 90]);

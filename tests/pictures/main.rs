@@ -1,5 +1,5 @@
-//! Pictures by their pixels: what is seen is what the simulation says. Regions and properties rather than whole images,
-//! which differ between drivers. All tests share one device; without one they fail.
+//! Tests of pictures by their pixels: the picture shows what the simulation says. The tests check regions and properties, as whole images
+//! differ between graphics drivers. All tests share one graphics device; without one they fail.
 
 mod cars;
 mod cockpit;

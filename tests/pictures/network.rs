@@ -1,6 +1,6 @@
-//! Pictures of road networks by their pixels: lanes, junctions, signals and vehicles are where the network's file says. Points are
-//! chosen by hand from `tests/data/networks/grid-signals.net.xml`: its crossing B1 has its middle at (90, 90), the street A1B1 leads
-//! to it from the west in two lanes of 3.2 m, with centre lines at y = 85.2 and 88.4 from x = 10.4 to 79.6.
+//! Tests of pictures of road networks by their pixels: lanes, junctions, signals and vehicles are where the network's file says. Points are
+//! chosen by hand from `tests/data/networks/grid-signals.net.xml`. The centre of its crossing B1 is at (90, 90). The street A1B1 leads to
+//! it from the west in two lanes of 3.2 m, with centre lines at y = 85.2 and 88.4 from x = 10.4 to 79.6.
 
 use crate::{
     pixels::*,
@@ -30,7 +30,7 @@ fn network() -> &'static Arc<Network> {
     })
 }
 
-/// The grid without trees, which would hide some of it.
+/// Returns the grid without trees, which would hide parts of it.
 fn stage() -> &'static StaticScene {
     static STAGE: OnceLock<StaticScene> = OnceLock::new();
     STAGE.get_or_init(|| StaticScene::of_network(network(), 1, 0))
@@ -43,7 +43,7 @@ fn draw(view: &View, size: [u32; 2]) -> RgbaImage {
     render_to_image(gpu(), &mut renderer, view, size).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A picture from a camera, without the ego.
+/// Returns a view from a camera, without the ego.
 fn view(snapshot: &Snapshot, kind: ViewKind, camera: Camera) -> View {
     let mut view = scene::view(snapshot, 1.0, kind, &ViewOptions::default(), stage());
     view.cars.remove(0);
@@ -51,7 +51,7 @@ fn view(snapshot: &Snapshot, kind: ViewKind, camera: Camera) -> View {
     view
 }
 
-/// 60 m by 60 m around the crossing from above, 10 pixels a metre.
+/// Draws 60 m by 60 m around the crossing from above, 10 pixels per metre.
 fn plan() -> &'static RgbaImage {
     static PLAN: OnceLock<RgbaImage> = OnceLock::new();
     PLAN.get_or_init(|| {
@@ -62,7 +62,7 @@ fn plan() -> &'static RgbaImage {
     })
 }
 
-/// Mean colour of 0.5 m by 0.5 m of the plan.
+/// Returns the mean colour of 0.5 m by 0.5 m of the plan.
 fn ground(at: Vec2) -> [f32; 3] {
     let pixel = ((at - Vec2::new(60.0, 120.0)) * Vec2::new(10.0, -10.0)).as_ivec2();
     let mut sum = [0.0; 3];
@@ -77,7 +77,7 @@ fn is_grass([r, g, b]: [f32; 3]) -> bool {
     g > 0.97 * r && g > 1.45 * b
 }
 
-/// Grey, and not as light as paint.
+/// Checks for a grey that is darker than paint.
 fn is_asphalt([r, g, b]: [f32; 3]) -> bool {
     r.max(g).max(b) < 1.18 * r.min(g).min(b) && g < 0.62
 }
@@ -87,8 +87,8 @@ fn is_paint([r, g, b]: [f32; 3]) -> bool {
 }
 
 #[test]
-fn asphalt_is_where_lanes_and_junctions_are_and_grass_where_none_is() {
-    // Lanes of all four streets, some metres from the crossing; its middle, its corners, and where it meets the lanes.
+fn lanes_and_junctions_have_asphalt_and_all_else_grass() {
+    // Lanes of all four streets, some metres from the crossing; its centre, its corners, and its borders with the lanes.
     for (x, y) in [
         (65.0, 85.2),
         (65.0, 88.4),
@@ -111,8 +111,7 @@ fn asphalt_is_where_lanes_and_junctions_are_and_grass_where_none_is() {
         let seen = ground(Vec2::new(x, y));
         assert!(is_asphalt(seen), "({x}, {y}) is no asphalt: {seen:?}");
     }
-    // The four meadows between the streets: 5 m beside a lane, 4 m from the crossing's corners (their arcs have a radius of 4 m),
-    // and further out.
+    // The four meadows between the streets: 5 m beside a lane, 4 m from the crossing's corners (arcs of 4 m radius), and further out.
     for (x, y) in
         [(65.0, 78.5), (65.0, 101.5), (78.5, 65.0), (101.5, 112.0), (77.5, 77.5), (102.5, 102.5), (70.0, 108.0)]
     {
@@ -122,7 +121,7 @@ fn asphalt_is_where_lanes_and_junctions_are_and_grass_where_none_is() {
 }
 
 #[test]
-fn lines_are_painted_between_directions_and_lanes_and_before_the_crossing_but_not_on_it() {
+fn lines_separate_directions_and_lanes_and_end_before_the_crossing() {
     let painted = |from: Vec2, to: Vec2| {
         let n = (from.distance(to) * 10.0) as u32;
         let is_painted = |k: &u32| {
@@ -132,7 +131,7 @@ fn lines_are_painted_between_directions_and_lanes_and_before_the_crossing_but_no
         };
         (0..n).filter(is_painted).count() as f32 / n as f32
     };
-    // Lines are 12 cm wide: one pixel of them is painted through and through. Paint is worn in places.
+    // Lines are 12 cm wide, so each has one fully painted pixel across. Paint is worn in places.
     let centre = painted(Vec2::new(62.0, 90.0), Vec2::new(78.0, 90.0));
     assert!(centre > 0.6, "{centre} of the line between directions");
     // Dashes of 3 m, gaps of 6 m.
@@ -155,12 +154,12 @@ fn lane(id: &str) -> LaneId {
     network().lane_named(id).expect("a lane of the grid")
 }
 
-/// The signal's heads for a lane, the one beside the stop line first.
+/// Returns the signal heads of a lane, the one beside the stop line first.
 fn heads(id: &str) -> Vec<&'static SignalHead> {
     stage().signal_heads.iter().filter(|head| head.lane == lane(id)).collect()
 }
 
-/// What a driver 40 m before the stop line of A1B1 sees, with what the signals show.
+/// Returns the view of a driver 40 m before the stop line of A1B1, with the signals of the snapshot.
 fn before_the_signal(snapshot: &Snapshot) -> View {
     let eye = Vec3::new(79.6 - 40.0, 85.2, 1.18);
     let lens = Lens::Perspective { fov_x_rad: ViewOptions::default().fov_x_rad() };
@@ -169,7 +168,7 @@ fn before_the_signal(snapshot: &Snapshot) -> View {
 
 const SIZE: [u32; 2] = [1280, 720];
 
-/// The mean colour of 5 by 5 pixels about the projected place of a lamp.
+/// Returns the mean colour of 3 by 3 pixels around the projected place of a lamp.
 fn seen_lamp(image: &RgbaImage, view: &View, lamp: Vec3) -> [f32; 3] {
     let at = view.camera.project(lamp, SIZE[0] as f32 / SIZE[1] as f32).expect("in the picture");
     let pixel = (at * Vec2::new(SIZE[0] as f32, SIZE[1] as f32)).as_ivec2();
@@ -181,7 +180,7 @@ fn seen_lamp(image: &RgbaImage, view: &View, lamp: Vec3) -> [f32; 3] {
     sum
 }
 
-/// All of B1's links shown one letter.
+/// Returns a snapshot in which all links of all signals show one letter.
 fn showing(letter: u8) -> Snapshot {
     let mut snapshot = Snapshot::default();
     let letters: Vec<usize> = network().signals().iter().map(|signal| signal.links.len()).collect();
@@ -192,7 +191,8 @@ fn showing(letter: u8) -> Snapshot {
 
 #[test]
 fn a_head_stands_beside_the_stop_line_and_faces_the_driver() {
-    // Beside the outermost lane, whose edge is at y = 83.6, and over the other one at y = 88.4; at the end of the lanes at x = 79.6.
+    // One beside the outermost lane, whose edge is at y = 83.6, and one over the other lane at y = 88.4, both where the lanes end at x =
+    // 79.6.
     let [beside, across] = heads("A1B1_0")[..] else { panic!("{:?}", heads("A1B1_0")) };
     let foot = beside.lamps[1];
     assert!((79.0..79.7).contains(&foot.x) && (82.0..83.2).contains(&foot.y), "{foot}");
@@ -203,13 +203,13 @@ fn a_head_stands_beside_the_stop_line_and_faces_the_driver() {
     for id in ["A1B1_0", "A1B1_1"] {
         assert!(heads(id).iter().all(|head| head.facing.distance(Vec3::NEG_X) < 1e-5));
     }
-    // Nine junctions: four corners without a signal, four with three streets, one with four. A head for either lane and one
-    // more across the junction for each street.
+    // Nine junctions: four corners without a signal, four with three streets, one with four. Each street has a head for each of its two
+    // lanes and one across the junction.
     assert_eq!(stage().signal_heads.len(), (4 * 3 + 4) * 3);
 }
 
 #[test]
-fn the_lamp_that_is_lit_is_seen_from_40_m_in_its_colour_and_no_other_is() {
+fn only_the_lit_lamp_shows_its_colour_from_40_m() {
     let is_green = |[r, g, b]: [f32; 3]| g > 0.5 && g > 1.6 * r && g > b;
     let is_yellow = |[r, g, b]: [f32; 3]| r > 0.5 && g > 0.35 * r && g < 0.95 * r && b < 0.6 * g;
     let is_lit_red = |[r, g, b]: [f32; 3]| r > 0.5 && r > 2.0 * g && r > 2.0 * b;
@@ -236,13 +236,13 @@ fn the_lamp_that_is_lit_is_seen_from_40_m_in_its_colour_and_no_other_is() {
 
 #[test]
 fn without_a_drive_signals_show_their_first_programs() {
-    // B1's first phase, 42 s long, is GGGggrrrrrGGGggrrrrr; A1B1 has links 15 to 19, B0B1 10 to 14 (its connections in the file).
+    // B1's first phase, 42 s long, is GGGggrrrrrGGGggrrrrr. A1B1 has links 15 to 19, B0B1 has 10 to 14 (its connections in the file).
     let red = before_the_signal(&Snapshot::default());
     let seen = seen_lamp(&draw(&red, SIZE), &red, heads("A1B1_0")[0].lamps[0]);
     assert!(seen[0] > 0.5 && seen[0] > 2.0 * seen[1], "red for A1B1: {seen:?}");
     let is_lit = |view: &View, lamp: Vec3| view.lamps.iter().any(|lit| lit.position == lamp);
     assert!(is_lit(&red, heads("A1B1_0")[0].lamps[0]) && is_lit(&red, heads("B0B1_0")[0].lamps[2]));
-    // In its third phase, after 45 s, it is the other way round.
+    // In the third phase, after 45 s, the colours are swapped.
     let late = Snapshot { tick: codrive::time::Tick::at_seconds(50.0), ..Snapshot::default() };
     let late = before_the_signal(&late);
     assert!(is_lit(&late, heads("A1B1_0")[0].lamps[2]) && is_lit(&late, heads("B0B1_0")[0].lamps[0]));
@@ -261,15 +261,15 @@ fn vehicle(kind: VehicleKind, [length_m, width_m, height_m]: [f64; 3], lamps: Ve
     Snapshot { cars: vec![vehicle], ..Snapshot::default() }
 }
 
-/// From 150 m to the side at the height of a driver's eyes: 24 m across the picture.
+/// Draws a view from 150 m to the side at the height of a driver's eyes; the picture is 24 m wide.
 fn from_the_side(snapshot: &Snapshot) -> RgbaImage {
     let eye = Vec3::new(45.0, 85.2 - 150.0, 1.5);
     let camera =
         Camera { eye, forward: Vec3::Y, up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: 2.0 * (0.08f32).atan() } };
     let mut view = view(snapshot, ViewKind::Chase, camera);
-    // Some ordinary paint is as light as the meadow behind it.
+    // Magenta, as some ordinary paints are as light as the meadow behind.
     view.cars.iter_mut().for_each(|car| car.colour = MAGENTA);
-    // The sun behind the eye: its shadow lies behind it, and no halo of a glint stands over its roof.
+    // The sun is behind the camera, so the shadow lies behind the vehicle and no halo of a glint rises over its roof.
     view.to_sun = Vec3::new(0.0, -0.95, 0.3).normalize();
     draw(&view, [960, 320])
 }
@@ -285,9 +285,9 @@ fn vehicles_cover_their_size() {
         (VehicleKind::Car, [4.0, 1.7, 1.6]),
     ] {
         let image = from_the_side(&vehicle(kind, size, VehicleLamps::default()));
-        // 40 pixels a metre at the middle of the vehicle; its near side is nearer by less than one in a hundred.
+        // 40 pixels per metre at the centre of the vehicle; its near side is nearer by less than 1 %.
         let changed = image.enumerate_pixels().filter(|(x, y, pixel)| difference(pixel, empty.get_pixel(*x, *y)) > 24);
-        // Above the shade on the road.
+        // Only pixels above the shade on the road.
         let above: Vec<[u32; 2]> = changed.map(|(x, y, _)| [x, y]).filter(|[_, y]| *y < 205).collect();
         let span = |k: usize| {
             let of = |point: &[u32; 2]| point[k];
@@ -297,7 +297,7 @@ fn vehicles_cover_their_size() {
         let (length_m, height_m) = ((right - left) as f64 / 40.0, 1.5 + (160.0 - f64::from(top)) / 40.0);
         assert!((length_m / size[0] - 1.0).abs() < 0.03, "{kind:?} of {size:?} m is {length_m} m long");
         assert!((height_m - size[2]).abs() < 0.12, "{kind:?} of {size:?} m is {height_m} m high");
-        // It stands in the middle, and is no outline: most of its box is filled.
+        // The vehicle is in the middle and is not just an outline: most of its box is filled.
         assert!((left as i32 + right as i32 - 960).abs() < 16, "{kind:?}: from {left} to {right}");
         let filled = above.len() as f64 / (f64::from(right - left) * f64::from(205 - top));
         assert!(filled > 0.6, "{kind:?}: {filled} of its box");
@@ -332,14 +332,15 @@ fn brake_lamps_shine_and_indicators_blink() {
         assert!(found.iter().all(|[x, _]| *x < size[0] / 2), "on the left side");
         found.len()
     };
-    // Twelve moments of a second: SUMO's vehicles blink with no rate of their own; ours is 86 a minute (`docs/references.md: roads`).
+    // Twelve moments of a second. SUMO's vehicles have no blinking rate; this renderer uses 86 per minute (`docs/references.md: roads`).
     let counts: Vec<usize> = (0..12).map(|k| amber(500 + 8 * k)).collect();
     let lit = counts.iter().filter(|count| **count > 5).count();
     assert!((4..=8).contains(&lit), "{counts:?}");
     assert!(counts.iter().filter(|count| **count == 0).count() >= 4, "{counts:?}");
 }
 
-/// `crossing.net.xml` moved by 600 km to the east and 5,300 km to the north, as a network in national coordinates, with its cars.
+/// Compares `crossing.net.xml` with a copy moved by 600 km to the east and 5,300 km to the north, as a network in national coordinates,
+/// each with its vehicles.
 #[test]
 fn a_network_in_national_coordinates_looks_like_one_at_the_origin() {
     let by = DVec2::new(600_000.0, 5_300_000.0);
@@ -347,7 +348,7 @@ fn a_network_in_national_coordinates_looks_like_one_at_the_origin() {
         let network = Arc::new(Network::load(file).unwrap_or_else(|e| panic!("{e}")));
         let stage = StaticScene::of_network(&network, 1, 200);
         let renderer = Mutex::new(Renderer::new(gpu(), &stage, OFFSCREEN, Quality::LOW));
-        // From the south on WC's lane towards the crossing in (200, 200): to the east in y = 198.4.
+        // On lane WC towards the crossing at (200, 200): eastwards at y = 198.4.
         let pose = Pose::new(DVec2::new(150.0, 198.4) + by, 0.0);
         let mut snapshot = Snapshot::default();
         snapshot.ego.position = pose.position.extend(0.0);
@@ -366,12 +367,12 @@ fn a_network_in_national_coordinates_looks_like_one_at_the_origin() {
     let far = drawn("tests/data/picture-origin/crossing-far.net.xml", by);
     for (near, far) in near.iter().zip(&far) {
         let worst = near.as_raw().iter().zip(far.as_raw()).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(255);
-        // One step of a display's 255 is what rounding of coordinates may change, and nobody sees.
+        // Rounding of coordinates may change one of the display's 255 steps, which is invisible.
         assert!(worst <= 1, "{worst} of 255");
     }
 }
 
-/// The bird's-eye view of a whole grid of 10 by 10 crossings with signals: what is promised of a city quarter.
+/// Draws a chase view in a grid of 10 by 10 crossings with signals, the size that is promised for a city quarter.
 #[test]
 fn a_grid_of_ten_by_ten_has_a_bounded_number_of_triangles() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -384,12 +385,12 @@ fn a_grid_of_ten_by_ten_has_a_bounded_number_of_triangles() {
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let network = Arc::new(Network::load(&file.display().to_string()).unwrap_or_else(|e| panic!("{e}")));
     let stage = StaticScene::of_network(&network, 1, 0);
-    // Two lanes each way, 36 km of streets, 72 km of lanes: a corner each 12 m in a dozen strips a lane would be 150,000, dashes as
-    // many again. A small graphics card sets up 300 million triangles a second: all of them take it less than 3 ms.
+    // Two lanes each way, 36 km of streets, 72 km of lanes. A corner every 12 m in a dozen strips per lane would be 150,000 triangles, and
+    // dashes as many again. A small graphics card sets up 300 million triangles a second; all of these take it less than 3 ms.
     let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(|mesh| mesh.triangles());
     println!("{road} triangles of road, {land} of land, {posts} of signals");
     assert!(road < 600_000 && land < 120_000 && posts < 300_000, "{road}, {land}, {posts}");
-    // From a driver's seat, the pieces that are not in the picture are left out.
+    // From the driver's position, pieces outside the picture are culled.
     let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality::LOW);
     let mut view = scene::view(&Snapshot::default(), 1.0, ViewKind::Chase, &ViewOptions::default(), &stage);
     let lens = Lens::Perspective { fov_x_rad: ViewOptions::default().fov_x_rad() };

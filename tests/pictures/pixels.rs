@@ -1,11 +1,11 @@
-//! Counting pixels by colour and place.
+//! Functions that count pixels by colour and place.
 
 use image::{Rgba, RgbaImage};
 
-/// Left, top, right, bottom; right and bottom are outside.
+/// Left, top, right and bottom in pixels; right and bottom are exclusive.
 pub type Region = [u32; 4];
 
-/// Places of the pixels for which `is` holds.
+/// Returns the places of the pixels for which `is` holds.
 pub fn pixels(image: &RgbaImage, is: impl Fn([f32; 3]) -> bool) -> Vec<[u32; 2]> {
     let found = image.enumerate_pixels().filter(|(_, _, p)| is(rgb(p)));
     found.map(|(x, y, _)| [x, y]).collect()
@@ -19,12 +19,12 @@ pub fn is_magenta([r, g, b]: [f32; 3]) -> bool {
     r > 0.2 && b > 0.2 && r > 1.8 * g && b > 1.6 * g
 }
 
-/// The red of the ego in the sun; an unlit brake lamp is darker.
+/// Checks for the red of the ego in the sun; an unlit brake lamp is darker.
 pub fn is_red([r, g, b]: [f32; 3]) -> bool {
     r > 0.5 && r > 3.0 * g && r > 3.0 * b
 }
 
-/// The bird's-eye green of traffic, which no meadow has.
+/// Checks for the green of traffic in the bird's-eye view, which no meadow has.
 pub fn is_car_green([r, g, b]: [f32; 3]) -> bool {
     g > 0.2 && g > 2.0 * r && g > 1.3 * b
 }
@@ -33,14 +33,14 @@ pub fn inside(region: Region, [x, y]: [u32; 2]) -> bool {
     (region[0]..region[2]).contains(&x) && (region[1]..region[3]).contains(&y)
 }
 
-/// Mean place, as a fraction of the picture.
+/// Returns the mean place, as a fraction of the picture.
 pub fn centroid(image: &RgbaImage, points: &[[u32; 2]]) -> [f32; 2] {
     let n = points.len() as f32;
     let mean = |i: usize| points.iter().map(|p| p[i] as f32 + 0.5).sum::<f32>() / n;
     [mean(0) / image.width() as f32, mean(1) / image.height() as f32]
 }
 
-/// Groups of points that lie within `reach` pixels of one another.
+/// Groups points that are connected by steps of at most `reach` pixels.
 pub fn blobs(points: &[[u32; 2]], reach: f32) -> Vec<Vec<[u32; 2]>> {
     let near = |a: [u32; 2], b: [u32; 2]| {
         let [dx, dy] = [0, 1].map(|i| a[i] as f32 - b[i] as f32);
@@ -63,7 +63,7 @@ pub fn blobs(points: &[[u32; 2]], reach: f32) -> Vec<Vec<[u32; 2]>> {
     blobs
 }
 
-/// Mean luminance of the square of `2 * half + 1` pixels around a place given as fractions of the picture.
+/// Returns the mean luminance of the square of `2 * half + 1` pixels around a place given as fractions of the picture.
 pub fn brightness(image: &RgbaImage, [x, y]: [f32; 2], half: i32) -> f32 {
     let (cx, cy) = ((x * image.width() as f32) as i32, (y * image.height() as f32) as i32);
     let mut sum = 0.0;
@@ -79,12 +79,12 @@ pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// Largest difference of a channel between two pixels, 0..255.
+/// Returns the largest difference of a channel between two pixels, 0 to 255.
 pub fn difference(a: &Rgba<u8>, b: &Rgba<u8>) -> u8 {
     (0..3).map(|i| a.0[i].abs_diff(b.0[i])).max().unwrap_or(0)
 }
 
-/// Light before the tone curve and after exposure, from a grey of the screen, below the curve's shoulder.
+/// Returns the light before the tone curve and after exposure for a grey of the screen, below the shoulder of the curve.
 pub fn light(seen: f32) -> f32 {
     0.26 * (seen / (1.0 - seen).max(0.01)).powf(1.0 / 1.08)
 }

@@ -1,5 +1,4 @@
-//! The place that the pictures show, made once: `ring-250`, with and without its trees, a renderer for each, and cars put
-//! where a test wants them.
+//! Shared scene of these tests: `ring-250`, with and without trees, a renderer for each, and vehicles at chosen places.
 
 use codrive::{
     ego::{EgoState, WheelPose},
@@ -15,9 +14,9 @@ use glam::{Quat, Vec3};
 use image::RgbaImage;
 use std::sync::{Mutex, OnceLock};
 
-/// A paint that nothing in the world has, linear.
+/// Paint that nothing in the world has, linear.
 pub const MAGENTA: [f32; 3] = [0.75, 0.0, 0.75];
-/// The ring's circumference, metres.
+/// Circumference of the ring, m.
 pub const RING_M: f64 = 250.0;
 
 pub fn gpu() -> &'static Gpu {
@@ -29,7 +28,7 @@ pub fn map() -> &'static RoadMap {
     MAP.get_or_init(|| RoadMap::load("ring-250").expect("a map that is shipped"))
 }
 
-/// With trees, or the bare land, where nothing hides a car.
+/// Returns the scene with trees, or the bare land, where nothing hides a vehicle.
 pub fn stage(trees: bool) -> &'static StaticScene {
     static STAGES: OnceLock<[StaticScene; 2]> = OnceLock::new();
     &STAGES.get_or_init(|| [StaticScene::with_trees(map(), 1, 0), StaticScene::build(map(), 1)])[usize::from(trees)]
@@ -50,7 +49,7 @@ pub fn draw_with(renderer: &mut Renderer, view: &View, size: [u32; 2]) -> RgbaIm
     render_to_image(gpu(), renderer, view, size).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A car of the traffic whose centre is at `pose`.
+/// Returns a vehicle of the traffic with its centre at `pose`.
 pub fn car(id: u32, pose: Pose) -> VehicleSnapshot {
     let s_m = map().route.project(pose.position, None).s_m + CAR_LENGTH_M / 2.0;
     VehicleSnapshot {
@@ -64,13 +63,13 @@ pub fn car(id: u32, pose: Pose) -> VehicleSnapshot {
     }
 }
 
-/// Pose on the lane with the front bumper at `front_s_m`, moved to the left by `left_m`.
+/// Returns the pose on the lane with the front bumper at `front_s_m`, shifted to the left by `left_m`.
 pub fn on_lane(front_s_m: f64, left_m: f64) -> Pose {
     let pose = map().route.pose_of_front(map().route.wrap(front_s_m), CAR_LENGTH_M);
     Pose::new(pose.position + pose.left() * left_m, pose.yaw_rad)
 }
 
-/// The ego with its front bumper at 0, and the others.
+/// Returns a snapshot with the ego's front bumper at 0 and the other vehicles.
 pub fn snapshot(cars: Vec<VehicleSnapshot>) -> Snapshot {
     let pose = on_lane(0.0, 0.0);
     let wheels = stage(false).hubs.map(|hub| WheelPose { hub, ..Default::default() });
@@ -83,21 +82,21 @@ pub fn snapshot(cars: Vec<VehicleSnapshot>) -> Snapshot {
     Snapshot { tick: Tick(500), ego, ego_before: ego, cars, mean_speed_mps: 4.0, ..Snapshot::default() }
 }
 
-/// The full ring: 22 cars at equal distances, every third one braking.
+/// Returns the full ring: 22 vehicles at equal distances, every third of the traffic braking.
 pub fn full_ring() -> Snapshot {
     let mut cars: Vec<VehicleSnapshot> = (1..22).map(|i| car(i, on_lane(f64::from(i) * RING_M / 22.0, 0.0))).collect();
     cars.iter_mut().step_by(3).for_each(|car| car.lamps.brake = true);
     snapshot(cars)
 }
 
-/// Options in which car 1 wears magenta.
+/// Returns options in which vehicle 1 is magenta.
 pub fn marked() -> ViewOptions {
     let mut options = ViewOptions::default();
     options.paint_overrides.insert(VehicleId(1), MAGENTA);
     options
 }
 
-/// Options in which the ego wears magenta and the others green: at its edge a lit lamp on blue paint is magenta too.
+/// Returns options in which the ego is magenta and all others green. A lit lamp on blue paint would look magenta at its edge.
 pub fn marked_ego() -> ViewOptions {
     let mut options = ViewOptions { ordinary_paints: false, ..Default::default() };
     options.paint_overrides.insert(EGO, MAGENTA);
@@ -108,7 +107,7 @@ pub fn view(snapshot: &Snapshot, kind: ViewKind, options: &ViewOptions) -> View 
     scene::view(snapshot, 1.0, kind, options, stage(true))
 }
 
-/// Corners of the box around a car's body, world axes.
+/// Returns the corners of the box around a vehicle's body, in world axes.
 pub fn corners(pose: &Pose) -> impl Iterator<Item = Vec3> {
     let (at, along, left) = (pose.position.as_vec2(), pose.forward().as_vec2(), pose.left().as_vec2());
     (0..8).map(move |i| {

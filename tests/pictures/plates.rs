@@ -1,4 +1,4 @@
-//! Number plates can be read: the signs of the car's own number, upright, from either end; mirrored in the mirror alone.
+//! Tests of number plates: the car's own number can be read upright at both ends, and is mirrored only in the mirror.
 
 use crate::{pixels::*, place::*};
 use codrive::{
@@ -9,11 +9,11 @@ use codrive::{
 use glam::{Vec2, Vec3};
 
 const SIZE: [u32; 2] = [320, 64];
-/// Half the width that a picture shows at the plate, metres.
+/// Half the width of the picture at the plate, m.
 const HALF_M: f32 = 0.26;
 const DISTANCE_M: f32 = 4.0;
 
-/// Whether ink is to be where a reader sees it, metres right of and above the plate's middle.
+/// Checks whether the plate has ink at `at`, metres right of and above its centre as the reader sees it.
 fn ink(number: u16, at: Vec2) -> bool {
     number_plate::signs(number).iter().any(|&(across, sign)| {
         let strokes = lettering::set(&sign.to_string()).strokes;
@@ -26,13 +26,13 @@ fn ink(number: u16, at: Vec2) -> bool {
     })
 }
 
-/// Correlation of the picture's darkness with where ink should be, if `seen` turns a place of the picture into the reader's.
+/// Returns the correlation of the picture's darkness with the expected ink. `seen` converts a place of the picture to the reader's frame.
 fn agreement(image: &image::RgbaImage, number: u16, seen: impl Fn(Vec2) -> Vec2) -> f32 {
     let (mut n, mut sums) = (0.0, [0.0f32; 5]);
     for (x, y, p) in image.enumerate_pixels() {
         let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / Vec2::new(SIZE[0] as f32, SIZE[1] as f32) - 0.5;
         let at = 2.0 * HALF_M * Vec2::new(place.x, -place.y * SIZE[1] as f32 / SIZE[0] as f32);
-        // Between the blue field and the right edge, without the seals.
+        // The part between the blue field and the right edge, without the seals.
         let at = seen(at);
         if at.y.abs() > 0.045 || !(-0.20..0.24).contains(&at.x) || (-0.07..-0.02).contains(&at.x) {
             continue;
@@ -46,7 +46,7 @@ fn agreement(image: &image::RgbaImage, number: u16, seen: impl Fn(Vec2) -> Vec2)
 }
 
 #[test]
-fn a_plate_reads_the_cars_own_number_the_right_way_up_at_both_ends() {
+fn a_plate_shows_the_cars_own_number_upright_at_both_ends() {
     let pose = on_lane(40.0, 0.0);
     let cars = [1, 2].map(|id| car(id, pose));
     let mut drawing = renderer_of();
@@ -78,9 +78,8 @@ fn a_plate_reads_the_cars_own_number_the_right_way_up_at_both_ends() {
     }
 }
 
-/// Mean light of a plate's signs and their contrast (standard deviation over the mean), and how wide a sign is, pixels, of
-/// a car that is this far ahead, its plate seen from straight behind; the means of four pictures between whose pixels the
-/// plate lies otherwise.
+/// Returns the mean light of a plate's signs, their contrast (standard deviation over mean), and the width of a sign in pixels. The plate
+/// is seen from straight behind at this distance. The values are means of four pictures with the plate shifted by parts of a pixel.
 fn plate_at(drawing: &mut Renderer, distance_m: f32) -> (f32, f32, f32) {
     let all = [0.0, 0.25, 0.5, 0.75].map(|off_px| plate_beside(drawing, distance_m, off_px));
     let mean = |of: fn(&(f32, f32, f32)) -> f32| all.iter().map(of).sum::<f32>() / all.len() as f32;
@@ -96,11 +95,12 @@ fn plate_beside(drawing: &mut Renderer, distance_m: f32, off_px: f32) -> (f32, f
     let middle = pose.position.as_vec2().extend(0.692) - along * 2.47;
     let lens = Lens::Perspective { fov_x_rad: 10f32.to_radians() };
     let pixel_m = 2.0 * distance_m * 5f32.to_radians().tan() / SIZE[0] as f32;
-    // To the left and up, so that the plate is to the right and below.
+    // To the left and up, so that the plate appears to the right and below.
     let aside = (Vec3::Z.cross(along) + Vec3::Z) * (off_px * pixel_m);
     view.camera = Camera { eye: middle - along * distance_m + aside, forward: along, up: Vec3::Z, lens };
     let image = draw_with(drawing, &view, SIZE);
-    // From `left` on, without pixels of which a part may be beside the plate; those at the edge of that by their share.
+    // Pixels of the plate from `left_m` on, with weights. Pixels that may reach beyond the plate are left out; those at that border count
+    // by their share.
     let share = |at: f32, low: f32, high: f32| ((at + 0.5).min(high) - (at - 0.5).max(low)).clamp(0.0, 1.0);
     let lights = |left_m: f32| -> Vec<(f32, f32)> {
         let [left, right, high] = [left_m, 0.26, 0.052].map(|m| m / pixel_m);
@@ -116,7 +116,7 @@ fn plate_beside(drawing: &mut Renderer, distance_m: f32, off_px: f32) -> (f32, f
         let weight: f32 = lights.iter().map(|(weight, _)| weight).sum();
         lights.iter().map(|(weight, v)| weight * of(*v)).sum::<f32>() / weight
     };
-    // Beside its blue field.
+    // The part right of the blue field.
     let signs = lights(-0.215);
     let mean = mean_of(&signs, &|v| v);
     let spread = mean_of(&signs, &|v| (v - mean) * (v - mean));
@@ -125,21 +125,21 @@ fn plate_beside(drawing: &mut Renderer, distance_m: f32, off_px: f32) -> (f32, f
 
 #[test]
 fn a_plate_blends_with_distance_and_does_not_switch_off() {
-    // Nothing between car and eye: no posts, no grass.
+    // Nothing is between vehicle and camera: no posts, no grass.
     let bare = StaticScene { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
     for quality in [Quality::MEDIUM, Quality::LOW] {
         let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
         let mut before: Option<(f32, f32, f32, f32)> = None;
         let mut distance_m = 12.0f32;
-        // Up to where a plate is two pixels high.
+        // Up to the distance at which a plate is two pixels high.
         while distance_m < 88.0 {
             let (mean, contrast, sign_px) = plate_at(&mut drawing, distance_m);
             println!("{distance_m:6.1} m: mean {mean:.3}, contrast {contrast:.3}, sign {sign_px:.1} px");
-            // A sign of three pixels is seen: a tenth of the mean is ten times the eye's threshold of 1 %.
+            // Signs of three pixels are visible: a contrast of a tenth is ten times the eye's threshold of 1 %.
             assert!(sign_px < 3.0 || contrast > 0.10, "{distance_m} m: contrast {contrast} at {sign_px} pixels");
             if let Some((metres, light, seen, px)) = before {
-                // A change of less than a tenth is not seen on a patch of a few minutes of arc. The contrast fades and does not switch: by no more than a quarter of what a sharp
-                // sign has, 0.6.
+                // The eye does not see a change of less than a tenth on a patch of a few minutes of arc. The contrast fades and does not
+                // switch: one step changes it by at most 0.15, a quarter of the 0.6 of a sharp sign.
                 let step = (mean / light - 1.0).abs();
                 assert!(step < 0.09, "{metres} to {distance_m} m: mean light changes by {step}");
                 assert!((contrast - seen).abs() < 0.15, "{metres} m, {px} px: {seen}, then {contrast}");

@@ -1,4 +1,4 @@
-//! Wherever a camera stands and whatever the hour: light is a number, and no pixel is burnt out.
+//! Tests of many camera poses and hours: light is a number, and no picture is burnt out.
 
 use crate::place::gpu;
 use codrive::{
@@ -13,7 +13,7 @@ use glam::{DVec2, Vec3};
 const POSES: usize = 500;
 const SIZE: [u32; 2] = [48, 27];
 
-/// Cars every 12 m, on any map.
+/// Returns a snapshot with a vehicle every 12 m, on any map.
 fn snapshot(map: &RoadMap) -> Snapshot {
     let mut snapshot = crate::place::snapshot(Vec::new());
     let route = &map.route;
@@ -32,7 +32,7 @@ fn snapshot(map: &RoadMap) -> Snapshot {
 fn no_pixel_is_nan_or_white_in_500_random_poses_on_every_map() {
     let maps = map::list();
     assert!(maps.len() >= 3, "the maps of maps/");
-    // A thread for each map: while one waits for its picture, another gathers what is in its own.
+    // One thread per map: while one waits for its picture, another prepares its own.
     std::thread::scope(|scope| {
         for info in &maps {
             scope.spawn(|| update_derived_state(&info.name));
@@ -49,13 +49,13 @@ fn update_derived_state(name: &str) {
     let mut draw = |low: f64, high: f64| random.uniform(low, high);
     let mut options = ViewOptions::default();
     for pose in 0..POSES {
-        // A new hour now and then: the sky is made anew for it.
+        // The hour changes only every 25 poses, as each hour needs a new sky.
         if pose % 25 == 0 {
             options = ViewOptions { visibility_m: draw(1e3, 1e5) as f32, ..ViewOptions::default() }
                 .at_hour(draw(6.0, 18.0) as f32);
         }
         let mut view = scene::view(&snapshot, 1.0, ViewKind::Chase, &options, &stage);
-        // Near the road, from a hand above the ground to above the trees; level, down or up; wide or long.
+        // Near the road, from 0.2 m above the ground to above the trees; looking level, down or up; with wide or narrow lenses.
         let beside = DVec2::new(draw(-15.0, 15.0), draw(-15.0, 15.0));
         let place = map.route.point_at(draw(0.0, map.route.length_m())) + beside;
         let eye = place.as_vec2().extend((0.2 * 300f64.powf(draw(0.0, 1.0))) as f32);
@@ -68,7 +68,7 @@ fn update_derived_state(name: &str) {
         let seen = || format!("{} pose {pose}: eye {eye}, forward {forward}", map.name);
         assert!(light.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{}", seen());
         assert!(light.iter().any(|p| p[0] > 0.0), "{}: black", seen());
-        // The sun and its glints may be white, a whole picture of them may not.
+        // The sun and its glints may be white, but not a large part of the picture.
         let white = light.iter().filter(|p| p[0].min(p[1]).min(p[2]) > 4.0).count();
         assert!(white <= light.len() / 20, "{}: {white} white pixels", seen());
     }

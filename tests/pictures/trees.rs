@@ -1,4 +1,4 @@
-//! Trees change their level of detail without a jump: as much of the picture is leaves before as after, in one colour.
+//! Tests of levels of detail of trees: at a switch, covered area and colour stay the same.
 
 use crate::{pixels::*, place::*};
 use codrive::{
@@ -9,15 +9,15 @@ use glam::Vec3;
 
 const SIZE: [u32; 2] = [320, 320];
 
-/// What a picture shows of a tree.
+/// Effect of a tree on a picture.
 #[derive(Clone, Copy)]
 struct Shown {
-    /// How much less light of each colour comes from where it stands than from the bare sky, over the square of its radius in
-    /// the picture: the more it covers and the darker it is, the more.
+    /// Light that the tree takes from the bare sky, per colour, over the square of its radius in pixels. It grows with the covered area and
+    /// the darkness of the tree.
     taken: Vec3,
-    /// Share of that square whose colour it changes.
+    /// Number of changed pixels over the square of the tree's radius in pixels.
     cover: f32,
-    /// Mean colour there.
+    /// Mean colour of the changed pixels.
     colour: Vec3,
 }
 
@@ -41,14 +41,14 @@ fn a_tree_takes_as_much_light_on_both_sides_of_a_switch_of_detail() {
         posts: Mesh::default(),
         ..bare
     };
-    // Where the levels change at their own sizes, and where they do so latest; seen as one of a tree's pictures shows it, and
-    // from half-way between two.
+    // The levels change at their own sizes, and at the largest sizes; from a direction of one of the tree's pictures, and from half way
+    // between two.
     for (detail, yaw_rad) in [(1.0, 0.0), (Quality::LOW.detail, 0.2)] {
         changes_without_a_jump(&bare, Quality { msaa: 4, fine: true, detail, ..Quality::LOW }, yaw_rad);
     }
 }
 
-/// Draws each tree as large as where two levels meet, once just before that and once just after it.
+/// Draws each tree at the sizes where two levels meet, just before and just after the switch.
 fn changes_without_a_jump(bare: &StaticScene, quality: Quality, yaw_rad: f32) {
     let size = [(300.0 / quality.detail.sqrt()) as u32; 2];
     let mut empty = Renderer::new(gpu(), bare, OFFSCREEN, quality);
@@ -91,9 +91,9 @@ fn changes_without_a_jump(bare: &StaticScene, quality: Quality, yaw_rad: f32) {
 
             println!("kind {kind}, {radius_px:.0} px, {finer:?} to {coarser:?}: {more:.2} {wider:.3} {jump:.3}");
             assert!((0.80..1.25).contains(&wider), "kind {kind}, {finer:?} to {coarser:?}: {wider} times the cover");
-            // A twentieth of the screen's scale, for the pictures of all levels with several samples a pixel: none of them
-            // lets a far tree be larger than its picture was painted. Those of one sample do (`detail` below 1), at a step of
-            // up to 0.062; they do not change at once but tree by tree over a tenth of its size, as all switches of trees.
+            // A twentieth of the screen's scale, for the pictures of all levels with several samples per pixel: there no far tree is drawn
+            // larger than its picture. With one sample (`detail` below 1) it may be, with a step of up to 0.062. As at all switches of
+            // trees, trees then change one by one over a tenth of their size, not all at once.
             let own = quality.detail == 1.0 || coarser != TreeDetail::Far;
             assert!(!own || jump < 0.05, "kind {kind}, {finer:?} to {coarser:?}: {jump} between the colours");
             assert!(
@@ -105,19 +105,19 @@ fn changes_without_a_jump(bare: &StaticScene, quality: Quality, yaw_rad: f32) {
 }
 
 #[test]
-fn from_above_at_noon_crowns_are_to_the_meadow_as_forests_are_and_their_shade_is_not_black() {
+fn at_noon_crowns_are_as_bright_as_forests_and_their_shade_is_not_black() {
     let options = ViewOptions { wind_mps: 0.0, ..Default::default() }.at_hour(12.0);
     let quality = Quality { msaa: 4, fine: true, ..Quality::LOW };
     let land = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
     let land = StaticScene { tuft_places: Vec::new(), posts: Mesh::default(), ..land };
     let bare = StaticScene { road: Mesh::default(), land: Mesh::default(), ..land.clone() };
-    // In the ring's middle, 10 m apart; the shade falls northwards, as long as the tree is high.
+    // In the ring's middle. The shade falls northwards and is as long as the tree is high.
     let centre = stage(true).centre;
     let mut empty = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
     let mut meadow = Renderer::new(gpu(), &land, OFFSCREEN, quality);
-    // Albedos of Oke 1987 (Boundary Layer Climates, second edition, table 1.1): grass 0.16 to 0.26, broad-leaved forest 0.15 to
-    // 0.20, conifers 0.05 to 0.15. They are of all the sun's radiation; of its light alone all that is green reflects a like
-    // part of that, so that the ratios stand. An oak, and a spruce.
+    // Albedos of Oke 1987 (Boundary Layer Climates, second edition, table 1.1): grass 0.16 to 0.26, broad-leaved forest 0.15 to 0.20,
+    // conifers 0.05 to 0.15. They cover all solar radiation. All green plants reflect a similar part of that in visible light, so the
+    // ratios hold. Kind 0 is an oak, kind 3 a spruce.
     for (kind, forest) in [(0, 0.15 / 0.26..0.20 / 0.16), (3, 0.05 / 0.26..0.15 / 0.16)] {
         let (position, tint) = (centre.extend(0.0), [1.0; 3]);
         let place = TreePlace { position, yaw_rad: 0.0, scale: 1.0, tint, kind };
@@ -146,7 +146,7 @@ fn from_above_at_noon_crowns_are_to_the_meadow_as_forests_are_and_their_shade_is
                     (false, false) => in_sun.push(light),
                 }
             }
-            // Of light, not of what the screen shows of it.
+            // Means are those of light, not of screen values.
             let mean = |all: &[f32]| all.iter().map(|seen| crate::pixels::light(*seen)).sum::<f32>() / all.len() as f32;
             let grass = mean(&in_sun);
             on_crown.sort_by(f32::total_cmp);
@@ -154,22 +154,21 @@ fn from_above_at_noon_crowns_are_to_the_meadow_as_forests_are_and_their_shade_is
             let [crown, shade] = [&on_crown, &on_shade].map(|all| mean(all) / grass);
             println!("kind {kind}, {half_m} m: crown {crown:.3}, sunny {sunny:.3}, shade {shade:.3} of the meadow");
             assert!(forest.contains(&crown), "kind {kind}, {half_m} m: a crown of {crown} of the meadow's light");
-            // Its brighter half has the sun that the other one lacks.
+            // The brighter half of the crown is in the sun.
             assert!(sunny > 1.2 * crown, "kind {kind}, {half_m} m: {sunny} in the sun, {crown} in all");
-            // An eighth to a third of daylight comes from the sky (CIE clear sky), and crowns let a twentieth to a fifth of
-            // the sun through.
+            // An eighth to a third of daylight comes from the sky (CIE clear sky), and crowns transmit a twentieth to a fifth of sunlight.
             assert!((0.17..0.47).contains(&shade), "kind {kind}, {half_m} m: shade {shade} of the meadow in the sun");
         }
     }
 }
 
-/// Share of a picture's pixels that are unlike each of their four neighbours: those of a stipple, and of lone points.
+/// Returns the share of pixels that differ from each of their four neighbours, as in a stipple or isolated points.
 fn lone(image: &image::RgbaImage) -> f32 {
     let [width, height] = [image.width(), image.height()];
     let at = |x: u32, y: u32| luminance(rgb(image.get_pixel(x, y)));
     let is = |x: u32, y: u32| {
         let here = at(x, y);
-        // A tenth of the scale is seen at once, and twice what grain and edges of leaves differ by.
+        // A tenth of the scale is clearly visible and is twice the difference made by grain and edges of leaves.
         [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)].iter().all(|&(x, y)| (at(x, y) - here).abs() > 0.10)
     };
     let count = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))).filter(|&(x, y)| is(x, y)).count();
@@ -187,7 +186,7 @@ fn leaves_at_low_have_no_stipple() {
             snapshot.ego.rotation = glam::Quat::from_rotation_z(pose.yaw_rad as f32);
             snapshot.ego_before = snapshot.ego;
             let mut view = view(&snapshot, ViewKind::Driver, &Default::default());
-            // Trees alone: looking up by 12 degrees, without a car.
+            // Trees alone: looking up by 12 degrees, without a vehicle.
             view.camera.forward = (view.camera.forward + 0.21 * glam::Vec3::Z).normalize();
             view.camera.up = glam::Vec3::Z;
             (view.mirror, view.seat) = (None, None);
@@ -198,12 +197,12 @@ fn leaves_at_low_have_no_stipple() {
     });
     println!("lone pixels, low and medium: {shares:?}");
     let [low, medium] = shares.each_mut().map(|shares| shares.iter().sum::<f32>() / shares.len() as f32);
-    // Four samples show leaves that are smaller than a pixel, each for itself; one shows larger ones, and no more lone points.
+    // Four samples show single leaves smaller than a pixel. One sample shows larger leaves, with no more lone pixels.
     assert!(low <= medium, "{low} at low, {medium} at medium");
 }
 
 #[test]
-fn between_two_levels_a_tree_of_one_sample_a_pixel_has_no_stipple() {
+fn a_tree_between_two_levels_has_no_stipple_with_one_sample_a_pixel() {
     let bare = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
     let bare = StaticScene {
         road: Mesh::default(),
@@ -241,7 +240,7 @@ fn between_two_levels_a_tree_of_one_sample_a_pixel_has_no_stipple() {
                 lone(&draw_with(&mut renderer, &view, size))
             });
             println!("kind {kind}, {radius_px:.0} px: lone {finer:.4}, {between:.4}, {also:.4}, {coarser:.4}");
-            // Both at once are no more ragged than the raggeder one and half of that again.
+            // Two blended levels may be at most half as ragged again as the more ragged one.
             let most = 1.5 * finer.max(coarser) + 0.001;
             assert!(
                 between.max(also) < most,

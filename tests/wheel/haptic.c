@@ -1,7 +1,6 @@
-/* A library that looks like SDL2's joysticks and haptics and writes down what it is asked, with the bytes of each effect. The test
- * builds it with the system's cc; -DLACKING leaves one function out, -DROOM=n has room for so many effects, -DFIRST=n counts them
- * from there, -DSTUCK runs none. What is asked also goes to the file that HAPTIC_LOG names,
- * line by line, for a test that watches another process. */
+/* Library with the interface of SDL2's joysticks and haptics that logs its calls, with the bytes of each effect. The test builds it
+ * with the system's cc. -DLACKING leaves one function out, -DROOM=n limits the number of effects, -DFIRST=n sets the first effect id,
+ * -DSTUCK runs no effect. Calls are also written to the file HAPTIC_LOG, line by line, for a test that watches another process. */
 #include <pthread.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -19,7 +18,7 @@ static void note(const char *format, ...) {
     const char *name = getenv("HAPTIC_LOG");
     va_list rest;
     pthread_mutex_lock(&lock);
-    /* A process that is watched from outside asks for more than there is room for here. */
+    /* A process that logs to a file makes more calls than fit into `text`. */
     if (name) end = 0;
     va_start(rest, format);
     const char *line = text + end;
@@ -39,7 +38,7 @@ static void effect(const char *what, int id, const uint8_t *bytes) {
     note("%s %d %s\n", what, id, hex);
 }
 
-/* For the test: what was asked since the last time, and what the wheel can do. */
+/* For the test: the calls since the last time, and the abilities of the wheel. */
 const char *taken(void) {
     static char out[1 << 20];
     pthread_mutex_lock(&lock);

@@ -1,5 +1,4 @@
-//! Force through SDL2, against a library of our own that writes down what it is asked (`haptic.c`), and against the true one
-//! where it is installed.
+//! Tests of force through SDL2, against a library that logs its calls (`haptic.c`), and against the true SDL2 if it is installed.
 
 use super::kernel::BEND;
 use codrive::input::{
@@ -19,7 +18,7 @@ use std::{
 
 const G29: (u16, u16) = (0x046d, 0xc24f);
 
-/// The recorder, built anew, so that each test has its own.
+/// Logging library, built anew for each test.
 struct Recorder {
     path: PathBuf,
     library: Option<libloading::Library>,
@@ -34,13 +33,13 @@ impl Recorder {
         let cc = Command::new("cc").args(["-shared", "-fPIC", "-o"]).args([&path, &source]).args(options).output();
         let built = cc.expect("no C compiler (cc)\n  remedy: scripts/setup, or apt install gcc");
         assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-        // SAFETY: it runs no code at load time.
+        // SAFETY: the library runs no code at load time.
         let library = Some(unsafe { libloading::Library::new(&path) }.unwrap());
         Self { path, library, _folder: folder }
     }
 
     fn taken(&self) -> Vec<String> {
-        // SAFETY: the type is that of haptic.c, and the text stands until the next call.
+        // SAFETY: the type is as in haptic.c, and the text is valid until the next call.
         let text = unsafe {
             let taken =
                 self.library.as_ref().unwrap().get::<unsafe extern "C" fn() -> *const c_char>(b"taken\0").unwrap();
@@ -50,7 +49,7 @@ impl Recorder {
     }
 
     fn set(&self, abilities: u32, motor: bool) {
-        // SAFETY: the type is that of haptic.c.
+        // SAFETY: the type is as in haptic.c.
         unsafe {
             let set = self.library.as_ref().unwrap().get::<unsafe extern "C" fn(u32, i32)>(b"set_abilities\0").unwrap();
             set(abilities, motor.into());
@@ -62,7 +61,7 @@ impl Recorder {
     }
 }
 
-/// A constant effect of `SDL_haptic.h` as its 72 bytes: type 1, direction 3 (the steering axis), without end, the level.
+/// Returns a constant effect of `SDL_haptic.h` as its 72 bytes: type 1, direction 3 (the steering axis), without end, with this level.
 fn bytes(level: i16) -> String {
     let mut bytes = [0_u8; 72];
     bytes[0] = 1;
@@ -79,12 +78,12 @@ fn sdl_gets_one_constant_effect_updated_in_place_and_stopped_at_the_end() {
     let begun = recorder.taken();
     let hints = ["hint SDL_NO_SIGNAL_HANDLERS 1", "hint SDL_JOYSTICK_THREAD 1", "ready", "init 1200"];
     assert_eq!(begun[..4], hints);
-    // The second, of no force, plays all the time.
+    // The second effect, without force, plays all the time.
     let [new, rest] = [3, 4].map(|id| format!("new {id} {}", bytes(0)));
     let made = [&new, &rest, "run 4 ffffffff", "run 3 ffffffff"];
     assert_eq!(begun[4..8], ["joystick 1", "haptic of 1", "gain 100", "autocentre 0"]);
     assert_eq!(begun[8..], made);
-    // To the right, to the left, and the most.
+    // Right, left, and both extremes.
     for (level, sent) in [(21_760, -21_760), (-21_760, 21_760), (i16::MIN, 32_767), (i16::MAX, -32_767)] {
         force.set(level).unwrap();
         assert_eq!(recorder.taken(), [format!("update 3 {}", bytes(sent))]);
@@ -97,9 +96,9 @@ fn sdl_gets_one_constant_effect_updated_in_place_and_stopped_at_the_end() {
 }
 
 #[test]
-fn a_wheel_without_strength_and_centring_of_its_own_is_asked_for_neither() {
+fn a_wheel_without_strength_or_centring_is_asked_for_neither() {
     let recorder = Recorder::build(&[]);
-    // SDL_haptic.h: a constant force is bit 0, strength bit 12, centring bit 13.
+    // SDL_haptic.h: constant force is bit 0, strength bit 12, centring bit 13.
     for (abilities, asked) in [(1, None), (1 | 1 << 12, Some("gain 100")), (1 | 1 << 13, Some("autocentre 0"))] {
         recorder.set(abilities, true);
         let force = recorder.open().unwrap();
@@ -115,7 +114,7 @@ fn a_wheel_without_strength_and_centring_of_its_own_is_asked_for_neither() {
 }
 
 #[test]
-fn a_wheel_with_room_for_one_effect_goes_with_that_and_numbers_may_begin_at_0() {
+fn a_wheel_with_room_for_one_effect_works_and_effect_ids_may_start_at_0() {
     let recorder = Recorder::build(&["-DROOM=1", "-DFIRST=0"]);
     let mut force = recorder.open().unwrap();
     assert_eq!(recorder.taken()[8..], [format!("new 0 {}", bytes(0)), "run 0 ffffffff".into()]);
@@ -130,7 +129,7 @@ fn a_wheel_with_room_for_one_effect_goes_with_that_and_numbers_may_begin_at_0() 
 }
 
 #[test]
-fn a_wheel_that_takes_no_effect_or_plays_none_is_told_and_let_go() {
+fn a_wheel_that_takes_or_plays_no_effect_is_reported_and_closed() {
     for (option, why) in [("-DROOM=0", "SDL2 makes no constant force"), ("-DSTUCK", "SDL2 does not run the force")] {
         let recorder = Recorder::build(&[option]);
         let text = recorder.open().err().expect("no force").to_string();
@@ -141,7 +140,7 @@ fn a_wheel_that_takes_no_effect_or_plays_none_is_told_and_let_go() {
 }
 
 #[test]
-fn the_force_thread_drives_sdl_as_it_drives_a_wheel() {
+fn the_force_thread_drives_sdl_like_a_wheel() {
     let recorder = Recorder::build(&[]);
     let profile = profiles::named("g29").unwrap();
     let force = ForceLoop::new(Box::new(recorder.open().unwrap()), &profile);
@@ -161,7 +160,7 @@ fn the_force_thread_drives_sdl_as_it_drives_a_wheel() {
     feel(30);
     assert_eq!(recorder.taken(), [""; 0], "unchanged is not sent");
     assert!((thread.torque_nm() - 1.4).abs() < 0.01);
-    // Nobody says anything any more.
+    // No further input arrives.
     sleep(Duration::from_millis(200));
     assert_eq!(recorder.taken().last(), Some(&format!("update 3 {}", bytes(0))));
     drop(thread);
@@ -171,7 +170,7 @@ fn the_force_thread_drives_sdl_as_it_drives_a_wheel() {
 }
 
 #[test]
-fn what_cannot_be_is_said_with_its_remedy() {
+fn errors_of_sdl_name_their_remedy() {
     let text = |opened: Result<SdlForce, WheelWithoutForce>| opened.err().expect("no force").to_string();
     let nowhere = [PathBuf::from("/nowhere/libSDL2.so")];
     let missing = text(SdlForce::open_from(&nowhere, G29, "Logitech G29", 0.0));
@@ -195,7 +194,7 @@ fn what_cannot_be_is_said_with_its_remedy() {
 }
 
 #[test]
-fn the_true_sdl_without_a_wheel_says_that_there_is_none() {
+fn the_true_sdl_reports_a_missing_wheel() {
     let id = (0x046d, 0xcfff);
     let text = SdlForce::open(id, "A wheel", 0.0).err().expect("there is no such wheel").to_string();
     assert!(text.contains("joysticks, none of them 046d:cfff"), "{text}\nscripts/setup --test installs SDL2");

@@ -1,6 +1,6 @@
-//! What the tests with a real kernel share: who may run, waiting, percentiles. These tests make wheels out of nothing, through
-//! /dev/uinput (`uinput.rs`) or as a USB device of the kernel's own (`usb.rs`). Where the kernel has neither they are noted as not
-//! run (see [`alone`]); `scripts/wheel-vm` runs them in a virtual machine that has both.
+//! Shared parts of the tests with a real kernel: permission to run, waiting, percentiles. These tests create wheels through /dev/uinput
+//! (`uinput.rs`) or as a USB device of the kernel's gadget side (`usb.rs`). If the kernel has neither, they are recorded as not run (see
+//! [`alone`]). `scripts/wheel-vm` runs them in a virtual machine that has both.
 
 use codrive::{
     controls::Controls,
@@ -14,29 +14,29 @@ use std::{
     time::Duration,
 };
 
-/// Set for a process of this program that is a driver to be killed.
+/// Environment variable that makes a process of this program a driver that the test kills.
 pub const DRIVER: &str = "CODRIVE_TEST_DRIVER";
-/// Set by `scripts/wheel-vm`, where a test that does not run is a failure.
+/// Environment variable that `scripts/wheel-vm` sets; then a test that does not run is a failure.
 const MUST: &str = "CODRIVE_TEST_WHEEL_VM";
 
-/// Names a file that takes a line for each test that this kernel cannot run: the reason's name and the test's, with a tab
-/// between. `scripts/test` sets it and compares the lines with `tests/not-run-here/`.
+/// Environment variable with the path of a file that gets a line for each test that this kernel cannot run: reason and test name, separated
+/// by a tab. `scripts/test` sets it and compares the lines with `tests/not-run-here/`.
 const NOT_RUN: &str = "CODRIVE_TESTS_NOT_RUN";
 
-/// One wheel at a time: all of them show in one /sys.
+/// Allows one wheel at a time, as all wheels share one /sys.
 static ALONE: Mutex<()> = Mutex::new(());
 
-/// What of a kernel a test needs, which no package brings.
+/// Feature of the kernel that a test needs and no package provides.
 #[derive(Clone, Copy, Debug)]
 pub enum Kernel {
-    /// To make input devices out of nothing.
+    /// Creation of virtual input devices.
     Uinput,
-    /// To play a USB device to itself.
+    /// Simulation of a USB device by the same machine.
     UsbGadget,
 }
 
 impl Kernel {
-    /// Name of the reason, and of the list of tests that are not run for it.
+    /// Returns the name of the reason, which is also the name of its list of tests.
     fn reason(self) -> &'static str {
         match self {
             Self::Uinput => "uinput",
@@ -44,7 +44,7 @@ impl Kernel {
         }
     }
 
-    /// What is missing here; `scripts/test` asks the same.
+    /// Returns the missing feature, if any; `scripts/test` makes the same check.
     fn lacking(self) -> Option<String> {
         let path = match self {
             Self::Uinput => "/dev/uinput",
@@ -59,7 +59,7 @@ impl Kernel {
     }
 }
 
-/// The name of the function that this stands in, from its program on: `wheel::uinput::two_wheels_are_told`.
+/// Returns the path of the enclosing function without the crate: `wheel::uinput::two_wheels_are_told`.
 macro_rules! this_test {
     () => {{
         fn here() {}
@@ -69,8 +69,8 @@ macro_rules! this_test {
 }
 pub(crate) use this_test;
 
-/// The right to make a wheel. `None` where the kernel cannot: the test is then noted as not run, in the file that
-/// [`NOT_RUN`] names or else, past the test runner's silence, on standard error.
+/// Gives the permission to create a wheel. Returns `None` if the kernel cannot. The test is then recorded as not run, in the file of
+/// [`NOT_RUN`], or else on standard error, which the test runner does not capture here.
 pub fn alone(kernel: Kernel, test: &str) -> Option<MutexGuard<'static, ()>> {
     let guard = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(lacking) = kernel.lacking() else {
@@ -86,7 +86,7 @@ pub fn alone(kernel: Kernel, test: &str) -> Option<MutexGuard<'static, ()>> {
         }
         None => {
             let line = format!("NOT RUN HERE: {test}, because {lacking}; scripts/wheel-vm runs it\n");
-            // The macros' output is kept from the screen when a test passes.
+            // The test runner captures the output of macros when a test passes.
             std::io::stderr().write_all(line.as_bytes()).unwrap();
         }
     }
@@ -95,58 +95,57 @@ pub fn alone(kernel: Kernel, test: &str) -> Option<MutexGuard<'static, ()>> {
 
 fn writable(path: &str, what: &fs::Metadata) -> std::io::Result<()> {
     if what.is_dir() {
-        // A folder of the kernel's: only root makes things there.
+        // Only root can create entries in a folder of the kernel.
         return if is_root() { Ok(()) } else { Err(std::io::ErrorKind::PermissionDenied.into()) };
     }
     fs::OpenOptions::new().read(true).write(true).open(path).map(drop)
 }
 
-/// True for the one who may do all.
+/// Returns true if the process runs as root.
 pub fn is_root() -> bool {
-    // SAFETY: it reads a number.
+    // SAFETY: geteuid only returns a number.
     unsafe { nix::libc::geteuid() == 0 }
 }
 
-/// Says a figure, so that it can be read in the output of `scripts/wheel-vm`.
+/// Prints a figure, which appears in the output of `scripts/wheel-vm`.
 pub fn figure(what: &str, value: impl std::fmt::Display) {
     println!("figure: {what}: {value}");
 }
 
-/// Median, 99th percentile and largest of some times.
+/// Returns median, 99th percentile and maximum of some times as text.
 pub fn spread(mut times: Vec<Duration>) -> String {
     times.sort();
     let at = |share: f64| times[((times.len() - 1) as f64 * share).round() as usize].as_secs_f64() * 1e3;
     format!("{:.2} / {:.2} / {:.2} ms (median, 99 %, most; n {})", at(0.5), at(0.99), at(1.0), times.len())
 }
 
-/// A G29's profile that leaves half of its own centring on at the end, so that it shows.
+/// Returns a G29's profile that restores half of its autocentring at the end, so that the test can detect it.
 pub fn profile() -> WheelProfile {
     let mut profile = profiles::named("g29").unwrap();
     profile.force.autocentre_after = 0.5;
     profile
 }
 
-/// A car in a bend to the left at 10 m/s.
+/// Force input of a vehicle in a bend to the left at 10 m/s.
 pub const BEND: ForceInput = ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true };
-/// The level that this comes to, by the shipped strength 0.35 and 2.1 N m at the full level: 1.4 / 2.1 of 255 steps of 128,
-/// against the axis, whose left is the smaller end.
+/// Effect level for `BEND`: with strength 0.35 as shipped and 2.1 N m at the full level, 1.4 / 2.1 of 255 steps of 128. The sign is
+/// negative, as left is the smaller end of the axis.
 pub const BEND_LEVEL: i16 = -170 * 128;
 
-/// A drive without a picture: a rig, read every 5 ms.
+/// Drive without a picture: a rig that is read every 5 ms.
 pub struct Driver {
-    /// The rig.
     pub rig: Rig,
-    /// All that it told.
+    /// Events of the rig since the start.
     pub news: Vec<RigEvent>,
 }
 
 impl Driver {
-    /// Sits down.
+    /// Opens a rig with the profile of these tests.
     pub fn new() -> Self {
         Self::with(profile())
     }
 
-    /// The same with this profile.
+    /// Opens a rig with this profile.
     pub fn with(profile: WheelProfile) -> Self {
         Self { rig: Rig::open(Some(profile)), news: Vec::new() }
     }
@@ -168,7 +167,7 @@ impl Driver {
         self.until("a wheel", |_, news| news.iter().any(|n| matches!(n, RigEvent::Connected(_))));
     }
 
-    /// Feels this for a time, told every 10 ms, as the loop of a drive does.
+    /// Sends a force input every 10 ms for a time, as the loop of a drive does.
     pub fn set_force_input(&mut self, feel: ForceInput, time: Duration) {
         let end = TimeStamp(TimeStamp::now().0 + time);
         while TimeStamp::now() < end {
@@ -179,7 +178,7 @@ impl Driver {
     }
 }
 
-/// If this process is the driver that is to be killed: drives in a bend until then.
+/// Drives in a bend until killed, if this process is the driver.
 pub fn drive_until_killed() {
     if std::env::var_os(DRIVER).is_none() {
         return;
@@ -192,7 +191,7 @@ pub fn drive_until_killed() {
     }
 }
 
-/// Starts this program anew as a driver that runs the test `name` only.
+/// Starts this program again as a driver that runs only the test `name`.
 pub fn start_driver(name: &str) -> std::process::Child {
     let this = std::env::current_exe().unwrap();
     let mut command = std::process::Command::new(this);

@@ -1,6 +1,6 @@
-//! A G29 by umockdev (`tests/g29/`): its ids, axes, ranges and force bits as the kernel tells them, events replayed. What
-//! umockdev cannot do: unplug it while it is open, stamp events with the monotonic clock, take an uploaded force; those are
-//! tested with ports and devices of our own in `src/input/`, and with a real kernel in `uinput.rs` and `usb.rs`.
+//! Tests with a G29 by umockdev (`tests/g29/`): its ids, axes, ranges and force bits as the kernel reports them, and replayed events.
+//! umockdev cannot unplug a wheel while it is open, stamp events with the monotonic clock, or accept an uploaded force. Test ports and
+//! devices in `src/input/` cover these, as do `uinput.rs` and `usb.rs` with a real kernel.
 #![cfg(target_os = "linux")]
 
 mod haptic;
@@ -20,10 +20,10 @@ use std::{
     time::Duration,
 };
 
-/// Set for the process that runs within umockdev.
+/// Environment variable that is set for the process within umockdev.
 const WITHIN: &str = "CODRIVE_TEST_WITHIN_UMOCKDEV";
 
-/// Runs a program with a virtual G29 of this product id, and events.
+/// Runs a program with a virtual G29 of this product id, and with events.
 fn with_wheel(product: &str, events: Option<&str>, program: &Path, arguments: &[&str]) -> Output {
     let folder = tempfile::tempdir().unwrap();
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/g29");
@@ -44,7 +44,7 @@ fn with_wheel(product: &str, events: Option<&str>, program: &Path, arguments: &[
 const UMOCKDEV: &str =
     "umockdev-run is needed; scripts/setup --test installs it (Debian, Ubuntu: apt install umockdev)";
 
-/// A /sys and /dev of a program's own, in which nothing is plugged in yet.
+/// Returns a command with its own /sys and /dev, with no device plugged in yet.
 fn umockdev() -> Command {
     Command::new("umockdev-run")
 }
@@ -53,7 +53,7 @@ fn codrive() -> &'static Path {
     Path::new(env!("CARGO_BIN_EXE_codrive"))
 }
 
-/// Runs one test of this file within umockdev.
+/// Runs one test of this program within umockdev and asserts its success.
 fn again_within(test: &str, events: Option<&str>) {
     let this = std::env::current_exe().unwrap();
     let output = with_wheel("c24f", events, &this, &["--exact", test, "--nocapture"]);
@@ -89,11 +89,11 @@ fn a_g29_drives_unasked() {
     // (40000 - 32767) / 32768 of 450 degrees to the right.
     let angle = devices.controls(5.0, None).steering_wheel_rad.to_degrees();
     assert!((angle + 99.33).abs() < 0.05, "{angle}");
-    // umockdev takes no uploaded effect: said once, and the wheel drives on.
+    // umockdev accepts no uploaded effect. That is reported once, and the wheel still steers.
     let told = news.iter().filter(|n| matches!(n, RigEvent::Trouble(text) if text.contains("gives no force"))).count();
     assert_eq!(told, 1, "{news:?}");
     assert!(devices.describe().contains("without force"));
-    // umockdev's events carry the times of their file, which are no latencies.
+    // umockdev's events have the times of their file, which are no latencies.
     assert_eq!(devices.newest_input(), None);
 }
 
@@ -116,7 +116,7 @@ fn a_g29_at_rest_stays_at_rest_without_any_event() {
 #[test]
 fn the_d_pad_of_a_g29_is_heard_as_its_hat_tells_it_and_drives_nothing() {
     if std::env::var_os(WITHIN).is_none() {
-        // Up, let go, left, let go, then the cross: ABS_HAT0X is 0010, ABS_HAT0Y 0011.
+        // Up, release, left, release, then the cross button: ABS_HAT0X is 0010, ABS_HAT0Y is 0011.
         let events = "E: 0.1 0003 0011 -1\nE: 0.1 0000 0000 0\nE: 0.2 0003 0011 0\nE: 0.2 0000 0000 0\n\
                       E: 0.3 0003 0010 -1\nE: 0.3 0000 0000 0\nE: 0.4 0003 0010 0\nE: 0.4 0000 0000 0\n\
                       E: 0.5 0001 0120 1\nE: 0.5 0000 0000 0\n";
@@ -135,8 +135,8 @@ fn the_d_pad_of_a_g29_is_heard_as_its_hat_tells_it_and_drives_nothing() {
 #[test]
 fn a_horn_that_came_up_while_the_kernels_queue_ran_over_is_heard() {
     if std::env::var_os(WITHIN).is_none() {
-        // The horn goes down; then events are lost (SYN_DROPPED, and what is left of a packet), and with them its coming up:
-        // umockdev says of the buttons, asked for their state, that none is down. Another is pressed, to see the end.
+        // The horn is pressed. Then events are lost (SYN_DROPPED and the rest of a packet), including the release. Asked for the state of
+        // the buttons, umockdev reports none as pressed. Another button is pressed to mark the end.
         let events = "E: 0.1 0001 0121 1\nE: 0.1 0000 0000 0\nE: 1.5 0000 0003 0\nE: 1.5 0003 0002 100\nE: 1.5 0000 0000 0\n\
                       E: 1.6 0001 0120 1\nE: 1.6 0000 0000 0\n";
         again_within("a_horn_that_came_up_while_the_kernels_queue_ran_over_is_heard", Some(events));
@@ -158,7 +158,7 @@ fn a_horn_that_came_up_while_the_kernels_queue_ran_over_is_heard() {
     assert_eq!(devices.controls(5.0, None).throttle, 0.0, "half a packet is no input");
 }
 
-/// A person at the wheel, as evemu events: holds each answer for 1.5 s.
+/// Returns the responses of a person at the wheel, as evemu events, each held for 1.5 s.
 fn answers() -> String {
     let mut text = String::new();
     let mut at_s = 3.5;
@@ -195,14 +195,14 @@ fn calibrate_learns_a_g29_and_saves_what_a_drive_can_read() {
 
 #[test]
 fn calibrate_without_a_wheel_says_what_to_do() {
-    // Whatever is plugged in here: within umockdev nothing is.
+    // Within umockdev nothing is plugged in, whatever devices this machine has.
     let output = umockdev().arg("--").arg(codrive()).arg("calibrate").output().expect(UMOCKDEV);
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(text.contains("no steering wheel is plugged in\n  remedy: plug it in"), "{text}");
 }
 
-/// The doctor's checks by name: grade, found, remedy.
+/// Runs the doctor; returns for each check name, grade, finding and remedy.
 fn doctor(product: &str) -> Vec<(String, String, String, String)> {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();

@@ -1,4 +1,4 @@
-//! A virtual G29 through /dev/uinput, with force: what the kernel hands over to it is written down with its time.
+//! Tests with a virtual G29 through /dev/uinput, with force: the test logs the kernel's requests to the device with their times.
 
 use super::kernel::{self, BEND, BEND_LEVEL, Driver, Kernel, alone, figure, spread, this_test};
 use codrive::{
@@ -28,16 +28,16 @@ const NAME: &str = "Logitech G29 Driving Force Racing Wheel";
 const SYN: u16 = 0;
 const KEY: u16 = 1;
 const ABS: u16 = 3;
-/// The wheel's axis, accelerator and brake.
+/// Codes of the wheel's axis, accelerator, brake and horn button.
 const STEERING: u16 = 0;
 const ACCELERATOR: u16 = 2;
 const BRAKE: u16 = 5;
 const HORN: u16 = 289;
 
-/// What the kernel asked of the wheel.
+/// Request of the kernel to the wheel.
 #[derive(Clone, Debug, PartialEq)]
 enum Asked {
-    /// An effect, new or in place of the one with its number.
+    /// Upload of an effect, which is new or replaces the one with its number.
     Upload {
         id: i16,
         level: i16,
@@ -51,7 +51,7 @@ enum Asked {
     Else(String),
 }
 
-/// The wheel; unplugged when it is dropped.
+/// Virtual wheel, unplugged when dropped.
 struct Wheel {
     to: Option<Sender<Vec<InputEvent>>>,
     asked: Arc<Mutex<Vec<(TimeStamp, Asked)>>>,
@@ -59,7 +59,7 @@ struct Wheel {
 }
 
 impl Wheel {
-    /// Plugs it in at rest.
+    /// Plugs a wheel in, at rest.
     fn plug() -> Self {
         Self::named(NAME)
     }
@@ -97,12 +97,12 @@ impl Wheel {
         self.to.as_ref().unwrap().send(events).unwrap();
     }
 
-    /// What was asked since the last call.
+    /// Returns the requests since the last call.
     fn asked(&self) -> Vec<(TimeStamp, Asked)> {
         std::mem::take(&mut self.asked.lock().unwrap())
     }
 
-    /// Waits until something is asked that fits, at most 10 s. Returns all up to then.
+    /// Waits for a matching request, at most 10 s. Returns all requests up to then.
     fn asked_until(&self, what: impl Fn(&Asked) -> bool) -> Vec<(TimeStamp, Asked)> {
         let mut all = Vec::new();
         for _ in 0..2000 {
@@ -125,7 +125,7 @@ impl Drop for Wheel {
     }
 }
 
-/// The device's own thread: takes force, gives events, until nobody holds the other end.
+/// Runs the device on its thread: takes force and sends events until the other end is closed.
 fn serve(mut device: VirtualDevice, events: &Receiver<Vec<InputEvent>>, log: &Mutex<Vec<(TimeStamp, Asked)>>) {
     loop {
         match events.try_recv() {
@@ -190,11 +190,11 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     let begun = wheel.asked_until(|asked| *asked == Asked::Play(0, 1));
     let begun: Vec<Asked> = begun.into_iter().map(|(_, asked)| asked).collect();
     let [zero, rest] = [0, 1].map(|id| Asked::Upload { id, level: 0, direction: 0xC000, length_ms: 0 });
-    // The second, of no force, plays all the time.
+    // The second effect, without force, plays all the time.
     let made = [zero.clone(), rest, Asked::Gain(0xFFFF), Asked::Autocentre(0), Asked::Play(1, 1), Asked::Play(0, 1)];
     assert_eq!(begun, made);
 
-    // A bend: the force fades in, is the right one, and is not sent again while it stays.
+    // In a bend the force fades in, has the right level, and is not sent again while it is constant.
     driver.set_force_input(BEND, Duration::from_millis(900));
     let sent = wheel.asked();
     let sent_levels = levels(&sent);
@@ -207,7 +207,7 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     driver.set_force_input(BEND, Duration::from_millis(500));
     assert_eq!(wheel.asked(), [], "unchanged is not sent");
 
-    // A wheel that moves, to see the rate: at most one a period of 6 ms.
+    // A moving wheel, to measure the rate: at most one update in 6 ms.
     let steering = |i: u32| (ABS, STEERING, 32_767 + (9000.0 * (f64::from(i) * 0.05).sin()) as i32);
     for i in 0..300 {
         wheel.send(&[steering(i)]);
@@ -222,7 +222,7 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     assert!(rate < 170.0, "{rate} a second");
     assert!(moving.windows(2).all(|pair| pair[0].1 != pair[1].1));
 
-    // The loop stalls: nobody says anything any more.
+    // The loop stalls, so no further input arrives.
     wheel.send(&[(ABS, STEERING, 32_767)]);
     driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.asked();
@@ -234,7 +234,7 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     assert!(after < Duration::from_millis(100), "{after:?}");
     assert!(levels(&gone).len() > 2, "faded, not cut: {gone:?}");
 
-    // A pause.
+    // Pause of the drive.
     driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.asked();
     let paused = TimeStamp::now();
@@ -243,7 +243,7 @@ fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
     figure("no force after a pause", format!("{:.1} ms", after.as_secs_f64() * 1e3));
     assert!(after < Duration::from_millis(100), "{after:?}");
 
-    // The end, with force on.
+    // End of the drive with force on.
     driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.asked();
     let ended = TimeStamp::now();
@@ -281,7 +281,7 @@ fn a_drive_pushes_against_the_hand_but_not_in_a_pause_or_after_a_panic() {
     while live.devices.torque_nm().is_none() {
         frames(&mut live, 1);
     }
-    // Held to the left, with a foot on the accelerator: pushed to the right.
+    // Held to the left, with the accelerator pressed, the wheel is pushed to the right.
     wheel.send(&[(ABS, ACCELERATOR, 100), (SYN, 0, 0), (ABS, STEERING, 29_100), (SYN, 0, 0)]);
     frames(&mut live, 200);
     wheel.asked();
@@ -320,7 +320,7 @@ fn a_killed_program_leaves_no_force_on_the_wheel() {
     let times: Vec<String> =
         asked.iter().map(|(at, asked)| format!("{asked:?} {:.1} ms", killed.until(*at).as_secs_f64() * 1e3)).collect();
     figure("the kernel after SIGKILL", times.join(", "));
-    // The kernel closes the file: it stops the effect and takes it away. The autocentre stays off, as nobody asks for it.
+    // The kernel closes the file, stops the effect and removes it. The autocentre stays off, as nothing requests it.
     assert_eq!(asked[0].1, Asked::Play(0, 0));
     assert!(killed.until(asked[0].0) < Duration::from_millis(100), "{asked:?}");
     sleep(Duration::from_millis(300));
@@ -342,12 +342,12 @@ fn it_drives_from_rest_and_stamps_come_from_the_kernel() {
     assert!((angle + 99.33).abs() < 0.05, "{angle}");
     driver.until("the button", |_, news| news.contains(&RigEvent::Pressed(ButtonAction::Start)));
 
-    // Ticks of 10 ms: how old is an input when a tick uses it?
+    // Measures the age of an input when a tick of 10 ms uses it.
     let mut ages = Vec::new();
-    // On a slow machine an input is read a round later.
+    // On a slow machine an input is read one round later.
     let mut earlier = TimeStamp::now();
     for i in 0..300_u16 {
-        // Between two ticks, at another moment each time.
+        // Between two ticks, at a different moment each time.
         sleep(Duration::from_micros(u64::from(i * 37 % 97) * 100));
         let sent = TimeStamp::now();
         wheel.send(&[(ABS, STEERING, 30_000 + i32::from(i) * 10)]);
@@ -376,7 +376,7 @@ fn a_queue_that_ran_over_does_not_leave_the_horn_on() {
         open.read(Duration::from_millis(10), &mut told).unwrap();
     }
     assert_eq!(buttons(&told), [(HORN, true)]);
-    // Nobody reads, and the queue runs over.
+    // The queue runs over, as nothing reads it.
     for i in 0..400 {
         wheel.send(&[(ABS, STEERING, i), (ABS, BRAKE, i % 256), (SYN, 0, 0)]);
     }
@@ -408,7 +408,7 @@ fn buttons(told: &[codrive::input::wheel::WheelMessage]) -> Vec<(u16, bool)> {
 #[test]
 fn unplugged_and_plugged_in_again_and_again() {
     let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
-    // Each takes up to half a second, the time after which wheels are looked for again.
+    // Each takes up to half a second, the period of the search for wheels.
     let times: usize = std::env::var("CODRIVE_TEST_REPLUGS").ok().and_then(|text| text.parse().ok()).unwrap_or(5);
     let mut driver = Driver::new();
     let began = TimeStamp::now();
@@ -477,7 +477,7 @@ fn doctor_asks_the_kernel_what_the_wheel_can_and_tells_who_may_not_open_it() {
         figure("doctor", format!("{what}: {}", line(&checks, what).join(" | ").replace('\n', " ")));
     }
     if super::kernel::is_root() {
-        // Whoever is nobody may not open it, as on a machine without the rule.
+        // The user `nobody` may not open the wheel, as on a machine without the udev rule.
         let checks = doctor(Some(65_534));
         let [grade, found, remedy] = line(&checks, "wheel");
         figure("doctor, without permission", format!("{found} | {remedy}").replace('\n', " "));

@@ -1,7 +1,7 @@
-//! A virtual G29 on USB: the kernel's gadget side plays the wheel (configfs, `usb_f_hid`, `dummy_hcd`), and its host side
-//! drives it with the very driver that a G29 gets, hid-logitech (lg4ff). What comes out of it are the bytes that a real wheel
-//! would be sent. The report descriptor is our own, after what is known of the wheel's reports: 4 bits hat, 25 buttons, 16
-//! bits wheel, three pedals of a byte, seven bytes out.
+//! Tests with a virtual G29 on USB. The kernel's gadget side simulates the wheel (configfs, `usb_f_hid`, `dummy_hcd`). Its host side drives
+//! it with hid-logitech (lg4ff), the driver of a real G29. The output is the bytes that a real wheel would be sent. The report descriptor
+//! is written for this test from what is known of the wheel's reports: 4 bits hat, 25 buttons, 16 bits wheel, three pedals of one byte,
+//! seven bytes out.
 
 use super::kernel::{self, BEND, Driver, Kernel, alone, figure, spread, this_test};
 use codrive::input::{AdviceState, ButtonAction, ForceInput, RigEvent, TimeStamp, profile::ForceBackend};
@@ -19,9 +19,9 @@ use std::{
 };
 
 const GADGETS: &str = "/sys/kernel/config/usb_gadget";
-/// Report to the host: hat and buttons 0 to 3, wheel 4 and 5, accelerator 6, brake 7, clutch 8, three of the maker's.
+/// Size of a report to the host: hat and buttons in bytes 0 to 3, wheel 4 and 5, accelerator 6, brake 7, clutch 8, three vendor bytes.
 const INPUT: usize = 12;
-/// Report to the wheel: a command.
+/// Command to the wheel.
 type Bytes = [u8; 7];
 
 #[rustfmt::skip]
@@ -37,7 +37,7 @@ const DESCRIPTOR: &[u8] = &[
     0xc0,
 ];
 
-/// The wheel; unplugged and taken apart when it is dropped.
+/// Virtual wheel, unplugged and removed when dropped.
 struct Wheel {
     folder: PathBuf,
     controller: String,
@@ -48,7 +48,7 @@ struct Wheel {
 }
 
 impl Wheel {
-    /// Builds it and plugs it in.
+    /// Builds the wheel and plugs it in.
     fn plug() -> Self {
         let controller = fs::read_dir("/sys/class/udc").unwrap().flatten().next().expect("a controller: dummy_hcd");
         let controller = controller.file_name().into_string().unwrap();
@@ -58,7 +58,7 @@ impl Wheel {
         for made in [&folder, &function, &configuration, &folder.join("strings/0x409")] {
             fs::create_dir(made).unwrap();
         }
-        // The device number tells the driver that the wheel is a G29 in its native mode.
+        // The device number marks the wheel as a G29 in its native mode.
         for (file, text) in [
             ("idVendor", "0x046d"),
             ("idProduct", "0xc24f"),
@@ -82,27 +82,27 @@ impl Wheel {
         Self { folder, controller, device: Some(device), sent, stop, thread: Some(thread) }
     }
 
-    /// One report: buttons from the first on as bits, wheel, accelerator, brake.
+    /// Sends a report: buttons as bits, the first one lowest, then wheel, accelerator and brake.
     fn report(&mut self, buttons: u32, wheel: u16, [accelerator, brake]: [u8; 2]) {
         let mut bytes = [0; INPUT];
-        // The hat's 8 is its middle.
+        // Value 8 of the hat is its centre.
         bytes[..4].copy_from_slice(&(8 | buttons << 4).to_le_bytes());
         bytes[4..6].copy_from_slice(&wheel.to_le_bytes());
         bytes[6..9].copy_from_slice(&[accelerator, brake, 255]);
         self.device.as_mut().unwrap().write_all(&bytes).unwrap();
     }
 
-    /// What was sent to the wheel since the last call.
+    /// Returns the commands to the wheel since the last call.
     fn sent(&self) -> Vec<(TimeStamp, Bytes)> {
         std::mem::take(&mut self.sent.lock().unwrap())
     }
 
-    /// Waits until this is sent, at most 10 s. Returns all up to then.
+    /// Waits for a matching command, at most 10 s. Returns all commands up to then.
     fn sent_until(&self, what: impl Fn(&Bytes) -> bool) -> Vec<(TimeStamp, Bytes)> {
         self.all_until(|all| all.iter().any(|(_, bytes)| what(bytes)))
     }
 
-    /// Waits for the end: no force, and the wheel's own centring. The driver sends the second at once, the first by its timer.
+    /// Waits for the end: no force, and autocentre. The driver sends autocentre at once and the end of the force by its timer.
     fn sent_to_the_end(&self) -> (TimeStamp, Vec<(TimeStamp, Bytes)>) {
         let none = |all: &[(TimeStamp, Bytes)]| all.iter().find(|(_, b)| force(b) == Some(0x80)).map(|(at, _)| *at);
         let all = self.all_until(|all| none(all).is_some() && all.iter().any(|(_, b)| b[0] == AUTOCENTRE));
@@ -140,7 +140,7 @@ impl Drop for Wheel {
         for made in ["configs/c.1", "functions/hid.0", "strings/0x409", ""] {
             let _ = fs::remove_dir(self.folder.join(made));
         }
-        // The host sees it go.
+        // Time for the host to notice the removal.
         sleep(Duration::from_millis(500));
     }
 }
@@ -152,7 +152,7 @@ fn listen(mut device: File, stop: &AtomicBool, log: &Mutex<Vec<(TimeStamp, Bytes
             continue;
         }
         let mut bytes = [0; 64];
-        // An unplugged wheel has nothing to read until it is back.
+        // An unplugged wheel has nothing to read until it is plugged in again.
         let Ok(count) = device.read(&mut bytes) else {
             sleep(Duration::from_millis(5));
             continue;
@@ -173,7 +173,7 @@ fn one(bytes: &Bytes) -> String {
     bytes.map(|byte| format!("{byte:02x}")).join(" ")
 }
 
-/// Commands by their first bytes, as the driver sends them.
+/// First bytes of commands, as the driver sends them.
 const FORCE: [u8; 2] = [0x11, 0x08];
 const NO_FORCE: u8 = 0x13;
 const RANGE: [u8; 2] = [0xf8, 0x81];
@@ -181,7 +181,7 @@ const LAMPS: [u8; 2] = [0xf8, 0x12];
 const NO_AUTOCENTRE: u8 = 0xf5;
 const AUTOCENTRE: u8 = 0x14;
 
-/// The force of a command in the wheel's own steps, 0 to 255, 128 is none.
+/// Returns the force of a command in the wheel's steps, 0 to 255; 128 is no force.
 fn force(bytes: &Bytes) -> Option<u8> {
     match bytes {
         [NO_FORCE, ..] => Some(0x80),
@@ -199,7 +199,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     assert!(begun.iter().any(|(_, b)| b[..4] == [0xf8, 0x81, 0x84, 0x03]), "900 degrees, unasked");
     let mut driver = Driver::new();
     driver.find();
-    // The driver has read nothing yet and says 0 of all axes: full left, both pedals floored.
+    // The driver has read nothing yet and reports 0 for all axes: full left, both pedals fully pressed.
     assert_eq!(driver.rig.controls(), codrive::controls::Controls::default(), "nothing acts before it is known");
     wheel.report(0, 32_767, [255, 255]);
     driver.set_force_input(ForceInput::default(), Duration::from_millis(100));
@@ -211,7 +211,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     driver.until("the button", |_, news| news.contains(&RigEvent::Pressed(ButtonAction::Answer)));
     wheel.report(0, 32_767, [255, 255]);
 
-    // The bend to the left.
+    // Bend to the left.
     driver.set_force_input(BEND, Duration::from_millis(900));
     let sent = wheel.sent();
     figure("lg4ff, force fades in to 1.4 N m to the left", hex(&sent));
@@ -230,7 +230,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
         hex(&sent)
     );
 
-    // A wheel that moves.
+    // Moving wheel.
     for i in 0..250 {
         wheel.report(0, (32_767.0 + 9000.0 * (f64::from(i) * 0.05).sin()) as u16, [255, 255]);
         driver.set_force_input(BEND, Duration::from_millis(8));
@@ -241,7 +241,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     figure("reports to the wheel a second, wheel moving", format!("{:.0}", (moving.len() - 1) as f64 / seconds));
     figure("time from one report to the next", spread(paces));
 
-    // Rev lamps.
+    // Lamps for engine speed.
     wheel.report(0, 32_767, [255, 255]);
     driver.set_force_input(BEND, Duration::from_millis(800));
     wheel.sent();
@@ -256,7 +256,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
         assert_eq!(shown, Some(lamps), "{}", hex(&sent));
     }
 
-    // Stall, pause, end: the driver's timers add at most a tick of the kernel's.
+    // Stall, pause and end: the driver's timers add at most one tick of the kernel.
     driver.rig.set_force_input(BEND);
     let stalled = TimeStamp::now();
     let gone = wheel.sent_until(|bytes| force(bytes) == Some(0x80));
@@ -274,7 +274,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     wheel.sent();
     let ended = TimeStamp::now();
     drop(driver);
-    // Half of its own centring, as the profile wants it.
+    // Half of the autocentring, as the profile requests.
     let (none, last) = wheel.sent_to_the_end();
     figure("lg4ff at the end", format!("{:.1} ms: {}", ended.until(none).as_secs_f64() * 1e3, hex(&last)));
     assert!(ended.until(none) < Duration::from_millis(100));
@@ -282,7 +282,7 @@ fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
     figure("lg4ff after the end", hex(&wheel.sent()));
 }
 
-/// 170 of 255 steps to the left, as the driver's byte, which has 127 steps to a side.
+/// Byte for 170 of 255 steps to the left; the driver has 127 steps per side.
 const LEFT_BEND: u8 = 0x80 + 85;
 
 #[test]
@@ -292,8 +292,8 @@ fn after_sigkill_the_kernels_own_driver_stops_the_force() {
     let mut wheel = Wheel::plug();
     wheel.sent_until(|bytes| bytes[..2] == RANGE);
     let name = "usb::after_sigkill_the_kernels_own_driver_stops_the_force";
-    // Once with a force that stands, and then while it changes all the time (and is never none, 1.4 N m with damping): an update that the kernel has not taken over yet
-    // made it forget to stop the wheel, before there was an effect of no force beside it.
+    // First with a constant force, then with one that changes all the time and is never zero (1.4 N m with damping). An update that the
+    // kernel had not yet taken over once made it forget to stop the wheel, before there was a second effect without force.
     let mut times = Vec::new();
     for round in 0..12_u32 {
         let mut child = kernel::start_driver(name);

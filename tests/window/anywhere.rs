@@ -1,5 +1,5 @@
-//! The program alone in a window: a copy of its file in a folder with spaces and umlauts, started from elsewhere by somebody
-//! without a home, draws the ring that it carries.
+//! Test of the program file alone in a window. In: a copy in a folder with spaces and umlauts, started from another folder without a home.
+//! Out: the ring that the program file carries is drawn.
 
 use crate::xserver::{Server, ended, wait_for};
 use std::{fs, process::Command};

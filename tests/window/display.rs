@@ -1,4 +1,4 @@
-//! Monitors and the check screen on a real X server (Xvfb), whose one monitor is its screen.
+//! Tests of monitors and the check screen on a real X server (Xvfb), whose one monitor is its screen.
 
 use crate::{
     keys::{CTRL, ESC, Q},
@@ -17,7 +17,7 @@ fn text(output: &Output) -> String {
 }
 
 #[test]
-fn a_monitor_or_a_rate_that_is_not_there_is_answered_with_those_that_are() {
+fn an_unknown_monitor_or_rate_is_refused_with_the_available_ones() {
     let server = Server::start([640, 400]);
     let small = ["drive", "--traffic", "native", "--trees", "0", "--quality", "low"];
     for (more, parts) in [
@@ -32,7 +32,7 @@ fn a_monitor_or_a_rate_that_is_not_there_is_answered_with_those_that_are() {
 }
 
 #[test]
-fn on_the_only_monitor_the_picture_does_not_hide_the_experimenters_window_and_says_so() {
+fn on_a_single_monitor_the_picture_leaves_the_experimenter_visible() {
     let server = Server::start([800, 600]);
     server.manage();
     let drive = ["drive", "--traffic", "native", "--trees", "0", "--quality", "low", "--fullscreen", "--experimenter"];
@@ -61,9 +61,9 @@ fn the_check_screen_shows_its_ruler_until_escape() {
 }
 
 #[test]
-fn the_ruler_is_as_long_as_the_set_width_of_the_picture_says_and_the_circle_is_as_high_as_wide() {
+fn the_ruler_has_its_set_length_and_the_circle_is_round() {
     let server = Server::start([1000, 700]);
-    // The window is 0.9 m wide: the ruler takes nine tenths of that in whole decimetres, 0.8 m, the circle half of its height.
+    // The window is 0.9 m wide. The ruler takes nine tenths of that in whole decimetres, 0.8 m; the circle takes half of the height.
     let program = codrive(&server, &["doctor", "--display", "--screen-width", "0.9"]);
     let program = { program }.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let window = server.window("codrive: display");
@@ -71,7 +71,7 @@ fn the_ruler_is_as_long_as_the_set_width_of_the_picture_says_and_the_circle_is_a
     let picture = server.picture(window);
     let [width, height] = picture.size;
     let ruler_px = 0.8 / 0.9 * width as f32;
-    // Its line lies at 16 % of the height; nothing else is so long.
+    // The ruler lies at 16 % of the height; nothing else is as long.
     let line = (0..height / 3).find_map(|y| {
         let row: Vec<u32> = (0..width).filter(|x| picture.at(*x, y).iter().all(|v| *v > 120)).collect();
         (row.len() as f32 > 0.8 * ruler_px).then(|| (y, row[0], row[row.len() - 1]))
@@ -79,7 +79,7 @@ fn the_ruler_is_as_long_as_the_set_width_of_the_picture_says_and_the_circle_is_a
     let (y, left, right) = line.unwrap_or_else(|| panic!("no ruler in {width} by {height} pixels"));
     assert!((y as f32 / height as f32 - 0.16).abs() < 0.01, "row {y} of {height}");
     assert!(((right - left) as f32 - ruler_px).abs() < 3.0, "{left} to {right}, not {ruler_px} pixels");
-    // Green is the circle alone. Its diameter is whole decimetres of half the picture's height: of 0.9 m by its shape.
+    // Only the circle is green. Its diameter is half the picture's height in whole decimetres; the height follows from 0.9 m and the shape.
     let green = |x: u32, y: u32| {
         let [r, g, b] = picture.at(x, y).map(i32::from);
         g > 120 && g > r + 40 && g > b + 20
@@ -90,7 +90,7 @@ fn the_ruler_is_as_long_as_the_set_width_of_the_picture_says_and_the_circle_is_a
     let half_m = 0.5 * 0.9 * height as f32 / width as f32;
     let circle_px = (half_m * 10.0).floor() / 10.0 / 0.9 * width as f32;
     assert!(span(0).abs_diff(span(1)) <= 2, "{} by {} pixels", span(0), span(1));
-    // The diameter is that of the middle of a line of 2 pixels, of which an edge may fall into one more on either side.
+    // The nominal diameter is at the centre of a line of 2 pixels, whose edges may each cover one more pixel.
     assert!((span(0) as f32 - circle_px - 2.0).abs() < 3.0, "{} pixels, not {circle_px}", span(0));
     server.close(window);
     let output = program.wait_with_output().unwrap();
@@ -98,7 +98,7 @@ fn the_ruler_is_as_long_as_the_set_width_of_the_picture_says_and_the_circle_is_a
 }
 
 #[test]
-fn a_recorded_drive_knows_the_screen_that_its_pictures_came_to_and_the_doctor_lists_it() {
+fn a_recorded_drive_names_its_screen_and_the_doctor_lists_it() {
     let server = Server::start([800, 600]);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("drive");
@@ -110,7 +110,7 @@ fn a_recorded_drive_knows_the_screen_that_its_pictures_came_to_and_the_doctor_li
     assert!({ program }.wait().unwrap().success());
     let screen = codrive::record::Manifest::load(&out).unwrap().screen.unwrap();
     assert_eq!((screen.monitor.as_deref(), screen.present_mode.as_str()), (Some("screen"), "fifo"));
-    // A picture may wait for the screen, but none behind it (docs/references.md: latency).
+    // One picture may wait for the screen, with none queued behind it (docs/references.md: latency).
     assert_eq!(screen.frames_ahead, 1);
     let said = text(&codrive(&server, &["doctor"]).output().unwrap());
     assert!(said.contains("1: screen, 800x600"), "{said}");

@@ -1,5 +1,5 @@
-//! Drives and replays in their windows: a key pressed through X moves the car, the screen shows a picture, closing a
-//! window and Ctrl-C end the program with 0; what is typed in the experimenter's window does not drive.
+//! Tests of drives and replays in their windows. A key pressed through X moves the car, the screen shows a picture, and closing a window or
+//! Ctrl-C ends the program with exit code 0. Keys typed in the experimenter's window do not drive.
 
 use crate::{
     keys::{BACKSPACE, CTRL, ESC, F1, F11, M, Q, SPACE, V, W},
@@ -12,31 +12,31 @@ use std::{
     time::Duration,
 };
 
-/// The screen that all of these have.
+/// Size of the screen in most of these tests, pixels.
 const SIZE: [u16; 2] = [640, 400];
 const PIXELS: usize = 640 * 400;
 
-/// The program in a window on `server`.
+/// Starts the program in a window on `server`.
 fn drive(server: &Server, more: &[&str]) -> Child {
     let still = ["drive", "--quality", "low", "--duration", "0", "--creep", "false", "--policy", "constant"];
     server.start_program(Command::new(env!("CARGO_BIN_EXE_codrive")).args(still).args(more))
 }
 
-/// The window of this title; it gets the keyboard.
+/// Returns the window of this title, with the keyboard focus.
 fn focused(server: &Server, title: &str) -> u32 {
     let window = server.window(title);
     server.focus(window);
     window
 }
 
-/// Mean speed of the ego that the program prints at its end, m/s.
+/// Returns the mean speed of the ego that the program prints at its end, m/s.
 fn ego_speed_mps(text: &str) -> f64 {
     let line = text.lines().find(|line| line.starts_with("mean speed, ego")).unwrap_or_else(|| panic!("{text}"));
     line.split_whitespace().nth(3).and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("{line}"))
 }
 
 #[test]
-fn a_key_moves_the_car_the_picture_follows_and_closing_the_window_ends_with_0() {
+fn a_key_moves_the_car_and_closing_the_window_ends_with_0() {
     let server = Server::start(SIZE);
     let program = drive(&server, &[]);
     let window = focused(&server, "codrive");
@@ -61,14 +61,14 @@ fn a_key_moves_the_car_the_picture_follows_and_closing_the_window_ends_with_0() 
 }
 
 #[test]
-fn a_window_that_is_closed_ends_its_recording_whole() {
+fn closing_the_window_ends_its_recording_complete() {
     let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("drive");
     let program = drive(&server, &["--traffic", "native", "--out", out.to_str().unwrap()]);
     let window = server.window("codrive");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
-    // Rows are in the journal, not in tables, while it lasts.
+    // During the drive, rows are in the journal and not in tables.
     assert!(Manifest::load(&out).unwrap().ended.is_none() && !Table::Ego.parquet(&out).exists());
     sleep(Duration::from_secs(2));
     server.close(window);
@@ -79,7 +79,7 @@ fn a_window_that_is_closed_ends_its_recording_whole() {
     assert!(manifest.is_complete() && manifest.screen.is_some(), "{manifest:?}");
     assert_eq!(manifest.ended.as_deref(), Some("stopped"));
     let ticks = TableReader::parquet(&Table::Ego.parquet(&out)).unwrap().wholes("tick");
-    // Two seconds were waited for; a processor that draws beside other tests may be late by most of that.
+    // The drive lasted 2 s; a processor that draws beside other tests may start late by most of that.
     assert!(ticks.len() > 50 && ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "{} ticks", ticks.len());
     let frames = TableReader::parquet(&Table::Frames.parquet(&out)).unwrap();
     assert!(frames.rows() > 0 && frames.numbers("wall_s").into_iter().flatten().is_sorted());
@@ -87,7 +87,7 @@ fn a_window_that_is_closed_ends_its_recording_whole() {
 }
 
 #[test]
-fn esc_ends_a_drive_and_beside_an_experimenter_the_drivers_window_obeys_the_drivers_keys_alone() {
+fn esc_ends_a_drive_but_not_one_with_an_experimenters_window() {
     let server = Server::start(SIZE);
     server.manage();
     let program = drive(&server, &["--traffic", "native"]);
@@ -107,7 +107,7 @@ fn esc_ends_a_drive_and_beside_an_experimenter_the_drivers_window_obeys_the_driv
         wait_for("a word to the window manager", || server.asked_to_fill()),
         "it is still there, and heard the key"
     );
-    // One stroke is one command: the key that comes up again is none.
+    // One keystroke is one command: releasing the key is not another.
     sleep(Duration::from_millis(700));
     assert_eq!(server.asked_to_fill(), None);
     server.close(window);
@@ -117,15 +117,15 @@ fn esc_ends_a_drive_and_beside_an_experimenter_the_drivers_window_obeys_the_driv
 
 #[test]
 fn esc_closes_an_open_list_of_the_panel_and_then_the_drive() {
-    // Where the list of maps hangs in the panel of a window of this size, and the fill of the map that is chosen in it.
+    // Place of the list of maps in the panel of a window of this size, and of the fill of its chosen map.
     const LIST: [u32; 2] = [1190, 669];
     const CHOSEN: [u32; 2] = [1250, 758];
-    // The panel beside that list.
+    // Place in the panel beside that list.
     const BESIDE: [u32; 2] = [1060, 669];
     let server = Server::start([1300, 1020]);
     let program = drive(&server, &["--traffic", "native", "--panel", "--paused", "--trees", "0"]);
     let window = focused(&server, "codrive");
-    // Where the processor draws, the window makes itself small at first.
+    // Where the processor draws, the window starts small.
     wait_for("the small window", || (server.size_of(window) == [640, 360]).then_some(()));
     server.resize(window, [1280, 1000]);
     let blue = || {
@@ -149,7 +149,7 @@ fn esc_closes_an_open_list_of_the_panel_and_then_the_drive() {
 }
 
 #[test]
-fn a_window_that_loses_the_keyboard_lets_go_of_the_keys_that_were_held() {
+fn a_window_that_loses_the_keyboard_releases_held_keys() {
     let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("drive");
@@ -171,7 +171,7 @@ fn a_window_that_loses_the_keyboard_lets_go_of_the_keys_that_were_held() {
 }
 
 #[test]
-fn a_stall_is_told_once_however_many_there_are() {
+fn repeated_stalls_are_reported_once() {
     let server = Server::start(SIZE);
     let still = ["drive", "--traffic", "native", "--quality", "low", "--duration", "0", "--policy", "constant"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
@@ -180,7 +180,7 @@ fn a_stall_is_told_once_however_many_there_are() {
     wait_for("a picture", || (server.colours() > 200).then_some(()));
     // A free drive waits for its driver.
     server.strike(window, &[SPACE]);
-    // A machine that is busy with something else for longer than a frame can make up for.
+    // Simulates a machine that is busy for longer than frames can make up for.
     for signal in ["STOP", "CONT"].repeat(3) {
         let sent = Command::new("sh").args(["-c", &format!("kill -{signal} {}", program.id())]).status().unwrap();
         assert!(sent.success());
@@ -201,7 +201,7 @@ fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
     // A free drive waits for its driver.
     server.strike(window, &[SPACE]);
     sleep(Duration::from_secs(1));
-    // The shell's own kill: a bare Debian has no other.
+    // The shell's built-in kill: a minimal Debian has no other.
     let sent = Command::new("sh").args(["-c", &format!("kill -INT {}", program.id())]).status().unwrap();
     assert!(sent.success());
     let (code, text) = ended(program);
@@ -210,7 +210,7 @@ fn without_a_key_the_car_stands_and_ctrl_c_ends_with_0() {
 }
 
 #[test]
-fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_with_0() {
+fn keys_in_the_experimenters_window_do_not_drive_but_set_marks() {
     let server = Server::start(SIZE);
     server.manage();
     let folder = tempfile::tempdir().unwrap();
@@ -237,12 +237,12 @@ fn keys_in_the_experimenters_window_do_not_drive_but_mark_and_closing_it_ends_wi
 }
 
 #[test]
-fn the_driver_drives_beside_the_experimenter_and_ctrl_q_on_the_picture_ends_with_0() {
+fn the_driver_drives_beside_the_experimenter_and_ctrl_q_ends_with_0() {
     let server = Server::start(SIZE);
     let program = drive(&server, &["--traffic", "native", "--experimenter"]);
     server.window("Experimenter");
     let window = focused(&server, "codrive");
-    // The processor draws both windows, beside other tests: a second of the drive takes many.
+    // The processor draws both windows, beside other tests: one second of the drive takes many seconds.
     server.key(W, true);
     sleep(Duration::from_secs(8));
     server.key(W, false);
@@ -253,7 +253,7 @@ fn the_driver_drives_beside_the_experimenter_and_ctrl_q_on_the_picture_ends_with
 }
 
 #[test]
-fn a_recording_plays_in_a_window_under_keys_that_f1_lists_and_is_proven_meanwhile() {
+fn a_recording_plays_in_a_window_with_keys_and_is_proven_meanwhile() {
     let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("drive");
@@ -264,7 +264,7 @@ fn a_recording_plays_in_a_window_under_keys_that_f1_lists_and_is_proven_meanwhil
     let program = server.start_program(codrive().args(["replay", drive, "--window", "--at", "3"]));
     let window = focused(&server, "codrive replay");
     wait_for("a picture", || (server.colours() > 200).then_some(()));
-    // Space holds it or, if it is over already, plays it again; V shows it from behind.
+    // Space pauses the replay or, if it is over already, restarts it; V shows the chase view.
     let before = server.screen();
     for key in [SPACE, V] {
         server.key(key, true);
@@ -274,7 +274,7 @@ fn a_recording_plays_in_a_window_under_keys_that_f1_lists_and_is_proven_meanwhil
         let now = server.screen();
         (now.chunks(4).zip(before.chunks(4)).filter(|(a, b)| a != b).count() > PIXELS / 4).then_some(())
     });
-    // The list of keys covers most of the picture with its dark panel; Esc takes that away, and Ctrl+Q ends.
+    // The list of keys covers most of the picture with its dark panel. Esc closes it, and Ctrl+Q ends the program.
     let dark = || server.screen().chunks(4).filter(|pixel| pixel[..3].iter().all(|v| *v < 40)).count();
     let usual = dark();
     server.strike(window, &[F1]);
@@ -288,11 +288,11 @@ fn a_recording_plays_in_a_window_under_keys_that_f1_lists_and_is_proven_meanwhil
 }
 
 #[test]
-fn a_full_disk_holds_the_drive_says_why_until_someone_leaves_and_is_how_the_recording_ended() {
+fn a_full_disk_stops_the_drive_and_is_the_reason_in_the_recording() {
     let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("drive");
-    // A limit on files stands for the disk's: 200 blocks of 512 bytes, which the journal reaches within seconds.
+    // A limit on file sizes simulates a full disk: 200 blocks of 512 bytes, which the journal reaches within seconds.
     let mut command = Command::new("sh");
     command
         .args(["-c", "trap '' XFSZ; ulimit -f 200; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_codrive")])
@@ -304,7 +304,7 @@ fn a_full_disk_holds_the_drive_says_why_until_someone_leaves_and_is_how_the_reco
     let ended_as = || Manifest::load(&out).ok().and_then(|manifest| manifest.ended);
     let reason = wait_for("the end of the recording", ended_as);
     assert!(reason.starts_with("recording failed: File too large"), "{reason}");
-    // The picture stands, also after Space.
+    // The picture does not move, even after Space.
     sleep(Duration::from_millis(500));
     let standing = server.screen();
     server.key(SPACE, true);
@@ -322,7 +322,7 @@ fn a_full_disk_holds_the_drive_says_why_until_someone_leaves_and_is_how_the_reco
 }
 
 #[test]
-fn every_drive_of_a_window_is_recorded_and_the_summary_says_which_it_describes() {
+fn every_drive_of_a_window_is_recorded_and_the_summary_names_its_drive() {
     let server = Server::start(SIZE);
     let folder = tempfile::tempdir().unwrap();
     let out = |name: &str| folder.path().join(name);

@@ -1,4 +1,4 @@
-//! Keys of a PC keyboard by the codes of an X server: evdev's plus 8.
+//! Keys of a PC keyboard as key codes of an X server: evdev's codes plus 8.
 
 pub const B: u8 = 56;
 pub const BACKSPACE: u8 = 22;

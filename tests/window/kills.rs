@@ -1,5 +1,5 @@
-//! Drives and sessions in windows that are killed at a point of their recording: what is left is recovered and replays, and the
-//! session goes on by the same command.
+//! Tests of drives and sessions in windows that are killed at a point of their recording: the recording is recovered and replays, and the
+//! same command continues the session.
 
 use crate::xserver::{Server, wait_for};
 use codrive::{
@@ -23,7 +23,7 @@ fn codrive(arguments: &[&str], server: &Server, point: Option<&str>) -> Output {
 fn a_drive_in_a_window_killed_at_any_point_is_recovered() {
     let server = Server::start([640, 400]);
     let folder = tempfile::tempdir().unwrap();
-    // The point, and how many rows are on the disk by then at least.
+    // Engine, point of the kill, and minimum number of rows on the disk at that point.
     let kills = [
         ("native", "begin.manifest", 0),
         ("native", "tick:40", 0),
@@ -38,7 +38,7 @@ fn a_drive_in_a_window_killed_at_any_point_is_recovered() {
         let killed = codrive(&arguments, &server, Some(point));
         assert_eq!(killed.status.signal(), Some(9), "{point} was not reached: {killed:?}");
         let found = recover(&drive).unwrap_or_else(|e| panic!("{point}: {e}"));
-        // A tick may end while another thread writes a block of the journal: it is torn then, and kept beside.
+        // A tick may end while another thread writes a block of the journal. That block is then torn and kept separately.
         let torn = usize::from(point.starts_with("tick") && found.kept.is_some());
         assert_eq!(
             (found.was_whole, found.missing.len(), found.kept.iter().len()),
@@ -74,12 +74,12 @@ name = "trial"
 "#;
 
 #[test]
-fn a_session_in_its_windows_killed_at_its_start_opens_again_by_the_same_command() {
+fn a_session_killed_at_its_start_opens_again_by_the_same_command() {
     let server = Server::start([1300, 820]);
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("short.toml");
     fs::write(&study, STUDY).unwrap();
-    // Four saves make the data set; the next make the session's file, then the first item begins.
+    // Four saves make the data set; the next two write the session's file, before the first item begins.
     let saves = (1..=6).map(|save| format!("replace.written:{save}"));
     for point in saves.chain(["replace.renamed:5", "replace.renamed:6", "session.begin:1"].map(str::to_owned)) {
         let out = folder.path().join(point.replace(':', "-"));
@@ -97,7 +97,7 @@ fn a_session_in_its_windows_killed_at_its_start_opens_again_by_the_same_command(
         let file = out.join("sourcedata/sub-P03").join(FILE);
         let opened = wait_for("the session", || {
             let log = SessionLog::load(&file).ok();
-            // Begun at once where it is new; where something was cut the experimenter says when it goes on.
+            // A new session begins at once; after a cut the experimenter decides when it continues.
             let is_open = log.is_some_and(|log| log.running.is_some() || !log.passages.is_empty());
             (is_open || again.try_wait().unwrap().is_some()).then_some(is_open)
         });

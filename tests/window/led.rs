@@ -1,5 +1,6 @@
-//! A session as its experimenter leads it, in its two windows: answers by mouse, a drive as long as the study's file says, one
-//! that is held, broken off and begun again, a participant who asks to stop and an end by sickness; what of it is on the disk.
+//! Tests of a session led by its experimenter in its two windows. Covered are answers by mouse, a drive with the duration of the study
+//! file, a drive that is paused, aborted and repeated, a participant who asks to stop, and an end by sickness. The tests check the files of
+//! the session.
 
 use crate::{
     keys::{B, CTRL, E, ENTER, ESC, G, I, M, N, P, Q, T},
@@ -22,7 +23,7 @@ use std::{
     time::Duration,
 };
 
-/// Of the participant's screens: what can be chosen and what is.
+/// Colours of the participant's screens: an answer that can be chosen, and a chosen answer.
 const CARD: [u8; 3] = [36, 43, 53];
 const CHOSEN: [u8; 3] = [46, 116, 181];
 
@@ -60,7 +61,7 @@ const QUESTIONS: &str = r#"{ "title": "Two", "pages": [ { "elements": [
   { "type": "boolean", "name": "licence", "title": "A licence?", "isRequired": true },
   { "type": "rating", "name": "rested", "title": "Rested?", "isRequired": true, "rateMin": 1, "rateMax": 7 } ] } ] }"#;
 
-/// The files of a session, its screen and its program.
+/// Session with its files, X server, program and windows.
 struct LiveSession {
     server: Server,
     folder: tempfile::TempDir,
@@ -100,7 +101,7 @@ impl LiveSession {
         wait_for("the small window", || (self.server.size_of(self.participant) == [640, 360]).then_some(()));
     }
 
-    /// Exit code, and what was printed.
+    /// Waits for the end of the program; returns its exit code and output.
     fn ended(&mut self) -> (Option<i32>, String) {
         let mut program = self.program.take().unwrap();
         wait_for("the end of the program", || program.try_wait().unwrap());
@@ -124,7 +125,7 @@ impl LiveSession {
         self.log().notes.into_iter().filter(|note| note.kind == kind).collect()
     }
 
-    /// Strikes keys in a window again and again until something holds.
+    /// Presses keys in a window repeatedly until the condition holds.
     fn strike_until(&self, window: u32, keys: &[u8], what: &str, holds: impl Fn(&Self) -> bool) {
         wait_for(what, || {
             if holds(self) {
@@ -136,13 +137,13 @@ impl LiveSession {
         });
     }
 
-    /// Once, and waits for what comes of it.
+    /// Presses keys once and waits until the condition holds.
     fn strike(&self, window: u32, keys: &[u8], what: &str, holds: impl Fn(&Self) -> bool) {
         self.server.strike(window, keys);
         wait_for(what, || holds(self).then_some(()));
     }
 
-    /// Strikes one after the other, as people do: the experimenter's window is drawn twice a second where the processor draws.
+    /// Presses keys one after another at human speed. Where the processor draws, the experimenter's window is drawn twice a second.
     fn type_into(&self, window: u32, list: &[&[u8]]) {
         for keys in list {
             self.server.strike(window, keys);
@@ -150,7 +151,7 @@ impl LiveSession {
         }
     }
 
-    /// The `place`th of so many cards in a row, clicked on.
+    /// Clicks the card at index `place` in a row of `of` cards.
     fn click_card(&self, place: usize, of: usize) {
         let at = wait_for("cards side by side", || {
             let picture = self.server.picture(self.participant);
@@ -160,13 +161,13 @@ impl LiveSession {
         self.server.click(at);
     }
 
-    /// From the page before a drive into it.
+    /// Starts the drive from the page before it.
     fn drive_off(&self, folder: &str) {
         let rows = self.file(folder).join("journal/rows.blocks");
         self.strike_until(self.participant, &[ENTER], "the drive", |_| rows.exists());
     }
 
-    /// Bytes of a drive's rows on the disk.
+    /// Returns the size of a drive's journal of rows, bytes.
     fn rows(&self, folder: &str) -> u64 {
         fs::metadata(self.file(folder).join("journal/rows.blocks")).map_or(0, |file| file.len())
     }
@@ -181,7 +182,7 @@ impl Drop for LiveSession {
     }
 }
 
-/// Middles of `count` cards side by side, wherever there is such a row, chosen or not.
+/// Returns the centres of `count` cards side by side, from the first such row, chosen or not.
 fn cards(picture: &Picture, count: usize) -> Option<Vec<[u32; 2]>> {
     (0..picture.size[1].saturating_sub(8)).find_map(|y| {
         let mut row: Vec<[u32; 2]> = [CARD, CHOSEN].into_iter().flat_map(|c| picture.stretches(y, c, 20)).collect();
@@ -190,7 +191,7 @@ fn cards(picture: &Picture, count: usize) -> Option<Vec<[u32; 2]>> {
     })
 }
 
-/// Ticks of a drive's events of one kind.
+/// Returns the ticks and details of a drive's events of one kind.
 fn ticks_of(live_session: &LiveSession, folder: &str, kind: &str) -> Vec<(u64, String)> {
     let events = TableReader::parquet(&Table::Events.parquet(&live_session.file(folder))).unwrap();
     let all = events.wholes("tick").into_iter().zip(events.words("event").into_iter().zip(events.words("detail")));
@@ -198,10 +199,10 @@ fn ticks_of(live_session: &LiveSession, folder: &str, kind: &str) -> Vec<(u64, S
 }
 
 #[test]
-fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickness_are_on_the_disk() {
+fn a_led_session_with_a_pause_a_repeat_and_sickness_is_on_the_disk() {
     let mut live_session = LiveSession::open();
     let (participant, experimenter) = (live_session.participant, live_session.experimenter);
-    // No, and the fifth of 1 to 7; each answer is on the disk at once.
+    // Answers "no" and 5 of 1 to 7; each answer is on the disk at once.
     live_session.click_card(1, 2);
     let given =
         |live_session: &LiveSession| live_session.log().running.map(|running| running.answers).unwrap_or_default();
@@ -212,19 +213,19 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     wait_for("the second answer", || given(&live_session).get(1).filter(|given| given.answer == json!(5)).map(|_| ()));
     live_session.strike_until(participant, &[ENTER], "the practice", |live_session| live_session.runs("practice"));
 
-    // 1.3 s of the study's file are 130 ticks.
+    // 1.3 s, as in the study file, are 130 ticks.
     live_session.drive_off("practice");
     wait_for("the end of the practice", || live_session.file("practice/summary.json").exists().then_some(()));
     let ticks = TableReader::parquet(&Table::Ego.parquet(&live_session.file("practice"))).unwrap().wholes("tick");
     assert_eq!(ticks, (1..=130).collect::<Vec<_>>());
 
-    // The rest of 3 s is not left sooner, however often Enter is struck. Its ends are written down in whole seconds.
+    // Enter cannot shorten the break of 3 s. Its start and end are recorded in whole seconds.
     live_session.strike_until(participant, &[ENTER], "the trial", |live_session| live_session.runs("trial-1-only"));
     let rest = live_session.log().passages.into_iter().find(|passage| passage.item == "rest").unwrap();
     let [began, ended] = [&rest.began, &rest.ended].map(|at| at.parse::<jiff::Timestamp>().unwrap().as_second());
     assert!((2..10).contains(&(ended - began)), "{} to {}", rest.began, rest.ended);
 
-    // Held for some seconds; a mark, a note and a longer drive meanwhile.
+    // A pause of some seconds, with a mark, a note and an extension.
     live_session.drive_off("trial-1-only");
     wait_for("some rows", || (live_session.rows("trial-1-only") > 10_000).then_some(()));
     live_session.strike(experimenter, &[CTRL, P], "the pause", |live_session| live_session.notes("paused").len() == 1);
@@ -239,7 +240,7 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
         .strike(experimenter, &[CTRL, G], "the drive again", |live_session| live_session.notes("resumed").len() == 1);
     wait_for("more rows", || (live_session.rows("trial-1-only") > held + 10_000).then_some(()));
 
-    // Broken off with a reason: whole, and once more.
+    // Aborted with a reason: the recording is complete, and the trial is repeated.
     live_session.type_into(experimenter, &[&[CTRL, B], &[T]]);
     let aborted = |live_session: &LiveSession| {
         live_session.log().passages.last().is_some_and(|last| last.outcome == ItemOutcome::Aborted)
@@ -261,7 +262,7 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     let [(tick, reason)] = &at("aborted")[..] else { panic!("{:?}", at("aborted")) };
     assert!(*tick > paused && reason == "t", "{tick} {reason}");
 
-    // The participant asks to stop: held until the experimenter answers, here with sickness.
+    // The participant asks to stop. The drive is paused until the experimenter responds, here with sickness.
     live_session.strike(experimenter, &[CTRL, G], "the trial again", |live_session| live_session.runs("trial-1-only"));
     live_session.drive_off("trial-1-only-again-1");
     wait_for("some rows", || (live_session.rows("trial-1-only-again-1") > 10_000).then_some(()));
@@ -279,7 +280,7 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
     let (code, text) = live_session.ended();
     assert!(code == Some(0) && text.contains("participant P03 withdrawn: the session was stopped for good"), "{text}");
 
-    // What an analyst reads: the answers as they were clicked, the drives that were driven to their end.
+    // The analyst's tables hold the clicked answers and the completed drives.
     let read = |name: &str| fs::read_to_string(live_session.folder.path().join("data").join(name)).unwrap();
     let row = read("phenotype/before.tsv").lines().nth(1).unwrap_or_default().to_owned();
     assert!(row.starts_with("sub-P03\tfalse\t5"), "{row}");
@@ -287,12 +288,12 @@ fn answers_by_mouse_a_drive_held_broken_off_and_begun_again_and_an_end_by_sickne
 }
 
 #[test]
-fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_the_answers_so_far() {
+fn after_ctrl_c_or_a_closed_window_the_session_resumes_with_its_answers() {
     let mut live_session = LiveSession::open();
     live_session.click_card(1, 2);
     let given = |live_session: &LiveSession| live_session.log().running.map_or(0, |running| running.answers.len());
     wait_for("the answer", || (given(&live_session) == 1).then_some(()));
-    // The shell's own kill: a bare Debian has no other.
+    // The shell's built-in kill: a minimal Debian has no other.
     let id = live_session.program.as_ref().unwrap().id();
     assert!(Command::new("sh").args(["-c", &format!("kill -INT {id}")]).status().unwrap().success());
     let (code, text) = live_session.ended();
@@ -300,11 +301,11 @@ fn ctrl_c_and_a_closed_window_cut_what_runs_and_the_same_command_goes_on_with_th
     let last = live_session.log().passages.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str()), (ItemOutcome::Cut, "stopped by Ctrl-C"));
     assert_eq!(last.answers[0].answer, json!(false));
-    // Its tables know of the session, which is not over.
+    // The tables list the session as open.
     let table = fs::read_to_string(live_session.folder.path().join("data/participants.tsv")).unwrap();
     assert!(table.contains("sub-P03\t") && table.contains("\topen"), "{table}");
 
-    // It goes on when the experimenter says so, with what was answered.
+    // The session continues at the experimenter's command and keeps the answers.
     live_session.start();
     live_session.strike(live_session.experimenter, &[CTRL, G], "the questions again", |live_session| {
         live_session.runs("before")

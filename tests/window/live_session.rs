@@ -1,6 +1,6 @@
-//! A participant's whole session in its two windows on a real X server (Xvfb), by keys alone: page, questions, two trials. In
-//! the middle of the first trial the program is killed, and the same command goes on there. What is typed in the
-//! participant's window gives no command of the experimenter's.
+//! Test of a participant's whole session in its two windows on a real X server (Xvfb), by keys alone: page, questions, two trials. The
+//! program is killed in the middle of the first trial, and the same command continues there. Keys typed in the participant's window never
+//! act as commands of the experimenter.
 
 use crate::{
     keys::{B, CTRL, ENTER, ESC, F1, G, Q, RIGHT, S, T},
@@ -94,8 +94,8 @@ impl Place {
     }
 }
 
-/// Strikes keys in a window again and again until something holds. The window may be gone before it does: the program writes its tables
-/// after its windows are closed.
+/// Presses keys in a window repeatedly until the condition holds. The window may close before that: the program writes its tables after its
+/// windows are closed.
 fn strike_until(server: &Server, window: u32, keys: &[&[u8]], what: &str, holds: impl Fn() -> bool) {
     let mut next = keys.iter().cycle();
     wait_for(what, || {
@@ -120,8 +120,8 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     let participant = server.window("codrive: Short");
     server.window("Experimenter: P03");
     strike_until(&server, participant, &[&[ENTER]], "the questions", || place.runs("before"));
-    // F1 lists the keys over the page, and Esc closes the list, which asks for no stop.
-    // Below the experimenter's window, where it is seen whole.
+    // F1 lists the keys over the page. Esc closes the list and is no request to stop. The window is moved below the experimenter's window,
+    // where it is fully visible.
     server.move_to(participant, [0, 820]);
     sleep(Duration::from_secs(1));
     let page = server.picture(participant);
@@ -133,7 +133,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     wait_for("the list of keys", || share(0.05, 1.0));
     server.strike(participant, &[ESC]);
     wait_for("the page again", || share(0.0, 0.01));
-    // The participant's keyboard breaks nothing off.
+    // The participant's keyboard cannot abort an item.
     server.strike(participant, &[CTRL, B]);
     strike_until(&server, participant, &[&[RIGHT], &[ENTER]], "the trial", || place.runs("trial-1-narrow"));
     let log = place.log().unwrap();
@@ -145,7 +145,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     program.kill().unwrap();
     program.wait().unwrap();
 
-    // Not by two programs at once.
+    // Two programs cannot run the same session at once.
     let program = place.start(&server);
     let (participant, experimenter) = (server.window("codrive: Short"), server.window("Experimenter: P03"));
     let (code, text) = ended(place.command().env("DISPLAY", &server.display).spawn().unwrap());
@@ -156,7 +156,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     strike_until(&server, experimenter, &[&[CTRL, G]], "the trial again", || place.runs("trial-1-narrow"));
     let again = place.source().join("trial-1-narrow-again-1");
     strike_until(&server, participant, &[&[ENTER]], "the drive again", || again.join("journal").exists());
-    // It lasts long: the experimenter leaves it out, and says why.
+    // The drive is long, so the experimenter skips it and gives a reason.
     let typed: [&[u8]; 4] = [&[CTRL, S], &[T], &[T], &[ENTER]];
     strike_until(&server, experimenter, &typed, "the skip", || {
         place.log().is_some_and(|log| log.passages.iter().any(|p| p.outcome == ItemOutcome::Skipped))
@@ -189,13 +189,13 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
         manifest.contains("\"participant\": \"P03\"") && manifest.contains("\"driver\": \"keyboard\""),
         "{manifest}"
     );
-    // Nobody takes part twice; no display is needed to say so. A baseline that was cut is made anew by the way.
+    // A participant cannot take part twice, and the message needs no display. The command also makes the baseline that was cut.
     let (whole, part) = (baseline.parent().unwrap(), place.source().join("trial-2-wide-baseline-part"));
     fs::rename(whole, &part).unwrap();
     let (code, text) = ended(place.command().env_remove("DISPLAY").spawn().unwrap());
     assert!(code == Some(2) && text.contains("has completed the whole study"), "{text}");
     assert!(text.contains("1 missing baseline was made for participant P03") && baseline.exists() && !part.exists());
-    // The analysis reads what is there.
+    // The analysis reads the data set.
     let analysed = Command::new(env!("CARGO_BIN_EXE_codrive")).arg("analyse").arg(&place.out).output().unwrap();
     assert!(
         analysed.status.success() && String::from_utf8_lossy(&analysed.stdout).contains("1 drive\n"),
@@ -204,7 +204,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
 }
 
 #[test]
-fn what_cannot_be_is_said_before_a_window_opens() {
+fn invalid_arguments_are_refused_before_a_window_opens() {
     let place = Place::new();
     let run = |place: &Place, arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));

@@ -1,4 +1,4 @@
-//! The program in real windows on a real X server (Xvfb).
+//! Tests of the program in real windows on a real X server (Xvfb).
 
 mod anywhere;
 mod display;

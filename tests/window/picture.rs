@@ -1,5 +1,5 @@
-//! The driver's window as a window: its size where the processor draws, another size by its corner, the whole screen by a key,
-//! and what the experimenter's window shows of it.
+//! Tests of the driver's window: its size where the processor draws, resizing by its corner, full screen by a key, and its copy in the
+//! experimenter's window.
 
 use crate::{
     keys::F11,
@@ -11,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-/// A drive that waits for the space bar.
+/// Starts a drive that waits for the space bar.
 fn held(server: &Server, more: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_codrive"))
         .args(["drive", "--paused", "--traffic", "native", "--quality", "low", "--trees", "0", "--policy", "none"])
@@ -32,18 +32,18 @@ fn end(server: &Server, window: u32, program: Child) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// True if all corners of a picture show something: there is sky above and meadow below, and neither is black.
+/// Returns true if the picture has this size and all its corners show sky or meadow instead of black.
 fn is_full([width, height]: [u32; 2], picture: &Picture) -> bool {
     let corners = [[4, 4], [width - 5, 4], [4, height - 5], [width - 5, height - 5]];
     picture.size == [width, height] && corners.iter().all(|[x, y]| picture.at(*x, *y).iter().any(|v| *v > 24))
 }
 
 #[test]
-fn where_the_processor_draws_the_window_is_small_and_its_picture_fills_it_at_every_size() {
+fn software_rendering_opens_a_small_window_and_fills_every_size() {
     let server = Server::start([1000, 700]);
     let program = held(&server, &[]);
     let window = server.window("codrive");
-    // There is no graphics card under Xvfb: 640 by 360 points of a screen of one pixel a point.
+    // Xvfb has no graphics card, so the window has 640 by 360 points on a screen of one pixel per point.
     wait_for("the small window", || (server.size_of(window) == [640, 360]).then_some(()));
     wait_for("its picture", || is_full([640, 360], &server.picture(window)).then_some(()));
     for size in [[900, 420], [400, 600]] {
@@ -54,7 +54,7 @@ fn where_the_processor_draws_the_window_is_small_and_its_picture_fills_it_at_eve
 }
 
 #[test]
-fn the_whole_screen_is_asked_for_by_a_flag_and_by_a_key_and_given_back_by_the_key() {
+fn full_screen_is_requested_by_flag_or_key_and_left_by_the_key() {
     let server = Server::start([640, 400]);
     server.manage();
     let asked = || wait_for("a word to the window manager", || server.asked_to_fill());
@@ -72,9 +72,9 @@ fn the_whole_screen_is_asked_for_by_a_flag_and_by_a_key_and_given_back_by_the_ke
     end(&server, window, program);
 }
 
-/// Where a picture of 16 to 9 is shown in the middle column of the experimenter's window, and how wide.
+/// Finds a picture of 16 to 9 in the middle column of the experimenter's window; returns left, top and width, pixels.
 fn found(shown: &Picture, within: &Picture) -> Option<[u32; 3]> {
-    // Points of the picture, as shares of its sides, with their colours.
+    // Points of the picture as fractions of its sides, with their colours.
     let points: Vec<([f32; 2], [u8; 3])> = (0..60)
         .map(|i| {
             let at = [0.04 + 0.092 * (i % 10) as f32, 0.08 + 0.16 * (i / 10) as f32];
@@ -88,7 +88,7 @@ fn found(shown: &Picture, within: &Picture) -> Option<[u32; 3]> {
                 let seen = |at: [f32; 2]| {
                     within.at(left + (at[0] * width as f32) as u32, top + (at[1] * width as f32 * 9.0 / 16.0) as u32)
                 };
-                // Edges may fall beside: a sixth of the points. Where that is used up nothing more is looked at.
+                // Up to 9 of 60 points may differ, as edges may be shifted; the comparison stops at the tenth.
                 let differ = points.iter().filter(|(at, colour)| !near(seen(*at), *colour)).take(10).count();
                 if differ < 10 {
                     return Some([left, top, width]);
@@ -100,7 +100,7 @@ fn found(shown: &Picture, within: &Picture) -> Option<[u32; 3]> {
 }
 
 #[test]
-fn the_experimenter_sees_the_view_that_the_driver_has() {
+fn the_experimenter_sees_the_drivers_view() {
     let server = Server::start([2000, 820]);
     let program = held(&server, &["--experimenter"]);
     let window = server.window("codrive");
@@ -108,8 +108,8 @@ fn the_experimenter_sees_the_view_that_the_driver_has() {
     server.move_to(experimenter, [700, 0]);
     wait_for("the driver's picture", || is_full([640, 360], &server.picture(window)).then_some(()));
     wait_for("the experimenter's window", || (server.size_of(experimenter) == [1280, 800]).then_some(()));
-    // Half a second old at most where the processor draws, and the window itself is drawn twice a second: a few looks on a
-    // machine that does other things, too.
+    // Where the processor draws, the copy is up to half a second old and the window is drawn twice a second. A busy machine needs several
+    // looks.
     let place = (0..12).find_map(|_| {
         sleep(Duration::from_secs(1));
         found(&server.picture(window), &server.picture(experimenter))

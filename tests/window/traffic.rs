@@ -1,4 +1,4 @@
-//! A window whose traffic is being started: it stays awake while SUMO reads a file.
+//! Test of a window whose traffic is starting: it responds while SUMO reads a file.
 
 use crate::{
     keys::{BACKSPACE, ESC},
@@ -12,7 +12,7 @@ fn esc_ends_a_window_within_a_second_while_sumo_reads_a_file() {
     let mut program = server.start_program(
         Command::new(env!("CARGO_BIN_EXE_codrive"))
             .args(["drive", "--quality", "low", "--duration", "0", "--policy", "none", "--map", "ring-250"])
-            // Its first start takes as long as each.
+            // Every start of SUMO takes this long, the first one included.
             .env("CODRIVE_SUMO_READS_S", "6"),
     );
     let window = server.window("codrive");

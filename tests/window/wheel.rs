@@ -1,6 +1,6 @@
-//! A drive in its window with a G29 by umockdev (`tests/g29/`), whose hand and foot are evdev events. umockdev takes no
-//! uploaded force, so it goes through a library that stands for SDL2 and writes down what it is asked (`tests/wheel/haptic.c`):
-//! what this file sees is what the program in its window would have sent to the motor.
+//! Test of a drive in its window with a G29 by umockdev (`tests/g29/`), whose steering and pedals are evdev events. umockdev accepts no
+//! uploaded force. Force therefore goes through a library that replaces SDL2 and logs its calls (`tests/wheel/haptic.c`). The log shows
+//! what the program would have sent to the motor.
 
 use crate::{
     keys::SPACE,
@@ -18,12 +18,12 @@ use std::{
     time::Duration,
 };
 
-/// The wheel held 50 degrees to the left, a foot on the accelerator, before the drive begins.
+/// Events before the drive begins: the steering wheel turns 50 degrees to the left and the accelerator is pressed.
 const HELD: &str = "E: 0.1 0003 0002 100\nE: 0.1 0000 0000 0\nE: 0.2 0003 0000 29100\nE: 0.2 0000 0000 0\n";
-/// The same at that value, as the car's steering wheel has it: (32767 - 29100) / 32767 of 450 degrees.
+/// Steering wheel angle at that value, radians: (32767 - 29100) / 32767 of 450 degrees.
 const HELD_RAD: f64 = 3667.0 / 32_767.0 * 450.0 * std::f64::consts::PI / 180.0;
 
-/// The files of a drive with the wheel.
+/// Folder of a drive with the wheel.
 struct Rig {
     folder: tempfile::TempDir,
 }
@@ -48,7 +48,7 @@ impl Rig {
         self.folder.path().join(name)
     }
 
-    /// The program in its window, held until Space.
+    /// Starts the program in its window, paused until Space.
     fn drive(&self, server: &Server) -> Child {
         let device = root().join("tests/g29");
         let node = |what: &Path| format!("/dev/input/event0={}", what.display());
@@ -73,13 +73,13 @@ impl Rig {
             .expect("umockdev-run is needed: scripts/setup --test installs it")
     }
 
-    /// What SDL2 was asked, call by call.
+    /// Returns the logged calls of SDL2.
     fn asked(&self) -> Vec<String> {
         let text = fs::read_to_string(self.file("asked")).unwrap_or_default();
         text.lines().map(str::to_owned).collect()
     }
 
-    /// Levels of the effect that pushes, in order. SDL2's are above 0 to the left.
+    /// Returns the levels of the constant-force effect, in order. SDL2's levels are positive to the left.
     fn levels(&self) -> Vec<i16> {
         let level = |line: &String| {
             let hex = line.strip_prefix("update 3 ")?;
@@ -95,7 +95,7 @@ fn root() -> &'static Path {
 }
 
 #[test]
-fn a_wheel_pushes_against_the_hand_while_time_runs_and_never_while_it_stands_or_after_the_end() {
+fn the_wheel_pushes_only_while_the_drive_runs() {
     let (server, rig) = (Server::start([640, 400]), Rig::new());
     let program = rig.drive(&server);
     let window = server.window("codrive");
@@ -103,15 +103,15 @@ fn a_wheel_pushes_against_the_hand_while_time_runs_and_never_while_it_stands_or_
     sleep(Duration::from_secs(1));
     assert!(rig.levels().iter().all(|level| *level == 0), "a push before the drive began: {:?}", rig.levels());
 
-    // Held to the left it is pushed to the right, and only to the right. The recording has the force once a tick, and on a busy machine
-    // a picture lasts many ticks: several pushes are ones that it has seen.
+    // Held to the left, the wheel is pushed to the right only. The recording has one force per tick, and on a busy machine a picture lasts
+    // many ticks. More than ten pushes are therefore sure to be in the recording.
     let pushes = |from: usize| (rig.levels()[from..].iter().filter(|level| **level < -1000).count() > 10).then_some(());
     server.strike(window, &[SPACE]);
     wait_for("pushes", || pushes(0));
     assert!(rig.levels().iter().all(|level| *level <= 0), "a push to the left: {:?}", rig.levels());
 
     server.strike(window, &[SPACE]);
-    // A moment without any word, as one lost frame would bring it too, is no pause: ten looks must see nothing new.
+    // A moment without calls may also be a lost frame, so a pause is more than ten looks without a new call.
     let (mut count, mut looks) = (0, 0);
     wait_for("no force in the pause", || {
         let now = rig.asked().len();
@@ -130,14 +130,14 @@ fn a_wheel_pushes_against_the_hand_while_time_runs_and_never_while_it_stands_or_
     let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
     assert!(output.status.success() && text.contains("with force"), "{text}");
 
-    // The end: no force, and the motor's own centring back.
+    // At the end there is no force, and the device is closed.
     let asked = rig.asked();
     let stop = asked.iter().rposition(|line| line == "stop 3").unwrap_or_else(|| panic!("{asked:?}"));
     assert_eq!(rig.levels().last(), Some(&0));
     assert!(!asked[stop..].iter().any(|line| line.starts_with("update") || line.starts_with("run")), "{asked:?}");
     assert!(asked[stop..].iter().any(|line| line == "close haptic"), "{asked:?}");
 
-    // The recording knows the wheel, its hand and its force.
+    // The recording has the wheel, its angle and its force.
     let recording = rig.file("drive");
     let events = TableReader::parquet(&Table::Events.parquet(&recording)).unwrap().words("event");
     assert!(events.iter().any(|event| event == "wheel profile"), "{events:?}");

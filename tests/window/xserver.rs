@@ -1,4 +1,4 @@
-//! An X server of a test's own (Xvfb): its windows, a keyboard on it, what is on its screen.
+//! X server for one test (Xvfb), with its windows, keyboard, mouse and screen contents.
 
 use std::{
     collections::BTreeSet,
@@ -21,7 +21,7 @@ use x11rb::{
     rust_connection::RustConnection,
 };
 
-/// Waits for `what` to become something, looking 20 times a second for up to 60 s: a slow machine is no failure.
+/// Waits until `look` returns a value, with 20 looks a second for up to 60 s. A slow machine is no failure.
 pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     for _ in 0..1200 {
         if let Some(found) = look() {
@@ -32,27 +32,27 @@ pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     panic!("{what} did not come within 60 s");
 }
 
-/// What a window shows.
+/// Contents of a window.
 pub struct Picture {
     pub size: [u32; 2],
     pixels: Vec<u8>,
 }
 
 impl Picture {
-    /// Red, green and blue of a pixel, from 0 to 255.
+    /// Returns red, green and blue of a pixel, from 0 to 255.
     pub fn at(&self, x: u32, y: u32) -> [u8; 3] {
         let i = 4 * (y * self.size[0] + x) as usize;
         [self.pixels[i + 2], self.pixels[i + 1], self.pixels[i]]
     }
 
-    /// The share of pixels that another picture of the same size shows in another colour, from 0 to 1.
+    /// Returns the share of pixels with a different colour in another picture of the same size, from 0 to 1.
     pub fn differs(&self, other: &Self) -> f64 {
         assert_eq!(self.size, other.size);
         let pairs = self.pixels.chunks(4).zip(other.pixels.chunks(4));
         pairs.filter(|(a, b)| a[..3] != b[..3]).count() as f64 / (self.pixels.len() / 4) as f64
     }
 
-    /// Stretches of one colour in a row of pixels that are `least` long, as first pixel and length.
+    /// Returns the runs of one colour in a row of pixels that have at least `least` pixels, each as first pixel and length.
     pub fn stretches(&self, y: u32, colour: [u8; 3], least: u32) -> Vec<[u32; 2]> {
         let mut found: Vec<[u32; 2]> = Vec::new();
         for x in (0..self.size[0]).filter(|x| self.at(*x, y) == colour) {
@@ -66,7 +66,7 @@ impl Picture {
     }
 }
 
-/// Exit code of a program and what it printed, once it has ended.
+/// Waits for the end of a program; returns its exit code and output.
 pub fn ended(mut program: Child) -> (i32, String) {
     let status = wait_for("the end of the program", || program.try_wait().unwrap());
     let mut text = String::new();
@@ -75,7 +75,7 @@ pub fn ended(mut program: Child) -> (i32, String) {
     (status.code().unwrap_or(-1), text)
 }
 
-/// Ends with the test.
+/// X server, killed when dropped.
 pub struct Server {
     process: Child,
     pub display: String,
@@ -85,7 +85,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// One screen of so many pixels.
+    /// Starts a server with one screen of this size in pixels.
     pub fn start(size: [u16; 2]) -> Self {
         let mut process = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", &format!("{}x{}x24", size[0], size[1]), "-nolisten", "tcp"])
@@ -101,13 +101,13 @@ impl Server {
         Self { process, display, connection, root, size }
     }
 
-    /// Starts a program whose windows are here.
+    /// Starts a program with its windows on this server.
     pub fn start_program(&self, command: &mut Command) -> Child {
         let command = command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY");
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     }
 
-    /// The window of this title once it is on the screen.
+    /// Waits for the window of this title and returns it.
     pub fn window(&self, title: &str) -> Window {
         wait_for(title, || {
             let children = self.connection.query_tree(self.root).ok()?.reply().ok()?.children;
@@ -118,31 +118,31 @@ impl Server {
         })
     }
 
-    /// The keyboard is this window's.
+    /// Gives the keyboard focus to a window.
     pub fn focus(&self, window: Window) {
         wait_for("the keyboard's focus", || {
             self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).ok()?.check().ok()
         });
     }
 
-    /// The keyboard is nobody's.
+    /// Takes the keyboard focus from all windows.
     pub fn unfocus(&self) {
         self.connection.set_input_focus(InputFocus::NONE, x11rb::NONE, x11rb::CURRENT_TIME).unwrap().check().unwrap();
     }
 
-    /// Presses or releases a key, as a keyboard would.
+    /// Presses or releases a key, as a keyboard does.
     pub fn key(&self, code: u8, down: bool) {
         let kind = if down { KEY_PRESS_EVENT } else { KEY_RELEASE_EVENT };
         self.connection.xtest_fake_input(kind, code, x11rb::CURRENT_TIME, self.root, 0, 0, 0).unwrap().check().unwrap();
     }
 
-    /// Presses keys together in a window: the first are held while the last is struck.
+    /// Presses keys together in a window: the first are held while the last is pressed.
     pub fn strike(&self, window: Window, keys: &[u8]) {
         self.focus(window);
         self.press(keys);
     }
 
-    /// The same where the window is on the screen; nothing where it is not, or not any more.
+    /// Presses keys like `strike` if the window is on the screen, else does nothing.
     pub fn strike_if_there(&self, window: Window, keys: &[u8]) {
         let focus = self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME);
         if focus.is_ok_and(|asked| asked.check().is_ok()) {
@@ -156,24 +156,24 @@ impl Server {
         keys.iter().rev().for_each(|key| self.key(*key, false));
     }
 
-    /// Width and height of a window, pixels.
+    /// Returns width and height of a window, pixels.
     pub fn size_of(&self, window: Window) -> [u32; 2] {
         let place = self.connection.get_geometry(window).unwrap().reply().unwrap();
         [place.width.into(), place.height.into()]
     }
 
-    /// Moves a window, as one drags it.
+    /// Moves a window, as dragging it does.
     pub fn move_to(&self, window: Window, [x, y]: [i32; 2]) {
         self.connection.configure_window(window, &ConfigureWindowAux::new().x(x).y(y)).unwrap().check().unwrap();
     }
 
-    /// Gives a window another size, as one drags its corner.
+    /// Resizes a window, as dragging its corner does.
     pub fn resize(&self, window: Window, [width, height]: [u32; 2]) {
         let size = ConfigureWindowAux::new().width(width).height(height);
         self.connection.configure_window(window, &size).unwrap().check().unwrap();
     }
 
-    /// Clicks into a window that lies at the screen's upper left corner.
+    /// Clicks at a point of the screen, pixels from its upper left corner.
     pub fn click(&self, [x, y]: [u32; 2]) {
         let act = |kind: u8, detail: u8| {
             let now = x11rb::CURRENT_TIME;
@@ -189,13 +189,13 @@ impl Server {
         act(BUTTON_RELEASE_EVENT, 1);
     }
 
-    /// From here on this test hears what windows ask of a window manager: there is no other here.
+    /// Makes this test receive what windows ask of a window manager; the server has no other.
     pub fn manage(&self) {
         let hears = ChangeWindowAttributesAux::new().event_mask(EventMask::SUBSTRUCTURE_NOTIFY);
         self.connection.change_window_attributes(self.root, &hears).unwrap().check().unwrap();
     }
 
-    /// What a window asks of the window manager next about filling the screen: true to do so.
+    /// Returns the next request of a window to enter (true) or leave (false) full screen.
     pub fn asked_to_fill(&self) -> Option<bool> {
         loop {
             let Event::ClientMessage(message) = self.connection.poll_for_event().unwrap()? else { continue };
@@ -207,7 +207,7 @@ impl Server {
         }
     }
 
-    /// What a window shows; it has to be in sight.
+    /// Returns the contents of a window, which must be visible.
     pub fn picture(&self, window: Window) -> Picture {
         let size = self.size_of(window);
         let [width, height] = size.map(|side| side as u16);
@@ -215,25 +215,25 @@ impl Server {
         Picture { size, pixels: image.reply().unwrap().data }
     }
 
-    /// Pixels of the screen, four bytes each.
+    /// Returns the pixels of the screen, four bytes each.
     pub fn screen(&self) -> Vec<u8> {
         let [width, height] = self.size;
         let image = self.connection.get_image(ImageFormat::Z_PIXMAP, self.root, 0, 0, width, height, !0).unwrap();
         image.reply().unwrap().data
     }
 
-    /// How many colours are on the screen.
+    /// Counts the colours on the screen.
     pub fn colours(&self) -> usize {
         colours(&self.screen())
     }
 
-    /// How many colours are in the upper left corner of a window; none while it is not to be seen.
+    /// Counts the colours in the upper left corner of a window, 600 by 380 pixels; 0 while the window is not visible.
     pub fn colours_of(&self, window: Window) -> usize {
         let image = self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, 600, 380, !0).unwrap().reply();
         image.map_or(0, |image| colours(&image.data))
     }
 
-    /// What a window manager does when someone clicks the cross.
+    /// Asks a window to close, as a window manager does when the user clicks its close button.
     pub fn close(&self, window: Window) {
         let atom = |name: &str| self.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom;
         let data = [atom("WM_DELETE_WINDOW"), x11rb::CURRENT_TIME, 0, 0, 0];
