@@ -17,4 +17,5 @@ mod onnx;
 mod policies;
 mod python_episode;
 mod train;
+mod wheels_on_road;
 mod world;
