@@ -84,10 +84,10 @@ impl StaticScene {
     }
 
     /// Height of the road, m, at a place where something is about `height_m` high, and its grade in a direction; counted from the local
-    /// origin, 0 beside all roads.
-    pub fn road_at(&self, place: Pose, height_m: f64) -> (f32, f32) {
+    /// origin. `None` beside all roads.
+    pub fn road_at(&self, place: Pose, height_m: f64) -> Option<(f32, f32)> {
         let pose = Pose3 { position: place.position.extend(height_m), yaw_rad: place.yaw_rad, grade: 0.0 };
-        self.network.locate_pose(&pose, None).map_or((0.0, 0.0), |at| {
+        self.network.locate_pose(&pose, None).map(|at| {
             let road = self.network.pose(at);
             let along = (place.yaw_rad - road.yaw_rad).cos();
             (road.position.z as f32, (road.grade * along) as f32)

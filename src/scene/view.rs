@@ -139,10 +139,11 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &S
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
     let mut rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
     // Along the road's slope, with all wheels on it.
-    let (_, grade) = stage.road_at(pose, height_m);
+    // SUMO's height is that of the road under the front.
+    let (road_m, grade) = stage.road_at(pose, height_m).unwrap_or((height_m as f32, 0.0));
     rotation *= Quat::from_rotation_y(-grade.atan());
     CarInstance {
-        position: pose.position.as_vec2().extend(height_m as f32),
+        position: pose.position.as_vec2().extend(road_m),
         rotation: rotation * lean,
         colour,
         brake: f32::from(u8::from(car.lamps.brake)),
@@ -278,7 +279,7 @@ fn chase_camera(ego: &EgoAt, yaw_rate: f32, stage: &StaticScene) -> Camera {
     let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
     let at = ego.position.truncate();
     let under = Pose::new(at.as_dvec2(), f64::from(ego.yaw_rad));
-    let (road_m, grade) = stage.road_at(under, f64::from(ego.position.z));
+    let (road_m, grade) = stage.road_at(under, f64::from(ego.position.z)).unwrap_or_default();
     // Behind on the same slope.
     let eye = (at - back * 7.5).extend(2.6 + road_m - 7.5 * grade);
     let target = (at + back * 2.0).extend(0.8 + road_m + 2.0 * grade);

@@ -224,7 +224,7 @@ impl World {
         let (before, new) = self.agents.split_at_mut(known);
         for agent in &mut *new {
             agent.locate();
-            before[0].sees(&agent.image);
+            before[0].sees(agent);
         }
         for agent in new {
             agent.sees_as(&before[0]);
@@ -269,7 +269,7 @@ impl World {
         self.agents.iter_mut().for_each(Agent::locate);
         if let [participant, others @ ..] = self.agents.as_mut_slice() {
             for other in &*others {
-                participant.sees(&other.image);
+                participant.sees(other);
             }
             for other in others {
                 other.sees_as(participant);
