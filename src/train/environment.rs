@@ -64,7 +64,6 @@ pub struct VecEnv {
     follower: AdviceFollower,
     circumference_m: SimdLanes,
     /// Speed at which each ring flows evenly, m/s.
-    #[serde(default)]
     equilibrium_mps: SimdLanes,
     hold_steps: u32,
     /// Own mean speed as the policy may see it, m/s.
@@ -74,7 +73,6 @@ pub struct VecEnv {
     stock: VectorizedRing,
     stock_follower: AdviceFollower,
     stock_m: SimdLanes,
-    #[serde(default)]
     stock_equilibrium_mps: SimdLanes,
     used: usize,
     batches: u64,
@@ -82,10 +80,8 @@ pub struct VecEnv {
     samples: Option<Vec<BlockSample>>,
     unsampled_steps: u32,
     /// Rings whose episodes count; those beyond go on for ever and take nothing from the stock.
-    #[serde(default = "all_lanes")]
     rings: usize,
     /// What the policy corrects, where it does.
-    #[serde(default)]
     corrected: Option<CorrectedLanes>,
 }
 
@@ -349,11 +345,6 @@ impl VecEnv {
     fn named(&self, name: &str) -> Stream {
         rng::stream(self.config.seed, &format!("{}/{name}", self.stream))
     }
-}
-
-/// What checkpoints of blocks say that were written before a block could have fewer.
-fn all_lanes() -> usize {
-    LANES
 }
 
 /// What a hold adds up to, lane by lane.

@@ -51,7 +51,6 @@ pub struct LearningCurveRow {
     /// Mean speed without noise over whole horizons, m/s, where the policy was judged.
     pub judged_mps: Option<f64>,
     /// Where the estimator of the driver learned: its loss for each trait and second, nats.
-    #[serde(default)]
     pub estimator_loss: Option<f64>,
 }
 
@@ -74,13 +73,10 @@ pub struct Learner {
     centre_mps: Option<f64>,
     best: Option<BestPolicy>,
     curve: Vec<LearningCurveRow>,
-    #[serde(default)]
     student: Option<EstimatorLearner>,
     /// What the policy corrects, where its configuration says so.
-    #[serde(default)]
     corrected: Option<CorrectedAdvice>,
     /// What advice is expected to gain, once that was learned.
-    #[serde(default)]
     expected_gain: Option<ExpectedGain>,
 }
 

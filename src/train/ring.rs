@@ -116,7 +116,6 @@ pub struct VectorizedRing {
     speed_mps: Vec<SimdLanes>,
     model: Model,
     /// The model of each slot, where cars of a ring differ; otherwise empty.
-    #[serde(default)]
     own_models: Vec<Model>,
     rng: LaneRng,
     /// Speed of the ego's leader, m/s.

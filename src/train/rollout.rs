@@ -20,7 +20,6 @@ pub struct RolloutWorker {
     pub env: VecEnv,
     rng: LaneRng,
     /// The student beside it, once there is one.
-    #[serde(default)]
     pub watcher: Option<Watcher>,
 }
 
