@@ -42,11 +42,6 @@ impl SimulatedStudies {
     pub fn power(&self) -> (f64, [f64; 2]) {
         (self.significant as f64 / self.studies as f64, share_interval(self.significant, self.studies))
     }
-
-    /// Share of intervals that held the truth, and its 95 % interval.
-    pub fn coverage(&self) -> (f64, [f64; 2]) {
-        (self.covered as f64 / self.studies as f64, share_interval(self.covered, self.studies))
-    }
 }
 
 impl SimulatedDesign {
@@ -99,6 +94,11 @@ impl SimulatedDesign {
 mod tests {
     use super::*;
 
+    /// Share of intervals that held the truth, and its 95 % interval.
+    fn coverage(found: &SimulatedStudies) -> (f64, [f64; 2]) {
+        (found.covered as f64 / found.studies as f64, share_interval(found.covered, found.studies))
+    }
+
     /// 24 participants in the six orders of Williams' squares for three conditions.
     fn design(effect: f64) -> SimulatedDesign {
         let square = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0], [0, 2, 1], [1, 0, 2]];
@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn what_is_not_there_is_found_in_one_study_of_twenty() {
         let [found] = design(0.0).simulate(400, [0.05], 1);
-        let ((share, [low, high]), (covered, [least, most])) = (found.power(), found.coverage());
+        let ((share, [low, high]), (covered, [least, most])) = (found.power(), coverage(&found));
         assert!(low <= 0.05 && 0.05 <= high, "{share} [{low}, {high}]");
         assert!(least <= 0.95 && 0.95 <= most, "{covered} [{least}, {most}]");
     }
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn a_known_effect_is_found_as_often_as_theory_says_and_its_interval_holds_it() {
         let [found] = design(0.9).simulate(400, [0.05], 2);
-        let ((share, [low, high]), (covered, [least, most])) = (found.power(), found.coverage());
+        let ((share, [low, high]), (covered, [least, most])) = (found.power(), coverage(&found));
         assert!(low <= 0.862 && 0.862 <= high, "{share} [{low}, {high}]");
         assert!(least <= 0.95 && 0.95 <= most, "{covered} [{least}, {most}]");
         assert_eq!([found], design(0.9).simulate(400, [0.05], 2));

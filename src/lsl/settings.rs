@@ -55,11 +55,6 @@ impl LslSettingsFault {
 }
 
 impl LslSettings {
-    /// True where something is asked for.
-    pub fn is_wanted(&self) -> bool {
-        self.outlets || !self.record.is_empty()
-    }
-
     /// Checks the values.
     ///
     /// # Errors

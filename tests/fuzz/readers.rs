@@ -134,7 +134,7 @@ fn used(map: &RoadMap) {
     }
 }
 
-/// Finds places on a network's lanes, counts what it has, and writes it.
+/// Finds places on a network's lanes, counts what it has, and reads the copy for SUMO.
 fn used_network(network: &RoadNetwork) {
     let every = network.lanes().len().div_ceil(40).max(1);
     for lane in network.lane_ids().step_by(every) {
@@ -148,8 +148,6 @@ fn used_network(network: &RoadNetwork) {
         }
     }
     assert!(network.census().lanes <= network.lanes().len());
-    let again = RoadNetwork::read(Path::new("again.net.xml"), &network.to_net_xml());
-    assert!(again.is_ok_and(|again| again == *network), "what was written is not what was read");
     // What SUMO reads is what was read here, and passes the gate again as it is.
     let copy = network.sumo_text().as_str();
     let again = RoadNetwork::read(Path::new("copy.net.xml"), copy).expect("the copy of a network is one");

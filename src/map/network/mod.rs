@@ -2,7 +2,7 @@
 //! the file's text. Out: a [`Network`], which nothing changes any more: it is shared behind an [`Arc`](std::sync::Arc), and what it
 //! holds is named by index. Metres, m/s, seconds; world axes as in [`crate::space`], heights included.
 //!
-//! `read` reads it and `write` writes it; `edge`, `junction`, `connection` and `signal` are its data, `signal_states` what its signals show; `centre_line` has the geometry of a
+//! `read` reads it; `edge`, `junction`, `connection` and `signal` are its data, `signal_states` what its signals show; `centre_line` has the geometry of a
 //! lane, `grid` and `locate` find the lane at a point, `path` chains lanes, `marking` says what is painted between them and
 //! `census` what a network has.
 
@@ -24,7 +24,6 @@ mod signal_states;
 mod tests;
 mod vehicle_classes;
 mod words;
-mod write;
 
 pub use census::NetworkCensus;
 pub use centre_line::CentreLine;

@@ -99,16 +99,6 @@ impl SpaceTime {
         }
     }
 
-    /// What was painted at a time and place; none where nothing is, or no longer is.
-    pub fn colour_at(&self, time_s: f64, s_m: f64) -> Option<Color32> {
-        let column = (time_s / COLUMN_S).max(0.0) as usize;
-        if column > self.column || column + COLUMNS <= self.column {
-            return None;
-        }
-        let row = ROWS - 1 - ((s_m / self.length_m * ROWS as f64) as usize).min(ROWS - 1);
-        Some(self.pixels[column % COLUMNS * ROWS + row]).filter(|colour| *colour != EMPTY)
-    }
-
     /// The diagram, as wide as there is room, `height` points high.
     /// It reaches from and to these times, seconds.
     pub fn show(&self, ui: &mut Ui, screen: &mut DiagramTexture, [from_s, to_s]: [f64; 2], height: f32) {
@@ -201,6 +191,18 @@ impl DiagramTexture {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl SpaceTime {
+        /// What was painted at a time and place; none where nothing is, or no longer is.
+        fn colour_at(&self, time_s: f64, s_m: f64) -> Option<Color32> {
+            let column = (time_s / COLUMN_S).max(0.0) as usize;
+            if column > self.column || column + COLUMNS <= self.column {
+                return None;
+            }
+            let row = ROWS - 1 - ((s_m / self.length_m * ROWS as f64) as usize).min(ROWS - 1);
+            Some(self.pixels[column % COLUMNS * ROWS + row]).filter(|colour| *colour != EMPTY)
+        }
+    }
 
     #[test]
     fn cars_leave_lines_that_cross_the_seam_and_are_forgotten_after_five_minutes() {
