@@ -10,7 +10,7 @@ use codrive::{
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, EngineChoice, ExternalVehicleState, ModelMixture, NoiseStreams, TrafficSetup, VehicleReport,
+        self, Demand, EngineChoice, ExternalVehicleState, ModelMixture, TrafficSetup, VehicleReport,
         sumo::{self, NetworkSetup, SumoNetwork},
     },
 };
@@ -93,7 +93,6 @@ fn a_step_of_either_engine_asks_for_no_memory() {
             mixture: ModelMixture::default(),
             step_s: STEP_S,
             seed: 1,
-            noise_streams: NoiseStreams::Own,
             lateral_accel_mps2: None,
         };
         let mut traffic = traffic::start(engine, setup).unwrap();

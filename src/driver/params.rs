@@ -94,20 +94,16 @@ pub struct DriverParams {
     /// Time constant of this error, s
     pub error_time_s: f64,
     /// Always this much faster (positive) or slower (negative) than advised, m/s
-    #[serde(alias = "trait_mps")]
     pub speed_bias_mps: f64,
     /// Time in which a difference of speed is to be closed, s
-    #[serde(alias = "eagerness_s")]
     pub speed_relaxation_s: f64,
     /// Largest acceleration to reach an advised speed, m/s2
     pub accel_mps2: f64,
     /// Largest deceleration to reach an advised speed, m/s2; a leader may demand more
     pub decel_mps2: f64,
     /// Largest lateral acceleration in a bend, m/s2
-    #[serde(alias = "bend_mps2")]
     pub lateral_accel_mps2: f64,
     /// Half width of the band around the target in which the speed is not corrected, m/s
-    #[serde(alias = "slack_mps")]
     pub deadband_mps: f64,
     /// Share of the time in which he follows the advice, decided anew every 20 s; else he drives as without it
     pub compliance: f64,
@@ -282,15 +278,6 @@ mod tests {
         }
         let message = preset("folow").unwrap_err().to_string();
         assert!(message.contains("\"folow\"") && message.contains("follow, perfect, idm, sloppy"), "{message}");
-    }
-
-    #[test]
-    fn a_driver_in_the_words_of_2026_is_read() {
-        let text = "trait_mps = 0.3\neagerness_s = 0.5\nbend_mps2 = 2.0\nslack_mps = 0.1\n";
-        let driver: DriverParams = toml::from_str(text).unwrap();
-        let numbers =
-            [driver.speed_bias_mps, driver.speed_relaxation_s, driver.lateral_accel_mps2, driver.deadband_mps];
-        assert_eq!(numbers, [0.3, 0.5, 2.0, 0.1]);
     }
 
     #[test]

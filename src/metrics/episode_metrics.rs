@@ -21,7 +21,6 @@ pub struct EvaluationResult {
     pub sd_in_time_mps: f64,
     /// When the speeds of the cars last differed by as much as in a wave, seconds from the first advice: from then on their
     /// standard deviation stays below 0.5 m/s. `None` if it never does.
-    #[serde(alias = "calm_s")]
     pub last_disturbance_s: Option<f64>,
     /// Smallest gap of an advised vehicle to its leader, or of the ego's follower to it, metres; on a network of any two in a lane.
     pub least_gap_m: f64,

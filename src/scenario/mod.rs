@@ -18,7 +18,7 @@ use crate::{
     map::{MapError, RoadMap, Route},
     policy::{self, Hold},
     settings::flat_settings,
-    traffic::{Demand, EngineChoice, FollowingModel, NoiseStreams},
+    traffic::{Demand, EngineChoice, FollowingModel},
     units::SpeedUnit,
 };
 use schemars::JsonSchema;
@@ -59,8 +59,7 @@ flat_settings! {
             other_model_share: f64 = 1.0,
             /// Largest lateral acceleration of the other cars in bends; 0 is automatic: 3, and no bound on a ring, whose models know
             /// none; 100 sets no bound anywhere
-            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2", "formerly" = "bend_mps2"))]
-            #[serde(alias = "bend_mps2")]
+            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2"))]
             lateral_accel_mps2: f64 = 0.0,
             /// Initial placement of the cars
             start: StartLayout = StartLayout::Even,
@@ -84,9 +83,6 @@ flat_settings! {
             /// Seed of everything random: noise, simulated driver, trees
             #[schemars(range(min = 0, max = 9007199254740991_u64))]
             seed: u64 = 1,
-            /// Where the noise of the other cars comes from: own (each car has a stream of random numbers) or shared (all draw in turn
-            /// from one, as in recordings from before 2026-11-23)
-            noise_streams: NoiseStreams = NoiseStreams::Own,
             /// Advising policy: auto (the one shipped for the map, two-phase where there is none), none, constant, two-phase,
             /// follower-stopper, pi, linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),

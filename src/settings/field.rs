@@ -9,8 +9,6 @@ use serde_json::Value;
 pub struct Field {
     /// Key in the file; `idm.T` for a key in a table.
     pub path: String,
-    /// Key in the files of earlier versions, which is still read.
-    pub formerly: Option<String>,
     /// What it is, one sentence.
     pub doc: String,
     /// Unit, empty if it has none.
@@ -50,17 +48,6 @@ impl Field {
     /// The flag on the command line, without dashes: the key without its unit, `-` for `_`.
     pub fn flag(&self) -> String {
         flag_of(&self.path)
-    }
-
-    /// The flags of earlier versions, which are still taken: at first those of accelerations had their unit.
-    pub fn former_flags(&self) -> Vec<String> {
-        let flags = self.formerly.iter().flat_map(|key| [flag_of(key), key.replace('_', "-")]);
-        flags.filter(|flag| *flag != self.flag()).collect()
-    }
-
-    /// True for its key, of this version or of earlier ones.
-    pub fn is_called(&self, key: &str) -> bool {
-        self.path == key || self.formerly.as_deref() == Some(key)
     }
 
     /// The table that the key is in, if any.
@@ -145,7 +132,6 @@ fn collect(schema: &Value, default: &Value, prefix: &str, list: &mut Vec<Field>)
         }
         let text = |name: &str| property[name].as_str().unwrap_or_default().to_owned();
         list.push(Field {
-            formerly: property["formerly"].as_str().map(str::to_owned),
             doc: text("description"),
             unit: text("unit"),
             kind: kind(property),

@@ -326,30 +326,6 @@ fn answers_of_a_session_have_a_table_of_their_own_with_times_made_for_that_parti
 }
 
 #[test]
-fn a_data_set_whose_description_names_no_version_of_tags_gets_none_and_its_description_stays() {
-    let folder = tempfile::tempdir().unwrap();
-    let study = study();
-    let data = DataSet::open(folder.path(), &study).unwrap();
-    let log = log("P1", 0, json!({}));
-    save(&data, &log);
-    // A table that the sidecar describes.
-    fs::create_dir_all(folder.path().join("sub-P2/beh")).unwrap();
-    fs::write(folder.path().join("sub-P2/beh/sub-P2_task-trial_events.tsv"), "onset\n").unwrap();
-    let has_tags = || {
-        data.publish(&study, &log.participant).unwrap();
-        fs::read_to_string(folder.path().join("events.json")).unwrap().contains("\"HED\"")
-    };
-    assert!(has_tags());
-    // As an earlier version wrote it.
-    let path = folder.path().join(DESCRIPTION);
-    let mut about: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
-    about.as_object_mut().unwrap().remove("HEDVersion").unwrap();
-    fs::write(&path, about.to_string()).unwrap();
-    assert!(!has_tags());
-    assert_eq!(fs::read_to_string(&path).unwrap(), about.to_string());
-}
-
-#[test]
 fn what_was_done_and_is_not_any_more_has_no_tables() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().join("data");

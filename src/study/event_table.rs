@@ -182,14 +182,9 @@ fn columns() -> Vec<TsvColumn> {
     ]
 }
 
-/// The sidecar of all tables of events of a data set. Tags are left out where the data set's description does not name the
-/// version of their words, as in one of an earlier version: there they were a mistake.
-pub(super) fn sidecar(is_tagged: bool) -> String {
-    let mut columns = columns();
-    if !is_tagged {
-        columns.iter_mut().for_each(|column| column.tags = Value::Null);
-    }
-    TsvTable::new(columns).sidecar(Value::Null)
+/// The sidecar of all tables of events of a data set.
+pub(super) fn sidecar() -> String {
+    TsvTable::new(columns()).sidecar(Value::Null)
 }
 
 /// What happened in a drive, in the order of time.

@@ -2,11 +2,7 @@
 //! it describes: BIDS takes one without a table for a mistake.
 
 use super::{SessionError, event_table, motion};
-use crate::{
-    file::{SETTINGS_BYTES, read_text},
-    record::{self, RecordError},
-};
-use serde_json::Value;
+use crate::record::{self, RecordError};
 use std::{fs, io::ErrorKind, path::Path};
 
 /// Writes the sidecars that describe something, and removes the others.
@@ -14,10 +10,7 @@ use std::{fs, io::ErrorKind, path::Path};
 /// # Errors
 /// The disk refuses.
 pub(super) fn settle(root: &Path) -> Result<(), SessionError> {
-    let about = read_text(&root.join("dataset_description.json"), SETTINGS_BYTES).unwrap_or_default();
-    let about: Value = serde_json::from_str(&about).unwrap_or_default();
-    let events = || event_table::sidecar(about["HEDVersion"].is_string());
-    put(root, event_table::SIDECAR, has_table(root, "_events.tsv")?.then(events))?;
+    put(root, event_table::SIDECAR, has_table(root, "_events.tsv")?.then(event_table::sidecar))?;
     put(root, motion::CHANNELS_JSON, has_table(root, "_channels.tsv")?.then(motion::reference_frames))
 }
 

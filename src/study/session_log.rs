@@ -113,7 +113,7 @@ pub struct SessionEnd {
     pub reason: String,
     /// When, UTC.
     pub at: String,
-    /// The rule of the study that stopped it; none where the experimenter did, and in logs of earlier versions.
+    /// The rule of the study that stopped it; none where the experimenter did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cause: Option<EndCause>,
     /// Why its data are excluded from the study, where they are.

@@ -24,7 +24,6 @@ pub use demand_file::CanonicalDemand;
 pub use interrupt::{Interruption, TrafficStart, go_on, interrupt, is_interrupted, starts_under_way};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
-pub use noise::NoiseStreams;
 pub use reported::is_on_lane;
 pub use vehicles::{Departure, NetworkVehicle, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps};
 
@@ -86,8 +85,6 @@ pub struct TrafficSetup {
     pub step_s: f64,
     /// Seed of the noise.
     pub seed: u64,
-    /// Where the noise of a car comes from.
-    pub noise_streams: NoiseStreams,
     /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as the car-following model knows none.
     pub lateral_accel_mps2: Option<f64>,
 }

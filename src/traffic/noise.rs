@@ -7,24 +7,11 @@
 
 use super::{TrafficSetup, VehicleId};
 use crate::rng::{self, Stream};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// Where the noise of a car comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum NoiseStreams {
-    /// Each vehicle has a stream of its own, which no other vehicle disturbs
-    #[default]
-    Own,
-    /// All draw from one stream in turn, as in recordings from before 2026-11-23
-    Shared,
-}
 
 /// Draws the noise of every car.
 #[derive(Clone, Debug)]
 pub(super) struct Noise {
-    /// By the car's number; one alone is for all.
+    /// By the car's number: each has a stream of its own, which no other vehicle disturbs.
     streams: Vec<Stream>,
     /// Standard deviation of the speed change in a step, m/s.
     sd_mps: f64,
@@ -32,23 +19,18 @@ pub(super) struct Noise {
 
 impl Noise {
     pub(super) fn new(setup: &TrafficSetup) -> Self {
-        let of = |name: &str| rng::stream(setup.seed, name);
-        let streams = match setup.noise_streams {
-            NoiseStreams::Own => (0..setup.cars.len()).map(|id| of(&format!("vehicle/{id}"))).collect(),
-            NoiseStreams::Shared => vec![of("traffic")],
-        };
-        Self { streams, sd_mps: setup.idm.noise * setup.step_s.sqrt() * setup.step_s }
+        let streams = (0..setup.cars.len()).map(|id| rng::stream(setup.seed, &format!("vehicle/{id}")));
+        Self { streams: streams.collect(), sd_mps: setup.idm.noise * setup.step_s.sqrt() * setup.step_s }
     }
 
-    /// A car's speed with its noise, m/s. To be called once a step for every car, the ego included whoever drives it, and in the order
-    /// of ids where all share a stream: a draw that is not used keeps all later ones where they are. A car that the model holds
-    /// stays where it is: noise does not creep through a queue.
+    /// A car's speed with its noise, m/s. To be called once a step for every car, the ego included whoever drives it: a draw that
+    /// is not used keeps all later ones where they are. A car that the model holds stays where it is: noise does not creep
+    /// through a queue.
     pub(super) fn push(&mut self, car: VehicleId, speed_mps: f64) -> f64 {
         if self.sd_mps == 0.0 {
             return speed_mps;
         }
-        let stream = (car.0 as usize).min(self.streams.len() - 1);
-        let change_mps = self.sd_mps * self.streams[stream].normal();
+        let change_mps = self.sd_mps * self.streams[car.0 as usize].normal();
         if speed_mps > 0.0 { (speed_mps + change_mps).max(0.0) } else { 0.0 }
     }
 }

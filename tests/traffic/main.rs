@@ -24,8 +24,8 @@ use codrive::{
     map::RoadMap,
     space::CAR_LENGTH_M,
     traffic::{
-        self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, ModelMixture, NoiseStreams, Traffic,
-        TrafficSetup, VehicleReport, start,
+        self, CarState, EngineChoice, ExternalVehicleState, InitialVehicle, ModelMixture, Traffic, TrafficSetup,
+        VehicleReport, start,
     },
 };
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -55,8 +55,7 @@ fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> TrafficSetup {
     let map = Arc::new(RoadMap::load(map).expect("the map is in the project"));
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
     let mixture = ModelMixture::default();
-    let noise_streams = NoiseStreams::Own;
-    TrafficSetup { map, cars, idm, mixture, step_s: STEP_S, seed: 1, noise_streams, lateral_accel_mps2: None }
+    TrafficSetup { map, cars, idm, mixture, step_s: STEP_S, seed: 1, lateral_accel_mps2: None }
 }
 
 /// The paper's ring: 22 cars at its speed.

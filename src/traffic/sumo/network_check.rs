@@ -19,8 +19,7 @@ use crate::{
     sumo_xml::stream,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, ExternalVehicleState, ModelMixture, NoiseStreams, Traffic, TrafficError, TrafficSetup, VehicleReport,
-        go_on, start,
+        Demand, ExternalVehicleState, ModelMixture, Traffic, TrafficError, TrafficSetup, VehicleReport, go_on, start,
     },
 };
 use serde::{Deserialize, Serialize};
@@ -247,7 +246,6 @@ pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
         mixture: ModelMixture::default(),
         step_s,
         seed: 1,
-        noise_streams: NoiseStreams::Own,
         lateral_accel_mps2: None,
     };
     let mut traffic = match SumoTraffic::start_unchecked(&super::home()?, setup) {
