@@ -10,9 +10,8 @@ use codrive::{
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, DemandSetup, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, NoiseStreams, Traffic,
-        VehicleReport,
-        sumo::{self, SumoTraffic},
+        self, Demand, EngineChoice, ExternalVehicleState, ModelMixture, FixedSetup, VehicleReport,
+        sumo::{self, NetworkSetup, SumoNetwork},
     },
 };
 use std::{
@@ -94,7 +93,6 @@ fn a_step_of_either_engine_allocates_no_memory() {
             mixture: ModelMixture::default(),
             step_s: STEP_S,
             seed: 1,
-            noise_streams: NoiseStreams::Own,
             lateral_accel_mps2: None,
         };
         let mut traffic = traffic::start(engine, setup).unwrap();

@@ -62,8 +62,7 @@ pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError
     };
     for field in fields_of::<T>() {
         if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
-            let former = field.formerly.as_deref().filter(|key| toml_text::has(text, key));
-            return Err(wrong(former.unwrap_or(&field.path), fault));
+            return Err(wrong(&field.path, fault));
         }
     }
     settings.check().map_err(|(key, fault)| wrong(key, fault))?;

@@ -24,7 +24,6 @@ mod signal_states;
 mod tests;
 mod vehicle_classes;
 mod words;
-mod write;
 
 pub use census::NetworkCensus;
 pub use centre_line::CentreLine;
