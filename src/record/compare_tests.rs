@@ -30,15 +30,15 @@ fn controls(tick: u64) -> Controls {
 fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::PathBuf {
     let mut world = world();
     let mut recorder = Recorder::begin(&folder.join("drive"), world.scenario(), Manifest::default()).expect("begun");
-    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 1..=TICKS {
         world.tick(&controls(tick)).expect("the native engine");
-        tally.add(world.snapshot(), world.events());
+        summary.add(world.snapshot(), world.events());
         recorder.tick(&world, &controls(tick)).expect("room");
         write(&mut recorder, tick);
     }
     assert!(world.ended().is_some());
-    recorder.finish(&tally.summary()).expect("finished")
+    recorder.finish(&summary.to_summary()).expect("finished")
 }
 
 /// Compares a recording with a drive with these controls. Returns the number of differing cells and the first of them.

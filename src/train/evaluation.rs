@@ -44,8 +44,8 @@ pub fn evaluate_part(
         block.results().collect::<Vec<_>>()
     };
     let part = rings.start / LANES..rings.end.div_ceil(LANES);
-    let verdicts: Vec<Vec<EvaluationResult>> = part.into_par_iter().map(one).collect();
-    verdicts.into_iter().flatten().take(rings.len()).collect()
+    let results: Vec<Vec<EvaluationResult>> = part.into_par_iter().map(one).collect();
+    results.into_iter().flatten().take(rings.len()).collect()
 }
 
 /// A block of [`evaluate`]'s rings in progress.
@@ -95,7 +95,7 @@ impl EvaluatedBlock {
 
     /// Returns the results of the rings so far.
     pub fn results(&self) -> impl Iterator<Item = EvaluationResult> + '_ {
-        self.metrics.iter().map(EpisodeMetrics::verdict)
+        self.metrics.iter().map(EpisodeMetrics::result)
     }
 }
 

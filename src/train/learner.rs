@@ -262,8 +262,8 @@ impl Learner {
         let network = self.network(&self.theta);
         let [low, high] = self.config.holds_s();
         let rings = LANES * JUDGED_BLOCKS[usize::from(high > low)];
-        let verdicts = evaluate(&self.config, "judge", rings, || Some(network.clone().policy(self.config.ring.step_s)));
-        mean_and_interval(&verdicts).0
+        let results = evaluate(&self.config, "judge", rings, || Some(network.clone().policy(self.config.ring.step_s)));
+        mean_and_interval(&results).0
     }
 
     /// Returns the best policy so far, its update and its evaluated speed; the current policy if none was evaluated yet.
