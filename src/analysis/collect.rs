@@ -6,7 +6,7 @@ use super::{
     driver_moments::DriverStretches,
     network::{LinePlace, NetworkTotals},
     pedal_noise::PedalNoise,
-    response::AdviceResponse,
+    response_detection::AdviceResponse,
     totals::DriveTotals,
 };
 use crate::{

@@ -5,7 +5,7 @@ use crate::{
     analysis::{
         events::{ChangeFinder, OnsetFinder},
         network::NetworkTotals,
-        response::ResponseWatch,
+        response_detection::ResponseWatch,
         totals::SteeringReversals,
         traffic_steps::{StepVehicle, TrafficStep},
         trial::{EgoSample, IssuedAdvice},

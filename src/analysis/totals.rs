@@ -8,7 +8,7 @@ use super::{
     AnalysisError, RecordedTrial,
     network::{LinePlace, NetworkTotals},
     pedal_noise::PedalNoise,
-    response::{AdviceResponse, ResponseWatch},
+    response_detection::{AdviceResponse, ResponseWatch},
     traffic_steps::TrafficStep,
     trial::EgoSample,
 };
@@ -20,7 +20,7 @@ use crate::{
 use std::collections::BTreeMap;
 
 /// Gap size of a reversal of the pedals, share of travel: the movement that ends a movement time.
-pub const PEDAL_REVERSAL: f64 = super::response::PEDAL;
+pub const PEDAL_REVERSAL: f64 = super::response_detection::PEDAL;
 
 /// Gap size of a steering reversal, degrees of the steering wheel.
 pub const REVERSAL_DEG: f64 = 3.0;

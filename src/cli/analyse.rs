@@ -9,9 +9,8 @@ use crate::{
         network::{LinePlace, tables as network_tables},
         plan::PlanHistory,
         planned::{self, PlannedAnalysis},
-        reactions,
         report::{self, FileProof},
-        sickness, tables,
+        response_time_table, sickness, tables,
     },
     drive_loop::RunError,
     record,
@@ -112,7 +111,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;
     put("advice.csv", &tables::advice(&drives))?;
-    put("reactions.csv", &reactions::table(&drives))?;
+    put("reactions.csv", &response_time_table::table(&drives))?;
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
     put("drivers.csv", &tables::drivers(&drives, &fitted))?;

@@ -4,7 +4,7 @@
 //! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start`
 //! starts them). Agents (`agent`) are the participant's vehicle, which is the first, and every other advised vehicle;
 //! they are simulated tick by tick. `contacts` finds contacts, `derived_state` the position on the road, `advice` and `perception` the
-//! input of policies and drivers, and `give_way` the vehicles with right of way.
+//! input of policies and drivers, and `right_of_way` the vehicles with right of way.
 
 mod advice;
 mod advised_selection;
@@ -12,16 +12,16 @@ mod agent;
 mod contacts;
 mod derived_state;
 mod ego_insertion;
-mod gap_acceptance;
-mod give_way;
 mod hand_over;
 mod lane_beside;
-mod lane_changes;
+mod lane_change;
 mod network_view;
 mod outside;
+mod path_lane_changes;
 mod path_lanes;
 mod perception;
 mod put_back;
+mod right_of_way;
 mod road_rules;
 mod sham;
 mod time_to_collision;

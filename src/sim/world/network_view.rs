@@ -1,7 +1,7 @@
 //! View of a network along the ego's path. In: the map and the snapshot. Out: the ego's lane, the ground under it, the next signal, yield
 //! line and place to stop, and whether the ego is at the end of its path. Metres, m/s.
 
-use super::{gap_acceptance::LaneChanging, give_way::GiveWay, path_lanes::PathLanes, turns::Turns};
+use super::{lane_change::LaneChanging, path_lanes::PathLanes, right_of_way::RightOfWay, turns::Turns};
 use crate::{
     controls::Indicator,
     driver::DriverParams,
@@ -29,7 +29,7 @@ const SIGNAL_AHEAD_M: f64 = 300.0;
 /// View of a network along the ego's path.
 pub(super) struct NetworkView {
     lanes: PathLanes,
-    give_way: GiveWay,
+    right_of_way: RightOfWay,
     changing: LaneChanging,
     turns: Turns,
     /// True if the ego is on the last edge of its path, or was there until its front reached the end.
@@ -40,10 +40,10 @@ impl NetworkView {
     /// Returns the view along a map's route.
     pub fn new(map: &RoadMap) -> Self {
         let lanes = PathLanes::new(map);
-        let give_way = GiveWay::new(lanes.yield_lines(map));
+        let right_of_way = RightOfWay::new(lanes.yield_lines(map));
         let changes = lanes.lane_changes(map);
         Self {
-            give_way,
+            right_of_way,
             turns: lanes.turns(map, &changes),
             changing: LaneChanging::new(changes),
             lanes,
@@ -65,7 +65,7 @@ impl NetworkView {
     /// Updates the ego's state at the next line and its lane change; during the latter it sets the leader to the one in the ego's own lane.
     pub fn look_around(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
         self.changing.update(snapshot, map);
-        self.give_way.update(snapshot, map);
+        self.right_of_way.update(snapshot, map);
     }
 
     /// Returns the lane and the pose to report to traffic for the ego at a pose soon to come; `None` off all lanes.
@@ -111,7 +111,7 @@ impl NetworkView {
     /// line of a signal, a line at which this driver must yield, or the last place for a lane change without a gap.
     pub fn stop_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, driver: &DriverParams) -> Option<f64> {
         let signal_m = self.signal_ahead_m(snapshot, map);
-        let yield_m = self.give_way.must_yield_ahead_m(snapshot, map, driver);
+        let yield_m = self.right_of_way.must_yield_ahead_m(snapshot, map, driver);
         let change_m = self.changing.wait_ahead_m(snapshot, driver);
         [signal_m, yield_m, change_m].into_iter().flatten().min_by(f64::total_cmp)
     }
@@ -154,7 +154,7 @@ impl NetworkView {
     /// Returns the distance from the ego's front bumper to the next line of the path, metres: if `stops`, to a line with a mandatory stop,
     /// otherwise to a line at which the ego only yields.
     pub fn line_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, stops: bool) -> Option<f64> {
-        self.give_way.line_ahead_m(snapshot, map, stops)
+        self.right_of_way.line_ahead_m(snapshot, map, stops)
     }
 
     /// Returns the distance from the ego's front bumper to the end of the next edge on which its path changes lanes, metres.
