@@ -6,7 +6,7 @@
 
 use super::{
     AnalysisError, RecordedTrial,
-    network::{LinePlace, NetworkTotals},
+    network::{LinePlace, NetworkDriveTotals},
     pedal_noise::PedalNoise,
     response_detection::{AdviceResponse, ResponseWatch},
     traffic_steps::TrafficStep,
@@ -125,7 +125,7 @@ pub struct DriveTotals {
     /// Length of the drive, seconds.
     pub duration_s: f64,
     /// Sums of a drive on a network; `None` on a closed route.
-    pub network: Option<NetworkTotals>,
+    pub network: Option<NetworkDriveTotals>,
     step_s: f64,
     route_m: f64,
     after_contacts: std::iter::Peekable<std::vec::IntoIter<[u64; 2]>>,
@@ -200,7 +200,7 @@ impl DriveTotals {
     ) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
         let step_s = trial.setup.scenario.step_s;
         let mut totals = Self::new(step_s).on(trial);
-        totals.network = trial.is_on_network().then(|| NetworkTotals::open(trial, lines)).transpose()?;
+        totals.network = trial.is_on_network().then(|| NetworkDriveTotals::open(trial, lines)).transpose()?;
         let mut responses = ResponseWatch::new(step_s, trial.onsets()?, practice);
         for ego in trial.ego()? {
             let ego = ego?;

@@ -24,7 +24,7 @@ const LONGEST_MS: f64 = 1000.0 / 30.0;
 pub(super) fn sumo(scenario: &Scenario) -> Finding {
     match World::new(&Scenario { traffic: EngineChoice::Sumo, ..scenario.clone() }) {
         Ok(world) => Finding::ok("SUMO", world.traffic_engine()),
-        Err(error) => Finding::told("SUMO", FindingGrade::Fault, &error.to_string()),
+        Err(error) => Finding::from_message("SUMO", FindingGrade::Fault, &error.to_string()),
     }
 }
 
@@ -45,7 +45,7 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     let times = match native.or_else(|_| World::new(scenario)).map(|world| frames(&gpu, &world, size)) {
         Ok(Ok(times_ms)) => judge(size, &times_ms),
         Ok(Err(error)) => Finding::fault("frame time", error.to_string(), "update the card's driver"),
-        Err(error) => Finding::told("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
+        Err(error) => Finding::from_message("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
     };
     vec![adapter, times]
 }
@@ -65,7 +65,7 @@ pub(super) fn display(scenario: &Scenario) -> Finding {
 /// Checks the monitors, one finding each.
 pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, MonitorsUnknown>) -> Vec<Finding> {
     match found {
-        Err(error) => vec![Finding::told("monitor", FindingGrade::Warning, &error.to_string())],
+        Err(error) => vec![Finding::from_message("monitor", FindingGrade::Warning, &error.to_string())],
         Ok(all) if all.is_empty() => {
             vec![Finding::warning(
                 "monitor",

@@ -6,7 +6,9 @@
 use super::{RunError, offline::OfflineDrive};
 use crate::{
     map::RoadMap,
-    metrics::{AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkFlow, NetworkTotals},
+    metrics::{
+        AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkEpisodeMetrics, NetworkFlow,
+    },
     scenario::Scenario,
     sim::{Snapshot, World, WorldError},
     space::CAR_LENGTH_M,
@@ -59,7 +61,7 @@ fn on_network(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
     let last = (scenario.duration_s / scenario.step_s).round() as u64;
     let most_gap_m = run.world().map().route.length_m();
-    let mut totals = NetworkTotals::new(scenario.step_s, speeds(run.world().snapshot()), most_gap_m);
+    let mut totals = NetworkEpisodeMetrics::new(scenario.step_s, speeds(run.world().snapshot()), most_gap_m);
     while run.world().ended().is_none() {
         run.step()?;
         if run.world().contacts_of_others() > 0 {

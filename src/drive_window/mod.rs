@@ -119,9 +119,9 @@ struct DriveWindows {
 }
 
 impl Windows for DriveWindows {
-    type Parts = (WindowOptions, LiveDrive);
+    type WindowParts = (WindowOptions, LiveDrive);
 
-    fn open(event_loop: &ActiveEventLoop, (options, mut live): Self::Parts) -> Result<Self, RunError> {
+    fn open(event_loop: &ActiveEventLoop, (options, mut live): Self::WindowParts) -> Result<Self, RunError> {
         let place =
             if options.experimenter { display::beside_experimenter(options.place, event_loop) } else { options.place };
         let placing = WindowSetup { title: format!("codrive: {}", options.scenario.map), place };

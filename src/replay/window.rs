@@ -291,7 +291,7 @@ struct ReplayWindows<'a> {
 }
 
 impl<'a> Windows for ReplayWindows<'a> {
-    type Parts = &'a mut ReplayedDrive;
+    type WindowParts = &'a mut ReplayedDrive;
 
     fn open(event_loop: &ActiveEventLoop, live: &'a mut ReplayedDrive) -> Result<Self, RunError> {
         let title = format!("codrive replay: {}", live.scenario.map);

@@ -63,7 +63,7 @@ impl NetworkView {
     }
 
     /// Updates the ego's state at the next line and its lane change; during the latter it sets the leader to the one in the ego's own lane.
-    pub fn look_around(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
+    pub fn update_derived(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
         self.changing.update(snapshot, map);
         self.right_of_way.update(snapshot, map);
     }
@@ -72,7 +72,7 @@ impl NetworkView {
     ///
     /// Inside a junction the ego is always reported in the middle of a lane: of its path's, or of the last one. Lanes overlap there, and
     /// SUMO would take a position beside the middle for one in another lane, with that lane's route.
-    pub fn told(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> (Option<LanePosition>, Pose) {
+    pub fn reported_place(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> (Option<LanePosition>, Pose) {
         let (net, last) = (&map.network, snapshot.ego_lane.map(|at| at.lane));
         let height_m = snapshot.ego.position.z;
         let found = self.lanes.ego_lane(map, pose, height_m, snapshot.ego_s_m, last);
@@ -83,9 +83,9 @@ impl NetworkView {
         });
         let inside = lane.filter(|at| !net.edge_of(at.lane).kind.is_street());
         let middle = inside.map(|at| net.pose(LanePosition { offset_m: 0.0, ..at }).flat());
-        let told =
+        let reported =
             middle.map(|front| Pose { position: front.position - front.forward() * (CAR_LENGTH_M / 2.0), ..front });
-        (lane, told.unwrap_or(*pose))
+        (lane, reported.unwrap_or(*pose))
     }
 
     /// Returns the position of a vehicle's front along this path, metres; `None` off the path.
@@ -181,10 +181,10 @@ mod tests {
     use crate::ego::EgoState;
     use glam::{DVec2, dvec2};
 
-    fn told(map: &RoadMap, pose: Pose, ego_lane: Option<LanePosition>, ego_s_m: f64) -> (Option<String>, Pose) {
+    fn reported(map: &RoadMap, pose: Pose, ego_lane: Option<LanePosition>, ego_s_m: f64) -> (Option<String>, Pose) {
         let ego = EgoState { position: pose.position.extend(0.0), ..EgoState::default() };
         let snapshot = Snapshot { ego, ego_lane, ego_s_m, ..Snapshot::default() };
-        let (lane, pose) = NetworkView::new(map).told(&snapshot, map, &pose);
+        let (lane, pose) = NetworkView::new(map).reported_place(&snapshot, map, &pose);
         (lane.map(|at| map.network.lane(at.lane).id.clone()), pose)
     }
 
@@ -200,13 +200,13 @@ mod tests {
             Pose::new(dvec2(x, y) - DVec2::from_angle(yaw_rad) * CAR_LENGTH_M / 2.0, yaw_rad)
         };
         let beside = at(95.3, 60.0, 1.5);
-        assert_eq!(told(&map, beside, lane("B0B1_0", 49.0), 49.0), (Some("B0B1_0".into()), beside));
-        let (name, pose) = told(&map, at(95.3, 90.0, 1.5), lane(":B1_11_0", 10.0), 79.6);
+        assert_eq!(reported(&map, beside, lane("B0B1_0", 49.0), 49.0), (Some("B0B1_0".into()), beside));
+        let (name, pose) = reported(&map, at(95.3, 90.0, 1.5), lane(":B1_11_0", 10.0), 79.6);
         assert_eq!(name.as_deref(), Some(":B1_11_0"));
         assert!(pose.front(CAR_LENGTH_M).distance(dvec2(94.8, 90.0)) < 1e-6, "{pose:?}");
         assert!((pose.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
         // Far off the roads no lane is reported.
-        assert_eq!(told(&map, at(300.0, 300.0, 1.5), None, 79.6).0, None);
+        assert_eq!(reported(&map, at(300.0, 300.0, 1.5), None, 79.6).0, None);
     }
 
     #[test]
@@ -224,7 +224,7 @@ mod tests {
             let pose = Pose::new(place - dvec2(CAR_LENGTH_M / 2.0, 0.0), 0.0);
             if junction.covers(place) && view.lanes.ego_lane(&map, &pose, 0.0, end.s_m, Some(entry)).is_none() {
                 lost += 1;
-                assert!(told(&map, pose, Some(end), end.s_m).0.is_some(), "{place}");
+                assert!(reported(&map, pose, Some(end), end.s_m).0.is_some(), "{place}");
             }
         }
         assert!(lost > 0, "there is such a place");
