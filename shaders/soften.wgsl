@@ -15,6 +15,6 @@ fn seen(colour: vec3f) -> f32 {
 
 @fragment
 fn fragment(in: Point) -> @location(0) vec4f {
-    let uv = in.at / print.size;
+    let uv = in.at / quad.size;
     return vec4f(smoothed(uv, load(vec2i(in.at))), 1.0);
 }

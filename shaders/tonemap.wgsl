@@ -48,11 +48,11 @@ fn dither(pixel: vec2f) -> f32 {
 }
 
 fn at(uv: vec2f) -> vec3f {
-    return textureSampleLevel(light, light_sampler, uv, 0.0).rgb * print.exposure;
+    return textureSampleLevel(light, light_sampler, uv, 0.0).rgb * quad.exposure;
 }
 
 fn load(texel: vec2i) -> vec3f {
-    return textureLoad(light, texel, 0).rgb * print.exposure;
+    return textureLoad(light, texel, 0).rgb * quad.exposure;
 }
 
 // Returns the approximate brightness to the eye, accurate enough to find edges.
@@ -67,21 +67,21 @@ fn behind_glass(uv: vec2f, bend: f32) -> vec2f {
     if bend <= 0.0 {
         return uv;
     }
-    let seen_at = (uv - 0.5) * 2.0 * print.lens.xy;
+    let seen_at = (uv - 0.5) * 2.0 * quad.lens.xy;
     let r = max(length(seen_at), 1e-5);
     let spread = tan(min(atan(r) + 2.0 * asin(min(bend * r, 1.0)), 1.5)) / r;
-    return 0.5 + (uv - 0.5) * (spread * print.lens.w);
+    return 0.5 + (uv - 0.5) * (spread * quad.lens.w);
 }
 
 // Adds a slight dimming of the glass towards its edge, and a black rim that catches light from above.
 fn framed(picture: vec3f, at: vec2f, size: vec2f) -> vec4f {
     let off = at - 0.5 * size;
-    let from_middle = abs(off) - 0.5 * size + print.corner;
+    let from_middle = abs(off) - 0.5 * size + quad.corner;
     // Distance to the rounded rectangle, negative inside.
-    let outside = length(max(from_middle, vec2f(0.0))) + min(max(from_middle.x, from_middle.y), 0.0) - print.corner;
-    let width = print.border;
+    let outside = length(max(from_middle, vec2f(0.0))) + min(max(from_middle.x, from_middle.y), 0.0) - quad.corner;
+    let width = quad.border;
     let dimmed = picture * (1.0 - 0.42 * exp(min(outside, 0.0) / (0.55 * width)));
-    let up = select(0.0, -sign(off.y), from_middle.y > from_middle.x - print.corner * 0.5);
+    let up = select(0.0, -sign(off.y), from_middle.y > from_middle.x - quad.corner * 0.5);
     let ridge = exp(-pow((outside - 0.45 * width) / (0.22 * width), 2.0));
     let rim = vec3f(0.030, 0.032, 0.036) + vec3f(0.10, 0.105, 0.11) * ridge * (0.45 + 0.45 * up);
     let share = smoothstep(-0.6, 0.6, outside);
@@ -90,15 +90,15 @@ fn framed(picture: vec3f, at: vec2f, size: vec2f) -> vec4f {
 
 @fragment
 fn fragment(in: Point) -> @location(0) vec4f {
-    let size = print.size;
+    let size = quad.size;
     var uv = in.at / size;
     var pixel = in.at;
     if MIRROR {
         if !EXACT {
             uv = behind_glass(uv, in.mirror.x);
         }
-        uv.x = mix(uv.x, 1.0 - uv.x, print.flip);
-        pixel.x = mix(pixel.x, size.x - pixel.x, print.flip);
+        uv.x = mix(uv.x, 1.0 - uv.x, quad.flip);
+        pixel.x = mix(pixel.x, size.x - pixel.x, quad.flip);
     }
     var colour: vec3f;
     if EXACT {
@@ -110,9 +110,9 @@ fn fragment(in: Point) -> @location(0) vec4f {
         colour = smoothed(uv, colour);
     }
     let spread = textureSampleLevel(halo, light_sampler, uv, 0.0).rgb;
-    colour += print.bloom * spread * spread;
+    colour += quad.bloom * spread * spread;
     // No noise before edge detection, which would find edges in it.
-    let picture = tone(colour) + select(dither(in.clip.xy), 0.0, print.soften > 0.5);
+    let picture = tone(colour) + select(dither(in.clip.xy), 0.0, quad.soften > 0.5);
     if MIRROR {
         if in.mirror.y > 0.0 {
             return framed(picture, in.at, size);

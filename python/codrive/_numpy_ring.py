@@ -104,8 +104,8 @@ class _Driver:
         braked = np.clip((before_mps - then_mps) / (self._judged * self._step_s), 0.0, _EMERGENCY_MPS2)
         brake_mps2 = np.where(self._steps >= late + self._judged, braked, np.float32(0.0))
         late_s = (late * self._step_s).astype(np.float32)
-        until_he_stands_s = then_mps / np.maximum(brake_mps2, 1e-9)
-        braked_s = np.where(brake_mps2 > 0.0, np.minimum(late_s, until_he_stands_s), late_s)
+        standstill_wait_s = then_mps / np.maximum(brake_mps2, 1e-9)
+        braked_s = np.where(brake_mps2 > 0.0, np.minimum(late_s, standstill_wait_s), late_s)
         now_mps = np.maximum(then_mps - brake_mps2 * braked_s, 0.0)
         return gap_then_m + (then_mps + now_mps) / 2.0 * braked_s - (self.way_m - way_then_m), now_mps
 

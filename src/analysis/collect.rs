@@ -4,9 +4,9 @@
 use super::{
     AnalysisError, DriveMeasures, DriveSetup, RecordedTrial, StudyParticipants,
     driver_moments::DriverStretches,
-    network::{LinePlace, NetworkTotals},
+    network::{LinePlace, NetworkDriveTotals},
     pedal_noise::PedalNoise,
-    response::AdviceResponse,
+    response_detection::AdviceResponse,
     totals::DriveTotals,
 };
 use crate::{
@@ -203,7 +203,7 @@ pub struct AnalysedRecording {
     /// Stretches for the fit of the driver.
     pub stretches: DriverStretches,
     /// Trips and lines of a drive on a network; `None` on a closed route.
-    pub network: Option<NetworkTotals>,
+    pub network: Option<NetworkDriveTotals>,
 }
 
 impl AnalysedRecording {

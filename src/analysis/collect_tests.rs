@@ -6,9 +6,9 @@ use std::fs;
 const HEAD: &str = "filename\tsegment\tplace\tcondition\tdensity\tseed\trecording\tbaseline";
 
 /// A data set of a study whose conditions are "loose" and "dense", in that order.
-struct Place(tempfile::TempDir);
+struct StudyFixture(tempfile::TempDir);
 
-impl Place {
+impl StudyFixture {
     fn new() -> Self {
         let place = Self(tempfile::tempdir().unwrap());
         fs::write(place.root().join("dataset_description.json"), r#"{ "Name": "Of two roads" }"#).unwrap();
@@ -36,7 +36,7 @@ fn fault(folder: &Path) -> String {
 
 #[test]
 fn drives_have_participant_place_condition_levels_and_baseline_in_order() {
-    let place = Place::new();
+    let place = StudyFixture::new();
     place.scans(
         "sub-P02",
         &["b1\ttrial\t1\tdense\thigh\t5\tsourcedata/sub-P02/trial-1-dense\tsourcedata/sub-P02/trial-1-dense-baseline"],
@@ -94,7 +94,7 @@ fn a_recording_is_found_with_the_baseline_beside_it() {
 
 #[test]
 fn excluded_participants_are_left_out_and_incomplete_ones_are_named() {
-    let place = Place::new();
+    let place = StudyFixture::new();
     for subject in ["sub-P01", "sub-P02", "sub-P03", "sub-P04"] {
         place.scans(subject, &["a\ttrial\t1\tloose\tlow\t4\tx\tn/a"]);
     }
@@ -121,7 +121,7 @@ fn excluded_participants_are_left_out_and_incomplete_ones_are_named() {
 
 #[test]
 fn an_empty_folder_and_a_broken_table_are_errors_that_name_the_fault() {
-    let place = Place::new();
+    let place = StudyFixture::new();
     let outside = tempfile::tempdir().unwrap();
     assert!(fault(outside.path()).contains("holds nothing to analyse; name a recording"), "{}", fault(outside.path()));
     let other = place.root().join("phenotype");

@@ -28,7 +28,7 @@ const RELAX_S: f64 = 1.5;
 const CAR_LAG: usize = 3;
 /// Delay from a change of the wanted speed to the car's acceleration (foot, engine, tyres), s: median over 20 rehearsed
 /// participants with known reaction times.
-const ANSWER_LAG_S: f64 = 0.235;
+const RESPONSE_LAG_S: f64 = 0.235;
 /// Time constant of the wander (the slow error of the wanted speed), s.
 const WANDER_S: f64 = 5.0;
 /// Span of an innovation of the wander, moments: 0.5 s, longer than the pedals' own movement.
@@ -416,7 +416,7 @@ impl DelayProfile {
         let interval = [at(0.025), at(0.975)];
         let is_told = interval[1] - interval[0] <= WIDEST_REACTION_S && value < (DELAYS - 1) as f64 * MOMENT_S;
         // The delay was fitted against an acceleration that is itself read [`CAR_LAG`] moments late.
-        let reaction_s = |delay_s: f64| (delay_s + CAR_LAG as f64 * MOMENT_S - ANSWER_LAG_S).max(0.0);
+        let reaction_s = |delay_s: f64| (delay_s + CAR_LAG as f64 * MOMENT_S - RESPONSE_LAG_S).max(0.0);
         let interval = [reaction_s(interval[0] - LAG_ERROR_S), reaction_s(interval[1] + LAG_ERROR_S)];
         is_told.then_some(FoundNumber { value: reaction_s(value), interval, rests_on_s: self.free_s })
     }

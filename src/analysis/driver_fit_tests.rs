@@ -34,7 +34,7 @@ fn driven(truth: Truth, seconds: usize, plan: Plan) -> DriverStretches {
         let at_s = i as f64 * tick_s;
         let (advised, leader) = plan(at_s);
         // The model's reaction time, less the part that the fit attributes to foot and car.
-        let seen_s = at_s - truth.reaction_s + CAR_LAG as f64 * MOMENT_S - ANSWER_LAG_S;
+        let seen_s = at_s - truth.reaction_s + CAR_LAG as f64 * MOMENT_S - RESPONSE_LAG_S;
         wander = keeps * wander + (1.0 - keeps * keeps).sqrt() * truth.error_mps * stream.normal();
         let reach = plan(seen_s.max(0.0))
             .0

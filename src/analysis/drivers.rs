@@ -60,14 +60,14 @@ pub fn drivers_toml(study: &str, drivers: &[ParticipantDriver]) -> String {
 }
 
 /// Returns the participants with at least one number.
-fn told(drivers: &[ParticipantDriver]) -> Vec<&ParticipantDriver> {
+fn with_numbers(drivers: &[ParticipantDriver]) -> Vec<&ParticipantDriver> {
     drivers.iter().filter(|driver| driver.found != FoundDriver::default()).collect()
 }
 
 /// Adds the section of the page; none without numbers.
 pub(super) fn section(page: &mut ReportPage, drivers: &[ParticipantDriver]) {
-    let told = told(drivers);
-    if told.is_empty() {
+    let with_numbers = with_numbers(drivers);
+    if with_numbers.is_empty() {
         return;
     }
     page.put("<h2>Drivers</h2>");
@@ -93,17 +93,17 @@ pub(super) fn section(page: &mut ReportPage, drivers: &[ParticipantDriver]) {
     page.table(
         &format!(
             "Drivers as found from advice and driving: value [95 % interval]. N = {}.",
-            report::people(told.len())
+            report::people(with_numbers.len())
         ),
         &head,
-        &told.iter().map(row).collect::<Vec<TableCells>>(),
+        &with_numbers.iter().map(row).collect::<Vec<TableCells>>(),
         &[],
     );
 }
 
 /// Returns the paragraph of the methods; empty without numbers.
 pub(super) fn paragraph(drivers: &[ParticipantDriver]) -> String {
-    if told(drivers).is_empty() {
+    if with_numbers(drivers).is_empty() {
         return String::new();
     }
     format!(

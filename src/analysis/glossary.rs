@@ -410,7 +410,7 @@ pub fn unit_text(unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{StudyParticipants, page_tests::mixed_drives, reactions, sickness, tables as csv};
+    use crate::analysis::{StudyParticipants, page_tests::mixed_drives, response_time_table, sickness, tables as csv};
 
     #[test]
     fn every_column_has_a_title_and_a_definition_in_the_dictionary() {
@@ -418,7 +418,7 @@ mod tests {
         let written = [
             ("trials.csv", csv::trials(&drives)),
             ("advice.csv", csv::advice(&drives)),
-            ("reactions.csv", reactions::table(&drives)),
+            ("reactions.csv", response_time_table::table(&drives)),
             ("speed.csv", csv::speed(&drives)),
             ("conditions.csv", csv::by_condition(&drives)),
             ("drivers.csv", csv::drivers(&drives, &[])),

@@ -1,7 +1,10 @@
 //! Inputs of the measures of a drive. In: its sums, its responses, the drive without advice. Out: counts, rates, medians and
 //! deviations, or `None` where there is too little.
 
-use super::{RecordedTrial, events::OnsetKind, reactions::ResponseTime, response::AdviceResponse, totals::DriveTotals};
+use super::{
+    RecordedTrial, events::OnsetKind, response_detection::AdviceResponse, response_time_table::ResponseTime,
+    totals::DriveTotals,
+};
 use crate::metrics::FlowTotals;
 
 /// Data that the measures are computed from.

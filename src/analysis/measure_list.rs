@@ -5,7 +5,7 @@ use super::{
     events::OnsetKind,
     measure_inputs::{all_cars, enough, middle},
     measures::MeasureDefinition,
-    reactions::ResponseTime,
+    response_time_table::ResponseTime,
 };
 
 /// Measures in the order of the tables.
@@ -196,7 +196,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "",
         "share of the events answered within 3 s by a movement of the pedals in the direction asked that is larger than the person's idle \
          movements, of those that were answered or watched that long; movements under way at the onset are left out",
-        |s| ResponseTime::Reaction.share_answered(s.responses),
+        |s| ResponseTime::Reaction.share_with_response(s.responses),
     )
     .with_advice(),
     MeasureDefinition::new(
@@ -204,7 +204,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
         "Share of shams responded to",
         "",
         "the same share of shams: the events shifted all by the same time to where none is pending; what is found there is chance",
-        |s| ResponseTime::Chance.share_answered(s.responses),
+        |s| ResponseTime::Chance.share_with_response(s.responses),
     )
     .with_advice(),
     MeasureDefinition::new(

@@ -5,7 +5,7 @@
 pub(super) use super::measure_inputs::{deviation, median};
 use super::{
     AnalysedRecording, RecordedTrial, glossary::unit_text, measure_inputs::MeasureInputs, measure_list::OF_EVERY_DRIVE,
-    network::measures::OF_NETWORKS, response::AdviceResponse, totals::DriveTotals,
+    network::measures::OF_NETWORKS, response_detection::AdviceResponse, totals::DriveTotals,
 };
 
 /// Measures of a drive; `None` where there is nothing to measure.

@@ -4,8 +4,8 @@ use super::*;
 use crate::{
     analysis::{
         events::{ChangeFinder, OnsetFinder},
-        network::NetworkTotals,
-        response::ResponseWatch,
+        network::NetworkDriveTotals,
+        response_detection::ResponseWatch,
         totals::SteeringReversals,
         traffic_steps::{StepVehicle, TrafficStep},
         trial::{EgoSample, IssuedAdvice},
@@ -49,7 +49,7 @@ impl Drive {
         self.ego.iter().for_each(|row| onsets.add(row));
         let mut responses = ResponseWatch::new(0.1, onsets.finish(), None);
         let mut totals = DriveTotals::new(0.1).on(&self.trial);
-        totals.network = self.trial.is_on_network().then(NetworkTotals::default);
+        totals.network = self.trial.is_on_network().then(NetworkDriveTotals::default);
         for row in &self.ego {
             totals.add(row);
             responses.add(row);

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    analysis::{network::NetworkTotals, page_tests, people::StudyParticipant},
+    analysis::{network::NetworkDriveTotals, page_tests, people::StudyParticipant},
     sim::HandOver,
 };
 
@@ -97,7 +97,7 @@ fn the_methods_describe_traffic_on_networks_apart_from_closed_routes() {
         drive.setup.scenario.warm_up_s = 30.0;
         drive.setup.manifest.map.name = "maps/grid".into();
         drive.setup.route_m = 1118.2;
-        drive.network.insert(NetworkTotals::default()).vehicles = 40;
+        drive.network.insert(NetworkDriveTotals::default()).vehicles = 40;
     }
     let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
     for part in [

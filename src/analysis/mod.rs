@@ -4,9 +4,9 @@
 //! * [`trial`]: one recorded drive, row by row. Nothing here reads a whole table, so that a drive of days fits into memory.
 //! * [`traffic_steps`]: vehicles of a drive by their numbers, step by step.
 //! * [`totals`]: sums of one drive.
-//! * [`events`]: changes of the advice that need a response; [`pedal_noise`]: pedal movements without one; [`response`]: the
+//! * [`events`]: changes of the advice that need a response; [`pedal_noise`]: pedal movements without one; [`response_detection`]: the
 //!   driver's response to each change (SAE J2944).
-//! * [`latency_fit`]: distributions of censored times; [`reactions`]: times of each participant in each condition.
+//! * [`latency_fit`]: distributions of censored times; [`response_time_table`]: times of each participant in each condition.
 //! * [`measures`]: measures of one drive; every definition with its options is in [`measures::MEASURES`], made of
 //!   `measure_list` and the list of networks.
 //! * [`network`]: drives on networks, where vehicles enter and leave.
@@ -22,7 +22,6 @@
 //! * [`tables`], [`figures`], [`report`]: the output, with single drives in `drive_section`; `page` numbers figures and tables
 //!   and has the page's style.
 
-pub mod answer_fit;
 pub mod collect;
 pub mod distributions;
 mod drive_section;
@@ -47,9 +46,10 @@ pub mod people;
 pub mod plan;
 pub mod planned;
 pub mod power;
-pub mod reactions;
 pub mod report;
-pub mod response;
+pub mod response_detection;
+pub mod response_time_model;
+pub mod response_time_table;
 pub mod setup;
 pub mod sickness;
 mod simplex;

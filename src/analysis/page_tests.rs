@@ -7,7 +7,7 @@ use super::{
     driver_moments::DriverStretches,
     drivers::{self, ParticipantDriver},
     figures, glossary,
-    network::NetworkTotals,
+    network::NetworkDriveTotals,
     page::{ReportFigure, ReportPage, STYLE, short},
     report::{self, FileProof, contacts, dictionary, every, index, report, scores, study, took_part},
     sickness::SicknessRating,
@@ -56,7 +56,7 @@ pub(super) fn mixed_drives() -> Vec<AnalysedRecording> {
     for drive in &mut drives[..2] {
         drive.setup.scenario.path = "A0B0 B0B1".into();
         drive.setup.manifest.traffic = "SUMO 1.28.0 in process".into();
-        drive.network.insert(NetworkTotals::default()).vehicles = 40;
+        drive.network.insert(NetworkDriveTotals::default()).vehicles = 40;
     }
     drives
 }

@@ -6,9 +6,9 @@
 
 use super::{
     AnalysisError, RecordedTrial,
-    network::{LinePlace, NetworkTotals},
+    network::{LinePlace, NetworkDriveTotals},
     pedal_noise::PedalNoise,
-    response::{AdviceResponse, ResponseWatch},
+    response_detection::{AdviceResponse, ResponseWatch},
     traffic_steps::TrafficStep,
     trial::EgoSample,
 };
@@ -20,7 +20,7 @@ use crate::{
 use std::collections::BTreeMap;
 
 /// Gap size of a reversal of the pedals, share of travel: the movement that ends a movement time.
-pub const PEDAL_REVERSAL: f64 = super::response::PEDAL;
+pub const PEDAL_REVERSAL: f64 = super::response_detection::PEDAL;
 
 /// Gap size of a steering reversal, degrees of the steering wheel.
 pub const REVERSAL_DEG: f64 = 3.0;
@@ -125,7 +125,7 @@ pub struct DriveTotals {
     /// Length of the drive, seconds.
     pub duration_s: f64,
     /// Sums of a drive on a network; `None` on a closed route.
-    pub network: Option<NetworkTotals>,
+    pub network: Option<NetworkDriveTotals>,
     step_s: f64,
     route_m: f64,
     after_contacts: std::iter::Peekable<std::vec::IntoIter<[u64; 2]>>,
@@ -200,7 +200,7 @@ impl DriveTotals {
     ) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
         let step_s = trial.setup.scenario.step_s;
         let mut totals = Self::new(step_s).on(trial);
-        totals.network = trial.is_on_network().then(|| NetworkTotals::open(trial, lines)).transpose()?;
+        totals.network = trial.is_on_network().then(|| NetworkDriveTotals::open(trial, lines)).transpose()?;
         let mut responses = ResponseWatch::new(step_s, trial.onsets()?, practice);
         for ego in trial.ego()? {
             let ego = ego?;

@@ -50,7 +50,7 @@ impl DriveTrajectories {
         if trial.setup.route_m <= 0.0 {
             return Ok(None);
         }
-        let mut collector = TraceCollector::new(trial.setup.route_m);
+        let mut collector = TrajectoryCollector::new(trial.setup.route_m);
         let (mut ego, mut last) = (trial.ego()?, None::<EgoSample>);
         for step in trial.steps()? {
             let step = step?;
@@ -67,7 +67,7 @@ impl DriveTrajectories {
 }
 
 /// Collects the data from the steps of a drive.
-struct TraceCollector {
+struct TrajectoryCollector {
     seen: usize,
     ways: Trajectories,
     ways_end_s: Option<f64>,
@@ -82,7 +82,7 @@ struct TraceCollector {
     speeds: ThinnedValues<TraceStep>,
 }
 
-impl TraceCollector {
+impl TrajectoryCollector {
     fn new(route_m: f64) -> Self {
         Self {
             seen: 0,
@@ -165,8 +165,8 @@ mod tests {
     use crate::analysis::traffic_steps::StepVehicle;
 
     /// Collects so many steps of 0.1 s of vehicles that drive 3 m/s, 4 m/s, ... on a ring of 100 m.
-    fn collected(steps: u64, cars: u32) -> TraceCollector {
-        let mut collector = TraceCollector::new(100.0);
+    fn collected(steps: u64, cars: u32) -> TrajectoryCollector {
+        let mut collector = TrajectoryCollector::new(100.0);
         for k in 1..=steps {
             let at_s = k as f64 * 0.1;
             let car = |id: u32| {

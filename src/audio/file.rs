@@ -38,7 +38,7 @@ impl SoundFile {
     pub fn tick(&mut self, hear: &SoundScene) -> io::Result<()> {
         self.mixer.render(hear, &mut self.samples);
         for sample in self.samples.iter().flatten() {
-            self.writer.write_sample((sample * 32_767.0).round() as i16).map_err(told)?;
+            self.writer.write_sample((sample * 32_767.0).round() as i16).map_err(to_io_error)?;
         }
         Ok(())
     }
@@ -48,7 +48,7 @@ impl SoundFile {
     /// # Errors
     /// The disk refuses.
     pub fn end(self) -> io::Result<()> {
-        self.writer.finalize().map_err(told)
+        self.writer.finalize().map_err(to_io_error)
     }
 }
 
@@ -59,10 +59,10 @@ pub(super) fn new_wav(path: &Path, channels: u16, rate_hz: u32) -> io::Result<Wa
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     let spec = WavSpec { channels, sample_rate: rate_hz, bits_per_sample: 16, sample_format: SampleFormat::Int };
-    WavWriter::new(BufWriter::new(options.open(path)?), spec).map_err(told)
+    WavWriter::new(BufWriter::new(options.open(path)?), spec).map_err(to_io_error)
 }
 
-pub(super) fn told(error: hound::Error) -> io::Error {
+pub(super) fn to_io_error(error: hound::Error) -> io::Error {
     match error {
         hound::Error::IoError(error) => error,
         other => io::Error::other(other.to_string()),

@@ -164,7 +164,7 @@ fn write(
             Ok(part) => {
                 for sample in &part {
                     let sample = (sample.clamp(-1.0, 1.0) * 32_767.0).round() as i16;
-                    writer.write_sample(sample).map_err(super::file::told)?;
+                    writer.write_sample(sample).map_err(super::file::to_io_error)?;
                 }
                 count += part.len() as u64;
                 now(count);
@@ -174,13 +174,13 @@ fn write(
         }
         if count - kept > u64::from(rate_hz) {
             kept = count;
-            writer.flush().map_err(super::file::told)?;
+            writer.flush().map_err(super::file::to_io_error)?;
         }
         if until() {
             break;
         }
     }
-    writer.finalize().map_err(super::file::told)
+    writer.finalize().map_err(super::file::to_io_error)
 }
 
 #[cfg(test)]

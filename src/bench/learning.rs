@@ -8,14 +8,14 @@ use crate::{
     rng,
     train::{
         Learner, TrainConfig,
-        distribution::Family,
+        distribution::DistributionFamily,
         fitted_network::{Fit, FittedNetwork},
         identification::EstimatorLearner,
         net::Shape,
         ring::{RingStart, VectorizedRing},
-        rollout::{Means, Rollout, RolloutWorker},
+        rollout::{BatchMeans, Rollout, RolloutWorker},
         simd::LANES,
-        trpo::{Batch, PolicyShape, TrustRegion},
+        trpo::{Batch, PolicyShape, TrustRegionSettings},
     },
 };
 use serde::Serialize;
@@ -94,7 +94,7 @@ fn rollouts(asks: bool) -> f64 {
     (config.ring.vehicles_min, config.ring.vehicles_max) = (cars, cars);
     (config.ring.circumference_min_m, config.ring.circumference_max_m) = (metres, metres);
     let inputs = config.inputs().len();
-    let shape = PolicyShape { net: Shape::new(&[inputs, 64, 64, 1]), family: Family::Normal };
+    let shape = PolicyShape { net: Shape::new(&[inputs, 64, 64, 1]), family: DistributionFamily::Normal };
     let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut rng::stream(1, "bench"));
     theta.resize(shape.parameters(), 0.0);
     let mut blocks: Vec<RolloutWorker> = (0..BLOCKS).map(|i| RolloutWorker::new(&config, i, BLOCKS)).collect();
@@ -108,7 +108,7 @@ fn rollouts(asks: bool) -> f64 {
         let lived: Vec<Rollout> =
             blocks.iter_mut().map(|block| block.live(&config, &shape, &theta, DECISIONS, None)).collect();
         times.push(begin.elapsed());
-        steps = Means::of(&lived).steps;
+        steps = BatchMeans::of(&lived).steps;
     }
     steps * CARS as f64 / (TimeStatistics::of(times).median_us * 1e-6)
 }
@@ -116,13 +116,13 @@ fn rollouts(asks: bool) -> f64 {
 /// Measures updates of policy and value, with the passes over the batch that training makes.
 fn update(n: usize) -> TimeStatistics {
     let config = TrainConfig::default();
-    let shape = PolicyShape { net: Shape::new(&[4, 64, 64, 1]), family: Family::Normal };
+    let shape = PolicyShape { net: Shape::new(&[4, 64, 64, 1]), family: DistributionFamily::Normal };
     let value_shape = Shape::new(&[4, 64, 64, 1]);
     let mut stream = rng::stream(1, "bench");
     let mut theta: Vec<f32> = shape.net.orthogonal(0.01, &mut stream);
     theta.resize(shape.parameters(), 0.0);
     let mut value = FittedNetwork::new(&value_shape, &mut stream);
-    let region = TrustRegion {
+    let region = TrustRegionSettings {
         max_kl: config.optimiser.max_kl,
         cg_steps: config.optimiser.cg_steps,
         damping: config.optimiser.damping,

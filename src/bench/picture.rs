@@ -24,7 +24,7 @@ pub struct StartupTimes {
     /// Opening of the graphics device.
     pub device_ms: f64,
     /// Static scene: road, land, trees and models.
-    pub stage_ms: f64,
+    pub static_scene_ms: f64,
     /// Renderer: pipelines, textures and upload.
     pub renderer_ms: f64,
     /// First picture, until the device is done.
@@ -69,7 +69,7 @@ pub struct DriveTimes {
 pub struct DrawnDrive {
     gpu: Gpu,
     run: OfflineDrive,
-    stage: StaticScene,
+    static_scene: StaticScene,
     renderer: Renderer,
     instruments: Speedometer,
     /// Texture to draw on, and its size in pixels.
@@ -143,19 +143,19 @@ pub fn startup(scenario: &Scenario) -> Result<(StartupTimes, DrawnDrive), RunErr
     laps.push(now());
     let gpu = Gpu::headless()?;
     laps.push(now());
-    let stage = StaticScene::with_trees(run.world().map(), scenario.seed, scenario.display.trees as usize);
+    let static_scene = StaticScene::with_trees(run.world().map(), scenario.seed, scenario.display.trees as usize);
     laps.push(now());
-    let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(scenario.display.quality, &gpu));
+    let renderer = Renderer::new(&gpu, &static_scene, OFFSCREEN, quality_for(scenario.display.quality, &gpu));
     laps.push(now());
     let instruments = Speedometer::new(run.world());
-    let mut picture = DrawnDrive { gpu, run, stage, renderer, instruments, target: None };
+    let mut picture = DrawnDrive { gpu, run, static_scene, renderer, instruments, target: None };
     picture.draw(ViewKind::Driver, [1280, 720])?;
     laps.push(now());
     let ms = |from: usize, to: usize| (laps[to] - laps[from]).as_secs_f64() * 1e3;
     let startup = StartupTimes {
         world_ms: ms(0, 1),
         device_ms: ms(1, 2),
-        stage_ms: ms(2, 3),
+        static_scene_ms: ms(2, 3),
         renderer_ms: ms(3, 4),
         frame_ms: ms(4, 5),
         total_ms: ms(0, 5),
@@ -238,7 +238,7 @@ impl DrawnDrive {
         }
         let (target, _) = self.target.as_ref().expect("just made");
         let begin = now();
-        let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.stage);
+        let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.static_scene);
         view.dial = kind.has_dial().then(|| self.instruments.read(world.snapshot()));
         self.renderer.draw(&view, None, target, size);
         self.gpu.finish()?;

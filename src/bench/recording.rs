@@ -35,11 +35,11 @@ fn record(world: &mut World, folder: &std::path::Path) -> Result<TimeStatistics,
     let mut recorder =
         Recorder::begin(folder, world.scenario(), recording_manifest::manifest(world, "bench".into(), None))?;
     let controls = Controls { throttle: 0.1, ..Controls::default() };
-    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     let mut times = Vec::new();
     for tick in 0..TICKS {
         world.tick(&controls)?;
-        tally.add(world.snapshot(), world.events());
+        summary.add(world.snapshot(), world.events());
         let begin = now();
         recorder.tick(world, &controls)?;
         recorder.frame(FrameRow { frame: tick, tick: world.snapshot().tick, ..FrameRow::default() });
@@ -53,6 +53,6 @@ fn record(world: &mut World, folder: &std::path::Path) -> Result<TimeStatistics,
             std::thread::sleep(Duration::from_millis(1));
         }
     }
-    recorder.finish(&tally.summary())?;
+    recorder.finish(&summary.to_summary())?;
     Ok(TimeStatistics::of(times))
 }

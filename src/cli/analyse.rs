@@ -9,9 +9,8 @@ use crate::{
         network::{LinePlace, tables as network_tables},
         plan::PlanHistory,
         planned::{self, PlannedAnalysis},
-        reactions,
         report::{self, FileProof},
-        sickness, tables,
+        response_time_table, sickness, tables,
     },
     drive_loop::RunError,
     record,
@@ -78,9 +77,9 @@ pub(super) fn command() -> Command {
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(folder) = matches.get_one::<PathBuf>("folder") else { return Ok(()) };
     erasure::finish_around(folder).map_err(RunError::from)?;
-    let holdings = find(folder)?;
-    let out = matches.get_one::<PathBuf>("out").unwrap_or(&holdings.out);
-    let changed = changes(&holdings)?;
+    let contents = find(folder)?;
+    let out = matches.get_one::<PathBuf>("out").unwrap_or(&contents.out);
+    let changed = changes(&contents)?;
     if !changed.is_empty() && !matches.get_flag("accept-changes") {
         return Err(CliError::Failed(refusal(folder, &changed)));
     }
@@ -88,48 +87,48 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         out::line(format_args!("not as written: {what}"))?;
     }
     let is_said = changed.is_empty() || matches.contains_id("signer");
-    let signed = || super::sign::signature(holdings.root.as_deref().unwrap_or(folder), matches);
+    let signed = || super::sign::signature(contents.root.as_deref().unwrap_or(folder), matches);
     let signature = is_said.then(signed).transpose()?;
     if let Some(signature) = &signature {
         out::line(format_args!("{signature}"))?;
     }
     let proof = FileProof { changed, signature };
-    let bar = super::progress(holdings.found.len() as u64, "drives".into());
+    let bar = super::progress(contents.found.len() as u64, "drives".into());
     let lines: Vec<LinePlace> = matches.get_many("line").into_iter().flatten().cloned().collect();
-    let drives = collect::analyse(&holdings.found, &lines, &|| bar.inc(1));
+    let drives = collect::analyse(&contents.found, &lines, &|| bar.inc(1));
     bar.finish_and_clear();
     let drives = drives?;
     let fitted = drivers::drivers(&drives);
-    let planned = match &holdings.root {
-        Some(root) if holdings.is_whole => {
+    let planned = match &contents.root {
+        Some(root) if contents.is_whole => {
             let history = PlanHistory::of(root, matches.get_one::<PathBuf>("study").map(PathBuf::as_path))?;
-            PlannedAnalysis::of(&history, &drives, &holdings.people)
+            PlannedAnalysis::of(&history, &drives, &contents.people)
         }
         _ => None,
     };
-    let made = report::report(&holdings.title, &drives, &holdings.people, &proof, &fitted, planned.as_ref())?;
+    let made = report::report(&contents.title, &drives, &contents.people, &proof, &fitted, planned.as_ref())?;
     let put = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;
     put("advice.csv", &tables::advice(&drives))?;
-    put("reactions.csv", &reactions::table(&drives))?;
+    put("reactions.csv", &response_time_table::table(&drives))?;
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
     put("drivers.csv", &tables::drivers(&drives, &fitted))?;
-    if !holdings.people.each.is_empty() {
-        put("scores.csv", &tables::scores(&drives, &holdings.people))?;
+    if !contents.people.each.is_empty() {
+        put("scores.csv", &tables::scores(&drives, &contents.people))?;
     }
-    if !holdings.people.ratings.is_empty() {
-        put("fms.csv", &sickness::table(&holdings.people))?;
+    if !contents.people.ratings.is_empty() {
+        put("fms.csv", &sickness::table(&contents.people))?;
     }
     if drives.iter().any(|drive| drive.network.is_some()) {
         put(network_tables::TRIPS_FILE, &network_tables::trips(&drives))?;
         put(network_tables::LINES_FILE, &network_tables::lines(&drives))?;
     }
     put("columns.json", &glossary::dictionary(&drives))?;
-    if holdings.is_whole {
-        bids::derived(&holdings.title).iter().try_for_each(|(name, text)| put(name, text))?;
-        put("drivers.toml", &drivers::drivers_toml(&holdings.title, &fitted))?;
+    if contents.is_whole {
+        bids::derived(&contents.title).iter().try_for_each(|(name, text)| put(name, text))?;
+        put("drivers.toml", &drivers::drivers_toml(&contents.title, &fitted))?;
     }
     if let Some(planned) = &planned {
         put("models.csv", &planned.models_csv())?;
@@ -168,20 +167,20 @@ pub(super) fn disagreements(folder: &Path) -> Result<Vec<String>, CliError> {
 
 /// Returns the parts that were changed or lie in the wrong place. Files of the data set are checked against its list,
 /// recordings against their place in it and their own seals.
-fn changes(holdings: &FolderContents) -> Result<Vec<String>, CliError> {
+fn changes(contents: &FolderContents) -> Result<Vec<String>, CliError> {
     let mut found: Vec<String> = Vec::new();
-    if let Some(root) = &holdings.root {
+    if let Some(root) = &contents.root {
         let listed = checksums::changes(root).map_err(RunError::from)?;
         let placed = places::misplaced(root).map_err(RunError::from)?;
         found.extend(listed.iter().chain(&placed).map(ToString::to_string));
     }
-    let recordings = holdings.found.iter().flat_map(|found| [Some(&found.recording), found.baseline.as_ref()]);
+    let recordings = contents.found.iter().flat_map(|found| [Some(&found.recording), found.baseline.as_ref()]);
     let recordings: Vec<&PathBuf> = recordings.flatten().collect();
     let of_one = |folder: &&PathBuf| -> Result<Vec<String>, CliError> {
         // Running and cut recordings are refused with their own messages.
         record::open(folder)?;
         let changes = record::changes(folder)?;
-        let shown = holdings.root.as_deref().and_then(|root| folder.strip_prefix(root).ok()).unwrap_or(folder);
+        let shown = contents.root.as_deref().and_then(|root| folder.strip_prefix(root).ok()).unwrap_or(folder);
         Ok(changes.iter().map(|change| format!("{}: {}", shown.join(&change.file).display(), change.what)).collect())
     };
     let all: Vec<Vec<String>> = recordings.par_iter().map(of_one).collect::<Result<_, _>>()?;

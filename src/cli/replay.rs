@@ -68,7 +68,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     bar.finish_and_clear();
     outputs.end(&replay)?;
-    say(recording, replay.verdict(), replay.len(), matches)
+    say(recording, replay.report(), replay.len(), matches)
 }
 
 /// Prints the result of the proof.

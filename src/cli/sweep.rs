@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Module of the Python package that uses Ray.
 const RAY_MODULE: &str = "codrive.sweep";
 /// Maximum number of failures printed; the others are counted.
-const TOLD_FAILURES: usize = 10;
+const LISTED_FAILURES: usize = 10;
 
 pub(super) fn command() -> Command {
     Command::new("sweep")
@@ -121,13 +121,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let [part, parts] = matches.get_one::<[usize; 2]>("part").copied().unwrap_or([1, 1]);
     let missing = folder.missing(&plan.runs)?;
-    let due: Vec<usize> = missing.iter().map(|run| run.number).filter(|number| number % parts == part - 1).collect();
+    let pending: Vec<usize> =
+        missing.iter().map(|run| run.number).filter(|number| number % parts == part - 1).collect();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let workers = matches.get_one::<u16>("workers").map_or(cores, |workers| usize::from(*workers));
     let retries = matches.get_one::<u8>("retries").copied().unwrap_or_default();
-    let crew = Crew { plan: &plan, folder: &folder, workers: workers.min(due.len()), retries };
-    let there = (0..plan.runs.len()).filter(|number| number % parts == part - 1).count() - due.len();
-    let failed = crew.carry_out(&due, there, &stop_on_ctrl_c())?;
+    let pool = WorkerPool { plan: &plan, folder: &folder, workers: workers.min(pending.len()), retries };
+    let done_count = (0..plan.runs.len()).filter(|number| number % parts == part - 1).count() - pending.len();
+    let failed = pool.run(&pending, done_count, &stop_on_ctrl_c())?;
     if parts == 1 && failed.is_empty() {
         return collect(&plan, &folder);
     }
@@ -177,51 +178,57 @@ fn failures(plan: &SweepPlan, failed: &[(usize, String)]) -> Result<(), CliError
         return Ok(());
     }
     let mut text = format!("{} runs failed; the same command tries them again", failed.len());
-    for (number, why) in failed.iter().take(TOLD_FAILURES) {
+    for (number, why) in failed.iter().take(LISTED_FAILURES) {
         text += &format!("\n  run {number}, {}: {}", words(&plan.runs[*number]), why.trim().replace('\n', "\n    "));
     }
-    if failed.len() > TOLD_FAILURES {
-        text += &format!("\n  and {} more", failed.len() - TOLD_FAILURES);
+    if failed.len() > LISTED_FAILURES {
+        text += &format!("\n  and {} more", failed.len() - LISTED_FAILURES);
     }
     Err(CliError::Failed(text))
 }
 
 /// Pool of worker processes of this program: SUMO runs once per process, and a crash ends one run only.
-struct Crew<'a> {
+struct WorkerPool<'a> {
     plan: &'a SweepPlan,
     folder: &'a SweepFolder,
     workers: usize,
     retries: u8,
 }
 
-impl Crew<'_> {
+impl WorkerPool<'_> {
     /// Carries out the runs due. Returns those that failed in every attempt.
-    fn carry_out(&self, due: &[usize], there: usize, stop: &AtomicBool) -> Result<Vec<(usize, String)>, CliError> {
+    fn run(&self, pending: &[usize], done_count: usize, stop: &AtomicBool) -> Result<Vec<(usize, String)>, CliError> {
         let style = ProgressStyle::with_template("{bar:32} {pos}/{len} runs  {elapsed}  {eta} left  {msg}");
-        let bar = ProgressBar::new((due.len() + there) as u64);
-        let bar = bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_position(there as u64);
+        let bar = ProgressBar::new((pending.len() + done_count) as u64);
+        let bar =
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_position(done_count as u64);
         bar.reset_eta();
-        let mut due = due.to_vec();
+        let mut pending = pending.to_vec();
         let mut failed = Vec::new();
         for attempt in 0..=self.retries {
-            failed = self.attempt(&due, &bar, stop)?;
+            failed = self.attempt(&pending, &bar, stop)?;
             if failed.is_empty() || attempt == self.retries {
                 break;
             }
-            due = failed.iter().map(|(number, _)| *number).collect();
-            bar.set_message(format!("{} failed, tried again", due.len()));
+            pending = failed.iter().map(|(number, _)| *number).collect();
+            bar.set_message(format!("{} failed, tried again", pending.len()));
         }
         bar.finish_and_clear();
         Ok(failed)
     }
 
     /// Carries out each run of a list once. Returns those that failed.
-    fn attempt(&self, due: &[usize], bar: &ProgressBar, stop: &AtomicBool) -> Result<Vec<(usize, String)>, CliError> {
-        let queue = Mutex::new(due.iter().copied());
+    fn attempt(
+        &self,
+        pending: &[usize],
+        bar: &ProgressBar,
+        stop: &AtomicBool,
+    ) -> Result<Vec<(usize, String)>, CliError> {
+        let queue = Mutex::new(pending.iter().copied());
         let failed = Mutex::new(Vec::new());
         let next = || queue.lock().ok()?.next();
         std::thread::scope(|scope| {
-            let crew: Vec<_> = (0..self.workers)
+            let workers: Vec<_> = (0..self.workers)
                 .map(|_| {
                     scope.spawn(|| -> Result<(), CliError> {
                         let mut worker = None;
@@ -238,7 +245,7 @@ impl Crew<'_> {
                     })
                 })
                 .collect();
-            let done: Vec<_> = crew.into_iter().map(std::thread::ScopedJoinHandle::join).collect();
+            let done: Vec<_> = workers.into_iter().map(std::thread::ScopedJoinHandle::join).collect();
             done.into_iter()
                 .try_for_each(|done| done.unwrap_or_else(|_| Err(CliError::Failed("a thread broke down".into()))))
         })?;
@@ -260,8 +267,8 @@ impl Crew<'_> {
         };
         let limit_s = self.plan.runs[number].limit_s;
         Ok(match at_work.run(number, limit_s.map(Duration::from_secs_f64), stop)? {
-            WorkerAnswer::Said(answer) if answer.is_empty() => Ok(()),
-            WorkerAnswer::Said(why) => Err(why),
+            WorkerAnswer::Message(answer) if answer.is_empty() => Ok(()),
+            WorkerAnswer::Message(why) => Err(why),
             WorkerAnswer::Ended => {
                 let end = worker.take().map(Worker::end).unwrap_or_default();
                 Err(format!("its process ended ({end})"))
@@ -287,7 +294,7 @@ struct Worker {
 /// Outcome of a run.
 enum WorkerAnswer {
     /// Message of the worker: empty if the run is done, else the reason why it failed.
-    Said(String),
+    Message(String),
     /// End of the worker's process.
     Ended,
     /// Time limit exceeded; the worker is still running.
@@ -295,13 +302,13 @@ enum WorkerAnswer {
 }
 
 impl Worker {
-    fn start(crew: &Crew<'_>) -> Result<Self, CliError> {
+    fn start(pool: &WorkerPool<'_>) -> Result<Self, CliError> {
         let failed = |why: &dyn std::fmt::Display| CliError::Failed(format!("a worker cannot be started: {why}"));
         let program = std::env::current_exe().map_err(|why| failed(&why))?;
         let mut command = std::process::Command::new(program);
-        command.arg("sweep").arg(&crew.plan.path).arg("--out").arg(crew.folder.root()).arg("--worker");
+        command.arg("sweep").arg(&pool.plan.path).arg("--out").arg(pool.folder.root()).arg("--worker");
         // As many processes as cores, each with one thread.
-        if crew.workers > 1 {
+        if pool.workers > 1 {
             command.env("RAYON_NUM_THREADS", "1");
         }
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(|why| failed(&why))?;
@@ -320,7 +327,7 @@ impl Worker {
     fn run(&mut self, number: usize, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, CliError> {
         if !self.is_ready {
             match self.answer(None, stop)? {
-                WorkerAnswer::Said(_) => self.is_ready = true,
+                WorkerAnswer::Message(_) => self.is_ready = true,
                 ended => return Ok(ended),
             }
         }
@@ -340,7 +347,7 @@ impl Worker {
             }
             let left = limit.map(|limit| limit.saturating_sub(start.elapsed()));
             match self.answers.recv_timeout(left.map_or(LOOK, |left| left.min(LOOK))) {
-                Ok(answer) => return Ok(WorkerAnswer::Said(answer)),
+                Ok(answer) => return Ok(WorkerAnswer::Message(answer)),
                 Err(mpsc::RecvTimeoutError::Timeout) if left.is_some_and(|left| left.is_zero()) => {
                     return Ok(WorkerAnswer::TooLong);
                 }

@@ -196,9 +196,9 @@ struct CheckWindow {
 }
 
 impl Windows for CheckWindow {
-    type Parts = (DisplayTruth, WindowPlacement);
+    type WindowParts = (DisplayTruth, WindowPlacement);
 
-    fn open(event_loop: &ActiveEventLoop, (truth, place): Self::Parts) -> Result<Self, RunError> {
+    fn open(event_loop: &ActiveEventLoop, (truth, place): Self::WindowParts) -> Result<Self, RunError> {
         let attributes = placed(Window::default_attributes().with_title("codrive: display"), event_loop, place)?;
         let window = event_loop.create_window(attributes).map_err(|error| no_display(&error))?;
         let window = Arc::new(window);

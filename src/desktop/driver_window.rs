@@ -68,7 +68,7 @@ pub struct DriverWindow {
 }
 
 impl DriverWindow {
-    /// Opens the window and the graphics device. Until [`Self::stage`] sets a static scene, only the overlay is shown,
+    /// Opens the window and the graphics device. Until [`Self::set_static_scene`] sets a static scene, only the overlay is shown,
     /// on black.
     ///
     /// # Errors
@@ -103,9 +103,14 @@ impl DriverWindow {
     ///
     /// # Errors
     /// The device is lost.
-    pub fn stage(&mut self, stage: &StaticScene, view: &View, level: QualityLevel) -> Result<(), RunError> {
+    pub fn set_static_scene(
+        &mut self,
+        static_scene: &StaticScene,
+        view: &View,
+        level: QualityLevel,
+    ) -> Result<(), RunError> {
         let (format, size) = (self.surface.format(), self.surface.size());
-        self.renderer = Some(renderer_that_keeps_up(&self.gpu, stage, format, level, view, size)?);
+        self.renderer = Some(renderer_that_keeps_up(&self.gpu, static_scene, format, level, view, size)?);
         Ok(())
     }
 

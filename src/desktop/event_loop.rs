@@ -26,13 +26,13 @@ pub enum LoopControl {
 /// One or more windows and their content.
 pub trait Windows: Sized {
     /// Parts of the windows, kept until there is a loop to open them on.
-    type Parts;
+    type WindowParts;
 
     /// Opens the windows.
     ///
     /// # Errors
     /// No display or graphics, or the content cannot start.
-    fn open(event_loop: &ActiveEventLoop, parts: Self::Parts) -> Result<Self, RunError>;
+    fn open(event_loop: &ActiveEventLoop, parts: Self::WindowParts) -> Result<Self, RunError>;
 
     /// Handles an event of a window; [`WindowEvent::RedrawRequested`] comes each turn.
     ///
@@ -70,7 +70,7 @@ pub fn run_application(
 /// work.
 pub fn run<W: Windows>(
     event_loop: EventLoop<()>,
-    parts: W::Parts,
+    parts: W::WindowParts,
     stop: &AtomicBool,
 ) -> (Option<W>, Result<(), RunError>) {
     let mut windowed = WindowedLoop::<W> { stop, parts: Some(parts), windows: None, failure: None };
@@ -80,7 +80,7 @@ pub fn run<W: Windows>(
 
 struct WindowedLoop<'a, W: Windows> {
     stop: &'a AtomicBool,
-    parts: Option<W::Parts>,
+    parts: Option<W::WindowParts>,
     windows: Option<W>,
     failure: Option<RunError>,
 }

@@ -27,7 +27,7 @@ pub(super) fn examine() -> Finding {
     let library = match library::open() {
         Ok(library) => library,
         Err(error) => {
-            let found = Finding::told("LSL", FindingGrade::Ok, &error.to_string());
+            let found = Finding::from_message("LSL", FindingGrade::Ok, &error.to_string());
             let only = "only for a study with [lsl]";
             let remedy = found.remedy.map_or(only.into(), |remedy| format!("{only}: {remedy}"));
             return Finding { remedy: Some(remedy), ..found };

@@ -99,7 +99,7 @@ impl Finding {
     }
 
     /// Creates a finding from a message of the form `found\n  remedy: ...`.
-    fn told(what: &'static str, grade: FindingGrade, message: &str) -> Self {
+    fn from_message(what: &'static str, grade: FindingGrade, message: &str) -> Self {
         let (found, remedy) = message.split_once("\n  remedy: ").unwrap_or((message, ""));
         let remedy = (!remedy.is_empty()).then(|| remedy.to_owned());
         Self { what, grade, found: found.to_owned(), remedy }
@@ -194,7 +194,7 @@ mod tests {
     fn the_text_has_each_finding_with_remedy_and_json_the_worst_grade() {
         let lines = [
             Finding::ok("disk", "fast"),
-            Finding::told("wheel", FindingGrade::Fault, "at PS4\n  remedy: move it\n    to PS3"),
+            Finding::from_message("wheel", FindingGrade::Fault, "at PS4\n  remedy: move it\n    to PS3"),
         ];
         let page = words(&lines);
         assert!(page.starts_with("ok       disk         fast\nFAULT    wheel        at PS4\n"), "{page}");

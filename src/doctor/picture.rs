@@ -24,7 +24,7 @@ const LONGEST_MS: f64 = 1000.0 / 30.0;
 pub(super) fn sumo(scenario: &Scenario) -> Finding {
     match World::new(&Scenario { traffic: EngineChoice::Sumo, ..scenario.clone() }) {
         Ok(world) => Finding::ok("SUMO", world.traffic_engine()),
-        Err(error) => Finding::told("SUMO", FindingGrade::Fault, &error.to_string()),
+        Err(error) => Finding::from_message("SUMO", FindingGrade::Fault, &error.to_string()),
     }
 }
 
@@ -45,7 +45,7 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     let times = match native.or_else(|_| World::new(scenario)).map(|world| frames(&gpu, &world, size)) {
         Ok(Ok(times_ms)) => judge(size, &times_ms),
         Ok(Err(error)) => Finding::fault("frame time", error.to_string(), "update the card's driver"),
-        Err(error) => Finding::told("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
+        Err(error) => Finding::from_message("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
     };
     vec![adapter, times]
 }
@@ -65,7 +65,7 @@ pub(super) fn display(scenario: &Scenario) -> Finding {
 /// Checks the monitors, one finding each.
 pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, MonitorsUnknown>) -> Vec<Finding> {
     match found {
-        Err(error) => vec![Finding::told("monitor", FindingGrade::Warning, &error.to_string())],
+        Err(error) => vec![Finding::from_message("monitor", FindingGrade::Warning, &error.to_string())],
         Ok(all) if all.is_empty() => {
             vec![Finding::warning(
                 "monitor",
@@ -92,7 +92,7 @@ fn monitor(monitor: &MonitorInfo) -> Finding {
 /// Returns the times to draw the driver's view, ms, sorted; draws as many pictures as fit into a few seconds.
 fn frames(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<Vec<f64>, GpuError> {
     let scenario = world.scenario();
-    let stage = StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize);
+    let static_scene = StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize);
     let quality = match scenario.display.quality {
         QualityLevel::Auto | QualityLevel::Low if gpu.is_software() => Quality::LOW,
         QualityLevel::Low => Quality::LOW,
@@ -100,14 +100,14 @@ fn frames(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<Vec<f64>, GpuError
         QualityLevel::Medium => Quality::MEDIUM,
         QualityLevel::High | QualityLevel::Auto => Quality::HIGH,
     };
-    let mut renderer = Renderer::new(gpu, &stage, OFFSCREEN, quality);
+    let mut renderer = Renderer::new(gpu, &static_scene, OFFSCREEN, quality);
     let view_options = ViewOptions {
         screen_width_m: scenario.display.screen_width_m as f32,
         eye_distance_m: scenario.display.eye_distance_m as f32,
         cockpit: scenario.display.cockpit,
         ..ViewOptions::default()
     };
-    let view = scene::view(world.snapshot(), 0.0, ViewKind::Driver, &view_options, &stage);
+    let view = scene::view(world.snapshot(), 0.0, ViewKind::Driver, &view_options, &static_scene);
     let target = canvas(gpu, OFFSCREEN, size);
     let (mut times_ms, first) = (Vec::new(), TimeStamp::now());
     for _ in 0..=PICTURES {

@@ -28,7 +28,7 @@ pub(super) fn examine() -> Vec<Finding> {
     let mut lines = Vec::new();
     for node in &nodes {
         if let DeviceKind::Unfit(text) = node.kind {
-            lines.push(Finding::told("wheel", FindingGrade::Fault, text));
+            lines.push(Finding::from_message("wheel", FindingGrade::Fault, text));
             continue;
         }
         lines.extend(usable(node));
@@ -50,16 +50,16 @@ fn usable(node: &crate::input::linux::DeviceNode) -> Vec<Finding> {
     let opened = OpenWheel::open(node).map_err(|e| linux::trouble(node, &e));
     let device = match opened {
         Ok((_, device)) => device,
-        Err(text) => return vec![Finding::told("wheel", FindingGrade::Fault, &text)],
+        Err(text) => return vec![Finding::from_message("wheel", FindingGrade::Fault, &text)],
     };
     let mut lines = Vec::new();
     match profiles::choose(&device, None) {
         Ok((profile, faults)) => {
             lines.push(Finding::ok("wheel", format!("{} ({id}), profile {}", node.name, profile.name)));
-            lines.extend(faults.iter().map(|text| Finding::told("wheel", FindingGrade::Warning, text)));
+            lines.extend(faults.iter().map(|text| Finding::from_message("wheel", FindingGrade::Warning, text)));
             lines.extend(range(node, profile.steering.range_deg));
         }
-        Err(error) => lines.push(Finding::told("wheel", FindingGrade::Fault, &error.to_string())),
+        Err(error) => lines.push(Finding::from_message("wheel", FindingGrade::Fault, &error.to_string())),
     }
     lines.push(match linux::capabilities(node) {
         Ok(can) if can.constant => {
@@ -71,7 +71,7 @@ fn usable(node: &crate::input::linux::DeviceNode) -> Vec<Finding> {
             )
         }
         Ok(_) => Finding::warning("force", "its driver has no constant force", "another wheel, or drive without force"),
-        Err(error) => Finding::told("force", FindingGrade::Fault, &linux::trouble(node, &error)),
+        Err(error) => Finding::from_message("force", FindingGrade::Fault, &linux::trouble(node, &error)),
     });
     lines.push(if crate::input::force_thread::may_hurry() {
         Finding::ok("force pace", "its thread runs in real time")

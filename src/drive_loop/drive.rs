@@ -12,9 +12,9 @@ use std::time::Duration;
 
 /// Notes a failure of the world in the summary, so that the recording says why the drive ended. An interruption by the
 /// user is no failure.
-pub fn note_failure(tally: &mut SummaryAccumulator, error: &WorldError) {
+pub fn note_failure(summary: &mut SummaryAccumulator, error: &WorldError) {
     if !matches!(error, WorldError::Traffic(TrafficError::Interrupted)) {
-        tally.fail(error.to_string());
+        summary.fail(error.to_string());
     }
 }
 
@@ -92,9 +92,9 @@ mod tests {
     #[test]
     fn a_failure_of_the_world_is_noted_and_an_interruption_is_not() {
         let failure = |error: TrafficError| {
-            let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
-            note_failure(&mut tally, &WorldError::Traffic(error));
-            tally.summary().failure
+            let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
+            note_failure(&mut summary, &WorldError::Traffic(error));
+            summary.to_summary().failure
         };
         assert_eq!(failure(TrafficError::Interrupted), None);
         let told = failure(TrafficError::Setup("no cars".into())).unwrap();

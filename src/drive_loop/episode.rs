@@ -122,7 +122,7 @@ impl Episode {
             is_over: false,
             fingerprint: HASH_START,
         };
-        episode.world.meet_agents()?;
+        episode.world.sync_agents_now()?;
         episode.wait_for_agents()?;
         Ok(episode)
     }
@@ -137,7 +137,7 @@ impl Episode {
     /// Returns the observation of each vehicle that can be advised.
     pub fn observations(&self) -> Vec<Observation> {
         let agents = if self.is_over { &[] } else { self.world.agents() };
-        agents.iter().map(|agent| self.world.told(agent)).collect()
+        agents.iter().map(|agent| self.world.complete_observation(agent)).collect()
     }
 
     /// Scales observations as for training, one row per observation.
@@ -163,7 +163,7 @@ impl Episode {
             contacts: agent.contact_count(),
             way_mps: 0.0,
             steps: 0,
-            last_seen: self.world.told(agent),
+            last_seen: self.world.complete_observation(agent),
         };
         let mut agents: Vec<Advised> = self.world.agents().iter().map(begin).collect();
         let (mean_mps, steps, has_crashed) = self.drive(&mut agents).inspect_err(|_| self.is_over = true)?;
@@ -214,7 +214,7 @@ impl Episode {
         }
         if !has_crashed {
             // Vehicles at the end of their path leave and new ones enter before the next advice is due.
-            self.world.meet_agents()?;
+            self.world.sync_agents_now()?;
         }
         Ok((sum_mps, steps, has_crashed))
     }
@@ -225,7 +225,7 @@ impl Episode {
             let Some(agent) = agents.iter_mut().find(|agent| agent.id == now.id()) else { continue };
             agent.way_mps += now.snapshot().ego.speed_mps.max(0.0);
             agent.steps += 1;
-            agent.last_seen = self.world.told(now);
+            agent.last_seen = self.world.complete_observation(now);
         }
     }
 

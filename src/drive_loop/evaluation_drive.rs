@@ -6,7 +6,9 @@
 use super::{RunError, offline::OfflineDrive};
 use crate::{
     map::RoadMap,
-    metrics::{AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkFlow, NetworkTotals},
+    metrics::{
+        AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkEpisodeMetrics, NetworkFlow,
+    },
     scenario::Scenario,
     sim::{Snapshot, World, WorldError},
     space::CAR_LENGTH_M,
@@ -28,11 +30,11 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
         return traffic_alone(scenario);
     }
     let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;
-    let mut tally = EpisodeMetrics::new(scenario.step_s, run.world().map().route.length_m());
+    let mut metrics = EpisodeMetrics::new(scenario.step_s, run.world().map().route.length_m());
     while run.world().ended().is_none() {
         run.step()?;
         if has_crashed(&run) {
-            tally.crash();
+            metrics.crash();
         }
         let snapshot = run.world().snapshot();
         let others = snapshot.cars.iter().map(|car| car.speed_mps as f32);
@@ -42,9 +44,9 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
             .map(|leader| Approach { gap_m: leader.gap_m, closing_mps: ego_mps - leader.speed_mps });
         let others_now = advised_others(run.world());
         let now = EpisodeStep { ahead, advice: snapshot.advice, others: others_now, ..EpisodeStep::default() };
-        tally.add(std::iter::once(ego_mps as f32).chain(others), now);
+        metrics.add(std::iter::once(ego_mps as f32).chain(others), now);
     }
-    Ok(tally.verdict())
+    Ok(metrics.result())
 }
 
 /// Checks whether any of the fully simulated vehicles has touched another.
@@ -59,7 +61,7 @@ fn on_network(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
     let last = (scenario.duration_s / scenario.step_s).round() as u64;
     let most_gap_m = run.world().map().route.length_m();
-    let mut totals = NetworkTotals::new(scenario.step_s, speeds(run.world().snapshot()), most_gap_m);
+    let mut totals = NetworkEpisodeMetrics::new(scenario.step_s, speeds(run.world().snapshot()), most_gap_m);
     while run.world().ended().is_none() {
         run.step()?;
         if run.world().contacts_of_others() > 0 {
@@ -121,14 +123,14 @@ fn flow(world: &World, newest: u32) -> NetworkFlow {
 /// Evaluates a drive without advised vehicles.
 fn traffic_alone(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     let (map, mut engine) = World::traffic_alone(scenario)?;
-    let mut tally = EpisodeMetrics::new(scenario.step_s, map.route.length_m());
+    let mut metrics = EpisodeMetrics::new(scenario.step_s, map.route.length_m());
     for _ in 0..(scenario.duration_s / scenario.step_s).round() as u64 {
         engine.step(&[]).map_err(WorldError::from)?;
         let cars = engine.vehicles();
         let now = EpisodeStep { ahead: ahead(cars, &map), ..EpisodeStep::default() };
-        tally.add(cars.iter().map(|car| car.speed_mps as f32), now);
+        metrics.add(cars.iter().map(|car| car.speed_mps as f32), now);
     }
-    Ok(tally.verdict())
+    Ok(metrics.result())
 }
 
 /// Returns the state of the first vehicle, which takes the place of the ego, behind its leader.
@@ -158,11 +160,11 @@ mod tests {
             display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
-        let verdict = evaluate(&scenario).unwrap();
-        assert!(!verdict.crashed && verdict.in_range.is_none(), "{verdict:?}");
+        let result = evaluate(&scenario).unwrap();
+        assert!(!result.crashed && result.in_range.is_none(), "{result:?}");
         // Four vehicles on a ring of 250 m, from a standstill.
-        assert!(verdict.mean_mps > 0.5 && verdict.settled_mps > verdict.mean_mps, "{verdict:?}");
-        assert!(verdict.least_gap_m > 10.0 && verdict.least_gap_m < 250.0 / 4.0, "{verdict:?}");
+        assert!(result.mean_mps > 0.5 && result.settled_mps > result.mean_mps, "{result:?}");
+        assert!(result.least_gap_m > 10.0 && result.least_gap_m < 250.0 / 4.0, "{result:?}");
     }
 
     /// Returns the paper's wave with these advised vehicles.
@@ -220,14 +222,11 @@ mod tests {
             display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
-        let verdict = evaluate(&scenario).unwrap();
+        let result = evaluate(&scenario).unwrap();
         // The leader starts at a standstill 20 m ahead and accelerates to 15 m/s at the model's 1 m/s², the ego at 1.5
         // m/s².
-        let crash_s = verdict.crash_s.unwrap();
-        assert!(
-            verdict.crashed && verdict.last_disturbance_s.is_none() && (5.0..20.0).contains(&crash_s),
-            "{verdict:?}"
-        );
-        assert_eq!(verdict.settled_mps, 0.0);
+        let crash_s = result.crash_s.unwrap();
+        assert!(result.crashed && result.last_disturbance_s.is_none() && (5.0..20.0).contains(&crash_s), "{result:?}");
+        assert_eq!(result.settled_mps, 0.0);
     }
 }

@@ -33,7 +33,7 @@ pub struct AdvisedSummary {
 pub struct OfflineDrive {
     drive: Drive,
     driver: SimulatedDriver,
-    tally: SummaryAccumulator,
+    summary: SummaryAccumulator,
     recorder: Option<Recorder>,
     began: Instant,
     flushed: Instant,
@@ -57,7 +57,7 @@ impl OfflineDrive {
         Ok(Self {
             driver: driver_of(params, &drive.world)?,
             drive,
-            tally: SummaryAccumulator::new(window_s),
+            summary: SummaryAccumulator::new(window_s),
             recorder: None,
             began: now(),
             flushed: now(),
@@ -111,7 +111,7 @@ impl OfflineDrive {
     /// The recording cannot be written; its data can be recovered.
     pub fn finish_recording(&mut self) -> Result<(), RunError> {
         if let Some(recorder) = self.recorder.take() {
-            recorder.finish(&self.tally.summary())?;
+            recorder.finish(&self.summary.to_summary())?;
         }
         Ok(())
     }
@@ -134,7 +134,7 @@ impl OfflineDrive {
     }
 
     fn ticks(&mut self, ticks: u64) -> Result<(), RunError> {
-        let Self { drive, driver, tally, recorder, flushed, .. } = self;
+        let Self { drive, driver, summary, recorder, flushed, .. } = self;
         let mut recorded = Ok(());
         drive.clock.single_step(ticks);
         let driven = drive.frame(
@@ -144,14 +144,14 @@ impl OfflineDrive {
                 false => Controls::default(),
             },
             |world, asked| {
-                tally.add(world.snapshot(), world.events());
+                summary.add(world.snapshot(), world.events());
                 if let (Some(recorder), Ok(())) = (&mut *recorder, &recorded) {
                     recorded = recorder.tick(world, asked);
                 }
             },
         );
         if let Err(error) = driven {
-            note_failure(tally, &error);
+            note_failure(summary, &error);
             // The drive is over and its recording complete. An error of the disk at this point is not the reason for
             // the end.
             if let Err(also) = self.finish_recording() {
@@ -180,7 +180,7 @@ impl OfflineDrive {
 
     /// Returns the summary of the drive so far.
     pub fn summary(&self) -> Summary {
-        self.tally.summary()
+        self.summary.to_summary()
     }
 
     /// Returns the summary of the drive so far as text.

@@ -105,7 +105,7 @@ contacts of the others   1
             contact_count: 0,
             left_road: 2,
             ended: Some(EndReason::Duration),
-            ..SummaryAccumulator::new([10.0, 60.0]).summary()
+            ..SummaryAccumulator::new([10.0, 60.0]).to_summary()
         };
         let expected = "\
 5 cars on ring-250, native, driver idm, policy pi

@@ -119,16 +119,16 @@ struct DriveWindows {
 }
 
 impl Windows for DriveWindows {
-    type Parts = (WindowOptions, LiveDrive);
+    type WindowParts = (WindowOptions, LiveDrive);
 
-    fn open(event_loop: &ActiveEventLoop, (options, mut live): Self::Parts) -> Result<Self, RunError> {
+    fn open(event_loop: &ActiveEventLoop, (options, mut live): Self::WindowParts) -> Result<Self, RunError> {
         let place =
             if options.experimenter { display::beside_experimenter(options.place, event_loop) } else { options.place };
         let placing = WindowSetup { title: format!("codrive: {}", options.scenario.map), place };
         let mut picture = DriverWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
         let view = live.view();
-        picture.stage(&live.picture.stage, &view, options.scenario.display.quality)?;
+        picture.set_static_scene(&live.picture.static_scene, &view, options.scenario.display.quality)?;
         live.open_sound();
         live.set_screen(picture.screen());
         let mut recordings = RecordingFolders::new(options.out);
@@ -242,17 +242,17 @@ impl DriveWindows {
             self.overlay.handle_experimenter_command(command, &mut self.live);
         }
         // Most drives are ready within a frame.
-        if let Some(new_stage) = self.overlay.restarted(PATIENCE, &mut self.live) {
-            self.began(new_stage)?;
+        if let Some(new_static_scene) = self.overlay.restarted(PATIENCE, &mut self.live) {
+            self.began(new_static_scene)?;
         }
         Ok(())
     }
 
     /// Handles the start of another drive, or of the same drive again: it is recorded like the first, in a folder
     /// beside it.
-    fn began(&mut self, new_stage: bool) -> Result<(), RunError> {
-        if new_stage {
-            self.new_stage()?;
+    fn began(&mut self, new_static_scene: bool) -> Result<(), RunError> {
+        if new_static_scene {
+            self.renew_static_scene()?;
         }
         self.is_cut = false;
         // A drive that could not start takes no folder: the summary lists only what was recorded.
@@ -301,10 +301,10 @@ impl DriveWindows {
     }
 
     /// Uploads the models of a new map to the GPU.
-    fn new_stage(&mut self) -> Result<(), RunError> {
+    fn renew_static_scene(&mut self) -> Result<(), RunError> {
         let view = self.live.view();
         let scenario = self.live.drive.world.scenario();
-        self.picture.stage(&self.live.picture.stage, &view, scenario.display.quality)?;
+        self.picture.set_static_scene(&self.live.picture.static_scene, &view, scenario.display.quality)?;
         self.picture.window().set_title(&format!("codrive: {}", scenario.map));
         self.last = None;
         Ok(())

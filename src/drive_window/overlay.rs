@@ -233,12 +233,12 @@ impl DriveOverlay {
     /// static scene to draw. If the new drive was refused, the drive before starts again and the panel shows the
     /// reason.
     pub fn restarted(&mut self, patience: Duration, live: &mut LiveDrive) -> Option<bool> {
-        let RestartOutcome { new_stage, refused } = live.restarted(patience)?;
+        let RestartOutcome { new_static_scene, refused } = live.restarted(patience)?;
         let world = &live.drive.world;
         self.log = DriveLog::new(world);
         self.engine = world.traffic_engine();
         self.error = refused.map(|error| error.to_string());
-        Some(new_stage)
+        Some(new_static_scene)
     }
 
     /// Executes a command of the experimenter.

@@ -25,7 +25,7 @@ pub struct Compliance {
 
 /// Decision that a random number is drawn for.
 #[derive(Clone, Copy)]
-enum Purpose {
+enum RandomDraw {
     Follow = 1,
     Look = 2,
 }
@@ -60,7 +60,7 @@ impl Compliance {
     /// advice. `held_back_mps` is the mean of the leader's speed less the advice over the last [`HELD_BACK_S`].
     pub fn follows(&self, time_s: f64, held_back_mps: f64) -> bool {
         let stretch = (time_s / STRETCH_S) as u64;
-        self.chance(Purpose::Follow, stretch) < self.willingness(time_s, held_back_mps)
+        self.chance(RandomDraw::Follow, stretch) < self.willingness(time_s, held_back_mps)
     }
 
     /// Returns the probability of following the advice at that time.
@@ -83,12 +83,12 @@ impl Compliance {
             return true;
         }
         let spell = (time_s / self.inattention_s) as u64;
-        self.chance(Purpose::Look, spell) >= self.inattention_per_min * self.inattention_s / 60.0
+        self.chance(RandomDraw::Look, spell) >= self.inattention_per_min * self.inattention_s / 60.0
     }
 
     /// Returns a random number in `[0, 1)` for one interval (SplitMix64).
-    fn chance(&self, purpose: Purpose, stretch: u64) -> f64 {
-        let mut z = self.seed ^ (stretch << 2 | purpose as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    fn chance(&self, draw: RandomDraw, stretch: u64) -> f64 {
+        let mut z = self.seed ^ (stretch << 2 | draw as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64

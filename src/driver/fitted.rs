@@ -146,7 +146,7 @@ impl DriversFile {
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> String {
+    fn fault(text: &str) -> String {
         DriversFile::parse(text, "drivers.toml").unwrap_err().to_string()
     }
 
@@ -178,15 +178,15 @@ mod tests {
     #[test]
     fn an_error_names_line_value_and_allowed_values() {
         let head = "format = \"codrive drivers 1\"\n";
-        let far = told(&format!("{head}[[driver]]\nreaction_s = 0.9\n[[driver]]\nreaction_s = 7\n"));
+        let far = fault(&format!("{head}[[driver]]\nreaction_s = 0.9\n[[driver]]\nreaction_s = 7\n"));
         assert!(far.starts_with("drivers.toml:5:14: reaction_s is 7; allowed: a number from 0 to 5 s"), "{far}");
-        let none = told(&format!("{head}[[driver]]\nspeed_bias_mps = nan\n"));
+        let none = fault(&format!("{head}[[driver]]\nspeed_bias_mps = nan\n"));
         assert!(none.contains(":3:") && none.contains("speed_bias_mps is NaN"), "{none}");
-        let key = told(&format!("{head}[[driver]]\nreaction = 1.0\n"));
+        let key = fault(&format!("{head}[[driver]]\nreaction = 1.0\n"));
         assert!(key.contains(":3:1: unknown key `reaction`; did you mean `reaction_s`?"), "{key}");
-        let format = told("format = \"codrive controller 1\"\n[[driver]]\n");
+        let format = fault("format = \"codrive controller 1\"\n[[driver]]\n");
         assert!(format.contains("format is \"codrive controller 1\"; allowed: \"codrive drivers 1\""), "{format}");
-        assert!(told(head).contains("there is no [[driver]]"));
+        assert!(fault(head).contains("there is no [[driver]]"));
         let missing = DriversFile::load(Path::new("/nowhere/drivers.toml")).unwrap_err().to_string();
         assert!(
             missing.starts_with("/nowhere/drivers.toml: cannot be read") && missing.contains("remedy"),

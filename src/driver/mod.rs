@@ -110,8 +110,8 @@ pub struct SimulatedDriver {
     rear_axle_m: f64,
     advice: AdviceTaken,
     senses: DelayedPerception,
-    feet: PedalModel,
-    hands: SteeringModel,
+    pedals: PedalModel,
+    steering: SteeringModel,
     speed_wander: OrnsteinUhlenbeck,
     lane_wander: OrnsteinUhlenbeck,
 }
@@ -127,8 +127,8 @@ impl SimulatedDriver {
             rear_axle_m: car.body.front_axle_m - car.body.wheelbase_m,
             advice: AdviceTaken::new(Compliance::of(params, seed)),
             senses: DelayedPerception::new(params.reaction_s, params.leader_reaction_s),
-            feet: PedalModel::new(car),
-            hands: SteeringModel::new(car),
+            pedals: PedalModel::new(car),
+            steering: SteeringModel::new(car),
             speed_wander: OrnsteinUhlenbeck::new(
                 params.error_mps,
                 params.error_time_s,
@@ -141,7 +141,7 @@ impl SimulatedDriver {
 
     /// Puts the driver's foot on the brake, for a drive that begins at a standstill.
     pub fn with_foot_on_brake(mut self) -> Self {
-        self.feet.hold();
+        self.pedals.hold();
         self
     }
 
@@ -186,9 +186,9 @@ impl SimulatedDriver {
     /// Returns the controls of this tick.
     pub fn controls(&mut self, now: &Perception) -> Controls {
         let wanted_mps2 = self.wanted_mps2(now);
-        let (throttle, brake) = self.feet.press(&self.params, now.speed_mps, wanted_mps2, now.lane.grade);
+        let (throttle, brake) = self.pedals.press(&self.params, now.speed_mps, wanted_mps2, now.lane.grade);
         let wander_m = self.lane_wander.next();
-        let steering_wheel_rad = self.hands.turn(&self.params, now.speed_mps, &now.lane, wander_m);
+        let steering_wheel_rad = self.steering.turn(&self.params, now.speed_mps, &now.lane, wander_m);
         Controls { throttle, brake, steering_wheel_rad, selector: Selector::Drive, indicator: now.indicator }
     }
 

@@ -65,22 +65,22 @@ impl ForceModel {
         }
     }
 
-    /// Returns the torque `dt_s` after the previous step, N m, positive to the left. `age_s` is the age of `feel`.
-    pub fn step(&mut self, dt_s: f64, wheel_rad: f64, feel: &ForceInput, age_s: f64) -> f64 {
+    /// Returns the torque `dt_s` after the previous step, N m, positive to the left. `age_s` is the age of `force_input`.
+    pub fn step(&mut self, dt_s: f64, wheel_rad: f64, force_input: &ForceInput, age_s: f64) -> f64 {
         let s = &self.settings;
-        let live = feel.running && age_s < STALE_S && s.strength > 0.0;
+        let live = force_input.running && age_s < STALE_S && s.strength > 0.0;
         self.gain = if live { self.gain + dt_s / FADE_IN_S } else { self.gain - dt_s / FADE_OUT_S }.clamp(0.0, 1.0);
         let share = 1.0 - (-dt_s / SMOOTH_S).exp();
         let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
-        let speed_mps = finite(feel.speed_mps).abs();
-        self.aligning_nm += share * (finite(feel.aligning_nm) - self.aligning_nm);
-        self.grass += share * (finite(feel.grass) - self.grass);
+        let speed_mps = finite(force_input.speed_mps).abs();
+        self.aligning_nm += share * (finite(force_input.aligning_nm) - self.aligning_nm);
+        self.grass += share * (finite(force_input.grass) - self.grass);
         let before = self.wheel_rad.replace(wheel_rad).unwrap_or(wheel_rad);
         self.wheel_radps += share * ((wheel_rad - before) / dt_s - self.wheel_radps);
         self.way_m = (self.way_m + speed_mps * dt_s) % 1000.0;
 
-        let advice_state = 1.0 - smooth(speed_mps / ROLLING_MPS);
-        let dry_nm = s.friction_nm + s.standstill_nm * advice_state;
+        let standstill_share = 1.0 - smooth(speed_mps / ROLLING_MPS);
+        let dry_nm = s.friction_nm + s.standstill_nm * standstill_share;
         let friction_nm = -dry_nm * (self.wheel_radps / FRICTION_RADPS).tanh();
         let damping_nm = -s.damping_nms * self.wheel_radps;
         let centring_nm = -s.centring_nm * wheel_rad;

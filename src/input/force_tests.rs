@@ -20,9 +20,9 @@ fn rolling(aligning_nm: f64) -> ForceInput {
 }
 
 /// Returns the torque after 1 s of constant input.
-fn settled(wheel_rad: f64, feel: &ForceInput) -> f64 {
+fn settled(wheel_rad: f64, force_input: &ForceInput) -> f64 {
     let mut model = model();
-    (0..170).map(|_| model.step(DT_S, wheel_rad, feel, 0.0)).last().unwrap()
+    (0..170).map(|_| model.step(DT_S, wheel_rad, force_input, 0.0)).last().unwrap()
 }
 
 #[test]
@@ -42,8 +42,8 @@ fn every_part_of_the_torque_has_the_right_sign() {
 fn steering_is_heavier_at_a_standstill() {
     let effort = |speed_mps| {
         let mut model = model();
-        let feel = ForceInput { speed_mps, ..rolling(0.0) };
-        (0..200).map(|i| -model.step(DT_S, 0.01 * f64::from(i), &feel, 0.0)).last().unwrap()
+        let force_input = ForceInput { speed_mps, ..rolling(0.0) };
+        (0..200).map(|i| -model.step(DT_S, 0.01 * f64::from(i), &force_input, 0.0)).last().unwrap()
     };
     assert!(effort(0.0) > effort(1.0) && effort(1.0) > effort(5.0));
     assert_eq!(effort(5.0), effort(30.0));
@@ -64,13 +64,13 @@ fn the_torque_is_finite_and_within_the_cap_for_any_input() {
     for i in 0..20_000 {
         let wild = [0.0, 1e9, -1e9, f64::NAN, f64::INFINITY, random.uniform(-20.0, 20.0)];
         let pick = |random: &mut rng::Stream| wild[random.index(wild.len())];
-        let feel = ForceInput {
+        let force_input = ForceInput {
             aligning_nm: pick(&mut random),
             speed_mps: pick(&mut random),
             grass: random.uniform(0.0, 1.0),
             running: true,
         };
-        let torque_nm = model.step(DT_S, random.uniform(-9.0, 9.0), &feel, 0.0);
+        let torque_nm = model.step(DT_S, random.uniform(-9.0, 9.0), &force_input, 0.0);
         assert!(torque_nm.abs() <= ForceSettings::default().cap_nm, "{torque_nm} at {i}");
     }
 }
@@ -81,13 +81,13 @@ fn the_torque_has_no_steps_where_the_inputs_have_none() {
     let mut model = model();
     let torque = |i: i32, model: &mut ForceModel| {
         let t = f64::from(i) * DT_S;
-        let feel = ForceInput {
+        let force_input = ForceInput {
             aligning_nm: 5.0 * (3.0 * t).sin(),
             speed_mps: 6.0 + 6.0 * (0.4 * t).sin(),
             grass: (0.5 + (0.7 * t).sin()).clamp(0.0, 1.0),
             running: true,
         };
-        model.step(DT_S, 7.7 * (TAU * 0.25 * t).sin(), &feel, 0.0)
+        model.step(DT_S, 7.7 * (TAU * 0.25 * t).sin(), &force_input, 0.0)
     };
     let torques: Vec<f64> = (0..6000).map(|i| torque(i, &mut model)).collect();
     let largest = torques.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
@@ -128,10 +128,10 @@ fn the_force_comes_back_slowly() {
 }
 
 /// Returns a model with room below its cap, at full force after 1 s of this input at rest in the middle.
-fn part(settings: ForceSettings, feel: &ForceInput) -> ForceModel {
+fn part(settings: ForceSettings, force_input: &ForceInput) -> ForceModel {
     let mut model = ForceModel::new(&ForceSettings { cap_nm: 20.0, full_nm: 20.0, ..settings }, 7.0);
     (0..170).for_each(|_| {
-        model.step(DT_S, 0.0, feel, 0.0);
+        model.step(DT_S, 0.0, force_input, 0.0);
     });
     model
 }
@@ -150,8 +150,8 @@ fn off() -> ForceSettings {
 }
 
 /// Returns the torque after 0.5 s at this speed of the wheel, from the middle on.
-fn turned_at(model: &mut ForceModel, radps: f64, feel: &ForceInput) -> f64 {
-    (1..=83).map(|i| model.step(DT_S, radps * DT_S * f64::from(i), feel, 0.0)).last().unwrap()
+fn turned_at(model: &mut ForceModel, radps: f64, force_input: &ForceInput) -> f64 {
+    (1..=83).map(|i| model.step(DT_S, radps * DT_S * f64::from(i), force_input, 0.0)).last().unwrap()
 }
 
 fn near(value: f64, expected: f64) {
@@ -169,8 +169,8 @@ fn each_part_alone_is_as_strong_as_its_setting_says() {
     let rubbed = ForceSettings { friction_nm: 0.1, standstill_nm: 0.4, ..off() };
     near(turned_at(&mut part(rubbed.clone(), &still), 10.0, &still), -0.1);
     near(turned_at(&mut part(rubbed.clone(), &still), 1.0, &still), -0.1 * 1.0_f64.tanh());
-    let advice_state = ForceInput { speed_mps: 0.0, ..still };
-    near(turned_at(&mut part(rubbed.clone(), &advice_state), 10.0, &advice_state), -0.5);
+    let at_standstill = ForceInput { speed_mps: 0.0, ..still };
+    near(turned_at(&mut part(rubbed.clone(), &at_standstill), 10.0, &at_standstill), -0.5);
     // At 1 of 2 m/s, halfway to free rolling, half of the standstill friction; backwards as well.
     for speed_mps in [1.0, -1.0] {
         let slow = ForceInput { speed_mps, ..still };
@@ -197,9 +197,9 @@ fn a_soft_end_grows_to_the_cap_over_its_last_fifth_of_a_radian() {
 fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
     // 33.3 m are 37 waves of one kind and 90 of the other: at 5 m/s 1110 periods of the thread.
     const PERIODS: i32 = 1110;
-    let feel = ForceInput { speed_mps: 5.0, grass: 1.0, ..rolling(0.0) };
-    let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &feel);
-    let torques: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &feel, 0.0)).collect();
+    let force_input = ForceInput { speed_mps: 5.0, grass: 1.0, ..rolling(0.0) };
+    let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &force_input);
+    let torques: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &force_input, 0.0)).collect();
     let wave = |count: f64| {
         let turn = |i: i32| TAU * count * f64::from(i) / f64::from(PERIODS);
         let sum = |part: fn(f64) -> f64| (0..PERIODS).zip(&torques).map(|(i, nm)| nm * part(turn(i))).sum::<f64>();
@@ -211,19 +211,19 @@ fn grass_shakes_in_two_waves_of_90_and_37_cm_and_a_road_does_not() {
     let mean_square = torques.iter().map(|nm| nm * nm).sum::<f64>() / f64::from(PERIODS);
     near(mean_square, (0.3_f64.powi(2) + 0.2_f64.powi(2)) / 2.0);
     // With half the share of grass, half the torque; without grass, or at a standstill, none.
-    let half = ForceInput { grass: 0.5, ..feel };
+    let half = ForceInput { grass: 0.5, ..force_input };
     let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &half);
     let one: Vec<f64> = (0..PERIODS).map(|_| model.step(DT_S, 0.0, &half, 0.0)).collect();
     assert!(one.iter().zip(&torques).all(|(one, two)| (one - two / 2.0).abs() < 1e-9));
     // At half of the 3 m/s from which the amplitude is full, half the amplitude: 33.3 m in 3700 periods, forwards and
     // backwards.
     for speed_mps in [1.5, -1.5] {
-        let slow = ForceInput { speed_mps, ..feel };
+        let slow = ForceInput { speed_mps, ..force_input };
         let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &slow);
         let square = (0..3700).map(|_| model.step(DT_S, 0.0, &slow, 0.0).powi(2)).sum::<f64>();
         near(square / 3700.0, mean_square / 4.0);
     }
-    for calm in [ForceInput { grass: 0.0, ..feel }, ForceInput { speed_mps: 0.0, ..feel }] {
+    for calm in [ForceInput { grass: 0.0, ..force_input }, ForceInput { speed_mps: 0.0, ..force_input }] {
         let mut model = part(ForceSettings { grass_nm: 0.5, ..off() }, &calm);
         near(model.step(DT_S, 0.0, &calm, 0.0), 0.0);
     }
@@ -240,18 +240,19 @@ fn a_step_of_the_aligning_torque_has_the_stated_time_constant() {
 
 #[test]
 fn the_force_fades_in_over_0_4_s_and_out_over_24_ms() {
-    let feel = rolling(1.0);
+    let force_input = rolling(1.0);
     let mut model = ForceModel::new(&off(), 7.0);
     // In steps of 0.01 s; the filter of the aligning torque settles long before.
-    let torques: Vec<f64> = (0..60).map(|_| model.step(0.01, 0.0, &feel, 0.0)).collect();
+    let torques: Vec<f64> = (0..60).map(|_| model.step(0.01, 0.0, &force_input, 0.0)).collect();
     assert!((torques[19] - 0.5).abs() < 1e-6 && (torques[29] - 0.75).abs() < 1e-6, "{torques:?}");
     near(torques[59], 1.0);
-    near(model.step(0.006, 0.0, &feel, 0.059), 1.0);
-    near(model.step(0.006, 0.0, &feel, STALE_S), 0.75);
-    near(model.step(0.012, 0.0, &feel, 0.2), 0.25);
-    near(model.step(0.006, 0.0, &feel, 0.2), 0.0);
+    near(model.step(0.006, 0.0, &force_input, 0.059), 1.0);
+    near(model.step(0.006, 0.0, &force_input, STALE_S), 0.75);
+    near(model.step(0.012, 0.0, &force_input, 0.2), 0.25);
+    near(model.step(0.006, 0.0, &force_input, 0.2), 0.0);
     let mut weak = ForceModel::new(&ForceSettings { strength: 0.0, centring_nm: 1.0, ..off() }, 7.0);
-    (0..100).for_each(|_| assert_eq!(weak.step(0.01, 1.0, &feel, 0.0), 0.0, "strength 0 switches all force off"));
+    (0..100)
+        .for_each(|_| assert_eq!(weak.step(0.01, 1.0, &force_input, 0.0), 0.0, "strength 0 switches all force off"));
 }
 
 #[test]
@@ -273,7 +274,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
     let mut car = EgoCar::new(&CarParams::default(), Pose::default(), speed_mps, 0).unwrap();
     let mut model = model();
     let (mut angle, mut rate) = (from_rad, 0.0_f64);
-    let (mut feel, mut torque_nm, mut next_nm) = (ForceInput::default(), 0.0, 0.0);
+    let (mut force_input, mut torque_nm, mut next_nm) = (ForceInput::default(), 0.0, 0.0);
     let mut angles = Vec::new();
     for ms in 0..(seconds * 1e3) as u64 {
         // For the first second a hand holds the wheel, while the tyres build up their force.
@@ -288,7 +289,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
         }
         if ms % 17 == 0 {
             let state = car.state();
-            feel = ForceInput {
+            force_input = ForceInput {
                 aligning_nm: state.steering_torque_nm.into(),
                 speed_mps: state.speed_mps,
                 grass: 0.0,
@@ -298,7 +299,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
         if ms % 6 == 0 {
             torque_nm = next_nm;
             let seen = (angle * COUNTS_PER_RAD).round() / COUNTS_PER_RAD;
-            let sent = model.step(DT_S, seen, &feel, 0.0);
+            let sent = model.step(DT_S, seen, &force_input, 0.0);
             next_nm = -f64::from(model.level(sent, true)) / 32_767.0 * 2.1;
         }
         if !held {

@@ -57,7 +57,7 @@ impl SharedAngle {
 /// to stop.
 #[derive(Debug, Default)]
 struct LoggedMessage {
-    feel: Mutex<(ForceInput, TimeStamp)>,
+    force_input: Mutex<(ForceInput, TimeStamp)>,
     torque: SharedAngle,
     stop: AtomicBool,
 }
@@ -91,11 +91,17 @@ impl ForceLoop {
     ///
     /// # Errors
     /// The device is gone or refuses the level.
-    pub fn turn(&mut self, now: TimeStamp, wheel_rad: f64, feel: &ForceInput, said: TimeStamp) -> io::Result<f64> {
+    pub fn turn(
+        &mut self,
+        now: TimeStamp,
+        wheel_rad: f64,
+        force_input: &ForceInput,
+        said: TimeStamp,
+    ) -> io::Result<f64> {
         self.device.turned();
         let dt_s = self.last.map_or(PERIOD, |last| last.until(now)).as_secs_f64().clamp(1e-4, 0.05);
         self.last = Some(now);
-        let torque_nm = self.model.step(dt_s, wheel_rad, feel, said.until(now).as_secs_f64());
+        let torque_nm = self.model.step(dt_s, wheel_rad, force_input, said.until(now).as_secs_f64());
         let level = self.model.level(torque_nm, self.left_is_low);
         if self.sent != Some(level) {
             self.device.set(level)?;
@@ -123,8 +129,8 @@ impl ForceThread {
             hurry();
             let mut next = TimeStamp::now();
             while !shared.stop.load(Ordering::Relaxed) {
-                let (feel, at) = *shared.feel.lock().unwrap_or_else(PoisonError::into_inner);
-                match force.turn(TimeStamp::now(), angle.get(), &feel, at) {
+                let (force_input, at) = *shared.force_input.lock().unwrap_or_else(PoisonError::into_inner);
+                match force.turn(TimeStamp::now(), angle.get(), &force_input, at) {
                     Ok(torque_nm) => shared.torque.set(torque_nm),
                     Err(error) => {
                         // ENODEV means an unplugged wheel, which the reading thread reports.
@@ -142,8 +148,8 @@ impl ForceThread {
     }
 
     /// Sets the inputs of the force model.
-    pub fn set_input(&self, feel: ForceInput) {
-        *self.said.feel.lock().unwrap_or_else(PoisonError::into_inner) = (feel, TimeStamp::now());
+    pub fn set_input(&self, force_input: ForceInput) {
+        *self.said.force_input.lock().unwrap_or_else(PoisonError::into_inner) = (force_input, TimeStamp::now());
     }
 
     /// Returns the torque that was last sent, N m, positive to the left.

@@ -119,9 +119,9 @@ impl Devices {
     }
 
     /// Sets the inputs of the force feedback. The force fades out when no input comes for [`force::STALE_S`].
-    pub fn set_force_input(&self, feel: ForceInput) {
-        self.rig.set_force_input(feel);
-        self.pads.set_force_input(feel);
+    pub fn set_force_input(&self, force_input: ForceInput) {
+        self.rig.set_force_input(force_input);
+        self.pads.set_force_input(force_input);
     }
 
     /// Returns the torque that was last sent to the wheel, N m, positive to the left; `None` without force feedback.

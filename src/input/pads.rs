@@ -120,9 +120,9 @@ impl Pads {
     }
 
     /// Sets the inputs of the force feedback.
-    pub fn set_force_input(&self, feel: ForceInput) {
+    pub fn set_force_input(&self, force_input: ForceInput) {
         if let Some(force) = &self.force {
-            force.thread.set_input(feel);
+            force.thread.set_input(force_input);
         }
     }
 

@@ -154,9 +154,9 @@ impl Rig {
     }
 
     /// Sets the inputs of the force feedback.
-    pub fn set_force_input(&self, feel: ForceInput) {
+    pub fn set_force_input(&self, force_input: ForceInput) {
         if let Some(force) = self.wheel.as_ref().and_then(|wheel| wheel.force.as_ref()) {
-            force.set_input(feel);
+            force.set_input(force_input);
         }
     }
 

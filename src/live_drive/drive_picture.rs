@@ -11,7 +11,7 @@ use crate::{
 /// Picture of a drive, as data.
 pub struct DrivePicture {
     /// Static scene: road, land, trees, models.
-    pub stage: StaticScene,
+    pub static_scene: StaticScene,
     /// View on the screen.
     pub kind: ViewKind,
     options: ViewOptions,
@@ -23,10 +23,10 @@ pub struct DrivePicture {
 
 impl DrivePicture {
     /// Makes the picture of a drive, from the driver's seat.
-    pub(super) fn new(world: &World, stage: StaticScene) -> Self {
+    pub(super) fn new(world: &World, static_scene: StaticScene) -> Self {
         let scenario = world.scenario();
         Self {
-            stage,
+            static_scene,
             kind: ViewKind::Driver,
             options: view_options(scenario),
             speedometer: Speedometer::new(world),
@@ -36,13 +36,13 @@ impl DrivePicture {
     }
 
     /// Shows another drive in the same view; without a static scene of its own, on the present one.
-    pub(super) fn restart(&mut self, world: &World, stage: Option<StaticScene>) {
+    pub(super) fn restart(&mut self, world: &World, static_scene: Option<StaticScene>) {
         let scenario = world.scenario();
         self.options = view_options(scenario);
         self.speedometer = Speedometer::new(world);
         self.flash = FlashTrigger::new(scenario.flash_patch);
-        if let Some(stage) = stage {
-            self.stage = stage;
+        if let Some(static_scene) = static_scene {
+            self.static_scene = static_scene;
         }
     }
 
@@ -53,7 +53,7 @@ impl DrivePicture {
 
     /// Returns the view `fraction` of a tick after the snapshot; to be called once per picture.
     pub(super) fn view(&mut self, snapshot: &Snapshot, fraction: f32) -> View {
-        let mut view = scene::view(snapshot, fraction, self.kind, &self.options, &self.stage);
+        let mut view = scene::view(snapshot, fraction, self.kind, &self.options, &self.static_scene);
         if self.kind.has_dial() {
             view.dial = Some(self.speedometer.read(snapshot));
         }

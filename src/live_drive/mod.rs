@@ -60,7 +60,7 @@ pub struct LiveDrive {
     pub devices: Devices,
     /// Picture of the drive as data.
     pub picture: DrivePicture,
-    tally: SummaryAccumulator,
+    summary: SummaryAccumulator,
     /// Contacts so far, for the windows.
     contacts: ContactCount,
     lane_help: bool,
@@ -84,16 +84,16 @@ impl LiveDrive {
     /// The world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace, devices: Devices) -> Result<Self, RunError> {
         let drive = Drive::by_participant(scenario, pace)?;
-        let stage = start::stage(&drive.world);
-        Ok(Self::with(drive, stage, devices))
+        let static_scene = start::static_scene(&drive.world);
+        Ok(Self::with(drive, static_scene, devices))
     }
 
-    fn with(drive: Drive, stage: StaticScene, devices: Devices) -> Self {
+    fn with(drive: Drive, static_scene: StaticScene, devices: Devices) -> Self {
         let scenario = drive.world.scenario();
         let sound = DriveSound::new(scenario);
         Self {
-            picture: DrivePicture::new(&drive.world, stage),
-            tally: SummaryAccumulator::new([0.0, f64::INFINITY]),
+            picture: DrivePicture::new(&drive.world, static_scene),
+            summary: SummaryAccumulator::new([0.0, f64::INFINITY]),
             contacts: ContactCount::default(),
             lane_help: scenario.lane_help,
             drive,
@@ -117,16 +117,16 @@ impl LiveDrive {
     /// The world cannot start; `devices` is unchanged.
     pub fn with_devices(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, RunError> {
         let drive = Drive::by_participant(scenario, Pace::Paused)?;
-        let stage = Some(start::stage(&drive.world));
-        Ok(Self::led_from(ReadyDrive { drive, stage }, devices.take().unwrap_or_else(Devices::open)))
+        let static_scene = Some(start::static_scene(&drive.world));
+        Ok(Self::led_from(ReadyDrive { drive, static_scene }, devices.take().unwrap_or_else(Devices::open)))
     }
 
     /// Makes a drive of a session from a drive that has started elsewhere.
     pub fn led_from(started: ReadyDrive, mut devices: Devices) -> Self {
-        let ReadyDrive { drive, stage } = started;
+        let ReadyDrive { drive, static_scene } = started;
         devices.rest();
-        let stage = stage.unwrap_or_else(|| start::stage(&drive.world));
-        Self { led: true, ..Self::with(drive, stage, devices) }
+        let static_scene = static_scene.unwrap_or_else(|| start::static_scene(&drive.world));
+        Self { led: true, ..Self::with(drive, static_scene, devices) }
     }
 
     /// Returns the devices for the time after the drive.
@@ -249,7 +249,7 @@ impl LiveDrive {
     /// The recording cannot be written; its data can be recovered.
     pub fn finish_recording(&mut self) -> Result<Option<PathBuf>, RunError> {
         let ended = self.lab.end_trial();
-        let finished = self.recording.finish(&self.tally.summary())?;
+        let finished = self.recording.finish(&self.summary.to_summary())?;
         Ok(ended.map(|()| finished)?)
     }
 
@@ -264,7 +264,7 @@ impl LiveDrive {
             self.update_rig();
             return Ok(DueTicks::default());
         }
-        let Self { drive, devices, tally, contacts, lane_help, recording, lab, sound, picture, .. } = self;
+        let Self { drive, devices, summary, contacts, lane_help, recording, lab, sound, picture, .. } = self;
         lab.begin_frame();
         let mut recorded = Ok(());
         recording.force(devices.torque_nm());
@@ -273,7 +273,7 @@ impl LiveDrive {
             elapsed,
             |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| world.lane_hint())),
             |world, controls| {
-                tally.add(world.snapshot(), world.events());
+                summary.add(world.snapshot(), world.events());
                 contacts.tick(world);
                 sound.tick(world, controls);
                 picture.tick(world, controls);
@@ -284,7 +284,7 @@ impl LiveDrive {
                 }
             },
         );
-        let due = due.inspect_err(|error| note_failure(tally, error))?;
+        let due = due.inspect_err(|error| note_failure(summary, error))?;
         recorded?;
         self.lab.end_frame(self.drive.world.snapshot().tick, self.drive.clock.fraction().into())?;
         for news in self.lab.take_news() {
@@ -314,7 +314,7 @@ impl LiveDrive {
 
     /// Returns the summary of the drive so far.
     pub fn summary(&self) -> Summary {
-        self.tally.summary()
+        self.summary.to_summary()
     }
 
     /// Returns the contacts so far.
@@ -358,7 +358,7 @@ impl LiveDrive {
     pub fn words(&self) -> String {
         let world = &self.drive.world;
         let (who, policy) = (self.devices.describe(), world.policy().words());
-        summary_text::summary(world.scenario(), &world.traffic_engine(), &who, &policy, &self.tally.summary())
+        summary_text::summary(world.scenario(), &world.traffic_engine(), &who, &policy, &self.summary.to_summary())
     }
 }
 

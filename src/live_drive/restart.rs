@@ -13,13 +13,13 @@ use std::time::Duration;
 #[derive(Debug)]
 pub struct RestartOutcome {
     /// True if the renderer must be rebuilt, for another static scene or another quality.
-    pub new_stage: bool,
+    pub new_static_scene: bool,
     /// Reason why the requested drive could not start.
     pub refused: Option<RunError>,
 }
 
 /// Checks whether two scenarios have the same static scene.
-fn has_stage_of(one: &Scenario, other: &Scenario) -> bool {
+fn has_static_scene_of(one: &Scenario, other: &Scenario) -> bool {
     (&one.map, one.seed, one.display.trees) == (&other.map, other.seed, other.display.trees)
 }
 
@@ -41,7 +41,8 @@ impl LiveDrive {
         self.devices.keyboard.rest();
         // A drive that is still starting must release the engine first.
         self.starting = None;
-        self.starting = Some(PendingDrive::begin(scenario, !has_stage_of(self.drive.world.scenario(), scenario))?);
+        self.starting =
+            Some(PendingDrive::begin(scenario, !has_static_scene_of(self.drive.world.scenario(), scenario))?);
         Ok(())
     }
 
@@ -57,11 +58,11 @@ impl LiveDrive {
         let wanted = self.starting.take().map(|starting| starting.scenario().clone())?;
         match done {
             Ok(started) => {
-                let new_stage = self.put(started);
+                let new_static_scene = self.put(started);
                 if self.refused.is_some() {
                     self.drive.clock.set_pace(Pace::Paused);
                 }
-                Some(RestartOutcome { new_stage, refused: self.refused.take() })
+                Some(RestartOutcome { new_static_scene, refused: self.refused.take() })
             }
             Err(error) => {
                 let old = self.drive.world.scenario().clone();
@@ -71,7 +72,7 @@ impl LiveDrive {
                     self.refused = Some(refused);
                     return None;
                 }
-                Some(RestartOutcome { new_stage: false, refused: Some(refused) })
+                Some(RestartOutcome { new_static_scene: false, refused: Some(refused) })
             }
         }
     }
@@ -79,11 +80,11 @@ impl LiveDrive {
     /// Replaces this drive by another. Returns true if the renderer must be rebuilt, for another static scene or
     /// another quality.
     fn put(&mut self, started: ReadyDrive) -> bool {
-        let ReadyDrive { mut drive, stage } = started;
+        let ReadyDrive { mut drive, static_scene } = started;
         let old = self.drive.world.scenario().clone();
         let scenario = drive.world.scenario();
-        let redraw = stage.is_some() || old.display.quality != scenario.display.quality;
-        self.tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+        let redraw = static_scene.is_some() || old.display.quality != scenario.display.quality;
+        self.summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
         self.lane_help = scenario.lane_help;
         if old.rev_lamps {
             // Dark, unless the new drive lights them.
@@ -91,7 +92,7 @@ impl LiveDrive {
         }
         self.contacts = ContactCount::default();
         self.sound.restart(&old, scenario);
-        self.picture.restart(&drive.world, stage);
+        self.picture.restart(&drive.world, static_scene);
         drive.clock.set_pace(self.drive.clock.pace());
         self.drive = drive;
         redraw

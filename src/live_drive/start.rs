@@ -28,7 +28,7 @@ pub struct ReadyDrive {
     /// World and clock; the clock is paused.
     pub drive: Drive,
     /// Static scene; `None` if the previous one is kept.
-    pub stage: Option<StaticScene>,
+    pub static_scene: Option<StaticScene>,
 }
 
 /// Drive that is starting on a thread of its own. If it is dropped early, the thread ends within 0.1 s while it waits
@@ -41,17 +41,17 @@ pub struct PendingDrive {
 }
 
 impl PendingDrive {
-    /// Starts the drive; `with_stage` also builds its static scene.
+    /// Starts the drive; `with_static_scene` also builds its static scene.
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn begin(scenario: &Scenario, with_stage: bool) -> Result<Self, RunError> {
+    pub fn begin(scenario: &Scenario, with_static_scene: bool) -> Result<Self, RunError> {
         let interruption = Interruption::default();
         let (to, done) = mpsc::sync_channel(1);
         let (heard, wanted) = (interruption.clone(), scenario.clone());
         let begin = move || {
             heard.obey();
-            let started = start(&wanted, with_stage);
+            let started = start(&wanted, with_static_scene);
             // There is no receiver if the drive is no longer wanted.
             let _ = to.send(started);
         };
@@ -93,14 +93,14 @@ impl Drop for PendingDrive {
     }
 }
 
-fn start(scenario: &Scenario, with_stage: bool) -> Result<ReadyDrive, RunError> {
+fn start(scenario: &Scenario, with_static_scene: bool) -> Result<ReadyDrive, RunError> {
     let drive = Drive::by_participant(scenario, Pace::Paused)?;
-    let stage = with_stage.then(|| stage(&drive.world));
-    Ok(ReadyDrive { drive, stage })
+    let static_scene = with_static_scene.then(|| static_scene(&drive.world));
+    Ok(ReadyDrive { drive, static_scene })
 }
 
 /// Builds the static scene of a world.
-pub fn stage(world: &World) -> StaticScene {
+pub fn static_scene(world: &World) -> StaticScene {
     let scenario = world.scenario();
     StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize)
 }

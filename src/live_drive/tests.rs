@@ -223,8 +223,8 @@ fn grass_in_the_force_input_is_the_share_of_front_wheels_on_grass() {
             [true, true] => 1.0,
             _ => 0.5,
         };
-        let feel = live.force_input();
-        assert_eq!(feel.grass, share);
+        let force_input = live.force_input();
+        assert_eq!(force_input.grass, share);
         if seen.last() != Some(&share) {
             seen.push(share);
         }
@@ -233,9 +233,9 @@ fn grass_in_the_force_input_is_the_share_of_front_wheels_on_grass() {
         }
     }
     assert_eq!(seen, [0.0, 0.5, 1.0], "from the road over one wheel to both");
-    let (ego, feel) = (&live.drive.world.snapshot().ego, live.force_input());
-    assert_eq!((feel.speed_mps, feel.aligning_nm), (ego.speed_mps, f64::from(ego.steering_torque_nm)));
-    assert!(feel.running);
+    let (ego, force_input) = (&live.drive.world.snapshot().ego, live.force_input());
+    assert_eq!((force_input.speed_mps, force_input.aligning_nm), (ego.speed_mps, f64::from(ego.steering_torque_nm)));
+    assert!(force_input.running);
     live.toggle_pause();
     assert!(!live.force_input().running);
 }

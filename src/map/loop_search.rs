@@ -1,6 +1,6 @@
 //! Search for the route of a network. In: a [`Network`] and, if the user chose, its edges in order. Out: the lanes to drive, internal
 //! lanes included, as a [`Route`], closed if there is a loop. Deterministic: ties go to the lane that comes first in the file. The
-//! default path of a network ([`default_path`]) never changes lanes, so that vehicles that keep their lane stay on it; `open_path` finds
+//! default path of a network ([`default_path`]) never changes lanes, so that vehicles that keep their lane stay on it; `longest_open_path` finds
 //! it where there is no loop.
 
 use super::{
@@ -8,8 +8,8 @@ use super::{
     edge_path::along_edges,
     joined_shapes::{bridge_gaps, change_lanes, extend_points, shape_length_m},
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
+    longest_open_path,
     network::{self, Connection, Edge, JunctionId, Lane, LaneId, Network},
-    open_path,
     tight_turns::{has_kink, is_too_tight},
 };
 use crate::toml_text::did_you_mean;
@@ -225,7 +225,7 @@ pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, 
         let closed =
             longest_without_crossing(net, &next).or_else(|| any_loop(&next)).map(|found| (from_first(found), true));
         let usable = |lane| tight_turns || !has_kink(lane_at(net, lane));
-        let open = || open_path::longest(net, &next, usable).map(|found| (found, false));
+        let open = || longest_open_path::longest(net, &next, usable).map(|found| (found, false));
         match closed {
             Some((lanes, _)) if length_m(net, &lanes) < ON_THE_SPOT_M => {
                 let longer = open().filter(|(way, _)| length_m(net, way) > length_m(net, &lanes));
@@ -234,7 +234,8 @@ pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, 
             found => found.or_else(open),
         }
     };
-    let (lanes, is_closed) = search(false).or_else(|| search(true)).ok_or_else(|| open_path::none(file, net))?;
+    let (lanes, is_closed) =
+        search(false).or_else(|| search(true)).ok_or_else(|| longest_open_path::none(file, net))?;
     let lanes: Vec<LaneId> = lanes.into_iter().map(LaneId::from_index).collect();
     network::Path::through(net, &lanes, is_closed)
         .map_err(|error| MapError::NoPath { file: file.into(), detail: error.to_string() })

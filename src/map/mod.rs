@@ -3,7 +3,7 @@
 //! Lengths in metres, world axes as in [`crate::space`].
 //!
 //! [`network`] reads and writes networks. `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] define what a file may contain.
-//! `loop_search` finds the closed route, and `open_path` an open one where there is no loop; `tight_turns` lists the turns that both
+//! `loop_search` finds the closed route, and `longest_open_path` an open one where there is no loop; `tight_turns` lists the turns that both
 //! avoid, and `joined_shapes` joins the lines of lanes. `edge_path` builds the open route along named edges, and `stop_lines` finds the
 //! signals along a route. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
 //! new networks, and `write` writes them in SUMO's format.
@@ -18,13 +18,13 @@ mod joined_shapes;
 #[cfg(test)]
 mod limit_tests;
 pub mod limits;
+mod longest_open_path;
 mod loop_search;
 mod net_check;
 #[cfg(test)]
 mod net_tests;
 mod net_xml;
 pub mod network;
-mod open_path;
 pub mod ring;
 mod route;
 mod stop_lines;

@@ -49,19 +49,19 @@ pub(super) fn has_kink(lane: &Lane) -> bool {
 
 /// Straight piece of a line.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct LineSegment {
     start: DVec2,
     end: DVec2,
 }
 
-impl Piece {
+impl LineSegment {
     fn step(&self) -> DVec2 {
         self.end - self.start
     }
 }
 
 /// Returns true for a line with a corner at which a car leaves a lane with this leeway.
-fn has_corner(pieces: &[Piece], leeway_m: f64) -> bool {
+fn has_corner(pieces: &[LineSegment], leeway_m: f64) -> bool {
     (0..pieces.len()).any(|first| {
         // From piece to piece: the turn so far, and the distance between the joints.
         let (mut turn_rad, mut way_m) = (0.0, 0.0);
@@ -91,17 +91,17 @@ fn has_corner(pieces: &[Piece], leeway_m: f64) -> bool {
 }
 
 /// Returns the distance between a line and the intersection of its first and last piece, extended, metres.
-fn corner_cut_m(pieces: &[Piece]) -> f64 {
+fn corner_cut_m(pieces: &[LineSegment]) -> f64 {
     let (first, last) = (pieces[0], pieces[pieces.len() - 1]);
     let (out, into) = (first.step(), last.step());
     let along = (last.start - first.end).perp_dot(into) / out.perp_dot(into);
     let corner = first.end + out * along;
-    let joints = pieces.windows(2).map(|pair| Piece { start: pair[0].end, end: pair[1].start });
+    let joints = pieces.windows(2).map(|pair| LineSegment { start: pair[0].end, end: pair[1].start });
     let between = pieces[1..pieces.len() - 1].iter().copied();
     joints.chain(between).map(|piece| distance_m(corner, piece)).fold(f64::INFINITY, f64::min)
 }
 
-fn distance_m(point: DVec2, piece: Piece) -> f64 {
+fn distance_m(point: DVec2, piece: LineSegment) -> f64 {
     let step = piece.step();
     let share = (point - piece.start).dot(step) / step.length_squared().max(1e-12);
     (piece.start + step * share.clamp(0.0, 1.0)).distance(point)
@@ -118,14 +118,14 @@ fn points(lane: &Lane) -> Vec<DVec2> {
     points
 }
 
-fn pieces(points: &[DVec2]) -> Vec<Piece> {
-    points.windows(2).map(|pair| Piece { start: pair[0], end: pair[1] }).collect()
+fn pieces(points: &[DVec2]) -> Vec<LineSegment> {
+    points.windows(2).map(|pair| LineSegment { start: pair[0], end: pair[1] }).collect()
 }
 
 /// Returns the pieces of the line through a junction, with the ends of the lanes before and behind it. A lateral step between two lanes
 /// is not a corner: [`is_too_tight`] has a rule of its own for it. Short internal lines are skipped: they may lead back to a lane that
 /// overlaps.
-fn joined_pieces(from: &Lane, inside: &[&Lane], to: &Lane) -> Vec<Piece> {
+fn joined_pieces(from: &Lane, inside: &[&Lane], to: &Lane) -> Vec<LineSegment> {
     let mut before = points(from);
     before.reverse();
     let mut before = first_metres(before);

@@ -253,7 +253,7 @@ impl EpisodeMetrics {
     }
 
     /// Returns the result of the steps so far.
-    pub fn verdict(&self) -> EvaluationResult {
+    pub fn result(&self) -> EvaluationResult {
         let flow = &self.flow;
         let crashed = self.crashed_at.is_some();
         let settled = &self.means_mps[self.means_mps.len() * 3 / 4..];
@@ -277,10 +277,10 @@ impl EpisodeMetrics {
 }
 
 /// Returns the mean speed over rings, and the half width of its 95 % interval (1.96 standard errors), m/s.
-pub fn mean_and_interval(verdicts: &[EvaluationResult]) -> (f64, f64) {
-    let n = verdicts.len() as f64;
-    let mean = verdicts.iter().map(|v| v.mean_mps).sum::<f64>() / n;
-    let square = verdicts.iter().map(|v| (v.mean_mps - mean).powi(2)).sum::<f64>();
+pub fn mean_and_interval(results: &[EvaluationResult]) -> (f64, f64) {
+    let n = results.len() as f64;
+    let mean = results.iter().map(|v| v.mean_mps).sum::<f64>() / n;
+    let square = results.iter().map(|v| (v.mean_mps - mean).powi(2)).sum::<f64>();
     (mean, 1.96 * (square / (n - 1.0).max(1.0) / n).sqrt())
 }
 
@@ -294,9 +294,9 @@ mod tests {
 
     #[test]
     fn two_cars_at_2_and_4_mps_give_mean_deviation_and_throughput() {
-        let mut tally = EpisodeMetrics::new(0.1, 100.0);
-        (0..50).for_each(|_| tally.add([2.0, 4.0].into_iter(), gap(7.0)));
-        let v = tally.verdict();
+        let mut metrics = EpisodeMetrics::new(0.1, 100.0);
+        (0..50).for_each(|_| metrics.add([2.0, 4.0].into_iter(), gap(7.0)));
+        let v = metrics.result();
         assert!((v.mean_mps - 3.0).abs() < 1e-9 && (v.sd_over_cars_mps - 1.0).abs() < 1e-9);
         assert!(v.sd_in_time_mps < 1e-6 && v.last_disturbance_s.is_none() && v.in_range.is_none());
         assert!((v.throughput_per_h - 2.0 / 100.0 * 3.0 * 3600.0).abs() < 1e-9);
@@ -305,32 +305,32 @@ mod tests {
 
     #[test]
     fn cars_that_touch_side_by_side_have_crashed_whatever_the_gap() {
-        let mut tally = EpisodeMetrics::new(0.1, 100.0);
-        (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), gap(5.0)));
-        assert_eq!(tally.verdict().crash_s, None);
-        tally.crash();
-        (0..10).for_each(|_| tally.add([4.0, 4.0].into_iter(), gap(5.0)));
-        let v = tally.verdict();
+        let mut metrics = EpisodeMetrics::new(0.1, 100.0);
+        (0..10).for_each(|_| metrics.add([4.0, 4.0].into_iter(), gap(5.0)));
+        assert_eq!(metrics.result().crash_s, None);
+        metrics.crash();
+        (0..10).for_each(|_| metrics.add([4.0, 4.0].into_iter(), gap(5.0)));
+        let v = metrics.result();
         assert!(v.crashed && v.least_gap_m == 5.0, "{v:?}");
         assert!((v.crash_s.unwrap() - 1.1).abs() < 1e-9 && (v.mean_mps - 2.0).abs() < 1e-9, "{v:?}");
     }
 
     #[test]
     fn gaps_and_ranges_are_of_all_advised_vehicles() {
-        let mut tally = EpisodeMetrics::new(0.1, 100.0);
+        let mut metrics = EpisodeMetrics::new(0.1, 100.0);
         let others = AdvisedStep { least_gap_m: Some(3.0), advised: 2, in_range: 1 };
-        tally.add([4.0, 4.0].into_iter(), EpisodeStep { others, ..gap(5.0) });
+        metrics.add([4.0, 4.0].into_iter(), EpisodeStep { others, ..gap(5.0) });
         let others = AdvisedStep { least_gap_m: Some(6.0), advised: 2, in_range: 0 };
-        tally.add([4.0, 4.0].into_iter(), EpisodeStep { others, ..gap(5.0) });
-        let v = tally.verdict();
+        metrics.add([4.0, 4.0].into_iter(), EpisodeStep { others, ..gap(5.0) });
+        let v = metrics.result();
         assert_eq!((v.least_gap_m, v.in_range, v.crashed), (3.0, Some(0.25), false));
     }
 
     #[test]
     fn a_crash_stops_the_count_but_not_the_clock() {
-        let mut tally = EpisodeMetrics::new(0.1, 100.0);
-        (0..50).for_each(|i| tally.add([4.0, 4.0].into_iter(), gap(if i < 25 { 5.0 } else { -0.1 })));
-        let v = tally.verdict();
+        let mut metrics = EpisodeMetrics::new(0.1, 100.0);
+        (0..50).for_each(|i| metrics.add([4.0, 4.0].into_iter(), gap(if i < 25 { 5.0 } else { -0.1 })));
+        let v = metrics.result();
         assert!(v.crashed && v.last_disturbance_s.is_none());
         assert!((v.mean_mps - 2.0).abs() < 1e-9);
         assert!((v.crash_s.unwrap() - 2.6).abs() < 1e-9, "{v:?}");

@@ -8,7 +8,7 @@ mod estimate;
 pub mod figures;
 pub mod fuel;
 mod motion_phases;
-mod network_totals;
+mod network_episode_metrics;
 mod trajectories;
 
 pub use conflicts::{Approach, ConflictTotals, Conflicts, DrivenBy};
@@ -16,5 +16,5 @@ pub use correlation::correlation;
 pub use episode_metrics::{AdvisedStep, EpisodeMetrics, EpisodeStep, EvaluationResult, FlowTotals, mean_and_interval};
 pub use estimate::Estimate;
 pub use motion_phases::MotionTotals;
-pub use network_totals::{NetworkFlow, NetworkTotals};
+pub use network_episode_metrics::{NetworkEpisodeMetrics, NetworkFlow};
 pub use trajectories::{SpeedTrace, Trajectories};

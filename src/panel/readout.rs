@@ -41,7 +41,7 @@ impl From<&Snapshot> for Readings {
 
 impl Readings {
     /// Returns the position of the speed relative to the advised range as a word, and its colour.
-    fn verdict(&self) -> (&'static str, Color32) {
+    fn range_state(&self) -> (&'static str, Color32) {
         match self.advice {
             None => ("no advice", theme::DIM),
             Some(advice) if advice.accepts(self.speed_mps) => ("in range", theme::GREEN),
@@ -76,7 +76,7 @@ pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
             row(ui, "Time", "not started", theme::DIM);
             return;
         };
-        let (verdict, colour) = now.verdict();
+        let (range_state, colour) = now.range_state();
         row(ui, "Time", &time(now.time_s), theme::TEXT);
         row(ui, "Speed", &speed(now.speed_mps, unit), colour);
         match now.advice {
@@ -84,11 +84,11 @@ pub fn numbers(ui: &mut Ui, state: &PanelState<'_>) {
                 let (low, high) = advice.band_mps();
                 let band = format!("{:5.1} – {:.1} {}", unit.from_mps(low), unit.from_mps(high), unit.label());
                 row(ui, "Target", &speed(advice.target_mps, unit), theme::RED);
-                row(ui, "Range", &format!("{band}  {verdict}"), colour);
+                row(ui, "Range", &format!("{band}  {range_state}"), colour);
             }
             None => {
                 row(ui, "Target", "—", theme::DIM);
-                row(ui, "Range", verdict, theme::DIM);
+                row(ui, "Range", range_state, theme::DIM);
             }
         }
         if let Some(share) = state.in_range {

@@ -67,7 +67,7 @@ impl Advisor {
     }
 
     /// Completes an observation with the hold, the mean speed and the current advice, as the policy gets it in this step.
-    pub fn told(&self, observation: &Observation) -> Observation {
+    pub fn complete_observation(&self, observation: &Observation) -> Observation {
         let mut mean_speed = self.mean_speed;
         Observation {
             hold_s: self.hold.seconds(),
@@ -82,7 +82,7 @@ impl Advisor {
         if matches!(self.origin, AdviceOrigin::Nobody) {
             return None;
         }
-        let observation = &self.told(observation);
+        let observation = &self.complete_observation(observation);
         self.mean_speed.watch(observation.speed_mps, self.hold.step_s());
         let due = self.steps.is_multiple_of(u64::from(self.hold.steps()));
         let time_s = self.steps as f64 * self.hold.step_s();
@@ -175,7 +175,7 @@ mod tests {
         for k in 0..35 {
             // Given at step 3 of each ten, as to an agent that entered in the middle of the others' hold.
             if k % 10 == 3 {
-                assert_eq!(outside.told(&seen(k)).hold_s, 1.0);
+                assert_eq!(outside.complete_observation(&seen(k)).hold_s, 1.0);
                 outside.say(Action::Acceleration(-0.5));
             }
             let issued = outside.step(Tick(k * 10), &seen(k), 30.0);
@@ -194,7 +194,7 @@ mod tests {
             }
             let issued = (same.step(Tick(k * 10), &seen(k), 30.0), policy.step(Tick(k * 10), &seen(k), 30.0));
             assert_eq!(issued.0, issued.1, "step {k}");
-            assert_eq!(same.told(&seen(k)), policy.told(&seen(k)));
+            assert_eq!(same.complete_observation(&seen(k)), policy.complete_observation(&seen(k)));
         }
         policy.say(Action::Speed(9.0));
         assert!(policy.step(Tick(400), &seen(35), 30.0).is_none(), "a policy is asked, and nobody else");

@@ -46,7 +46,7 @@ impl AssistedPolicy {
     /// Returns the observation with the corrected advice's speed and the estimate of the driver.
     fn assisted(&self, time_s: f64, observation: &Observation) -> Observation {
         let corrected_mps = self.corrected.as_ref().map(|advice| advice.speed_mps(time_s, observation));
-        let seen = self.who_drives().map_or(*observation, |who| who.told(observation));
+        let seen = self.who_drives().map_or(*observation, |who| who.complete_observation(observation));
         Observation { corrected_mps, ..seen }
     }
 }
@@ -78,8 +78,8 @@ impl Policy for AssistedPolicy {
         time_s < self.silent_until_s
     }
 
-    fn must_be_told_who_drives(&self) -> bool {
-        self.driver.is_none() && self.network.must_be_told_who_drives()
+    fn needs_driver_traits(&self) -> bool {
+        self.driver.is_none() && self.network.needs_driver_traits()
     }
 
     fn trained_holds_s(&self) -> Option<[f64; 2]> {

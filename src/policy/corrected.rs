@@ -5,7 +5,7 @@
 //! so that its advice has the same hold as the correction.
 
 use super::{
-    Controller, EngagedController, Network, NetworkFault, NetworkOutput, Observation, Policy, PolicyError,
+    Controller, EngagedController, Network, NetworkOutput, Observation, Policy, PolicyError, PolicyNetworkFault,
     PolicySettings, PolicySource, SourceKind,
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
@@ -41,7 +41,7 @@ pub enum CorrectionFault {
     },
     /// The network itself is invalid.
     #[error("the network that is corrected: {0}")]
-    Network(Box<NetworkFault>),
+    Network(Box<PolicyNetworkFault>),
     /// The network is valid but cannot be corrected.
     #[error("the network that is corrected {0}")]
     NotCorrectable(#[from] NotCorrectable),
@@ -148,7 +148,7 @@ fn stands_alone(network: &Network) -> Result<(), NotCorrectable> {
     if network.corrected.is_some() {
         return Err(NotCorrectable::CorrectsItself);
     }
-    if network.estimator.is_some() || network.must_be_told_who_drives() {
+    if network.estimator.is_some() || network.needs_driver_traits() {
         return Err(NotCorrectable::AsksWhoDrives);
     }
     if network.expected_gain.is_some() { Err(NotCorrectable::IsSilent) } else { Ok(()) }

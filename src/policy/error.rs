@@ -1,6 +1,6 @@
 //! Faults of a trained policy's file, by kind and as messages.
 
-use super::{Feature, network::NetworkFault};
+use super::{Feature, network::PolicyNetworkFault};
 use std::path::{Path, PathBuf};
 
 /// Error for an unusable policy file.
@@ -41,7 +41,7 @@ pub enum PolicyFileFault {
     },
     /// The policy file is invalid.
     #[error(transparent)]
-    Network(#[from] NetworkFault),
+    Network(#[from] PolicyNetworkFault),
     /// The ONNX network is invalid.
     #[cfg(feature = "onnx")]
     #[error(transparent)]

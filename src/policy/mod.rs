@@ -38,7 +38,7 @@ pub use follower_stopper::FollowerStopper;
 pub use hold::{Hold, HoldError};
 pub use identification::{DriverEstimate, DriverEstimator, DriverTraits, LatentEstimate, WhoDrives};
 pub use linear_feedback::LinearFeedback;
-pub use network::{FORMAT, LayerFault, Network, NetworkFault, NetworkLayer, NetworkOutput, bounded};
+pub use network::{FORMAT, LayerFault, Network, NetworkLayer, NetworkOutput, PolicyNetworkFault, bounded};
 pub use observe::{FEATURES, FIELD_INPUTS, Feature, LATENTS, MeanSpeed, NetworkInput};
 pub use onnx::OnnxPolicy;
 pub use open_loop::{ConstantSpeed, TwoPhase};
@@ -154,7 +154,7 @@ pub trait Policy: Send {
     }
 
     /// Returns true if the policy needs the driver's traits or latents as input and has no estimator for them.
-    fn must_be_told_who_drives(&self) -> bool {
+    fn needs_driver_traits(&self) -> bool {
         false
     }
 

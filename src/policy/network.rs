@@ -79,7 +79,7 @@ pub const FORMAT: &str = "codrive policy 2";
 
 /// Reasons that a text is not a valid policy file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NetworkFault {
+pub enum PolicyNetworkFault {
     /// The text is not TOML or has unknown keys.
     #[error("is no policy file: {0}")]
     Foreign(toml::de::Error),
@@ -209,8 +209,8 @@ impl Network {
     ///
     /// # Errors
     /// The text is no policy file, its layers are inconsistent, or a number is out of range.
-    pub fn from_toml(text: &str) -> Result<Self, NetworkFault> {
-        let network: Self = toml::from_str(text).map_err(NetworkFault::Foreign)?;
+    pub fn from_toml(text: &str) -> Result<Self, PolicyNetworkFault> {
+        let network: Self = toml::from_str(text).map_err(PolicyNetworkFault::Foreign)?;
         network.check()?;
         Ok(network)
     }
@@ -219,9 +219,9 @@ impl Network {
     ///
     /// # Errors
     /// The format is another, the layers are inconsistent, or a number is out of range.
-    pub fn check(&self) -> Result<(), NetworkFault> {
+    pub fn check(&self) -> Result<(), PolicyNetworkFault> {
         if self.format != FORMAT {
-            return Err(NetworkFault::Format(self.format.clone()));
+            return Err(PolicyNetworkFault::Format(self.format.clone()));
         }
         let outputs = if self.levels == 0 { 1 } else { self.levels as usize };
         check_layers(&self.layers, self.inputs.len(), outputs)?;
@@ -240,7 +240,7 @@ impl Network {
             return Err(SettingFault::LeastSpacing.into());
         }
         if self.levels == 1 || !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
-            return Err(NetworkFault::LevelsOrHolds);
+            return Err(PolicyNetworkFault::LevelsOrHolds);
         }
         self.corrected.as_ref().map_or(Ok(()), |advice| advice.check(self.action, self.least_spacing_m))?;
         if let Some(estimator) = &self.estimator {
@@ -328,7 +328,7 @@ impl Policy for Network {
         withholds_advice(observation, self.least_spacing_m)
     }
 
-    fn must_be_told_who_drives(&self) -> bool {
+    fn needs_driver_traits(&self) -> bool {
         self.inputs.iter().any(|input| input.feature.is_of_driver())
     }
 

@@ -30,15 +30,15 @@ fn controls(tick: u64) -> Controls {
 fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::PathBuf {
     let mut world = world();
     let mut recorder = Recorder::begin(&folder.join("drive"), world.scenario(), Manifest::default()).expect("begun");
-    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 1..=TICKS {
         world.tick(&controls(tick)).expect("the native engine");
-        tally.add(world.snapshot(), world.events());
+        summary.add(world.snapshot(), world.events());
         recorder.tick(&world, &controls(tick)).expect("room");
         write(&mut recorder, tick);
     }
     assert!(world.ended().is_some());
-    recorder.finish(&tally.summary()).expect("finished")
+    recorder.finish(&summary.to_summary()).expect("finished")
 }
 
 /// Compares a recording with a drive with these controls. Returns the number of differing cells and the first of them.
@@ -155,7 +155,7 @@ fn a_changed_control_is_reported_by_its_column_and_not_by_the_hash() {
 }
 
 /// Returns the alterations found in a fresh recording after `tamper` changed its folder.
-fn told(tamper: impl Fn(&Path)) -> Vec<AlteredFile> {
+fn alterations_by(tamper: impl Fn(&Path)) -> Vec<AlteredFile> {
     let folder = tempfile::tempdir().expect("a folder");
     let drive = recorded(folder.path(), |_, _| ());
     tamper(&drive);
@@ -163,8 +163,8 @@ fn told(tamper: impl Fn(&Path)) -> Vec<AlteredFile> {
 }
 
 #[track_caller]
-fn assert_told(tamper: impl Fn(&Path), file: &str, has: &str) {
-    let found = told(tamper);
+fn assert_alteration(tamper: impl Fn(&Path), file: &str, has: &str) {
+    let found = alterations_by(tamper);
     assert!(found.len() == 1 && found[0].file == file && found[0].what.contains(has), "{found:?}");
 }
 
@@ -176,26 +176,26 @@ fn edit(path: &Path, change: impl Fn(String) -> String) {
 #[test]
 fn every_altered_file_of_a_recording_is_reported() {
     let gone = |name: &'static str| move |drive: &Path| std::fs::remove_file(drive.join(name)).expect("there");
-    assert_eq!(told(|_| ()), []);
+    assert_eq!(alterations_by(|_| ()), []);
     for name in ["scenario.toml", "summary.json"] {
-        assert_told(gone(name), name, "is missing");
-        let found = told(|drive| edit(&drive.join(name), |text| text + "\n"));
+        assert_alteration(gone(name), name, "is missing");
+        let found = alterations_by(|drive| edit(&drive.join(name), |text| text + "\n"));
         let differs = found.iter().any(|change| change.what.contains("its SHA-256 differs"));
         assert!(differs && found.iter().all(|change| change.file == name), "{found:?}");
     }
-    assert_told(gone("checksums.json"), "checksums.json", "is missing");
-    assert_told(gone("cars.parquet"), "cars.parquet", "is missing");
-    assert_told(
+    assert_alteration(gone("checksums.json"), "checksums.json", "is missing");
+    assert_alteration(gone("cars.parquet"), "cars.parquet", "is missing");
+    assert_alteration(
         |drive| edit(&drive.join("checksums.json"), |text| text + "\n"),
         "checksums.json",
         "manifest.json has another SHA-256 of it",
     );
-    assert_told(
+    assert_alteration(
         |drive| edit(&drive.join("manifest.json"), |text| text.replacen("\"seed\": 0", "\"seed\": 1", 1)),
         "manifest.json",
         "its own SHA-256 differs",
     );
-    assert_told(
+    assert_alteration(
         |drive| std::fs::write(drive.join("ego.parquet"), "no").expect("room"),
         "ego.parquet",
         "cannot be read",
@@ -207,9 +207,9 @@ fn every_altered_file_of_a_recording_is_reported() {
         manifest.checksums = Some(sums.save(drive).expect("room"));
         manifest.seal(drive).expect("room");
     };
-    assert_told(unsealed, "ego.parquet", "checksums.json has no SHA-256 of column throttle");
+    assert_alteration(unsealed, "ego.parquet", "checksums.json has no SHA-256 of column throttle");
     // A table replaced by another one: other rows, other columns.
-    let swapped = told(|drive| {
+    let swapped = alterations_by(|drive| {
         std::fs::copy(drive.join("cars.parquet"), drive.join("events.parquet")).expect("room");
     });
     assert!(swapped.iter().all(|change| change.file == "events.parquet"), "{swapped:?}");

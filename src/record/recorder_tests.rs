@@ -239,7 +239,7 @@ fn a_recording_in_progress_is_left_alone() {
     refused(recover::open(&recording).expect_err("it runs"));
     refused(Recorder::begin(&recording, world.scenario(), manifest()).expect_err("it runs"));
     drive(&mut world, &mut recorder, 50).expect("room");
-    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).to_summary()).expect("finished");
     assert!(recover::open(&recording).is_ok_and(|manifest| manifest.is_complete()));
     assert_eq!(ticks_of(&recording).len(), 100);
 }
@@ -251,7 +251,7 @@ fn recovery_never_replaces_a_table_by_one_with_fewer_rows() {
     let mut world = world();
     let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
     drive(&mut world, &mut recorder, 50).expect("room");
-    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).to_summary()).expect("finished");
     // Killed while it removed the journal: its file is still there, or gone.
     for left in [&["rows.blocks"][..], &[]] {
         fs::create_dir(recording.join("journal")).expect("a folder");
@@ -389,17 +389,17 @@ fn the_recorded_hash_equals_the_hash_of_the_summary() {
     let recording = folder.path().join("p1");
     let mut world = world();
     let mut recorder = Recorder::begin(&recording, world.scenario(), manifest()).expect("begun");
-    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     let controls = Controls::default();
     for _ in 0..30 {
         world.tick(&controls).expect("the native engine");
-        tally.add(world.snapshot(), world.events());
+        summary.add(world.snapshot(), world.events());
         recorder.tick(&world, &controls).expect("room");
     }
     recorder.event(Tick(30), "mark", "by hand");
-    recorder.finish(&tally.summary()).expect("finished");
+    recorder.finish(&summary.to_summary()).expect("finished");
     let hashes = TableReader::parquet(&Table::Ego.parquet(&recording)).expect("a table").wholes("hash");
-    assert_eq!(format!("{:016x}", hashes[29]), tally.summary().hash);
+    assert_eq!(format!("{:016x}", hashes[29]), summary.to_summary().hash);
     let events = TableReader::parquet(&Table::Events.parquet(&recording)).expect("a table");
     assert_eq!((events.words("event"), events.words("detail")), (vec!["mark".to_owned()], vec!["by hand".to_owned()]));
 }
@@ -414,7 +414,7 @@ fn the_force_is_in_the_rows_from_the_tick_at_which_it_was_set() {
         recorder.force(force);
         drive(&mut world, &mut recorder, 2).expect("room");
     }
-    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).summary()).expect("finished");
+    recorder.finish(&SummaryAccumulator::new([0.0, f64::INFINITY]).to_summary()).expect("finished");
     let ego = TableReader::parquet(&Table::Ego.parquet(&recording)).expect("a table");
     let expected = [None, None, Some(0.75), Some(0.75), Some(-1.25), Some(-1.25), None, None];
     assert_eq!(ego.numbers("wheel_force_nm"), expected);

@@ -49,7 +49,7 @@ fn instead(level: QualityLevel, took: Duration) -> Option<QualityLevel> {
 /// The device is lost.
 pub fn renderer_that_keeps_up(
     gpu: &Gpu,
-    stage: &StaticScene,
+    static_scene: &StaticScene,
     format: wgpu::TextureFormat,
     asked: QualityLevel,
     view: &View,
@@ -57,7 +57,7 @@ pub fn renderer_that_keeps_up(
 ) -> Result<Renderer, GpuError> {
     let mut level = if asked == QualityLevel::Auto { expected(gpu) } else { asked };
     loop {
-        let mut renderer = Renderer::new(gpu, stage, format, quality_for(level, gpu));
+        let mut renderer = Renderer::new(gpu, static_scene, format, quality_for(level, gpu));
         if asked != QualityLevel::Auto || level == QualityLevel::Low {
             return Ok(renderer);
         }

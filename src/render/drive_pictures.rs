@@ -15,7 +15,7 @@ pub const MAX_SIDE: u32 = 8192;
 /// Draws pictures of drives on one road: a graphics device and the static scene.
 pub struct DrivePictures {
     gpu: Gpu,
-    stage: StaticScene,
+    static_scene: StaticScene,
     renderer: Renderer,
 }
 
@@ -31,9 +31,9 @@ impl DrivePictures {
             QualityLevel::Auto => QualityLevel::Medium,
             chosen => chosen,
         };
-        let stage = StaticScene::with_trees(map, scenario.seed, scenario.display.trees as usize);
-        let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(quality, &gpu));
-        Ok(Self { gpu, stage, renderer })
+        let static_scene = StaticScene::with_trees(map, scenario.seed, scenario.display.trees as usize);
+        let renderer = Renderer::new(&gpu, &static_scene, OFFSCREEN, quality_for(quality, &gpu));
+        Ok(Self { gpu, static_scene, renderer })
     }
 
     /// Draws the current moment, `size` pixels wide and high, each from 1 to [`MAX_SIDE`].
@@ -41,7 +41,7 @@ impl DrivePictures {
     /// # Errors
     /// The device is lost while it draws.
     pub fn draw(&mut self, world: &World, kind: ViewKind, size: [u32; 2]) -> Result<image::RgbaImage, GpuError> {
-        let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.stage);
+        let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.static_scene);
         if kind.has_dial() {
             view.dial = Some(Speedometer::new(world).read(world.snapshot()));
         }

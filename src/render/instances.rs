@@ -77,15 +77,15 @@ pub struct PlacedTrees {
 
 impl PlacedTrees {
     /// Places all trees and tufts of a static scene.
-    pub fn new(stage: &StaticScene, models: &ModelMeshes) -> Self {
+    pub fn new(static_scene: &StaticScene, models: &ModelMeshes) -> Self {
         let grown =
             |distant: bool| move |place: &TreePlace| PlacedTree::new(place, &models.trees[place.kind][0], distant);
-        let near = stage.tree_places.iter().map(grown(false));
-        let near = near.zip(&stage.tree_grounds).map(|(tree, ground)| tree.rooted(*ground));
+        let near = static_scene.tree_places.iter().map(grown(false));
+        let near = near.zip(&static_scene.tree_grounds).map(|(tree, ground)| tree.rooted(*ground));
         let parts = |PlacedTree(ball, drawn)| (ball, drawn);
-        let trees = near.chain(stage.far_tree_places.iter().map(grown(true))).map(parts).unzip();
+        let trees = near.chain(static_scene.far_tree_places.iter().map(grown(true))).map(parts).unzip();
         let tufts =
-            stage.tuft_places.iter().map(|place| PlacedTree::new(place, &models.tuft, false)).map(parts).unzip();
+            static_scene.tuft_places.iter().map(|place| PlacedTree::new(place, &models.tuft, false)).map(parts).unzip();
         Self { kinds: models.trees.len(), trees, tufts }
     }
 

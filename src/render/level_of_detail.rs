@@ -93,10 +93,10 @@ const BESIDE_M: f32 = 1.9;
 impl CarDetail {
     /// Returns the detail for a car with this bounding sphere, or `None` if it is outside the picture. The ego in a
     /// mirror on its door never has all fittings, which would double the mirror's cost.
-    pub fn seen(optics: &ViewFrustum, centre: Vec3, radius_m: f32) -> Option<Self> {
-        let most = if optics.camera.eye.distance(centre) < BESIDE_M { FITTED_PX } else { f32::MAX };
-        let detail = || Self::of(optics.pixels(centre, radius_m).min(most), optics.from_above());
-        optics.sees(centre, radius_m).then(detail)
+    pub fn seen(frustum: &ViewFrustum, centre: Vec3, radius_m: f32) -> Option<Self> {
+        let most = if frustum.camera.eye.distance(centre) < BESIDE_M { FITTED_PX } else { f32::MAX };
+        let detail = || Self::of(frustum.pixels(centre, radius_m).min(most), frustum.from_above());
+        frustum.sees(centre, radius_m).then(detail)
     }
 
     /// Returns the detail for a car of this radius in the picture, which may be taken from above.

@@ -91,13 +91,13 @@ struct RenderPipelines {
 }
 
 impl Renderer {
-    /// Creates a renderer of `stage` onto targets of `format`: a `Unorm` format that is not sRGB (`Bgra8Unorm` of a
+    /// Creates a renderer of `static_scene` onto targets of `format`: a `Unorm` format that is not sRGB (`Bgra8Unorm` of a
     /// surface, [`OFFSCREEN`]), because the shader encodes.
-    pub fn new(gpu: &Gpu, stage: &StaticScene, format: wgpu::TextureFormat, quality: Quality) -> Self {
+    pub fn new(gpu: &Gpu, static_scene: &StaticScene, format: wgpu::TextureFormat, quality: Quality) -> Self {
         // Mesa's software sampler takes minutes for one anisotropic picture of a long road.
         let quality = if gpu.is_software() { Quality { anisotropy: 1, ..quality } } else { quality };
         let device = &gpu.device;
-        let meshes = StaticMeshes::new(gpu, stage);
+        let meshes = StaticMeshes::new(gpu, static_scene);
         let bindings = SceneBindings::new(device, &quality);
         let shadow = ShadowPass::new(device, &meshes, &quality);
         // A quarter of the shadows' resolution: 256 to 768 texels, painted in a fraction of a second.
@@ -171,7 +171,7 @@ impl Renderer {
         let aspect = |[width, height]: [u32; 2]| width as f32 / height.max(1) as f32;
         let glass = |camera: &Camera, size| MirrorGlass::new(camera, view.mirror_bend, aspect(size));
         let whole = alone.then(|| glass(camera, size));
-        let optics = ViewFrustum::new(&whole.map_or(*camera, |whole| whole.behind(camera)), size);
+        let frustum = ViewFrustum::new(&whole.map_or(*camera, |whole| whole.behind(camera)), size);
         let back = view.mirror.as_ref().filter(|_| !alone);
         let framed = back.map(|camera| glass(camera, inset));
         let from_outside = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
@@ -184,15 +184,15 @@ impl Renderer {
         let stamps = |pass| timed.map(|timing| timing.stamps(pass));
         let mut cost = FrameCost::default();
         let lights;
-        (lights, cost.shadow) = shadow.draw(e, stamps(TimedPass::Shadow), &pipelines.shadow, meshes, view, &optics);
+        (lights, cost.shadow) = shadow.draw(e, stamps(TimedPass::Shadow), &pipelines.shadow, meshes, view, &frustum);
         let hidden = back.filter(|_| panes.is_none()).and_then(|_| tonemap::hidden_by_mirror(size, drawn));
-        let scene = SceneInputs { materials: &pipelines.materials, meshes, view, optics: &optics, lights: &lights };
+        let scene = SceneInputs { materials: &pipelines.materials, meshes, view, frustum: &frustum, lights: &lights };
         cost.main = main.draw(e, stamps(TimedPass::Main), &scene, ego, hidden);
         if let (Some(camera), Some(glass)) = (back, framed) {
-            let optics = ViewFrustum::new(&glass.behind(camera), inset);
+            let frustum = ViewFrustum::new(&glass.behind(camera), inset);
             let whole = stamps(TimedPass::Mirror);
             let stamps = if panes.is_some() { whole.as_ref().map(timing::begin_only) } else { whole };
-            let scene = SceneInputs { optics: &optics, ..scene };
+            let scene = SceneInputs { frustum: &frustum, ..scene };
             cost.mirror = mirror.draw(e, stamps, &scene, EgoVisibility::Nowhere, None);
         }
         let mut framed = [framed.map(|glass| FramedMirror { glass, lies: MirrorPlace::Inset }), None, None];
@@ -204,11 +204,11 @@ impl Renderer {
             });
             for ((side, pane), framed) in sides.iter_mut().flatten().zip(&panes[1..]).zip(framed[1..].iter().flatten())
             {
-                let optics = ViewFrustum::new(&framed.glass.behind(&pane.camera), pane_px(pane));
+                let frustum = ViewFrustum::new(&framed.glass.behind(&pane.camera), pane_px(pane));
                 // The right mirror is the last pass of the mirrors. Both door mirrors show the ego's flank at the edge.
                 let last = std::ptr::eq(pane, &panes[2]).then(|| stamps(TimedPass::Mirror)).flatten();
                 let stamps = last.as_ref().map(timing::end_only);
-                let scene = SceneInputs { optics: &optics, ..scene };
+                let scene = SceneInputs { frustum: &frustum, ..scene };
                 cost.mirror += side.draw(e, stamps, &scene, EgoVisibility::Outside, None);
             }
         }

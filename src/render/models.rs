@@ -68,7 +68,7 @@ pub struct ModelMeshes {
 
 impl ModelMeshes {
     /// Uploads the meshes of a static scene.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, stage: &StaticScene) -> Self {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, static_scene: &StaticScene) -> Self {
         let mut vertices: Vec<Vertex> = Vec::new();
         let mut indices: Vec<u32> = Vec::new();
         let mut add = |mesh: &Mesh| {
@@ -80,25 +80,25 @@ impl ModelMeshes {
             ModelMesh { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
         };
         let ground = |mesh| GroundMesh(pieces(mesh).iter().map(&mut add).collect());
-        let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(ground);
-        let tuft = add(&stage.tuft);
-        let lamp = add(&stage.lit_lamp);
-        let bodies = stage.cars.iter().map(|car| {
+        let [road, land, posts] = [&static_scene.road, &static_scene.land, &static_scene.posts].map(ground);
+        let tuft = add(&static_scene.tuft);
+        let lamp = add(&static_scene.lit_lamp);
+        let bodies = static_scene.cars.iter().map(|car| {
             let [near, mid, far] = &car.levels;
             [near, mid, far, &car.plan, &car.shade].map(&mut add)
         });
         let bodies = bodies.collect();
-        let glass = stage.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
-        let Cockpit { bonnet, shelf, cabin, wheel, housings } = &stage.cockpit;
+        let glass = static_scene.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
+        let Cockpit { bonnet, shelf, cabin, wheel, housings } = &static_scene.cockpit;
         let cockpit = [bonnet, shelf, cabin, wheel].map(&mut add);
         let housings = [0, 1, 2, 3].map(|which| add(&housings[which]));
-        let wheels = [0, 1, 2].map(|level| add(&stage.wheels[level]));
+        let wheels = [0, 1, 2].map(|level| add(&static_scene.wheels[level]));
         let pictured = |corners: &[Vec2]| -> Vec<Mesh> {
-            stage.trees.iter().enumerate().map(|(kind, tree)| picture(kind, tree, corners)).collect()
+            static_scene.trees.iter().enumerate().map(|(kind, tree)| picture(kind, tree, corners)).collect()
         };
         let [squares, triangles] = [pictured(&SQUARE), pictured(&TRIANGLE)];
-        let levels = [&stage.trees, &stage.trees_mid, &squares, &stage.trees_shade];
-        let trees = (0..stage.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
+        let levels = [&static_scene.trees, &static_scene.trees_mid, &squares, &static_scene.trees_shade];
+        let trees = (0..static_scene.trees.len()).map(|kind| levels.map(|level| add(&level[kind]))).collect();
         let trees_from_above = triangles.iter().map(&mut add).collect();
         let buffer = |label, bytes: &[u8], usage| {
             // One spare vertex, so that an empty scene is no special case (a buffer may not be empty).

@@ -48,7 +48,7 @@ pub struct SceneInputs<'a> {
     /// Objects, light and weather of the moment.
     pub view: &'a View,
     /// Camera and picture size.
-    pub optics: &'a ViewFrustum,
+    pub frustum: &'a ViewFrustum,
     /// Transforms for looking up shadows.
     pub lights: &'a ShadowLookup,
 }
@@ -232,12 +232,12 @@ impl ScenePass {
         ego: EgoVisibility,
         hidden: Option<[u32; 4]>,
     ) -> PassCost {
-        let SceneInputs { materials, meshes, optics, .. } = *scene;
-        let frame = frame(scene.view, optics, scene.lights);
+        let SceneInputs { materials, meshes, frustum, .. } = *scene;
+        let frame = frame(scene.view, frustum, scene.lights);
         meshes.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         let batches = self.gather(scene, ego);
         let models = &meshes.models;
-        let seen = |centre: Vec3, radius_m: f32| optics.sees(centre, radius_m);
+        let seen = |centre: Vec3, radius_m: f32| frustum.sees(centre, radius_m);
         let instances = &self.instances;
         let clouds = &self.clouds;
         let mut pass = self.targets.begin(encoder, self.label, stamps);
@@ -263,7 +263,7 @@ impl ScenePass {
         models.draw_trees(pass, &batches.trees);
         pass.set_pipeline(&materials.plants.tree);
         models.draw_trees(pass, &batches.trees);
-        let from_above = optics.from_above();
+        let from_above = frustum.from_above();
         let which = usize::from(from_above);
         for pipeline in [&materials.plants.far_cover[which], &materials.plants.impostor[which]] {
             pass.set_pipeline(pipeline);
@@ -273,7 +273,7 @@ impl ScenePass {
         models.tuft.draw(pass, batches.tufts.clone());
         pass.set_pipeline(&materials.ground.road[which]);
         models.road.draw(pass, seen);
-        let afar = from_above && optics.pixels(optics.camera.eye, AFAR_M) <= 1.0;
+        let afar = from_above && frustum.pixels(frustum.camera.eye, AFAR_M) <= 1.0;
         pass.set_pipeline(&materials.ground.land[usize::from(afar)]);
         models.land.draw(pass, seen);
         pass.set_pipeline(&materials.ground.contact);
@@ -294,7 +294,7 @@ impl ScenePass {
 
     /// Collects the cars, trees and tufts of grass in the picture.
     fn gather(&mut self, scene: &SceneInputs, ego: EgoVisibility) -> InstanceBatches {
-        let SceneInputs { meshes, view, optics, .. } = *scene;
+        let SceneInputs { meshes, view, frustum, .. } = *scene;
         let cars = view.cars.iter().filter(|car| ego == EgoVisibility::Outside || !car.is_ego);
         let inside = view.seat.as_ref().filter(|_| ego == EgoVisibility::Inside);
         self.instances.gather(
@@ -302,30 +302,30 @@ impl ScenePass {
             &meshes.models,
             cars,
             SceneContents { forest: Some(&meshes.forest), inside, lamps: &view.lamps },
-            |centre, radius_m| CarDetail::seen(optics, centre, radius_m),
-            |centre, radius_m| match optics.sees(centre, radius_m) {
-                true => TreeDetail::shares(optics.pixels(centre, radius_m) * self.detail, self.samples),
+            |centre, radius_m| CarDetail::seen(frustum, centre, radius_m),
+            |centre, radius_m| match frustum.sees(centre, radius_m) {
+                true => TreeDetail::shares(frustum.pixels(centre, radius_m) * self.detail, self.samples),
                 false => Default::default(),
             },
-            optics.camera.eye,
+            frustum.camera.eye,
             |centre, radius_m| {
-                optics.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
-                    && optics.sees(centre, radius_m)
+                frustum.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
+                    && frustum.sees(centre, radius_m)
             },
         )
     }
 }
 
-fn frame(view: &View, optics: &ViewFrustum, lights: &ShadowLookup) -> Frame {
-    let perspective = if optics.parallel_m().is_some() { 0.0 } else { 1.0 };
-    let [right, up] = optics.spread();
+fn frame(view: &View, frustum: &ViewFrustum, lights: &ShadowLookup) -> Frame {
+    let perspective = if frustum.parallel_m().is_some() { 0.0 } else { 1.0 };
+    let [right, up] = frustum.spread();
     Frame {
-        clip_from_world: optics.clip_from_world().to_cols_array_2d(),
+        clip_from_world: frustum.clip_from_world().to_cols_array_2d(),
         light_from_world: lights.rows.map(|row| row.extend(0.0).to_array()),
         light_scale: lights.scale.map(|scale| scale.extend(0.0).to_array()),
         light_shift: std::array::from_fn(|i| lights.shift[i].extend(lights.layer[i] as f32).to_array()),
-        eye: optics.camera.eye.extend(perspective).to_array(),
-        forward: optics.camera.forward.extend(view.wind_mps).to_array(),
+        eye: frustum.camera.eye.extend(perspective).to_array(),
+        forward: frustum.camera.forward.extend(view.wind_mps).to_array(),
         right: right.extend(0.0).to_array(),
         up: up.extend(0.0).to_array(),
         to_sun_time: view.to_sun.extend(view.time_s).to_array(),

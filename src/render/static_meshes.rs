@@ -31,17 +31,17 @@ pub struct StaticMeshes {
 
 impl StaticMeshes {
     /// Uploads a static scene.
-    pub fn new(gpu: &Gpu, stage: &StaticScene) -> Self {
+    pub fn new(gpu: &Gpu, static_scene: &StaticScene) -> Self {
         let (device, queue) = (&gpu.device, &gpu.queue);
         // Painting on the CPU runs in parallel with the upload of the meshes.
         let ((grain, pictures), models) = rayon::join(
-            || rayon::join(noise_texture::levels, || impostor::paint(&stage.trees)),
-            || rayon::join(|| ModelMeshes::new(device, queue, stage), clouds::prepare).0,
+            || rayon::join(noise_texture::levels, || impostor::paint(&static_scene.trees)),
+            || rayon::join(|| ModelMeshes::new(device, queue, static_scene), clouds::prepare).0,
         );
         Self {
             device: device.clone(),
             queue: CountedQueue::new(queue.clone()),
-            forest: PlacedTrees::new(stage, &models),
+            forest: PlacedTrees::new(static_scene, &models),
             grain: noise_texture::upload(device, queue, &grain),
             leaves: leaf_textures::upload(device, queue),
             far_trees: impostor::upload(device, queue, &pictures),

@@ -70,28 +70,28 @@ impl ViewFrustum {
 mod tests {
     use super::*;
 
-    fn optics(lens: Lens) -> ViewFrustum {
+    fn frustum(lens: Lens) -> ViewFrustum {
         let camera = Camera { eye: Vec3::new(3.0, 2.0, 1.2), forward: Vec3::X, up: Vec3::Z, lens };
         ViewFrustum::new(&camera, [320, 180])
     }
 
     #[test]
     fn the_edges_are_where_the_camera_projects_them() {
-        let optics = optics(Lens::Perspective { fov_x_rad: 1.1 });
-        let [right, up] = optics.spread();
-        let corner = optics.camera.eye + 20.0 * (optics.camera.forward + right + up);
-        let at = optics.camera.project(corner, 320.0 / 180.0).expect("in front");
+        let frustum = frustum(Lens::Perspective { fov_x_rad: 1.1 });
+        let [right, up] = frustum.spread();
+        let corner = frustum.camera.eye + 20.0 * (frustum.camera.forward + right + up);
+        let at = frustum.camera.project(corner, 320.0 / 180.0).expect("in front");
         assert!((at.x - 1.0).abs() < 1e-4 && at.y.abs() < 1e-4, "{at}");
-        assert_eq!(optics.parallel_m(), None);
+        assert_eq!(frustum.parallel_m(), None);
     }
 
     #[test]
     fn a_sphere_has_the_pixels_that_the_projection_gives_it() {
-        let perspective = optics(Lens::Perspective { fov_x_rad: 1.1 });
+        let perspective = frustum(Lens::Perspective { fov_x_rad: 1.1 });
         let centre = perspective.camera.eye + Vec3::X * 30.0;
         let edge = perspective.camera.project(centre - Vec3::Y * 2.0, 320.0 / 180.0).expect("in front");
         assert!((perspective.pixels(centre, 2.0) - (edge.x - 0.5) * 320.0).abs() < 0.05);
-        let plan = optics(Lens::Parallel { half_extent_m: 45.0 });
+        let plan = frustum(Lens::Parallel { half_extent_m: 45.0 });
         assert!((plan.pixels(centre, 2.0) - 4.0).abs() < 1e-3, "180 pixels show 90 m");
         assert_eq!(plan.parallel_m(), Some(80.0));
         assert_eq!(plan.spread(), [Vec3::ZERO; 2]);

@@ -54,8 +54,8 @@ pub(super) struct DriveFacts {
     /// Manifest that the same world writes.
     expected: Manifest,
     /// Text of the summary; `None` if there is none.
-    summary: Option<String>,
-    tally: SummaryAccumulator,
+    summary_text: Option<String>,
+    summary: SummaryAccumulator,
     /// Simulated driver of the recording, and the first tick at which it would have given other controls. `None` unless the
     /// recording names the scenario's driver and there is a participant.
     driver: Option<SimulatedDriver>,
@@ -68,7 +68,7 @@ impl DriveFacts {
         let path = recording.join(SUMMARY);
         let read =
             |path: &Path| read_text(path, SETTINGS_BYTES).map_err(|why| RecordError::File { path: path.into(), why });
-        let summary = is_there(&path)?.then(|| read(&path)).transpose()?;
+        let summary_text = is_there(&path)?.then(|| read(&path)).transpose()?;
         let recorded = Manifest::load(recording)?;
         let simulated = recorded.driver.strip_prefix(SIMULATED);
         let own = simulated.filter(|name| *name == world.scenario().driver && world.scenario().participant);
@@ -77,9 +77,9 @@ impl DriveFacts {
         Ok(Self {
             keys: Manifest::keys(recording)?,
             expected: recording_manifest::manifest(world, recorded.driver.clone(), recorded.graphics.clone()),
-            tally: SummaryAccumulator::new([window_begin_s(summary.as_deref()), f64::INFINITY]),
+            summary: SummaryAccumulator::new([window_begin_s(summary_text.as_deref()), f64::INFINITY]),
             recorded,
-            summary,
+            summary_text,
             driver,
             other_driver: None,
         })
@@ -100,14 +100,14 @@ impl DriveFacts {
 
     /// Adds a tick of the world to the summary.
     pub fn tick(&mut self, world: &World) {
-        self.tally.add(world.snapshot(), world.events());
+        self.summary.add(world.snapshot(), world.events());
     }
 
     /// Returns the facts that differ, after all ticks were driven.
     pub fn end(&self, world: &World) -> Vec<FactDifference> {
         let mut found = Vec::new();
         let (summary, failure) = self.driven_summary(world);
-        if let Some(text) = &self.summary {
+        if let Some(text) = &self.summary_text {
             compare_summary(text, &summary, &mut found);
         }
         let mut expected = self.expected.clone();
@@ -126,21 +126,21 @@ impl DriveFacts {
 
     /// Returns the summary that the same drive writes, and the recorded failure, if any, which is not driven again.
     fn driven_summary(&self, world: &World) -> (Value, Option<String>) {
-        let mut tally = self.tally.clone();
-        let recorded = self.summary.as_deref().and_then(|text| serde_json::from_str::<Value>(text).ok());
+        let mut summary = self.summary.clone();
+        let recorded = self.summary_text.as_deref().and_then(|text| serde_json::from_str::<Value>(text).ok());
         let failure =
             recorded.filter(|_| world.ended().is_none()).and_then(|value| Some(value["failure"].as_str()?.to_owned()));
         if let Some(why) = &failure {
-            tally.fail(why.clone());
+            summary.fail(why.clone());
         }
-        (serde_json::to_value(tally.summary()).expect("numbers and words"), failure)
+        (serde_json::to_value(summary.to_summary()).expect("numbers and words"), failure)
     }
 
     /// Returns the manifest's text on the end that the same drive writes.
     fn driven_end(&self, failure: Option<String>) -> String {
-        let mut tally = self.tally.clone();
-        failure.into_iter().for_each(|why| tally.fail(why));
-        let driven = tally.summary().end_in_words();
+        let mut summary = self.summary.clone();
+        failure.into_iter().for_each(|why| summary.fail(why));
+        let driven = summary.to_summary().end_in_words();
         let said = self.recorded.ended.clone().unwrap_or_default();
         let is_of_a_cut = said == "cut" || said.starts_with("recording failed: ");
         if self.is_cut() && is_of_a_cut { said } else { driven }
@@ -170,11 +170,11 @@ impl DriveFacts {
         }
         if self.is_cut() {
             stated.push("state and ended (the drive was cut)");
-        } else if self.tally.summary().ended.is_none() {
+        } else if self.summary.to_summary().ended.is_none() {
             stated.push("ended (somebody or a failure ended the drive)");
         }
         let manifest = Evidence::driving(manifest::FILE, format!("stated: {}", stated.join(", ")));
-        [Some(manifest), self.summary.is_some().then(|| Evidence::driving(SUMMARY, String::new()))]
+        [Some(manifest), self.summary_text.is_some().then(|| Evidence::driving(SUMMARY, String::new()))]
             .into_iter()
             .flatten()
             .collect()

@@ -80,7 +80,7 @@ pub struct Replay {
     /// Ticks at which the ego was put back on its lane, in descending order.
     put_back: Vec<u64>,
     controls: Controls,
-    verdict: ReplayReport,
+    report: ReplayReport,
 }
 
 impl Replay {
@@ -107,7 +107,7 @@ impl Replay {
             ticks,
             put_back: put_back(recording)?,
             controls: Controls::default(),
-            verdict: ReplayReport { changes, is_empty: ticks == 0, ..ReplayReport::default() },
+            report: ReplayReport { changes, is_empty: ticks == 0, ..ReplayReport::default() },
         })
     }
 
@@ -128,7 +128,7 @@ impl Replay {
 
     /// Checks whether all recorded ticks have been driven.
     pub fn over(&self) -> bool {
-        self.verdict.ticks >= self.len()
+        self.report.ticks >= self.len()
     }
 
     /// Drives `ticks` further, at most to the end of the recording.
@@ -140,9 +140,9 @@ impl Replay {
             if self.over() {
                 break;
             }
-            let due = Tick(self.verdict.ticks + 1);
+            let due = Tick(self.report.ticks + 1);
             let Some(controls) = self.recorded.controls(due)? else {
-                (self.verdict.hole, self.ticks) = (Some(due), self.verdict.ticks);
+                (self.report.hole, self.ticks) = (Some(due), self.report.ticks);
                 break;
             };
             self.controls = controls;
@@ -155,19 +155,19 @@ impl Replay {
             self.drive.frame(Duration::ZERO, |_| controls, |_, _| ())?;
             self.recorded.tick(&self.drive.world, &controls)?;
             self.facts.tick(&self.drive.world);
-            self.verdict.ticks += 1;
+            self.report.ticks += 1;
         }
         if self.over() {
             self.end()?;
         }
-        if let (None, Some(first)) = (&self.verdict.difference, self.recorded.first()) {
-            self.verdict.first_difference = Some(first.tick.0);
-            self.verdict.difference = Some(first.clone());
+        if let (None, Some(first)) = (&self.report.difference, self.recorded.first()) {
+            self.report.first_difference = Some(first.tick.0);
+            self.report.difference = Some(first.clone());
         }
-        self.verdict.cells = self.recorded.cells();
-        self.verdict.columns.clone_from(self.recorded.columns());
-        if self.over() && self.verdict.is_proven() {
-            self.verdict.files = evidence::of(&self.folder, self.drive.world.scenario(), &self.facts)?;
+        self.report.cells = self.recorded.cells();
+        self.report.columns.clone_from(self.recorded.columns());
+        if self.over() && self.report.is_proven() {
+            self.report.files = evidence::of(&self.folder, self.drive.world.scenario(), &self.facts)?;
         }
         Ok(())
     }
@@ -175,7 +175,7 @@ impl Replay {
     /// Compares surplus rows and the facts of the whole drive, after all ticks were driven.
     fn end(&mut self) -> Result<(), RunError> {
         self.recorded.end(Tick(self.ticks), self.facts.is_cut())?;
-        self.verdict.facts = self.facts.end(&self.drive.world);
+        self.report.facts = self.facts.end(&self.drive.world);
         Ok(())
     }
 
@@ -185,8 +185,8 @@ impl Replay {
     }
 
     /// Returns the result so far.
-    pub fn verdict(&self) -> &ReplayReport {
-        &self.verdict
+    pub fn report(&self) -> &ReplayReport {
+        &self.report
     }
 }
 
@@ -261,14 +261,14 @@ mod tests {
 
         let mut replay = Replay::open(&path).unwrap();
         replay.advance(u64::MAX).unwrap();
-        assert!(replay.verdict().is_proven() && replay.verdict().ticks == 1200, "{:?}", replay.verdict());
+        assert!(replay.report().is_proven() && replay.report().ticks == 1200, "{:?}", replay.report());
         // The table is replaced by that of another drive; everything else stays.
         let other = recorded(&folder.path().join("other"), &Scenario { driver: "sloppy".into(), ..three_advised() });
         std::fs::copy(Table::Advised.parquet(&other), Table::Advised.parquet(&path)).unwrap();
         let mut replay = Replay::open(&path).unwrap();
         replay.advance(u64::MAX).unwrap();
-        let (verdict, difference) = (replay.verdict(), replay.verdict().difference.clone().unwrap());
-        assert!(verdict.cells > 1000 && difference.table == Table::Advised, "{verdict:?}");
+        let (report, difference) = (replay.report(), replay.report().difference.clone().unwrap());
+        assert!(report.cells > 1000 && difference.table == Table::Advised, "{report:?}");
     }
 
     #[test]
@@ -284,7 +284,7 @@ mod tests {
         assert_eq!((rows(Table::Ego), rows(Table::Advised), rows(Table::Signals)), (Some(600), Some(120), None));
         let mut replay = Replay::open(&path).unwrap();
         replay.advance(u64::MAX).unwrap();
-        assert!(replay.verdict().is_proven() && replay.verdict().ticks == 600, "{:?}", replay.verdict());
+        assert!(replay.report().is_proven() && replay.report().ticks == 600, "{:?}", replay.report());
     }
 
     #[test]
@@ -299,7 +299,7 @@ mod tests {
             ..Scenario::default()
         };
         let mut world = World::new(&scenario).unwrap();
-        let mut tally = crate::sim::SummaryAccumulator::new([0.0, f64::INFINITY]);
+        let mut summary = crate::sim::SummaryAccumulator::new([0.0, f64::INFINITY]);
         let mut recorder =
             recording_manifest::begin(&path, &world, recording_manifest::manifest(&world, "test".into(), None))
                 .unwrap();
@@ -310,14 +310,14 @@ mod tests {
                 wished += u32::from(world.put_back().is_ok());
             }
             world.tick(&away).unwrap();
-            tally.add(world.snapshot(), world.events());
+            summary.add(world.snapshot(), world.events());
             recorder.tick(&world, &away).unwrap();
         }
-        recorder.finish(&tally.summary()).unwrap();
+        recorder.finish(&summary.to_summary()).unwrap();
         assert!(wished > 1, "left the road and was put back {wished} times");
         let mut replay = Replay::open(&path).unwrap();
         assert_eq!(replay.put_back.len(), wished as usize);
         replay.advance(u64::MAX).unwrap();
-        assert!(replay.verdict().is_proven() && replay.verdict().ticks == 1200, "{:?}", replay.verdict());
+        assert!(replay.report().is_proven() && replay.report().ticks == 1200, "{:?}", replay.report());
     }
 }

@@ -12,7 +12,7 @@ use crate::{
 /// Off-screen renderer of a replay.
 pub struct ReplayRenderer {
     gpu: Gpu,
-    stage: StaticScene,
+    static_scene: StaticScene,
     renderer: Renderer,
     instruments: Speedometer,
     kind: ViewKind,
@@ -28,14 +28,14 @@ impl ReplayRenderer {
     pub fn new(replay: &Replay, kind: ViewKind, size: [u32; 2]) -> Result<Self, RunError> {
         let world = replay.world();
         let gpu = Gpu::headless()?;
-        let stage = StaticScene::build(world.map(), world.scenario().seed);
+        let static_scene = StaticScene::build(world.map(), world.scenario().seed);
         let level = match world.scenario().display.quality {
             QualityLevel::Auto => QualityLevel::Medium,
             level => level,
         };
-        let renderer = Renderer::new(&gpu, &stage, OFFSCREEN, quality_for(level, &gpu));
+        let renderer = Renderer::new(&gpu, &static_scene, OFFSCREEN, quality_for(level, &gpu));
         let instruments = Speedometer::new(world);
-        Ok(Self { gpu, stage, renderer, instruments, kind, size })
+        Ok(Self { gpu, static_scene, renderer, instruments, kind, size })
     }
 
     /// Draws the present tick.
@@ -45,7 +45,7 @@ impl ReplayRenderer {
     pub fn draw(&mut self, replay: &Replay) -> Result<image::RgbaImage, RunError> {
         let world = replay.world();
         let options = view_options(world.scenario());
-        let mut view = scene::view(world.snapshot(), 1.0, self.kind, &options, &self.stage);
+        let mut view = scene::view(world.snapshot(), 1.0, self.kind, &options, &self.static_scene);
         view.dial = self.kind.has_dial().then(|| self.instruments.read(world.snapshot()));
         Ok(render_to_image(&self.gpu, &mut self.renderer, &view, self.size)?)
     }

@@ -181,17 +181,17 @@ mod tests {
 
     #[test]
     fn a_time_between_two_steps_interpolates_their_positions() {
-        let mut film = SnapshotTimeline::new(snapshot(0), 0.1);
+        let mut timeline = SnapshotTimeline::new(snapshot(0), 0.1);
         for step in 1..=10 {
-            film.push(snapshot(step * 10));
+            timeline.push(snapshot(step * 10));
         }
         // The drive was stopped within a step.
-        film.push(snapshot(104));
-        assert_eq!(film.end_s(), 1.04);
+        timeline.push(snapshot(104));
+        assert_eq!(timeline.end_s(), 1.04);
         for (time_s, x) in
             [(0.0, 0.0), (0.03, 3.0), (0.1, 10.0), (0.55, 55.0), (1.02, 102.0), (1.04, 104.0), (9.0, 104.0)]
         {
-            let (now, fraction) = film.at(time_s);
+            let (now, fraction) = timeline.at(time_s);
             let at = now.ego_before.position.lerp(now.ego.position, f64::from(fraction)).x;
             assert!((at - x).abs() < 1e-4, "{time_s}: {at}");
             assert!((now.ego.speed_mps - x / 100.0).abs() < 1e-4, "{time_s}");
@@ -200,15 +200,15 @@ mod tests {
 
     #[test]
     fn a_timeline_of_many_hours_is_bounded_and_shows_every_moment() {
-        let mut film = SnapshotTimeline::new(snapshot(0), 0.1);
-        film.room = 72_000;
+        let mut timeline = SnapshotTimeline::new(snapshot(0), 0.1);
+        timeline.room = 72_000;
         for step in 1..=200_001 {
-            film.push(snapshot(step * 10));
-            assert!(film.steps.len() <= 72_000);
+            timeline.push(snapshot(step * 10));
+            assert!(timeline.steps.len() <= 72_000);
         }
-        assert_eq!((film.stride, film.end_s()), (4, Tick(2_000_010).seconds()));
+        assert_eq!((timeline.stride, timeline.end_s()), (4, Tick(2_000_010).seconds()));
         for time_s in [0.0, 0.13, 7_000.27, 19_999.9, 20_000.05, 20_000.1] {
-            let (now, fraction) = film.at(time_s);
+            let (now, fraction) = timeline.at(time_s);
             let at = now.ego_before.position.lerp(now.ego.position, f64::from(fraction)).x;
             assert!((at - 100.0 * time_s).abs() < 0.1, "{time_s}: {at}");
         }

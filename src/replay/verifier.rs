@@ -29,9 +29,9 @@ pub struct ReplayHeader {
 /// Progress of the replay so far.
 pub struct VerificationProgress {
     /// Snapshots of the drive for display.
-    pub film: SnapshotTimeline,
+    pub timeline: SnapshotTimeline,
     /// Result of the proof so far.
-    pub verdict: ReplayReport,
+    pub report: ReplayReport,
     /// Failure that ended the replay before the end of the recording.
     pub failure: Option<RunError>,
 }
@@ -62,8 +62,8 @@ impl Verifier {
                     instruments: Speedometer::new(world),
                     end: Tick(replay.len()),
                 };
-                let film = SnapshotTimeline::new(world.snapshot().clone(), world.scenario().step_s);
-                let known = VerificationProgress { film, verdict: replay.verdict().clone(), failure: None };
+                let timeline = SnapshotTimeline::new(world.snapshot().clone(), world.scenario().step_s);
+                let known = VerificationProgress { timeline, report: replay.report().clone(), failure: None };
                 let known = Arc::new(Mutex::new(known));
                 if opened.send(Ok((facts, Arc::clone(&known)))).is_ok() {
                     drive(replay, &known, &theirs);
@@ -106,9 +106,9 @@ fn drive(mut replay: Replay, known: &Mutex<VerificationProgress>, stop: &AtomicB
         let driven = replay.advance(step);
         let snapshot = replay.world().snapshot().clone();
         let mut known = lock(known);
-        known.verdict.clone_from(replay.verdict());
+        known.report.clone_from(replay.report());
         match driven {
-            Ok(()) => known.film.push(snapshot),
+            Ok(()) => known.timeline.push(snapshot),
             Err(error) => {
                 known.failure = Some(error);
                 return;

@@ -122,15 +122,16 @@ pub fn what_if(
     let instead = run.summary();
     let other = (format!("simulated: {}", changed.driver), run.world().policy().name.clone());
     drop(run);
-    let (mut replay, mut tally) = (Replay::of(recording, &scenario)?, SummaryAccumulator::new([0.0, f64::INFINITY]));
+    let (mut replay, mut summary) = (Replay::of(recording, &scenario)?, SummaryAccumulator::new([0.0, f64::INFINITY]));
     while !replay.over() && !stop.load(Ordering::Relaxed) {
         replay.advance(1)?;
-        tally.add(replay.world().snapshot(), replay.world().events());
+        summary.add(replay.world().snapshot(), replay.world().events());
         driven(1);
     }
-    let is_proven = replay.verdict().is_proven();
+    let is_proven = replay.report().is_proven();
     let policies = [replay.world().policy().name.clone(), other.1].map(|name| inputs::last(&name).to_owned());
-    let pair = WhatIfComparison { drivers: [driver, other.0], policies, is_proven, recorded: tally.summary(), instead };
+    let pair =
+        WhatIfComparison { drivers: [driver, other.0], policies, is_proven, recorded: summary.to_summary(), instead };
     Ok((!stop.load(Ordering::Relaxed)).then_some(pair))
 }
 
@@ -178,7 +179,7 @@ mod tests {
     #[test]
     fn the_table_names_both_drivers_and_the_sign_of_the_difference() {
         let of = |mean_mps: f64| {
-            let mut summary = SummaryAccumulator::new([0.0, 1.0]).summary();
+            let mut summary = SummaryAccumulator::new([0.0, 1.0]).to_summary();
             summary.mean_speed_mps = Some(mean_mps);
             summary
         };

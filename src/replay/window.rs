@@ -61,8 +61,8 @@ pub fn run(options: &ReplayOptions) -> Result<(ReplayReport, u64), RunError> {
     let mut live = ReplayedDrive::new(verifier, opened, marks, options);
     let (_, ended) = event_loop::run::<ReplayWindows>(event_loop, &mut live, &options.stop);
     ended?;
-    let verdict = live.verifier.known().verdict.clone();
-    Ok((verdict, end.0))
+    let report = live.verifier.known().report.clone();
+    Ok((report, end.0))
 }
 
 /// Number of distinct places on the seek bar; longer drives are thinned to it.
@@ -125,12 +125,12 @@ impl SeekBarMarks {
 struct ReplayedDrive {
     verifier: Verifier,
     /// Result of the proof and time driven, s, when last read.
-    verdict: ReplayReport,
+    report: ReplayReport,
     known_s: f64,
     playback: Playback,
     marks: SeekBarMarks,
     scenario: Scenario,
-    stage: StaticScene,
+    static_scene: StaticScene,
     options: ViewOptions,
     instruments: Speedometer,
     kind: ViewKind,
@@ -144,11 +144,11 @@ impl ReplayedDrive {
         playback.seek(options.at_s);
         Self {
             verifier,
-            verdict: ReplayReport::default(),
+            report: ReplayReport::default(),
             known_s: 0.0,
             playback,
             marks,
-            stage: StaticScene::with_trees(&map, scenario.seed, scenario.display.trees as usize),
+            static_scene: StaticScene::with_trees(&map, scenario.seed, scenario.display.trees as usize),
             options: view_options(&scenario),
             scenario,
             instruments,
@@ -163,14 +163,14 @@ impl ReplayedDrive {
         if let Some(error) = known.failure.take() {
             return Err(error);
         }
-        self.known_s = known.film.end_s();
-        self.verdict.clone_from(&known.verdict);
+        self.known_s = known.timeline.end_s();
+        self.report.clone_from(&known.report);
         Ok(())
     }
 
     fn view(&mut self) -> View {
-        let (snapshot, fraction) = self.verifier.known().film.at(self.playback.time_s);
-        let mut view = scene::view(&snapshot, fraction, self.kind, &self.options, &self.stage);
+        let (snapshot, fraction) = self.verifier.known().timeline.at(self.playback.time_s);
+        let mut view = scene::view(&snapshot, fraction, self.kind, &self.options, &self.static_scene);
         view.dial = self.kind.has_dial().then(|| self.instruments.read(&snapshot));
         view
     }
@@ -193,7 +193,7 @@ impl ReplayedDrive {
     }
 
     fn seek_bar(&self, ui: &mut egui::Ui) -> (Vec<SeekBarCommand>, f32) {
-        let proof = proof(&self.verdict, self.end.0);
+        let proof = proof(&self.report, self.end.0);
         let state = SeekBarState {
             time_s: self.playback.time_s,
             end_s: self.playback.end_s,
@@ -210,29 +210,29 @@ impl ReplayedDrive {
             speeds: &self.marks.speeds,
             events: &self.marks.events,
             proof: &proof,
-            differs: !self.verdict.is_proven(),
+            differs: !self.report.is_proven(),
         };
         seek_bar::show(ui, &state)
     }
 }
 
 /// Returns the result of the proof as a line of text.
-fn proof(verdict: &ReplayReport, all: u64) -> String {
-    if verdict.is_empty {
+fn proof(report: &ReplayReport, all: u64) -> String {
+    if report.is_empty {
         return "nothing to compare: the recording has no tick".into();
     }
-    if let [first, more @ ..] = verdict.changes.as_slice() {
+    if let [first, more @ ..] = report.changes.as_slice() {
         let others = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
         return format!("changed since it was recorded: {}{others}", first.file);
     }
-    if let Some(tick) = verdict.hole {
+    if let Some(tick) = report.hole {
         return format!("rows are missing from {:.2} s on", tick.seconds());
     }
-    match verdict.first_difference {
-        None if !verdict.facts.is_empty() => format!("not as driven: {}", verdict.facts[0]),
+    match report.first_difference {
+        None if !report.facts.is_empty() => format!("not as driven: {}", report.facts[0]),
         Some(tick) => format!("not as recorded from {:.2} s on", Tick(tick).seconds()),
-        None if verdict.ticks >= all => format!("proven: all {all} ticks are the same to the bit"),
-        None => format!("proven to {:.0} s: the same to the bit", Tick(verdict.ticks).seconds()),
+        None if report.ticks >= all => format!("proven: all {all} ticks are the same to the bit"),
+        None => format!("proven to {:.0} s: the same to the bit", Tick(report.ticks).seconds()),
     }
 }
 
@@ -291,14 +291,14 @@ struct ReplayWindows<'a> {
 }
 
 impl<'a> Windows for ReplayWindows<'a> {
-    type Parts = &'a mut ReplayedDrive;
+    type WindowParts = &'a mut ReplayedDrive;
 
     fn open(event_loop: &ActiveEventLoop, live: &'a mut ReplayedDrive) -> Result<Self, RunError> {
         let title = format!("codrive replay: {}", live.scenario.map);
         let mut picture = DriverWindow::open(event_loop, &WindowSetup { title, ..WindowSetup::default() })?;
         theme::apply(picture.ctx());
         let view = live.view();
-        picture.stage(&live.stage, &view, live.scenario.display.quality)?;
+        picture.set_static_scene(&live.static_scene, &view, live.scenario.display.quality)?;
         Ok(Self { live, picture, last: now(), modifiers: ModifiersState::default(), help_open: false })
     }
 
@@ -371,15 +371,15 @@ mod tests {
 
     #[test]
     fn the_proof_is_described_as_far_as_it_goes() {
-        let verdict = |ticks, first_difference| ReplayReport { ticks, first_difference, ..ReplayReport::default() };
-        assert_eq!(proof(&verdict(1200, None), 3000), "proven to 12 s: the same to the bit");
-        assert_eq!(proof(&verdict(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
-        assert_eq!(proof(&verdict(3000, Some(250)), 3000), "not as recorded from 2.50 s on");
+        let report = |ticks, first_difference| ReplayReport { ticks, first_difference, ..ReplayReport::default() };
+        assert_eq!(proof(&report(1200, None), 3000), "proven to 12 s: the same to the bit");
+        assert_eq!(proof(&report(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
+        assert_eq!(proof(&report(3000, Some(250)), 3000), "not as recorded from 2.50 s on");
         let change = |file: &str| AlteredFile { file: file.into(), what: String::new() };
         let changes = vec![change("ego.parquet"), change("manifest.json")];
-        let changed = ReplayReport { changes, ..verdict(3000, None) };
+        let changed = ReplayReport { changes, ..report(3000, None) };
         assert_eq!(proof(&changed, 3000), "changed since it was recorded: ego.parquet and 1 more");
-        let cut = ReplayReport { hole: Some(Tick(51)), ..verdict(50, None) };
+        let cut = ReplayReport { hole: Some(Tick(51)), ..report(50, None) };
         assert_eq!(proof(&cut, 3000), "rows are missing from 0.51 s on");
     }
 

@@ -1,4 +1,4 @@
-//! Building meshes. In: loose triangles with a finish ([`TriangleSoup`]). Out: a [`Mesh`] with shared corners and smooth
+//! Building meshes. In: loose triangles with a finish ([`TriangleList`]). Out: a [`Mesh`] with shared corners and smooth
 //! normals, sharp where the surface bends more than its crease angle. Metres; counter-clockwise seen from outside.
 
 use super::{Material, Mesh, Vertex, point_key::PointKey};
@@ -28,7 +28,7 @@ impl SurfaceFinish {
 
 /// Triangles that share nothing yet.
 #[derive(Clone, Debug, Default)]
-pub(super) struct TriangleSoup {
+pub(super) struct TriangleList {
     triangles: Vec<([Vec3; 3], SurfaceFinish)>,
 }
 
@@ -38,7 +38,7 @@ type MeshCornerKey = (PointKey, PointKey, [u32; 4]);
 /// Corners closer than this are one corner, metres.
 const WELD_M: f32 = 1e-4;
 
-impl TriangleSoup {
+impl TriangleList {
     /// One triangle, counter-clockwise; slivers without area are left out.
     pub fn triangle(&mut self, corners: [Vec3; 3], finish: SurfaceFinish) {
         let [a, b, c] = corners.map(key);
@@ -138,7 +138,7 @@ impl TriangleSoup {
         }
     }
 
-    /// Takes in all triangles of another soup.
+    /// Takes in all triangles of another list.
     pub fn append(&mut self, other: Self) {
         self.triangles.extend(other.triangles);
     }
@@ -315,17 +315,17 @@ pub(super) mod tests {
     #[test]
     fn a_box_is_closed_and_sharp_and_a_ball_is_closed_and_smooth() {
         let finish = SurfaceFinish::grey(Material::Matt, 0.5);
-        let mut soup = TriangleSoup::default();
-        soup.cuboid(Vec3::ONE, Vec3::new(1.0, 2.0, 3.0), finish);
-        let cuboid = soup.into_mesh(0.7);
+        let mut triangles = TriangleList::default();
+        triangles.cuboid(Vec3::ONE, Vec3::new(1.0, 2.0, 3.0), finish);
+        let cuboid = triangles.into_mesh(0.7);
         check(&cuboid, "box");
         assert_eq!((cuboid.vertices.len(), cuboid.triangles(), open_edges(&cuboid)), (24, 12, 0));
         assert!((volume_m3(&cuboid) - 48.0).abs() < 1e-3);
         assert!(worst_agreement(&cuboid) > 0.9999);
 
-        let mut soup = TriangleSoup::default();
-        soup.ellipsoid(Vec3::ZERO, Vec3::ONE, [16, 24], |_| finish);
-        let ball = soup.into_mesh(0.7);
+        let mut triangles = TriangleList::default();
+        triangles.ellipsoid(Vec3::ZERO, Vec3::ONE, [16, 24], |_| finish);
+        let ball = triangles.into_mesh(0.7);
         check(&ball, "ball");
         assert_eq!(open_edges(&ball), 0);
         assert!((volume_m3(&ball) - 4.19).abs() < 0.15, "{}", volume_m3(&ball));

@@ -90,13 +90,14 @@ mod tests {
     use super::*;
     use crate::scene::Material;
     use crate::scene::mesh::tests::{check, faces};
-    use crate::scene::mesh::{SurfaceFinish, TriangleSoup};
+    use crate::scene::mesh::{SurfaceFinish, TriangleList};
 
     #[test]
     fn a_ball_becomes_a_lump_of_the_same_size_that_faces_outwards() {
-        let mut soup = TriangleSoup::default();
-        soup.ellipsoid(Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0), [24, 48], |_| SurfaceFinish::grey(Material::Paint, 0.5));
-        let fine = soup.into_mesh(0.7);
+        let mut triangles = TriangleList::default();
+        triangles
+            .ellipsoid(Vec3::ZERO, Vec3::new(2.0, 1.0, 1.0), [24, 48], |_| SurfaceFinish::grey(Material::Paint, 0.5));
+        let fine = triangles.into_mesh(0.7);
         let lump = coarse(&fine, Vec3::splat(0.4), KeptCorner::Outermost);
         check(&lump, "lump");
         assert!(lump.triangles() * 5 < fine.triangles(), "{} of {}", lump.triangles(), fine.triangles());

@@ -128,47 +128,53 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn one_seed_makes_one_stage_and_another_seed_another() {
+    fn one_seed_makes_one_scene_and_another_seed_another() {
         let map = ring(250.0);
-        let stage = StaticScene::build(&map, 7);
-        assert!(stage == StaticScene::build(&map, 7), "same seed, same stage");
-        assert!(stage.tree_places != StaticScene::build(&map, 8).tree_places);
+        let static_scene = StaticScene::build(&map, 7);
+        assert!(static_scene == StaticScene::build(&map, 7), "same seed, same stage");
+        assert!(static_scene.tree_places != StaticScene::build(&map, 8).tree_places);
         assert_eq!(StaticScene::with_trees(&map, 7, 100).tree_places.len(), 100);
     }
 
     #[test]
     fn every_mesh_is_sound() {
         for map in [ring(250.0), circuit()] {
-            let stage = StaticScene::build(&map, 1);
+            let static_scene = StaticScene::build(&map, 1);
             // Windows of vehicles other than cars are part of their bodies.
             let glass =
                 |car: &'_ CarModel| car.glass.iter().filter(|glass| !glass.indices.is_empty()).cloned().collect();
-            let glass: Vec<Vec<crate::scene::Mesh>> = stage.cars.iter().map(glass).collect();
+            let glass: Vec<Vec<crate::scene::Mesh>> = static_scene.cars.iter().map(glass).collect();
             assert_eq!(glass.iter().map(Vec::len).sum::<usize>(), 6, "three styles of cars at two levels");
-            let cars = stage.cars.iter().flat_map(|car| &car.levels).chain(glass.iter().flatten());
-            let all =
-                [&stage.road, &stage.land, &stage.cockpit.bonnet, &stage.cockpit.shelf, &stage.tuft, &stage.posts];
+            let cars = static_scene.cars.iter().flat_map(|car| &car.levels).chain(glass.iter().flatten());
+            let all = [
+                &static_scene.road,
+                &static_scene.land,
+                &static_scene.cockpit.bonnet,
+                &static_scene.cockpit.shelf,
+                &static_scene.tuft,
+                &static_scene.posts,
+            ];
             for mesh in all
                 .into_iter()
-                .chain(&stage.wheels)
+                .chain(&static_scene.wheels)
                 .chain(cars)
-                .chain(&stage.trees)
-                .chain(&stage.trees_mid)
-                .chain(&stage.trees_shade)
+                .chain(&static_scene.trees)
+                .chain(&static_scene.trees_mid)
+                .chain(&static_scene.trees_shade)
             {
                 crate::scene::mesh::tests::check(mesh, "stage");
             }
-            assert!(stage.land.triangles() < 60_000, "{}", stage.land.triangles());
+            assert!(static_scene.land.triangles() < 60_000, "{}", static_scene.land.triangles());
         }
     }
 
     #[test]
     fn the_circle_of_the_birds_eye_view_holds_the_road() {
         for map in [ring(250.0), circuit()] {
-            let stage = StaticScene::build(&map, 1);
+            let static_scene = StaticScene::build(&map, 1);
             for k in 0..200 {
                 let point = map.route.point_at(map.route.length_m() * f64::from(k) / 200.0).as_vec2();
-                assert!(point.distance(stage.centre) <= stage.radius_m - 1.5);
+                assert!(point.distance(static_scene.centre) <= static_scene.radius_m - 1.5);
             }
         }
     }

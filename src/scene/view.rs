@@ -26,10 +26,16 @@ use std::f64::consts::TAU;
 const WIND_S: f64 = 36_000.0;
 
 /// The picture at `fraction` (0..1) of the way from the tick before the snapshot to the snapshot.
-pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOptions, stage: &StaticScene) -> View {
-    let ego = EgoAt::new(snapshot, fraction, stage.origin);
+pub fn view(
+    snapshot: &Snapshot,
+    fraction: f32,
+    kind: ViewKind,
+    options: &ViewOptions,
+    static_scene: &StaticScene,
+) -> View {
+    let ego = EgoAt::new(snapshot, fraction, static_scene.origin);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
-    cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), stage)));
+    cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), static_scene)));
     let full = options.cockpit == CockpitView::Full;
     let seat = (options.cockpit != CockpitView::Off && kind == ViewKind::Driver).then(|| {
         let rotation = ego.steadied(options.body_motion);
@@ -44,8 +50,8 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
     let camera = match kind {
         ViewKind::Driver => driver_camera(&ego, options),
         ViewKind::Mirror => mirror_camera(&ego, options),
-        ViewKind::Birdseye => birdseye_camera(&ego, options, stage),
-        ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32, stage),
+        ViewKind::Birdseye => birdseye_camera(&ego, options, static_scene),
+        ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32, static_scene),
     };
     let before_s = (1.0 - f64::from(fraction)) * crate::time::TICK_S;
     let now_s = (snapshot.tick.seconds() - before_s).max(0.0);
@@ -53,7 +59,7 @@ pub fn view(snapshot: &Snapshot, fraction: f32, kind: ViewKind, options: &ViewOp
         kind,
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
-        lamps: lit_lamps(snapshot, &cars, kind, now_s, stage),
+        lamps: lit_lamps(snapshot, &cars, kind, now_s, static_scene),
         cars,
         seat,
         to_sun: options.to_sun(),
@@ -125,12 +131,12 @@ impl EgoAt {
     }
 }
 
-fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &StaticScene) -> CarInstance {
+fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_scene: &StaticScene) -> CarInstance {
     let pose = car.pose_before.lerp(&car.pose, f64::from(fraction));
-    let pose = Pose { position: pose.position - stage.origin.truncate(), ..pose };
-    let height_m = car.height_m - stage.origin.z;
+    let pose = Pose { position: pose.position - static_scene.origin.truncate(), ..pose };
+    let height_m = car.height_m - static_scene.origin.z;
     let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
-    let shape = vehicles::shape(&car.body, &stage.hubs);
+    let shape = vehicles::shape(&car.body, &static_scene.hubs);
     let radius_m = WHEEL_RADIUS_M * shape.wheel_scale.x;
     let spin = ((car.odometer_m - rest_m) / f64::from(radius_m)).rem_euclid(TAU);
     // Ackermann: the angle that rolls the vehicle round the bend under its centre.
@@ -140,7 +146,7 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &S
     let mut rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
     // Along the road's slope, with all wheels on it.
     // SUMO's height is that of the road under the front.
-    let (road_m, grade) = stage.road_at(pose, height_m).unwrap_or((height_m as f32, 0.0));
+    let (road_m, grade) = static_scene.road_at(pose, height_m).unwrap_or((height_m as f32, 0.0));
     rotation *= Quat::from_rotation_y(-grade.atan());
     CarInstance {
         position: pose.position.as_vec2().extend(road_m),
@@ -153,7 +159,7 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], stage: &S
         wheel_scale: shape.wheel_scale,
         steer_rad: (wheelbase_m * bend_per_m).atan(),
         spin_rad: spin as f32,
-        style: shape.style.unwrap_or_else(|| style(car.id)).min(stage.cars.len().saturating_sub(1)),
+        style: shape.style.unwrap_or_else(|| style(car.id)).min(static_scene.cars.len().saturating_sub(1)),
         plate: number_plate::number(car.id.0),
         is_ego: false,
     }
@@ -186,19 +192,19 @@ fn lit_lamps(
     cars: &[CarInstance],
     kind: ViewKind,
     now_s: f64,
-    stage: &StaticScene,
+    static_scene: &StaticScene,
 ) -> Vec<LitLamp> {
     let mut lamps = Vec::new();
-    if !stage.signal_heads.is_empty() {
-        let known = stage.signal_heads.iter().any(|head| !snapshot.signals.letters(head.signal).is_empty());
+    if !static_scene.signal_heads.is_empty() {
+        let known = static_scene.signal_heads.iter().any(|head| !snapshot.signals.letters(head.signal).is_empty());
         let by_program;
         let states = if known {
             &snapshot.signals
         } else {
-            by_program = SignalStates::by_first_program(&stage.network, now_s);
+            by_program = SignalStates::by_first_program(&static_scene.network, now_s);
             &by_program
         };
-        lamps.extend(stage.signal_heads.iter().flat_map(|head| head.lit(states, now_s)));
+        lamps.extend(static_scene.signal_heads.iter().flat_map(|head| head.lit(states, now_s)));
     }
     // From its own seat nobody sees the ego's.
     let is_from_outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);
@@ -210,7 +216,7 @@ fn lit_lamps(
         if (!lit.left && !lit.right) || phase.fract() > BLINK_ON {
             continue;
         }
-        let shape = vehicles::shape(&body, &stage.hubs);
+        let shape = vehicles::shape(&body, &static_scene.hubs);
         for (side, _) in [(1.0, lit.left), (-1.0, lit.right)].into_iter().filter(|(_, lit)| *lit) {
             for (at, facing) in shape.indicators.into_iter().zip([Vec3::X, Vec3::NEG_X]) {
                 lamps.push(LitLamp {
@@ -259,13 +265,13 @@ fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
 /// Height of the bird's-eye camera above the ground, metres: above every hill and tree.
 const BIRDSEYE_HEIGHT_M: f32 = 400.0;
 
-fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, stage: &StaticScene) -> Camera {
+fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, static_scene: &StaticScene) -> Camera {
     let (centre, half_extent_m) = match options.birdseye_follow_m {
         Some(half_extent_m) => (ego.position.truncate(), half_extent_m),
-        None => (stage.centre, stage.radius_m * 1.06 + 4.0),
+        None => (static_scene.centre, static_scene.radius_m * 1.06 + 4.0),
     };
     Camera {
-        eye: centre.extend(BIRDSEYE_HEIGHT_M + stage.highest_m),
+        eye: centre.extend(BIRDSEYE_HEIGHT_M + static_scene.highest_m),
         forward: -Vec3::Z,
         up: Vec3::Y,
         lens: Lens::Parallel { half_extent_m },
@@ -275,11 +281,11 @@ fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, stage: &StaticScene) -> C
 /// The chase camera lags behind a turning car by this time, so that it does not stiffly swing with it, seconds.
 const CHASE_LAG_S: f32 = 0.25;
 
-fn chase_camera(ego: &EgoAt, yaw_rate: f32, stage: &StaticScene) -> Camera {
+fn chase_camera(ego: &EgoAt, yaw_rate: f32, static_scene: &StaticScene) -> Camera {
     let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
     let at = ego.position.truncate();
     let under = Pose::new(at.as_dvec2(), f64::from(ego.yaw_rad));
-    let (road_m, grade) = stage.road_at(under, f64::from(ego.position.z)).unwrap_or_default();
+    let (road_m, grade) = static_scene.road_at(under, f64::from(ego.position.z)).unwrap_or_default();
     // Behind on the same slope.
     let eye = (at - back * 7.5).extend(2.6 + road_m - 7.5 * grade);
     let target = (at + back * 2.0).extend(0.8 + road_m + 2.0 * grade);
@@ -388,14 +394,14 @@ mod tests {
             }
         }
         let map = ring(250.0);
-        let stage = StaticScene::with_trees(&map, 1, 0);
+        let static_scene = StaticScene::with_trees(&map, 1, 0);
         for degrees in [0.0f32, -90.0, 180.0, 360.0, 450.0] {
             let mut car = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 0).expect("a car");
             let controls = Controls { steering_wheel_rad: degrees.to_radians(), ..Controls::default() };
             car.tick(&controls, &Flat, &[]);
             let snapshot = Snapshot { ego: *car.state(), ego_before: *car.state(), ..snapshot(&map, 50.0, &[]) };
             let options = ViewOptions { cockpit: CockpitView::Full, ..ViewOptions::default() };
-            let seat = view(&snapshot, 1.0, ViewKind::Driver, &options, &stage).seat.expect("a seat");
+            let seat = view(&snapshot, 1.0, ViewKind::Driver, &options, &static_scene).seat.expect("a seat");
             let shown = seat.steering_wheel_rad.expect("a wheel").to_degrees();
             assert!((shown - degrees).abs() < 0.01, "{shown} for {degrees}");
         }
@@ -464,7 +470,7 @@ mod tests {
     #[test]
     fn the_birds_eye_view_shows_the_whole_route_with_north_up() {
         for map in [ring(250.0), circuit()] {
-            let stage = StaticScene::with_trees(&map, 1, 0);
+            let static_scene = StaticScene::with_trees(&map, 1, 0);
             let snapshot = snapshot(&map, 50.0, &[20.0]);
             let camera = see(&map, &snapshot, 1.0, ViewKind::Birdseye).camera;
             for aspect in [0.6, 1.0, ASPECT] {
@@ -473,11 +479,11 @@ mod tests {
                     let p = camera.project(map.route.point_at(s_m).as_vec2().extend(0.0), aspect).expect("below");
                     assert!(p.min_element() > 0.01 && p.max_element() < 0.99, "{p}");
                 }
-                let at = |d: Vec2| camera.project((stage.centre + d * 10.0).extend(0.0), aspect).expect("below");
+                let at = |d: Vec2| camera.project((static_scene.centre + d * 10.0).extend(0.0), aspect).expect("below");
                 assert!(at(Vec2::Y).y < at(Vec2::ZERO).y && at(Vec2::X).x > at(Vec2::ZERO).x);
             }
             let options = ViewOptions { birdseye_follow_m: Some(30.0), ..ViewOptions::default() };
-            let followed = view(&snapshot, 1.0, ViewKind::Birdseye, &options, &stage);
+            let followed = view(&snapshot, 1.0, ViewKind::Birdseye, &options, &static_scene);
             let middle = followed.camera.project(followed.cars[0].position, ASPECT).expect("below");
             assert!(middle.distance(Vec2::splat(0.5)) < 1e-4);
         }

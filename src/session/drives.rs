@@ -206,12 +206,12 @@ impl DriveBackend for WindowBackend<'_> {
         let mut live = LiveDrive::led_from(started?, resources.devices.take().unwrap_or_else(Devices::open));
         (resources.in_range, resources.brake, resources.began) = (UnbrokenTime::default(), 0.0, false);
         let view = live.view();
-        let staged = self.picture.stage(&live.picture.stage, &view, scenario.display.quality);
+        let set = self.picture.set_static_scene(&live.picture.static_scene, &view, scenario.display.quality);
         live.open_sound();
         live.set_screen(self.picture.screen());
         live.set_lab(std::mem::take(&mut resources.lab));
         resources.live = Some(live);
-        staged.map(|()| true)
+        set.map(|()| true)
     }
 
     fn begin(&mut self, folder: &Path) -> Result<(), RunError> {

@@ -159,9 +159,9 @@ struct SessionWindows<'a> {
 }
 
 impl<'a> Windows for SessionWindows<'a> {
-    type Parts = (&'a SessionOptions, Session, SessionResources);
+    type WindowParts = (&'a SessionOptions, Session, SessionResources);
 
-    fn open(event_loop: &ActiveEventLoop, (options, session, resources): Self::Parts) -> Result<Self, RunError> {
+    fn open(event_loop: &ActiveEventLoop, (options, session, resources): Self::WindowParts) -> Result<Self, RunError> {
         let place = display::beside_experimenter(options.place, event_loop);
         let placing = WindowSetup { title: format!("codrive: {}", options.study.file.title), place };
         let mut picture = DriverWindow::open(event_loop, &placing)?;

@@ -190,7 +190,7 @@ impl SummaryAccumulator {
     }
 
     /// Returns the summary of the ticks so far.
-    pub fn summary(&self) -> Summary {
+    pub fn to_summary(&self) -> Summary {
         let share = |sum: f64, n: u64| (n > 0).then(|| sum / n as f64);
         let mean = share(self.sum_mps, self.vehicle_ticks);
         let square = share(self.sum_square, self.vehicle_ticks);

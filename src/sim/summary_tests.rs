@@ -53,12 +53,12 @@ fn drive() -> Vec<Snapshot> {
 }
 
 fn summary(window_s: [f64; 2], drive: &[Snapshot], events: &[Event]) -> Summary {
-    let mut tally = SummaryAccumulator::new(window_s);
+    let mut summary = SummaryAccumulator::new(window_s);
     for snapshot in drive {
         let of: Vec<Event> = events.iter().copied().filter(|event| event.tick == snapshot.tick).collect();
-        tally.add(snapshot, &of);
+        summary.add(snapshot, &of);
     }
-    tally.summary()
+    summary.to_summary()
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn means_are_over_the_window_and_the_least_gap_over_the_whole_drive() {
 
 #[test]
 fn missing_quantities_are_none() {
-    let nothing = SummaryAccumulator::new([0.0, 1.0]).summary();
+    let nothing = SummaryAccumulator::new([0.0, 1.0]).to_summary();
     assert_eq!((nothing.mean_speed_mps, nothing.speed_sd_mps, nothing.ego_mean_speed_mps), (None, None, None));
     assert_eq!((nothing.time_in_range, nothing.min_gap_m, nothing.ended), (None, None, None));
     // A drive that ends before its window has a gap and no mean.
@@ -129,7 +129,7 @@ fn the_hash_depends_on_every_snapshot_and_their_order() {
 
 #[test]
 fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
-    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 0..=MOST_CONTACTS as u64 {
         let kind = EventKind::Contact {
             car: VehicleId(1),
@@ -138,19 +138,19 @@ fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
             closing_mps: 1.0,
             angle_rad: 0.0,
         };
-        tally.note(&Event { tick: Tick(tick), kind });
+        summary.note(&Event { tick: Tick(tick), kind });
     }
-    let summary = tally.summary();
+    let summary = summary.to_summary();
     assert_eq!((summary.contacts.len(), summary.contact_count), (10_000, 10_001));
     assert_eq!(summary.contacts[9_999].time_s, Tick(9_999).seconds());
 }
 
 #[test]
 fn a_car_beside_the_lane_has_no_gap_to_the_one_that_it_passes() {
-    let mut tally = SummaryAccumulator::new([0.0, 1.0]);
+    let mut summary = SummaryAccumulator::new([0.0, 1.0]);
     for (tick, offset_m, gap_m) in [(1, 0.0, 9.0), (2, 1.79, 7.0), (3, 1.8, -5.0), (4, -3.0, -5.0), (5, -1.79, 8.0)] {
         let passing = Snapshot { lane_offset_m: offset_m, ..snapshot(tick, 4.0, 3.0, Some(gap_m), None) };
-        tally.add(&passing, &[]);
+        summary.add(&passing, &[]);
     }
-    assert_eq!(tally.summary().min_gap_m, Some(7.0), "cars are 1.8 m wide");
+    assert_eq!(summary.to_summary().min_gap_m, Some(7.0), "cars are 1.8 m wide");
 }

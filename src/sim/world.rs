@@ -4,7 +4,7 @@
 //! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start`
 //! starts them). Agents (`agent`) are the participant's vehicle, which is the first, and every other advised vehicle;
 //! they are simulated tick by tick. `contacts` finds contacts, `derived_state` the position on the road, `advice` and `perception` the
-//! input of policies and drivers, and `give_way` the vehicles with right of way.
+//! input of policies and drivers, and `right_of_way` the vehicles with right of way.
 
 mod advice;
 mod advised_selection;
@@ -12,16 +12,16 @@ mod agent;
 mod contacts;
 mod derived_state;
 mod ego_insertion;
-mod gap_acceptance;
-mod give_way;
 mod hand_over;
 mod lane_beside;
-mod lane_changes;
+mod lane_change;
 mod network_view;
 mod outside;
+mod path_lane_changes;
 mod path_lanes;
 mod perception;
 mod put_back;
+mod right_of_way;
 mod road_rules;
 mod sham;
 mod time_to_collision;
@@ -119,8 +119,8 @@ impl World {
             is_prepared: false,
             ended: None,
         };
-        world.look_around();
-        world.renew_agents()?;
+        world.update_derived();
+        world.sync_agents()?;
         Ok(world)
     }
 
@@ -162,12 +162,12 @@ impl World {
         }
         let fraction = (within + 1) as f64 / step_ticks as f64;
         self.traffic.move_vehicles(&mut self.agents[0].view, fraction);
-        self.agents[0].stand_on_lane(&self.scenario)?;
+        self.agents[0].place_on_lane(&self.scenario)?;
         if self.drive() && self.scenario.contact == OnContact::End {
             self.end(EndReason::Contact);
         }
         self.agents.iter_mut().for_each(|agent| agent.view.tick.0 += 1);
-        self.look_around();
+        self.update_derived();
         if self.agents[0].is_at_end() {
             self.end(EndReason::PathEnd);
         }
@@ -187,7 +187,7 @@ impl World {
         if self.ended.is_some() || self.is_prepared || !self.begins_step() {
             return Ok(());
         }
-        self.renew_agents()?;
+        self.sync_agents()?;
         present(&mut self.agents).iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
         self.traffic.ask(&self.agents)?;
         self.is_prepared = true;
@@ -201,7 +201,7 @@ impl World {
 
     /// Removes agents that have finished their path, and makes agents of vehicles that are to be advised. Called at the beginning of a
     /// step.
-    fn renew_agents(&mut self) -> Result<(), WorldError> {
+    fn sync_agents(&mut self) -> Result<(), WorldError> {
         let (traffic, contacts) = (&self.traffic, &mut self.contacts_before);
         self.agents.retain(|agent| {
             let stays = agent.id() == EGO || !(agent.is_at_end() || traffic.has_arrived(agent.id()));
@@ -224,11 +224,11 @@ impl World {
         let (before, new) = self.agents.split_at_mut(known);
         for agent in &mut *new {
             agent.locate();
-            before[0].sees(agent);
+            before[0].insert_image(agent);
         }
         for agent in new {
-            agent.sees_as(&before[0]);
-            agent.look_around();
+            agent.copy_view_of(&before[0]);
+            agent.update_derived();
         }
         Ok(())
     }
@@ -265,17 +265,17 @@ impl World {
     }
 
     /// Updates the position and the image of every agent, then every agent's view of the others and the state derived from it.
-    fn look_around(&mut self) {
+    fn update_derived(&mut self) {
         self.agents.iter_mut().for_each(Agent::locate);
         if let [participant, others @ ..] = self.agents.as_mut_slice() {
             for other in &*others {
-                participant.sees(other);
+                participant.insert_image(other);
             }
             for other in others {
-                other.sees_as(participant);
+                other.copy_view_of(participant);
             }
         }
-        self.agents.iter_mut().for_each(Agent::look_around);
+        self.agents.iter_mut().for_each(Agent::update_derived);
     }
 
     fn end(&mut self, reason: EndReason) {

@@ -2,7 +2,7 @@
 
 use super::{
     advice::{limited_idm, policy_settings},
-    derived_state::look_around,
+    derived_state::update_derived,
     perception::LANE_HINT_SPAN_M,
     sham::other_drive,
     *,
@@ -194,7 +194,7 @@ fn a_vehicle_that_turns_off_leads_until_its_rear_has_left_the_lane() {
         let body = VehicleBody::CAR;
         let car = VehicleSnapshot { id: VehicleId(7), pose, body, speed_mps: 4.0, ..VehicleSnapshot::default() };
         let mut snapshot = Snapshot { ego_s_m: 110.0, cars: vec![car], ..world.snapshot().clone() };
-        look_around(&mut snapshot, route);
+        update_derived(&mut snapshot, route);
         snapshot.leader
     };
     // At 60 degrees, half of 4 m/s is along the lane. Both vehicles are 1.8 m wide.
@@ -221,7 +221,7 @@ fn a_car_that_is_put_back_is_one_metre_ahead_of_the_vehicle_behind() {
     agent.view.cars = vec![car(1, 130.0, 4.0), car(2, 97.0, 3.0)];
     agent.view.ego_s_m = 100.0;
     agent.wants_back = true;
-    agent.stand_on_lane(&scenario).expect("there is room");
+    agent.place_on_lane(&scenario).expect("there is room");
     assert_eq!(agent.view.ego_s_m, 103.0);
 }
 
@@ -238,7 +238,7 @@ fn the_ego_is_back_on_the_road_only_0_2_m_inside_the_edge() {
         agent.view.ego = *agent.car.state();
         agent.events.clear();
         agent.locate();
-        agent.look_around();
+        agent.update_derived();
         agent.events.first().map(|event| event.kind)
     };
     assert_eq!(watch(half_m - 0.01), None, "at the edge the ego is still on the road");

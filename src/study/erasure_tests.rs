@@ -14,7 +14,7 @@ name = "load"
 questionnaire = "raw-tlx"
 "#;
 
-struct Place {
+struct ErasureFixture {
     folder: tempfile::TempDir,
     study: Study,
     data: DataSet,
@@ -25,7 +25,7 @@ fn code(text: &str) -> ParticipantCode {
 }
 
 /// Makes a data set in which P1 and P2 have answered, with results of an analysis and a folder of another program.
-fn place() -> Place {
+fn place() -> ErasureFixture {
     let folder = tempfile::tempdir().unwrap();
     let study = Study::parse(STUDY.to_owned(), Path::new("load.toml")).unwrap_or_else(|e| panic!("{e}"));
     let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
@@ -63,7 +63,7 @@ fn place() -> Place {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, text).unwrap();
     }
-    Place { folder, study, data }
+    ErasureFixture { folder, study, data }
 }
 
 /// Returns every file of the data set with its text.
@@ -83,7 +83,7 @@ fn all(root: &Path) -> Vec<(PathBuf, String)> {
 }
 
 #[track_caller]
-fn assert_erased(place: &Place) {
+fn assert_erased(place: &ErasureFixture) {
     let root = place.data.root();
     for (path, text) in all(root) {
         let is_ledger = path.file_name().is_some_and(|name| name == "erased.tsv");

@@ -24,16 +24,16 @@ fn advice_and_events_of_a_recording_are_rows_in_the_order_of_time() {
     };
     let mut world = World::new(&scenario).unwrap();
     let mut recorder = Recorder::begin(&folder.path().join("drive"), &scenario, Manifest::default()).unwrap();
-    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 1..=120 {
         world.tick(&Controls::default()).unwrap();
-        tally.add(world.snapshot(), world.events());
+        summary.add(world.snapshot(), world.events());
         recorder.tick(&world, &Controls::default()).unwrap();
         if tick == 33 {
             recorder.event(Tick(tick), "note", "coughs");
         }
     }
-    let folder = recorder.finish(&tally.summary()).unwrap();
+    let folder = recorder.finish(&summary.to_summary()).unwrap();
     let table = DriveEvents::of(&folder).unwrap().since(0);
     assert!(table.rows.is_sorted_by_key(|row| row[3].parse::<u64>().unwrap()), "{:?}", table.rows);
     let of = |kind: &str| table.rows.iter().filter(|row| row[2] == kind).cloned().collect::<Vec<_>>();

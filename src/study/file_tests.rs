@@ -25,15 +25,15 @@ questionnaire = "raw-tlx"
 "#;
 
 /// Parses the file with `to` in place of `from`.
-fn told(from: &str, to: &str) -> Result<(), String> {
+fn parse_changed(from: &str, to: &str) -> Result<(), String> {
     assert!(GOOD.contains(from), "{from}");
     Study::parse(GOOD.replacen(from, to, 1), Path::new("t.toml")).map(|_| ()).map_err(|e| e.0)
 }
 
 #[track_caller]
 fn assert_refused(from: &str, to: &str, has: &str) {
-    let told = told(from, to).expect_err(to);
-    assert!(told.contains(has), "{to}: {told}");
+    let fault = parse_changed(from, to).expect_err(to);
+    assert!(fault.contains(has), "{to}: {fault}");
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn numbers_are_allowed_to_the_ends_of_their_limits() {
             vec!["name = \"practice\"\nuntil_in_range_s = 0.9", "name = \"practice\"\nuntil_in_range_s = 3601.0"],
         ),
     ] {
-        allowed.iter().for_each(|to| assert_eq!(told(key, to), Ok(()), "{to}"));
+        allowed.iter().for_each(|to| assert_eq!(parse_changed(key, to), Ok(()), "{to}"));
         refused.iter().for_each(|to| assert_refused(key, to, "allowed: "));
     }
 }
@@ -96,7 +96,7 @@ fn every_kind_of_segment_has_its_own_keys() {
             }
             let (from, to) = (format!("name = \"{name}\""), format!("name = \"{name}\"\n{line}"));
             if allowed.contains(&line) {
-                assert_eq!(told(&from, &to), Ok(()), "{kind} with {key}");
+                assert_eq!(parse_changed(&from, &to), Ok(()), "{kind} with {key}");
             } else {
                 assert_refused(&from, &to, &format!("a segment of kind \"{kind}\" has no `{key}`"));
             }
@@ -119,8 +119,8 @@ fn trials_need_conditions_which_are_factors_or_a_list() {
     let factors = "[factors]\na = [{ name = \"x\" }]\n";
     let list = "[[condition]]\nname = \"y\"\n";
     for fine in [factors, list] {
-        assert_eq!(told(segment, &format!("{fine}{trials}")), Ok(()), "{fine}");
-        assert_eq!(told(segment, &format!("{fine}{segment}")), Ok(()), "nobody has to use them: {fine}");
+        assert_eq!(parse_changed(segment, &format!("{fine}{trials}")), Ok(()), "{fine}");
+        assert_eq!(parse_changed(segment, &format!("{fine}{segment}")), Ok(()), "nobody has to use them: {fine}");
     }
     assert_refused(segment, &format!("{factors}{list}{segment}"), "either [factors] or [[condition]], not both");
     assert_refused(base, "[factors]\na = []\n[base]", "factors.a has no levels");
@@ -225,5 +225,5 @@ fn a_title_is_one_line_without_control_characters() {
     }
     let authors = "title = \"t\"\nauthors = [\"A\", \"B\\u0007\"]";
     assert_refused("title = \"t\"", authors, "authors.1 has the character \\u{7}");
-    assert!(told("title = \"t\"", "title = \"<b> & 'Zürich' שלום\"").is_ok());
+    assert!(parse_changed("title = \"t\"", "title = \"<b> & 'Zürich' שלום\"").is_ok());
 }

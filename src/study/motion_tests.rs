@@ -17,18 +17,18 @@ fn drive(folder: &Path, ticks: u64, is_lost: fn(u64) -> bool) -> (PathBuf, Quat)
     let scenario = Scenario { traffic: EngineChoice::Native, ..Scenario::default() };
     let mut world = World::new(&scenario).unwrap();
     let mut recorder = Recorder::begin(&folder.join("drive"), &scenario, Manifest::default()).unwrap();
-    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 1..=ticks {
         let (throttle, brake) = if tick < 300 { (0.8, 0.0) } else { (0.0, 0.9) };
         let controls = Controls { throttle, brake, steering_wheel_rad: 1.25, ..Controls::default() };
         world.tick(&controls).unwrap();
-        tally.add(world.snapshot(), world.events());
+        summary.add(world.snapshot(), world.events());
         if !is_lost(tick) {
             recorder.tick(&world, &controls).unwrap();
         }
     }
     let rotation = world.snapshot().ego.rotation;
-    (recorder.finish(&tally.summary()).unwrap(), rotation)
+    (recorder.finish(&summary.to_summary()).unwrap(), rotation)
 }
 
 fn rows(path: &Path) -> Vec<Vec<f64>> {

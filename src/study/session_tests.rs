@@ -21,20 +21,20 @@ name = "thanks"
 text = "Thanks."
 "#;
 
-struct Place {
+struct SessionFixture {
     _folder: tempfile::TempDir,
     study: Study,
     data: DataSet,
 }
 
-fn place() -> Place {
+fn place() -> SessionFixture {
     let folder = tempfile::tempdir().unwrap();
     let study = Study::parse(STUDY.to_owned(), Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"));
     let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
-    Place { _folder: folder, study, data }
+    SessionFixture { _folder: folder, study, data }
 }
 
-impl Place {
+impl SessionFixture {
     fn open(&self, code: &str, who: ParticipantKind) -> Result<Session, SessionError> {
         Session::open(&self.data, &self.study, &ParticipantCode::new(code).unwrap(), who, 0, "t0")
     }

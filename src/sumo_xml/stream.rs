@@ -140,7 +140,7 @@ struct Copy<'a, W> {
 }
 
 /// Position in a file that is read.
-struct Place<'f> {
+struct ReadPosition<'f> {
     file: &'f Path,
     line: u32,
     /// Number of open elements in this file.
@@ -151,7 +151,7 @@ struct Place<'f> {
     is_in_include: bool,
 }
 
-impl Place<'_> {
+impl ReadPosition<'_> {
     fn fault(&self, element: impl ToString, problem: impl ToString) -> StreamError {
         let problem = Problem { element: element.to_string(), problem: problem.to_string() };
         StreamError::Element { file: self.file.into(), line: self.line, problem }
@@ -163,7 +163,8 @@ impl<W: Write> Copy<'_, W> {
     fn file(&mut self, name: &Path, path: PathBuf, is_included: bool) -> Result<(), StreamError> {
         let text = source::open(&path, &self.budget).map_err(|error| of_file(name, error))?;
         self.open_files.push(path);
-        let mut place = Place { file: name, line: 1, depth: 0, has_root: false, is_included, is_in_include: false };
+        let mut place =
+            ReadPosition { file: name, line: 1, depth: 0, has_root: false, is_included, is_in_include: false };
         let mut reader = Reader::from_reader(text);
         let mut buffer = Vec::new();
         while self.event(&mut reader, &mut buffer, &mut place)? {
@@ -179,7 +180,7 @@ impl<W: Write> Copy<'_, W> {
         &mut self,
         reader: &mut Reader<Metered>,
         buffer: &mut Vec<u8>,
-        place: &mut Place,
+        place: &mut ReadPosition,
     ) -> Result<bool, StreamError> {
         self.budget.next_tag();
         match reader.read_event_into(buffer) {
@@ -207,7 +208,7 @@ impl<W: Write> Copy<'_, W> {
         Ok(true)
     }
 
-    fn open(&mut self, tag: &BytesStart, place: &mut Place) -> Result<(), StreamError> {
+    fn open(&mut self, tag: &BytesStart, place: &mut ReadPosition) -> Result<(), StreamError> {
         self.elements += 1;
         if self.elements > MOST_ELEMENTS {
             let problem =
@@ -238,7 +239,7 @@ impl<W: Write> Copy<'_, W> {
         passed.and_then(|()| (self.look)(&tag).map_err(GateError::from)).map_err(|error| at(error, place))
     }
 
-    fn close(&mut self, place: &mut Place) -> Result<(), StreamError> {
+    fn close(&mut self, place: &mut ReadPosition) -> Result<(), StreamError> {
         place.depth -= 1;
         if std::mem::take(&mut place.is_in_include) || place.depth == 0 && place.is_included {
             return Ok(());
@@ -247,7 +248,7 @@ impl<W: Write> Copy<'_, W> {
     }
 
     /// Copies the elements of the file that an include names.
-    fn include(&mut self, tag: &Tag, place: &Place) -> Result<(), StreamError> {
+    fn include(&mut self, tag: &Tag, place: &ReadPosition) -> Result<(), StreamError> {
         let refused = |problem: String| place.fault(tag.label(), problem);
         let Some(around) = self.open_files.last().and_then(|file| file.parent()) else {
             return Err(refused("it is in no file".into()));
@@ -270,7 +271,7 @@ impl<W: Write> Copy<'_, W> {
     }
 }
 
-fn at(error: GateError, place: &Place) -> StreamError {
+fn at(error: GateError, place: &ReadPosition) -> StreamError {
     match error {
         GateError::Refused(Problem { element, problem }) => place.fault(element, problem),
         GateError::Write(error) => of_file(place.file, format!("its copy for SUMO cannot be written: {error}")),
@@ -278,7 +279,7 @@ fn at(error: GateError, place: &Place) -> StreamError {
 }
 
 /// Reads a tag. Attributes with a prefix belong to no vocabulary of SUMO and are left out.
-fn read_tag(tag: &BytesStart, depth: usize, place: &Place) -> Result<Tag, StreamError> {
+fn read_tag(tag: &BytesStart, depth: usize, place: &ReadPosition) -> Result<Tag, StreamError> {
     let no_text =
         |error: std::str::Utf8Error| place.fault("this is no UTF-8 text", format!("{error}; save it as UTF-8"));
     let name = std::str::from_utf8(tag.name().into_inner()).map_err(no_text)?.to_owned();

@@ -3,7 +3,7 @@
 //!
 //! * [`plan`]: the file and its runs; [`identity`]: the identity of a run and its fingerprint, with the fingerprints of the files that it
 //!   reads in `file_fingerprints`.
-//! * [`execute`]: execution of one run in this process; [`rows`]: its rows.
+//! * [`single_run`]: execution of one run in this process; [`rows`]: its rows.
 //! * [`results`]: the folder of a sweep: finished runs, missing runs, and combined tables.
 //!
 //! Other code distributes the runs: this program's own workers (`codrive sweep`), an array of jobs by `--part`, or Ray through the Python
@@ -11,12 +11,12 @@
 //! (docs/decisions.md: 30).
 
 mod combinations;
-pub mod execute;
 mod file_fingerprints;
 pub mod identity;
 pub mod plan;
 pub mod results;
 pub mod rows;
+pub mod single_run;
 
 pub use plan::{SweepPlan, SweepRun};
 

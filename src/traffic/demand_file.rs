@@ -53,12 +53,17 @@ pub(super) fn copy(
     if count.vehicles() > MOST_VEHICLES {
         return Err(DemandFault::FlowVehicles { value: count.vehicles(), until_s });
     }
-    let mut ways = Ways { network, reached: BTreeMap::new() };
+    let mut reachability = Reachability { network, reached: BTreeMap::new() };
     for (k, file) in demand.files.iter().enumerate() {
         let path = folder.join(format!("{k}.rou.xml"));
         let unwritable = |error: std::io::Error| DemandFault::File { file: file.clone(), problem: error.to_string() };
         let out = BufWriter::new(private::file(&path).map_err(unwritable)?);
-        let mut scan = Scan { ways: &mut ways, last_depart_s: 0.0, count: &mut count, defines_default_type: false };
+        let mut scan = Scan {
+            reachability: &mut reachability,
+            last_depart_s: 0.0,
+            count: &mut count,
+            defines_default_type: false,
+        };
         let copied = stream::copy(file, sumo_xml::demand(), out, &mut |tag| scan.element(tag));
         let (mut out, dropped) =
             copied.map_err(|error| if is_interrupted() { DemandFault::Interrupted } else { error.into() })?;
@@ -96,7 +101,7 @@ impl From<StreamError> for DemandFault {
 
 /// State of the reading of one file.
 struct Scan<'a, 'n> {
-    ways: &'a mut Ways<'n>,
+    reachability: &'a mut Reachability<'n>,
     last_depart_s: f64,
     count: &'a mut DemandCount,
     defines_default_type: bool,
@@ -126,7 +131,7 @@ impl Scan<'_, '_> {
 
     /// Checks that the edges of an element exist and that a route leads from `from` to `to`.
     fn edges(&mut self, tag: &Tag) -> Result<(), String> {
-        let network = self.ways.network;
+        let network = self.reachability.network;
         for name in EDGES {
             let edges = tag.attribute(name).unwrap_or_default();
             if let Some(edge) = edges.split_whitespace().find(|edge| network.edge_named(edge).is_none()) {
@@ -137,7 +142,7 @@ impl Scan<'_, '_> {
         }
         if let (Some(from), Some(to)) = (tag.attribute("from"), tag.attribute("to"))
             && let [Some(start), Some(goal)] = [from, to].map(|edge| network.edge_named(edge.trim()))
-            && !self.ways.lead(start, goal)
+            && !self.reachability.lead(start, goal)
         {
             return Err(format!("no way leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect"));
         }
@@ -160,13 +165,13 @@ impl Scan<'_, '_> {
 }
 
 /// Reachability between edges, regardless of permissions.
-struct Ways<'n> {
+struct Reachability<'n> {
     network: &'n Network,
     /// Edges reachable from an edge, one bit each.
     reached: BTreeMap<EdgeId, Vec<u64>>,
 }
 
-impl Ways<'_> {
+impl Reachability<'_> {
     fn lead(&mut self, from: EdgeId, to: EdgeId) -> bool {
         let network = self.network;
         let reached = self.reached.entry(from).or_insert_with(|| {
@@ -176,8 +181,8 @@ impl Ways<'_> {
                 let (word, bit) = (&mut reached[at.index() / 64], 1 << (at.index() % 64));
                 if *word & bit == 0 {
                     *word |= bit;
-                    let ways = network.edge(at).lanes().flat_map(|lane| network.connections_from(lane));
-                    ahead.extend(ways.map(|way| network.lane(way.to).edge));
+                    let reachability = network.edge(at).lanes().flat_map(|lane| network.connections_from(lane));
+                    ahead.extend(reachability.map(|way| network.lane(way.to).edge));
                 }
             }
             reached

@@ -2,19 +2,19 @@
 //! categorical over levels. In: the outputs of one row. Out: probabilities, divergences and their derivatives. Actions are in -1..1
 //! (continuous) or level indices.
 
-use super::scalar::Real;
+use super::scalar::SimdFloat;
 use std::f64::consts::{E, PI};
 
 /// A family of distributions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
+pub enum DistributionFamily {
     /// Normal with one output as mean; the logarithm of its standard deviation is the last parameter of the policy.
     Normal,
     /// Categorical over this many levels, with one logit per level as outputs.
     Levels(usize),
 }
 
-impl Family {
+impl DistributionFamily {
     /// Returns the number of network outputs.
     pub fn outputs(self) -> usize {
         match self {
@@ -29,7 +29,7 @@ impl Family {
     }
 
     /// Returns the logarithm of the probability (density) of `action`.
-    pub fn log_probability<T: Real>(self, output: &[T], log_sd: T, action: T) -> f64 {
+    pub fn log_probability<T: SimdFloat>(self, output: &[T], log_sd: T, action: T) -> f64 {
         match self {
             Self::Normal => {
                 let z = (action - output[0]).f64() / log_sd.f64().exp();
@@ -39,9 +39,9 @@ impl Family {
         }
     }
 
-    /// Adds `weight` times the derivative of [`Family::log_probability`] to `by_output`; returns the derivative by `log_sd`, also
+    /// Adds `weight` times the derivative of [`DistributionFamily::log_probability`] to `by_output`; returns the derivative by `log_sd`, also
     /// weighted.
-    pub fn score<T: Real>(self, output: &[T], log_sd: T, action: T, weight: f64, by_output: &mut [T]) -> f64 {
+    pub fn score<T: SimdFloat>(self, output: &[T], log_sd: T, action: T, weight: f64, by_output: &mut [T]) -> f64 {
         match self {
             Self::Normal => {
                 let sd = log_sd.f64().exp();
@@ -60,7 +60,7 @@ impl Family {
     }
 
     /// Returns the KL divergence D(old || new).
-    pub fn kl<T: Real>(self, old: (&[T], T), new: (&[T], T)) -> f64 {
+    pub fn kl<T: SimdFloat>(self, old: (&[T], T), new: (&[T], T)) -> f64 {
         match self {
             Self::Normal => {
                 let shift = (old.0[0] - new.0[0]).f64();
@@ -76,7 +76,7 @@ impl Family {
 
     /// Multiplies `tangent` in place by the Fisher matrix of the distribution (the second derivative of the KL divergence); returns the
     /// component of `log_sd`.
-    pub fn fisher<T: Real>(self, output: &[T], log_sd: T, tangent: &mut [T], log_sd_tangent: T) -> f64 {
+    pub fn fisher<T: SimdFloat>(self, output: &[T], log_sd: T, tangent: &mut [T], log_sd_tangent: T) -> f64 {
         match self {
             Self::Normal => {
                 tangent[0] = T::of(tangent[0].f64() * (-2.0 * log_sd.f64()).exp());
@@ -93,7 +93,7 @@ impl Family {
     }
 
     /// Returns the entropy, nat.
-    pub fn entropy<T: Real>(self, output: &[T], log_sd: T) -> f64 {
+    pub fn entropy<T: SimdFloat>(self, output: &[T], log_sd: T) -> f64 {
         match self {
             Self::Normal => 0.5 * (2.0 * PI * E).ln() + log_sd.f64(),
             Self::Levels(n) => -(0..n).zip(softmax(output)).map(|(k, p)| p * log_softmax(output, k)).sum::<f64>(),
@@ -118,13 +118,13 @@ impl Family {
     }
 }
 
-fn log_softmax<T: Real>(output: &[T], k: usize) -> f64 {
+fn log_softmax<T: SimdFloat>(output: &[T], k: usize) -> f64 {
     let top = output.iter().map(|x| x.f64()).fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = output.iter().map(|x| (x.f64() - top).exp()).sum();
     output[k].f64() - top - sum.ln()
 }
 
-fn softmax<T: Real>(output: &[T]) -> Vec<f64> {
+fn softmax<T: SimdFloat>(output: &[T]) -> Vec<f64> {
     let top = output.iter().map(|x| x.f64()).fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = output.iter().map(|x| (x.f64() - top).exp()).collect();
     let sum: f64 = weights.iter().sum();
@@ -135,9 +135,10 @@ fn softmax<T: Real>(output: &[T]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    const FAMILIES: [(Family, f64); 2] = [(Family::Normal, 0.3), (Family::Levels(4), 2.0)];
+    const FAMILIES: [(DistributionFamily, f64); 2] =
+        [(DistributionFamily::Normal, 0.3), (DistributionFamily::Levels(4), 2.0)];
 
-    fn outputs(family: Family) -> Vec<f64> {
+    fn outputs(family: DistributionFamily) -> Vec<f64> {
         [0.4, -0.3, 1.1, 0.2][..family.outputs()].to_vec()
     }
 
@@ -181,7 +182,7 @@ mod tests {
 
     #[test]
     fn levels_are_drawn_as_often_as_they_are_likely() {
-        let (family, output) = (Family::Levels(4), [0.4_f32, -0.3, 1.1, 0.2]);
+        let (family, output) = (DistributionFamily::Levels(4), [0.4_f32, -0.3, 1.1, 0.2]);
         let mut counts = [0; 4];
         (0..10_000).for_each(|i| counts[family.draw(&output, 0.0, 0.0, i as f32 / 10_000.0) as usize] += 1);
         for (k, count) in counts.into_iter().enumerate() {

@@ -61,8 +61,10 @@ pub struct AdviceFollower {
     error_mps: SimdLanes,
     deadband_mps: SimdLanes,
     /// Share of the error kept per step, and standard deviation of the random change per step.
-    keep: f32,
-    fresh_mps: SimdLanes,
+    #[serde(rename = "keep")]
+    error_decay: f32,
+    #[serde(rename = "fresh_mps")]
+    error_step_mps: SimdLanes,
     rng: LaneRng,
     view: LateView,
     /// Time gap to the leader as a multiple of the ring's time gap.
@@ -75,7 +77,8 @@ pub struct AdviceFollower {
     follows: [bool; LANES],
     looks: [bool; LANES],
     /// Advice in the driver's memory, m/s: the speed shown at the last glance at the speedometer.
-    in_mind_mps: SimdLanes,
+    #[serde(rename = "in_mind_mps")]
+    followed_advice_mps: SimdLanes,
     driven_by: [DrivenBy; LANES],
     /// Traits of each driver; the current willingness comes from `compliance`.
     traits: [DriverTraits; LANES],
@@ -194,8 +197,8 @@ impl AdviceFollower {
             habit_mps: splat(0.0),
             error_mps: splat(0.0),
             deadband_mps: splat(driver.deadband_mps as f32),
-            keep: (-config.ring.step_s / driver.error_time_s).exp() as f32,
-            fresh_mps: splat(0.0),
+            error_decay: (-config.ring.step_s / driver.error_time_s).exp() as f32,
+            error_step_mps: splat(0.0),
             rng: LaneRng::new(),
             view: LateView::new(longest_s, config.ring.step_s),
             gap_factor: splat(1.0),
@@ -205,7 +208,7 @@ impl AdviceFollower {
             held_back_mps: splat(0.0),
             follows: [true; LANES],
             looks: [true; LANES],
-            in_mind_mps: splat(-1.0),
+            followed_advice_mps: splat(-1.0),
             driven_by: [DrivenBy::Model; LANES],
             traits: [DriverTraits::default(); LANES],
         }
@@ -220,8 +223,8 @@ impl AdviceFollower {
         self.habit_mps[l] = driver.speed_bias_mps as f32;
         self.error_mps[l] = (driver.error_mps * stream.normal()) as f32;
         self.deadband_mps[l] = driver.deadband_mps as f32;
-        let keep = f64::from(self.keep);
-        self.fresh_mps[l] = (driver.error_mps * (1.0 - keep * keep).sqrt()) as f32;
+        let error_decay = f64::from(self.error_decay);
+        self.error_step_mps[l] = (driver.error_mps * (1.0 - error_decay * error_decay).sqrt()) as f32;
         let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
         self.rng.seed(l, seed);
         // Only a simulated driver perceives with a delay; an exactly following ego does not.
@@ -229,7 +232,7 @@ impl AdviceFollower {
         self.gap_factor[l] = (driver.idm.t / config.ring.idm.t) as f32;
         self.compliance[l] = if self.is_driver { Compliance::of(&driver, seed) } else { Compliance::full() };
         self.traits[l] = if self.is_driver { driver.traits(config.ring.idm.t) } else { DriverTraits::default() };
-        self.sit_down(l);
+        self.reset_driver(l);
     }
 
     /// Returns the traits of the driver on ring `l` with the current willingness, as a teacher sees them.
@@ -240,11 +243,11 @@ impl AdviceFollower {
     }
 
     /// Resets the driver of lane `l` to the state before any advice.
-    fn sit_down(&mut self, l: usize) {
+    fn reset_driver(&mut self, l: usize) {
         self.advised_steps[l] = 0;
         self.held_back_mps[l] = 0.0;
         (self.follows[l], self.looks[l]) = (true, true);
-        self.in_mind_mps[l] = -1.0;
+        self.followed_advice_mps[l] = -1.0;
         self.driven_by[l] = DrivenBy::Model;
         self.all_comply = self.compliance.iter().all(Compliance::is_full);
     }
@@ -259,13 +262,13 @@ impl AdviceFollower {
         self.habit_mps[l] = from.habit_mps[from_lane];
         self.error_mps[l] = from.error_mps[from_lane];
         self.deadband_mps[l] = from.deadband_mps[from_lane];
-        self.fresh_mps[l] = from.fresh_mps[from_lane];
+        self.error_step_mps[l] = from.error_step_mps[from_lane];
         self.rng.copy_lane(l, &from.rng, from_lane);
         self.view.copy_lane(l, &from.view, from_lane);
         self.gap_factor[l] = from.gap_factor[from_lane];
         self.compliance[l] = from.compliance[from_lane];
         self.traits[l] = from.traits[from_lane];
-        self.sit_down(l);
+        self.reset_driver(l);
     }
 
     /// Issues advice for ring `l`, whose ego drives at `ego_mps`, in force for `hold`; `None` withdraws the advice.
@@ -397,13 +400,13 @@ impl AdviceFollower {
         self.newest = if self.newest + 1 == size { 0 } else { self.newest + 1 };
         for l in 0..LANES {
             let is_advised = self.mode[l] == StandingAdvice::Speed;
-            if is_advised && (self.looks[l] || self.in_mind_mps[l] < 0.0) {
-                self.in_mind_mps[l] = self.advised[l];
+            if is_advised && (self.looks[l] || self.followed_advice_mps[l] < 0.0) {
+                self.followed_advice_mps[l] = self.advised[l];
             }
-            self.shown_mps[self.newest][l] = if is_advised { self.in_mind_mps[l] } else { -1.0 };
+            self.shown_mps[self.newest][l] = if is_advised { self.followed_advice_mps[l] } else { -1.0 };
         }
         let (fresh, _) = self.rng.normal_pair();
-        self.error_mps = lane(|l| self.error_mps[l] * self.keep + self.fresh_mps[l] * fresh[l]);
+        self.error_mps = lane(|l| self.error_mps[l] * self.error_decay + self.error_step_mps[l] * fresh[l]);
         let seen_mps = lane(|l| {
             let at = self.newest + size - self.delay[l] as usize;
             self.shown_mps[if at >= size { at - size } else { at }][l]

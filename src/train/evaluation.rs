@@ -44,8 +44,8 @@ pub fn evaluate_part(
         block.results().collect::<Vec<_>>()
     };
     let part = rings.start / LANES..rings.end.div_ceil(LANES);
-    let verdicts: Vec<Vec<EvaluationResult>> = part.into_par_iter().map(one).collect();
-    verdicts.into_iter().flatten().take(rings.len()).collect()
+    let results: Vec<Vec<EvaluationResult>> = part.into_par_iter().map(one).collect();
+    results.into_iter().flatten().take(rings.len()).collect()
 }
 
 /// A block of [`evaluate`]'s rings in progress.
@@ -95,7 +95,7 @@ impl EvaluatedBlock {
 
     /// Returns the results of the rings so far.
     pub fn results(&self) -> impl Iterator<Item = EvaluationResult> + '_ {
-        self.metrics.iter().map(EpisodeMetrics::verdict)
+        self.metrics.iter().map(EpisodeMetrics::result)
     }
 }
 
@@ -117,10 +117,10 @@ pub fn identified(
     after_s: f64,
     make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
 ) -> Vec<IdentifiedDriver> {
-    let told = told(config, stream, rings, after_s, &make);
+    let drivers = watched_drivers(config, stream, rings, after_s, &make);
     let latents = |(truth, who): &(DriverTraits, WhoDrives)| Some((*truth, who.latents()?));
-    let fit = told.iter().any(|driver| latents(driver).is_some()).then(|| {
-        let others = self::told(config, &format!("{stream}/latents"), rings, after_s, &make);
+    let fit = drivers.iter().any(|driver| latents(driver).is_some()).then(|| {
+        let others = watched_drivers(config, &format!("{stream}/latents"), rings, after_s, &make);
         LatentTraits::of(&others.iter().filter_map(latents).collect::<Vec<_>>())
     });
     let of = |(truth, who): (DriverTraits, WhoDrives)| {
@@ -130,11 +130,11 @@ pub fn identified(
         };
         Some(IdentifiedDriver { truth, estimate })
     };
-    told.into_iter().filter_map(of).collect()
+    drivers.into_iter().filter_map(of).collect()
 }
 
 /// Returns the true traits of each ring's driver and the policy's estimate after `after_s`.
-fn told(
+fn watched_drivers(
     config: &TrainConfig,
     stream: &str,
     rings: usize,

@@ -122,8 +122,8 @@ impl LateView {
         let brake_mps2 = lane(|l| ((before_mps[l] - then.leader_mps[l]) / span_s).clamp(0.0, HARDEST_MPS2));
         // The leader brakes until now or until it has stopped.
         let braked_s = lane(|l| {
-            let until_he_stands_s = late_s[l].min(then.leader_mps[l] / brake_mps2[l]);
-            if brake_mps2[l] > 0.0 { until_he_stands_s } else { late_s[l] }
+            let standstill_wait_s = late_s[l].min(then.leader_mps[l] / brake_mps2[l]);
+            if brake_mps2[l] > 0.0 { standstill_wait_s } else { late_s[l] }
         });
         let now_mps = lane(|l| (then.leader_mps[l] - brake_mps2[l] * braked_s[l]).max(0.0));
         let gap_m = lane(|l| {

@@ -6,17 +6,17 @@
 
 use super::{
     config::{ActionKind, TrainConfig},
-    distribution::Family,
+    distribution::DistributionFamily,
     environment::{Ending, STATE_NUMBERS, WholeState},
     evaluation::evaluate,
     fitted_network::{Fit, FittedNetwork},
     identification::{EstimatorLearner, Seconds},
     lessons::Lesson,
     net::Shape,
-    rollout::{Means, Rollout, RolloutWorker},
+    rollout::{BatchMeans, Rollout, RolloutWorker},
     silence::{self, LearnedSilence},
     simd::LANES,
-    trpo::{Batch, Decision, PolicyShape, TrustRegion, advantages},
+    trpo::{Batch, Decision, PolicyShape, TrustRegionSettings, advantages},
 };
 use crate::{
     metrics::mean_and_interval,
@@ -166,7 +166,7 @@ impl Learner {
         let shape = policy_shape(&config);
         // Without noise, as in a drive.
         let mut theta = self.theta.clone();
-        if shape.family == Family::Normal {
+        if shape.family == DistributionFamily::Normal {
             theta[shape.parameters() - 1] = f32::NEG_INFINITY;
         }
         let live = |worker: &mut RolloutWorker| {
@@ -182,7 +182,7 @@ impl Learner {
         let loss = student.fit(&seconds, config.student.estimator_rate * 0.1_f64.powf(done));
         self.blocks.iter_mut().filter_map(|worker| worker.watcher.as_mut()).for_each(|watcher| watcher.learn(&student));
         self.student = Some(student);
-        let means = Means::of(&rollouts);
+        let means = BatchMeans::of(&rollouts);
         let iteration = self.iteration() + 1;
         let row = LearningCurveRow { estimator_loss: Some(loss), ..self.row(&means) };
         // Only an evaluation with the finished estimator is comparable with later ones.
@@ -193,7 +193,7 @@ impl Learner {
     }
 
     /// Returns the next row of the curve for a batch with these means and no learning.
-    fn row(&self, means: &Means) -> LearningCurveRow {
+    fn row(&self, means: &BatchMeans) -> LearningCurveRow {
         let (iteration, last) = (self.iteration() + 1, self.curve.last());
         LearningCurveRow {
             iteration,
@@ -213,11 +213,11 @@ impl Learner {
     fn update_policy(&mut self) -> LearningCurveRow {
         let shape = policy_shape(&self.config);
         let rollouts = self.collect(&shape);
-        let means = Means::of(&rollouts);
+        let means = BatchMeans::of(&rollouts);
         let centre_mps = *self.centre_mps.get_or_insert(means.reward);
         let (batch, returns) = self.batch(&rollouts, centre_mps);
         let (c, optimiser) = (&self.config, &self.config.optimiser);
-        let region = TrustRegion {
+        let region = TrustRegionSettings {
             max_kl: optimiser.max_kl * self.share_of_kl(),
             cg_steps: optimiser.cg_steps,
             damping: optimiser.damping,
@@ -257,8 +257,8 @@ impl Learner {
         let network = self.network(&self.theta);
         let [low, high] = self.config.holds_s();
         let rings = LANES * JUDGED_BLOCKS[usize::from(high > low)];
-        let verdicts = evaluate(&self.config, "judge", rings, || Some(network.clone().policy(self.config.ring.step_s)));
-        mean_and_interval(&verdicts).0
+        let results = evaluate(&self.config, "judge", rings, || Some(network.clone().policy(self.config.ring.step_s)));
+        mean_and_interval(&results).0
     }
 
     /// Returns the best policy so far, its update and its evaluated speed; the current policy if none was evaluated yet.
@@ -352,7 +352,11 @@ impl Learner {
 
 /// Returns the shape of the policy for a configuration.
 pub fn policy_shape(config: &TrainConfig) -> PolicyShape {
-    let family = if config.advice.levels == 0 { Family::Normal } else { Family::Levels(config.advice.levels as usize) };
+    let family = if config.advice.levels == 0 {
+        DistributionFamily::Normal
+    } else {
+        DistributionFamily::Levels(config.advice.levels as usize)
+    };
     PolicyShape { net: Shape::new(&config.layers(family.outputs())), family }
 }
 

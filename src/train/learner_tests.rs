@@ -217,7 +217,7 @@ fn an_untrained_policy_is_as_good_as_the_controller_it_corrects() {
     let settings = config.policy_settings(0.0);
     let pi = evaluate(&config, "judge", 32, || policy::build("pi", &settings).unwrap());
     let corrected = evaluate(&config, "judge", 32, || Some(network.clone().policy(config.ring.step_s)));
-    let [pi, corrected] = [pi, corrected].map(|verdicts| mean_and_interval(&verdicts).0);
+    let [pi, corrected] = [pi, corrected].map(|results| mean_and_interval(&results).0);
     assert!((pi - corrected).abs() < 0.05, "{pi} {corrected}");
 }
 
@@ -229,8 +229,8 @@ fn an_untrained_policy_is_as_good_as_the_network_it_corrects() {
     let file = policy::Network::from_toml(&network.to_toml()).expect("its own file");
     assert_eq!(file, network);
     let speed = |network: &policy::Network| {
-        let verdicts = evaluate(&config, "judge", 32, || Some(network.clone().policy(config.ring.step_s)));
-        mean_and_interval(&verdicts).0
+        let results = evaluate(&config, "judge", 32, || Some(network.clone().policy(config.ring.step_s)));
+        mean_and_interval(&results).0
     };
     let [alone, corrected] = [speed(&alone), speed(&network)];
     assert!((alone - corrected).abs() < 0.05, "{alone} {corrected}");
@@ -274,8 +274,8 @@ fn baseline(name: &str) -> (f64, bool) {
         ..TrainConfig::default()
     };
     let settings = PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.362, step_s: 0.1 };
-    let verdicts = evaluate(&config, "baseline", 16, || policy::build(name, &settings).unwrap());
-    (mean_and_interval(&verdicts).0, verdicts.iter().all(|v| v.last_disturbance_s.is_some() && !v.crashed))
+    let results = evaluate(&config, "baseline", 16, || policy::build(name, &settings).unwrap());
+    (mean_and_interval(&results).0, results.iter().all(|v| v.last_disturbance_s.is_some() && !v.crashed))
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! on copying blocks here (measured: matrixmultiply 0.3 at 500 x 64 x 64). Operations are neither fused nor reordered by machine, so that
 //! the bits are the same on all machines.
 
-use super::scalar::Real;
+use super::scalar::SimdFloat;
 
 /// Columns of a block of results: one register of AVX-512 in `f32`, two of AVX2.
 const COLUMNS: usize = 16;
@@ -23,7 +23,7 @@ pub struct Matrix<'a, T> {
     transposed: bool,
 }
 
-impl<'a, T: Real> Matrix<'a, T> {
+impl<'a, T: SimdFloat> Matrix<'a, T> {
     /// Returns a matrix whose rows have `columns` numbers.
     pub fn new(data: &'a [T], columns: usize) -> Self {
         Self { rows: data.len() / columns, data, columns, transposed: false }
@@ -50,7 +50,7 @@ impl<'a, T: Real> Matrix<'a, T> {
 ///
 /// # Panics
 /// Panics if the sizes do not fit together.
-pub fn add_product<T: Real>(a: Matrix<'_, T>, b: Matrix<'_, T>, c: &mut [T]) {
+pub fn add_product<T: SimdFloat>(a: Matrix<'_, T>, b: Matrix<'_, T>, c: &mut [T]) {
     assert!(a.columns == b.rows && a.rows * b.columns == c.len(), "{} x {}: {}", a.rows, b.columns, c.len());
     if a.transposed && b.columns < COLUMNS && a.rows >= COLUMNS {
         // For few columns, such as a gradient by the last layer's weights, the transposed product has longer rows.
@@ -72,15 +72,15 @@ pub fn add_product<T: Real>(a: Matrix<'_, T>, b: Matrix<'_, T>, c: &mut [T]) {
 }
 
 /// Runs [`multiply`] compiled for the widest vectors of this machine. [`super::simd::in_wide_vectors`] does not support AVX-512.
-fn multiply_wide<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
+fn multiply_wide<T: SimdFloat>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx512f")]
-        fn avx512<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
+        fn avx512<T: SimdFloat>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
             multiply::<T, ROWS_AVX512>(a, b, columns, c);
         }
         #[target_feature(enable = "avx2")]
-        fn avx2<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
+        fn avx2<T: SimdFloat>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
             multiply::<T, ROWS>(a, b, columns, c);
         }
         if std::arch::is_x86_feature_detected!("avx512f") {
@@ -98,7 +98,7 @@ fn multiply_wide<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]
 }
 
 #[inline(always)]
-fn multiply<T: Real, const R: usize>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
+fn multiply<T: SimdFloat, const R: usize>(a: Matrix<'_, T>, b: &[T], columns: usize, c: &mut [T]) {
     let whole = columns / COLUMNS * COLUMNS;
     let even = a.rows / R * R;
     let rest = even + (a.rows - even) / ROWS * ROWS;
@@ -120,7 +120,7 @@ fn multiply<T: Real, const R: usize>(a: Matrix<'_, T>, b: &[T], columns: usize, 
 
 /// Adds `R` rows from `i` and `COLUMNS` columns from `j`.
 #[inline(always)]
-fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: usize, j: usize, c: &mut [T]) {
+fn block<T: SimdFloat, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: usize, j: usize, c: &mut [T]) {
     let mut sums = [[T::default(); COLUMNS]; R];
     // Indices instead of iterators or array functions: the compiler may not inline `zip` or `from_fn` here, which takes six to ten times
     // as long (measured without link-time optimisation between crates). Slices are cut to length outside of the loop, because an index
@@ -160,7 +160,7 @@ fn block<T: Real, const R: usize>(a: Matrix<'_, T>, i: usize, b: &[T], columns: 
 
 /// Adds one column; each element is a sum of `COLUMNS` partial sums, so that it is vectorised as well.
 #[inline(always)]
-fn column<T: Real>(a: Matrix<'_, T>, b: &[T], columns: usize, j: usize, c: &mut [T]) {
+fn column<T: SimdFloat>(a: Matrix<'_, T>, b: &[T], columns: usize, j: usize, c: &mut [T]) {
     let right: Vec<T> = (0..a.columns).map(|k| b[k * columns + j]).collect();
     // Indices for the same reason as in `block`.
     if a.transposed {

@@ -6,7 +6,7 @@
 
 use super::{
     matrix::{Matrix, add_product},
-    scalar::Real,
+    scalar::SimdFloat,
 };
 use crate::{policy::NetworkLayer, rng::Stream};
 
@@ -81,7 +81,7 @@ impl Shape {
 
     /// Returns orthogonal weights with gain sqrt 2 in hidden layers and `last_gain` in the last, and zero biases (Saxe et al. 2014; usual
     /// in the field, docs/references.md: learning).
-    pub fn orthogonal<T: Real>(&self, last_gain: f64, stream: &mut Stream) -> Vec<T> {
+    pub fn orthogonal<T: SimdFloat>(&self, last_gain: f64, stream: &mut Stream) -> Vec<T> {
         let mut theta = vec![T::default(); self.parameters()];
         let layers = self.layers();
         let last = layers.len() - 1;
@@ -95,7 +95,7 @@ impl Shape {
     }
 
     /// Runs the network on rows of inputs.
-    pub fn forward<T: Real>(&self, theta: &[T], inputs: &[T]) -> Activations<T> {
+    pub fn forward<T: SimdFloat>(&self, theta: &[T], inputs: &[T]) -> Activations<T> {
         let rows = inputs.len() / self.inputs();
         let mut layers = vec![inputs.to_vec()];
         let last = self.sizes.len() - 2;
@@ -113,17 +113,22 @@ impl Shape {
     }
 
     /// Returns the vector-Jacobian product: the gradient of a scalar by the parameters, given its gradient by the outputs.
-    pub fn vjp<T: Real>(&self, theta: &[T], at_rows: &Activations<T>, by_output: &[T]) -> Vec<T> {
+    pub fn vjp<T: SimdFloat>(&self, theta: &[T], at_rows: &Activations<T>, by_output: &[T]) -> Vec<T> {
         self.backward(theta, at_rows, by_output, false).0
     }
 
     /// Returns the vector-Jacobian product by the parameters and by the inputs, row by row.
-    pub fn vjp_with_inputs<T: Real>(&self, theta: &[T], at_rows: &Activations<T>, by_output: &[T]) -> (Vec<T>, Vec<T>) {
+    pub fn vjp_with_inputs<T: SimdFloat>(
+        &self,
+        theta: &[T],
+        at_rows: &Activations<T>,
+        by_output: &[T],
+    ) -> (Vec<T>, Vec<T>) {
         self.backward(theta, at_rows, by_output, true)
     }
 
     /// Returns the gradient by the parameters and, if requested, by the inputs.
-    fn backward<T: Real>(
+    fn backward<T: SimdFloat>(
         &self,
         theta: &[T],
         at_rows: &Activations<T>,
@@ -154,7 +159,7 @@ impl Shape {
     }
 
     /// Returns the Jacobian-vector product: the change of the outputs as the parameters move along `direction`.
-    pub fn jvp<T: Real>(&self, theta: &[T], at_rows: &Activations<T>, direction: &[T]) -> Vec<T> {
+    pub fn jvp<T: SimdFloat>(&self, theta: &[T], at_rows: &Activations<T>, direction: &[T]) -> Vec<T> {
         let rows = at_rows.layers[0].len() / self.inputs();
         let mut tangent: Vec<T> = Vec::new();
         let last = self.sizes.len() - 2;

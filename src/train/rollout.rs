@@ -40,7 +40,7 @@ pub struct Rollout {
 }
 
 /// Means of a batch over time, so that a long hold has more weight than a short one.
-pub struct Means {
+pub struct BatchMeans {
     /// Number of ring steps.
     pub steps: f64,
     /// Mean speed of all vehicles, m/s.
@@ -51,7 +51,7 @@ pub struct Means {
     pub crashes: u32,
 }
 
-impl Means {
+impl BatchMeans {
     /// Returns the means of these rollouts.
     pub fn of(rollouts: &[Rollout]) -> Self {
         let timed = || rollouts.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold.steps()), o)));
@@ -134,7 +134,7 @@ impl RolloutWorker {
         let Some(watcher) = &mut self.watcher else { return };
         watcher.watch(&self.env.take_samples(), drivers, log);
         for (l, outcome) in outcomes.iter_mut().enumerate() {
-            outcome.last_seen = watcher.who_drives(l).told(&outcome.last_seen);
+            outcome.last_seen = watcher.who_drives(l).complete_observation(&outcome.last_seen);
             if outcome.ending != Ending::None {
                 watcher.begin(l);
             }
@@ -146,7 +146,7 @@ impl RolloutWorker {
         let seen = |l| {
             let mut observation = self.env.observe(l);
             if let Some(watcher) = &self.watcher {
-                observation = watcher.who_drives(l).told(&observation);
+                observation = watcher.who_drives(l).complete_observation(&observation);
             }
             inputs.iter().map(move |input| input.scaled(&observation))
         };

@@ -7,7 +7,7 @@ use std::{
 };
 
 /// The arithmetic that training needs.
-pub trait Real:
+pub trait SimdFloat:
     Copy
     + Default
     + Send
@@ -33,7 +33,7 @@ pub trait Real:
     fn tanh_all(xs: &mut [Self]);
 }
 
-impl Real for f32 {
+impl SimdFloat for f32 {
     fn of(x: f64) -> Self {
         x as Self
     }
@@ -51,7 +51,7 @@ impl Real for f32 {
     }
 }
 
-impl Real for f64 {
+impl SimdFloat for f64 {
     fn of(x: f64) -> Self {
         x
     }

@@ -6,9 +6,9 @@
 //! Sums run over chunks of [`CHUNK`] rows in parallel and are added in order, so that the number of threads changes no bit.
 
 use super::{
-    distribution::Family,
+    distribution::DistributionFamily,
     net::{Activations, Shape},
-    scalar::Real,
+    scalar::SimdFloat,
 };
 use rayon::prelude::*;
 
@@ -48,7 +48,7 @@ pub struct PolicyShape {
     /// Shape of the network.
     pub net: Shape,
     /// Distribution of the actions.
-    pub family: Family,
+    pub family: DistributionFamily,
 }
 
 /// Data of an update, with rows in any order.
@@ -62,7 +62,7 @@ pub struct Batch<T> {
     pub advantages: Vec<f64>,
 }
 
-impl<T: Real> Batch<T> {
+impl<T: SimdFloat> Batch<T> {
     /// Returns every `n`-th row starting with the first; `inputs` is the length of a row of observations.
     fn every(&self, n: usize, inputs: usize) -> Self {
         Self {
@@ -75,7 +75,7 @@ impl<T: Real> Batch<T> {
 
 /// Settings of an update.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrustRegion {
+pub struct TrustRegionSettings {
     /// Bound on the mean KL divergence, delta of S15 eq. 12.
     pub max_kl: f64,
     /// Largest number of conjugate-gradient steps.
@@ -110,7 +110,7 @@ struct Chunk<'a, T> {
 }
 
 /// A batch under a policy, with the quantities of S15 at the old parameters.
-pub struct Region<'a, T> {
+pub struct TrustRegion<'a, T> {
     shape: &'a PolicyShape,
     theta: &'a [T],
     chunks: Vec<Chunk<'a, T>>,
@@ -124,19 +124,19 @@ impl PolicyShape {
     }
 
     /// Splits the parameters into the network's and the logarithm of the standard deviation (0 without one).
-    pub fn split<'a, T: Real>(&self, theta: &'a [T]) -> (&'a [T], T) {
+    pub fn split<'a, T: SimdFloat>(&self, theta: &'a [T]) -> (&'a [T], T) {
         let (net, extra) = theta.split_at(self.net.parameters());
         (net, extra.first().copied().unwrap_or_default())
     }
 
     /// Runs one update; `theta` is replaced if the line search accepts a step (S15 section 6 and appendix C).
-    pub fn update<T: Real>(&self, theta: &mut Vec<T>, batch: &Batch<T>, region: &TrustRegion) -> Update {
+    pub fn update<T: SimdFloat>(&self, theta: &mut Vec<T>, batch: &Batch<T>, region: &TrustRegionSettings) -> Update {
         let old = theta.clone();
-        let here = Region::new(self, &old, batch);
+        let here = TrustRegion::new(self, &old, batch);
         let mut update = Update { entropy: here.entropy(), ..Update::default() };
         let gradient = here.gradient();
         let part = (region.fisher_every > 1).then(|| batch.every(region.fisher_every, self.net.inputs()));
-        let part = part.as_ref().map(|part| Region::new(self, &old, part));
+        let part = part.as_ref().map(|part| TrustRegion::new(self, &old, part));
         let metric = part.as_ref().unwrap_or(&here);
         let fisher = |v: &[f64]| metric.fisher_product(v, region.damping);
         let direction = conjugate_gradient(fisher, &gradient, region.cg_steps);
@@ -160,7 +160,7 @@ impl PolicyShape {
     }
 }
 
-impl<'a, T: Real> Region<'a, T> {
+impl<'a, T: SimdFloat> TrustRegion<'a, T> {
     /// Runs the old policy on the batch.
     pub fn new(shape: &'a PolicyShape, theta: &'a [T], batch: &'a Batch<T>) -> Self {
         let net = shape.split(theta).0;

@@ -1,16 +1,16 @@
 //! The update against finite differences and against its bound.
 
 use super::{
-    distribution::Family,
+    distribution::DistributionFamily,
     net::Shape,
-    scalar::Real,
-    trpo::{Batch, Decision, PolicyShape, Region, TrustRegion, advantages, conjugate_gradient},
+    scalar::SimdFloat,
+    trpo::{Batch, Decision, PolicyShape, TrustRegion, TrustRegionSettings, advantages, conjugate_gradient},
 };
 use crate::rng;
 
 const ROWS: usize = 1200;
 
-fn policy<T: Real>(family: Family) -> (PolicyShape, Vec<T>, Batch<T>) {
+fn policy<T: SimdFloat>(family: DistributionFamily) -> (PolicyShape, Vec<T>, Batch<T>) {
     let shape = PolicyShape { net: Shape::new(&[4, 8, 6, family.outputs()]), family };
     let mut stream = rng::stream(2, "trpo");
     let mut theta: Vec<T> = shape.net.orthogonal(0.5, &mut stream);
@@ -18,8 +18,8 @@ fn policy<T: Real>(family: Family) -> (PolicyShape, Vec<T>, Batch<T>) {
     let mut normals = |n: usize| (0..n).map(|_| stream.normal()).collect::<Vec<f64>>();
     let inputs: Vec<T> = normals(4 * ROWS).into_iter().map(T::of).collect();
     let actions = normals(ROWS).into_iter().map(|x| match family {
-        Family::Normal => T::of(x),
-        Family::Levels(n) => T::of((x.abs() * 10.0).floor() % n as f64),
+        DistributionFamily::Normal => T::of(x),
+        DistributionFamily::Levels(n) => T::of((x.abs() * 10.0).floor() % n as f64),
     });
     let actions = actions.collect();
     let advantages = normals(ROWS);
@@ -41,9 +41,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn the_policy_gradient_equals_finite_differences() {
-    for family in [Family::Normal, Family::Levels(5)] {
+    for family in [DistributionFamily::Normal, DistributionFamily::Levels(5)] {
         let (shape, theta, batch) = policy::<f64>(family);
-        let region = Region::new(&shape, &theta, &batch);
+        let region = TrustRegion::new(&shape, &theta, &batch);
         let gradient = region.gradient();
         for i in 0..theta.len() {
             let mut way = vec![0.0; theta.len()];
@@ -57,9 +57,9 @@ fn the_policy_gradient_equals_finite_differences() {
 
 #[test]
 fn the_fisher_product_is_the_second_difference_of_the_divergence() {
-    for family in [Family::Normal, Family::Levels(5)] {
+    for family in [DistributionFamily::Normal, DistributionFamily::Levels(5)] {
         let (shape, theta, batch) = policy::<f64>(family);
-        let region = Region::new(&shape, &theta, &batch);
+        let region = TrustRegion::new(&shape, &theta, &batch);
         let divergence = |way: &[f64]| {
             let at = |by: f64| region.compare(&moved(&theta, way, by)).1;
             (at(1e-4) + at(-1e-4)) / 1e-8
@@ -91,18 +91,18 @@ fn conjugate_gradients_solve_a_small_system_exactly() {
 
 #[test]
 fn every_accepted_step_keeps_the_bound_and_gains() {
-    for family in [Family::Normal, Family::Levels(5)] {
+    for family in [DistributionFamily::Normal, DistributionFamily::Levels(5)] {
         let (shape, mut theta, mut batch) = policy::<f32>(family);
         let mut stream = rng::stream(4, "advantages");
         for round in 0..20 {
             let fisher_every = 1 + round % 2 * 4;
-            let region = TrustRegion { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every, backtracks: 10 };
+            let region = TrustRegionSettings { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every, backtracks: 10 };
             batch.advantages = (0..ROWS).map(|_| stream.normal()).collect();
             let before = theta.clone();
             let update = shape.update(&mut theta, &batch, &region);
             assert!(update.halvings.is_some() && update.gain > 0.0, "{update:?}");
             assert!(update.kl > 0.0 && update.kl <= 0.01, "{update:?}");
-            let (gain, kl) = Region::new(&shape, &before, &batch).compare(&theta);
+            let (gain, kl) = TrustRegion::new(&shape, &before, &batch).compare(&theta);
             assert_eq!((gain, kl), (update.gain, update.kl));
         }
     }
@@ -110,14 +110,14 @@ fn every_accepted_step_keeps_the_bound_and_gains() {
 
 #[test]
 fn a_part_of_the_batch_with_all_its_distinct_rows_gives_the_same_update() {
-    let (shape, theta, batch) = policy::<f64>(Family::Normal);
+    let (shape, theta, batch) = policy::<f64>(DistributionFamily::Normal);
     let three_times = Batch {
         inputs: batch.inputs.chunks(4).flat_map(|row| row.repeat(3)).collect(),
         actions: batch.actions.iter().flat_map(|a| [*a; 3]).collect(),
         advantages: batch.advantages.iter().flat_map(|a| [*a; 3]).collect(),
     };
     let after = |batch: &Batch<f64>, fisher_every| {
-        let region = TrustRegion { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every, backtracks: 10 };
+        let region = TrustRegionSettings { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every, backtracks: 10 };
         let mut theta = theta.clone();
         shape.update(&mut theta, batch, &region);
         theta
@@ -134,8 +134,9 @@ fn an_update_has_the_same_bits_with_any_number_of_threads() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let (shape, mut theta, batch) = policy::<f32>(Family::Normal);
-            let region = TrustRegion { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every: 1, backtracks: 10 };
+            let (shape, mut theta, batch) = policy::<f32>(DistributionFamily::Normal);
+            let region =
+                TrustRegionSettings { max_kl: 0.01, cg_steps: 10, damping: 0.1, fisher_every: 1, backtracks: 10 };
             shape.update(&mut theta, &batch, &region);
             theta.into_iter().map(f32::to_bits).collect::<Vec<_>>()
         })

@@ -45,7 +45,7 @@ fn an_extended_drive_is_recorded_whole_and_replays_to_the_bit() {
     assert_eq!(Scenario::from_file(&recording.join("scenario.toml")).unwrap().duration_s, 1.75);
     let mut replay = Replay::open(&recording).unwrap();
     replay.advance(1000).unwrap();
-    assert_eq!((replay.verdict().ticks, replay.verdict().first_difference), (175, None));
+    assert_eq!((replay.report().ticks, replay.report().first_difference), (175, None));
     let manifest = std::fs::read_to_string(recording.join("manifest.json")).unwrap();
     assert!(manifest.contains("\"participant\": \"P03\""), "{manifest}");
     // A scenario that cannot start leaves the devices with the caller.

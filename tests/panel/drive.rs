@@ -368,9 +368,9 @@ fn picture_with(open: bool) -> image::RgbaImage {
     const SIZE: [u32; 2] = [320, 180];
     let gpu = Gpu::shared().expect("a graphics adapter is needed");
     let world = World::new(&Scenario { traffic: EngineChoice::Native, ..Scenario::default() }).unwrap();
-    let stage = StaticScene::build(world.map(), 1);
-    let mut renderer = Renderer::new(gpu, &stage, OFFSCREEN, Quality::LOW);
-    let view = view(world.snapshot(), 1.0, ViewKind::Driver, &view_options(world.scenario()), &stage);
+    let static_scene = StaticScene::build(world.map(), 1);
+    let mut renderer = Renderer::new(gpu, &static_scene, OFFSCREEN, Quality::LOW);
+    let view = view(world.snapshot(), 1.0, ViewKind::Driver, &view_options(world.scenario()), &static_scene);
     let mut bench = Bench::driving();
     bench.panel.open = open;
     let ctx = egui::Context::default();

@@ -211,7 +211,7 @@ fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
     // and 0.05, as for trees, where it is 40 pixels high.
     const MOST: [f32; 2] = [0.02, 0.05];
     // The background is meadow and road, visible through the windows.
-    let bare = StaticScene { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
+    let bare = StaticScene { posts: Mesh::default(), tuft_places: Vec::new(), ..static_scene(false).clone() };
     let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, Quality { msaa: 4, fine: true, ..Quality::LOW });
     let pose = on_lane(40.0, 0.0);
     let mut worst = [0.0f32; 2];
@@ -350,7 +350,7 @@ fn the_speedometer_hides_nothing_of_a_leader_at_any_gap() {
                 let view = view(&snapshot(vec![car(id, on_lane(gap_m + 5.0, left_m))]), ViewKind::Driver, &options);
                 let place = DialPlace::of(&view, size).rect(size);
                 let leader = view.cars[1];
-                let [near, ..] = &stage(false).cars[leader.style].levels;
+                let [near, ..] = &static_scene(false).cars[leader.style].levels;
                 let body = near.vertices.iter().map(|v| Vec3::from(v.position));
                 let wheels = leader.hubs.iter().map(|hub| *hub - Vec3::Z * hub.z);
                 for point in body.chain(wheels) {

@@ -144,17 +144,17 @@ fn the_full_cockpit_keeps_its_budget() {
 
 #[test]
 fn costs_are_counted_to_the_triangle_and_to_the_byte() {
-    let plain = StaticScene { posts: Mesh::default(), ..stage(false).clone() };
+    let plain = StaticScene { posts: Mesh::default(), ..static_scene(false).clone() };
     let snapshot = full_ring();
     let view = view(&snapshot, ViewKind::Chase, &ViewOptions::default());
     let ahead = view.camera.eye + view.camera.forward * 10.0;
     let vertex = |x: f32, y: f32| Vertex { position: [ahead.x + x, ahead.y + y, ahead.z], ..Default::default() };
     let corners = [vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(0.0, 1.0), vertex(1.0, 1.0)];
     let posts = Mesh { vertices: corners.to_vec(), indices: vec![0, 1, 2, 1, 3, 2] };
-    let cost = |stage: &StaticScene, cars: usize| {
+    let cost = |static_scene: &StaticScene, cars: usize| {
         let mut view = view.clone();
         view.cars.truncate(cars);
-        let mut renderer = Renderer::new(gpu(), stage, OFFSCREEN, Quality::LOW);
+        let mut renderer = Renderer::new(gpu(), static_scene, OFFSCREEN, Quality::LOW);
         let target = canvas(gpu(), OFFSCREEN, [160, 90]);
         // The second picture counts: the first one also made the sky and shadows.
         for _ in 0..2 {

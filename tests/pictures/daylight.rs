@@ -141,11 +141,12 @@ fn a_grey_card_has_the_brightness_of_daylight_in_sun_and_shade() {
         card(&mut cards, Vec3::Z * 1.2 + body_from_world * to_sun * (height / to_sun.z), 1.5, GREY);
         let levels = [cards.clone(), cards.clone(), cards.clone()];
         let model = CarModel { levels, glass: Default::default(), plan: cards.clone(), shade: cards };
-        let stage = StaticScene { cars: vec![model; stage(false).cars.len()], ..stage(false).clone() };
+        let static_scene =
+            StaticScene { cars: vec![model; static_scene(false).cars.len()], ..static_scene(false).clone() };
         let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Birdseye, &options);
         let middle = pose.position.as_vec2().extend(1.2);
         from_above(&mut view, middle);
-        let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality::LOW);
+        let mut renderer = Renderer::new(gpu(), &static_scene, OFFSCREEN, Quality::LOW);
         let image = draw_with(&mut renderer, &view, [160, 160]);
 
         let sky = Sky::new(to_sun, visibility_m);
@@ -186,15 +187,15 @@ fn edges_of_shadows_stay_on_the_ground_while_the_camera_drives() {
     let pose = on_lane(40.0, 0.0);
     let (along, left) = (pose.forward().as_vec2().extend(0.0), pose.left().as_vec2().extend(0.0));
     let to_sun = (left * 0.75 + Vec3::Z).normalize();
-    let mut stage = stage(false).clone();
+    let mut static_scene = static_scene(false).clone();
     let middle = pose.position.as_vec2().extend(0.0);
-    stage.road = Mesh::default();
-    stage.land = Mesh::default();
-    card(&mut stage.road, middle, 90.0, 0.18);
-    for v in &mut stage.road.vertices {
+    static_scene.road = Mesh::default();
+    static_scene.land = Mesh::default();
+    card(&mut static_scene.road, middle, 90.0, 0.18);
+    for v in &mut static_scene.road.vertices {
         v.material = codrive::scene::Material::Paint as u32;
     }
-    let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality::MEDIUM);
+    let mut renderer = Renderer::new(gpu(), &static_scene, OFFSCREEN, Quality::MEDIUM);
     let size = [480, 270];
     let mut edges = Vec::new();
     for frame in 0..60 {
@@ -259,7 +260,7 @@ fn marked_green() -> ViewOptions {
 fn driving_makes_no_more_pipelines_buffers_or_textures() {
     // A separate device, as other tests create resources on the shared one.
     let gpu = codrive::render::Gpu::headless().unwrap_or_else(|e| panic!("{e}"));
-    let mut renderer = Renderer::new(&gpu, stage(true), OFFSCREEN, Quality::LOW);
+    let mut renderer = Renderer::new(&gpu, static_scene(true), OFFSCREEN, Quality::LOW);
     let size = [160, 90];
     let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: None,

@@ -31,21 +31,21 @@ fn network() -> &'static Arc<Network> {
 }
 
 /// Returns the grid without trees, which would hide parts of it.
-fn stage() -> &'static StaticScene {
+fn static_scene() -> &'static StaticScene {
     static STAGE: OnceLock<StaticScene> = OnceLock::new();
     STAGE.get_or_init(|| StaticScene::of_network(network(), 1, 0))
 }
 
 fn draw(view: &View, size: [u32; 2]) -> RgbaImage {
     static RENDERER: OnceLock<Mutex<Renderer>> = OnceLock::new();
-    let renderer = RENDERER.get_or_init(|| Mutex::new(Renderer::new(gpu(), stage(), OFFSCREEN, Quality::LOW)));
+    let renderer = RENDERER.get_or_init(|| Mutex::new(Renderer::new(gpu(), static_scene(), OFFSCREEN, Quality::LOW)));
     let mut renderer = renderer.lock().unwrap_or_else(|e| e.into_inner());
     render_to_image(gpu(), &mut renderer, view, size).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Returns a view from a camera, without the ego.
 fn view(snapshot: &Snapshot, kind: ViewKind, camera: Camera) -> View {
-    let mut view = scene::view(snapshot, 1.0, kind, &ViewOptions::default(), stage());
+    let mut view = scene::view(snapshot, 1.0, kind, &ViewOptions::default(), static_scene());
     view.cars.remove(0);
     view.camera = camera;
     view
@@ -156,7 +156,7 @@ fn lane(id: &str) -> LaneId {
 
 /// Returns the signal heads of a lane, the one beside the stop line first.
 fn heads(id: &str) -> Vec<&'static SignalHead> {
-    stage().signal_heads.iter().filter(|head| head.lane == lane(id)).collect()
+    static_scene().signal_heads.iter().filter(|head| head.lane == lane(id)).collect()
 }
 
 /// Returns the view of a driver 40 m before the stop line of A1B1, with the signals of the snapshot.
@@ -205,7 +205,7 @@ fn a_head_stands_beside_the_stop_line_and_faces_the_driver() {
     }
     // Nine junctions: four corners without a signal, four with three streets, one with four. Each street has a head for each of its two
     // lanes and one across the junction.
-    assert_eq!(stage().signal_heads.len(), (4 * 3 + 4) * 3);
+    assert_eq!(static_scene().signal_heads.len(), (4 * 3 + 4) * 3);
 }
 
 #[test]
@@ -346,8 +346,8 @@ fn a_network_in_national_coordinates_looks_like_one_at_the_origin() {
     let by = DVec2::new(600_000.0, 5_300_000.0);
     let drawn = |file: &str, by: DVec2| {
         let network = Arc::new(Network::load(file).unwrap_or_else(|e| panic!("{e}")));
-        let stage = StaticScene::of_network(&network, 1, 200);
-        let renderer = Mutex::new(Renderer::new(gpu(), &stage, OFFSCREEN, Quality::LOW));
+        let static_scene = StaticScene::of_network(&network, 1, 200);
+        let renderer = Mutex::new(Renderer::new(gpu(), &static_scene, OFFSCREEN, Quality::LOW));
         // On lane WC towards the crossing at (200, 200): eastwards at y = 198.4.
         let pose = Pose::new(DVec2::new(150.0, 198.4) + by, 0.0);
         let mut snapshot = Snapshot::default();
@@ -357,7 +357,7 @@ fn a_network_in_national_coordinates_looks_like_one_at_the_origin() {
         snapshot.cars =
             vec![VehicleSnapshot { id: VehicleId(1), pose: leader, pose_before: leader, ..VehicleSnapshot::default() }];
         let picture = |kind| {
-            let view = scene::view(&snapshot, 1.0, kind, &ViewOptions::default(), &stage);
+            let view = scene::view(&snapshot, 1.0, kind, &ViewOptions::default(), &static_scene);
             let mut renderer = renderer.lock().unwrap_or_else(|e| e.into_inner());
             render_to_image(gpu(), &mut renderer, &view, [160, 90]).unwrap_or_else(|e| panic!("{e}"))
         };
@@ -384,15 +384,16 @@ fn a_grid_of_ten_by_ten_has_a_bounded_number_of_triangles() {
     let made = command.env("SUMO_HOME", &sumo).output().unwrap_or_else(|e| panic!("run scripts/setup first: {e}"));
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let network = Arc::new(Network::load(&file.display().to_string()).unwrap_or_else(|e| panic!("{e}")));
-    let stage = StaticScene::of_network(&network, 1, 0);
+    let static_scene = StaticScene::of_network(&network, 1, 0);
     // Two lanes each way, 36 km of streets, 72 km of lanes. A corner every 12 m in a dozen strips per lane would be 150,000 triangles, and
     // dashes as many again. A small graphics card sets up 300 million triangles a second; all of these take it less than 3 ms.
-    let [road, land, posts] = [&stage.road, &stage.land, &stage.posts].map(|mesh| mesh.triangles());
+    let [road, land, posts] =
+        [&static_scene.road, &static_scene.land, &static_scene.posts].map(|mesh| mesh.triangles());
     println!("{road} triangles of road, {land} of land, {posts} of signals");
     assert!(road < 600_000 && land < 120_000 && posts < 300_000, "{road}, {land}, {posts}");
     // From the driver's position, pieces outside the picture are culled.
-    let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality::LOW);
-    let mut view = scene::view(&Snapshot::default(), 1.0, ViewKind::Chase, &ViewOptions::default(), &stage);
+    let mut renderer = Renderer::new(gpu(), &static_scene, OFFSCREEN, Quality::LOW);
+    let mut view = scene::view(&Snapshot::default(), 1.0, ViewKind::Chase, &ViewOptions::default(), &static_scene);
     let lens = Lens::Perspective { fov_x_rad: ViewOptions::default().fov_x_rad() };
     view.camera = Camera { eye: Vec3::new(350.0, 398.4, 1.2), forward: Vec3::X, up: Vec3::Z, lens };
     render_to_image(gpu(), &mut renderer, &view, [320, 180]).unwrap_or_else(|e| panic!("{e}"));

@@ -29,7 +29,7 @@ pub fn map() -> &'static RoadMap {
 }
 
 /// Returns the scene with trees, or the bare land, where nothing hides a vehicle.
-pub fn stage(trees: bool) -> &'static StaticScene {
+pub fn static_scene(trees: bool) -> &'static StaticScene {
     static STAGES: OnceLock<[StaticScene; 2]> = OnceLock::new();
     &STAGES.get_or_init(|| [StaticScene::with_trees(map(), 1, 0), StaticScene::build(map(), 1)])[usize::from(trees)]
 }
@@ -42,7 +42,7 @@ pub fn draw(view: &View, trees: bool, size: [u32; 2]) -> RgbaImage {
 }
 
 pub fn renderer(trees: bool, quality: Quality) -> Renderer {
-    Renderer::new(gpu(), stage(trees), OFFSCREEN, quality)
+    Renderer::new(gpu(), static_scene(trees), OFFSCREEN, quality)
 }
 
 pub fn draw_with(renderer: &mut Renderer, view: &View, size: [u32; 2]) -> RgbaImage {
@@ -72,7 +72,7 @@ pub fn on_lane(front_s_m: f64, left_m: f64) -> Pose {
 /// Returns a snapshot with the ego's front bumper at 0 and the other vehicles.
 pub fn snapshot(cars: Vec<VehicleSnapshot>) -> Snapshot {
     let pose = on_lane(0.0, 0.0);
-    let wheels = stage(false).hubs.map(|hub| WheelPose { hub, ..Default::default() });
+    let wheels = static_scene(false).hubs.map(|hub| WheelPose { hub, ..Default::default() });
     let ego = EgoState {
         position: pose.position.extend(0.0),
         rotation: Quat::from_rotation_z(pose.yaw_rad as f32),
@@ -104,7 +104,7 @@ pub fn marked_ego() -> ViewOptions {
 }
 
 pub fn view(snapshot: &Snapshot, kind: ViewKind, options: &ViewOptions) -> View {
-    scene::view(snapshot, 1.0, kind, options, stage(true))
+    scene::view(snapshot, 1.0, kind, options, static_scene(true))
 }
 
 /// Returns the corners of the box around a vehicle's body, in world axes.

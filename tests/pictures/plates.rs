@@ -126,7 +126,7 @@ fn plate_beside(drawing: &mut Renderer, distance_m: f32, off_px: f32) -> (f32, f
 #[test]
 fn a_plate_blends_with_distance_and_does_not_switch_off() {
     // Nothing is between vehicle and camera: no posts, no grass.
-    let bare = StaticScene { posts: Mesh::default(), tuft_places: Vec::new(), ..stage(false).clone() };
+    let bare = StaticScene { posts: Mesh::default(), tuft_places: Vec::new(), ..static_scene(false).clone() };
     for quality in [Quality::MEDIUM, Quality::LOW] {
         let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
         let mut before: Option<(f32, f32, f32, f32)> = None;
@@ -151,5 +151,5 @@ fn a_plate_blends_with_distance_and_does_not_switch_off() {
 }
 
 fn renderer_of() -> Renderer {
-    Renderer::new(gpu(), stage(false), OFFSCREEN, Quality { msaa: 4, ..Quality::LOW })
+    Renderer::new(gpu(), static_scene(false), OFFSCREEN, Quality { msaa: 4, ..Quality::LOW })
 }

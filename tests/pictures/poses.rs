@@ -42,8 +42,8 @@ fn no_pixel_is_nan_or_white_in_500_random_poses_on_every_map() {
 
 fn update_derived_state(name: &str) {
     let map = RoadMap::load(name).expect("a map that is shipped");
-    let stage = StaticScene::build(&map, 1);
-    let mut renderer = Renderer::new(gpu(), &stage, OFFSCREEN, Quality { shadow_size: 256, ..Quality::LOW });
+    let static_scene = StaticScene::build(&map, 1);
+    let mut renderer = Renderer::new(gpu(), &static_scene, OFFSCREEN, Quality { shadow_size: 256, ..Quality::LOW });
     let snapshot = snapshot(&map);
     let mut random = rng::stream(1, "poses");
     let mut draw = |low: f64, high: f64| random.uniform(low, high);
@@ -54,7 +54,7 @@ fn update_derived_state(name: &str) {
             options = ViewOptions { visibility_m: draw(1e3, 1e5) as f32, ..ViewOptions::default() }
                 .at_hour(draw(6.0, 18.0) as f32);
         }
-        let mut view = scene::view(&snapshot, 1.0, ViewKind::Chase, &options, &stage);
+        let mut view = scene::view(&snapshot, 1.0, ViewKind::Chase, &options, &static_scene);
         // Near the road, from 0.2 m above the ground to above the trees; looking level, down or up; with wide or narrow lenses.
         let beside = DVec2::new(draw(-15.0, 15.0), draw(-15.0, 15.0));
         let place = map.route.point_at(draw(0.0, map.route.length_m())) + beside;

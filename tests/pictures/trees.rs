@@ -33,7 +33,7 @@ fn shown(bare: &mut Renderer, tree: &mut Renderer, view: &View, size: [u32; 2], 
 
 #[test]
 fn a_tree_takes_as_much_light_on_both_sides_of_a_switch_of_detail() {
-    let bare = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
+    let bare = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..static_scene(true).clone() };
     let bare = StaticScene {
         road: Mesh::default(),
         land: Mesh::default(),
@@ -108,11 +108,11 @@ fn changes_without_a_jump(bare: &StaticScene, quality: Quality, yaw_rad: f32) {
 fn at_noon_crowns_are_as_bright_as_forests_and_their_shade_is_not_black() {
     let options = ViewOptions { wind_mps: 0.0, ..Default::default() }.at_hour(12.0);
     let quality = Quality { msaa: 4, fine: true, ..Quality::LOW };
-    let land = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
+    let land = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..static_scene(true).clone() };
     let land = StaticScene { tuft_places: Vec::new(), posts: Mesh::default(), ..land };
     let bare = StaticScene { road: Mesh::default(), land: Mesh::default(), ..land.clone() };
     // In the ring's middle. The shade falls northwards and is as long as the tree is high.
-    let centre = stage(true).centre;
+    let centre = static_scene(true).centre;
     let mut empty = Renderer::new(gpu(), &bare, OFFSCREEN, quality);
     let mut meadow = Renderer::new(gpu(), &land, OFFSCREEN, quality);
     // Albedos of Oke 1987 (Boundary Layer Climates, second edition, table 1.1): grass 0.16 to 0.26, broad-leaved forest 0.15 to 0.20,
@@ -121,8 +121,8 @@ fn at_noon_crowns_are_as_bright_as_forests_and_their_shade_is_not_black() {
     for (kind, forest) in [(0, 0.15 / 0.26..0.20 / 0.16), (3, 0.05 / 0.26..0.15 / 0.16)] {
         let (position, tint) = (centre.extend(0.0), [1.0; 3]);
         let place = TreePlace { position, yaw_rad: 0.0, scale: 1.0, tint, kind };
-        let with = |stage: &StaticScene| {
-            let one = StaticScene { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..stage.clone() };
+        let with = |static_scene: &StaticScene| {
+            let one = StaticScene { tree_places: vec![place], tree_grounds: vec![Vec3::Z], ..static_scene.clone() };
             Renderer::new(gpu(), &one, OFFSCREEN, quality)
         };
         let (mut alone, mut standing) = (with(&bare), with(&land));
@@ -203,7 +203,7 @@ fn leaves_at_low_have_no_stipple() {
 
 #[test]
 fn a_tree_between_two_levels_has_no_stipple_with_one_sample_a_pixel() {
-    let bare = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..stage(true).clone() };
+    let bare = StaticScene { tree_places: Vec::new(), far_tree_places: Vec::new(), ..static_scene(true).clone() };
     let bare = StaticScene {
         road: Mesh::default(),
         land: Mesh::default(),

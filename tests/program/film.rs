@@ -22,11 +22,11 @@ echo film >"$last"
 "#;
 
 /// A recorded drive of 2 s in a folder that also takes the results.
-struct Place {
+struct RecordingFixture {
     folder: tempfile::TempDir,
 }
 
-impl Place {
+impl RecordingFixture {
     fn recorded() -> Self {
         let place = Self { folder: tempfile::tempdir().unwrap() };
         let drive = place.path("drive");
@@ -74,7 +74,7 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn a_picture_shows_its_time_and_all_pictures_are_numbered() {
-    let place = Place::recorded();
+    let place = RecordingFixture::recorded();
     let [png, frames] = ["at.png", "frames"].map(|name| place.path(name));
     let (code, said) = place.replay(&["--png", &png, "--at", "1", "--frames", &frames, "--rate", "10"]);
     assert!(code == 0 && said.contains("all 200 ticks are the same to the bit"), "{said}");
@@ -101,7 +101,7 @@ fn a_picture_shows_its_time_and_all_pictures_are_numbered() {
 
 #[test]
 fn ffmpeg_gets_every_picture_of_a_video_and_joins_the_sound() {
-    let place = Place::recorded();
+    let place = RecordingFixture::recorded();
     let [film, sound] = ["film.mp4", "drive.wav"].map(|name| place.path(name));
     let (code, said) = place.replay(&["--video", &film, "--rate", "10"]);
     assert_eq!(code, 0, "{said}");
@@ -130,7 +130,7 @@ fn ffmpeg_gets_every_picture_of_a_video_and_joins_the_sound() {
 
 #[test]
 fn a_failing_or_missing_ffmpeg_is_reported_and_nothing_is_called_done() {
-    let place = Place::recorded();
+    let place = RecordingFixture::recorded();
     fs::write(place.path("bin/fails"), "").unwrap();
     let (code, said) = place.replay(&["--video", &place.path("film.mp4"), "--rate", "5"]);
     assert!(code == 1 && said.contains("ffmpeg"), "{said}");
@@ -152,7 +152,7 @@ fn a_failing_or_missing_ffmpeg_is_reported_and_nothing_is_called_done() {
 
 #[test]
 fn the_smallest_gap_of_the_summary_equals_that_of_the_table() {
-    let place = Place::recorded();
+    let place = RecordingFixture::recorded();
     let summary = fs::read_to_string(place.path("drive/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let gaps = TableReader::parquet(&Table::Ego.parquet(Path::new(&place.path("drive")))).unwrap().numbers("gap_m");

@@ -156,15 +156,15 @@ fn any_moment_of_a_replay_is_the_world_as_it_was_then() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     let known = prover.known();
-    let (film, proof) = (&known.film, &known.verdict);
+    let (timeline, proof) = (&known.timeline, &known.report);
     assert_eq!((proof.ticks, proof.first_difference), (1205, None), "proven to the end");
-    assert_eq!(film.end_s(), 12.05);
+    assert_eq!(timeline.end_s(), 12.05);
 
     let mut world = Replay::open(&drive).unwrap();
     let mut at = 0;
     // The timeline is read backwards and the world is driven forwards: the timeline can be read in any order.
     let mut wanted: Vec<u64> = vec![1205, 1203, 1200, 977, 500, 333, 10, 1];
-    let seen: Vec<_> = wanted.iter().map(|tick| film.at(*tick as f64 / 100.0)).collect();
+    let seen: Vec<_> = wanted.iter().map(|tick| timeline.at(*tick as f64 / 100.0)).collect();
     wanted.reverse();
     for (tick, (snapshot, fraction)) in wanted.iter().zip(seen.iter().rev()) {
         world.advance(tick - at).unwrap();
@@ -188,7 +188,7 @@ fn a_replay_that_is_closed_in_the_middle_ends_at_once() {
     let drive = folder.path().join("drive");
     record(&drive, "60");
     let (prover, _) = Verifier::start(&drive).unwrap();
-    let proven = prover.known().verdict.ticks;
+    let proven = prover.known().report.ticks;
     assert!(proven < 6000, "{proven}: it has only begun");
     drop(prover);
 }

@@ -68,7 +68,7 @@ pub fn tampered(of: &Path, tamper: impl FnOnce(&Path)) -> (tempfile::TempDir, Pa
 pub fn replayed(drive: &Path) -> Result<ReplayReport, String> {
     let mut replay = Replay::open(drive).map_err(|error| error.to_string())?;
     replay.advance(u64::MAX).map_err(|error| error.to_string())?;
-    Ok(replay.verdict().clone())
+    Ok(replay.report().clone())
 }
 
 pub fn is_found(drive: &Path) -> bool {

@@ -159,8 +159,9 @@ impl OfflineDriveFromOutside {
     }
 
     fn step(&mut self, is_due: bool) {
-        self.world.meet_agents().expect("the engine goes on");
-        let told: Vec<Observation> = self.world.agents().iter().map(|agent| self.world.told(agent)).collect();
+        self.world.sync_agents_now().expect("the engine goes on");
+        let told: Vec<Observation> =
+            self.world.agents().iter().map(|agent| self.world.complete_observation(agent)).collect();
         for (index, (policy, told)) in self.policies.iter_mut().zip(&told).enumerate() {
             policy.watch(told);
             if is_due {

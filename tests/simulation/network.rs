@@ -34,14 +34,14 @@ pub(super) fn driver(world: &World) -> SimulatedDriver {
 pub(super) fn drive(scenario: &Scenario, mut see: impl FnMut(&World)) -> codrive::sim::Summary {
     let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
     let mut driver = driver(&world);
-    let mut tally = SummaryAccumulator::new([0.0, f64::INFINITY]);
+    let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     while world.ended().is_none() {
         let controls = driver.controls(&world.perceived_by(&driver));
         world.tick(&controls).expect("a tick");
-        tally.add(world.snapshot(), world.events());
+        summary.add(world.snapshot(), world.events());
         see(&world);
     }
-    tally.summary()
+    summary.to_summary()
 }
 
 const ROUND: &str = "A0B0 B0B1 B1C1 C1C2 C2B2 B2A2 A2A1 A1A0 A0B0 B0B1 B1B2";

@@ -244,7 +244,7 @@ fn a_recording_without_participant_is_recovered_and_replayed_to_the_bit() {
     assert!(advised.rows() > 100, "{} rows", advised.rows());
     let mut replay = Replay::open(&path).expect("it can be driven");
     replay.advance(u64::MAX).expect("SUMO goes on");
-    assert!(replay.verdict().is_proven() && replay.verdict().ticks == 2000, "{:?}", replay.verdict());
+    assert!(replay.report().is_proven() && replay.report().ticks == 2000, "{:?}", replay.report());
     let said = RecordedTrial::open(&path).map(drop).expect_err("nobody drove").to_string();
     assert!(said.contains("a drive without a participant") && said.contains("remedy: its tables cars"), "{said}");
 }

@@ -37,8 +37,8 @@ fn driven(hold_s: f64, reaction_s: f64, error_mps: f64) -> TrainConfig {
     }
 }
 
-fn mean(verdicts: &[EvaluationResult], of: fn(&EvaluationResult) -> f64) -> f64 {
-    verdicts.iter().map(of).sum::<f64>() / verdicts.len() as f64
+fn mean(results: &[EvaluationResult], of: fn(&EvaluationResult) -> f64) -> f64 {
+    results.iter().map(of).sum::<f64>() / results.len() as f64
 }
 
 /// Evaluates a policy by its name at the saturated wave, on 20 rings.
@@ -48,17 +48,17 @@ fn baseline(name: &str, aim_mps: f64, change: TrainConfig) -> Vec<EvaluationResu
     evaluate(&config, "baseline", 20, || policy::build(name, &settings).unwrap())
 }
 
-fn calm(verdicts: &[EvaluationResult]) -> usize {
-    verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count()
+fn calm(results: &[EvaluationResult]) -> usize {
+    results.iter().filter(|v| v.last_disturbance_s.is_some()).count()
 }
 
 #[test]
 fn two_phase_advice_reaches_its_aim_and_calms_every_ring() {
     // docs/references.md: advice: U is reached exactly; calm after 85, 97 and 125 s; without the slow phase 4.43 fails at 3.20 m/s.
     for (aim_mps, calm_s) in [(4.0, 85.0), (4.3, 97.0), (4.43, 125.0)] {
-        let verdicts = baseline("two-phase", aim_mps, paper_ring(0.1));
-        assert_eq!(calm(&verdicts), 20, "{aim_mps}");
-        let (settled, after) = (mean(&verdicts, |v| v.settled_mps), mean(&verdicts, |v| v.last_disturbance_s.unwrap()));
+        let results = baseline("two-phase", aim_mps, paper_ring(0.1));
+        assert_eq!(calm(&results), 20, "{aim_mps}");
+        let (settled, after) = (mean(&results, |v| v.settled_mps), mean(&results, |v| v.last_disturbance_s.unwrap()));
         assert!((settled - aim_mps).abs() < 0.005, "{aim_mps}: {settled}");
         assert!((after - calm_s).abs() < 20.0, "{aim_mps}: {after} s");
     }
@@ -75,9 +75,9 @@ fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
         ..paper_ring(0.1)
     };
     for (aim_mps, latest_s) in [(4.0, 160.0), (4.3, 170.0)] {
-        let verdicts = baseline("follower-stopper", aim_mps, gentle.clone());
-        assert_eq!(calm(&verdicts), 20, "{aim_mps}");
-        let (settled, after) = (mean(&verdicts, |v| v.settled_mps), mean(&verdicts, |v| v.last_disturbance_s.unwrap()));
+        let results = baseline("follower-stopper", aim_mps, gentle.clone());
+        assert_eq!(calm(&results), 20, "{aim_mps}");
+        let (settled, after) = (mean(&results, |v| v.settled_mps), mean(&results, |v| v.last_disturbance_s.unwrap()));
         assert!((settled - aim_mps).abs() < 0.02, "{aim_mps}: {settled}");
         assert!(after < latest_s, "{aim_mps}: {after} s");
     }
@@ -89,10 +89,10 @@ fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
 fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
     // docs/references.md: pi: 4.34 m/s when engaged while moving. An ego that keeps the model's own distance reaches it on every ring. One
     // that follows exactly with a vehicle's lag of 1 s settles at the same speed if its gap was below about 5.5 m.
-    let settled = |verdicts: &[EvaluationResult]| {
-        assert!(verdicts.iter().all(|v| !v.crashed));
+    let settled = |results: &[EvaluationResult]| {
+        assert!(results.iter().all(|v| !v.crashed));
         let calmed: Vec<EvaluationResult> =
-            verdicts.iter().copied().filter(|v| v.last_disturbance_s.is_some()).collect();
+            results.iter().copied().filter(|v| v.last_disturbance_s.is_some()).collect();
         let settled_mps = mean(&calmed, |v| v.settled_mps);
         assert!((settled_mps - 4.34).abs() < 0.01, "{settled_mps}");
         calmed.len()
@@ -157,23 +157,23 @@ fn driven_by(name: &str, config: &TrainConfig) -> Vec<EvaluationResult> {
 fn driven_on(name: &str, config: &TrainConfig, rings: usize) -> Vec<EvaluationResult> {
     let network = Network::from_file(&assets().join(name).join("policy.toml")).unwrap();
     let make = || -> Option<Box<dyn Policy>> { Some(Box::new(network.clone())) };
-    let verdicts = evaluate(config, "shipped", rings, make);
-    assert!(verdicts.iter().all(|v| !v.crashed), "{name}");
-    verdicts
+    let results = evaluate(config, "shipped", rings, make);
+    assert!(results.iter().all(|v| !v.crashed), "{name}");
+    results
 }
 
 #[test]
 fn speed_advice_reaches_4_2_at_every_hold_up_to_30_s() {
     for hold_s in [0.1, 1.0, 5.0, 10.0, 20.0, 30.0] {
-        let verdicts = driven_by("ring-250-speed", &paper_ring(hold_s));
-        let speed = mean(&verdicts, |v| v.mean_mps);
+        let results = driven_by("ring-250-speed", &paper_ring(hold_s));
+        let speed = mean(&results, |v| v.mean_mps);
         assert!(speed >= 4.2, "hold {hold_s} s: {speed}");
         // This driver also keeps the model's own distance: an even ring would flow at 4.362.
-        let verdicts = driven_by("ring-250-speed", &driven(hold_s, 0.0, 0.0));
-        let (speed, in_range) = (mean(&verdicts, |v| v.mean_mps), mean(&verdicts, |v| v.in_range.unwrap()));
+        let results = driven_by("ring-250-speed", &driven(hold_s, 0.0, 0.0));
+        let (speed, in_range) = (mean(&results, |v| v.mean_mps), mean(&results, |v| v.in_range.unwrap()));
         assert!(speed >= 4.17 && in_range > 0.8, "hold {hold_s} s, driver: {speed}, in range {in_range}");
-        let verdicts = driven_by("ring-250-speed", &driven(hold_s, 1.0, 0.5));
-        let speed = mean(&verdicts, |v| v.mean_mps);
+        let results = driven_by("ring-250-speed", &driven(hold_s, 1.0, 0.5));
+        let speed = mean(&results, |v| v.mean_mps);
         assert!(speed >= 4.0, "hold {hold_s} s, late and inexact driver: {speed}");
     }
 }
@@ -191,8 +191,8 @@ fn acceleration_advice_lets_no_driver_stand_for_ever() {
     // The first shipped policy advised 0.00 m/s for ever to a driver who responded late.
     for hold_s in [0.1, 1.0, 10.0, 30.0] {
         for config in [driven(hold_s, 0.0, 0.0), driven(hold_s, 1.0, 0.5), driven(hold_s, 2.0, 0.5)] {
-            let verdicts = driven_by("ring-250-acceleration", &config);
-            let slowest = verdicts.iter().map(|v| v.settled_mps).fold(f64::INFINITY, f64::min);
+            let results = driven_by("ring-250-acceleration", &config);
+            let slowest = results.iter().map(|v| v.settled_mps).fold(f64::INFINITY, f64::min);
             assert!(slowest > 3.0, "hold {hold_s} s, reaction {} s: {slowest}", config.driver.reaction_s);
         }
     }
@@ -240,10 +240,10 @@ fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m() {
             let ring = ring_of(length_m, cars, driven(hold_s, reaction_s, error_mps));
             let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_mps);
             for name in SHIPPED_FOR_250_M {
-                let verdicts = driven_on(name, &ring, 16);
-                let with = mean(&verdicts, |v| v.mean_mps);
+                let results = driven_on(name, &ring, 16);
+                let with = mean(&results, |v| v.mean_mps);
                 let where_ = format!("{name}, {length_m} m, {cars} cars, {hold_s} s, {error_mps} m/s");
-                assert!(verdicts.iter().all(|v| v.in_range.is_some()), "{where_}: silent");
+                assert!(results.iter().all(|v| v.in_range.is_some()), "{where_}: silent");
                 assert!(with > without + least_mps, "{where_}: {with} against {without}");
             }
         }
@@ -286,7 +286,7 @@ fn policies_of_the_long_ring_recover_over_half_of_the_waves_loss() {
 fn personal_advice_does_no_harm_to_drivers_whom_generic_advice_harms() {
     // PeRP's drivers are up to 5 m/s slower or faster than advised: a driver 5 m/s below an advice of 4 stands.
     let config = driven(10.0, 0.0, 0.0).driven_by_some_of(Population::Perp);
-    let mean_of = |verdicts: &[EvaluationResult]| mean(verdicts, |v| v.mean_mps);
+    let mean_of = |results: &[EvaluationResult]| mean(results, |v| v.mean_mps);
     let without = mean_of(&evaluate(&config, "shipped", 64, || None));
     let generic = mean_of(&driven_on("ring-250-speed", &config, 64));
     let network = Network::from_file(&assets().join("ring-250-personal/policy.toml")).unwrap();

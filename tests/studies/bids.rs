@@ -11,11 +11,11 @@ use std::{
 };
 
 /// A rehearsed study in a temporary folder.
-pub struct Place {
+pub struct BidsFixture {
     folder: tempfile::TempDir,
 }
 
-impl Place {
+impl BidsFixture {
     /// Rehearses a study with trials of this length, s.
     pub fn rehearsed(duration_s: f64, participants: usize) -> Self {
         let place = Self { folder: tempfile::tempdir().unwrap() };
@@ -112,7 +112,7 @@ const WARNINGS: [(&str, &str, &str); 8] = [
 
 #[test]
 fn the_bids_validator_finds_no_error_and_scripts_read_data_without_events() {
-    let place = Place::rehearsed(4.0, 3);
+    let place = BidsFixture::rehearsed(4.0, 3);
     let (found, subjects, files) = errors(&place.data());
     assert!(found.is_empty(), "{found:#?}");
     // Four files: description, readme, participants and their sidecar. Two questionnaires have a table and a sidecar each; two sidecars are
@@ -161,7 +161,7 @@ fn the_bids_validator_finds_no_error_and_scripts_read_data_without_events() {
 
 #[test]
 fn pandas_and_r_find_the_means_of_the_table_of_trials() {
-    let place = Place::rehearsed(30.0, 4);
+    let place = BidsFixture::rehearsed(30.0, 4);
     place.codrive(&["analyse"]);
     let trials: Vec<_> = place.rows("trials.csv").into_iter().filter(|row| !row["condition"].is_empty()).collect();
     assert_eq!(trials.len(), 12);
@@ -191,7 +191,7 @@ fn pandas_and_r_find_the_means_of_the_table_of_trials() {
 
 #[test]
 fn one_participant_is_read_and_reported_as_too_few() {
-    let place = Place::rehearsed(4.0, 1);
+    let place = BidsFixture::rehearsed(4.0, 1);
     place.codrive(&["analyse"]);
     // A missing output folder is created.
     let out = place.data().with_file_name("new").join("tables");

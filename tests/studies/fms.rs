@@ -67,7 +67,7 @@ fn every_question_is_in_the_recording_the_data_set_and_the_analysis() {
     let recording = data.join("sourcedata/sub-R01").join(&analysed[0]["recording"]);
     let mut replay = Replay::open(&recording).unwrap();
     replay.advance(10_000).unwrap();
-    assert_eq!((replay.verdict().ticks, replay.verdict().first_difference), (6000, None));
+    assert_eq!((replay.report().ticks, replay.report().first_difference), (6000, None));
     let report = fs::read_to_string(data.join("derivatives/codrive/report.html")).unwrap();
     for has in ["<h2>Sickness while driving</h2>", "fast motion sickness scale (Keshavarz and Hecht, 2011"] {
         assert!(report.contains(has), "{has}");

@@ -2,7 +2,7 @@
 //! reads the motion, and hedtools accepts the tags. Export and erasure of a participant include the motion.
 
 use crate::{
-    bids::{self, Place, outside},
+    bids::{self, BidsFixture, outside},
     common::{table, text},
 };
 use codrive::record::{Manifest, Table, TableReader};
@@ -32,7 +32,7 @@ fn drives(data: &Path, subject: &str) -> Vec<(String, std::path::PathBuf)> {
 
 #[test]
 fn pandas_and_r_read_every_table_and_find_the_recorded_motion() {
-    let place = Place::rehearsed(4.0, 2);
+    let place = BidsFixture::rehearsed(4.0, 2);
     let data = place.data();
     let pandas = said("read_tables.py", &data);
     let r = read("Rscript", "read_tables.R", &data);
@@ -65,7 +65,7 @@ fn pandas_and_r_read_every_table_and_find_the_recorded_motion() {
 
 #[test]
 fn dates_are_shifted_by_years_and_times_between_files_stay_true() {
-    let place = Place::rehearsed(4.0, 2);
+    let place = BidsFixture::rehearsed(4.0, 2);
     let data = place.data();
     let times = said("read_tables.py", &data)["times"].clone();
     let at = |time: &str| time.parse::<jiff::Timestamp>().unwrap().as_second();
@@ -92,7 +92,7 @@ fn dates_are_shifted_by_years_and_times_between_files_stay_true() {
 
 #[test]
 fn mne_bids_finds_participants_and_runs_and_mne_reads_the_motion() {
-    let place = Place::rehearsed(4.0, 2);
+    let place = BidsFixture::rehearsed(4.0, 2);
     let data = place.data();
     let mne = said("read_mne.py", &data);
     assert_eq!(mne["subjects"], serde_json::json!(["R01", "R02"]));
@@ -120,7 +120,7 @@ fn mne_bids_finds_participants_and_runs_and_mne_reads_the_motion() {
 
 #[test]
 fn hedtools_accepts_the_tags_of_every_row_and_finds_an_unknown_tag() {
-    let place = Place::rehearsed(4.0, 1);
+    let place = BidsFixture::rehearsed(4.0, 1);
     assert_eq!(read("python3", "check_hed.py", &place.data()), "");
     let path = place.data().join("events.json");
     let whole = fs::read_to_string(&path).unwrap();
@@ -131,7 +131,7 @@ fn hedtools_accepts_the_tags_of_every_row_and_finds_an_unknown_tag() {
 
 #[test]
 fn export_and_erasure_of_a_participant_include_motion_and_dates() {
-    let place = Place::rehearsed(4.0, 2);
+    let place = BidsFixture::rehearsed(4.0, 2);
     let data = place.data();
     let given = data.with_file_name("given");
     let files_of = |root: &Path, subject: &str| {

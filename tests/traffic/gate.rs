@@ -163,11 +163,11 @@ fn within_tag(stream: &mut Stream, text: &mut String, part: &str) {
 }
 
 /// Folder in which SUMO runs, with a file that no program may change.
-struct Place {
+struct GateFixture {
     folder: tempfile::TempDir,
 }
 
-impl Place {
+impl GateFixture {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         for name in ["inputs", "work", "tmp", "victims"] {
@@ -262,7 +262,7 @@ fn what_passes_the_gate_makes_sumo_write_nothing_and_connect_nowhere() {
         println!("\npassed {passed} driven {driven}");
         return;
     }
-    let (words, place) = (words(), Place::new());
+    let (words, place) = (words(), GateFixture::new());
     let net = fs::read_to_string(NET).unwrap();
     let mut stream = rng::stream(number("CODRIVE_GATE_SEED", 1) as u64, "gate");
     let inputs = number("CODRIVE_GATE_INPUTS", INPUTS);
@@ -304,7 +304,7 @@ fn what_passes_the_gate_makes_sumo_write_nothing_and_connect_nowhere() {
 
 #[test]
 fn hostile_parts_write_files_if_sumo_reads_them_without_the_gate() {
-    let place = Place::new();
+    let place = GateFixture::new();
     let net = fs::read_to_string(NET).unwrap();
     let victim = place.at("victims/x.xml");
     let raw = |part: &str| part.replace("VICTIM", victim.to_str().unwrap());

@@ -168,10 +168,10 @@ impl Driver {
     }
 
     /// Sends a force input every 10 ms for a time, as the loop of a drive does.
-    pub fn set_force_input(&mut self, feel: ForceInput, time: Duration) {
+    pub fn set_force_input(&mut self, force_input: ForceInput, time: Duration) {
         let end = TimeStamp(TimeStamp::now().0 + time);
         while TimeStamp::now() < end {
-            self.rig.set_force_input(feel);
+            self.rig.set_force_input(force_input);
             self.news.extend(self.rig.poll().1);
             sleep(Duration::from_millis(10));
         }

@@ -55,13 +55,13 @@ const QUESTIONS: &str = r#"{ "title": "Two", "pages": [ { "elements": [
   { "type": "boolean", "name": "licence", "title": "A licence?", "isRequired": true },
   { "type": "rating", "name": "rested", "title": "Rested?", "isRequired": true, "rateMin": 1, "rateMax": 7 } ] } ] }"#;
 
-struct Place {
+struct WindowFixture {
     _folder: tempfile::TempDir,
     study: PathBuf,
     out: PathBuf,
 }
 
-impl Place {
+impl WindowFixture {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let (study, out) = (folder.path().join("short.toml"), folder.path().join("data"));
@@ -115,7 +115,7 @@ fn ended(program: Child) -> (Option<i32>, String) {
 
 #[test]
 fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
-    let (server, place) = (Server::start([1300, 1200]), Place::new());
+    let (server, place) = (Server::start([1300, 1200]), WindowFixture::new());
     let mut program = place.start(&server);
     let participant = server.window("codrive: Short");
     server.window("Experimenter: P03");
@@ -205,8 +205,8 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
 
 #[test]
 fn invalid_arguments_are_refused_before_a_window_opens() {
-    let place = Place::new();
-    let run = |place: &Place, arguments: &[&str]| {
+    let place = WindowFixture::new();
+    let run = |place: &WindowFixture, arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
         command.arg("study").arg(&place.study).args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
         let output = command.output().unwrap();

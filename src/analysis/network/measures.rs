@@ -1,6 +1,6 @@
 //! Measures of drives on networks. In: the sums of a drive. Out: numbers with their definitions. SI units.
 
-use super::{NetworkTotals, RoadEvents};
+use super::{NetworkDriveTotals, RoadEvents};
 use crate::{
     analysis::{
         measure_inputs::{MeasureInputs, middle},
@@ -140,7 +140,7 @@ pub const OF_NETWORKS: &[MeasureDefinition] = &[
     ),
 ];
 
-fn network<'a>(inputs: &MeasureInputs<'a>) -> Option<&'a NetworkTotals> {
+fn network<'a>(inputs: &MeasureInputs<'a>) -> Option<&'a NetworkDriveTotals> {
     inputs.totals.network.as_ref()
 }
 
@@ -149,5 +149,5 @@ fn events(inputs: &MeasureInputs) -> RoadEvents {
 }
 
 fn travel_times_s(inputs: &MeasureInputs) -> Vec<f64> {
-    network(inputs).map(NetworkTotals::travel_times_s).unwrap_or_default()
+    network(inputs).map(NetworkDriveTotals::travel_times_s).unwrap_or_default()
 }

@@ -24,5 +24,5 @@ pub use cross_section::{CrossSection, LineCount, LinePlace};
 pub use figure::{space_time, speeds};
 pub use path_traces::PathTraces;
 pub use road_events::RoadEvents;
-pub use totals::NetworkTotals;
+pub use totals::NetworkDriveTotals;
 pub use trips::{Trip, TripEnd, TripTable};

@@ -84,7 +84,7 @@ impl PathTraces {
     /// A table cannot be read, or does not have this program's format.
     pub fn of(trial: &RecordedTrial) -> Result<Option<Self>, AnalysisError> {
         let Some(map) = &trial.map else { return Ok(None) };
-        let mut collector = TraceCollector::new(map);
+        let mut collector = PathTraceCollector::new(map);
         for step in trial.steps()? {
             collector.add(&step?);
         }
@@ -122,7 +122,7 @@ fn speeds(trial: &RecordedTrial) -> Result<SpeedTrace, RecordError> {
 }
 
 /// Collects traces from the steps of a drive.
-struct TraceCollector<'a> {
+struct PathTraceCollector<'a> {
     map: &'a RoadMap,
     /// Edges along the path.
     edges: BTreeSet<EdgeId>,
@@ -134,7 +134,7 @@ struct TraceCollector<'a> {
     traces: PathTraces,
 }
 
-impl<'a> TraceCollector<'a> {
+impl<'a> PathTraceCollector<'a> {
     fn new(map: &'a RoadMap) -> Self {
         let edges = map.route.lanes().iter().filter_map(|lane| map.network.edge_named(&lane.edge)).collect();
         Self { map, edges, before: BTreeMap::new(), ego_last: None, traces: PathTraces::default() }

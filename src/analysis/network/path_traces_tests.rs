@@ -27,7 +27,7 @@ fn ends(pieces: &[TracePiece]) -> Vec<[[f64; 2]; 2]> {
 #[test]
 fn a_trace_has_a_gap_beside_the_path_and_at_jumps() {
     let map = path();
-    let mut collector = TraceCollector::new(&map);
+    let mut collector = PathTraceCollector::new(&map);
     let other = [Some(10.0), Some(20.0), None, Some(40.0), Some(50.0), Some(130.0), Some(100.0)];
     // The ego always has a position along its path; from 4 to 5 s it is in another street.
     let lanes = ["A0B0_0", "A0B0_0", "A0B0_0", "B0C0_0", "B0C0_0", "B0B1_0", "B0B1_0"];
@@ -52,7 +52,7 @@ fn a_trace_has_a_gap_beside_the_path_and_at_jumps() {
 #[test]
 fn a_picture_of_hours_shows_the_first_hour() {
     let map = path();
-    let mut collector = TraceCollector::new(&map);
+    let mut collector = PathTraceCollector::new(&map);
     for second in 1..=4000 {
         collector.add(&step(&map, second, &[(0, Some(5.0), 0.0, "A0B0_0")]));
     }

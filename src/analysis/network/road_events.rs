@@ -4,7 +4,7 @@ use crate::time::Tick;
 
 /// Episodes of one kind of violation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Lapses {
+pub struct ViolationSpans {
     /// Number of episodes that began.
     pub count: usize,
     /// Length of the episodes that are over, ticks.
@@ -13,7 +13,7 @@ pub struct Lapses {
     since: Option<u64>,
 }
 
-impl Lapses {
+impl ViolationSpans {
     fn begin(&mut self, tick: u64) {
         self.count += 1;
         self.since = Some(tick);
@@ -38,9 +38,9 @@ pub struct RoadEvents {
     /// Vehicles with which the ego would have collided within 1.5 s.
     pub near_misses: usize,
     /// Drives against the direction of the lane.
-    pub wrong_way: Lapses,
+    pub wrong_way: ViolationSpans,
     /// Drives faster than the speed limit.
-    pub speeding: Lapses,
+    pub speeding: ViolationSpans,
 }
 
 impl RoadEvents {

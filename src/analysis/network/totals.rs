@@ -1,4 +1,4 @@
-//! Sums of a drive on a network. In: its steps in order. Out: [`NetworkTotals`]: distance and time of all vehicles, their
+//! Sums of a drive on a network. In: its steps in order. Out: [`NetworkDriveTotals`]: distance and time of all vehicles, their
 //! trips, counts at lines, and the ego's time loss against the speed limits. SI units. The size grows with the number of
 //! vehicles, not with their time.
 
@@ -22,7 +22,7 @@ use std::{
 
 /// Sums of a drive on a network.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct NetworkTotals {
+pub struct NetworkDriveTotals {
     /// Trips by vehicle number, without the ego.
     pub trips: BTreeMap<u32, Trip>,
     /// Counts at the lines, the ego included.
@@ -66,7 +66,7 @@ impl VehicleTrack {
     }
 }
 
-impl NetworkTotals {
+impl NetworkDriveTotals {
     /// Opens the sums of a drive; `lines` are the lines that were asked for, else the default line of its path is taken.
     ///
     /// # Errors

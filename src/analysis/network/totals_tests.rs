@@ -9,16 +9,16 @@ fn grid() -> Arc<Network> {
     Arc::new(Network::load("tests/data/networks/grid-signals.net.xml").expect("a network"))
 }
 
-fn totals(net: &Arc<Network>, lines: &[&str], trips: &[(u32, Trip)]) -> NetworkTotals {
+fn totals(net: &Arc<Network>, lines: &[&str], trips: &[(u32, Trip)]) -> NetworkDriveTotals {
     let line = |name: &&str| {
         let place: LinePlace = name.parse().expect("a place");
         LineCount::new(place.resolve(net, std::path::Path::new("p1")).expect("a line"))
     };
-    NetworkTotals {
+    NetworkDriveTotals {
         network: Some(Arc::clone(net)),
         lines: lines.iter().map(line).collect(),
         trips: trips.iter().cloned().collect(),
-        ..NetworkTotals::default()
+        ..NetworkDriveTotals::default()
     }
 }
 

@@ -116,9 +116,9 @@ fn force_words(force: Option<&ForceTimes>) -> String {
 }
 
 fn recorder_words(times: &TimeStatistics) -> String {
-    let verdict = if times.p99_us <= bench::RECORDER_LIMIT_US { "kept" } else { "NOT kept" };
+    let outcome = if times.p99_us <= bench::RECORDER_LIMIT_US { "kept" } else { "NOT kept" };
     format!(
-        "recorder, of a tick      {:.1} us, 99 % below {:.1}, longest {:.0}; limit {} for 99 %: {verdict}\n",
+        "recorder, of a tick      {:.1} us, 99 % below {:.1}, longest {:.0}; limit {} for 99 %: {outcome}\n",
         times.median_us,
         times.p99_us,
         times.max_us,
@@ -159,7 +159,12 @@ fn words(
     let mut lines = vec![format!("{adapter}{build}")];
     lines.push(format!(
         "start to first frame     {:.0} ms: world {:.0}, device {:.0}, stage {:.0}, renderer {:.0}, frame {:.0}",
-        startup.total_ms, startup.world_ms, startup.device_ms, startup.stage_ms, startup.renderer_ms, startup.frame_ms
+        startup.total_ms,
+        startup.world_ms,
+        startup.device_ms,
+        startup.static_scene_ms,
+        startup.renderer_ms,
+        startup.frame_ms
     ));
     for row in frames {
         let passes = row.passes.map_or(String::new(), |p| {

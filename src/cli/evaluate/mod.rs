@@ -199,22 +199,22 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
         let Engine::Traffic(traffic) = &plan.engine else {
-            let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.engage(&case.policy));
+            let results = evaluate(&case.config(config), "evaluate", plan.rings, || plan.engage(&case.policy));
             bar.inc(plan.rings as u64);
-            return Ok(verdicts);
+            return Ok(results);
         };
         let ring = |ring| {
-            let verdict = whole(*traffic, plan, config, case, ring);
+            let result = whole(*traffic, plan, config, case, ring);
             bar.inc(1);
-            verdict
+            result
         };
         (0..plan.rings).into_par_iter().map(ring).collect::<Result<Vec<_>, _>>()
     };
-    let verdicts: Vec<Vec<EvaluationResult>> = driven.par_iter().map(one).collect::<Result<_, _>>()?;
+    let results: Vec<Vec<EvaluationResult>> = driven.par_iter().map(one).collect::<Result<_, _>>()?;
     bar.finish_and_clear();
     let row = |case: EvaluationCase| {
         let of = driven.iter().position(|d| *d == plan.driven_as(&case)).unwrap_or_default();
-        EvaluationRow { verdicts: verdicts[of].clone(), case }
+        EvaluationRow { results: results[of].clone(), case }
     };
     Ok(cases.into_iter().map(row).collect())
 }
@@ -276,7 +276,7 @@ fn whole(
 fn worker() -> Result<(), CliError> {
     let text = file::read_text_from(std::io::stdin(), file::SETTINGS_BYTES)
         .map_err(|e| CliError::Input(format!("the scenario on the standard input: {e}")))?;
-    let verdict = evaluation_drive::evaluate(&Scenario::from_toml(&text, "worker")?)?;
-    let verdict = serde_json::to_string(&verdict).map_err(|e| CliError::Failed(e.to_string()))?;
-    out::line(format_args!("{verdict}"))
+    let result = evaluation_drive::evaluate(&Scenario::from_toml(&text, "worker")?)?;
+    let result = serde_json::to_string(&result).map_err(|e| CliError::Failed(e.to_string()))?;
+    out::line(format_args!("{result}"))
 }

@@ -19,7 +19,7 @@ pub struct EvaluationRow {
     /// Case that was driven.
     pub case: EvaluationCase,
     /// Results, one for each ring.
-    pub verdicts: Vec<EvaluationResult>,
+    pub results: Vec<EvaluationResult>,
 }
 
 /// Measure of a ring; `None` if the ring has none.
@@ -47,18 +47,18 @@ const MEASURES: [(&str, RingMeasure); 15] = [
 impl EvaluationRow {
     /// Returns the number of rings on which vehicles collided.
     fn crashes(&self) -> usize {
-        self.verdicts.iter().filter(|v| v.crashed).count()
+        self.results.iter().filter(|v| v.crashed).count()
     }
 
     /// Returns the mean speed as a point at this abscissa of a figure.
     fn point(&self, at: f64) -> Option<figures::Point> {
         let mean = estimate(self, MEASURES[0].1)?;
-        Some(figures::Point { at, mean, crashes: [self.crashes(), self.verdicts.len()] })
+        Some(figures::Point { at, mean, crashes: [self.crashes(), self.results.len()] })
     }
 }
 
 fn estimate(row: &EvaluationRow, of: RingMeasure) -> Option<Estimate> {
-    Estimate::of(&row.verdicts.iter().filter_map(of).collect::<Vec<_>>())
+    Estimate::of(&row.results.iter().filter_map(of).collect::<Vec<_>>())
 }
 
 /// Returns the table as text, for people.
@@ -87,7 +87,7 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
             let _ = writeln!(text, "  !!! {warning}");
         }
     }
-    let driven: usize = rows.iter().map(|row| row.verdicts.len()).sum();
+    let driven: usize = rows.iter().map(|row| row.results.len()).sum();
     let crashed: usize = rows.iter().map(EvaluationRow::crashes).sum();
     if crashed > 0 {
         let _ = writeln!(
@@ -107,15 +107,15 @@ fn advised_words(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
 }
 
 /// Returns the number of vehicles that were advised in a drive.
-fn advised_in(plan: &EvaluationPlan, row: &EvaluationRow, verdict: &EvaluationResult) -> u32 {
-    verdict.network.map_or_else(|| plan.advised_by(&row.case), |network| network.advised)
+fn advised_in(plan: &EvaluationPlan, row: &EvaluationRow, result: &EvaluationResult) -> u32 {
+    result.network.map_or_else(|| plan.advised_by(&row.case), |network| network.advised)
 }
 
 /// Returns a line on vehicles that entered and left a network; empty on a ring.
 fn network_words(row: &EvaluationRow) -> String {
     let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
     let network = |v: &EvaluationResult| v.network;
-    let Some(first) = row.verdicts.iter().find_map(network) else { return String::new() };
+    let Some(first) = row.results.iter().find_map(network) else { return String::new() };
     let refused = value(|v| v.network?.refused).map_or(String::new(), |n| format!(", {n:.0} found no room"));
     format!(
         "\n          in {:.0}, out {:.0} vehicles/h; {:.1} there{refused}; {} of {} advised in the first drive",
@@ -129,21 +129,21 @@ fn network_words(row: &EvaluationRow) -> String {
 
 /// Returns a warning for a row in which vehicles collided.
 fn crash_words(row: &EvaluationRow) -> Option<String> {
-    let first_s = row.verdicts.iter().filter_map(|v| v.crash_s).reduce(f64::min)?;
+    let first_s = row.results.iter().filter_map(|v| v.crash_s).reduce(f64::min)?;
     Some(format!(
         "CRASHED in {} of {} drives, first {first_s:.1} s after the first advice; all cars stand from there on and count as 0 m/s",
         row.crashes(),
-        row.verdicts.len()
+        row.results.len()
     ))
 }
 
 fn words(row: &EvaluationRow) -> String {
-    let n = row.verdicts.len();
+    let n = row.results.len();
     let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
     let speed = estimate(row, MEASURES[0].1).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 });
-    let calm = row.verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count();
+    let calm = row.results.iter().filter(|v| v.last_disturbance_s.is_some()).count();
     let after = value(|v| v.last_disturbance_s).map_or(String::new(), |s| format!(" {s:.0} s"));
-    let least = row.verdicts.iter().map(|v| v.least_gap_m).fold(f64::INFINITY, f64::min);
+    let least = row.results.iter().map(|v| v.least_gap_m).fold(f64::INFINITY, f64::min);
     let crashes = row.crashes();
     format!(
         "  {:>6}   {:.3} [{:.3}, {:.3}]        {:>7.3}  {:>7.2}  {:>7.2}  {:<13}  {least:>6.2} m   {crashes:>5}    {:>5}  {:>6}",
@@ -164,9 +164,9 @@ fn words(row: &EvaluationRow) -> String {
 pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Value {
     let row = |row: &EvaluationRow| {
         json!({
-            "advised_vehicles": row.verdicts.iter().map(|verdict| advised_in(plan, row, verdict)).max(), "advised_share": plan.share_advised_by(&row.case),
+            "advised_vehicles": row.results.iter().map(|result| advised_in(plan, row, result)).max(), "advised_share": plan.share_advised_by(&row.case),
             "ignores_advice": row.case.ignores_advice, "policy": if row.case.ignores_advice { row.case.label() } else { row.case.policy.clone() }, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
-            "mean_speed_mps": estimate(row, MEASURES[0].1), "rings": row.verdicts,
+            "mean_speed_mps": estimate(row, MEASURES[0].1), "rings": row.results,
         })
     };
     json!({
@@ -240,9 +240,9 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
         names.join(",")
     );
     for row in rows {
-        for (ring, verdict) in row.verdicts.iter().enumerate() {
+        for (ring, result) in row.results.iter().enumerate() {
             let values: Vec<String> =
-                MEASURES.iter().map(|(_, of)| of(verdict).map_or(String::new(), |x| x.to_string())).collect();
+                MEASURES.iter().map(|(_, of)| of(result).map_or(String::new(), |x| x.to_string())).collect();
             let _ = writeln!(
                 text,
                 "{},{},{ring},0,{},{},{},{}",
@@ -250,7 +250,7 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
                 config.seed,
                 config.ring.horizon_s,
                 values.join(","),
-                advised_in(plan, row, verdict),
+                advised_in(plan, row, result),
                 plan.share_advised_by(&row.case)
             );
         }
@@ -269,15 +269,15 @@ fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRo
             .iter()
             .map(|(_, of)| estimate(row, *of).map_or(",,".into(), |e| format!("{},{},{}", e.mean, e.low, e.high)))
             .collect();
-        let calm = row.verdicts.iter().filter(|v| v.last_disturbance_s.is_some()).count();
-        let sum: u32 = row.verdicts.iter().map(|verdict| advised_in(plan, row, verdict)).sum();
-        let advised = f64::from(sum) / row.verdicts.len().max(1) as f64;
+        let calm = row.results.iter().filter(|v| v.last_disturbance_s.is_some()).count();
+        let sum: u32 = row.results.iter().map(|result| advised_in(plan, row, result)).sum();
+        let advised = f64::from(sum) / row.results.len().max(1) as f64;
         let _ = writeln!(
             text,
             "{},{},{},{calm},0,{},{},{},{}",
             key(row, plan),
             config.seed,
-            row.verdicts.len(),
+            row.results.len(),
             config.ring.horizon_s,
             values.join(","),
             advised,
@@ -451,8 +451,8 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
                 .iter()
                 .filter_map(|x| {
                     let case = EvaluationCase { driver: who(of(*x)), ..case.clone() };
-                    let verdicts = evaluate(&case.config(config), "evaluate", plan.rings, || plan.engage(&case.policy));
-                    EvaluationRow { case, verdicts }.point(*x)
+                    let results = evaluate(&case.config(config), "evaluate", plan.rings, || plan.engage(&case.policy));
+                    EvaluationRow { case, results }.point(*x)
                 })
                 .collect(),
         };

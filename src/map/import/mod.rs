@@ -1,18 +1,18 @@
 //! Import of maps from other formats. In: an OpenDRIVE (`.xodr`), OpenStreetMap (`.osm`) or SUMO (`.net.xml`) file. Out: a folder in
 //! `maps/` with the network, its default path and a report, [`Imported`]. SUMO's own netconvert does the conversion, as a program within
-//! limits (`netconvert`), with coarser options if fine ones fail (`tries`).
+//! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`).
 
 mod netconvert;
+mod netconvert_attempts;
 mod repair;
 mod report;
 #[cfg(test)]
 mod tests;
-mod tries;
 mod warnings;
 
 pub use netconvert::ImportBounds;
+pub use netconvert_attempts::SourceFormat;
 pub use report::ImportReport;
-pub use tries::SourceFormat;
 pub use warnings::WarningKind;
 
 use super::{MapError, RoadMap, catalog, limits::MOST_IMPORT_BYTES, network};
@@ -131,7 +131,7 @@ fn fill(
     name: &str,
     bounds: &ImportBounds,
 ) -> Result<ImportReport, MapError> {
-    let made = tries::make(netconvert, file, format, &folder.join("net.xml"), bounds)?;
+    let made = netconvert_attempts::make(netconvert, file, format, &folder.join("net.xml"), bounds)?;
     let report = ImportReport::of(file, format, &made)?;
     let failed = |source| MapError::Io { file: file.into(), source };
     private::replace(&folder.join("map.toml"), map_file(name, &report, &made.network, &made.path).as_bytes())

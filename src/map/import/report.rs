@@ -1,7 +1,7 @@
 //! Report on an imported file: the parts imported and dropped, netconvert's warnings, and the path to drive. In: the file and the network
 //! made from it. Out: an [`ImportReport`], and its lines for people. Metres.
 
-use super::{SourceFormat, WarningKind, tries::MadeNetwork};
+use super::{SourceFormat, WarningKind, netconvert_attempts::MadeNetwork};
 use crate::{
     file::{open_regular, size_text},
     map::{

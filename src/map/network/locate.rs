@@ -28,7 +28,7 @@ const HEIGHT_M: f64 = 2.5;
 const ACROSS_M: f64 = 2.0;
 
 /// Best lane so far, with or without a heading to match.
-struct Best<'n> {
+struct NearestLane<'n> {
     net: &'n Network,
     yaw_rad: Option<f64>,
     /// True if the strip contains the point and, if a heading is given, points less than a right angle away.
@@ -69,14 +69,14 @@ impl Network {
         if self.in_strip(hint, &own) {
             return Some((hint, own));
         }
-        let mut best = Best::none(self, yaw_rad);
-        best.offer(hint, own);
+        let mut nearest = NearestLane::none(self, yaw_rad);
+        nearest.offer(hint, own);
         let beside = [Side::Left, Side::Right].into_iter().filter_map(|side| self.neighbour(hint, side));
         let around = self.successors(hint).chain(self.predecessors(hint).iter().copied()).chain(beside);
         for lane in around.filter(|lane| self.edge_of(*lane).kind != EdgeKind::WalkingArea) {
-            best.offer(lane, self.lane(lane).line.nearest(point));
+            nearest.offer(lane, self.lane(lane).line.nearest(point));
         }
-        best.found.filter(|(lane, foot)| self.near_strip(*lane, foot, BESIDE_M))
+        nearest.found.filter(|(lane, foot)| self.near_strip(*lane, foot, BESIDE_M))
     }
 
     fn in_strip(&self, lane: LaneId, foot: &Foot) -> bool {
@@ -89,22 +89,22 @@ impl Network {
     }
 
     fn anywhere(&self, point: DVec3, yaw_rad: Option<f64>) -> Option<(LaneId, Foot)> {
-        let mut best = Best::none(self, yaw_rad);
+        let mut nearest = NearestLane::none(self, yaw_rad);
         for run in self.grid.near(point.truncate()) {
             let line = &self.lane(run.lane).line;
             for k in run.segments() {
                 let rough_m = line.rough_distance_m(k, point);
                 // A segment further away than four times the best cost cannot be nearer; it may still fit where the best does not.
-                if rough_m <= REACH_M && (!best.fits || rough_m <= 4.0 * best.cost_m) {
-                    best.offer(run.lane, line.foot(k, point));
+                if rough_m <= REACH_M && (!nearest.fits || rough_m <= 4.0 * nearest.cost_m) {
+                    nearest.offer(run.lane, line.foot(k, point));
                 }
             }
         }
-        best.found.filter(|(_, foot)| foot.distance_m <= REACH_M)
+        nearest.found.filter(|(_, foot)| foot.distance_m <= REACH_M)
     }
 }
 
-impl<'n> Best<'n> {
+impl<'n> NearestLane<'n> {
     fn none(net: &'n Network, yaw_rad: Option<f64>) -> Self {
         Self { net, yaw_rad, fits: false, cost_m: f64::INFINITY, found: None }
     }

@@ -60,7 +60,7 @@ impl WhoDrives {
     }
 
     /// Returns the observation with the means of this estimate filled in.
-    pub fn told(&self, observation: &Observation) -> Observation {
+    pub fn complete_observation(&self, observation: &Observation) -> Observation {
         match self {
             Self::Traits(estimate) => Observation { driver: Some(estimate.mean), ..*observation },
             Self::Latents(estimate) => Observation { latents: estimate.mean, ..*observation },

@@ -109,7 +109,7 @@ fn latents_are_read_out_unscaled_and_leave_the_traits_alone() {
     assert!((latents.sd[0] - 1.0).abs() < 1e-6 && (latents.sd[1] - (-3.0_f64).exp()).abs() < 1e-6, "{latents:?}");
     assert_eq!(told.traits(), None);
     let truth = DriverTraits::default();
-    let seen = told.told(&Observation { driver: Some(truth), ..seen(3.0) });
+    let seen = told.complete_observation(&Observation { driver: Some(truth), ..seen(3.0) });
     assert_eq!((seen.latents, seen.driver), ([0.5, -2.0, 0.0, 0.0], Some(truth)));
     estimator.traits.swap(0, 1);
     let fault = estimator.check().unwrap_err().to_string();

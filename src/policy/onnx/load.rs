@@ -237,7 +237,7 @@ impl Policy for OnnxPolicy {
         withholds_advice(observation, self.description.least_spacing_m)
     }
 
-    fn must_be_told_who_drives(&self) -> bool {
+    fn needs_driver_traits(&self) -> bool {
         self.description.inputs.iter().any(|input| input.feature.is_of_driver())
     }
 

@@ -27,8 +27,8 @@ pub fn check(model: &mut InferenceModel) -> Result<(), RunFault> {
         for id in 0..model.nodes().len() {
             let title = format!("`{}` ({})", model.node(id).name, model.node(id).op.name());
             let fault = |fault: NodeFault| RunFault::Node { title: title.clone(), fault };
-            let shaped = guarded(|| told(model, id)).map_err(|panic| RuntimeFault::BrokeOff(panic).into());
-            if !shaped.and_then(|told| told).map_err(fault)? {
+            let shaped = guarded(|| infer_facts(model, id)).map_err(|panic| RuntimeFault::BrokeOff(panic).into());
+            if !shaped.and_then(|is_inferred| is_inferred).map_err(fault)? {
                 left = Some(title);
                 continue;
             }
@@ -71,7 +71,7 @@ fn facts(model: &InferenceModel, outlets: &[OutletId]) -> TractResult<Vec<Infere
 }
 
 /// Infers the facts of the tensors around a node, result shapes first. Returns false if a result shape is not known yet.
-fn told(model: &mut InferenceModel, id: usize) -> Result<bool, NodeFault> {
+fn infer_facts(model: &mut InferenceModel, id: usize) -> Result<bool, NodeFault> {
     let error = RuntimeFault::Refused;
     let tensors = NodeTensors::new(model, id).map_err(error)?;
     let takes = facts(model, &tensors.takes).map_err(error)?;

@@ -49,10 +49,10 @@ pub struct Light {
     pub clip_from_world: [[f32; 4]; 4],
 }
 
-/// Placement and tone mapping of a picture on the target (`Print` in `print.wgsl`).
+/// Placement and tone mapping of a picture on the target (`QuadUniform` in `quad.wgsl`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct Print {
+pub struct QuadUniform {
     /// Width and height, pixels.
     pub size: [f32; 2],
     /// 1 to flip left and right, else 0.
@@ -167,9 +167,9 @@ mod tests {
         same_layout!(Air, "road", "Air", [extinction, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
         same_layout!(
-            Print,
+            QuadUniform,
             "tonemap",
-            "Print",
+            "QuadUniform",
             [size, flip, border, corner, exposure, soften, bloom, lens, corner_clip, right_clip, down_clip]
         );
     }

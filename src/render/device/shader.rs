@@ -25,8 +25,8 @@ pub const PROGRAMS: [ShaderProgram; 18] = [
     ("contact", &["common", "contact"]),
     ("hidden", &["hidden"]),
     ("bloom", &["bloom"]),
-    ("tonemap", &["print", "edges", "tonemap"]),
-    ("soften", &["print", "edges", "soften"]),
+    ("tonemap", &["quad", "edges", "tonemap"]),
+    ("soften", &["quad", "edges", "soften"]),
     ("preview", &["preview"]),
 ];
 
@@ -61,7 +61,7 @@ const FILES: [(&str, &str); 29] = built_in![
     "contact",
     "hidden",
     "bloom",
-    "print",
+    "quad",
     "edges",
     "tonemap",
     "soften",

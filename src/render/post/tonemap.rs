@@ -5,7 +5,7 @@ use super::bloom;
 use crate::{
     render::device::{
         cost::{CountedPass, CountedQueue, PassCost},
-        layout::Print,
+        layout::QuadUniform,
         pipeline::{PipelineBuilder, PipelineDesc},
         shader::ShaderFault,
     },
@@ -69,7 +69,7 @@ impl MirrorGlass {
         }
     }
 
-    fn print(&self) -> [f32; 4] {
+    fn uniform(&self) -> [f32; 4] {
         [self.tangents[0], self.tangents[1], self.bend, 1.0 / self.widened]
     }
 }
@@ -101,7 +101,7 @@ pub struct ToneMapPass {
 struct SmoothedPicture {
     view: wgpu::TextureView,
     size: [u32; 2],
-    sheet: TargetPicture,
+    quad: TargetPicture,
 }
 
 /// One picture on the target.
@@ -130,9 +130,9 @@ pub enum MirrorPlace {
 }
 
 /// Returns the uniform of a picture flat on a target of `canvas` pixels, at left, top, width and height.
-fn laid([left, top, width, height]: [u32; 4], canvas: [u32; 2]) -> Print {
+fn placed([left, top, width, height]: [u32; 4], canvas: [u32; 2]) -> QuadUniform {
     let [right, down] = [2.0 / canvas[0] as f32, -2.0 / canvas[1] as f32];
-    Print {
+    QuadUniform {
         size: [width as f32, height as f32],
         corner_clip: [left as f32 * right - 1.0, top as f32 * down + 1.0, 0.0, 1.0],
         right_clip: [right, 0.0, 0.0, 0.0],
@@ -143,9 +143,9 @@ fn laid([left, top, width, height]: [u32; 4], canvas: [u32; 2]) -> Print {
 
 /// Returns the uniform of a picture on a glass in the world. The radius of its corners is 0.28 of its height. Nothing
 /// is in front of it, so no depth is needed.
-fn in_world([corner, right, down]: [Vec4; 3], [width, height]: [f32; 2], border: f32) -> Print {
+fn in_world([corner, right, down]: [Vec4; 3], [width, height]: [f32; 2], border: f32) -> QuadUniform {
     let flat = |v: Vec4| v.with_z(0.0).to_array();
-    Print {
+    QuadUniform {
         size: [width, height],
         border: 0.5 * border,
         corner: 0.28 * height,
@@ -187,10 +187,10 @@ fn corner_px(size: [u32; 2]) -> f32 {
     size[1] as f32 / 38.0
 }
 
-fn sheet(device: &wgpu::Device) -> TargetPicture {
+fn quad(device: &wgpu::Device) -> TargetPicture {
     let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("print"),
-        size: size_of::<Print>() as u64,
+        label: Some("quad"),
+        size: size_of::<QuadUniform>() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
@@ -237,8 +237,8 @@ impl ToneMapPass {
                 ..Default::default()
             }),
             group_layout,
-            main: sheet(device),
-            mirrors: [(); 3].map(|()| sheet(device)),
+            main: quad(device),
+            mirrors: [(); 3].map(|()| quad(device)),
             flat: None,
         }
     }
@@ -300,12 +300,12 @@ impl ToneMapPass {
             })
         };
         self.main.group = Some(group(&self.main.uniform, main));
-        for (sheet, light) in self.mirrors.iter_mut().zip(mirrors) {
-            sheet.group = Some(group(&sheet.uniform, light));
+        for (quad, light) in self.mirrors.iter_mut().zip(mirrors) {
+            quad.group = Some(group(&quad.uniform, light));
         }
         self.flat = soften.then(|| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("developed"),
+                label: Some("tone mapped"),
                 size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
                 mip_level_count: 1,
                 sample_count: 1,
@@ -315,9 +315,9 @@ impl ToneMapPass {
                 view_formats: &[],
             });
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-            let sheet = sheet(device);
-            let group = Some(group(&sheet.uniform, &view));
-            SmoothedPicture { view, size, sheet: TargetPicture { group, ..sheet } }
+            let quad = quad(device);
+            let group = Some(group(&quad.uniform, &view));
+            SmoothedPicture { view, size, quad: TargetPicture { group, ..quad } }
         });
     }
 
@@ -337,26 +337,28 @@ impl ToneMapPass {
         mirrors: [Option<FramedMirror>; 3],
         smooth: bool,
     ) -> PassCost {
-        let sheet_of = |size: [u32; 2]| laid([0, 0, size[0], size[1]], size);
+        let quad_of = |size: [u32; 2]| placed([0, 0, size[0], size[1]], size);
         let first = self.flat.as_ref().map_or(size, |flat| flat.size);
-        let whole = Print {
-            lens: alone.map_or([0.0; 4], |glass| glass.print()),
+        let whole = QuadUniform {
+            lens: alone.map_or([0.0; 4], |glass| glass.uniform()),
             flip: f32::from(u8::from(alone.is_some())),
             exposure,
             bloom: BLOOM * bloom::MOST * exposure,
             soften: f32::from(u8::from(self.flat.is_some())),
-            ..sheet_of(first)
+            ..quad_of(first)
         };
         let border = (size[1] as f32 / 200.0).max(1.0);
         queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
-        for (sheet, framed) in self.mirrors.iter().zip(mirrors) {
+        for (quad, framed) in self.mirrors.iter().zip(mirrors) {
             let Some(FramedMirror { glass, lies }) = framed else { continue };
             let lies = match lies {
-                MirrorPlace::Inset => Print { border, corner: corner_px(size), ..laid(mirror_rect(size), size) },
+                MirrorPlace::Inset => {
+                    QuadUniform { border, corner: corner_px(size), ..placed(mirror_rect(size), size) }
+                }
                 MirrorPlace::InWorld(corners, glass_px) => in_world(corners, glass_px, border),
             };
-            let print = Print { flip: 1.0, exposure, lens: glass.print(), ..lies };
-            queue.write_buffer(&sheet.uniform, 0, bytemuck::bytes_of(&print));
+            let uniform = QuadUniform { flip: 1.0, exposure, lens: glass.uniform(), ..lies };
+            queue.write_buffer(&quad.uniform, 0, bytemuck::bytes_of(&uniform));
         }
         let here = if smooth { 2 } else { 0 };
         let main = match (alone, &self.flat) {
@@ -370,23 +372,23 @@ impl ToneMapPass {
         let onto_target = match &self.flat {
             None => main,
             Some(flat) => {
-                queue.write_buffer(&flat.sheet.uniform, 0, bytemuck::bytes_of(&sheet_of(size)));
-                cost += lay(encoder, None, pipeline, &flat.view, &[Some(main)]);
-                (&flat.sheet, SOFTEN)
+                queue.write_buffer(&flat.quad.uniform, 0, bytemuck::bytes_of(&quad_of(size)));
+                cost += composite(encoder, None, pipeline, &flat.view, &[Some(main)]);
+                (&flat.quad, SOFTEN)
             }
         };
         let [rear, left, right] = std::array::from_fn(|k| mirrors[k].map(|_| (&self.mirrors[k], 1 + here)));
-        cost + lay(encoder, stamps, pipeline, target, &[Some(onto_target), rear, left, right])
+        cost + composite(encoder, stamps, pipeline, target, &[Some(onto_target), rear, left, right])
     }
 }
 
 /// Draws pictures onto a target in one pass, each with the pipeline of its number.
-fn lay(
+fn composite(
     encoder: &mut wgpu::CommandEncoder,
     stamps: Option<wgpu::RenderPassTimestampWrites>,
     pipeline: &ToneMapPipeline,
     target: &wgpu::TextureView,
-    sheets: &[Option<(&TargetPicture, usize)>],
+    quads: &[Option<(&TargetPicture, usize)>],
 ) -> PassCost {
     let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("tonemap"),
@@ -399,9 +401,9 @@ fn lay(
         timestamp_writes: stamps,
         ..Default::default()
     }));
-    for (sheet, number) in sheets.iter().flatten() {
+    for (quad, number) in quads.iter().flatten() {
         pass.set_pipeline(&pipeline.0[*number]);
-        pass.set_bind_group(0, sheet.group.as_ref(), &[]);
+        pass.set_bind_group(0, quad.group.as_ref(), &[]);
         pass.draw(0..6, 0..1);
     }
     pass.cost()

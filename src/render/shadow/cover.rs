@@ -22,10 +22,10 @@ pub(super) struct ShadowCover {
 
 /// Returns the ground that the maps cover. For a perspective picture: ahead of the eye, and some way behind it for the
 /// mirror. For a parallel picture: all of it.
-pub(super) fn covers(to_sun: Vec3, optics: &ViewFrustum) -> [ShadowCover; 3] {
-    let ahead = optics.camera.forward.with_z(0.0).normalize_or_zero();
-    let ground = optics.camera.eye.with_z(0.0);
-    match optics.parallel_m() {
+pub(super) fn covers(to_sun: Vec3, frustum: &ViewFrustum) -> [ShadowCover; 3] {
+    let ahead = frustum.camera.forward.with_z(0.0).normalize_or_zero();
+    let ground = frustum.camera.eye.with_z(0.0);
+    match frustum.parallel_m() {
         None => {
             let standing = |i: usize| {
                 let (half_m, step_m) = (STANDING_M[i], STEP_M[i]);
@@ -88,7 +88,7 @@ mod tests {
 
     const TO_SUN: Vec3 = Vec3::new(0.48, 0.36, 0.8);
 
-    fn optics(eye: Vec3, forward: Vec3, lens: Lens) -> ViewFrustum {
+    fn frustum(eye: Vec3, forward: Vec3, lens: Lens) -> ViewFrustum {
         let up = if forward.z.abs() > 0.5 { Vec3::Y } else { Vec3::Z };
         ViewFrustum::new(&Camera { eye, forward, up, lens }, [640, 360])
     }
@@ -97,7 +97,7 @@ mod tests {
     fn the_map_moves_by_whole_texels() {
         let lens = Lens::Perspective { fov_x_rad: 1.1 };
         let light = |x: f32| {
-            let [moving, ..] = covers(TO_SUN, &optics(Vec3::new(x, 0.0, 1.2), Vec3::X, lens));
+            let [moving, ..] = covers(TO_SUN, &frustum(Vec3::new(x, 0.0, 1.2), Vec3::X, lens));
             moving.clip_from_world(1024)
         };
         let still = Vec3::new(20.0, 3.0, 0.0);
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn a_picture_from_above_is_covered_whole() {
-        let plan = optics(Vec3::new(10.0, 5.0, 400.0), Vec3::NEG_Z, Lens::Parallel { half_extent_m: 50.0 });
+        let plan = frustum(Vec3::new(10.0, 5.0, 400.0), Vec3::NEG_Z, Lens::Parallel { half_extent_m: 50.0 });
         for cover in covers(TO_SUN, &plan) {
             for corner in [Vec3::new(95.0, 55.0, 0.0), Vec3::new(-75.0, -45.0, 0.0)] {
                 let clip = cover.clip_from_world(1024).project_point3(corner);
@@ -127,7 +127,7 @@ mod tests {
         for (layer, most) in [(1, 10), (2, 4)] {
             let mut places: Vec<ShadowCover> = Vec::new();
             for decimetre in 0..1000 {
-                let covers = covers(TO_SUN, &optics(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
+                let covers = covers(TO_SUN, &frustum(Vec3::new(decimetre as f32 * 0.1, 0.0, 1.2), Vec3::X, lens));
                 if places.last() != Some(&covers[layer]) {
                     places.push(covers[layer]);
                 }

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::scene::{
     Material, Mesh,
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
 };
 use glam::Vec3;
 
@@ -32,8 +32,8 @@ const SKIN: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.36, 0.21, 0.14
 const HAIR: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.030, 0.020, 0.014]);
 
 /// Parts on the outside.
-pub(in crate::scene) fn outside(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
-    let mut all = TriangleSoup::default();
+pub(in crate::scene) fn outside(lines: &BodyLines, level: LampLevel) -> TriangleList {
+    let mut all = TriangleList::default();
     let left = side(lines, level);
     all.append(left.mirrored());
     all.append(left);
@@ -42,8 +42,8 @@ pub(in crate::scene) fn outside(lines: &BodyLines, level: LampLevel) -> Triangle
 }
 
 /// Parts that stand on both sides, left ones.
-fn side(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
-    let mut parts = TriangleSoup::default();
+fn side(lines: &BodyLines, level: LampLevel) -> TriangleList {
+    let mut parts = TriangleList::default();
     // Mirror: the housing in the car's colour, its back dark as glass; a foot on the door.
     let fine = match level {
         LampLevel::Near => [10, 16],
@@ -83,9 +83,9 @@ fn side(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
 const GLASS_BACK: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.020, 0.024, 0.028]);
 
 /// The edge of a wheel arch: a rim that stands out 4 mm.
-fn lip(lines: &BodyLines, hub: f32) -> TriangleSoup {
+fn lip(lines: &BodyLines, hub: f32) -> TriangleList {
     const PLACES: usize = 25;
-    let mut lip = TriangleSoup::default();
+    let mut lip = TriangleList::default();
     let ring = |i: usize| {
         let turn = -0.33 + (std::f32::consts::PI + 0.66) * i as f32 / (PLACES - 1) as f32;
         let (sin, cos) = turn.sin_cos();
@@ -126,8 +126,8 @@ pub(in crate::scene) fn lettering(lines: &BodyLines, level: LampLevel) -> Mesh {
 }
 
 /// Parts in the middle.
-fn middle(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
-    let mut parts = TriangleSoup::default();
+fn middle(lines: &BodyLines, level: LampLevel) -> TriangleList {
+    let mut parts = TriangleList::default();
     let near = level == LampLevel::Near;
     // Nothing stands out of the bumpers, which would exceed 5.00 m, by more than 2 mm.
     for (x, z) in plates(lines, level) {
@@ -189,7 +189,7 @@ fn rearmost(lines: &BodyLines, z: f32) -> f32 {
 }
 
 /// Wipers at rest along the foot of the windscreen.
-fn wipers(lines: &BodyLines, parts: &mut TriangleSoup) {
+fn wipers(lines: &BodyLines, parts: &mut TriangleList) {
     for (from, to) in [(0.58, 0.02), (-0.02, -0.52)] {
         let ring = |i: usize| {
             let t = i as f32 / 8.0;
@@ -206,8 +206,8 @@ fn wipers(lines: &BodyLines, parts: &mut TriangleSoup) {
 }
 
 /// What is seen through the windows; closed below by a dark floor.
-pub(in crate::scene) fn cabin(lines: &BodyLines, level: LampLevel) -> TriangleSoup {
-    let mut all = TriangleSoup::default();
+pub(in crate::scene) fn cabin(lines: &BodyLines, level: LampLevel) -> TriangleList {
+    let mut all = TriangleList::default();
     let fine =
         |rings: usize, sides: usize| if level == LampLevel::Near { [rings, sides] } else { [rings / 2, sides / 2] };
     let (rear, front) = (lines.cabin_rear_m + 0.12, 1.05);
@@ -235,7 +235,7 @@ pub(in crate::scene) fn cabin(lines: &BodyLines, level: LampLevel) -> TriangleSo
 }
 
 /// Somebody at the wheel: torso, shoulders, arms, neck, a head with hair.
-fn driver(all: &mut TriangleSoup, fine: [usize; 2]) {
+fn driver(all: &mut TriangleList, fine: [usize; 2]) {
     let y = 0.36;
     let mut ball = |at: [f32; 3], half: [f32; 3], finish: SurfaceFinish| {
         all.ellipsoid(Vec3::from(at), Vec3::from(half), fine, |_| finish);
@@ -254,7 +254,7 @@ fn driver(all: &mut TriangleSoup, fine: [usize; 2]) {
 }
 
 /// Back and headrest; cushions are below the windows.
-fn seat(all: &mut TriangleSoup, at: Vec3, fine: [usize; 2]) {
+fn seat(all: &mut TriangleList, at: Vec3, fine: [usize; 2]) {
     all.ellipsoid(at + Vec3::new(-0.07, 0.0, 0.90), Vec3::new(0.085, 0.235, 0.235), fine, |_| SEAT);
     all.ellipsoid(at + Vec3::new(-0.13, 0.0, 1.20), Vec3::new(0.048, 0.125, 0.078), fine, |_| SEAT);
 }

@@ -18,7 +18,7 @@ use self::{
 };
 use super::{
     CarModel, Material, Mesh,
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
     mesh_simplification::{KeptCorner, coarse},
 };
 use glam::Vec3;
@@ -67,9 +67,9 @@ pub(in crate::scene) struct BodyParts {
     /// Clear covers over the lamps.
     pub lenses: PanelSkin,
     /// What is fixed to the outside.
-    pub fittings: TriangleSoup,
+    pub fittings: TriangleList,
     /// What is seen through the windows.
-    pub inside: TriangleSoup,
+    pub inside: TriangleList,
     /// The shell seen from inside.
     pub lining: PanelSkin,
     /// All signs that a number plate may show.

@@ -441,14 +441,14 @@ fn fan(polygon: &[FaceCorner], finish: SurfaceFinish, into: &mut Vec<BodyFace>) 
 mod tests {
     use super::*;
     use crate::scene::Material;
-    use crate::scene::mesh::TriangleSoup;
+    use crate::scene::mesh::TriangleList;
     use crate::scene::mesh::tests::{check, open_edges, volume_m3};
 
     fn cube() -> PanelSkin {
-        let mut soup = TriangleSoup::default();
-        soup.cuboid(Vec3::new(0.0, 2.0, 0.0), Vec3::ONE, SurfaceFinish::grey(Material::Paint, 1.0));
+        let mut triangles = TriangleList::default();
+        triangles.cuboid(Vec3::new(0.0, 2.0, 0.0), Vec3::ONE, SurfaceFinish::grey(Material::Paint, 1.0));
         let mut skin = PanelSkin::default();
-        for corners in soup.corners() {
+        for corners in triangles.corners() {
             let [a, b, c] = corners;
             skin.quad([a, b, c, c], |p| p, SurfaceFinish::grey(Material::Paint, 1.0));
         }

@@ -4,7 +4,7 @@
 use super::materials::{LampLevel, WHEEL_RADIUS_M};
 use crate::scene::{
     Material, Mesh,
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
 };
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -20,7 +20,7 @@ pub fn wheels() -> [Mesh; 3] {
 }
 
 fn wheel(level: LampLevel) -> Mesh {
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     // 40 corners leave 1 mm between chord and circle, 10 leave 16.
     let sides = match level {
         LampLevel::Near => 40,
@@ -58,33 +58,33 @@ fn wheel(level: LampLevel) -> Mesh {
             let at = |(y, radius, _): (f32, f32, SurfaceFinish), k: usize| {
                 around(radius, (k % sides) as f32 / sides as f32, y)
             };
-            soup.quad([at(pair[0], k), at(pair[0], k + 1), at(pair[1], k + 1), at(pair[1], k)], pair[0].2);
+            triangles.quad([at(pair[0], k), at(pair[0], k + 1), at(pair[1], k + 1), at(pair[1], k)], pair[0].2);
         }
     }
     if level == LampLevel::Far {
-        return soup.into_mesh(40f32.to_radians());
+        return triangles.into_mesh(40f32.to_radians());
     }
     for k in 0..SPOKES {
         let turn = k as f32 / SPOKES as f32;
         if level == LampLevel::Near {
             // Each spoke is forked.
-            [-0.026, 0.026].into_iter().for_each(|aside| spoke(&mut soup, turn + aside, 0.55, alloy));
+            [-0.026, 0.026].into_iter().for_each(|aside| spoke(&mut triangles, turn + aside, 0.55, alloy));
         } else {
-            spoke(&mut soup, turn, 1.0, alloy);
+            spoke(&mut triangles, turn, 1.0, alloy);
         }
     }
     if level == LampLevel::Near {
         // Brake disc behind the spokes, bolts in front.
         let disc = SurfaceFinish::grey(Material::Metal, 0.30);
-        soup.ellipsoid(Vec3::new(0.0, half - 0.072, 0.0), Vec3::new(0.15, 0.012, 0.15), [4, 24], |_| disc);
+        triangles.ellipsoid(Vec3::new(0.0, half - 0.072, 0.0), Vec3::new(0.15, 0.012, 0.15), [4, 24], |_| disc);
         for k in 0..5 {
             let at = around(0.036, (k as f32 + 0.5) / 5.0, half - 0.020);
-            soup.ellipsoid(at, Vec3::new(0.007, 0.006, 0.007), [3, 5], |_| well);
+            triangles.ellipsoid(at, Vec3::new(0.007, 0.006, 0.007), [3, 5], |_| well);
         }
     }
     // The cap in the middle.
-    soup.ellipsoid(Vec3::new(0.0, half - 0.04, 0.0), Vec3::new(0.055, 0.022, 0.055), [4, 10], |_| alloy);
-    soup.into_mesh(40f32.to_radians())
+    triangles.ellipsoid(Vec3::new(0.0, half - 0.04, 0.0), Vec3::new(0.055, 0.022, 0.055), [4, 10], |_| alloy);
+    triangles.into_mesh(40f32.to_radians())
 }
 
 /// A point at `radius` and `turn` (1 is once round, forwards roll) around the axle.
@@ -94,7 +94,7 @@ fn around(radius: f32, turn: f32, y: f32) -> Vec3 {
 }
 
 /// A tapered bar from the cap to the rim, its face slightly domed outwards.
-fn spoke(soup: &mut TriangleSoup, turn: f32, width: f32, finish: SurfaceFinish) {
+fn spoke(triangles: &mut TriangleList, turn: f32, width: f32, finish: SurfaceFinish) {
     let half = WHEEL_WIDTH_M / 2.0;
     // Half widths in turns: 34 mm at the cap, 22 mm at the rim.
     let ring = |radius: f32, half_width_m: f32, y_face: f32| {
@@ -110,10 +110,10 @@ fn spoke(soup: &mut TriangleSoup, turn: f32, width: f32, finish: SurfaceFinish) 
     let outer = ring(0.207, 0.023, half - 0.020);
     for k in 0..4 {
         let next = (k + 1) % 4;
-        soup.quad([inner[k], outer[k], outer[next], inner[next]], finish);
+        triangles.quad([inner[k], outer[k], outer[next], inner[next]], finish);
     }
-    soup.quad([inner[0], inner[1], inner[2], inner[3]], finish);
-    soup.quad([outer[3], outer[2], outer[1], outer[0]], finish);
+    triangles.quad([inner[0], inner[1], inner[2], inner[3]], finish);
+    triangles.quad([outer[3], outer[2], outer[1], outer[0]], finish);
 }
 
 #[cfg(test)]

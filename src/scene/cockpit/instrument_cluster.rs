@@ -4,7 +4,7 @@
 use crate::scene::{
     Material,
     car::materials::DARK,
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
 };
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -24,7 +24,7 @@ const LIP: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.13);
 const WALL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.024);
 
 /// The housing: from the dashboard to the hood's lip, back to the face.
-pub(in crate::scene) fn binnacle() -> TriangleSoup {
+pub(in crate::scene) fn binnacle() -> TriangleList {
     const CORNERS: usize = 48;
     let outline = |k: usize| {
         let angle = TAU * k as f32 / CORNERS as f32;
@@ -45,7 +45,7 @@ pub(in crate::scene) fn binnacle() -> TriangleSoup {
     let rings = |list: &[(f32, f32, f32)]| -> Vec<Vec<Vec3>> {
         list.iter().map(|&(towards, lip, grown)| (0..CORNERS).map(ring(towards, lip, grown)).collect()).collect()
     };
-    let mut all = TriangleSoup::default();
+    let mut all = TriangleList::default();
     // Open at both ends: the back is in the dashboard, and one looks into the front.
     let mut wall = |rings: Vec<Vec<Vec3>>, finish: SurfaceFinish| {
         for pair in rings.windows(2) {

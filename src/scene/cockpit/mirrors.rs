@@ -6,7 +6,7 @@
 use crate::scene::{
     Camera, Lens, Mesh, ViewOptions,
     car::materials::{GLOSS, PAINT, TRIM},
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
 };
 use glam::{Affine3A, Mat3A, Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -140,11 +140,11 @@ pub(in crate::scene) fn housings() -> [Mesh; 4] {
         0.020,
         TRIM,
     );
-    [rear, side, other, below].map(|soup| soup.into_mesh(0.8))
+    [rear, side, other, below].map(|triangles| triangles.into_mesh(0.8))
 }
 
 /// A housing so deep, with a rim so wide around a glass of `half_m`.
-fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: SurfaceFinish) -> TriangleSoup {
+fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: SurfaceFinish) -> TriangleList {
     const CORNERS: usize = 40;
     let ring = |x: f32, grown: f32| -> Vec<Vec3> {
         let corner = |k: usize| {
@@ -156,7 +156,7 @@ fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: SurfaceFinish) -> Triang
         (0..CORNERS).map(corner).collect()
     };
     let least = -half_m.y;
-    let mut all = TriangleSoup::default();
+    let mut all = TriangleList::default();
     let outside = [
         ring(-deep_m, 0.6 * least),
         ring(-0.92 * deep_m, 0.35 * least),
@@ -172,7 +172,7 @@ fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: SurfaceFinish) -> Triang
 }
 
 /// A round bar through three places.
-fn tube(all: &mut TriangleSoup, way: [Vec3; 3], radius_m: f32, finish: SurfaceFinish) {
+fn tube(all: &mut TriangleList, way: [Vec3; 3], radius_m: f32, finish: SurfaceFinish) {
     const PLACES: usize = 9;
     let at = |t: f32| {
         // A parabola through the ends that bends towards the middle (Bézier).

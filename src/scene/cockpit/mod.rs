@@ -13,7 +13,7 @@ use super::{
         materials::{CHROME, CREASE_RAD, DARK, GLOSS, LampLevel, TRIM},
         panel_cutting::PanelSkin,
     },
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
 };
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -80,7 +80,7 @@ fn bonnet() -> Mesh {
     }
     sheet.smooth(0.95);
     let mut mesh = sheet.mesh();
-    let mut parts = TriangleSoup::default();
+    let mut parts = TriangleList::default();
     wipers(&mut parts);
     seal(&mut parts);
     mesh.append(&parts.into_mesh(CREASE_RAD));
@@ -95,7 +95,7 @@ fn dip_m(flat: Vec3) -> f32 {
 }
 
 /// Two thin arms at rest on the bonnet's rear edge.
-fn wipers(parts: &mut TriangleSoup) {
+fn wipers(parts: &mut TriangleList) {
     const PLACES: usize = 12;
     for (from, to) in [(0.62, 0.06), (0.01, -0.56)] {
         let ring = |i: usize| {
@@ -109,7 +109,7 @@ fn wipers(parts: &mut TriangleSoup) {
 }
 
 /// The black seal along the windscreen's foot, under which the bonnet's rear edge ends.
-fn seal(parts: &mut TriangleSoup) {
+fn seal(parts: &mut TriangleList) {
     const PLACES: usize = 41;
     let ring = |i: usize| {
         let y = 0.84 - 1.68 * i as f32 / (PLACES - 1) as f32;
@@ -221,9 +221,9 @@ fn scuttle() -> PanelSkin {
 }
 
 /// The fins of the vents, in three groups.
-fn fins() -> TriangleSoup {
+fn fins() -> TriangleList {
     const PITCH_M: f32 = 0.013;
-    let mut all = TriangleSoup::default();
+    let mut all = TriangleList::default();
     for (from, to) in [(-0.66, -0.20), (-0.17, 0.17), (0.20, 0.66)] {
         for k in 0..((to - from) / PITCH_M) as usize {
             let y = from + PITCH_M * k as f32;
@@ -257,7 +257,7 @@ fn cabin() -> Mesh {
     }
     skin.smooth(0.9);
     let mut all = skin.mesh();
-    let mut parts = TriangleSoup::default();
+    let mut parts = TriangleList::default();
     for side in [-1.0, 1.0] {
         pillar(&mut parts, side);
     }
@@ -267,7 +267,7 @@ fn cabin() -> Mesh {
 }
 
 /// Along the edge of the windscreen, from the dashboard to the roof: lined inside, with a dark seal towards the glass.
-fn pillar(all: &mut TriangleSoup, side: f32) {
+fn pillar(all: &mut TriangleList, side: f32) {
     const PLACES: usize = 25;
     let middle = |i: usize| {
         let x = CABIN_FRONT_M + 0.05 - 0.95 * i as f32 / (PLACES - 1) as f32;
@@ -295,7 +295,7 @@ fn pillar(all: &mut TriangleSoup, side: f32) {
 }
 
 fn wheel() -> Mesh {
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     const PLACES: usize = 65;
     let rim = |i: usize| -> Vec<Vec3> {
         let turn = TAU * (i % (PLACES - 1)) as f32 / (PLACES - 1) as f32;
@@ -308,7 +308,7 @@ fn wheel() -> Mesh {
         };
         (0..14).map(corner).collect()
     };
-    soup.bar(PLACES, rim, LEATHER);
+    triangles.bar(PLACES, rim, LEATHER);
     // A thin bright ring marks straight ahead at the top.
     let mark = |i: usize| -> Vec<Vec3> {
         let turn = -0.035 + 0.07 * i as f32 / 4.0;
@@ -319,10 +319,10 @@ fn wheel() -> Mesh {
         };
         (0..14).map(corner).collect()
     };
-    soup.bar(5, mark, SurfaceFinish::grey(Material::Tyre, 0.28));
+    triangles.bar(5, mark, SurfaceFinish::grey(Material::Tyre, 0.28));
     // Hub and three spokes.
-    soup.ellipsoid(Vec3::new(-0.012, 0.0, -0.005), Vec3::new(0.030, 0.078, 0.070), [14, 20], |_| LEATHER);
-    soup.ellipsoid(Vec3::new(0.016, 0.0, 0.0), Vec3::new(0.008, 0.022, 0.016), [8, 14], |_| CHROME);
+    triangles.ellipsoid(Vec3::new(-0.012, 0.0, -0.005), Vec3::new(0.030, 0.078, 0.070), [14, 20], |_| LEATHER);
+    triangles.ellipsoid(Vec3::new(0.016, 0.0, 0.0), Vec3::new(0.008, 0.022, 0.016), [8, 14], |_| CHROME);
     for (turn, wide) in [(TAU * 0.255, 0.030), (-TAU * 0.255, 0.030), (TAU * 0.5, 0.026)] {
         let out = Vec3::new(0.0, turn.sin(), turn.cos());
         let aside = Vec3::new(0.0, turn.cos(), -turn.sin());
@@ -336,11 +336,11 @@ fn wheel() -> Mesh {
             };
             (0..10).map(corner).collect()
         };
-        soup.bar(7, ring, GLOSS);
+        triangles.bar(7, ring, GLOSS);
     }
     // The column behind.
-    soup.ellipsoid(Vec3::new(-0.09, 0.0, -0.01), Vec3::new(0.07, 0.05, 0.05), [10, 14], |_| TRIM);
-    soup.into_mesh(1.0)
+    triangles.ellipsoid(Vec3::new(-0.09, 0.0, -0.01), Vec3::new(0.07, 0.05, 0.05), [10, 14], |_| TRIM);
+    triangles.into_mesh(1.0)
 }
 
 #[cfg(test)]

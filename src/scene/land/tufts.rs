@@ -29,7 +29,7 @@ const STALKS: usize = VARIANTS - 1;
 const TUFT_EVERY_M: f32 = 0.46;
 /// The most squares of the lattice for a network, about.
 const MOST_SQUARES: f32 = 400_000.0;
-/// The most tufts of a stage.
+/// The most tufts of a static scene.
 const MOST_TUFTS: usize = 60_000;
 
 /// A tuft: upright cards about a common foot.

@@ -5,7 +5,7 @@ use super::{
     ASPHALT, Layer, SHOULDER,
     road_surfaces::contains,
     strips::{Column, Ground, Paver},
-    verge::{Place, Roadside},
+    verge::{Roadside, SurfacePoint},
 };
 use crate::{
     map::network::{EdgeKind, JunctionId, Lane, LaneId, Marking, Network, Side, TurnDirection},
@@ -229,7 +229,7 @@ fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut
 }
 
 /// A pavement: a kerb higher than what lies beside it.
-fn footway(net: &Network, id: LaneId, rows: &[f64], place: Place, paver: &mut Paver, roadside: Roadside) {
+fn footway(net: &Network, id: LaneId, rows: &[f64], place: SurfacePoint, paver: &mut Paver, roadside: Roadside) {
     let half_m = net.lane(id).half_width_m();
     let columns = [-half_m, half_m].map(|at| Column::tarred(at, Layer::Pavement, PAVING));
     paver.ribbon(rows, place, columns, Ground::Tarred, None);
@@ -313,7 +313,7 @@ fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, roadside: Roads
 }
 
 /// Ballast with two rails; across roads the rails alone.
-fn railway(rows: &[f64], place: Place, half_m: f64, inside: bool, paver: &mut Paver, roadside: Roadside) {
+fn railway(rows: &[f64], place: SurfacePoint, half_m: f64, inside: bool, paver: &mut Paver, roadside: Roadside) {
     if !inside {
         let columns = [-half_m, half_m].map(|at| Column::grown(at, Layer::Street.z_m(), -0.5));
         paver.ribbon(rows, place, columns, Ground::Grown, None);

@@ -5,7 +5,7 @@ use crate::{
     map::network::{LaneId, LanePosition, Network, Side},
     scene::{
         Material, Mesh, Vertex,
-        mesh::{SurfaceFinish, TriangleSoup},
+        mesh::{SurfaceFinish, TriangleList},
     },
 };
 use glam::{DVec2, Quat, Vec3};
@@ -123,7 +123,7 @@ fn chains(net: &Network) -> Vec<(Vec<LaneId>, bool)> {
 fn post() -> Mesh {
     let white = SurfaceFinish::grey(Material::Matt, 0.72);
     let black = SurfaceFinish::grey(Material::Matt, 0.015);
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     // A triangle with blunt corners, as moulded posts have; its edge points away from the road.
     let outline = [(-0.045, 0.055), (-0.012, -0.055), (0.012, -0.055), (0.045, 0.055), (0.03, 0.065), (-0.03, 0.065)];
     let bands = [(0.0, 0.66, white), (0.66, 0.88, black), (0.88, POST_HEIGHT_M, white)];
@@ -132,21 +132,21 @@ fn post() -> Mesh {
             let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
             // The band falls towards the road, as its upper and lower edges do.
             let at = |(x, y): (f32, f32), z: f32| Vec3::new(x, y, if z > 0.0 { z - y * 0.5 } else { z });
-            soup.quad([at(a, low), at(b, low), at(b, high), at(a, high)], finish);
+            triangles.quad([at(a, low), at(b, low), at(b, high), at(a, high)], finish);
         }
     }
     let top = |(x, y): (f32, f32)| Vec3::new(x, y, POST_HEIGHT_M - y * 0.5);
     for k in 1..outline.len() - 1 {
-        soup.triangle([top(outline[0]), top(outline[k]), top(outline[k + 1])], white);
+        triangles.triangle([top(outline[0]), top(outline[k]), top(outline[k + 1])], white);
     }
     for side in [-1.0, 1.0] {
-        soup.cuboid(
+        triangles.cuboid(
             Vec3::new(side * 0.034, 0.022, 0.765),
             Vec3::new(0.008, 0.016, 0.075),
             SurfaceFinish::grey(Material::Lamp, 0.8),
         );
     }
-    soup.into_mesh(0.5)
+    triangles.into_mesh(0.5)
 }
 
 #[cfg(test)]

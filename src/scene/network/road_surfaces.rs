@@ -28,13 +28,13 @@ pub(in crate::scene) const HALF_LANE_M: f32 = 1.6;
 
 /// A straight piece of a lane, or of the outline of an area.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct SurfaceSegment {
     from: Vec3,
     to: Vec3,
     half_width_m: f32,
 }
 
-impl Piece {
+impl SurfaceSegment {
     /// Distance from its edge on the ground, negative on it, and its height there.
     fn beside(&self, point: Vec2) -> (f32, f32) {
         let (from, along) = (self.from.truncate(), (self.to - self.from).truncate());
@@ -47,7 +47,7 @@ impl Piece {
 /// The surfaces while they are collected.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct SurfaceCollector {
-    pieces: Vec<Piece>,
+    pieces: Vec<SurfaceSegment>,
     areas: Vec<Vec<Vec3>>,
 }
 
@@ -58,7 +58,7 @@ impl SurfaceCollector {
             let n = (pair[0].truncate().distance(pair[1].truncate()) / PIECE_M).ceil().max(1.0);
             let at = |k: f32| pair[0].lerp(pair[1], k / n);
             let cut = (0..n as usize).map(|k| (at(k as f32), at(k as f32 + 1.0)));
-            self.pieces.extend(cut.map(|(from, to)| Piece { from, to, half_width_m }));
+            self.pieces.extend(cut.map(|(from, to)| SurfaceSegment { from, to, half_width_m }));
         }
     }
 
@@ -76,7 +76,7 @@ impl SurfaceCollector {
 /// What is paved, by cells of a grid.
 #[derive(Debug)]
 pub(in crate::scene) struct RoadSurfaces {
-    pieces: Vec<Piece>,
+    pieces: Vec<SurfaceSegment>,
     areas: Vec<Vec<Vec3>>,
     /// Middle of the box around all, and the radius around it that holds everything, m.
     centre: Vec2,
@@ -249,11 +249,11 @@ impl RoadSurfaces {
 }
 
 /// Middle of the box around all pieces, and the radius around it that holds them, m.
-fn circle(pieces: &[Piece]) -> (Vec2, f32) {
+fn circle(pieces: &[SurfaceSegment]) -> (Vec2, f32) {
     let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to]).map(Vec3::truncate);
     let low = points().reduce(Vec2::min).unwrap_or_default();
     let centre = (low + points().reduce(Vec2::max).unwrap_or_default()) / 2.0;
-    let reach = |piece: &Piece| {
+    let reach = |piece: &SurfaceSegment| {
         let ends = [piece.from, piece.to].map(|end| end.truncate().distance(centre));
         ends[0].max(ends[1]) + piece.half_width_m
     };
@@ -261,7 +261,7 @@ fn circle(pieces: &[Piece]) -> (Vec2, f32) {
 }
 
 /// At most one point in each square of a lattice as fine as [`MOST_COARSE`] allows.
-fn coarse(pieces: &[Piece]) -> Vec<Vec3> {
+fn coarse(pieces: &[SurfaceSegment]) -> Vec<Vec3> {
     let mut side_m = 2.0 * CELL_M;
     loop {
         let mut squares: BTreeMap<[i32; 2], Vec3> = BTreeMap::new();

@@ -10,7 +10,7 @@ use crate::{
     },
     scene::{
         LitLamp, Material, Mesh,
-        mesh::{SurfaceFinish, TriangleSoup},
+        mesh::{SurfaceFinish, TriangleList},
     },
     space::Pose3,
 };
@@ -89,12 +89,12 @@ fn shown(net: &Network, lane: LaneId) -> Option<(&Connection, SignalId, u32)> {
 
 /// All heads, and what holds them.
 pub(in crate::scene) fn heads(net: &Network, surfaces: &RoadSurfaces) -> (Mesh, Vec<SignalHead>) {
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     let mut heads = Vec::new();
     for edge in net.edge_ids() {
-        approach(net, edge, surfaces, &mut soup, &mut heads);
+        approach(net, edge, surfaces, &mut triangles, &mut heads);
     }
-    (soup.into_mesh(0.6), heads)
+    (triangles.into_mesh(0.6), heads)
 }
 
 /// The heads for one street.
@@ -102,7 +102,7 @@ fn approach(
     net: &Network,
     edge: EdgeId,
     surfaces: &RoadSurfaces,
-    soup: &mut TriangleSoup,
+    triangles: &mut TriangleList,
     heads: &mut Vec<SignalHead>,
 ) {
     let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| is_driven(net, *lane)).collect();
@@ -122,30 +122,30 @@ fn approach(
     let mut arm_end: Option<Vec3> = None;
     for (k, &(lane, (way, signal, link))) in ruled.iter().enumerate() {
         let over = at(lane, 0.0);
-        let mut head = |middle: Vec3, soup: &mut TriangleSoup| {
+        let mut head = |middle: Vec3, triangles: &mut TriangleList| {
             let facing = -direction(&over);
-            heads.push(SignalHead { lane, signal, link, lamps: housing(soup, middle, facing), facing });
+            heads.push(SignalHead { lane, signal, link, lamps: housing(triangles, middle, facing), facing });
         };
         if k == 0 {
-            head(foot.position.as_vec3() + Vec3::Z * POLE_HEAD_M, soup);
+            head(foot.position.as_vec3() + Vec3::Z * POLE_HEAD_M, triangles);
             if let Some(foot) = across(net, way, &over, side, surfaces) {
-                pole(soup, foot + behind, POLE_HEAD_M + 0.7);
-                head(foot + Vec3::Z * POLE_HEAD_M, soup);
+                pole(triangles, foot + behind, POLE_HEAD_M + 0.7);
+                head(foot + Vec3::Z * POLE_HEAD_M, triangles);
             }
         } else {
             let middle = over.position.as_vec3() + Vec3::Z * ARM_HEAD_M;
-            head(middle, soup);
+            head(middle, triangles);
             arm_end = Some(middle + Vec3::Z * ARM_OVER_M);
-            bar(soup, middle + behind, middle + behind + Vec3::Z * ARM_OVER_M, 0.03);
+            bar(triangles, middle + behind, middle + behind + Vec3::Z * ARM_OVER_M, 0.03);
         }
     }
     let foot = foot.position.as_vec3();
     match arm_end {
         Some(end) => {
-            pole(soup, foot + behind, end.z - foot.z + 0.15);
-            bar(soup, (foot + behind).with_z(end.z), end + behind, 0.07);
+            pole(triangles, foot + behind, end.z - foot.z + 0.15);
+            bar(triangles, (foot + behind).with_z(end.z), end + behind, 0.07);
         }
-        None => pole(soup, foot + behind, POLE_HEAD_M + 0.7),
+        None => pole(triangles, foot + behind, POLE_HEAD_M + 0.7),
     }
 }
 
@@ -174,12 +174,12 @@ fn direction(pose: &Pose3) -> Vec3 {
 }
 
 /// A pole from the ground.
-fn pole(soup: &mut TriangleSoup, foot: Vec3, height_m: f32) {
-    bar(soup, foot - Vec3::Z * 0.5, foot + Vec3::Z * height_m, 0.06);
+fn pole(triangles: &mut TriangleList, foot: Vec3, height_m: f32) {
+    bar(triangles, foot - Vec3::Z * 0.5, foot + Vec3::Z * height_m, 0.06);
 }
 
 /// A round bar.
-fn bar(soup: &mut TriangleSoup, from: Vec3, to: Vec3, radius_m: f32) {
+fn bar(triangles: &mut TriangleList, from: Vec3, to: Vec3, radius_m: f32) {
     const SIDES: usize = 6;
     let along = (to - from).normalize_or(Vec3::Z);
     let (right, up) = along.any_orthonormal_pair();
@@ -191,14 +191,14 @@ fn bar(soup: &mut TriangleSoup, from: Vec3, to: Vec3, radius_m: f32) {
         };
         (0..SIDES).map(corner).collect()
     };
-    soup.bar(2, ring, STEEL);
+    triangles.bar(2, ring, STEEL);
 }
 
 /// A housing about its middle lamp; gives the middles of the lamps' fronts.
-fn housing(soup: &mut TriangleSoup, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
+fn housing(triangles: &mut TriangleList, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
     let left = Vec3::Z.cross(facing);
     let turn = Mat3::from_cols(facing, left, Vec3::Z);
-    let mut head = TriangleSoup::default();
+    let mut head = TriangleList::default();
     let [high, wide] = [LAMP_EVERY_M * 1.5 + 0.03, 0.20];
     head.cuboid(Vec3::new(-0.10, 0.0, 0.0), Vec3::new(0.10, wide, high), HOUSING);
     // The board, and its pale rim.
@@ -212,12 +212,12 @@ fn housing(soup: &mut TriangleSoup, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
         lens(&mut head, height_m, SurfaceFinish::new(Material::Lamp, colour));
         hood(&mut head, height_m);
     }
-    soup.append(head.moved(|p| middle + turn * p));
+    triangles.append(head.moved(|p| middle + turn * p));
     heights.map(|height_m| middle + turn * Vec3::new(0.022, 0.0, height_m))
 }
 
 /// A lamp's glass.
-fn lens(head: &mut TriangleSoup, height_m: f32, finish: SurfaceFinish) {
+fn lens(head: &mut TriangleList, height_m: f32, finish: SurfaceFinish) {
     const SIDES: usize = 12;
     let rim = |k: usize| {
         let (sin, cos) = (TAU * k as f32 / SIDES as f32).sin_cos();
@@ -229,7 +229,7 @@ fn lens(head: &mut TriangleSoup, height_m: f32, finish: SurfaceFinish) {
 }
 
 /// A hood over a lamp, seen from both sides.
-fn hood(head: &mut TriangleSoup, height_m: f32) {
+fn hood(head: &mut TriangleList, height_m: f32) {
     const SIDES: usize = 6;
     let edge = |k: usize, out_m: f32| {
         // From a little below the middle on one side over the top to the other.
@@ -247,13 +247,13 @@ fn hood(head: &mut TriangleSoup, height_m: f32) {
 pub(in crate::scene) fn lit_lamp() -> Mesh {
     const SIDES: usize = 16;
     let finish = SurfaceFinish::grey(Material::SignalLamp, 0.02);
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     let rim = |k: usize| {
         let (sin, cos) = (TAU * k as f32 / SIDES as f32).sin_cos();
         Vec3::new(-0.06, cos, sin)
     };
     for k in 0..SIDES {
-        soup.triangle([Vec3::ZERO, rim(k), rim(k + 1)], finish);
+        triangles.triangle([Vec3::ZERO, rim(k), rim(k + 1)], finish);
     }
-    soup.into_mesh(1.0)
+    triangles.into_mesh(1.0)
 }

@@ -79,11 +79,11 @@ fn distances_are_those_of_all_lanes_and_junctions() {
 fn the_land_follows_roads_and_never_covers_one() {
     for name in ["hill", "town", "ramps"] {
         let net = network(name);
-        let stage = StaticScene::of_network(&net, 1, 0);
-        check(&stage.road, name);
+        let static_scene = StaticScene::of_network(&net, 1, 0);
+        check(&static_scene.road, name);
         // The land's triangles by squares of 8 m.
         let mut squares: std::collections::BTreeMap<[i32; 2], Vec<[Vec3; 3]>> = Default::default();
-        for (corners, _) in faces(&stage.land) {
+        for (corners, _) in faces(&static_scene.land) {
             let corners = corners.map(|corner| Vec3::from(corner.position));
             let square = |p: Vec3| (p.truncate() / 8.0).floor().as_ivec2();
             let low = square(corners[0].min(corners[1]).min(corners[2]));
@@ -127,17 +127,17 @@ fn the_land_follows_roads_and_never_covers_one() {
 fn no_tree_and_no_tuft_stands_on_a_road() {
     for name in ["grid-signals", "town", "ramps", "roundabout"] {
         let net = network(name);
-        let stage = StaticScene::of_network(&net, 3, 600);
-        assert!(stage.tree_places.len() > 200, "{name}: {} trees", stage.tree_places.len());
-        for tree in &stage.tree_places {
+        let static_scene = StaticScene::of_network(&net, 3, 600);
+        assert!(static_scene.tree_places.len() > 200, "{name}: {} trees", static_scene.tree_places.len());
+        for tree in &static_scene.tree_places {
             let at = tree.position.truncate();
             let free_m = border_m(&net, at);
             assert!(free_m > forest::TRUNK_FREE_M - 0.05, "{name}: a tree {free_m} m from a lane");
-            let crown_m = forest::crown_radius_m(&stage.trees[tree.kind]) * tree.scale;
+            let crown_m = forest::crown_radius_m(&static_scene.trees[tree.kind]) * tree.scale;
             assert!(free_m - crown_m > 0.9, "{name}: a crown {} m from a lane", free_m - crown_m);
         }
-        assert!(stage.tuft_places.len() > 5000, "{name}");
-        for tuft in stage.tuft_places.iter().step_by(97) {
+        assert!(static_scene.tuft_places.len() > 5000, "{name}");
+        for tuft in static_scene.tuft_places.iter().step_by(97) {
             let place = net.locate(tuft.position.as_dvec3(), None);
             let beside_m = place.map_or(REACH_M, |at| at.offset_m.abs() - net.lane(at.lane).half_width_m());
             assert!(beside_m > 0.5 || border_m(&net, tuft.position.truncate()) > 0.5, "{name}: {tuft:?}");
@@ -149,11 +149,11 @@ fn no_tree_and_no_tuft_stands_on_a_road() {
 fn surfaces_face_up_but_for_kerbs_and_fill_junctions() {
     for name in ["grid-signals", "town", "town-left", "random-3", "random-8", "spider", "roundabout", "track"] {
         let net = network(name);
-        let stage = StaticScene::of_network(&net, 1, 0);
-        check(&stage.road, name);
+        let static_scene = StaticScene::of_network(&net, 1, 0);
+        check(&static_scene.road, name);
         // Inside of tight bends a ribbon folds over; there is little of that.
         let (mut up, mut down) = (0.0, 0.0);
-        faces(&stage.road).for_each(|(_, face)| if face.z > 0.0 { up += face.z } else { down -= face.z });
+        faces(&static_scene.road).for_each(|(_, face)| if face.z > 0.0 { up += face.z } else { down -= face.z });
         assert!(down < 0.004 * up, "{name}: {down} of {up} m2 face down");
         // Every junction's middle is paved.
         for area in junctions::areas(&net) {
@@ -172,12 +172,12 @@ fn surfaces_face_up_but_for_kerbs_and_fill_junctions() {
 fn every_lane_with_a_signal_has_a_head_that_faces_it() {
     for name in ["grid-signals", "town", "town-left", "track"] {
         let net = network(name);
-        let stage = StaticScene::of_network(&net, 1, 0);
+        let static_scene = StaticScene::of_network(&net, 1, 0);
         let mut ruled = 0;
         for id in net.lane_ids().filter(|id| paint::is_driven(&net, *id)) {
             let signals =
                 net.connections_from(id).iter().any(|way| way.signal.is_some_and(|link| link.index.is_some()));
-            let heads: Vec<_> = stage.signal_heads.iter().filter(|head| head.lane == id).collect();
+            let heads: Vec<_> = static_scene.signal_heads.iter().filter(|head| head.lane == id).collect();
             assert_eq!(signals, !heads.is_empty(), "{name}: {}", net.lane(id).id);
             ruled += usize::from(signals);
             let end = net.lane(id).line.end_direction().as_vec2().extend(0.0);
@@ -203,14 +203,14 @@ fn every_lane_with_a_signal_has_a_head_that_faces_it() {
 #[test]
 fn on_a_network_wheels_turn_with_the_vehicles_own_heading_and_bodies_lie_along_the_slope() {
     let net = network("hill");
-    let stage = StaticScene::of_network(&net, 1, 0);
+    let static_scene = StaticScene::of_network(&net, 1, 0);
     let at = net.lane(net.lane_named("up_0").expect("a lane")).line.pose(80.0, 0.0);
     let drawn = |turn_rad: f64| {
         let pose = at.flat();
         let before = Pose::new(pose.position - pose.forward() * 0.1, pose.yaw_rad - turn_rad);
         let car = VehicleSnapshot { pose, pose_before: before, height_m: at.position.z, ..VehicleSnapshot::default() };
         let snapshot = Snapshot { cars: vec![car], ..Snapshot::default() };
-        let view = scene::view(&snapshot, 1.0, ViewKind::Chase, &ViewOptions::default(), &stage);
+        let view = scene::view(&snapshot, 1.0, ViewKind::Chase, &ViewOptions::default(), &static_scene);
         view.cars[1]
     };
     // 2 mrad in 0.1 m: a bend of 50 m. The axles are 2.8 m apart.

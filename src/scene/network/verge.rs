@@ -42,7 +42,7 @@ impl VergeShape {
 }
 
 /// A line's places, by metres along and to the left.
-pub(super) type Place<'a> = &'a dyn Fn(f64, f64) -> Vec3;
+pub(super) type SurfacePoint<'a> = &'a dyn Fn(f64, f64) -> Vec3;
 
 /// What lies beside the roads of a network.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ impl<'a> Roadside<'a> {
     }
 
     /// Beside a line: from `edge_m` outwards, on the left or the right.
-    pub fn pave(&self, paver: &mut Paver, rows: &[f64], place: Place, edge_m: f64, left: bool) {
+    pub fn pave(&self, paver: &mut Paver, rows: &[f64], place: SurfacePoint, edge_m: f64, left: bool) {
         for (rows, is_bridge) in self.runs(rows, place) {
             let edge =
                 |beyond_m: f64, z_m: f32| Column { z_m, ..Column::tarred(edge_m + beyond_m, Layer::Street, CONCRETE) };
@@ -84,7 +84,7 @@ impl<'a> Roadside<'a> {
     }
 
     /// The underside of a lane on a bridge.
-    pub fn pave_deck(&self, paver: &mut Paver, rows: &[f64], place: Place, half_m: f64) {
+    pub fn pave_deck(&self, paver: &mut Paver, rows: &[f64], place: SurfacePoint, half_m: f64) {
         for (rows, _) in self.runs(rows, place).into_iter().filter(|(_, is_bridge)| *is_bridge) {
             let reach_m = half_m + 0.4 + PARAPET_WIDE_M;
             let column = |at: f64| Column { z_m: -DECK_M, ..Column::tarred(at, Layer::Street, CONCRETE) };
@@ -94,7 +94,7 @@ impl<'a> Roadside<'a> {
     }
 
     /// Runs of rows on the ground and on bridges; each begins where the one before it ends.
-    fn runs<'r>(&self, rows: &'r [f64], place: Place) -> Vec<(&'r [f64], bool)> {
+    fn runs<'r>(&self, rows: &'r [f64], place: SurfacePoint) -> Vec<(&'r [f64], bool)> {
         if self.surfaces.level_m().is_some() || rows.len() < 2 {
             return vec![(rows, false)];
         }

@@ -22,7 +22,7 @@ pub const TRUNK_FREE_M: f32 = 4.0;
 pub const CROWN_FREE_M: f32 = 1.2;
 /// Trees stand up to this far from the centre line, metres.
 pub const FOREST_M: f32 = 120.0;
-/// The most trees of a stage.
+/// The most trees of a static scene.
 pub const MOST_TREES: usize = 5000;
 
 /// Trees on the horizon, at most.
@@ -140,7 +140,7 @@ pub(in crate::scene) fn grounds(places: &[TreePlace], relief: &Relief) -> Vec<Ve
     places.iter().map(normal).collect()
 }
 
-/// Woods on the hills around, in drifts with open land between them; none where a stage has no trees at all.
+/// Woods on the hills around, in drifts with open land between them; none where a static scene has no trees at all.
 pub(in crate::scene) fn horizon(roads: &RoadSurfaces, relief: &Relief, seed: u64, most: usize) -> Vec<TreePlace> {
     let mut random = rng::stream(seed, "horizon");
     let mut places = Vec::new();
@@ -186,7 +186,7 @@ mod tests {
         scene::{StaticScene, network},
     };
 
-    fn stage(map: &RoadMap) -> (StaticScene, RoadSurfaces) {
+    fn static_scene(map: &RoadMap) -> (StaticScene, RoadSurfaces) {
         (StaticScene::build(map, 1), network::surfaces(&map.network))
     }
 
@@ -199,12 +199,12 @@ mod tests {
         let shipped = shipped.filter(|map| map.route.is_closed());
         for map in shipped.chain([ring(250.0), circuit()]) {
             for seed in [1, 2] {
-                let stage = StaticScene::build(&map, seed);
-                for tree in &stage.tree_places {
+                let static_scene = StaticScene::build(&map, seed);
+                for tree in &static_scene.tree_places {
                     let at = tree.position.truncate();
                     let distance = map.route.project(at.as_dvec2(), None).offset_m.abs() as f32;
                     let half = map.route.width_m(0.0) as f32 / 2.0;
-                    let crown = crown_radius_m(&stage.trees[tree.kind]) * tree.scale;
+                    let crown = crown_radius_m(&static_scene.trees[tree.kind]) * tree.scale;
                     assert!(distance >= half + TRUNK_FREE_M - 0.02, "trunk {distance} m from the centre line");
                     assert!(distance - crown >= half + SHOULDER_M as f32, "crown {} m from it", distance - crown);
                     assert!(distance <= FOREST_M + 0.1);
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_ring_has_hundreds_of_trees_inside_and_outside_and_a_long_road_thousands_at_most() {
-        let (small, roads) = stage(&ring(250.0));
+        let (small, roads) = static_scene(&ring(250.0));
         assert!((600..=1000).contains(&small.tree_places.len()), "{}", small.tree_places.len());
         let inside = small.tree_places.iter().filter(|t| t.position.truncate().length() < 39.0).count();
         assert!((15..150).contains(&inside), "{inside} inside the ring");
@@ -223,21 +223,21 @@ mod tests {
         for kind in 0..super::super::KINDS {
             assert!(small.tree_places.iter().filter(|t| t.kind == kind).count() > 20, "kind {kind}");
         }
-        let (long, _) = stage(&ring(5000.0));
+        let (long, _) = static_scene(&ring(5000.0));
         assert!((2000..=MOST_TREES).contains(&long.tree_places.len()), "{}", long.tree_places.len());
     }
 
     #[test]
     fn trees_stand_in_clumps_and_glades() {
         // Counts in squares of 25 m vary more than those of even sowing (variance equal to the mean).
-        let (stage, _) = stage(&ring(641.0));
+        let (static_scene, _) = static_scene(&ring(641.0));
         let mut counts: BTreeMap<[i32; 2], usize> = BTreeMap::new();
         for x in -8..8 {
             for y in -8..8 {
                 counts.insert([x, y], 0);
             }
         }
-        for tree in &stage.tree_places {
+        for tree in &static_scene.tree_places {
             if let Some(n) = counts.get_mut(&(tree.position.truncate() / 25.0).floor().as_ivec2().to_array()) {
                 *n += 1;
             }

@@ -4,7 +4,7 @@ use super::{Model, Shape, block};
 use crate::scene::{
     Material,
     car::materials::{BRAKE, DARK, GLASS, PAINT, TRIM},
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
 };
 use glam::{Vec2, Vec3, vec2};
 use std::f32::consts::TAU;
@@ -51,38 +51,38 @@ const PROUD_M: f32 = 0.012;
 
 /// A body with one outline of its side all the way across: corners (x, z) counter-clockwise seen from the right; a point from which all
 /// of them are seen.
-fn body(soup: &mut TriangleSoup, outline: &[Vec2], middle: Vec2, half: f32, finish: SurfaceFinish) {
+fn body(triangles: &mut TriangleList, outline: &[Vec2], middle: Vec2, half: f32, finish: SurfaceFinish) {
     let at = |p: Vec2, y: f32| Vec3::new(p.x, y, p.y);
     for k in 0..outline.len() {
         let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
-        soup.quad([at(a, half), at(b, half), at(b, -half), at(a, -half)], finish);
-        soup.triangle([at(middle, -half), at(a, -half), at(b, -half)], finish);
-        soup.triangle([at(middle, half), at(b, half), at(a, half)], finish);
+        triangles.quad([at(a, half), at(b, half), at(b, -half), at(a, -half)], finish);
+        triangles.triangle([at(middle, -half), at(a, -half), at(b, -half)], finish);
+        triangles.triangle([at(middle, half), at(b, half), at(a, half)], finish);
     }
 }
 
 /// A pane, or another flat thing, on both sides: corners (x, z) counter-clockwise seen from the right, convex.
-fn on_sides(soup: &mut TriangleSoup, outline: &[Vec2], half: f32, finish: SurfaceFinish) {
+fn on_sides(triangles: &mut TriangleList, outline: &[Vec2], half: f32, finish: SurfaceFinish) {
     let y = half + PROUD_M;
     for k in 1..outline.len() - 1 {
         let [a, b, c] = [outline[0], outline[k], outline[k + 1]];
-        soup.triangle([a, b, c].map(|p| Vec3::new(p.x, -y, p.y)), finish);
-        soup.triangle([a, c, b].map(|p| Vec3::new(p.x, y, p.y)), finish);
+        triangles.triangle([a, b, c].map(|p| Vec3::new(p.x, -y, p.y)), finish);
+        triangles.triangle([a, c, b].map(|p| Vec3::new(p.x, y, p.y)), finish);
     }
 }
 
 /// A pane across the front or the rear, between two heights of a slope; `out` is which way it looks.
-fn across(soup: &mut TriangleSoup, low: Vec2, high: Vec2, half: f32, finish: SurfaceFinish, out: f32) {
+fn across(triangles: &mut TriangleList, low: Vec2, high: Vec2, half: f32, finish: SurfaceFinish, out: f32) {
     let slope = high - low;
     let proud = vec2(slope.y, -slope.x).normalize_or_zero() * out.signum() * PROUD_M;
     let [low, high] = [low + proud * out.abs(), high + proud * out.abs()];
     let at = |p: Vec2, y: f32| Vec3::new(p.x, y, p.y);
     let corners = [at(low, -half), at(low, half), at(high, half), at(high, -half)];
-    soup.quad(if out > 0.0 { corners } else { [corners[1], corners[0], corners[3], corners[2]] }, finish);
+    triangles.quad(if out > 0.0 { corners } else { [corners[1], corners[0], corners[3], corners[2]] }, finish);
 }
 
 /// The dark hollow behind a wheel.
-fn arch(soup: &mut TriangleSoup, axle: f32, radius: f32, half: f32) {
+fn arch(triangles: &mut TriangleList, axle: f32, radius: f32, half: f32) {
     let rim = |k: usize| {
         let (sin, cos) = (TAU / 2.0 * k as f32 / 12.0).sin_cos();
         vec2(axle + (radius + 0.09) * cos, radius + (radius + 0.09) * sin - 0.02)
@@ -90,11 +90,11 @@ fn arch(soup: &mut TriangleSoup, axle: f32, radius: f32, half: f32) {
     let mut outline: Vec<Vec2> = (0..=12).map(rim).collect();
     outline.push(vec2(axle - radius - 0.09, 0.30));
     outline.push(vec2(axle + radius + 0.09, 0.30));
-    on_sides(soup, &outline, half - PROUD_M * 0.5, DARK);
+    on_sides(triangles, &outline, half - PROUD_M * 0.5, DARK);
 }
 
 /// A pair of wheels that are part of the body: of axles beyond the second.
-fn fixed_wheels(soup: &mut TriangleSoup, axle: f32, radius: f32, half: f32) {
+fn fixed_wheels(triangles: &mut TriangleList, axle: f32, radius: f32, half: f32) {
     for side in [-1.0f32, 1.0] {
         let ring = |k: usize| {
             let y = side * half - 0.15 + 0.30 * k as f32;
@@ -105,8 +105,8 @@ fn fixed_wheels(soup: &mut TriangleSoup, axle: f32, radius: f32, half: f32) {
                 })
                 .collect()
         };
-        soup.bar(2, ring, TYRE);
-        soup.ellipsoid(
+        triangles.bar(2, ring, TYRE);
+        triangles.ellipsoid(
             Vec3::new(axle, side * (half + 0.145), radius),
             Vec3::new(radius * 0.55, 0.02, radius * 0.55),
             [4, 12],
@@ -116,30 +116,35 @@ fn fixed_wheels(soup: &mut TriangleSoup, axle: f32, radius: f32, half: f32) {
 }
 
 /// Lamps in pairs: brake lamps behind, head lamps in front.
-fn lamps(soup: &mut TriangleSoup, [rear, front]: [f32; 2], half: f32, [rear_z, front_z]: [f32; 2]) {
+fn lamps(triangles: &mut TriangleList, [rear, front]: [f32; 2], half: f32, [rear_z, front_z]: [f32; 2]) {
     for side in [-1.0f32, 1.0] {
         let span = |inner: f32, outer: f32| if side > 0.0 { (inner, outer) } else { (-outer, -inner) };
         let (from, to) = span(half - 0.34, half - 0.10);
-        block(soup, [rear - 0.02, from, rear_z - 0.13], [rear + 0.04, to, rear_z + 0.13], BRAKE);
+        block(triangles, [rear - 0.02, from, rear_z - 0.13], [rear + 0.04, to, rear_z + 0.13], BRAKE);
         let (from, to) = span(half - 0.52, half - 0.12);
-        block(soup, [front - 0.04, from, front_z - 0.11], [front + 0.015, to, front_z + 0.11], LIGHT);
+        block(triangles, [front - 0.04, from, front_z - 0.11], [front + 0.015, to, front_z + 0.11], LIGHT);
     }
 }
 
 /// Mirrors on arms beside the windscreen.
-fn mirrors(soup: &mut TriangleSoup, x: f32, half: f32, z: f32) {
+fn mirrors(triangles: &mut TriangleList, x: f32, half: f32, z: f32) {
     for side in [-1.0f32, 1.0] {
         let (from, to) = if side > 0.0 { (half - 0.12, half - 0.01) } else { (0.01 - half, 0.12 - half) };
-        block(soup, [x, from, z - 0.28], [x + 0.10, to, z + 0.28], TRIM);
+        block(triangles, [x, from, z - 0.28], [x + 0.10, to, z + 0.28], TRIM);
     }
 }
 
-fn plate(soup: &mut TriangleSoup, x: f32, z: f32) {
-    block(soup, [x - 0.012, -0.26, z - 0.055], [x + 0.012, 0.26, z + 0.055], SurfaceFinish::grey(Material::Matt, 0.6));
+fn plate(triangles: &mut TriangleList, x: f32, z: f32) {
+    block(
+        triangles,
+        [x - 0.012, -0.26, z - 0.055],
+        [x + 0.012, 0.26, z + 0.055],
+        SurfaceFinish::grey(Material::Matt, 0.6),
+    );
 }
 
 pub(super) fn van() -> Model {
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     let half = 1.06;
     let outline = [
         vec2(-3.24, 0.42),
@@ -153,32 +158,32 @@ pub(super) fn van() -> Model {
         vec2(-3.10, 2.86),
         vec2(-3.24, 2.72),
     ];
-    body(&mut soup, &outline, vec2(0.3, 1.2), half, PAINT);
+    body(&mut triangles, &outline, vec2(0.3, 1.2), half, PAINT);
     // Bumpers and sills.
-    block(&mut soup, [3.05, -half, 0.30], [3.25, half, 0.62], TRIM);
-    block(&mut soup, [-3.25, -half, 0.34], [-3.12, half, 0.60], TRIM);
-    block(&mut soup, [-3.1, -half + 0.08, 0.26], [3.0, half - 0.08, 0.46], DARK);
-    across(&mut soup, vec2(2.24, 1.52), vec2(1.68, 2.42), half - 0.12, GLASS, 1.0);
-    on_sides(&mut soup, &[vec2(0.75, 1.48), vec2(2.02, 1.48), vec2(1.52, 2.30), vec2(0.75, 2.30)], half, GLASS);
+    block(&mut triangles, [3.05, -half, 0.30], [3.25, half, 0.62], TRIM);
+    block(&mut triangles, [-3.25, -half, 0.34], [-3.12, half, 0.60], TRIM);
+    block(&mut triangles, [-3.1, -half + 0.08, 0.26], [3.0, half - 0.08, 0.46], DARK);
+    across(&mut triangles, vec2(2.24, 1.52), vec2(1.68, 2.42), half - 0.12, GLASS, 1.0);
+    on_sides(&mut triangles, &[vec2(0.75, 1.48), vec2(2.02, 1.48), vec2(1.52, 2.30), vec2(0.75, 2.30)], half, GLASS);
     for side in [-1.0f32, 1.0] {
         let pane = [vec2(-3.24, 1.62), vec2(-3.24, 2.42)];
         let at = |p: Vec2, y: f32| Vec3::new(p.x - PROUD_M, y, p.y);
         let (from, to) = if side > 0.0 { (0.10, 0.88) } else { (-0.88, -0.10) };
-        soup.quad([at(pane[0], to), at(pane[0], from), at(pane[1], from), at(pane[1], to)], GLASS);
+        triangles.quad([at(pane[0], to), at(pane[0], from), at(pane[1], from), at(pane[1], to)], GLASS);
     }
     for axle in VAN.axles {
-        arch(&mut soup, axle, VAN.wheel[0], half);
+        arch(&mut triangles, axle, VAN.wheel[0], half);
     }
-    lamps(&mut soup, [-3.24, 3.19], half, [1.02, 0.90]);
-    block(&mut soup, [3.15, -0.45, 0.72], [3.225, 0.45, 0.94], DARK);
-    mirrors(&mut soup, 1.95, half + 0.03, 1.62);
-    plate(&mut soup, -3.235, 0.80);
-    plate(&mut soup, 3.236, 0.50);
-    Model { soup, shape: VAN }
+    lamps(&mut triangles, [-3.24, 3.19], half, [1.02, 0.90]);
+    block(&mut triangles, [3.15, -0.45, 0.72], [3.225, 0.45, 0.94], DARK);
+    mirrors(&mut triangles, 1.95, half + 0.03, 1.62);
+    plate(&mut triangles, -3.235, 0.80);
+    plate(&mut triangles, 3.236, 0.50);
+    Model { triangles, shape: VAN }
 }
 
 /// A cab over its engine, its front at `front`, 2.2 m long.
-fn cab(soup: &mut TriangleSoup, front: f32, half: f32, top: f32) {
+fn cab(triangles: &mut TriangleList, front: f32, half: f32, top: f32) {
     let rear = front - 2.2;
     let outline = [
         vec2(rear, 0.55),
@@ -189,80 +194,80 @@ fn cab(soup: &mut TriangleSoup, front: f32, half: f32, top: f32) {
         vec2(front - 0.55, top),
         vec2(rear, top),
     ];
-    body(soup, &outline, vec2(front - 1.0, 1.2), half, PAINT);
+    body(triangles, &outline, vec2(front - 1.0, 1.2), half, PAINT);
     let glass_top = (top - 0.35).min(2.75);
     let slope = |z: f32| front - 0.06 - 0.24 * (z - 1.60) / (top - 1.78);
-    across(soup, vec2(slope(1.68), 1.68), vec2(slope(glass_top), glass_top), half - 0.10, GLASS, 1.0);
+    across(triangles, vec2(slope(1.68), 1.68), vec2(slope(glass_top), glass_top), half - 0.10, GLASS, 1.0);
     let side = [
         vec2(front - 1.30, 1.62),
         vec2(front - 0.22, 1.62),
         vec2(front - 0.42, glass_top),
         vec2(front - 1.30, glass_top),
     ];
-    on_sides(soup, &side, half, GLASS);
-    block(soup, [front - 0.10, -half + 0.25, 0.95], [front + 0.004, half - 0.25, 1.35], DARK);
-    block(soup, [front - 0.25, -half, 0.35], [front + 0.0, half, 0.62], TRIM);
-    mirrors(soup, front - 0.30, half + 0.12, 0.55 * top + 0.30);
+    on_sides(triangles, &side, half, GLASS);
+    block(triangles, [front - 0.10, -half + 0.25, 0.95], [front + 0.004, half - 0.25, 1.35], DARK);
+    block(triangles, [front - 0.25, -half, 0.35], [front + 0.0, half, 0.62], TRIM);
+    mirrors(triangles, front - 0.30, half + 0.12, 0.55 * top + 0.30);
 }
 
 /// A frame under a load, with a bar against driving under it.
-fn frame(soup: &mut TriangleSoup, rear: f32, front: f32) {
-    block(soup, [rear, -0.45, 0.72], [front, 0.45, 1.02], DARK);
-    block(soup, [rear, -1.10, 0.48], [rear + 0.10, 1.10, 0.60], TRIM);
-    block(soup, [rear, -1.12, 0.72], [rear + 0.12, 1.12, 1.05], DARK);
+fn frame(triangles: &mut TriangleList, rear: f32, front: f32) {
+    block(triangles, [rear, -0.45, 0.72], [front, 0.45, 1.02], DARK);
+    block(triangles, [rear, -1.10, 0.48], [rear + 0.10, 1.10, 0.60], TRIM);
+    block(triangles, [rear, -1.12, 0.72], [rear + 0.12, 1.12, 1.05], DARK);
 }
 
 /// A box for goods with a dark frame round its doors.
-fn load(soup: &mut TriangleSoup, [rear, front]: [f32; 2], half: f32, [low, top]: [f32; 2]) {
-    block(soup, [rear, -half, low], [front, half, top], PANEL);
+fn load(triangles: &mut TriangleList, [rear, front]: [f32; 2], half: f32, [low, top]: [f32; 2]) {
+    block(triangles, [rear, -half, low], [front, half, top], PANEL);
     for (from, to) in [(-half, -half + 0.07), (-0.03, 0.03), (half - 0.07, half)] {
-        block(soup, [rear - 0.006, from, low], [rear, to, top], TRIM);
+        block(triangles, [rear - 0.006, from, low], [rear, to, top], TRIM);
     }
     for (from, to) in [(low, low + 0.08), (top - 0.08, top)] {
-        block(soup, [rear - 0.006, -half, from], [rear, half, to], TRIM);
+        block(triangles, [rear - 0.006, -half, from], [rear, half, to], TRIM);
     }
 }
 
 /// Guards along the sides against falling under the wheels.
-fn guards(soup: &mut TriangleSoup, from: f32, to: f32, half: f32) {
+fn guards(triangles: &mut TriangleList, from: f32, to: f32, half: f32) {
     for side in [-1.0f32, 1.0] {
         for z in [0.55, 0.82] {
             let (low, high) = if side > 0.0 { (half - 0.06, half) } else { (-half, 0.06 - half) };
-            block(soup, [from, low, z], [to, high, z + 0.12], SurfaceFinish::grey(Material::Matt, 0.25));
+            block(triangles, [from, low, z], [to, high, z + 0.12], SurfaceFinish::grey(Material::Matt, 0.25));
         }
     }
 }
 
 pub(super) fn lorry() -> Model {
-    let mut soup = TriangleSoup::default();
-    cab(&mut soup, 4.5, 1.22, 2.95);
-    frame(&mut soup, -4.47, 3.2);
-    load(&mut soup, [-4.48, 2.15], 1.25, [1.05, 3.6]);
-    guards(&mut soup, -1.65, 2.0, 1.18);
-    arch(&mut soup, LORRY.axles[0], LORRY.wheel[0], 1.22);
-    lamps(&mut soup, [-4.48, 4.48], 1.22, [0.90, 0.78]);
-    plate(&mut soup, -4.486, 0.64);
-    Model { soup, shape: LORRY }
+    let mut triangles = TriangleList::default();
+    cab(&mut triangles, 4.5, 1.22, 2.95);
+    frame(&mut triangles, -4.47, 3.2);
+    load(&mut triangles, [-4.48, 2.15], 1.25, [1.05, 3.6]);
+    guards(&mut triangles, -1.65, 2.0, 1.18);
+    arch(&mut triangles, LORRY.axles[0], LORRY.wheel[0], 1.22);
+    lamps(&mut triangles, [-4.48, 4.48], 1.22, [0.90, 0.78]);
+    plate(&mut triangles, -4.486, 0.64);
+    Model { triangles, shape: LORRY }
 }
 
 pub(super) fn articulated() -> Model {
-    let mut soup = TriangleSoup::default();
-    cab(&mut soup, 8.25, 1.25, 3.75);
-    block(&mut soup, [2.3, -0.45, 0.72], [6.4, 0.45, 1.0], DARK);
-    frame(&mut soup, -8.22, 2.6);
-    load(&mut soup, [-8.23, 5.35], 1.275, [1.15, 4.0]);
-    guards(&mut soup, -2.9, 1.9, 1.20);
+    let mut triangles = TriangleList::default();
+    cab(&mut triangles, 8.25, 1.25, 3.75);
+    block(&mut triangles, [2.3, -0.45, 0.72], [6.4, 0.45, 1.0], DARK);
+    frame(&mut triangles, -8.22, 2.6);
+    load(&mut triangles, [-8.23, 5.35], 1.275, [1.15, 4.0]);
+    guards(&mut triangles, -2.9, 1.9, 1.20);
     for axle in [-3.6, -4.92, -6.24] {
-        fixed_wheels(&mut soup, axle, 0.50, 1.10);
+        fixed_wheels(&mut triangles, axle, 0.50, 1.10);
     }
-    arch(&mut soup, ARTICULATED.axles[0], ARTICULATED.wheel[0], 1.25);
-    lamps(&mut soup, [-8.23, 8.23], 1.24, [0.92, 0.78]);
-    plate(&mut soup, -8.236, 0.66);
-    Model { soup, shape: ARTICULATED }
+    arch(&mut triangles, ARTICULATED.axles[0], ARTICULATED.wheel[0], 1.25);
+    lamps(&mut triangles, [-8.23, 8.23], 1.24, [0.92, 0.78]);
+    plate(&mut triangles, -8.236, 0.66);
+    Model { triangles, shape: ARTICULATED }
 }
 
 pub(super) fn bus() -> Model {
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     let half = 1.25;
     let outline = [
         vec2(-5.99, 0.36),
@@ -275,28 +280,28 @@ pub(super) fn bus() -> Model {
         vec2(-5.7, 3.40),
         vec2(-5.99, 3.2),
     ];
-    body(&mut soup, &outline, vec2(0.0, 1.5), half, PAINT);
-    across(&mut soup, vec2(5.975, 1.20), vec2(5.835, 2.85), half - 0.06, GLASS, 1.0);
-    across(&mut soup, vec2(-5.99, 1.75), vec2(-5.99, 2.75), half - 0.18, GLASS, -1.0);
+    body(&mut triangles, &outline, vec2(0.0, 1.5), half, PAINT);
+    across(&mut triangles, vec2(5.975, 1.20), vec2(5.835, 2.85), half - 0.06, GLASS, 1.0);
+    across(&mut triangles, vec2(-5.99, 1.75), vec2(-5.99, 2.75), half - 0.18, GLASS, -1.0);
     // A sign for the line over both windscreens.
-    across(&mut soup, vec2(5.80, 3.03), vec2(5.64, 3.26), half - 0.3, DARK, 1.0);
+    across(&mut triangles, vec2(5.80, 3.03), vec2(5.64, 3.26), half - 0.3, DARK, 1.0);
     // Windows between pillars.
     for k in 0..8 {
         let rear = -5.72 + 1.37 * k as f32;
         on_sides(
-            &mut soup,
+            &mut triangles,
             &[vec2(rear, 1.35), vec2(rear + 1.29, 1.35), vec2(rear + 1.29, 2.85), vec2(rear, 2.85)],
             half,
             GLASS,
         );
     }
-    on_sides(&mut soup, &[vec2(5.26, 1.20), vec2(5.78, 1.20), vec2(5.66, 2.75), vec2(5.26, 2.75)], half, GLASS);
-    block(&mut soup, [-5.9, -half + 0.06, 0.26], [5.8, half - 0.06, 0.40], DARK);
+    on_sides(&mut triangles, &[vec2(5.26, 1.20), vec2(5.78, 1.20), vec2(5.66, 2.75), vec2(5.26, 2.75)], half, GLASS);
+    block(&mut triangles, [-5.9, -half + 0.06, 0.26], [5.8, half - 0.06, 0.40], DARK);
     for axle in BUS.axles {
-        arch(&mut soup, axle, BUS.wheel[0], half);
+        arch(&mut triangles, axle, BUS.wheel[0], half);
     }
-    lamps(&mut soup, [-5.99, 5.985], half, [0.95, 0.70]);
-    mirrors(&mut soup, 5.75, half + 0.02, 2.45);
-    plate(&mut soup, -5.988, 0.60);
-    Model { soup, shape: BUS }
+    lamps(&mut triangles, [-5.99, 5.985], half, [0.95, 0.70]);
+    mirrors(&mut triangles, 5.75, half + 0.02, 2.45);
+    plate(&mut triangles, -5.988, 0.60);
+    Model { triangles, shape: BUS }
 }

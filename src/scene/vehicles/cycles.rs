@@ -4,7 +4,7 @@ use super::{Model, Shape, block};
 use crate::scene::{
     Material,
     car::materials::{BRAKE, DARK, PAINT, TRIM},
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
 };
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -35,7 +35,7 @@ const LIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.85);
 const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.40);
 
 /// A round limb or tube.
-fn limb(soup: &mut TriangleSoup, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
+fn limb(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
     const SIDES: usize = 8;
     let ends = [Vec3::from(from), Vec3::from(to)];
     let along = (ends[1] - ends[0]).normalize_or(Vec3::X);
@@ -47,14 +47,14 @@ fn limb(soup: &mut TriangleSoup, from: [f32; 3], to: [f32; 3], radii: [f32; 2], 
         };
         (0..SIDES).map(corner).collect()
     };
-    soup.bar(2, ring, finish);
+    triangles.bar(2, ring, finish);
 }
 
 /// The same limb on both sides.
-fn limbs(soup: &mut TriangleSoup, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
-    limb(soup, from, to, radii, finish);
+fn limbs(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
+    limb(triangles, from, to, radii, finish);
     let flip = |[x, y, z]: [f32; 3]| [x, -y, z];
-    limb(soup, flip(from), flip(to), radii, finish);
+    limb(triangles, flip(from), flip(to), radii, finish);
 }
 
 /// A rider: where hips, shoulders and head are, hands and feet of the left side.
@@ -69,45 +69,45 @@ struct Rider {
     helmet: SurfaceFinish,
 }
 
-fn rider(soup: &mut TriangleSoup, rider: &Rider) {
+fn rider(triangles: &mut TriangleList, rider: &Rider) {
     let Rider { hips, shoulders, head, hand, knee, foot, top, helmet } = rider;
-    limb(soup, *hips, *shoulders, [0.155, 0.175], *top);
+    limb(triangles, *hips, *shoulders, [0.155, 0.175], *top);
     let across = |[x, _, z]: [f32; 3], y: f32| [x, y, z];
-    limb(soup, across(*shoulders, -0.20), across(*shoulders, 0.20), [0.075, 0.075], *top);
+    limb(triangles, across(*shoulders, -0.20), across(*shoulders, 0.20), [0.075, 0.075], *top);
     let elbow = [(shoulders[0] + hand[0]) / 2.0 - 0.02, 0.27, (shoulders[2] + hand[2]) / 2.0 - 0.06];
-    limbs(soup, across(*shoulders, 0.20), elbow, [0.06, 0.05], *top);
-    limbs(soup, elbow, *hand, [0.05, 0.04], *top);
-    limbs(soup, across(*hips, 0.10), *knee, [0.095, 0.07], TROUSERS);
-    limbs(soup, *knee, *foot, [0.07, 0.05], TROUSERS);
-    limbs(soup, *foot, [foot[0] + 0.16, foot[1], foot[2] - 0.03], [0.05, 0.04], DARK);
-    soup.ellipsoid(Vec3::from(*head), Vec3::new(0.125, 0.105, 0.135), [8, 12], |outwards| {
+    limbs(triangles, across(*shoulders, 0.20), elbow, [0.06, 0.05], *top);
+    limbs(triangles, elbow, *hand, [0.05, 0.04], *top);
+    limbs(triangles, across(*hips, 0.10), *knee, [0.095, 0.07], TROUSERS);
+    limbs(triangles, *knee, *foot, [0.07, 0.05], TROUSERS);
+    limbs(triangles, *foot, [foot[0] + 0.16, foot[1], foot[2] - 0.03], [0.05, 0.04], DARK);
+    triangles.ellipsoid(Vec3::from(*head), Vec3::new(0.125, 0.105, 0.135), [8, 12], |outwards| {
         if outwards.x > 0.45 && outwards.z < 0.35 { SKIN } else { *helmet }
     });
 }
 
 pub(super) fn motorcycle() -> Model {
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     // Engine, tank, seat, tail.
-    block(&mut soup, [-0.30, -0.16, 0.26], [0.36, 0.16, 0.62], DARK);
-    soup.ellipsoid(Vec3::new(0.20, 0.0, 0.78), Vec3::new(0.32, 0.15, 0.14), [8, 12], |_| PAINT);
-    block(&mut soup, [-0.72, -0.13, 0.70], [-0.05, 0.13, 0.79], TRIM);
-    block(&mut soup, [-1.02, -0.10, 0.70], [-0.66, 0.10, 0.82], PAINT);
-    block(&mut soup, [-1.06, -0.08, 0.72], [-1.02, 0.08, 0.80], BRAKE);
-    block(&mut soup, [-1.10, -0.09, 0.46], [-1.085, 0.09, 0.60], SurfaceFinish::grey(Material::Matt, 0.6));
-    limb(&mut soup, [-0.85, 0.0, 0.72], [-1.09, 0.0, 0.56], [0.03, 0.03], DARK);
+    block(&mut triangles, [-0.30, -0.16, 0.26], [0.36, 0.16, 0.62], DARK);
+    triangles.ellipsoid(Vec3::new(0.20, 0.0, 0.78), Vec3::new(0.32, 0.15, 0.14), [8, 12], |_| PAINT);
+    block(&mut triangles, [-0.72, -0.13, 0.70], [-0.05, 0.13, 0.79], TRIM);
+    block(&mut triangles, [-1.02, -0.10, 0.70], [-0.66, 0.10, 0.82], PAINT);
+    block(&mut triangles, [-1.06, -0.08, 0.72], [-1.02, 0.08, 0.80], BRAKE);
+    block(&mut triangles, [-1.10, -0.09, 0.46], [-1.085, 0.09, 0.60], SurfaceFinish::grey(Material::Matt, 0.6));
+    limb(&mut triangles, [-0.85, 0.0, 0.72], [-1.09, 0.0, 0.56], [0.03, 0.03], DARK);
     // Fork, head lamp, handlebar, swing arm, exhaust.
-    limbs(&mut soup, [0.78, 0.09, 0.31], [0.46, 0.09, 0.92], [0.028, 0.028], STEEL);
-    soup.ellipsoid(Vec3::new(0.60, 0.0, 0.86), Vec3::new(0.12, 0.15, 0.15), [8, 12], |o| {
+    limbs(&mut triangles, [0.78, 0.09, 0.31], [0.46, 0.09, 0.92], [0.028, 0.028], STEEL);
+    triangles.ellipsoid(Vec3::new(0.60, 0.0, 0.86), Vec3::new(0.12, 0.15, 0.15), [8, 12], |o| {
         if o.x > 0.5 { LIGHT } else { PAINT }
     });
-    limb(&mut soup, [0.40, -0.36, 0.98], [0.40, 0.36, 0.98], [0.018, 0.018], DARK);
-    limbs(&mut soup, [-0.10, 0.09, 0.36], [-0.76, 0.09, 0.31], [0.03, 0.03], DARK);
-    limb(&mut soup, [0.25, -0.20, 0.28], [-0.85, -0.20, 0.36], [0.045, 0.055], STEEL);
-    block(&mut soup, [0.50, -0.07, 0.60], [1.10, 0.07, 0.635], PAINT);
-    limbs(&mut soup, [0.42, 0.20, 0.98], [0.46, 0.34, 1.12], [0.012, 0.012], DARK);
-    limbs(&mut soup, [0.46, 0.34, 1.12], [0.46, 0.43, 1.12], [0.04, 0.04], DARK);
+    limb(&mut triangles, [0.40, -0.36, 0.98], [0.40, 0.36, 0.98], [0.018, 0.018], DARK);
+    limbs(&mut triangles, [-0.10, 0.09, 0.36], [-0.76, 0.09, 0.31], [0.03, 0.03], DARK);
+    limb(&mut triangles, [0.25, -0.20, 0.28], [-0.85, -0.20, 0.36], [0.045, 0.055], STEEL);
+    block(&mut triangles, [0.50, -0.07, 0.60], [1.10, 0.07, 0.635], PAINT);
+    limbs(&mut triangles, [0.42, 0.20, 0.98], [0.46, 0.34, 1.12], [0.012, 0.012], DARK);
+    limbs(&mut triangles, [0.46, 0.34, 1.12], [0.46, 0.43, 1.12], [0.04, 0.04], DARK);
     rider(
-        &mut soup,
+        &mut triangles,
         &Rider {
             hips: [-0.32, 0.0, 0.86],
             shoulders: [-0.08, 0.0, 1.24],
@@ -119,30 +119,30 @@ pub(super) fn motorcycle() -> Model {
             helmet: PAINT,
         },
     );
-    Model { soup, shape: MOTORCYCLE }
+    Model { triangles, shape: MOTORCYCLE }
 }
 
 pub(super) fn bicycle() -> Model {
-    let mut soup = TriangleSoup::default();
+    let mut triangles = TriangleList::default();
     let [front, rear] = BICYCLE.axles;
     // Frame: crank, saddle and head tube.
     let (crank, saddle, head) = ([-0.06, 0.0, 0.30], [-0.22, 0.0, 0.86], [0.33, 0.0, 0.82]);
     for (from, to) in [(crank, saddle), (crank, head), ([-0.18, 0.0, 0.74], head)] {
-        limb(&mut soup, from, to, [0.02, 0.02], PAINT);
+        limb(&mut triangles, from, to, [0.02, 0.02], PAINT);
     }
-    limbs(&mut soup, [crank[0], 0.05, crank[2]], [rear, 0.05, 0.335], [0.012, 0.012], PAINT);
-    limbs(&mut soup, [-0.18, 0.04, 0.74], [rear, 0.05, 0.335], [0.012, 0.012], PAINT);
-    limbs(&mut soup, [0.34, 0.04, 0.78], [front, 0.05, 0.335], [0.014, 0.014], PAINT);
-    limb(&mut soup, head, [0.28, 0.0, 1.02], [0.016, 0.016], STEEL);
-    limb(&mut soup, [0.28, -0.29, 1.02], [0.28, 0.29, 1.02], [0.014, 0.014], DARK);
-    block(&mut soup, [-0.36, -0.07, 0.86], [-0.10, 0.07, 0.91], TRIM);
-    limb(&mut soup, [crank[0], -0.10, crank[2]], [crank[0], 0.10, crank[2]], [0.05, 0.05], STEEL);
-    block(&mut soup, [-0.48, -0.03, 0.74], [-0.44, 0.03, 0.82], BRAKE);
-    block(&mut soup, [0.38, -0.03, 0.88], [0.44, 0.03, 0.94], LIGHT);
+    limbs(&mut triangles, [crank[0], 0.05, crank[2]], [rear, 0.05, 0.335], [0.012, 0.012], PAINT);
+    limbs(&mut triangles, [-0.18, 0.04, 0.74], [rear, 0.05, 0.335], [0.012, 0.012], PAINT);
+    limbs(&mut triangles, [0.34, 0.04, 0.78], [front, 0.05, 0.335], [0.014, 0.014], PAINT);
+    limb(&mut triangles, head, [0.28, 0.0, 1.02], [0.016, 0.016], STEEL);
+    limb(&mut triangles, [0.28, -0.29, 1.02], [0.28, 0.29, 1.02], [0.014, 0.014], DARK);
+    block(&mut triangles, [-0.36, -0.07, 0.86], [-0.10, 0.07, 0.91], TRIM);
+    limb(&mut triangles, [crank[0], -0.10, crank[2]], [crank[0], 0.10, crank[2]], [0.05, 0.05], STEEL);
+    block(&mut triangles, [-0.48, -0.03, 0.74], [-0.44, 0.03, 0.82], BRAKE);
+    block(&mut triangles, [0.38, -0.03, 0.88], [0.44, 0.03, 0.94], LIGHT);
     // Guards reach as far as the wheels do.
-    block(&mut soup, [rear - 0.34, -0.03, 0.34], [rear - 0.325, 0.03, 0.52], TRIM);
+    block(&mut triangles, [rear - 0.34, -0.03, 0.34], [rear - 0.325, 0.03, 0.52], TRIM);
     rider(
-        &mut soup,
+        &mut triangles,
         &Rider {
             hips: [-0.22, 0.0, 0.96],
             shoulders: [0.02, 0.0, 1.40],
@@ -154,5 +154,5 @@ pub(super) fn bicycle() -> Model {
             helmet: PAINT,
         },
     );
-    Model { soup, shape: BICYCLE }
+    Model { triangles, shape: BICYCLE }
 }

@@ -10,7 +10,7 @@ mod cycles;
 use super::{
     CarModel, Mesh,
     car::materials::WHEEL_RADIUS_M,
-    mesh::{SurfaceFinish, TriangleSoup},
+    mesh::{SurfaceFinish, TriangleList},
 };
 use crate::traffic::{VehicleBody, VehicleKind};
 use glam::Vec3;
@@ -22,7 +22,7 @@ const TRAILER_M: f64 = 12.0;
 
 /// A kind's model as it was built, at its usual size.
 struct Model {
-    soup: TriangleSoup,
+    triangles: TriangleList,
     shape: Shape,
 }
 
@@ -73,9 +73,9 @@ pub(super) fn models() -> Vec<CarModel> {
     built.into_iter().map(model).collect()
 }
 
-fn model(Model { soup, shape }: Model) -> CarModel {
+fn model(Model { triangles, shape }: Model) -> CarModel {
     let ratio = shape.size / car_size();
-    let mut body = soup.into_mesh(0.7);
+    let mut body = triangles.into_mesh(0.7);
     for vertex in &mut body.vertices {
         vertex.position = (Vec3::from(vertex.position) / ratio).into();
         // The renderer turns and stretches a normal as it does a place; this comes out as the model's own.
@@ -134,9 +134,9 @@ pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
 }
 
 /// A box between two corners.
-fn block(soup: &mut TriangleSoup, low: [f32; 3], high: [f32; 3], finish: SurfaceFinish) {
+fn block(triangles: &mut TriangleList, low: [f32; 3], high: [f32; 3], finish: SurfaceFinish) {
     let (low, high) = (Vec3::from(low), Vec3::from(high));
-    soup.cuboid((low + high) / 2.0, (high - low) / 2.0, finish);
+    triangles.cuboid((low + high) / 2.0, (high - low) / 2.0, finish);
 }
 
 #[cfg(test)]

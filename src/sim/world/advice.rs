@@ -50,7 +50,7 @@ impl AdviceSource {
         let resolved = resolve(scenario, map);
         let source = Arc::new(read(&resolved.name, scenario, map, &settings)?);
         let policy = source.engage();
-        if policy.as_deref().is_some_and(Policy::must_be_told_who_drives) {
+        if policy.as_deref().is_some_and(Policy::needs_driver_traits) {
             return Err(PolicyError::MustBeTold { name: resolved.name }.into());
         }
         // Do not warn about defaults of policy and hold.
@@ -108,9 +108,9 @@ impl AdviceSource {
         self.next = self.advisor.step(now, observation, limit_mps);
     }
 
-    /// Completes an observation as the policy gets it ([`Advisor::told`]).
-    pub fn told(&self, observation: &Observation) -> Observation {
-        self.advisor.told(observation)
+    /// Completes an observation as the policy gets it ([`Advisor::complete_observation`]).
+    pub fn complete_observation(&self, observation: &Observation) -> Observation {
+        self.advisor.complete_observation(observation)
     }
 
     /// Sets the action to advise from the next step on ([`Advisor::say`]).

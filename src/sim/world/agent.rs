@@ -265,7 +265,7 @@ impl Agent {
     }
 
     /// Updates another agent in this view to its image.
-    pub(super) fn sees(&mut self, other: &Self) {
+    pub(super) fn insert_image(&mut self, other: &Self) {
         if let Ok(at) = self.view.cars.binary_search_by_key(&other.id, |car| car.id) {
             self.view.cars[at] = VehicleSnapshot { s_m: self.s_of(&other.image, &other.map), ..other.image };
         }
@@ -281,7 +281,7 @@ impl Agent {
     }
 
     /// Copies the participant's view, plus the participant's vehicle if present.
-    pub(super) fn sees_as(&mut self, participant: &Self) {
+    pub(super) fn copy_view_of(&mut self, participant: &Self) {
         let mut cars = std::mem::take(&mut self.view.cars);
         cars.clear();
         let others = participant.view.cars.iter().filter(|car| car.id != self.id);
@@ -292,15 +292,15 @@ impl Agent {
     }
 
     /// Updates the state that follows from all vehicles' poses: leader, lane and violations of rules.
-    pub(super) fn look_around(&mut self) {
+    pub(super) fn update_derived(&mut self) {
         if self.view.is_without_ego {
             derived_state::look_at_all(&mut self.view);
             return;
         }
         let ego = self.image.pose;
-        derived_state::look_around(&mut self.view, &self.map.route);
+        derived_state::update_derived(&mut self.view, &self.map.route);
         let network = &mut self.network;
-        network.look_around(&mut self.view, &self.map);
+        network.update_derived(&mut self.view, &self.map);
         let ground = network.ground(&self.map, &self.view);
         let is_asphalt = |aside_m: f64| ground.surface(ego.position + ego.left() * aside_m) == GroundSurface::Asphalt;
         let is_on_road = match self.lane.is_in_lane() {

@@ -46,7 +46,7 @@ pub(super) fn own_place(snapshot: &Snapshot) -> RoutePosition {
 }
 
 /// Updates the leader and the mean speed.
-pub(super) fn look_around(snapshot: &mut Snapshot, route: &Route) {
+pub(super) fn update_derived(snapshot: &mut Snapshot, route: &Route) {
     look_at_all(snapshot);
     let ego_s_m = snapshot.ego_s_m;
     // On an open route the distance ahead to vehicles behind is negative.

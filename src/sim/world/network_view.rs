@@ -1,7 +1,7 @@
 //! View of a network along the ego's path. In: the map and the snapshot. Out: the ego's lane, the ground under it, the next signal, yield
 //! line and place to stop, and whether the ego is at the end of its path. Metres, m/s.
 
-use super::{gap_acceptance::LaneChanging, give_way::GiveWay, path_lanes::PathLanes, turns::Turns};
+use super::{lane_change::LaneChanging, path_lanes::PathLanes, right_of_way::RightOfWay, turns::Turns};
 use crate::{
     controls::Indicator,
     driver::DriverParams,
@@ -29,7 +29,7 @@ const SIGNAL_AHEAD_M: f64 = 300.0;
 /// View of a network along the ego's path.
 pub(super) struct NetworkView {
     lanes: PathLanes,
-    give_way: GiveWay,
+    right_of_way: RightOfWay,
     changing: LaneChanging,
     turns: Turns,
     /// True if the ego is on the last edge of its path, or was there until its front reached the end.
@@ -40,10 +40,10 @@ impl NetworkView {
     /// Returns the view along a map's route.
     pub fn new(map: &RoadMap) -> Self {
         let lanes = PathLanes::new(map);
-        let give_way = GiveWay::new(lanes.yield_lines(map));
+        let right_of_way = RightOfWay::new(lanes.yield_lines(map));
         let changes = lanes.lane_changes(map);
         Self {
-            give_way,
+            right_of_way,
             turns: lanes.turns(map, &changes),
             changing: LaneChanging::new(changes),
             lanes,
@@ -63,16 +63,16 @@ impl NetworkView {
     }
 
     /// Updates the ego's state at the next line and its lane change; during the latter it sets the leader to the one in the ego's own lane.
-    pub fn look_around(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
+    pub fn update_derived(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
         self.changing.update(snapshot, map);
-        self.give_way.update(snapshot, map);
+        self.right_of_way.update(snapshot, map);
     }
 
     /// Returns the lane and the pose to report to traffic for the ego at a pose soon to come; `None` off all lanes.
     ///
     /// Inside a junction the ego is always reported in the middle of a lane: of its path's, or of the last one. Lanes overlap there, and
     /// SUMO would take a position beside the middle for one in another lane, with that lane's route.
-    pub fn told(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> (Option<LanePosition>, Pose) {
+    pub fn reported_place(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> (Option<LanePosition>, Pose) {
         let (net, last) = (&map.network, snapshot.ego_lane.map(|at| at.lane));
         let height_m = snapshot.ego.position.z;
         let found = self.lanes.ego_lane(map, pose, height_m, snapshot.ego_s_m, last);
@@ -83,9 +83,9 @@ impl NetworkView {
         });
         let inside = lane.filter(|at| !net.edge_of(at.lane).kind.is_street());
         let middle = inside.map(|at| net.pose(LanePosition { offset_m: 0.0, ..at }).flat());
-        let told =
+        let reported =
             middle.map(|front| Pose { position: front.position - front.forward() * (CAR_LENGTH_M / 2.0), ..front });
-        (lane, told.unwrap_or(*pose))
+        (lane, reported.unwrap_or(*pose))
     }
 
     /// Returns the position of a vehicle's front along this path, metres; `None` off the path.
@@ -111,7 +111,7 @@ impl NetworkView {
     /// line of a signal, a line at which this driver must yield, or the last place for a lane change without a gap.
     pub fn stop_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, driver: &DriverParams) -> Option<f64> {
         let signal_m = self.signal_ahead_m(snapshot, map);
-        let yield_m = self.give_way.must_yield_ahead_m(snapshot, map, driver);
+        let yield_m = self.right_of_way.must_yield_ahead_m(snapshot, map, driver);
         let change_m = self.changing.wait_ahead_m(snapshot, driver);
         [signal_m, yield_m, change_m].into_iter().flatten().min_by(f64::total_cmp)
     }
@@ -154,7 +154,7 @@ impl NetworkView {
     /// Returns the distance from the ego's front bumper to the next line of the path, metres: if `stops`, to a line with a mandatory stop,
     /// otherwise to a line at which the ego only yields.
     pub fn line_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, stops: bool) -> Option<f64> {
-        self.give_way.line_ahead_m(snapshot, map, stops)
+        self.right_of_way.line_ahead_m(snapshot, map, stops)
     }
 
     /// Returns the distance from the ego's front bumper to the end of the next edge on which its path changes lanes, metres.
@@ -181,10 +181,10 @@ mod tests {
     use crate::ego::EgoState;
     use glam::{DVec2, dvec2};
 
-    fn told(map: &RoadMap, pose: Pose, ego_lane: Option<LanePosition>, ego_s_m: f64) -> (Option<String>, Pose) {
+    fn reported(map: &RoadMap, pose: Pose, ego_lane: Option<LanePosition>, ego_s_m: f64) -> (Option<String>, Pose) {
         let ego = EgoState { position: pose.position.extend(0.0), ..EgoState::default() };
         let snapshot = Snapshot { ego, ego_lane, ego_s_m, ..Snapshot::default() };
-        let (lane, pose) = NetworkView::new(map).told(&snapshot, map, &pose);
+        let (lane, pose) = NetworkView::new(map).reported_place(&snapshot, map, &pose);
         (lane.map(|at| map.network.lane(at.lane).id.clone()), pose)
     }
 
@@ -200,13 +200,13 @@ mod tests {
             Pose::new(dvec2(x, y) - DVec2::from_angle(yaw_rad) * CAR_LENGTH_M / 2.0, yaw_rad)
         };
         let beside = at(95.3, 60.0, 1.5);
-        assert_eq!(told(&map, beside, lane("B0B1_0", 49.0), 49.0), (Some("B0B1_0".into()), beside));
-        let (name, pose) = told(&map, at(95.3, 90.0, 1.5), lane(":B1_11_0", 10.0), 79.6);
+        assert_eq!(reported(&map, beside, lane("B0B1_0", 49.0), 49.0), (Some("B0B1_0".into()), beside));
+        let (name, pose) = reported(&map, at(95.3, 90.0, 1.5), lane(":B1_11_0", 10.0), 79.6);
         assert_eq!(name.as_deref(), Some(":B1_11_0"));
         assert!(pose.front(CAR_LENGTH_M).distance(dvec2(94.8, 90.0)) < 1e-6, "{pose:?}");
         assert!((pose.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
         // Far off the roads no lane is reported.
-        assert_eq!(told(&map, at(300.0, 300.0, 1.5), None, 79.6).0, None);
+        assert_eq!(reported(&map, at(300.0, 300.0, 1.5), None, 79.6).0, None);
     }
 
     #[test]
@@ -224,7 +224,7 @@ mod tests {
             let pose = Pose::new(place - dvec2(CAR_LENGTH_M / 2.0, 0.0), 0.0);
             if junction.covers(place) && view.lanes.ego_lane(&map, &pose, 0.0, end.s_m, Some(entry)).is_none() {
                 lost += 1;
-                assert!(told(&map, pose, Some(end), end.s_m).0.is_some(), "{place}");
+                assert!(reported(&map, pose, Some(end), end.s_m).0.is_some(), "{place}");
             }
         }
         assert!(lost > 0, "there is such a place");

@@ -2,7 +2,7 @@
 //! the agents, and the observation of each when its advice is due. No policy is resolved or asked.
 //!
 //! The caller ticks it by [`World::tick`], as any other world. Where a step begins, the caller updates the agents by
-//! [`World::meet_agents`], gets the observation of each of [`World::agents`] from [`World::told`], and sets advice from this step on by
+//! [`World::sync_agents_now`], gets the observation of each of [`World::agents`] from [`World::complete_observation`], and sets advice from this step on by
 //! [`World::advise`].
 
 use super::{Agent, World, WorldError, advice::AdviceSource, present};
@@ -43,11 +43,11 @@ impl World {
     ///
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
-    pub fn meet_agents(&mut self) -> Result<(), WorldError> {
+    pub fn sync_agents_now(&mut self) -> Result<(), WorldError> {
         if self.ended.is_some() || self.is_prepared || !self.begins_step() {
             return Ok(());
         }
-        self.renew_agents()
+        self.sync_agents()
     }
 
     /// Returns all agents: the participant's vehicle first, if present, then the others by ascending id.
@@ -63,7 +63,7 @@ impl World {
     }
 
     /// Returns the observation on which the advice of this agent is based; call it where a step begins.
-    pub fn told(&self, agent: &Agent) -> Observation {
-        agent.advice.told(&agent.observe(&self.scenario))
+    pub fn complete_observation(&self, agent: &Agent) -> Observation {
+        agent.advice.complete_observation(&agent.observe(&self.scenario))
     }
 }

@@ -5,7 +5,7 @@
 //! front is less than half a lane from the route's line.
 
 use super::{
-    lane_changes::{LaneChange, lane_changes},
+    path_lane_changes::{LaneChange, lane_changes},
     turns::Turns,
     yield_lines::{YieldLine, yield_lines},
 };

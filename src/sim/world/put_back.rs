@@ -62,7 +62,7 @@ impl Agent {
     }
 
     /// Puts the vehicle back on its lane if that was requested. Called with the other vehicles at their poses of this tick's end.
-    pub(super) fn stand_on_lane(&mut self, scenario: &Scenario) -> Result<(), WorldError> {
+    pub(super) fn place_on_lane(&mut self, scenario: &Scenario) -> Result<(), WorldError> {
         if !std::mem::take(&mut self.wants_back) {
             return Ok(());
         }

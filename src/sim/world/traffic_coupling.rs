@@ -130,7 +130,7 @@ impl TrafficCoupling {
         if self.fixed.is_some() {
             return VehicleReport::on_route(agent.id(), state);
         }
-        let (lane, next_pose) = agent.network.told(snapshot, &agent.map, &state.next_pose);
+        let (lane, next_pose) = agent.network.reported_place(snapshot, &agent.map, &state.next_pose);
         VehicleReport {
             id: agent.id(),
             state: ExternalVehicleState { next_pose, ..state },

@@ -1,7 +1,7 @@
 //! Turns and lane changes of the ego's path, for the indicators of a simulated driver. In: a [`RoadMap`]. Out: the side to indicate at a
 //! position of the path. Metres.
 
-use super::lane_changes::LaneChange;
+use super::path_lane_changes::LaneChange;
 use crate::{
     controls::Indicator,
     map::{

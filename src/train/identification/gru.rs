@@ -11,7 +11,7 @@ use crate::{
     train::{
         matrix::{Matrix, add_product},
         net::Shape,
-        scalar::Real,
+        scalar::SimdFloat,
     },
 };
 
@@ -42,7 +42,7 @@ pub struct GruStep<T> {
 }
 
 /// Parameters, split into their parts.
-struct Parts<'a, T> {
+struct GruParameters<'a, T> {
     weights: &'a [T],
     bias: &'a [T],
     state_weights: &'a [T],
@@ -73,13 +73,13 @@ impl GruShape {
         })
     }
 
-    fn named<T>(self, theta: &[T]) -> Parts<'_, T> {
+    fn named<T>(self, theta: &[T]) -> GruParameters<'_, T> {
         let [weights, bias, state_weights, state_bias, readout, readout_bias] = self.parts(theta);
-        Parts { weights, bias, state_weights, state_bias, readout, readout_bias }
+        GruParameters { weights, bias, state_weights, state_bias, readout, readout_bias }
     }
 
     /// Returns initial parameters: orthogonal within each gate, the readout near 0.
-    pub fn first<T: Real>(self, stream: &mut Stream) -> Vec<T> {
+    pub fn first<T: SimdFloat>(self, stream: &mut Stream) -> Vec<T> {
         let gates = GATES * self.units;
         let orthogonal = |n: usize, m: usize, gain: f64, stream: &mut Stream| -> Vec<T> {
             Shape::new(&[n, m]).orthogonal(gain, stream)[..n * m].to_vec()
@@ -100,7 +100,7 @@ impl GruShape {
     }
 
     /// Computes one step of all rows; a row restarts if its previous state is 0.
-    pub fn step<T: Real>(self, theta: &[T], inputs: &[T], before: &[T]) -> GruStep<T> {
+    pub fn step<T: SimdFloat>(self, theta: &[T], inputs: &[T], before: &[T]) -> GruStep<T> {
         let p = self.named(theta);
         let (n, gates_wide) = (self.units, GATES * self.units);
         let rows = inputs.len() / self.inputs;
@@ -140,7 +140,7 @@ impl GruShape {
 
     /// Returns the gradient of a scalar by the parameters, given its gradient by the readouts of each step. `begins` marks the rows that
     /// restart in each step; the gradient does not pass through a restart.
-    pub fn gradient<T: Real>(
+    pub fn gradient<T: SimdFloat>(
         self,
         theta: &[T],
         steps: &[GruStep<T>],
@@ -195,7 +195,7 @@ impl GruShape {
 }
 
 /// Adds the sum of all rows to `out`.
-fn add_rows<T: Real>(rows: &[T], out: &mut [T]) {
+fn add_rows<T: SimdFloat>(rows: &[T], out: &mut [T]) {
     let width = out.len();
     for row in rows.chunks_exact(width) {
         for k in 0..width {

@@ -12,7 +12,7 @@ mod watcher;
 pub use gru::{GruShape, GruStep};
 pub use watcher::{BlockSample, Seconds, Watcher};
 
-use super::{EstimatorKind, TrainConfig, scalar::Real};
+use super::{EstimatorKind, TrainConfig, scalar::SimdFloat};
 use crate::policy::{
     DriverEstimator, NetworkLayer,
     identification::{EstimatedTrait, GATES, LOG_SD},
@@ -80,7 +80,7 @@ impl EstimatorLearner {
 }
 
 /// Runs a unit over consecutive seconds of sixteen rings, starting from `state`.
-fn forward<T: Real>(
+fn forward<T: SimdFloat>(
     shape: GruShape,
     theta: &[T],
     state: &[T],
@@ -118,7 +118,7 @@ fn estimator(shape: GruShape, theta: &[f32], traits: &[EstimatedTrait]) -> Drive
 }
 
 /// Clamps a logarithm of a standard deviation to its bounds.
-fn bounded<T: Real>(read: T) -> T {
+fn bounded<T: SimdFloat>(read: T) -> T {
     let [low, high] = LOG_SD.map(|bound| T::of(bound.into()));
     if read < low {
         low
@@ -130,7 +130,7 @@ fn bounded<T: Real>(read: T) -> T {
 }
 
 /// Returns the derivative by the unclamped value; beyond a bound only the direction back inside has one.
-fn by_unbounded<T: Real>(read: T, by_bounded: T) -> T {
+fn by_unbounded<T: SimdFloat>(read: T, by_bounded: T) -> T {
     let [low, high] = LOG_SD.map(|bound| T::of(bound.into()));
     let zero = T::default();
     let is_held = (read > high && by_bounded < zero) || (read < low && by_bounded > zero);
@@ -139,7 +139,7 @@ fn by_unbounded<T: Real>(read: T, by_bounded: T) -> T {
 
 /// Returns the negative log likelihood of `truth` under a normal distribution, nat (without the constant), and its derivatives by the
 /// mean and by the logarithm of the standard deviation.
-fn surprise<T: Real>(mean: T, log_sd: T, truth: T) -> (T, [T; 2]) {
+fn surprise<T: SimdFloat>(mean: T, log_sd: T, truth: T) -> (T, [T; 2]) {
     let within = bounded(log_sd);
     let precision = (T::of(-2.0) * within).exp();
     let off = mean - truth;

@@ -3,7 +3,7 @@
 
 use super::{
     BLOCKS_A_STEP, GruShape, PASSES, Seconds, TrainConfig, estimator,
-    variational::{Seen, VariationalLoss, VariationalShape},
+    variational::{SecondsWindow, VariationalLoss, VariationalShape},
 };
 use crate::{
     policy::{DriverEstimator, identification::EstimatedTrait},
@@ -75,8 +75,8 @@ impl LatentLearner {
     fn of_block(&self, shape: &VariationalShape, index: usize, block: &Seconds) -> VariationalLoss<f32> {
         let mut stream = rng::stream(self.seed, &format!("train/latents/{}/{index}", self.passes));
         let noise: Vec<f32> = (0..shape.noise(block.inputs.len(), LANES)).map(|_| stream.normal() as f32).collect();
-        let seen = Seen { state: &block.state, inputs: &block.inputs, begins: &block.begins };
-        shape.loss(&self.theta, &seen, &noise, self.kl_weight)
+        let window = SecondsWindow { state: &block.state, inputs: &block.inputs, begins: &block.begins };
+        shape.loss(&self.theta, &window, &noise, self.kl_weight)
     }
 
     /// Returns the current estimator: the encoder.

@@ -11,17 +11,17 @@ use super::{GruShape, GruStep, bounded, by_unbounded, forward, surprise};
 use crate::{
     policy::identification::{INPUTS, SAMPLE_NUMBERS, SAMPLES},
     rng::Stream,
-    train::{net::Shape, scalar::Real},
+    train::{net::Shape, scalar::SimdFloat},
 };
 
 /// Look-ahead of the predicted seconds for each draw, s.
 const AHEAD: [usize; 5] = [1, 2, 4, 8, 16];
-/// Number of the decoder's inputs besides the latents; see [`Seen::condition`].
+/// Number of the decoder's inputs besides the latents; see [`SecondsWindow::condition`].
 const CONDITION: usize = 8;
 /// Units of each of the decoder's two hidden layers.
 const UNITS: usize = 32;
 /// Number of the decoder's outputs: the mean and the logarithm of the standard deviation of a change of speed, m/s.
-const SAID: usize = 2;
+const PREDICTED: usize = 2;
 
 /// Sizes of encoder and decoder; their parameters follow each other in this order.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub struct VariationalShape {
 }
 
 /// Consecutive seconds of some rings.
-pub struct Seen<'a, T> {
+pub struct SecondsWindow<'a, T> {
     /// States before the first second, one row per ring.
     pub state: &'a [T],
     /// Inputs of each second, one row per ring.
@@ -52,18 +52,18 @@ pub struct VariationalLoss<T> {
 }
 
 /// A future second predicted from earlier latents.
-struct Look {
+struct PredictionTarget {
     /// Second in which the latents are read.
     now: usize,
     /// Second that the decoder predicts.
     then: usize,
     /// Index of the ring.
     row: usize,
-    /// Weight: 1 over the number of looks from `now`.
+    /// Weight: 1 over the number of targets from `now`.
     share: f64,
 }
 
-impl<T: Real> Seen<'_, T> {
+impl<T: SimdFloat> SecondsWindow<'_, T> {
     fn rows(&self) -> usize {
         self.begins.first().map_or(0, Vec::len)
     }
@@ -94,26 +94,26 @@ impl<T: Real> Seen<'_, T> {
         [before[0], before[1], before[2], before[3], was_advised, advised, after[2] + change, is_advised]
     }
 
-    /// Returns all looks ahead that stay within one drive.
-    fn looks(&self) -> Vec<Look> {
-        let mut looks = Vec::new();
+    /// Returns all targets that stay within one drive.
+    fn targets(&self) -> Vec<PredictionTarget> {
+        let mut targets = Vec::new();
         for now in 0..self.inputs.len() {
             for row in 0..self.rows() {
                 let goes_on = |then: usize| then < self.inputs.len() && !(now + 1..=then).any(|t| self.begins[t][row]);
-                let first = looks.len();
+                let first = targets.len();
                 let ahead = AHEAD.iter().map(|ahead| now + ahead).take_while(|then| goes_on(*then));
-                looks.extend(ahead.map(|then| Look { now, then, row, share: 1.0 }));
-                let share = 1.0 / (looks.len() - first).max(1) as f64;
-                looks[first..].iter_mut().for_each(|look| look.share = share);
+                targets.extend(ahead.map(|then| PredictionTarget { now, then, row, share: 1.0 }));
+                let share = 1.0 / (targets.len() - first).max(1) as f64;
+                targets[first..].iter_mut().for_each(|target| target.share = share);
             }
         }
-        looks
+        targets
     }
 }
 
 /// Returns the KL divergence of a normal distribution from N(0, 1), nat, and its derivatives by the mean and by the logarithm of the
 /// standard deviation.
-fn divergence<T: Real>(mean: T, log_sd: T) -> (T, [T; 2]) {
+fn divergence<T: SimdFloat>(mean: T, log_sd: T) -> (T, [T; 2]) {
     let variance = (T::of(2.0) * log_sd).exp();
     let nats = T::of(0.5) * (mean * mean + variance - T::of(1.0)) - log_sd;
     (nats, [mean, variance - T::of(1.0)])
@@ -123,7 +123,7 @@ impl VariationalShape {
     /// Returns an encoder with this many units and latents, and its decoder.
     pub fn new(units: usize, latents: usize) -> Self {
         let encoder = GruShape { inputs: INPUTS, units, outputs: 2 * latents };
-        Self { latents, encoder, decoder: Shape::new(&[latents + CONDITION, UNITS, UNITS, SAID]) }
+        Self { latents, encoder, decoder: Shape::new(&[latents + CONDITION, UNITS, UNITS, PREDICTED]) }
     }
 
     /// Returns the shape of the encoder.
@@ -132,7 +132,7 @@ impl VariationalShape {
     }
 
     /// Returns initial parameters: latents near N(0, 1), and decoder outputs near 0.
-    pub fn first<T: Real>(&self, stream: &mut Stream) -> Vec<T> {
+    pub fn first<T: SimdFloat>(&self, stream: &mut Stream) -> Vec<T> {
         [self.encoder.first(stream), self.decoder.orthogonal(0.1, stream)].concat()
     }
 
@@ -143,39 +143,45 @@ impl VariationalShape {
 
     /// Returns the loss: summed over seconds, the mean negative log likelihood of the seconds ahead plus `kl_weight` times the divergence
     /// of the latents.
-    pub fn loss<T: Real>(&self, theta: &[T], seen: &Seen<'_, T>, noise: &[T], kl_weight: f64) -> VariationalLoss<T> {
+    pub fn loss<T: SimdFloat>(
+        &self,
+        theta: &[T],
+        window: &SecondsWindow<'_, T>,
+        noise: &[T],
+        kl_weight: f64,
+    ) -> VariationalLoss<T> {
         let n = self.latents;
         let (of_encoder, of_decoder) = theta.split_at(self.encoder.parameters());
-        let steps: Vec<GruStep<T>> = forward(self.encoder, of_encoder, seen.state, seen.inputs, seen.begins);
-        let looks = seen.looks();
-        let posterior = |look: &Look| &steps[look.now].read[look.row * 2 * n..][..2 * n];
-        let drawn = |look: &Look| &noise[(look.now * seen.rows() + look.row) * n..][..n];
-        let mut told = Vec::with_capacity(looks.len() * self.decoder.inputs());
-        for look in &looks {
-            let (read, drawn) = (posterior(look), drawn(look));
-            told.extend((0..n).map(|k| read[k] + bounded(read[n + k]).exp() * drawn[k]));
-            told.extend(seen.condition(look.then, look.row));
+        let steps: Vec<GruStep<T>> = forward(self.encoder, of_encoder, window.state, window.inputs, window.begins);
+        let targets = window.targets();
+        let posterior = |target: &PredictionTarget| &steps[target.now].read[target.row * 2 * n..][..2 * n];
+        let drawn = |target: &PredictionTarget| &noise[(target.now * window.rows() + target.row) * n..][..n];
+        let mut conditions = Vec::with_capacity(targets.len() * self.decoder.inputs());
+        for target in &targets {
+            let (read, drawn) = (posterior(target), drawn(target));
+            conditions.extend((0..n).map(|k| read[k] + bounded(read[n + k]).exp() * drawn[k]));
+            conditions.extend(window.condition(target.then, target.row));
         }
-        let decoded = self.decoder.forward(of_decoder, &told);
+        let decoded = self.decoder.forward(of_decoder, &conditions);
         let mut nats = 0.0;
-        let mut by_said = Vec::with_capacity(looks.len() * SAID);
-        for (look, said) in looks.iter().zip(decoded.output().chunks_exact(SAID)) {
-            let (surprise, by) = surprise(said[0], said[1], seen.change_mps(look.then, look.row));
-            nats += look.share * surprise.f64();
-            by_said.extend(by.map(|by| T::of(look.share) * by));
+        let mut by_predicted = Vec::with_capacity(targets.len() * PREDICTED);
+        for (target, predicted) in targets.iter().zip(decoded.output().chunks_exact(PREDICTED)) {
+            let (surprise, by) = surprise(predicted[0], predicted[1], window.change_mps(target.then, target.row));
+            nats += target.share * surprise.f64();
+            by_predicted.extend(by.map(|by| T::of(target.share) * by));
         }
-        let (by_decoder, by_told) = self.decoder.vjp_with_inputs(of_decoder, &decoded, &by_said);
+        let (by_decoder, by_conditions) = self.decoder.vjp_with_inputs(of_decoder, &decoded, &by_predicted);
         let mut by_read: Vec<Vec<T>> = steps.iter().map(|step| vec![T::default(); step.read.len()]).collect();
         let mut seconds = 0.0;
         let weight = T::of(kl_weight);
-        for (i, (look, by)) in looks.iter().zip(by_told.chunks_exact(self.decoder.inputs())).enumerate() {
-            let (read, drawn) = (posterior(look), drawn(look));
-            let of = &mut by_read[look.now][look.row * 2 * n..][..2 * n];
+        for (i, (target, by)) in targets.iter().zip(by_conditions.chunks_exact(self.decoder.inputs())).enumerate() {
+            let (read, drawn) = (posterior(target), drawn(target));
+            let of = &mut by_read[target.now][target.row * 2 * n..][..2 * n];
             for k in 0..n {
                 of[k] += by[k];
                 of[n + k] += by[k] * bounded(read[n + k]).exp() * drawn[k];
             }
-            let is_last = looks.get(i + 1).is_none_or(|next| (next.now, next.row) != (look.now, look.row));
+            let is_last = targets.get(i + 1).is_none_or(|next| (next.now, next.row) != (target.now, target.row));
             if is_last {
                 seconds += 1.0;
                 for k in 0..n {
@@ -186,7 +192,7 @@ impl VariationalShape {
                 }
             }
         }
-        let by_encoder = self.encoder.gradient(of_encoder, &steps, &by_read, seen.begins);
+        let by_encoder = self.encoder.gradient(of_encoder, &steps, &by_read, window.begins);
         VariationalLoss { nats, seconds, gradient: [by_encoder, by_decoder].concat() }
     }
 }
@@ -199,7 +205,7 @@ mod tests {
     const ROWS: usize = 2;
     const SECONDS: usize = 6;
 
-    /// Two rings, of which the second restarts in second 3; the fields are as in [`Seen`], without the state, which is 0.
+    /// Two rings, of which the second restarts in second 3; the fields are as in [`SecondsWindow`], without the state, which is 0.
     struct Drives {
         inputs: Vec<Vec<f64>>,
         begins: Vec<Vec<bool>>,
@@ -218,11 +224,11 @@ mod tests {
         let mut stream = rng::stream(4, "variational");
         let Drives { inputs, begins } = drives(&mut stream);
         let state = vec![0.0; ROWS * 3];
-        let seen = Seen { state: &state, inputs: &inputs, begins: &begins };
+        let window = SecondsWindow { state: &state, inputs: &inputs, begins: &begins };
         let mut theta: Vec<f64> = shape.first(&mut stream);
         theta.iter_mut().for_each(|x| *x += 0.1 * stream.normal());
         let noise: Vec<f64> = (0..shape.noise(SECONDS, ROWS)).map(|_| stream.normal()).collect();
-        let found = shape.loss(&theta, &seen, &noise, 0.3);
+        let found = shape.loss(&theta, &window, &noise, 0.3);
         assert_eq!(found.gradient.len(), theta.len());
         // The last second of a drive has no second ahead: one such second on ring 0, two on ring 1.
         assert_eq!(found.seconds, (ROWS * SECONDS - 3) as f64);
@@ -230,7 +236,7 @@ mod tests {
             let at = |d: f64| {
                 let mut moved = theta.clone();
                 moved[i] += d;
-                shape.loss(&moved, &seen, &noise, 0.3).nats
+                shape.loss(&moved, &window, &noise, 0.3).nats
             };
             let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
             let off = (found.gradient[i] - difference).abs();
@@ -263,14 +269,14 @@ mod tests {
         let mut stream = rng::stream(5, "variational");
         let Drives { inputs, begins } = drives(&mut stream);
         let state = vec![0.0; ROWS * 3];
-        let seen = Seen { state: &state, inputs: &inputs, begins: &begins };
+        let window = SecondsWindow { state: &state, inputs: &inputs, begins: &begins };
         let mut theta: Vec<f64> = shape.first(&mut stream);
         // Latents that are constant in time: means 0.5 and -1, standard deviations e^0.2 and e^-0.3.
         let readout = shape.encoder.parameters() - 3 * 4 - 4;
         theta[readout..][..12].fill(0.0);
         theta[readout + 12..][..4].copy_from_slice(&[0.5, -1.0, 0.2, -0.3]);
         let noise = vec![0.0; shape.noise(SECONDS, ROWS)];
-        let nats = |weight: f64| shape.loss(&theta, &seen, &noise, weight).nats;
+        let nats = |weight: f64| shape.loss(&theta, &window, &noise, weight).nats;
         let of = |mean: f64, log_sd: f64| 0.5 * (mean * mean + (2.0 * log_sd).exp() - 1.0) - log_sd;
         let expected = 9.0 * (of(0.5, 0.2) + of(-1.0, -0.3));
         assert!((nats(1.0) - nats(0.0) - expected).abs() < 1e-9, "{} {expected}", nats(1.0) - nats(0.0));

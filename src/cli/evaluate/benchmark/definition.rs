@@ -114,7 +114,7 @@ pub struct JudgedPolicy {
 
 /// Condition in which a row is evaluated: road, hold and driver.
 #[derive(Clone, Copy, Debug)]
-pub struct Place<'a> {
+pub struct EvaluationCondition<'a> {
     /// Rings to drive on.
     pub road: &'a Road,
     /// Hold of the advice, s.
@@ -123,7 +123,7 @@ pub struct Place<'a> {
     pub driver: &'a JudgedDriver,
 }
 
-impl Place<'_> {
+impl EvaluationCondition<'_> {
     /// Checks whether both are the same condition of the same benchmark.
     pub fn is(&self, other: &Self) -> bool {
         self.hold_s == other.hold_s && self.is_beside(other)
@@ -299,12 +299,12 @@ impl Benchmark {
     }
 
     /// Returns every condition in which a row is evaluated, in the order of tables.
-    pub fn places(&self) -> Vec<Place<'_>> {
+    pub fn places(&self) -> Vec<EvaluationCondition<'_>> {
         let mut places = Vec::new();
         for road in &self.roads {
             for hold_s in self.all_holds_s() {
                 for driver in &self.drivers {
-                    let place = Place { road, hold_s, driver };
+                    let place = EvaluationCondition { road, hold_s, driver };
                     if self.rows.iter().any(|row| self.asks_for(row, &place)) {
                         places.push(place);
                     }
@@ -315,11 +315,11 @@ impl Benchmark {
     }
 
     /// Checks whether a row is evaluated there. No advice is evaluated in every condition, as the baseline of the gains.
-    pub fn judges(&self, row: &JudgedPolicy, place: &Place<'_>) -> bool {
+    pub fn judges(&self, row: &JudgedPolicy, place: &EvaluationCondition<'_>) -> bool {
         row.is_no_advice() || self.asks_for(row, place)
     }
 
-    fn asks_for(&self, row: &JudgedPolicy, place: &Place<'_>) -> bool {
+    fn asks_for(&self, row: &JudgedPolicy, place: &EvaluationCondition<'_>) -> bool {
         let has_driver = match &row.drivers {
             Some(drivers) => drivers.contains(&place.driver.name),
             None => !place.driver.only_where_named,
@@ -329,7 +329,7 @@ impl Benchmark {
     }
 
     /// Returns the name of a policy, or its path in a cell.
-    pub fn policy(&self, name: &str, place: &Place<'_>) -> String {
+    pub fn policy(&self, name: &str, place: &EvaluationCondition<'_>) -> String {
         if !policy::is_path(name) {
             return name.into();
         }
@@ -337,8 +337,8 @@ impl Benchmark {
     }
 
     /// Returns the configuration of the rings and driver of a condition.
-    pub fn config(&self, place: &Place<'_>) -> Result<TrainConfig, CliError> {
-        let Place { road, hold_s, driver } = *place;
+    pub fn config(&self, place: &EvaluationCondition<'_>) -> Result<TrainConfig, CliError> {
+        let EvaluationCondition { road, hold_s, driver } = *place;
         let usual = RingConfig::default();
         let idm = IdmParams { v0: road.desired_speed_mps.unwrap_or(usual.idm.v0), ..usual.idm };
         let config = TrainConfig {

@@ -100,7 +100,7 @@ fn faults_of_a_file_are_reported_with_their_position() {
 fn paths_are_filled_in_for_each_cell() {
     let benchmark = parsed(SMALL);
     let path = |road: usize, name: &str| {
-        let place = Place { road: &benchmark.roads[road], hold_s: 10.0, driver: &benchmark.drivers[1] };
+        let place = EvaluationCondition { road: &benchmark.roads[road], hold_s: 10.0, driver: &benchmark.drivers[1] };
         benchmark.policy(name, &place)
     };
     let expected = |file: &str| PathBuf::from("here").join(file).display().to_string();
@@ -124,7 +124,7 @@ fn a_row_is_judged_in_its_conditions_with_no_advice_as_baseline() {
     assert_eq!(judged(2), [(0.1, "closing")]);
     assert_eq!(judged(0), [(1.0, "people"), (10.0, "people"), (0.1, "closing")]);
     assert_eq!(benchmark.places().len(), 6, "three on each road");
-    let place = Place { road: &benchmark.roads[0], hold_s: 0.1, driver: &benchmark.drivers[1] };
+    let place = EvaluationCondition { road: &benchmark.roads[0], hold_s: 0.1, driver: &benchmark.drivers[1] };
     let config = benchmark.config(&place).map_err(|e| e.to_string()).unwrap();
     assert_eq!((config.driver.ego_response_s, config.advice.hold_s), (0.5, 0.1));
 }
@@ -143,7 +143,7 @@ fn rows_can_name_roads_and_roads_can_set_speed_limit_and_warm_up() {
     assert_eq!(judged, ["260 0.1"]);
     assert_eq!(places.len(), 5, "without the machine's on the other road");
     let ring = |road: usize| {
-        let place = Place { road: &benchmark.roads[road], hold_s: 1.0, driver: &benchmark.drivers[0] };
+        let place = EvaluationCondition { road: &benchmark.roads[road], hold_s: 1.0, driver: &benchmark.drivers[0] };
         benchmark.config(&place).map_err(|e| e.to_string()).unwrap().ring
     };
     assert_eq!((ring(0).idm.v0, ring(0).warm_up_s), (17.88, 300.0));

@@ -13,7 +13,7 @@ use crate::{
     private,
     train::{IdentifiedDriver, TrainConfig, drawn_ring, evaluate, identified},
 };
-use definition::{Benchmark, JudgedPolicy, Place, Road};
+use definition::{Benchmark, EvaluationCondition, JudgedPolicy, Road};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use std::{path::Path, sync::atomic::Ordering};
@@ -24,7 +24,7 @@ pub const SEALED_STREAM: &str = "benchmark";
 /// Results of one policy with one driver on one road at one hold.
 pub struct Cell<'a> {
     /// Road, hold and driver.
-    pub place: Place<'a>,
+    pub place: EvaluationCondition<'a>,
     /// Index of the row in the benchmark.
     pub row: usize,
     /// Results of each ring, for each of the row's policies (one for each training seed).
@@ -243,7 +243,7 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
 
 /// Counts the string-unstable rings of a road, and averages the equilibrium speed.
 fn road_state(benchmark: &Benchmark, road: &Road) -> Result<RoadState, CliError> {
-    let place = Place { road, hold_s: benchmark.holds_s[0], driver: &benchmark.drivers[0] };
+    let place = EvaluationCondition { road, hold_s: benchmark.holds_s[0], driver: &benchmark.drivers[0] };
     let config: TrainConfig = benchmark.config(&place)?;
     let mut state = RoadState { unstable: 0, rings: benchmark.rings, equilibrium_mps: 0.0 };
     for ring in 0..benchmark.rings {

@@ -60,7 +60,7 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
                     let _ =
                         writeln!(text, "      {:+.3} ± {half:.3} over the fastest single policy, {name}", gain.mean);
                 }
-                if let Some(words) = told_apart(cell) {
+                if let Some(words) = trait_recovery_line(cell) {
                     let _ = writeln!(text, "      {words}");
                 }
             }
@@ -78,7 +78,7 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
 }
 
 /// Returns a line on how well a row's policies estimate the driver's traits, if they do.
-fn told_apart(cell: &Cell<'_>) -> Option<String> {
+fn trait_recovery_line(cell: &Cell<'_>) -> Option<String> {
     let both = cell.trait_correlations().into_iter().zip(cell.trait_coverages());
     let words = |((name, correlation), (_, covered)): ((&str, f64), (&str, f64))| {
         format!("{name} {correlation:.2} ({:.0} %)", covered * 100.0)

@@ -6,7 +6,7 @@
 //! to brake harder than a bound. The bound is the comfortable deceleration, and [`SAFE_MPS2`] for a vehicle that waits at the last place
 //! for the change.
 
-use super::{lane_beside::Corridor, lane_changes::LaneChange};
+use super::{lane_beside::Corridor, path_lane_changes::LaneChange};
 use crate::{
     driver::DriverParams,
     idm::IdmParams,
@@ -203,5 +203,5 @@ impl LaneChange {
 }
 
 #[cfg(test)]
-#[path = "gap_acceptance_tests.rs"]
+#[path = "lane_change_tests.rs"]
 mod tests;

@@ -35,7 +35,7 @@ pub enum SourceFormat {
 
 /// Input of netconvert in an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Given {
+enum AttemptInput {
     /// No conversion: the file is a network already.
     Nothing,
     /// Original file; for a SUMO network, its canonical copy.
@@ -45,8 +45,8 @@ enum Given {
 }
 
 /// Attempt to make a network of a file.
-struct Try {
-    given: Given,
+struct ConversionAttempt {
+    input: AttemptInput,
     /// Command-line options for netconvert.
     options: &'static [&'static str],
     /// Description for the report, after "taken ".
@@ -87,48 +87,56 @@ impl SourceFormat {
         }
     }
 
-    fn tries(self) -> &'static [Try] {
+    fn attempts(self) -> &'static [ConversionAttempt] {
         match self {
             // Curves sampled every metre take much memory on some files, and lines through junctions do not always meet the lanes.
             Self::OpenDrive => &[
-                Try {
-                    given: Given::File,
+                ConversionAttempt {
+                    input: AttemptInput::File,
                     options: &["--opendrive.curve-resolution", "1", "--opendrive.internal-shapes", "true"],
                     words: "with its own lines through junctions and curves sampled each metre",
                 },
-                Try {
-                    given: Given::File,
+                ConversionAttempt {
+                    input: AttemptInput::File,
                     options: &["--opendrive.curve-resolution", "1", "--ignore-errors", "true"],
                     words: "with netconvert's lines through junctions and curves sampled each metre",
                 },
-                Try {
-                    given: Given::File,
+                ConversionAttempt {
+                    input: AttemptInput::File,
                     options: &["--ignore-errors", "true"],
                     words: "with netconvert's lines through junctions and curves sampled each 2 m",
                 },
-                Try {
-                    given: Given::Repaired,
+                ConversionAttempt {
+                    input: AttemptInput::Repaired,
                     options: &["--ignore-errors", "true"],
                     words: "with netconvert's lines through junctions and curves sampled each 2 m, after repair",
                 },
             ],
             Self::OpenStreetMap => &[
-                Try { given: Given::File, options: &OSM, words: "with junctions that lie close together joined" },
-                Try {
-                    given: Given::File,
+                ConversionAttempt {
+                    input: AttemptInput::File,
+                    options: &OSM,
+                    words: "with junctions that lie close together joined",
+                },
+                ConversionAttempt {
+                    input: AttemptInput::File,
                     options: &[OSM[0], OSM[1], OSM[2], OSM[3], OSM[4], "--ignore-errors", "true"],
                     words: "with junctions as they are",
                 },
                 // netconvert treats a road as isolated if it leads out of the file at both ends.
-                Try {
-                    given: Given::File,
+                ConversionAttempt {
+                    input: AttemptInput::File,
                     options: &[OSM[0], OSM[1], OSM[3], OSM[4], OSM[5], "--ignore-errors", "true"],
                     words: "with roads that join no other",
                 },
             ],
             Self::Sumo => &[
-                Try { given: Given::Nothing, options: &[], words: "as it is" },
-                Try { given: Given::File, options: &["--ignore-errors", "true"], words: "rebuilt by netconvert" },
+                ConversionAttempt { input: AttemptInput::Nothing, options: &[], words: "as it is" },
+                ConversionAttempt {
+                    input: AttemptInput::File,
+                    options: &["--ignore-errors", "true"],
+                    words: "rebuilt by netconvert",
+                },
             ],
         }
     }
@@ -157,13 +165,13 @@ pub(super) fn make(
     bounds: &ImportBounds,
 ) -> Result<MadeNetwork, MapError> {
     let failed = |source| MapError::Io { file: net.into(), source };
-    let tries = format.tries();
-    let runs = tries.iter().filter(|one| one.given != Given::Nothing).count() as u64;
+    let attempts = format.attempts();
+    let runs = attempts.iter().filter(|one| one.input != AttemptInput::Nothing).count() as u64;
     let mut errors = Vec::new();
     let mut before = Vec::new();
     let mut best: Option<(f64, Vec<u8>, MadeNetwork)> = None;
-    for one in tries {
-        match make_once(program, file, format, (net, one), (bounds, runs)) {
+    for one in attempts {
+        match run_attempt(program, file, format, (net, one), (bounds, runs)) {
             Err(error @ MapError::Interrupted { .. }) => return Err(error),
             Err(error) => {
                 let is_final = !is_worth_another_try(&error, format);
@@ -201,27 +209,27 @@ pub(super) fn make(
     }
 }
 
-fn make_once(
+fn run_attempt(
     program: &Path,
     file: &Path,
     format: SourceFormat,
-    (net, one): (&Path, &Try),
+    (net, one): (&Path, &ConversionAttempt),
     (bounds, shares): (&ImportBounds, u64),
 ) -> Result<MadeNetwork, MapError> {
     let mut how = one.words.to_owned();
     let repaired = net.with_file_name("repaired.xodr");
     let copy = net.with_file_name("copy.net.xml");
-    let given = match one.given {
-        Given::Nothing => None,
-        Given::File if format == SourceFormat::Sumo => {
+    let input = match one.input {
+        AttemptInput::Nothing => None,
+        AttemptInput::File if format == SourceFormat::Sumo => {
             let text = catalog::read(file, MOST_BYTES)?;
             let text = SumoText::read(file, &text)?;
             private::replace(&copy, text.as_str().as_bytes())
                 .map_err(|source| MapError::Io { file: file.into(), source })?;
             Some(copy.as_path())
         }
-        Given::File => Some(file),
-        Given::Repaired => {
+        AttemptInput::File => Some(file),
+        AttemptInput::Repaired => {
             let text =
                 read_text(file, MOST_IMPORT_BYTES).map_err(|source| MapError::Io { file: file.into(), source })?;
             let (text, done) = repair(&text).ok_or_else(|| MapError::Netconvert {
@@ -234,13 +242,13 @@ fn make_once(
             Some(repaired.as_path())
         }
     };
-    let words = match given {
-        Some(given) => {
+    let words = match input {
+        Some(input) => {
             let _ = std::fs::remove_file(net);
             let conversion = Conversion {
                 program,
                 format: format.flag(),
-                file: given,
+                file: input,
                 known: file,
                 net,
                 options: one.options,
@@ -254,13 +262,13 @@ fn make_once(
         None => String::new(),
     };
     // Errors name the user's file; line numbers of netconvert's result do not refer to it.
-    let of = |problem: MapError| match one.given {
-        Given::Nothing => problem,
+    let of = |problem: MapError| match one.input {
+        AttemptInput::Nothing => problem,
         _ => MapError::Converted { file: file.into(), problem: Box::new(problem) },
     };
-    let known = if one.given == Given::Nothing { file } else { Path::new("net.xml") };
-    let (made, whose) = match one.given {
-        Given::Nothing => (file, "the network has"),
+    let known = if one.input == AttemptInput::Nothing { file } else { Path::new("net.xml") };
+    let (made, whose) = match one.input {
+        AttemptInput::Nothing => (file, "the network has"),
         _ => (net, "netconvert makes a network of it that has"),
     };
     let text = catalog::read(made, MOST_BYTES).map_err(|error| match error {
@@ -270,7 +278,7 @@ fn make_once(
         MapError::Io { source, .. } => unreadable(file, made, whose, source),
         other => other,
     })?;
-    let text = match with_default_limits(&text).filter(|_| one.given != Given::Nothing) {
+    let text = match with_default_limits(&text).filter(|_| one.input != AttemptInput::Nothing) {
         Some((text, done)) => {
             how = format!("{how}; {done}");
             text

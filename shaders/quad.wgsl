@@ -1,6 +1,6 @@
 // Placement of a picture on a target, and its inputs. Shared by `tonemap.wgsl` and `soften.wgsl`.
 
-struct Print {
+struct QuadUniform {
     // width, height in pixels
     size: vec2f,
     flip: f32,
@@ -18,7 +18,7 @@ struct Print {
     down_clip: vec4f,
 }
 
-@group(0) @binding(0) var<uniform> print: Print;
+@group(0) @binding(0) var<uniform> quad: QuadUniform;
 @group(0) @binding(1) var light: texture_2d<f32>;
 @group(0) @binding(2) var light_sampler: sampler;
 @group(0) @binding(3) var halo: texture_2d<f32>;
@@ -36,6 +36,6 @@ struct Point {
 fn vertex(@builtin(vertex_index) index: u32) -> Point {
     let corners = array(vec2f(0.0, 0.0), vec2f(1.0, 0.0), vec2f(1.0, 1.0), vec2f(0.0, 0.0), vec2f(1.0, 1.0), vec2f(0.0, 1.0));
     // The frame lies outside of the rectangle.
-    let at = corners[index] * (print.size + 2.0 * print.border) - print.border;
-    return Point(print.corner_clip + at.x * print.right_clip + at.y * print.down_clip, at, vec2f(print.lens.z, print.border));
+    let at = corners[index] * (quad.size + 2.0 * quad.border) - quad.border;
+    return Point(quad.corner_clip + at.x * quad.right_clip + at.y * quad.down_clip, at, vec2f(quad.lens.z, quad.border));
 }

@@ -18,16 +18,16 @@ const PACE: OwnPace = OwnPace { delay_s: 0.5, accel_mps2: 2.0, decel_mps2: 1.5, 
 /// An ego `ahead_m` before the first line of a path, and other vehicles.
 struct Case {
     map: RoadMap,
-    give_way: GiveWay,
+    right_of_way: RightOfWay,
     snapshot: Snapshot,
 }
 
 impl Case {
     fn new(file: &str, edges: &[&str], ahead_m: f64) -> Self {
         let map = RoadMap::load_along(file, edges).expect("a path");
-        let give_way = GiveWay::new(PathLanes::new(&map).yield_lines(&map));
-        let snapshot = Snapshot { ego_s_m: give_way.lines[0].s_m - ahead_m, ..Snapshot::default() };
-        Self { map, give_way, snapshot }
+        let right_of_way = RightOfWay::new(PathLanes::new(&map).yield_lines(&map));
+        let snapshot = Snapshot { ego_s_m: right_of_way.lines[0].s_m - ahead_m, ..Snapshot::default() };
+        Self { map, right_of_way, snapshot }
     }
 
     fn put(&mut self, id: u32, lane: &str, s_m: f64, speed_mps: f64) {
@@ -52,14 +52,14 @@ impl Case {
     }
 
     fn waits(&self) -> bool {
-        let line = &self.give_way.lines[0];
+        let line = &self.right_of_way.lines[0];
         let ahead_m = line.s_m - self.snapshot.ego_s_m;
-        self.give_way.must_wait(line, ahead_m, &self.snapshot, &PACE)
+        self.right_of_way.must_wait(line, ahead_m, &self.snapshot, &PACE)
     }
 
     fn stand(&mut self, ticks: u32) {
         for _ in 0..ticks {
-            self.give_way.update(&self.snapshot, &self.map);
+            self.right_of_way.update(&self.snapshot, &self.map);
         }
     }
 }
@@ -157,7 +157,7 @@ fn a_green_left_turn_waits_for_oncoming_traffic_without_red() {
 #[test]
 fn stopping_inside_a_junction_at_red_counts_as_waiting() {
     let mut case = Case::new(GRID, &["B0B1", "B1A1"], 2.0);
-    assert!(case.give_way.lines[0].waits_inside);
+    assert!(case.right_of_way.lines[0].waits_inside);
     let (mut all, mut starts) = (Vec::new(), vec![0]);
     for signal in case.map.network.signals() {
         all.resize(all.len() + signal.links.len(), b'r');
@@ -165,7 +165,7 @@ fn stopping_inside_a_junction_at_red_counts_as_waiting() {
     }
     case.snapshot.signals.set(&all, &starts);
     case.stand(600);
-    assert_eq!(case.give_way.stood_ticks, 600);
+    assert_eq!(case.right_of_way.stood_ticks, 600);
 }
 
 #[test]
@@ -218,8 +218,8 @@ fn a_line_to_wait_at_is_reported_in_time_to_brake_for_it() {
     let mut told = |ahead_m: f64, speed_mps: f64| {
         case.snapshot.ego_s_m = 124.07 - ahead_m;
         case.snapshot.ego.speed_mps = speed_mps;
-        case.give_way.update(&case.snapshot, &case.map);
-        case.give_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver).is_some()
+        case.right_of_way.update(&case.snapshot, &case.map);
+        case.right_of_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver).is_some()
     };
     // From 6 m/s comfortable braking at 1.5 m/s² (idm.b) takes 12 m, plus 20 m of look-ahead; braking at 4.5 m/s² takes 4 m.
     assert!(told(31.0, 6.0) && !told(33.0, 6.0) && !told(3.9, 6.0));
@@ -229,7 +229,8 @@ fn a_line_to_wait_at_is_reported_in_time_to_brake_for_it() {
 
 #[test]
 fn the_next_stop_line_and_the_next_yield_line_are_separate() {
-    let ahead = |case: &Case| [false, true].map(|stops| case.give_way.line_ahead_m(&case.snapshot, &case.map, stops));
+    let ahead =
+        |case: &Case| [false, true].map(|stops| case.right_of_way.line_ahead_m(&case.snapshot, &case.map, stops));
     assert_eq!(ahead(&Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], 40.0)), [Some(40.0), None]);
     assert_eq!(ahead(&Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], -0.1)), [None, None], "behind the ego");
     assert_eq!(ahead(&Case::new(TOWN, &["cn", "nne"], 30.0)), [None, Some(30.0)], "all stop at n");
@@ -242,5 +243,5 @@ fn inside_a_junction_a_driver_stops_nearer_to_a_line_than_to_a_vehicle() {
     let driver = DriverParams::default();
     case.stand(1);
     // The model keeps 2 m (s0) to a vehicle and half a metre to the line, so the reported vehicle is 1.5 m beyond the line.
-    assert_eq!(case.give_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver), Some(5.5));
+    assert_eq!(case.right_of_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver), Some(5.5));
 }

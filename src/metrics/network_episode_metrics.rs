@@ -34,7 +34,7 @@ struct VehicleTotals {
 
 /// Collects an [`EvaluationResult`] of a drive on a network step by step.
 #[derive(Clone, Debug)]
-pub struct NetworkTotals {
+pub struct NetworkEpisodeMetrics {
     step_s: f64,
     /// Number of vehicles present before the first step.
     at_start: usize,
@@ -55,7 +55,7 @@ pub struct NetworkTotals {
     in_range: u64,
 }
 
-impl NetworkTotals {
+impl NetworkEpisodeMetrics {
     /// Starts before the first of the steps of `step_s`: numbers and speeds of the vehicles present. Gaps count up to
     /// `most_gap_m`.
     pub fn new(step_s: f64, vehicles: impl Iterator<Item = (u32, f64)>, most_gap_m: f64) -> Self {
@@ -170,8 +170,8 @@ mod tests {
 
     /// Vehicle 1 at 4 m/s is present from the start and leaves after the second step; 2 enters in the second at 8 m/s and
     /// stands in the third.
-    fn three_steps() -> NetworkTotals {
-        let mut totals = NetworkTotals::new(0.5, [(1, 4.0)].into_iter(), 700.0);
+    fn three_steps() -> NetworkEpisodeMetrics {
+        let mut totals = NetworkEpisodeMetrics::new(0.5, [(1, 4.0)].into_iter(), 700.0);
         totals.add([(1, 4.0)].into_iter(), AdvisedStep { advised: 1, in_range: 1, ..AdvisedStep::default() });
         let two = AdvisedStep { least_gap_m: Some(6.0), advised: 2, in_range: 0 };
         totals.add([(1, 4.0), (2, 8.0)].into_iter(), two);
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn an_empty_road_has_no_mean_and_a_crash_stands_to_the_end() {
-        let mut empty = NetworkTotals::new(0.5, std::iter::empty(), 700.0);
+        let mut empty = NetworkEpisodeMetrics::new(0.5, std::iter::empty(), 700.0);
         empty.add(std::iter::empty(), AdvisedStep::default());
         empty.add([(1, 6.0)].into_iter(), AdvisedStep::default());
         let found = empty.result(NetworkFlow::default());

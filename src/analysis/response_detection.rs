@@ -166,9 +166,9 @@ impl PendingResponse {
 
     fn response(&self, step_s: f64, (threshold, noise_from): (f64, NoiseSource)) -> AdviceResponse {
         let Onset { kind, tick, direction, speed_mps, change, .. } = self.onset;
-        let is_answered = kind != OnsetKind::Change;
+        let needs_response = kind != OnsetKind::Change;
         let seconds = |ticks: u64| ticks as f64 * TICK_S;
-        let start = self.moved.filter(|_| is_answered).map(|moved| moved.0);
+        let start = self.moved.filter(|_| needs_response).map(|moved| moved.0);
         let is_under_way = start.is_some_and(|start| seconds(start) < EARLIEST_S - 1e-9);
         let reaction = start.filter(|_| !is_under_way);
         let enter_s = self.entered.filter(|_| kind == OnsetKind::Event).map(seconds);
@@ -178,13 +178,13 @@ impl PendingResponse {
             from_mps: change.from_mps,
             to_mps: change.to_mps,
             speed_mps,
-            direction: if is_answered { direction } else { 0 },
+            direction: if needs_response { direction } else { 0 },
             reaction_s: reaction.map(seconds),
             is_under_way,
             movement_s: reaction.and_then(|start| Some(seconds(self.ended?.saturating_sub(start)))),
             enter_s,
             enter_steps: enter_s.map(|s| (s / step_s - 1e-9).ceil() as u64),
-            watched_s: if is_answered { seconds(self.watched) } else { 0.0 },
+            watched_s: if needs_response { seconds(self.watched) } else { 0.0 },
             threshold,
             noise_from,
         }
@@ -192,5 +192,5 @@ impl PendingResponse {
 }
 
 #[cfg(test)]
-#[path = "response_tests.rs"]
+#[path = "response_detection_tests.rs"]
 mod tests;

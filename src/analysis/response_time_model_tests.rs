@@ -10,11 +10,11 @@ fn fit_and_interval_match_scipy() {
     let seen = [0.76, 1.07, 1.55, 0.82, 0.52, 0.91, 2.68, 1.21, 0.66, 1.02, 4.6, 9.3].map(Latency::Seen);
     let longer = [5.0, 5.0, 3.2, 5.0, 2.5].map(Latency::LongerThan);
     let times: Vec<Latency> = seen.into_iter().chain(longer).collect();
-    let fit = AnswerFit::of(&times, 0.06).unwrap();
+    let fit = ResponseFit::of(&times, 0.06).unwrap();
     assert!((fit.mu + 0.100_697_77).abs() < 1e-4 && (fit.sigma - 0.297_836_44).abs() < 1e-4, "{fit:?}");
     assert!((fit.share - 0.486_767_83).abs() < 1e-4, "{fit:?}");
     assert!((fit.interval_s[0] - 0.677_962).abs() < 1e-3 && (fit.interval_s[1] - 1.410_316).abs() < 1e-3, "{fit:?}");
-    assert_eq!(AnswerFit::of(&times[10..], 0.06), None, "two were seen");
+    assert_eq!(ResponseFit::of(&times[10..], 0.06), None, "two were seen");
 }
 
 #[test]
@@ -37,15 +37,15 @@ fn median_is_found_for_people_who_respond_to_half_and_move_anyway() {
         let share = stream.uniform(0.5, 0.9);
         let mut watch = |share: f64| -> Vec<Latency> {
             let event = |_| {
-                let answer =
+                let response_s =
                     if stream.uniform(0.0, 1.0) < share { (mu + sigma * stream.normal()).exp() } else { f64::INFINITY };
-                let first = answer.min(-10.0 * (1.0 - stream.uniform(0.0, 1.0)).ln());
+                let first = response_s.min(-10.0 * (1.0 - stream.uniform(0.0, 1.0)).ln());
                 if first < 5.0 { Latency::Seen(first) } else { Latency::LongerThan(5.0) }
             };
             (0..20).map(event).collect()
         };
         let (events, shams) = (watch(share), watch(0.0));
-        let fit = AnswerFit::of(&events, chance_per_s(&shams)).unwrap();
+        let fit = ResponseFit::of(&events, chance_per_s(&shams)).unwrap();
         let holds = |[low, high]: [f64; 2]| usize::from(low <= mu.exp() && mu.exp() <= high);
         covered += holds(fit.interval_s);
         lognormal_covered += holds(super::super::latency_fit::LognormalFit::of(&events).unwrap().interval_s);

@@ -1,14 +1,14 @@
-//! Response times of each participant in each condition. In: analysed drives. Out: `reactions.csv`: perception-reaction,
+//! Response times of each participant in each condition. In: analysed drives. Out: `response_time_table.csv`: perception-reaction,
 //! movement and compliance times as censored distributions, and the chance responses to shams. [`glossary`](super::glossary)
 //! defines the columns.
 
 use super::{
     AnalysedRecording,
-    answer_fit::{AnswerFit, chance_per_s},
     events::OnsetKind,
     glossary::names,
     latency_fit::{ExGaussianFit, Latency, LognormalFit},
-    response::AdviceResponse,
+    response_detection::AdviceResponse,
+    response_time_model::{ResponseFit, chance_per_s},
     tables::{cell, line},
 };
 
@@ -71,18 +71,18 @@ impl ResponseTime {
         let times = self.latencies(responses);
         if self == Self::Reaction {
             let chance_per_s = chance_per_s(&Self::Chance.latencies(responses));
-            let fit = AnswerFit::of(&times, chance_per_s)?;
-            let AnswerFit { mu, sigma, share, interval_s } = fit;
-            return Some(TimeFit { median_s: fit.median_s(), mu, sigma, interval_s, answering: Some(share) });
+            let fit = ResponseFit::of(&times, chance_per_s)?;
+            let ResponseFit { mu, sigma, share, interval_s } = fit;
+            return Some(TimeFit { median_s: fit.median_s(), mu, sigma, interval_s, share_responding: Some(share) });
         }
         let fit = LognormalFit::of(&times).filter(|_| self != Self::Chance)?;
         let LognormalFit { mu, sigma, interval_s, .. } = fit;
-        Some(TimeFit { median_s: fit.median_s(), mu, sigma, interval_s, answering: None })
+        Some(TimeFit { median_s: fit.median_s(), mu, sigma, interval_s, share_responding: None })
     }
 
     /// Returns the share of responses within [`WITHIN_S`], among those seen or watched that long.
-    pub fn share_answered(self, responses: &[AdviceResponse]) -> Option<f64> {
-        let answers: Vec<bool> = self
+    pub fn share_with_response(self, responses: &[AdviceResponse]) -> Option<f64> {
+        let responded: Vec<bool> = self
             .latencies(responses)
             .into_iter()
             .filter_map(|time| match time {
@@ -90,8 +90,8 @@ impl ResponseTime {
                 Latency::LongerThan(s) => (s >= WITHIN_S).then_some(false),
             })
             .collect();
-        let count = answers.iter().filter(|answer| **answer).count();
-        (!answers.is_empty()).then(|| count as f64 / answers.len() as f64)
+        let count = responded.iter().filter(|is_seen| **is_seen).count();
+        (!responded.is_empty()).then(|| count as f64 / responded.len() as f64)
     }
 }
 
@@ -107,7 +107,7 @@ pub struct TimeFit {
     /// 95 % interval of the median, seconds.
     pub interval_s: [f64; 2],
     /// Share of the events with a response at all; `None` for kinds other than reactions.
-    pub answering: Option<f64>,
+    pub share_responding: Option<f64>,
 }
 
 /// Responses of a participant in a condition.
@@ -118,7 +118,7 @@ struct Group<'a> {
     responses: Vec<AdviceResponse>,
 }
 
-/// Returns `reactions.csv`: a row per participant, condition and kind of time.
+/// Returns `response_time_table.csv`: a row per participant, condition and kind of time.
 pub fn table(drives: &[AnalysedRecording]) -> String {
     let mut groups: Vec<Group> = Vec::new();
     for drive in drives {
@@ -163,9 +163,9 @@ fn row(group: &Group, time: ResponseTime) -> String {
         whole(seen),
         whole(times.len() - seen),
         whole(left_out),
-        cell(time.share_answered(responses)),
+        cell(time.share_with_response(responses)),
         cell(chance),
-        cell(fit.and_then(|fit| fit.answering)),
+        cell(fit.and_then(|fit| fit.share_responding)),
         numbers(|fit| fit.median_s),
         numbers(|fit| fit.interval_s[0]),
         numbers(|fit| fit.interval_s[1]),

@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     analysis::{
         events::{ChangeFinder, OnsetFinder},
-        reactions::ResponseTime,
+        response_time_table::ResponseTime,
         trial::IssuedAdvice,
     },
     rng,
@@ -105,12 +105,12 @@ fn person(number: u64) -> (f64, f64, Vec<AdviceResponse>) {
     let ticks = 30_000;
     // Steps of 6 to 12 s; each gets a response of 15 % of travel within 0.4 s, and the speed follows after 2 s.
     let mut advice = vec![(100, 4.0)];
-    let mut answers = vec![(1.02, 0.0, 4.0)];
+    let mut movements = vec![(1.02, 0.0, 4.0)];
     let mut at = 1000;
     while at < ticks - 600 {
         let target_mps = if advice.len() % 2 == 0 { 4.0 } else { 6.0 };
         advice.push((at, target_mps));
-        answers.push((Tick(at + 2).seconds() + (mu + sigma * stream.normal()).exp(), 0.15, target_mps));
+        movements.push((Tick(at + 2).seconds() + (mu + sigma * stream.normal()).exp(), 0.15, target_mps));
         at += stream.uniform(600.0, 1200.0) as u64;
     }
     // Idle movements: slow waves with phases of their own, 0.3 to 1.5 a second.
@@ -121,16 +121,16 @@ fn person(number: u64) -> (f64, f64, Vec<AdviceResponse>) {
         |t| {
             let tremble: f64 = waves.iter().map(|[rate, phase]| (rate * t + phase).sin()).sum::<f64>() / 5.0;
             let mut pedal = 0.3 + idle * tremble;
-            for (answered_s, size, target_mps) in &answers {
+            for (responded_s, size, target_mps) in &movements {
                 let way = if *target_mps > 5.0 { *size } else { -*size };
                 // Full movement after 0.4 s, then back within 3 s.
-                let since = t - answered_s;
+                let since = t - responded_s;
                 let out = (since / 0.4).clamp(0.0, 1.0) - ((since - 1.0) / 3.0).clamp(0.0, 1.0);
                 pedal += way * out;
             }
             (pedal.clamp(0.0, 1.0), 0.0)
         },
-        |t| answers.iter().rev().find(|answer| answer.0 + 2.0 < t).map_or(4.0, |answer| answer.2),
+        |t| movements.iter().rev().find(|movement| movement.0 + 2.0 < t).map_or(4.0, |movement| movement.2),
         &advice,
     );
     (mu.exp(), idle, found)
@@ -138,13 +138,13 @@ fn person(number: u64) -> (f64, f64, Vec<AdviceResponse>) {
 
 #[test]
 fn known_reactions_of_200_people_are_found_and_few_shams_get_a_response() {
-    let (mut errors, mut chance, mut answered) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut errors, mut chance, mut responded) = (Vec::new(), Vec::new(), Vec::new());
     for number in 0..200 {
         let (median_s, _, found) = person(number);
         let Some(fit) = ResponseTime::Reaction.fit(&found) else { continue };
         errors.push(fit.median_s / median_s - 1.0);
-        chance.extend(ResponseTime::Chance.share_answered(&found));
-        answered.extend(ResponseTime::Reaction.share_answered(&found));
+        chance.extend(ResponseTime::Chance.share_with_response(&found));
+        responded.extend(ResponseTime::Reaction.share_with_response(&found));
     }
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let bias = mean(&errors);
@@ -152,5 +152,5 @@ fn known_reactions_of_200_people_are_found_and_few_shams_get_a_response() {
     assert_eq!(errors.len(), 200);
     // A reaction time is fit to compare conditions if it is right to a tenth.
     assert!(bias.abs() < 0.1 && spread < 0.15, "{bias} {spread}");
-    assert!(mean(&answered) > 0.9 && mean(&chance) < 0.35, "{} {}", mean(&answered), mean(&chance));
+    assert!(mean(&responded) > 0.9 && mean(&chance) < 0.35, "{} {}", mean(&responded), mean(&chance));
 }

@@ -1,5 +1,5 @@
 //! Response times where some events get no response and the feet move anyway. In: [`Latency`]s to events, and the rate of
-//! chance movements. Out: an [`AnswerFit`]: the share of events with a response, the lognormal of the response times, the 95 %
+//! chance movements. Out: an [`ResponseFit`]: the share of events with a response, the lognormal of the response times, the 95 %
 //! interval of its median. Seconds.
 //!
 //! A driver held up by the vehicle ahead does not press the accelerator, whatever is advised: a plain lognormal takes such an
@@ -27,7 +27,7 @@ const FURTHEST: f64 = 4.0;
 
 /// Fitted response times to events.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AnswerFit {
+pub struct ResponseFit {
     /// Mean of ln t of the responses.
     pub mu: f64,
     /// Standard deviation of ln t.
@@ -38,7 +38,7 @@ pub struct AnswerFit {
     pub interval_s: [f64; 2],
 }
 
-impl AnswerFit {
+impl ResponseFit {
     /// Fits these times, with `chance_per_s` chance movements per second; `None` if fewer than [`ENOUGH`] were seen.
     pub fn of(times: &[Latency], chance_per_s: f64) -> Option<Self> {
         let times: Vec<(f64, bool)> = times.iter().map(|time| time.parts()).collect();
@@ -130,5 +130,5 @@ pub fn chance_per_s(times: &[Latency]) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "answer_fit_tests.rs"]
+#[path = "response_time_model_tests.rs"]
 mod tests;

@@ -98,7 +98,7 @@ fn reach_s(way_m: f64, speed_mps: f64, accel_mps2: f64, top_mps: f64) -> f64 {
 
 /// The lines of the path, and the ego's state at the next one.
 #[derive(Debug)]
-pub(super) struct GiveWay {
+pub(super) struct RightOfWay {
     lines: Vec<YieldLine>,
     /// Index of the next line, and the distance to it.
     next: Option<(usize, f64)>,
@@ -108,7 +108,7 @@ pub(super) struct GiveWay {
     first_come: Vec<VehicleId>,
 }
 
-impl GiveWay {
+impl RightOfWay {
     /// Returns the state for the lines of a path in driving order.
     pub fn new(lines: Vec<YieldLine>) -> Self {
         Self { lines, next: None, stood_ticks: 0, first_come: Vec::new() }
@@ -263,5 +263,5 @@ impl Foe<'_> {
 }
 
 #[cfg(test)]
-#[path = "give_way_tests.rs"]
+#[path = "right_of_way_tests.rs"]
 mod tests;
