@@ -6,7 +6,7 @@ use crate::{
     map,
     policy::{self, Hold},
     settings::{self, Field, Settings, SettingsError},
-    toml_text::did_you_mean,
+    toml_text::{self, did_you_mean},
     traffic::{EngineChoice, FollowingModel},
 };
 use serde_json::Value;
@@ -54,7 +54,7 @@ impl Scenario {
 
     /// Returns this scenario as text that [`Scenario::from_toml`] reads back.
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).unwrap_or_default()
+        format!("format = {}\n", toml_text::FORMAT) + &toml::to_string(self).unwrap_or_default()
     }
 }
 

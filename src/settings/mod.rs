@@ -53,8 +53,8 @@ pub fn from_file<T: Settings>(path: &Path) -> Result<T, SettingsError> {
 /// # Errors
 /// As [`from_file`].
 pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError> {
-    let settings: T =
-        toml_text::parse(text, name).map_err(|e| SettingsError { key: String::new(), message: e.to_string() })?;
+    let whole = |e: toml_text::TomlError| SettingsError { key: String::new(), message: e.to_string() };
+    let settings: T = toml_text::parse(&toml_text::without_format(text, name).map_err(whole)?, name).map_err(whole)?;
     let json = serde_json::to_value(&settings).unwrap_or_default();
     let wrong = |key: &str, fault: String| SettingsError {
         key: key.to_owned(),
