@@ -18,7 +18,7 @@ use crate::{
     sumo_xml::stream,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, ExternalVehicleState, ModelMixture, Traffic, TrafficError, FixedSetup, VehicleReport, go_on, start,
+        Demand, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, ModelMixture, Traffic, TrafficError, VehicleReport, go_on, start,
     },
 };
 use serde::{Deserialize, Serialize};
