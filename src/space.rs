@@ -110,7 +110,6 @@ pub fn wrap_angle(angle_rad: f64) -> f64 {
     if wrapped > PI { wrapped - TAU } else { wrapped }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;

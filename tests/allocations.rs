@@ -10,7 +10,7 @@ use codrive::{
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, EngineChoice, ExternalVehicleState, ModelMixture, FixedSetup, VehicleReport,
+        self, Demand, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, VehicleReport,
         sumo::{self, NetworkSetup, SumoNetwork},
     },
 };

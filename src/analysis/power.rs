@@ -42,7 +42,6 @@ impl SimulatedStudies {
     pub fn power(&self) -> (f64, [f64; 2]) {
         (self.significant as f64 / self.studies as f64, share_interval(self.significant, self.studies))
     }
-
 }
 
 impl SimulatedDesign {

@@ -59,7 +59,6 @@ impl LslSettingsFault {
 }
 
 impl LslSettings {
-
     /// Checks the values.
     ///
     /// # Errors

@@ -79,6 +79,7 @@ impl StaticScene {
             centre: roads.centre(),
             radius_m: roads.radius_m(),
             highest_m: roads.highest_m(),
+            level_m: roads.level_m(),
             network,
         }
     }
@@ -86,6 +87,9 @@ impl StaticScene {
     /// Height of the road, m, at a place where something is about `height_m` high, and its grade in a direction; counted from the local
     /// origin. `None` beside all roads.
     pub fn road_at(&self, place: Pose, height_m: f64) -> Option<(f32, f32)> {
+        if let Some(level_m) = self.level_m {
+            return Some((level_m, 0.0));
+        }
         let pose = Pose3 { position: place.position.extend(height_m), yaw_rad: place.yaw_rad, grade: 0.0 };
         self.network.locate_pose(&pose, None).map(|at| {
             let road = self.network.pose(at);

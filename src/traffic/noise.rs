@@ -8,7 +8,6 @@
 use super::{FixedSetup, VehicleId};
 use crate::rng::{self, Stream};
 
-
 /// Noise generator of all vehicles.
 #[derive(Clone, Debug)]
 pub(super) struct Noise {

@@ -8,7 +8,7 @@ use crate::{
     idm::IdmParams,
     map::RoadMap,
     space::CAR_LENGTH_M,
-    traffic::{InitialVehicle, ModelMixture, NativeTraffic, Traffic, FixedSetup},
+    traffic::{FixedSetup, InitialVehicle, ModelMixture, NativeTraffic, Traffic},
 };
 use std::sync::Arc;
 

@@ -18,7 +18,7 @@ fn a_recording_of_format_1_is_proven() {
     }
     let mut replay = Replay::open(folder.path()).unwrap();
     replay.advance(u64::MAX).unwrap();
-    let report = replay.verdict();
+    let report = replay.report();
     assert!(report.is_proven() && report.ticks == 200 && report.facts.is_empty(), "{report:?}");
 }
 

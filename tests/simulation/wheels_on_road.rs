@@ -3,7 +3,7 @@
 
 use codrive::{
     drive_loop::offline::OfflineDrive,
-    map::{RoadMap, SHIPPED},
+    map::SHIPPED,
     scenario::{DisplaySettings, Scenario},
     scene::{self, CarInstance, Mesh, StaticScene, ViewKind, ViewOptions},
 };
@@ -75,13 +75,14 @@ fn every_wheel_stands_on_the_drawn_road() {
             ..Scenario::default()
         };
         let mut run = OfflineDrive::new(&scenario, [0.0, 40.0]).unwrap_or_else(|e| panic!("{map}: {e}"));
-        let stage = StaticScene::with_trees(run.world().map(), 1, 0);
-        let road = DrawnRoad::new(&stage.road);
+        let static_scene = StaticScene::with_trees(run.world().map(), 1, 0);
+        let road = DrawnRoad::new(&static_scene.road);
         let (mut worst, mut wheels) = ((0.0f32, String::new()), 0);
         while run.world().ended().is_none() {
             let next_s = run.world().time_s() + 1.0;
             run.until(next_s).unwrap_or_else(|e| panic!("{map}: {e}"));
-            let view = scene::view(run.world().snapshot(), 1.0, ViewKind::Chase, &ViewOptions::default(), &stage);
+            let view =
+                scene::view(run.world().snapshot(), 1.0, ViewKind::Chase, &ViewOptions::default(), &static_scene);
             for (k, car) in view.cars.iter().enumerate() {
                 for contact in contacts(car) {
                     // A wheel beside the asphalt, as on a verge in a tight turn, is on no road.

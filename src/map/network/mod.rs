@@ -74,6 +74,8 @@ pub struct Network {
     header: Vec<(String, String)>,
     location: Vec<(String, String)>,
     left_hand: bool,
+    /// All lanes have one height.
+    level: bool,
     sumo: SumoText,
     /// Index in `connections` of the first connection of each lane; one more entry at the end.
     outgoing: Vec<u32>,
@@ -129,6 +131,11 @@ impl Network {
     }
 
     /// Returns the edge of an id.
+    /// Returns true if all lanes have one height.
+    pub fn is_level(&self) -> bool {
+        self.level
+    }
+
     pub fn edge(&self, id: EdgeId) -> &Edge {
         &self.edges[id.index()]
     }

@@ -18,7 +18,8 @@ use crate::{
     sumo_xml::stream,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, ModelMixture, Traffic, TrafficError, VehicleReport, go_on, start,
+        Demand, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, ModelMixture, Traffic, TrafficError,
+        VehicleReport, go_on, start,
     },
 };
 use serde::{Deserialize, Serialize};
