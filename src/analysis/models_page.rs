@@ -75,7 +75,7 @@ fn plan(page: &mut ReportPage, planned: &PlannedAnalysis) {
 }
 
 fn left_out(page: &mut ReportPage, planned: &PlannedAnalysis) {
-    let rules = planned.plan.exclude.words();
+    let rules = planned.plan.exclude.sentences();
     let rules = if rules.is_empty() { "No rule of exclusion was planned.".into() } else { rules.join(" ") };
     if planned.left_out.is_empty() {
         page.paragraph("", &escaped(&format!("{rules} Nothing was left out of the models.")));
@@ -292,7 +292,7 @@ pub(super) fn paragraph(planned: &PlannedAnalysis) -> String {
     let contrasts: Vec<String> = plan.contrasts.iter().map(PlannedContrast::label).collect();
     let covariates = plan.covariates.iter().map(|name| measure_title(name).to_lowercase());
     let covariates: Vec<String> = std::iter::once("place among the trials".to_owned()).chain(covariates).collect();
-    let rules = plan.exclude.words();
+    let rules = plan.exclude.sentences();
     let rules = if rules.is_empty() { String::new() } else { format!(" {}", rules.join(" ")) };
     format!(
         "{changed} The primary outcome was: {title}. Each outcome was fitted by a linear mixed model with the condition as a factor, the \

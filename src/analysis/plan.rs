@@ -92,7 +92,7 @@ pub struct ExclusionRules {
 
 impl ExclusionRules {
     /// Returns a sentence for each rule that is given.
-    pub fn words(&self) -> Vec<String> {
+    pub fn sentences(&self) -> Vec<String> {
         let share = self.least_recorded_share.map(|share| {
             format!("A trial is left out if less than {} % of its planned length was recorded.", 100.0 * share)
         });

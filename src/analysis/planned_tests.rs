@@ -225,5 +225,7 @@ fn a_trial_in_slow_motion_is_left_out_with_the_share_that_was_given_up() {
     let said: Vec<(&str, &str)> =
         found.left_out.iter().map(|one| (one.participant.as_str(), one.reason.as_str())).collect();
     assert_eq!(said, [("sub-P01", "10.0 % of its length was given up")]);
-    assert!(found.plan.exclude.words().iter().any(|rule| rule.contains("more than 5 % of its length was given up")));
+    assert!(
+        found.plan.exclude.sentences().iter().any(|rule| rule.contains("more than 5 % of its length was given up"))
+    );
 }

@@ -115,7 +115,7 @@ impl BaselineJob {
     }
 
     /// Returns the progress as text.
-    pub fn words(&self) -> String {
+    pub fn progress_text(&self) -> String {
         let driven = self.driven.load(Ordering::Relaxed);
         let percent = (100 * driven).checked_div(self.ticks).unwrap_or(100);
         format!(

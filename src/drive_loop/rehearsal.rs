@@ -269,7 +269,7 @@ impl SimulatedRater<'_> {
                 self.pending = Some(self.participant.rate(self.plan, &self.planned.name, now_s));
             }
             Some(FmsEvent::Unanswered(rating)) => {
-                run.note(fms::UNANSWERED, &rating.words());
+                run.note(fms::UNANSWERED, &rating.to_string());
                 self.ratings.push(rating);
             }
             None => {}
@@ -279,7 +279,7 @@ impl SimulatedRater<'_> {
         let prompt = self.scale.prompt(now_s)?;
         self.scale.turn(i32::from(answered.value?) - i32::from(prompt.value));
         let rating = self.scale.confirm(now_s)?;
-        run.note_value(fms::ANSWERED, &rating.words(), rating.value?.into());
+        run.note_value(fms::ANSWERED, &rating.to_string(), rating.value?.into());
         self.ratings.push(rating);
         self.study.ending_of_rating(self.planned, &rating)
     }

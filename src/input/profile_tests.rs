@@ -209,7 +209,7 @@ fn a_guess_uses_axes_with_a_range_that_are_no_hats() {
 
 #[test]
 fn each_action_has_a_description() {
-    let words = ButtonAction::ALL.map(ButtonAction::words);
+    let words = ButtonAction::ALL.map(|action| action.to_string());
     let expected = [
         "start, go on",
         "drive, reverse",

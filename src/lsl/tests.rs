@@ -19,7 +19,7 @@ fn a_description_is_parsed_with_unnamed_channels_included() {
     assert_eq!((found.source_id.as_str(), found.created_at, found.is_text()), ("myuid34234", 812.5, false));
     let labels: Vec<_> = found.channels.iter().map(|c| (c.label.as_str(), c.unit.as_str())).collect();
     assert_eq!(labels, [("C3", "microvolts"), ("", "")]);
-    assert_eq!(found.words(), "name='BioSemi' type='EEG' source_id='myuid34234' (2 channels, 100 Hz, on lab)");
+    assert_eq!(found.to_string(), "name='BioSemi' type='EEG' source_id='myuid34234' (2 channels, 100 Hz, on lab)");
     assert!(FoundStream::parse("<info/>").is_err() && FoundStream::parse("no").is_err());
 }
 

@@ -140,7 +140,7 @@ impl DriveFacts {
     fn driven_end(&self, failure: Option<String>) -> String {
         let mut summary = self.summary.clone();
         failure.into_iter().for_each(|why| summary.fail(why));
-        let driven = summary.to_summary().end_in_words();
+        let driven = summary.to_summary().end_text();
         let said = self.recorded.ended.clone().unwrap_or_default();
         let is_of_a_cut = said == "cut" || said.starts_with("recording failed: ");
         if self.is_cut() && is_of_a_cut { said } else { driven }

@@ -140,7 +140,7 @@ impl SessionResources {
                 let is_in_range = snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps));
                 in_range.add(is_in_range, scenario.step_s);
             }
-            contacts.extend(world.events().iter().filter_map(contacts::words));
+            contacts.extend(world.events().iter().filter_map(contacts::contact_text));
             watch(world);
         })?;
         if !*began {

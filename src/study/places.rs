@@ -133,9 +133,8 @@ impl Places<'_> {
             }
             return;
         };
-        let state = Completion::of(log).word();
-        for (column, is) in
-            [("number", (log.index + 1).to_string()), ("order", log.order.join(",")), ("state", state.into())]
+        let state = Completion::of(log).to_string();
+        for (column, is) in [("number", (log.index + 1).to_string()), ("order", log.order.join(",")), ("state", state)]
         {
             let said = row.get(column).map_or("", String::as_str);
             if said != is && !(is.is_empty() && said == "n/a") {

@@ -193,7 +193,7 @@ fn completion_follows_the_last_run_of_each_item() {
         let row = table().lines().find(|row| row.starts_with(&format!("sub-{code}\t"))).unwrap().to_owned();
         assert!(row.contains("\texcluded"), "{row}");
     }
-    let words = Completion::ALL.map(Completion::word);
+    let words = Completion::ALL.map(|completion| completion.to_string());
     assert_eq!(words, ["open", "complete", "partial", "withdrawn", "declined", "not_eligible", "excluded"]);
     assert!(Completion::ALL.iter().all(|state| state.meaning().len() > 10));
 }

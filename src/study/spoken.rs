@@ -101,11 +101,11 @@ impl SpokenFiles {
     }
 }
 
-impl SpokenText {
+impl std::fmt::Display for SpokenText {
     /// Describes the audio: `welcome.wav, 12.3 s, 48000 Hz, mono`.
-    pub fn words(&self) -> String {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let channels = if self.channels == 1 { "mono" } else { "stereo" };
-        format!("{}, {:.1} s, {} Hz, {channels}", self.file, self.length_s, self.rate_hz)
+        write!(f, "{}, {:.1} s, {} Hz, {channels}", self.file, self.length_s, self.rate_hz)
     }
 }
 
@@ -192,7 +192,7 @@ mod tests {
     fn a_pcm_file_has_its_length_and_other_files_are_refused() {
         // 66,150 samples at 44.1 kHz last 1.5 s.
         let said = read(&wav(1, 2, 44_100, 16, 66_150)).unwrap();
-        assert_eq!((said.words().as_str(), said.channels), ("it.wav, 1.5 s, 44100 Hz, stereo", 2));
+        assert_eq!((said.to_string().as_str(), said.channels), ("it.wav, 1.5 s, 44100 Hz, stereo", 2));
         assert_eq!(read(&wav(1, 1, 8000, 24, 4000)).unwrap().length_s, 0.5);
         let cut = wav(1, 1, 8000, 16, 100);
         for (bytes, has) in [

@@ -400,8 +400,11 @@ fn a_session_is_complete_partial_withdrawn_or_excluded() {
         }
         assert!(rig.live_session().is_over());
     };
-    let words = Completion::ALL.map(Completion::word);
-    assert!(words.iter().all(|word| STATES.contains(word)) && words.len() == STATES.len(), "analyse knows them all");
+    let words = Completion::ALL.map(|completion| completion.to_string());
+    assert!(
+        words.iter().all(|word| STATES.contains(&word.as_str())) && words.len() == STATES.len(),
+        "analyse knows them all"
+    );
     // All drives were skipped, and the first was broken off before: such a session is not complete.
     let mut rig = Rig::new();
     to_the_end(&mut rig);

@@ -211,9 +211,9 @@ fn a_drive_without_participant_needs_a_demand_and_no_driver() {
     assert!(said.starts_with("advised is 3; allowed with a path or a demand"), "{said}");
     let alone = World::new(&Scenario { advised: AdvisedVehicles::Count(1), ..merge(0.0) }).expect("a world");
     assert!(
-        alone.policy().words().contains("the participant's alone, which is not there"),
+        alone.policy().to_string().contains("the participant's alone, which is not there"),
         "{}",
-        alone.policy().words()
+        alone.policy().to_string()
     );
 }
 

@@ -161,15 +161,17 @@ pub struct EvaluationCase {
     pub ignores_advice: bool,
 }
 
+impl std::fmt::Display for EvaluationCase {
+    /// Writes the case as text: label, hold and driver.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, hold {} s, driver {}", self.label(), self.hold_s, self.driver.label())
+    }
+}
+
 impl EvaluationCase {
     /// Returns the configuration of the case's rings.
     pub fn config(&self, config: &TrainConfig) -> TrainConfig {
         self.driver.of(config).held(self.hold_s)
-    }
-
-    /// Returns the case as text: label, hold and driver.
-    pub fn words(&self) -> String {
-        format!("{}, hold {} s, driver {}", self.label(), self.hold_s, self.driver.label())
     }
 
     /// Returns the policy's short name: the folder of a shipped `policy.toml`, or the last part of a path.

@@ -72,7 +72,7 @@ impl StreamReader {
     pub fn open(predicate: &str, wait_s: f64) -> Result<Self, LslError> {
         let mut inlet = lsl::resolve(predicate, wait_s, &is_interrupted)?;
         let offset = inlet.clock_offset(FIRST_OFFSET_S, &is_interrupted)?;
-        log::info!("records the LSL stream {}", inlet.stream().words());
+        log::info!("records the LSL stream {}", inlet.stream());
         let (commands, told) = mpsc::channel();
         let (say, news) = mpsc::channel();
         let ends = Arc::new(AtomicBool::new(false));

@@ -16,6 +16,7 @@ mod ids;
 mod junction;
 mod locate;
 mod marking;
+mod named_enum;
 mod path;
 mod read;
 mod signal;
@@ -23,7 +24,6 @@ mod signal_states;
 #[cfg(test)]
 mod tests;
 mod vehicle_classes;
-mod words;
 mod write;
 
 pub use census::NetworkCensus;

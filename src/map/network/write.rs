@@ -147,13 +147,13 @@ impl Network {
         let junction = |id: Option<super::JunctionId>| id.map(|id| self.junction(id).id.as_str());
         let mut tag = Tag::new(text, 1, "edge").with("id", &edge.id);
         if edge.kind != EdgeKind::Normal {
-            tag = tag.with("function", edge.kind.word());
+            tag = tag.with("function", edge.kind.name());
         }
         tag = tag.some("from", junction(edge.from)).some("to", junction(edge.to)).some("name", edge.name.as_deref());
         tag = tag.some("priority", edge.priority.map(|priority| priority.to_string()).as_deref());
         tag = tag.some("type", edge.road_type.as_deref());
         if edge.spread != LaneSpread::Right {
-            tag = tag.with("spreadType", edge.spread.word());
+            tag = tag.with("spreadType", edge.spread.name());
         }
         tag = tag.some_number("length", edge.length_m).points("shape", &edge.shape);
         tag = tag.some_number("distance", edge.distance_m).some("bidi", edge.bidi.map(|id| self.edge(id).id.as_str()));
@@ -198,7 +198,7 @@ impl Network {
 
     fn write_junction(&self, text: &mut String, junction: &Junction) {
         let lanes = |lanes: &[LaneId]| list(lanes.iter().map(|lane| self.lane(*lane).id.as_str()));
-        let mut tag = Tag::new(text, 1, "junction").with("id", &junction.id).with("type", junction.kind.word());
+        let mut tag = Tag::new(text, 1, "junction").with("id", &junction.id).with("type", junction.kind.name());
         tag = tag.number("x", junction.position.x).number("y", junction.position.y);
         if junction.position.z.to_bits() != 0 {
             tag = tag.number("z", junction.position.z);
@@ -238,7 +238,7 @@ impl Network {
                 .with("linkIndex", &ruled.index.map_or("-1".to_owned(), |index| index.to_string()));
             tag = tag.some("linkIndex2", ruled.second.map(|index| index.to_string()).as_deref());
         }
-        tag.with("dir", connection.direction.word()).with("state", connection.state.word()).close();
+        tag.with("dir", connection.direction.name()).with("state", connection.state.name()).close();
     }
 }
 
@@ -261,7 +261,7 @@ fn write_signal(text: &mut String, signal: &Signal) {
         let offset = program.offset_s.map_or("begin".to_owned(), |offset_s| offset_s.to_string());
         Tag::new(text, 1, "tlLogic")
             .with("id", &signal.id)
-            .with("type", program.kind.word())
+            .with("type", program.kind.name())
             .with("programID", &program.id)
             .with("offset", &offset)
             .open();

@@ -180,7 +180,7 @@ impl CalibrationPage {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Buttons").strong());
             let last = wheel.last_button.map_or("press one to see its number".into(), |code| {
-                let does = shown.buttons.action(code).map_or("nothing", ButtonAction::words);
+                let does = shown.buttons.action(code).map_or("nothing".into(), |action| action.to_string());
                 format!("pressed last: {code}, {does}")
             });
             ui.label(RichText::new(last).color(theme::DIM));
@@ -193,9 +193,9 @@ impl CalibrationPage {
                     _ if codes.is_empty() => ("none".to_owned(), theme::DIM),
                     _ => (codes.join(", "), theme::TEXT),
                 };
-                ui.label(action.words());
+                ui.label(action.to_string());
                 let button = Button::new(RichText::new(text).color(colour).monospace()).min_size(vec2(92.0, 0.0));
-                let name = format!("button for {}", action.words());
+                let name = format!("button for {action}");
                 let response = ui.add(button).on_hover_text("Click, then press the button on the wheel");
                 response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
                 if response.clicked() {

@@ -3,7 +3,7 @@
 use crate::analysis::{
     AnalysedRecording, MEASURES, RoadKinds,
     measures::MeasuredOn,
-    setup::{SetupValue, joined_values, joined_words},
+    setup::{SetupValue, joined_values, joined_with_and},
 };
 
 /// Returns the sentence on measures of closed routes that networks lack; empty if there are closed routes.
@@ -15,7 +15,7 @@ pub fn not_measured(roads: RoadKinds) -> String {
     let titles: Vec<String> = on_rings.map(|measure| measure.title.to_owned()).collect();
     format!(
         " Not measured on networks, for reasons that the <a href=\"#data-dictionary\">data dictionary</a> gives: {}.",
-        joined_words(&titles)
+        joined_with_and(&titles)
     )
 }
 
@@ -48,8 +48,10 @@ pub fn traffic(drives: &[&AnalysedRecording]) -> String {
         names
     };
     if !lines.is_empty() {
-        text +=
-            &format!(" Throughput was counted at {} (edge or lane, and metres from its start).", joined_words(&lines));
+        text += &format!(
+            " Throughput was counted at {} (edge or lane, and metres from its start).",
+            joined_with_and(&lines)
+        );
     }
     text
 }
