@@ -145,7 +145,7 @@ fn measure_title(name: &str) -> &'static str {
 
 fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutcome, &FittedOutcome)]) {
     page.paragraph("lead", &format!("{} gives the variances and checks of the models.", page.table_links(1)));
-    let said =
+    let p_text =
         |test: Option<NormalityTest>| test.map_or(NONE.into(), |t| format!("{:.3} (p {})", t.w, probability(t.p)));
     let change = |of: &Option<ContrastEstimate>| {
         of.map_or(NONE.into(), |found| format!("{} (p {})", short(found.estimate), probability(found.p)))
@@ -154,7 +154,7 @@ fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutco
         let label = MEASURES[outcome.measure].label();
         let mut row = vec![label, short(of.model.sd_participant), short(of.model.sd_residual), change(&of.place)];
         row.extend(of.covariates.iter().map(|covariate| change(&covariate.1)));
-        row.extend(of.normality.map(said));
+        row.extend(of.normality.map(p_text));
         row
     };
     let of_covariates = covariates.iter().map(|name| format!("With {}", measure_title(name).to_lowercase()));

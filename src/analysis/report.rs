@@ -326,8 +326,8 @@ fn numbers(conditions: &[(String, Vec<&AnalysedRecording>)], of: impl Fn(&[&Anal
     if least == most {
         format!("N = {} in each condition", people(least))
     } else if each.len() <= 6 {
-        let said: Vec<String> = conditions.iter().zip(&each).map(|((name, _), n)| format!("{n} ({name})")).collect();
-        format!("N = {} participants", joined_with_and(&said))
+        let counts: Vec<String> = conditions.iter().zip(&each).map(|((name, _), n)| format!("{n} ({name})")).collect();
+        format!("N = {} participants", joined_with_and(&counts))
     } else {
         format!("N = {least} to {most} participants in a condition")
     }

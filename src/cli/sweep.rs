@@ -447,8 +447,8 @@ mod tests {
         assert_eq!(part("3/64"), Ok([3, 64]));
         assert_eq!(part(" 1 / 1 "), Ok([1, 1]));
         for wrong in ["0/4", "5/4", "4", "a/b", "1/0", "-1/4"] {
-            let told = part(wrong).expect_err(wrong);
-            assert!(told.contains("allowed: K/N with K from 1 to N"), "{told}");
+            let message = part(wrong).expect_err(wrong);
+            assert!(message.contains("allowed: K/N with K from 1 to N"), "{message}");
         }
     }
 }

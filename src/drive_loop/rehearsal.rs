@@ -103,14 +103,14 @@ impl<'a> Rehearsal<'a> {
                 (was, is) => was != is,
             };
             let Some(name) = DRIVER_NUMBERS.iter().find(is_other) else { continue };
-            let said = |number: Option<&f64>| number.map_or("not given".into(), ToString::to_string);
+            let number_text = |number: Option<&f64>| number.map_or("not given".into(), ToString::to_string);
             return Err(SessionError::Refused(format!(
                 "{}: participant {} began as another driver: {name} was {} and is {} now\n  remedy: give the same --drivers and --population as \
                  before, or none if there were none, or rehearse in a new folder",
                 self.data.root().display(),
                 log.participant,
-                said(log.traits.get(*name)),
-                said(now.get(*name)),
+                number_text(log.traits.get(*name)),
+                number_text(now.get(*name)),
             ))
             .into());
         }

@@ -79,8 +79,8 @@ fn keys_pause_advance_by_a_tick_or_a_step_and_change_the_view() {
     }
     let was = live.lane_help();
     overlay.key(KeyCommand::LaneHelp, &mut live);
-    let said = format!("lane help is {}", if was { "off" } else { "on" });
-    assert_eq!((live.lane_help(), overlay.message.clone()), (!was, Some(said)));
+    let message = format!("lane help is {}", if was { "off" } else { "on" });
+    assert_eq!((live.lane_help(), overlay.message.clone()), (!was, Some(message)));
     overlay.key(KeyCommand::Help, &mut live);
     assert_eq!((overlay.message.clone(), overlay.panel.help_open), (None, true), "the next key takes the message away");
     overlay.key(KeyCommand::Panel, &mut live);

@@ -43,8 +43,8 @@ fn control_characters_in_names_and_labels_are_replaced() {
 fn a_stream_with_too_many_channels_is_refused_by_name() {
     let of = |count: usize| FoundStream::parse(&XML.replace("<channel_count>2", &format!("<channel_count>{count}")));
     assert_eq!(of(4096).unwrap().channels.len(), 4096);
-    let said = of(20_000).unwrap_err().to_string();
-    assert!(said.starts_with("the LSL stream BioSemi has 20000 channels; allowed: 4096"), "{said}");
+    let message = of(20_000).unwrap_err().to_string();
+    assert!(message.starts_with("the LSL stream BioSemi has 20000 channels; allowed: 4096"), "{message}");
 }
 
 #[test]

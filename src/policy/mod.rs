@@ -150,7 +150,7 @@ pub trait Policy: Send {
 
     /// Returns the estimated traits of the driver, if the policy estimates traits.
     fn driver_estimate(&self) -> Option<DriverEstimate> {
-        self.who_drives().and_then(|told| told.traits())
+        self.who_drives().and_then(|driver| driver.traits())
     }
 
     /// Returns true if the policy needs the driver's traits or latents as input and has no estimator for them.

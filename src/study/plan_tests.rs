@@ -65,8 +65,8 @@ fn a_segment_named_like_a_rest_between_trials_is_refused() {
         let text = study(1, rest).source.replace("\"pause\"", "\"trial-rest-1\"");
         Study::parse(text, Path::new("two.toml"))
     };
-    let said = parsed("rest_s = 10.0").expect_err("two items of one name").to_string();
-    assert!(said.contains("trial-rest-1"), "{said}");
+    let message = parsed("rest_s = 10.0").expect_err("two items of one name").to_string();
+    assert!(message.contains("trial-rest-1"), "{message}");
     assert!(parsed("rest_s = 0.0").is_ok() && parsed("").is_ok(), "without a rest the name is free");
 }
 

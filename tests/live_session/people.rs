@@ -79,8 +79,8 @@ fn a_participant_who_declines_is_thanked_and_nothing_else_is_kept() {
     assert_eq!(rig.live_session().phase(BackendStatus::default()), SessionPhase::Over);
     let declined = rig.study.file.texts.declined.clone();
     assert_eq!(screen_text(&mut rig), declined);
-    let said = rig.live_session().error().unwrap_or_default().to_owned();
-    assert!(said.contains("ended by a rule of the study: the participant did not agree"), "{said}");
+    let message = rig.live_session().error().unwrap_or_default().to_owned();
+    assert!(message.contains("ended by a rule of the study: the participant did not agree"), "{message}");
     let log = rig.log();
     let end = log.end.as_ref().unwrap();
     assert_eq!(

@@ -191,14 +191,14 @@ pub enum TensorFault {
         text: String,
     },
     /// The length in another file does not match the shape.
-    #[error("have the shape {dims:?}, that is {size} bytes, but say {said}")]
+    #[error("have the shape {dims:?}, that is {size} bytes, but say {declared}")]
     Bytes {
         /// Shape of the tensor.
         dims: Vec<i64>,
         /// Number of bytes by the shape.
         size: u64,
         /// Length given in the network, bytes.
-        said: u64,
+        declared: u64,
     },
     /// The external weights together exceed the limit.
     #[error(
