@@ -55,7 +55,7 @@ impl Indicator {
     pub const ALL: [Self; 3] = [Self::Off, Self::Left, Self::Right];
 
     /// Returns the word used in recordings.
-    pub fn word(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Off => "off",
             Self::Left => "left",

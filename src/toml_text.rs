@@ -239,9 +239,12 @@ mod tests {
     fn a_missing_file_gets_the_nearest_name_in_its_folder_as_suggestion() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("trial.toml"), "").unwrap();
-        let told = |name: &str| did_you_mean_file(&folder.path().join(name));
-        assert_eq!(told("trail.toml"), " (did you mean trial.toml?)");
-        assert_eq!([told("trial.toml"), told("something-else.toml"), told("no/trial.toml")], ["", "", ""]);
+        let suggestion = |name: &str| did_you_mean_file(&folder.path().join(name));
+        assert_eq!(suggestion("trail.toml"), " (did you mean trial.toml?)");
+        assert_eq!(
+            [suggestion("trial.toml"), suggestion("something-else.toml"), suggestion("no/trial.toml")],
+            ["", "", ""]
+        );
     }
 
     #[test]

@@ -107,7 +107,7 @@ fn excluded_participants_are_left_out_and_incomplete_ones_are_named() {
     let held = find(place.root()).unwrap();
     let found: Vec<&str> = held.found.iter().map(|found| found.participant.as_str()).collect();
     assert_eq!(found, ["sub-P01", "sub-P03", "sub-P04"]);
-    assert_eq!(held.people.words(), "1 complete, 1 partial (sub-P04), 1 withdrawn (sub-P03), 1 excluded (sub-P02)");
+    assert_eq!(held.people.to_string(), "1 complete, 1 partial (sub-P04), 1 withdrawn (sub-P03), 1 excluded (sub-P02)");
     assert!(!held.people.is_rehearsal());
     let [total] = &held.people.scores[..] else { panic!("{:?}", held.people.scores) };
     assert_eq!((total.questionnaire.as_str(), total.name.as_str(), &total.values), ("ssq_after", "total", &vec![7.48]));

@@ -92,9 +92,10 @@ fn marked_moments(trial: &RecordedTrial) -> String {
     let contacts = ("red: contacts with other vehicles", trial.contacts_at.is_empty());
     let red_lights = ("red dashes: red lights passed", trial.red_lights_at.is_empty());
     let marks = ("dashed: moments that the experimenter marked", trial.marks_at.is_empty());
-    let said = [contacts, red_lights, marks].into_iter().filter(|(_, is_empty)| !is_empty).map(|(words, _)| words);
-    let said = said.collect::<Vec<_>>().join("; ");
-    let mut signs = said.chars();
+    let marks_text =
+        [contacts, red_lights, marks].into_iter().filter(|(_, is_empty)| !is_empty).map(|(words, _)| words);
+    let marks_text = marks_text.collect::<Vec<_>>().join("; ");
+    let mut signs = marks_text.chars();
     signs.next().map_or(String::new(), |first| format!(" {}{}.", first.to_uppercase(), signs.as_str()))
 }
 

@@ -106,14 +106,14 @@ pub enum OnsetKind {
     Sham,
 }
 
-impl OnsetKind {
-    /// Returns the word in the table.
-    pub fn word(self) -> &'static str {
-        match self {
+impl std::fmt::Display for OnsetKind {
+    /// Writes the word in the table.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
             Self::Change => "change",
             Self::Event => "event",
             Self::Sham => "sham",
-        }
+        })
     }
 }
 

@@ -5,10 +5,10 @@ use super::{
     AnalysedRecording, MEASURES, RoadKinds, StudyParticipants,
     drivers::{self, ParticipantDriver},
     glossary::unit_text,
-    network::words as network_words,
+    network::methods_text as network_text,
     people::STATES,
     report::{self, count},
-    setup::{SetupValue, condition_differences, fact, joined_values, joined_words, number_text},
+    setup::{SetupValue, condition_differences, fact, joined_values, joined_with_and, number_text},
     sickness,
     tables::conditions,
 };
@@ -42,7 +42,7 @@ pub fn paragraphs(
         all.iter().filter(|drive| !trials.is_empty() && drive.found.condition.is_empty()).copied().collect();
     let on_rings: Vec<&AnalysedRecording> = main.iter().filter(|drive| drive.network.is_none()).copied().collect();
     let mut text =
-        vec![took_part(&all, people), apparatus(&all), traffic(&on_rings), network_words::traffic(main), advice(main)];
+        vec![took_part(&all, people), apparatus(&all), traffic(&on_rings), network_text::traffic(main), advice(main)];
     text.push(design(drives, main, &others));
     text.push(measures(&all));
     text.push(sickness::paragraph(people));
@@ -52,7 +52,7 @@ pub fn paragraphs(
     text
 }
 
-fn words(drives: &[&AnalysedRecording], of: impl Fn(&AnalysedRecording) -> String) -> String {
+fn joined_texts(drives: &[&AnalysedRecording], of: impl Fn(&AnalysedRecording) -> String) -> String {
     joined_values(drives.iter().map(|drive| SetupValue::Word(of(drive))))
 }
 
@@ -72,20 +72,23 @@ fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> Strin
             "{} {} driven by a simulated driver ({}); no person took part.",
             capital(&count(drives.len())),
             were(drives.len()),
-            words(drives, |drive| drive.setup.manifest.driver.replace("simulated: ", "model "))
+            joined_texts(drives, |drive| drive.setup.manifest.driver.replace("simulated: ", "model "))
         ),
         (0, false) => format!(
             "{} {} analysed; the driver's controls were: {}.",
             capital(&count(drives.len())),
             were(drives.len()),
-            words(drives, |drive| drive.setup.manifest.driver.clone())
+            joined_texts(drives, |drive| drive.setup.manifest.driver.clone())
         ),
         _ => format!("{} of {n} {kind}{plural} {} analysed.", capital(&count(drives.len())), were(drives.len())),
     };
     if n > 0 && is_simulated {
         text += " The study was a rehearsal: every participant was a simulated driver with parameters of its own, and no person took part.";
     } else if n > 0 {
-        text += &format!(" Participants drove with: {}.", words(drives, |drive| drive.setup.manifest.driver.clone()));
+        text += &format!(
+            " Participants drove with: {}.",
+            joined_texts(drives, |drive| drive.setup.manifest.driver.clone())
+        );
     }
     let states: Vec<String> = STATES
         .iter()
@@ -95,7 +98,7 @@ fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> Strin
         })
         .collect();
     if !states.is_empty() {
-        text += &format!(" Sessions by state: {}.", joined_words(&states));
+        text += &format!(" Sessions by state: {}.", joined_with_and(&states));
     }
     let excluded: Vec<String> =
         people.all.iter().filter(|person| person.is_excluded()).map(|person| person.id.clone()).collect();
@@ -104,7 +107,7 @@ fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> Strin
         text += &format!(
             " Drives and answers of {} participant{s} ({}) were excluded from the analysis.",
             excluded.len(),
-            joined_words(&excluded)
+            joined_with_and(&excluded)
         );
     } else if !people.all.is_empty() {
         text += " No participant was excluded.";
@@ -121,7 +124,7 @@ fn apparatus(drives: &[&AnalysedRecording]) -> String {
     let mut text = format!(
         "The drive{} made with {} and analysed with codrive {}.",
         if drives.len() == 1 { " was" } else { "s were" },
-        words(drives, |drive| drive.setup.manifest.program.clone()),
+        joined_texts(drives, |drive| drive.setup.manifest.program.clone()),
         env!("CARGO_PKG_VERSION")
     );
     let screens: Vec<&AnalysedRecording> =
@@ -141,8 +144,8 @@ fn apparatus(drives: &[&AnalysedRecording]) -> String {
         };
         text += &format!(
             " The road was shown on {}; the visible picture was {}.",
-            words(&screens, screen),
-            words(&screens, view)
+            joined_texts(&screens, screen),
+            joined_texts(&screens, view)
         );
         text += &slow_motion(&screens);
     }
@@ -182,7 +185,7 @@ fn traffic(drives: &[&AnalysedRecording]) -> String {
     );
     let length = if lengths.is_empty() { String::new() } else { format!(", a closed route of {lengths}") };
     let noise = fact(drives, "acceleration noise");
-    let engine = words(drives, |drive| match drive.setup.manifest.traffic.as_str() {
+    let engine = joined_texts(drives, |drive| match drive.setup.manifest.traffic.as_str() {
         "native IDM" => "codrive's own engine".into(),
         named => named.replace(" in process", ", run within codrive"),
     });
@@ -247,7 +250,7 @@ fn gate(drives: &[&AnalysedRecording]) -> String {
     };
     format!(
         " The driver then took over as soon as {}, or after {longest} more at the latest; {late}.",
-        joined_words(&conditions)
+        joined_with_and(&conditions)
     )
 }
 
@@ -263,11 +266,11 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
         1 => format!(" (SHA-256 {}…)", hashes.iter().next().map_or("", |hash| &hash[..hash.len().min(12)])),
         _ => String::new(),
     };
-    let asked = words(&advised, |drive| drive.setup.manifest.policy_asked.clone().unwrap_or_default());
+    let asked = joined_texts(&advised, |drive| drive.setup.manifest.policy_asked.clone().unwrap_or_default());
     let asked = if asked.is_empty() { asked } else { format!(", which was the choice of {asked}") };
     let mps =
         joined_values(advised.iter().map(|d| SetupValue::Number(d.setup.scenario.range_mph * MPS_PER_MPH, "m/s")));
-    let dial = words(&advised, |drive| {
+    let dial = joined_texts(&advised, |drive| {
         let (units, dial) = (drive.setup.scenario.display.units.label(), &drive.setup.manifest.dial);
         format!("{units} (full scale {} {})", number_text(dial.full), dial.unit)
     });
@@ -297,8 +300,11 @@ fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&
         let each = condition_differences(drives);
         let names: Vec<String> = conditions.iter().map(|(name, _)| name.clone()).collect();
         text += &format!(" There were {} conditions", names.len());
-        text +=
-            &if each.is_empty() { format!(": {}.", joined_words(&names)) } else { format!(" ({}).", each.join("; ")) };
+        text += &if each.is_empty() {
+            format!(": {}.", joined_with_and(&names))
+        } else {
+            format!(" ({}).", each.join("; "))
+        };
         let orders: BTreeSet<Vec<(&str, &str)>> = by_place(drives).into_values().collect();
         text += &match orders.len() {
             1 => " They came in the same order for everyone.".into(),
@@ -409,7 +415,7 @@ fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> Strin
     let mut asked: Vec<String> = people.scores.iter().map(|score| score.questionnaire.replace('_', " ")).collect();
     asked.dedup();
     if !asked.is_empty() {
-        text += &format!(" Questionnaires were scored by their own rules: {}.", joined_words(&asked));
+        text += &format!(" Questionnaires were scored by their own rules: {}.", joined_with_and(&asked));
     }
     text.trim_start().to_owned()
 }

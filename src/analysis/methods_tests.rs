@@ -67,8 +67,8 @@ fn the_methods_tell_a_sham_from_advice_and_say_when_the_driver_took_over() {
         drive.setup.scenario.range_mph = 1.0;
         drive.setup.scenario.sham_advice = i % 2 == 0;
     }
-    let said = |drives: &[AnalysedRecording]| paragraphs(drives, &StudyParticipants::default(), &[]).join("\n");
-    let text = said(&drives);
+    let message = |drives: &[AnalysedRecording]| paragraphs(drives, &StudyParticipants::default(), &[]).join("\n");
+    let text = message(&drives);
     assert!(
         text.contains("(few & <fast>: advice recorded in another drive (sham); many: advice of this drive)"),
         "{text}"
@@ -82,10 +82,10 @@ fn the_methods_tell_a_sham_from_advice_and_say_when_the_driver_took_over() {
     }
     let gate = "The driver then took over as soon as the standard deviation of speed over the vehicles had been 2 m/s or more for 10 s \
                 and the ego vehicle stood still, or after 600 s more at the latest; ";
-    let text = said(&drives);
+    let text = message(&drives);
     assert!(text.contains(&format!("{gate}no drive began without.")), "{text}");
     drives[0].setup.manifest.hand_over = HandOver::default();
-    let text = said(&drives);
+    let text = message(&drives);
     assert!(text.contains(&format!("{gate}1 drive began without.")), "{text}");
 }
 
@@ -140,11 +140,11 @@ fn the_methods_say_how_many_drives_were_seen_in_slow_motion() {
         drive.measures.values.resize(MEASURES.len(), None);
         drive.measures.values[at] = Some(0.01);
     }
-    let said = |drives: &[AnalysedRecording]| paragraphs(drives, &StudyParticipants::default(), &[]).join("\n");
-    assert!(!said(&drives).contains("seen in slow motion."));
+    let message = |drives: &[AnalysedRecording]| paragraphs(drives, &StudyParticipants::default(), &[]).join("\n");
+    assert!(!message(&drives).contains("seen in slow motion."));
     // 3 of 12 s.
     drives[1].measures.values[at] = Some(3.0);
-    let text = said(&drives);
+    let text = message(&drives);
     assert!(
         text.contains(
             "In 1 of 4 drives pictures came too late and more than 1 % of the time was given up, 25 % at the most"

@@ -75,7 +75,7 @@ fn plan(page: &mut ReportPage, planned: &PlannedAnalysis) {
 }
 
 fn left_out(page: &mut ReportPage, planned: &PlannedAnalysis) {
-    let rules = planned.plan.exclude.words();
+    let rules = planned.plan.exclude.sentences();
     let rules = if rules.is_empty() { "No rule of exclusion was planned.".into() } else { rules.join(" ") };
     if planned.left_out.is_empty() {
         page.paragraph("", &escaped(&format!("{rules} Nothing was left out of the models.")));
@@ -145,7 +145,7 @@ fn measure_title(name: &str) -> &'static str {
 
 fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutcome, &FittedOutcome)]) {
     page.paragraph("lead", &format!("{} gives the variances and checks of the models.", page.table_links(1)));
-    let said =
+    let p_text =
         |test: Option<NormalityTest>| test.map_or(NONE.into(), |t| format!("{:.3} (p {})", t.w, probability(t.p)));
     let change = |of: &Option<ContrastEstimate>| {
         of.map_or(NONE.into(), |found| format!("{} (p {})", short(found.estimate), probability(found.p)))
@@ -154,7 +154,7 @@ fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutco
         let label = MEASURES[outcome.measure].label();
         let mut row = vec![label, short(of.model.sd_participant), short(of.model.sd_residual), change(&of.place)];
         row.extend(of.covariates.iter().map(|covariate| change(&covariate.1)));
-        row.extend(of.normality.map(said));
+        row.extend(of.normality.map(p_text));
         row
     };
     let of_covariates = covariates.iter().map(|name| format!("With {}", measure_title(name).to_lowercase()));
@@ -292,7 +292,7 @@ pub(super) fn paragraph(planned: &PlannedAnalysis) -> String {
     let contrasts: Vec<String> = plan.contrasts.iter().map(PlannedContrast::label).collect();
     let covariates = plan.covariates.iter().map(|name| measure_title(name).to_lowercase());
     let covariates: Vec<String> = std::iter::once("place among the trials".to_owned()).chain(covariates).collect();
-    let rules = plan.exclude.words();
+    let rules = plan.exclude.sentences();
     let rules = if rules.is_empty() { String::new() } else { format!(" {}", rules.join(" ")) };
     format!(
         "{changed} The primary outcome was: {title}. Each outcome was fitted by a linear mixed model with the condition as a factor, the \

@@ -129,16 +129,18 @@ pub enum NoiseSource {
     Least,
 }
 
-impl NoiseSource {
-    /// Returns the word in the tables.
-    pub fn word(self) -> &'static str {
-        match self {
+impl std::fmt::Display for NoiseSource {
+    /// Writes the word in the tables.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
             Self::Practice => "practice",
             Self::Drive => "drive",
             Self::Least => "least",
-        }
+        })
     }
+}
 
+impl NoiseSource {
     /// Returns the threshold, share of travel, and its source.
     pub fn choose(practice: Option<&PedalNoise>, drive: &PedalNoise) -> (f64, Self) {
         let of_practice = practice.and_then(PedalNoise::threshold).map(|threshold| (threshold, Self::Practice));
@@ -172,7 +174,7 @@ mod tests {
 
     #[test]
     fn tables_name_the_source_of_a_threshold_in_one_word() {
-        let words = [NoiseSource::Practice, NoiseSource::Drive, NoiseSource::Least].map(NoiseSource::word);
+        let words = [NoiseSource::Practice, NoiseSource::Drive, NoiseSource::Least].map(|source| source.to_string());
         assert_eq!(words, ["practice", "drive", "least"]);
     }
 

@@ -76,6 +76,20 @@ pub struct StudyParticipants {
     pub ratings: Vec<SicknessRating>,
 }
 
+impl std::fmt::Display for StudyParticipants {
+    /// Writes counts by state, with the ids of sessions that are not complete: `2 complete, 1 partial (sub-P03), 1 excluded
+    /// (sub-P05)`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let of = |state: &str| {
+            let ids: Vec<&str> =
+                self.all.iter().filter(|person| person.state == state).map(|person| person.id.as_str()).collect();
+            let names = if state == COMPLETE { String::new() } else { format!(" ({})", ids.join(", ")) };
+            (!ids.is_empty()).then(|| format!("{} {}{names}", ids.len(), state.replace('_', " ")))
+        };
+        f.write_str(&STATES.into_iter().filter_map(of).collect::<Vec<_>>().join(", "))
+    }
+}
+
 impl StudyParticipants {
     /// Reads the participants among `subjects` from a data set.
     ///
@@ -156,18 +170,6 @@ impl StudyParticipants {
     /// Checks whether any participant is simulated.
     pub fn is_rehearsal(&self) -> bool {
         self.all.iter().any(|person| person.is_simulated)
-    }
-
-    /// Returns counts by state, with the ids of sessions that are not complete: `2 complete, 1 partial (sub-P03), 1 excluded
-    /// (sub-P05)`.
-    pub fn words(&self) -> String {
-        let of = |state: &str| {
-            let ids: Vec<&str> =
-                self.all.iter().filter(|person| person.state == state).map(|person| person.id.as_str()).collect();
-            let names = if state == COMPLETE { String::new() } else { format!(" ({})", ids.join(", ")) };
-            (!ids.is_empty()).then(|| format!("{} {}{names}", ids.len(), state.replace('_', " ")))
-        };
-        STATES.into_iter().filter_map(of).collect::<Vec<_>>().join(", ")
     }
 }
 

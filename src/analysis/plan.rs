@@ -92,7 +92,7 @@ pub struct ExclusionRules {
 
 impl ExclusionRules {
     /// Returns a sentence for each rule that is given.
-    pub fn words(&self) -> Vec<String> {
+    pub fn sentences(&self) -> Vec<String> {
         let share = self.least_recorded_share.map(|share| {
             format!("A trial is left out if less than {} % of its planned length was recorded.", 100.0 * share)
         });
@@ -357,10 +357,10 @@ impl PlanHistory {
             (begun, now) => {
                 let [was, is] = [begun, now].map(|plan| flat(&serde_json::to_value(plan).unwrap_or_default()));
                 let keys: std::collections::BTreeSet<&String> = was.keys().chain(is.keys()).collect();
-                let said = |value: Option<&String>| value.map_or("not given".to_owned(), Clone::clone);
+                let value_text = |value: Option<&String>| value.map_or("not given".to_owned(), Clone::clone);
                 let changed = keys.into_iter().filter(|key| was.get(*key) != is.get(*key));
                 changed
-                    .map(|key| format!("{key}: planned {}, now {}.", said(was.get(key)), said(is.get(key))))
+                    .map(|key| format!("{key}: planned {}, now {}.", value_text(was.get(key)), value_text(is.get(key))))
                     .collect()
             }
         }

@@ -91,13 +91,13 @@ fn each_exclusion_rule_reports_the_number_found() {
     let all = vec![person("sub-P02", "withdrawn"), person("sub-P03", "complete"), person("sub-P99", "excluded")];
     let people = StudyParticipants { all, ..StudyParticipants::default() };
     let found = PlannedAnalysis::of(&history(PLAN), &drives, &people).unwrap();
-    let said: Vec<(&str, &str, &str)> = found
+    let texts: Vec<(&str, &str, &str)> = found
         .left_out
         .iter()
         .map(|one| (one.participant.as_str(), one.condition.as_str(), one.reason.as_str()))
         .collect();
     assert_eq!(
-        said,
+        texts,
         [
             ("sub-P99", "", "excluded by the experimenter: fell asleep"),
             ("sub-P00", "a", "50.0 % of the planned length was recorded"),
@@ -222,8 +222,10 @@ fn a_trial_in_slow_motion_is_left_out_with_the_share_that_was_given_up() {
     drives[5].measures.values[index("dropped_s")] = Some(2.9);
     let rules = PLAN.replace("most_contacts = 0", "most_dropped_share = 0.05");
     let found = PlannedAnalysis::of(&history(&rules), &drives, &StudyParticipants::default()).unwrap();
-    let said: Vec<(&str, &str)> =
+    let texts: Vec<(&str, &str)> =
         found.left_out.iter().map(|one| (one.participant.as_str(), one.reason.as_str())).collect();
-    assert_eq!(said, [("sub-P01", "10.0 % of its length was given up")]);
-    assert!(found.plan.exclude.words().iter().any(|rule| rule.contains("more than 5 % of its length was given up")));
+    assert_eq!(texts, [("sub-P01", "10.0 % of its length was given up")]);
+    assert!(
+        found.plan.exclude.sentences().iter().any(|rule| rule.contains("more than 5 % of its length was given up"))
+    );
 }

@@ -7,10 +7,10 @@ use super::{
     figures, glossary,
     methods::{self, interval},
     models_page,
-    network::words,
+    network::methods_text,
     page::{ReportFigure, ReportPage, STYLE, TableCells, short},
     planned::PlannedAnalysis,
-    setup::joined_words,
+    setup::joined_with_and,
     tables::{conditions, participants, per_participant, power, values},
 };
 use crate::{metrics::Estimate, plot::escaped};
@@ -164,7 +164,7 @@ pub(super) fn took_part(page: &mut ReportPage, people: &StudyParticipants) {
     if !people.all.is_empty() {
         let left_out = people.all.iter().any(|person| person.is_excluded());
         let left_out = if left_out { "; drives and answers of excluded ones are left out" } else { "" };
-        page.paragraph("note", &format!("Participants: {}{left_out}.", escaped(&people.words())));
+        page.paragraph("note", &format!("Participants: {}{left_out}.", escaped(&people.to_string())));
     }
 }
 
@@ -305,7 +305,7 @@ fn means(page: &mut ReportPage, conditions: &[(String, Vec<&AnalysedRecording>)]
         let missing = if i > 0 || without.is_empty() {
             String::new()
         } else {
-            format!(" Without any value: {}.", joined_words(&without))
+            format!(" Without any value: {}.", joined_with_and(&without))
         };
         page.table(
             &format!(
@@ -326,8 +326,8 @@ fn numbers(conditions: &[(String, Vec<&AnalysedRecording>)], of: impl Fn(&[&Anal
     if least == most {
         format!("N = {} in each condition", people(least))
     } else if each.len() <= 6 {
-        let said: Vec<String> = conditions.iter().zip(&each).map(|((name, _), n)| format!("{n} ({name})")).collect();
-        format!("N = {} participants", joined_words(&said))
+        let counts: Vec<String> = conditions.iter().zip(&each).map(|((name, _), n)| format!("{n} ({name})")).collect();
+        format!("N = {} participants", joined_with_and(&counts))
     } else {
         format!("N = {least} to {most} participants in a condition")
     }
@@ -370,7 +370,7 @@ pub(super) fn every(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     let tables = if drives.len() <= BESIDE { 1 } else { listed.len() };
     let links = verb(&page.table_links(tables), tables, "give");
     let what = if drives.len() == 1 { "the measures of the drive" } else { "the measures of every drive" };
-    let missing = words::not_measured(roads);
+    let missing = methods_text::not_measured(roads);
     page.paragraph("lead", &format!("{links} {what}; {NONE} stands for a number that is not there.{missing}"));
     let n = count_of(drives);
     if drives.len() <= BESIDE {

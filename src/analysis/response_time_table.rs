@@ -29,19 +29,21 @@ pub enum ResponseTime {
     Chance,
 }
 
-impl ResponseTime {
-    /// All kinds, in order.
-    pub const ALL: [Self; 4] = [Self::Reaction, Self::Movement, Self::Compliance, Self::Chance];
-
-    /// Returns the word in the table.
-    fn word(self) -> &'static str {
-        match self {
+impl std::fmt::Display for ResponseTime {
+    /// Writes the word in the table.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
             Self::Reaction => "reaction",
             Self::Movement => "movement",
             Self::Compliance => "compliance",
             Self::Chance => "chance",
-        }
+        })
     }
+}
+
+impl ResponseTime {
+    /// All kinds, in order.
+    pub const ALL: [Self; 4] = [Self::Reaction, Self::Movement, Self::Compliance, Self::Chance];
 
     /// Returns the onsets that this time is measured from: shams for chance, else events.
     pub fn onsets(self, responses: &[AdviceResponse]) -> impl Iterator<Item = &AdviceResponse> {
@@ -158,7 +160,7 @@ fn row(group: &Group, time: ResponseTime) -> String {
     line([
         group.participant.into(),
         group.condition.into(),
-        time.word().into(),
+        time.to_string(),
         whole(time.onsets(responses).count()),
         whole(seen),
         whole(times.len() - seen),
@@ -174,6 +176,6 @@ fn row(group: &Group, time: ResponseTime) -> String {
         cell(ex_gaussian.map(|fit| fit.mu_s)),
         cell(ex_gaussian.map(|fit| fit.sigma_s)),
         cell(ex_gaussian.map(|fit| fit.tau_s)),
-        time.onsets(responses).next().map_or(String::new(), |response| response.noise_from.word().into()),
+        time.onsets(responses).next().map_or(String::new(), |response| response.noise_from.to_string()),
     ])
 }

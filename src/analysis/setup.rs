@@ -89,7 +89,7 @@ pub fn number_text(number: f64) -> String {
 }
 
 /// Joins words: `a`, `a and b`, `a, b and c`.
-pub fn joined_words(words: &[String]) -> String {
+pub fn joined_with_and(words: &[String]) -> String {
     match words {
         [] => String::new(),
         [one] => one.clone(),
@@ -114,11 +114,11 @@ pub fn joined_values(values: impl IntoIterator<Item = SetupValue>) -> String {
     let unit = numbers.first().map_or(String::new(), |(_, unit)| unit_text(unit));
     let unit = if unit.is_empty() { unit } else { format!(" {unit}") };
     match &numbers[..] {
-        [] => joined_words(&words),
+        [] => joined_with_and(&words),
         [first, .., last] if numbers.len() > MOST => {
             format!("{} to {}{unit} ({} values)", number_text(first.0), number_text(last.0), numbers.len())
         }
-        all => joined_words(&all.iter().map(|(x, _)| number_text(*x)).collect::<Vec<_>>()) + &unit,
+        all => joined_with_and(&all.iter().map(|(x, _)| number_text(*x)).collect::<Vec<_>>()) + &unit,
     }
 }
 

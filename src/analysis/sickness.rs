@@ -207,9 +207,9 @@ mod tests {
 
     #[test]
     fn a_table_that_is_not_as_written_is_refused_with_its_line() {
-        let told = read(&TABLE.replace("\t11\t", "\thigh\t")).unwrap_err().to_string();
-        assert!(told.ends_with("line 4: value is \"high\" and no number"), "{told}");
-        let told = read(&TABLE.replace("\tvalue\t", "\tvalues\t")).unwrap_err().to_string();
-        assert!(told.contains("there is no column \"value\""), "{told}");
+        let message = read(&TABLE.replace("\t11\t", "\thigh\t")).unwrap_err().to_string();
+        assert!(message.ends_with("line 4: value is \"high\" and no number"), "{message}");
+        let message = read(&TABLE.replace("\tvalue\t", "\tvalues\t")).unwrap_err().to_string();
+        assert!(message.contains("there is no column \"value\""), "{message}");
     }
 }

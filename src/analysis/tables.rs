@@ -63,7 +63,7 @@ pub fn advice(drives: &[AnalysedRecording]) -> String {
     for drive in drives {
         for r in drive.responses() {
             let own = [
-                r.kind.word().into(),
+                r.kind.to_string(),
                 cell(Some(r.onset_s)),
                 cell(Some(r.from_mps)),
                 cell(Some(r.to_mps)),
@@ -76,7 +76,7 @@ pub fn advice(drives: &[AnalysedRecording]) -> String {
                 cell(r.enter_steps.map(|n| n as f64)),
                 cell(Some(r.watched_s)),
                 cell(Some(r.threshold)),
-                r.noise_from.word().into(),
+                r.noise_from.to_string(),
             ];
             text += &line(key(drive).into_iter().chain(own));
         }

@@ -202,9 +202,9 @@ fn build_as<T: SizedSample + FromSample<f32> + Send + 'static>(
             }
         }
     };
-    let said = AtomicBool::new(false);
+    let is_logged = AtomicBool::new(false);
     let fault = move |error: cpal::Error| {
-        if !said.swap(true, Ordering::Relaxed) {
+        if !is_logged.swap(true, Ordering::Relaxed) {
             log::warn!("sound: {error}");
         }
     };

@@ -21,13 +21,13 @@ pub(super) fn command() -> Command {
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     for folder in matches.get_many::<PathBuf>("recording").into_iter().flatten() {
-        out::text(words(&folder.display().to_string(), &record::recover(folder)?))?;
+        out::text(recovery_text(&folder.display().to_string(), &record::recover(folder)?))?;
     }
     Ok(())
 }
 
 /// Returns the findings as text: rows of each table, their time span, and missing rows.
-fn words(name: &str, found: &RecoveryReport) -> String {
+fn recovery_text(name: &str, found: &RecoveryReport) -> String {
     let state = if found.was_whole { "is whole" } else { "recovered" };
     let rows = found.rows.iter().map(|(table, rows)| {
         let span = found.ticks.iter().find(|(of, _)| of == table).map(|(_, ticks)| ticks.map(Tick::seconds));

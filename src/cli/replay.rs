@@ -118,7 +118,7 @@ fn fault(recording: &Path, found: &ReplayReport) -> String {
 /// Drives the recorded scenario with changes and prints the differences.
 fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<(), CliError> {
     let changes = replay::changes(asked).map_err(|e| CliError::Input(e.to_string()))?;
-    let words = replay::words(&changes);
+    let words = replay::changes_text(&changes);
     let beside = || {
         let slug: String = words.chars().map(|c| if c.is_alphanumeric() || c == '.' { c } else { '-' }).collect();
         let mut name = recording.file_name().unwrap_or_default().to_owned();

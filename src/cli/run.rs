@@ -70,7 +70,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if matches.get_flag("json") {
         out::line(format_args!("{report:#}"))?;
     } else {
-        out::text(run.words())?;
+        out::text(run.summary_text())?;
     }
     Ok(())
 }

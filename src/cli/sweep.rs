@@ -145,14 +145,14 @@ fn list(plan: &SweepPlan, root: Option<&Path>) -> Result<(), CliError> {
             "{:>7}  {}  {name}  {}",
             run.number,
             if is_there { "done" } else { "open" },
-            words(run)
+            run_text(run)
         ))?;
     }
     Ok(())
 }
 
 /// Returns the table and the varied settings of a run.
-fn words(run: &SweepRun) -> String {
+fn run_text(run: &SweepRun) -> String {
     let varied: Vec<String> = run.varied.iter().map(|(name, value)| format!("{name} {value}")).collect();
     format!("{}: {}", run.table, varied.join(", "))
 }
@@ -179,7 +179,7 @@ fn failures(plan: &SweepPlan, failed: &[(usize, String)]) -> Result<(), CliError
     }
     let mut text = format!("{} runs failed; the same command tries them again", failed.len());
     for (number, why) in failed.iter().take(LISTED_FAILURES) {
-        text += &format!("\n  run {number}, {}: {}", words(&plan.runs[*number]), why.trim().replace('\n', "\n    "));
+        text += &format!("\n  run {number}, {}: {}", run_text(&plan.runs[*number]), why.trim().replace('\n', "\n    "));
     }
     if failed.len() > LISTED_FAILURES {
         text += &format!("\n  and {} more", failed.len() - LISTED_FAILURES);
@@ -447,8 +447,8 @@ mod tests {
         assert_eq!(part("3/64"), Ok([3, 64]));
         assert_eq!(part(" 1 / 1 "), Ok([1, 1]));
         for wrong in ["0/4", "5/4", "4", "a/b", "1/0", "-1/4"] {
-            let told = part(wrong).expect_err(wrong);
-            assert!(told.contains("allowed: K/N with K from 1 to N"), "{told}");
+            let message = part(wrong).expect_err(wrong);
+            assert!(message.contains("allowed: K/N with K from 1 to N"), "{message}");
         }
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut written = bar.elapsed();
     while learner.iteration() < learner.config().all_iterations() && !stop.load(Ordering::Relaxed) {
         let row = learner.iterate();
-        bar.set_message(words(&row, learner.best().2));
+        bar.set_message(row_text(&row, learner.best().2));
         bar.set_position(u64::from(row.iteration));
         if bar.elapsed() - written >= CHECKPOINT_EVERY {
             save(dir, &learner)?;
@@ -146,7 +146,7 @@ fn progress(learner: &Learner) -> ProgressBar {
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn words(row: &LearningCurveRow, best_mps: Option<f64>) -> String {
+fn row_text(row: &LearningCurveRow, best_mps: Option<f64>) -> String {
     let best = best_mps.map_or("-".into(), |v| format!("{v:.3}"));
     if let Some(loss) = row.estimator_loss {
         return format!("{:.3} m/s; the estimator of the driver: loss {loss:.3} nat", row.mean_mps);

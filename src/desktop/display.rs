@@ -108,7 +108,7 @@ pub fn placed(
     let chosen = match place.monitor {
         None => None,
         Some(number) => Some(all.iter().find(|(monitor, _)| monitor.number == number).ok_or_else(|| {
-            let there: Vec<String> = all.iter().map(|(monitor, _)| monitor.words()).collect();
+            let there: Vec<String> = all.iter().map(|(monitor, _)| monitor.to_string()).collect();
             RunError::NoMonitor { number, there: if there.is_empty() { "none".into() } else { there.join("; ") } }
         })?),
     };
@@ -129,7 +129,7 @@ pub fn placed(
             let modes = handle.video_modes().filter(|mode| mode.size() == handle.size());
             let nearest = modes.min_by(|a, b| (hertz(a) - hz).abs().total_cmp(&(hertz(b) - hz).abs()));
             let mode = nearest.filter(|mode| (hertz(mode) - hz).abs() <= SAME_HZ);
-            Fullscreen::Exclusive(mode.ok_or_else(|| RunError::NoRefresh { hz, there: monitor.words() })?)
+            Fullscreen::Exclusive(mode.ok_or_else(|| RunError::NoRefresh { hz, there: monitor.to_string() })?)
         }
     };
     Ok(attributes.with_fullscreen(Some(full)))
@@ -247,7 +247,7 @@ impl CheckWindow {
         let truth = &mut self.truth;
         let name = shown.monitor.unwrap_or_else(|| "the monitor has no name".into());
         truth.screen = vec![format!("{name}, picture of {} x {} pixels", size[0], size[1])];
-        truth.screen.extend(self.latency.words().into_iter().next().filter(|_| !elapsed.is_zero()));
+        truth.screen.extend(self.latency.lines().into_iter().next().filter(|_| !elapsed.is_zero()));
         if self.window.fullscreen().is_none() {
             truth.screen.push("The window does not fill the screen: only full screen tells its width.".into());
         }

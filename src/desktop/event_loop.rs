@@ -123,9 +123,9 @@ impl<W: Windows> ApplicationHandler for WindowedLoop<'_, W> {
 /// Returns the error for a missing display, without the source position that winit puts in front.
 pub fn no_display(error: &impl std::fmt::Display) -> RunError {
     let text = error.to_string();
-    let told =
+    let message =
         text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(text.as_str(), |(_, why)| why);
-    RunError::NoDisplay(told.trim_end_matches('.').to_owned())
+    RunError::NoDisplay(message.trim_end_matches('.').to_owned())
 }
 
 /// Returns the wall time, for the loop.

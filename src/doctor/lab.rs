@@ -35,13 +35,13 @@ pub(super) fn examine() -> Finding {
     };
     match lsl::resolve_all(WAIT_S) {
         Ok(streams) => {
-            let words: Vec<String> = streams.iter().map(|stream| format!("\n{}", stream.words())).collect();
+            let words: Vec<String> = streams.iter().map(|stream| format!("\n{}", stream)).collect();
             let seen = if words.is_empty() {
                 "no stream is seen".into()
             } else {
                 format!("streams that are seen:{}", words.concat())
             };
-            Finding::ok("LSL", format!("{}; {HEARD}; {}{seen}", library.describe(), ignored_config()))
+            Finding::ok("LSL", format!("{}; {HEARD}; {}{seen}", library, ignored_config()))
         }
         Err(error) => {
             Finding::warning("LSL", error.to_string(), "look at the network's settings for LSL (lsl_api.cfg)")

@@ -48,14 +48,14 @@ pub struct MonitorInfo {
     pub primary: bool,
 }
 
-impl MonitorInfo {
+impl std::fmt::Display for MonitorInfo {
     /// Describes the monitor in one line.
-    pub fn words(&self) -> String {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let rate = self.refresh_hz.map_or("rate unknown".into(), |hz| format!("{hz:.2} Hz"));
         let primary = if self.primary { ", primary" } else { "" };
         let others: Vec<String> = self.rates_hz.iter().map(|hz| format!("{hz:.2}")).collect();
         let others = if others.len() > 1 { format!(" (can do {} Hz)", others.join(", ")) } else { String::new() };
-        format!("{}: {}, {}x{}, {rate}{others}{primary}", self.number, self.name, self.size[0], self.size[1])
+        write!(f, "{}: {}, {}x{}, {rate}{others}{primary}", self.number, self.name, self.size[0], self.size[1])
     }
 }
 
@@ -147,7 +147,7 @@ fn within(limit: Duration, what: &'static str, check: impl FnOnce() -> Vec<Findi
 }
 
 /// Formats the findings as text for the terminal.
-pub fn words(lines: &[Finding]) -> String {
+pub fn text(lines: &[Finding]) -> String {
     let mut page = String::new();
     for line in lines {
         let grade = match line.grade {
@@ -196,7 +196,7 @@ mod tests {
             Finding::ok("disk", "fast"),
             Finding::from_message("wheel", FindingGrade::Fault, "at PS4\n  remedy: move it\n    to PS3"),
         ];
-        let page = words(&lines);
+        let page = text(&lines);
         assert!(page.starts_with("ok       disk         fast\nFAULT    wheel        at PS4\n"), "{page}");
         assert!(page.contains("remedy: move it\n"), "{page}");
         let json = json(&lines);

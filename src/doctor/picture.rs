@@ -82,10 +82,12 @@ fn monitor(monitor: &MonitorInfo) -> Finding {
         // Tolerance for 59.94 Hz.
         Some(hz) if hz < 59.0 => {
             let remedy = "a mode of 60 Hz or more: each frame stands longer, and latency with it (--refresh HZ)";
-            Finding::warning("monitor", monitor.words(), remedy)
+            Finding::warning("monitor", monitor.to_string(), remedy)
         }
-        Some(_) => Finding::ok("monitor", monitor.words()),
-        None => Finding::warning("monitor", monitor.words(), "see the rate in the system's settings: 60 Hz or more"),
+        Some(_) => Finding::ok("monitor", monitor.to_string()),
+        None => {
+            Finding::warning("monitor", monitor.to_string(), "see the rate in the system's settings: 60 Hz or more")
+        }
     }
 }
 

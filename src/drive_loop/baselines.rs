@@ -98,9 +98,9 @@ impl BaselineJob {
     pub fn begin(code: &ParticipantCode, trials: Vec<PathBuf>) -> Result<Self, RunError> {
         let (stop, driven) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
         let (ticks, count) = (ticks(&trials)?, trials.len());
-        let (code, told, count_ticks) = (code.clone(), Arc::clone(&stop), Arc::clone(&driven));
+        let (code, stopped, count_ticks) = (code.clone(), Arc::clone(&stop), Arc::clone(&driven));
         let work = move || {
-            make(&code, &trials, &told, &|ticks| {
+            make(&code, &trials, &stopped, &|ticks| {
                 count_ticks.fetch_add(ticks, Ordering::Relaxed);
             })
         };
@@ -115,7 +115,7 @@ impl BaselineJob {
     }
 
     /// Returns the progress as text.
-    pub fn words(&self) -> String {
+    pub fn progress_text(&self) -> String {
         let driven = self.driven.load(Ordering::Relaxed);
         let percent = (100 * driven).checked_div(self.ticks).unwrap_or(100);
         format!(

@@ -97,7 +97,7 @@ mod tests {
             summary.to_summary().failure
         };
         assert_eq!(failure(TrafficError::Interrupted), None);
-        let told = failure(TrafficError::Setup("no cars".into())).unwrap();
-        assert!(told.contains("no cars"), "{told}");
+        let message = failure(TrafficError::Setup("no cars".into())).unwrap();
+        assert!(message.contains("no cars"), "{message}");
     }
 }

@@ -184,10 +184,10 @@ impl OfflineDrive {
     }
 
     /// Returns the summary of the drive so far as text.
-    pub fn words(&self) -> String {
+    pub fn summary_text(&self) -> String {
         let world = &self.drive.world;
         let scenario = world.scenario();
-        let policy = world.policy().words();
+        let policy = world.policy().to_string();
         let text = summary_text::summary(scenario, &world.traffic_engine(), &scenario.driver, &policy, &self.summary());
         text + &summary_text::advised(&self.advised())
     }

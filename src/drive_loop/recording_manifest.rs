@@ -110,21 +110,28 @@ mod tests {
             ..Default::default()
         };
         let world = World::new(&scenario).unwrap();
-        let told = manifest(&world, "keyboard".into(), None);
-        assert_eq!(told.program, format!("codrive {}", env!("CARGO_PKG_VERSION")));
-        assert_eq!((told.traffic.as_str(), told.seed, told.driver.as_str()), ("native IDM", 42, "keyboard"));
-        assert_eq!((told.map.name.as_str(), told.policy.name.as_str()), ("ring-250", "constant"));
+        let manifest = manifest(&world, "keyboard".into(), None);
+        assert_eq!(manifest.program, format!("codrive {}", env!("CARGO_PKG_VERSION")));
+        assert_eq!(
+            (manifest.traffic.as_str(), manifest.seed, manifest.driver.as_str()),
+            ("native IDM", 42, "keyboard")
+        );
+        assert_eq!((manifest.map.name.as_str(), manifest.policy.name.as_str()), ("ring-250", "constant"));
         // An independent checksum of the same file; a built-in policy has no file.
         let sum = std::process::Command::new("sha256sum").arg(&world.map().net_file).output().unwrap();
-        assert_eq!(told.map.sha256.as_deref(), String::from_utf8_lossy(&sum.stdout).split_whitespace().next());
-        assert!(!told.is_complete() && told.ended.is_none() && told.participant.is_none());
-        assert_eq!((told.policy.sha256, told.graphics, told.display_m), (None, None, [1.25, 0.75]));
+        assert_eq!(manifest.map.sha256.as_deref(), String::from_utf8_lossy(&sum.stdout).split_whitespace().next());
+        assert!(!manifest.is_complete() && manifest.ended.is_none() && manifest.participant.is_none());
+        assert_eq!((manifest.policy.sha256, manifest.graphics, manifest.display_m), (None, None, [1.25, 0.75]));
         let cores = std::thread::available_parallelism().unwrap();
         let [system, processor] = [std::env::consts::OS, std::env::consts::ARCH];
-        assert!(told.machine.starts_with(&format!("{system} {processor}, ")), "{}", told.machine);
-        assert!(told.machine.ends_with(&format!(", {cores} cores")), "{}", told.machine);
+        assert!(manifest.machine.starts_with(&format!("{system} {processor}, ")), "{}", manifest.machine);
+        assert!(manifest.machine.ends_with(&format!(", {cores} cores")), "{}", manifest.machine);
         // By ISO 8601: the text sorts like time, and ends in Z.
         let before = utc(SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000));
-        assert!(told.began > before && told.began.len() == before.len() && told.began.ends_with('Z'), "{}", told.began);
+        assert!(
+            manifest.began > before && manifest.began.len() == before.len() && manifest.began.ends_with('Z'),
+            "{}",
+            manifest.began
+        );
     }
 }

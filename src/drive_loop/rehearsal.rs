@@ -103,14 +103,14 @@ impl<'a> Rehearsal<'a> {
                 (was, is) => was != is,
             };
             let Some(name) = DRIVER_NUMBERS.iter().find(is_other) else { continue };
-            let said = |number: Option<&f64>| number.map_or("not given".into(), ToString::to_string);
+            let number_text = |number: Option<&f64>| number.map_or("not given".into(), ToString::to_string);
             return Err(SessionError::Refused(format!(
                 "{}: participant {} began as another driver: {name} was {} and is {} now\n  remedy: give the same --drivers and --population as \
                  before, or none if there were none, or rehearse in a new folder",
                 self.data.root().display(),
                 log.participant,
-                said(log.traits.get(*name)),
-                said(now.get(*name)),
+                number_text(log.traits.get(*name)),
+                number_text(now.get(*name)),
             ))
             .into());
         }
@@ -269,7 +269,7 @@ impl SimulatedRater<'_> {
                 self.pending = Some(self.participant.rate(self.plan, &self.planned.name, now_s));
             }
             Some(FmsEvent::Unanswered(rating)) => {
-                run.note(fms::UNANSWERED, &rating.words());
+                run.note(fms::UNANSWERED, &rating.to_string());
                 self.ratings.push(rating);
             }
             None => {}
@@ -279,7 +279,7 @@ impl SimulatedRater<'_> {
         let prompt = self.scale.prompt(now_s)?;
         self.scale.turn(i32::from(answered.value?) - i32::from(prompt.value));
         let rating = self.scale.confirm(now_s)?;
-        run.note_value(fms::ANSWERED, &rating.words(), rating.value?.into());
+        run.note_value(fms::ANSWERED, &rating.to_string(), rating.value?.into());
         self.ratings.push(rating);
         self.study.ending_of_rating(self.planned, &rating)
     }

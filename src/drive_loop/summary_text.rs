@@ -35,7 +35,7 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summa
     }
     match &summary.failure {
         Some(_) => {
-            lines.push(format!("broken off               at {:.1} s: {}", summary.duration_s, summary.end_in_words()))
+            lines.push(format!("broken off               at {:.1} s: {}", summary.duration_s, summary.end_text()))
         }
         None if summary.ended == Some(EndReason::PathEnd) => {
             lines.push(format!("at the end of its path   at {:.1} s", summary.duration_s));

@@ -54,7 +54,7 @@ impl EndCard {
     }
 
     /// Returns the lines so far.
-    pub fn words(&mut self) -> String {
+    pub fn text(&mut self) -> String {
         if let Some(done) = self.without.take_if(|thread| thread.is_finished()) {
             // A panic was printed already.
             self.without_mps = done.join().ok().flatten();
@@ -100,11 +100,11 @@ mod tests {
         let without = drive(&Scenario { policy: "none".into(), driver: "idm".into(), ..scenario.clone() });
         let mut card = EndCard::begin(&scenario, &summary);
         let begin = Instant::now();
-        while card.words().contains("being driven") {
+        while card.text().contains("being driven") {
             assert!(begin.elapsed() < Duration::from_secs(60), "a minute for a minute of native traffic");
             std::thread::sleep(Duration::from_millis(20));
         }
-        let words = card.words();
+        let words = card.text();
         let [own, other] = [&summary, &without].map(|of| format!("({:.2} m/s)", of.mean_speed_mps.unwrap()));
         let share = format!("Time in range: {:.0} %", 100.0 * summary.time_in_range.unwrap());
         for part in
@@ -115,8 +115,8 @@ mod tests {
         assert!(words.lines().last().is_some_and(|line| line.starts_with("Without advice") && line.ends_with(&other)));
         // Two SUMOs cannot run in one process: the other engine is named.
         card.scenario.traffic = EngineChoice::Sumo;
-        assert!(card.words().ends_with(&format!("{other}, native traffic")));
+        assert!(card.text().ends_with(&format!("{other}, native traffic")));
         // A drive without advice has nothing to compare with.
-        assert!(!EndCard::begin(&scenario, &without).words().contains("Without advice"));
+        assert!(!EndCard::begin(&scenario, &without).text().contains("Without advice"));
     }
 }

@@ -85,11 +85,11 @@ pub fn run(options: WindowOptions) -> Result<(String, Result<(), RunError>), Run
     let (frame, ended) = event_loop::run::<DriveWindows>(event_loop, (options, live), &stop);
     let ended = ended.or_else(|error| if error.is_interruption() { Ok(()) } else { Err(error) });
     let Some(mut frame) = frame else { return Ok((String::new(), ended)) };
-    let drive = frame.live.words();
+    let drive = frame.live.summary_text();
     let recorded = frame.live.finish_recording().map(drop);
-    let words = frame.recordings.words() + &drive;
+    let text = format!("{}{drive}", frame.recordings);
     let cut = frame.failed.take().map_or(Ok(()), |error| Err(error.into()));
-    Ok((words, ended.and(cut).and(recorded)))
+    Ok((text, ended.and(cut).and(recorded)))
 }
 
 /// A drive in its window.

@@ -93,7 +93,7 @@ impl DriveOverlay {
         if phase(live) == DrivePhase::Ended && !live.is_stopped() && !self.attended {
             let world = &live.drive.world;
             let card = self.card.get_or_insert_with(|| EndCard::begin(world.scenario(), &live.summary()));
-            notes.card = card.words();
+            notes.card = card.text();
         } else {
             self.card = None;
         }
@@ -158,7 +158,7 @@ impl DriveOverlay {
         corner.extend(self.message.clone());
         corner.extend(self.error.clone());
         if self.show_times {
-            corner.extend(live.latency().words());
+            corner.extend(live.latency().lines());
             corner.extend(times.map(|t| {
                 let parts = (t.shadow_ms, t.main_ms, t.mirror_ms, t.tonemap_ms);
                 format!(
@@ -302,7 +302,7 @@ fn write_notes(ui: &Ui, notes: &OverlayNotes) {
 /// Shows the recording state at the upper left, in the participant's window too: a missing recording should be noticed
 /// before the drive is over.
 fn write_recording(ui: &Ui, live: &LiveDrive) {
-    let (text, colour) = recording_sign::words(live.recorded_in());
+    let (text, colour) = recording_sign::text_and_colour(live.recorded_in());
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), colour);
     let lamp = if live.recorded_in().is_some() { 2.0 * recording_sign::LAMP + 6.0 } else { 0.0 };

@@ -29,12 +29,12 @@ fn frame(live: &mut LiveDrive, overlay: &mut DriveOverlay) -> u64 {
 }
 
 /// Returns all text that egui draws.
-fn words(draw: impl FnMut(&mut Ui)) -> String {
-    words_of(&egui::Context::default(), 1, draw)
+fn drawn_text(draw: impl FnMut(&mut Ui)) -> String {
+    text_of(&egui::Context::default(), 1, draw)
 }
 
 /// Returns all text of the last of `passes` passes.
-fn words_of(ctx: &egui::Context, passes: usize, mut draw: impl FnMut(&mut Ui)) -> String {
+fn text_of(ctx: &egui::Context, passes: usize, mut draw: impl FnMut(&mut Ui)) -> String {
     fn of(shape: &egui::Shape, out: &mut String) {
         match shape {
             egui::Shape::Text(text) => {
@@ -79,8 +79,8 @@ fn keys_pause_advance_by_a_tick_or_a_step_and_change_the_view() {
     }
     let was = live.lane_help();
     overlay.key(KeyCommand::LaneHelp, &mut live);
-    let said = format!("lane help is {}", if was { "off" } else { "on" });
-    assert_eq!((live.lane_help(), overlay.message.clone()), (!was, Some(said)));
+    let message = format!("lane help is {}", if was { "off" } else { "on" });
+    assert_eq!((live.lane_help(), overlay.message.clone()), (!was, Some(message)));
     overlay.key(KeyCommand::Help, &mut live);
     assert_eq!((overlay.message.clone(), overlay.panel.help_open), (None, true), "the next key takes the message away");
     overlay.key(KeyCommand::Panel, &mut live);
@@ -98,7 +98,7 @@ fn the_text_on_the_picture_fits_the_state_and_the_reader() {
             [START, "Paused. Space continues.", "The drive is over. Backspace starts again."]
         };
         assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Ready, starts));
-        assert!(words(|ui| drop(overlay.show(ui, &live, None))).contains(starts), "and it is drawn");
+        assert!(drawn_text(|ui| drop(overlay.show(ui, &live, None))).contains(starts), "and it is drawn");
         overlay.handle_panel_command(PanelCommand::Start, &mut live);
         frame(&mut live, &mut overlay);
         assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Running, ""));
@@ -111,7 +111,7 @@ fn the_text_on_the_picture_fits_the_state_and_the_reader() {
             frame(&mut live, &mut overlay);
         }
         assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Ended, over));
-        let summary = words(|ui| drop(overlay.show(ui, &live, None)));
+        let summary = drawn_text(|ui| drop(overlay.show(ui, &live, None)));
         assert_eq!(summary.contains("Mean speed of all cars: "), !attended, "{summary}");
     }
 }
@@ -137,7 +137,7 @@ fn messages_go_to_the_experimenter_if_present_and_times_show_on_demand() {
     let (live, mut overlay) = sit(true);
     overlay.say("the wheel is back".into(), &live);
     assert!(overlay.notes(&live, None).corner.is_empty());
-    assert!(words(|ui| drop(overlay.experimenter(ui, &live, None))).contains("the wheel is back"));
+    assert!(drawn_text(|ui| drop(overlay.experimenter(ui, &live, None))).contains("the wheel is back"));
 }
 
 /// Waits for the end of a restart. Returns true if there is a new static scene.
@@ -237,7 +237,10 @@ fn marks_and_notes_are_recorded_at_their_tick() {
     let recording = folder.path().join("drive");
     let (mut live, mut overlay) = sit(true);
     let both = |live: &LiveDrive, overlay: &mut DriveOverlay| {
-        [words(|ui| drop(overlay.experimenter(ui, live, None))), words(|ui| drop(overlay.show(ui, live, None)))]
+        [
+            drawn_text(|ui| drop(overlay.experimenter(ui, live, None))),
+            drawn_text(|ui| drop(overlay.show(ui, live, None))),
+        ]
     };
     assert!(both(&live, &mut overlay).iter().all(|seen| seen.contains("not recorded") && !seen.contains("REC")));
     live.record(&recording, gpu).unwrap();
@@ -309,13 +312,13 @@ fn the_wheel_page_is_shown_on_request_but_not_to_an_attended_driver() {
     for attended in [false, true] {
         let (mut live, mut overlay) = sit(attended);
         let none = "No steering wheel is plugged in";
-        assert!(!words(|ui| drop(overlay.show(ui, &live, None))).contains(none), "it is closed");
+        assert!(!drawn_text(|ui| drop(overlay.show(ui, &live, None))).contains(none), "it is closed");
         overlay.handle_panel_command(PanelCommand::Wheel, &mut live);
         // An egui window is laid out in its first pass and drawn in the second.
         let ctx = egui::Context::default();
-        assert_eq!(words_of(&ctx, 2, |ui| drop(overlay.show(ui, &live, None))).contains(none), !attended);
+        assert_eq!(text_of(&ctx, 2, |ui| drop(overlay.show(ui, &live, None))).contains(none), !attended);
         let ctx = egui::Context::default();
-        assert!(words_of(&ctx, 2, |ui| drop(overlay.experimenter(ui, &live, None))).contains(none));
+        assert!(text_of(&ctx, 2, |ui| drop(overlay.experimenter(ui, &live, None))).contains(none));
     }
 }
 
@@ -332,9 +335,9 @@ fn a_failed_recording_is_shown_with_its_reason_until_the_next_drive() {
             if attended { "Please wait." } else { "The recording has ended. Esc leaves." }
         );
         let seen = if attended {
-            words(|ui| drop(overlay.experimenter(ui, &live, None)))
+            drawn_text(|ui| drop(overlay.experimenter(ui, &live, None)))
         } else {
-            words(|ui| drop(overlay.show(ui, &live, None)))
+            drawn_text(|ui| drop(overlay.show(ui, &live, None)))
         };
         assert!(seen.contains("the disk is full: make room"), "{seen}");
         overlay.restart(&scenario(), &mut live);

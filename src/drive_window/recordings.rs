@@ -9,6 +9,18 @@ pub struct RecordingFolders {
     folders: Vec<PathBuf>,
 }
 
+impl std::fmt::Display for RecordingFolders {
+    /// Writes the list of the folders; the last drive is the one described below it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut lines = self.folders.iter().enumerate().map(|(k, folder)| match self.folders.len() {
+            1 => format!("recorded in              {}\n", folder.display()),
+            all if k + 1 == all => format!("drive {all} of {all}, below      {}\n", folder.display()),
+            all => format!("drive {} of {all}             {}\n", k + 1, folder.display()),
+        });
+        lines.try_for_each(|line| f.write_str(&line))
+    }
+}
+
 impl RecordingFolders {
     pub fn new(out: Option<PathBuf>) -> Self {
         Self { out, folders: Vec::new() }
@@ -34,16 +46,6 @@ impl RecordingFolders {
     pub fn last(&self) -> Option<&Path> {
         self.folders.last().map(PathBuf::as_path)
     }
-
-    /// Returns the list of the folders; the last drive is the one described below it.
-    pub fn words(&self) -> String {
-        let lines = self.folders.iter().enumerate().map(|(k, folder)| match self.folders.len() {
-            1 => format!("recorded in              {}\n", folder.display()),
-            all if k + 1 == all => format!("drive {all} of {all}, below      {}\n", folder.display()),
-            all => format!("drive {} of {all}             {}\n", k + 1, folder.display()),
-        });
-        lines.collect()
-    }
 }
 
 #[cfg(test)]
@@ -56,12 +58,12 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         let mut recordings = RecordingFolders::new(Some(at("p 1.a")));
         assert_eq!(recordings.next(), Some(at("p 1.a")));
-        assert_eq!(recordings.words(), format!("recorded in              {}\n", at("p 1.a").display()));
+        assert_eq!(recordings.to_string(), format!("recorded in              {}\n", at("p 1.a").display()));
         // An older folder already has the name.
         std::fs::create_dir(at("p 1.a-2")).unwrap();
         assert_eq!(recordings.next(), Some(at("p 1.a-3")));
         assert_eq!((recordings.next(), recordings.last()), (Some(at("p 1.a-4")), Some(at("p 1.a-4").as_path())));
-        let lines: Vec<String> = recordings.words().lines().map(str::to_owned).collect();
+        let lines: Vec<String> = recordings.to_string().lines().map(str::to_owned).collect();
         let names: Vec<_> = [("drive 1 of 3             ", "p 1.a"), ("drive 2 of 3             ", "p 1.a-3")]
             .into_iter()
             .chain([("drive 3 of 3, below      ", "p 1.a-4")])
@@ -69,6 +71,6 @@ mod tests {
             .collect();
         assert_eq!(lines, names);
         let mut none = RecordingFolders::new(None);
-        assert_eq!((none.next(), none.last(), none.words()), (None, None, String::new()));
+        assert_eq!((none.next(), none.last(), none.to_string()), (None, None, String::new()));
     }
 }

@@ -97,16 +97,18 @@ mod tests {
 
     #[test]
     fn an_unknown_driver_is_refused_with_the_known_names() {
-        let told = |text: &str| named(text).unwrap_err().to_string();
+        let message = |text: &str| named(text).unwrap_err().to_string();
         assert!(
-            told("folow").contains("no driver is called \"folow\"") && told("folow").contains("did you mean follow")
+            message("folow").contains("no driver is called \"folow\"")
+                && message("folow").contains("did you mean follow")
         );
-        assert!(told("folow").contains("exact, guarded") && told("folow").contains("reaction=1,error=0.5"));
-        assert_eq!(told("error=9"), "driver: error_mps = 9 is not allowed\n  remedy: give a number from 0 to 5");
-        assert!(told("error=x").contains("error is \"x\""), "{}", told("error=x"));
+        assert!(message("folow").contains("exact, guarded") && message("folow").contains("reaction=1,error=0.5"));
+        assert_eq!(message("error=9"), "driver: error_mps = 9 is not allowed\n  remedy: give a number from 0 to 5");
+        assert!(message("error=x").contains("error is \"x\""), "{}", message("error=x"));
         assert!(
-            told("eror=1").starts_with("a driver has no number \"eror\" (did you mean error?)\n  remedy: give some of")
+            message("eror=1")
+                .starts_with("a driver has no number \"eror\" (did you mean error?)\n  remedy: give some of")
         );
-        assert!(told("error=1,follow").contains("\"follow\""));
+        assert!(message("error=1,follow").contains("\"follow\""));
     }
 }

@@ -167,7 +167,10 @@ mod tests {
 
     #[test]
     fn an_unknown_population_is_refused_with_the_known_names() {
-        let told = Population::named("peple").unwrap_err().to_string();
-        assert!(told.contains("peple") && told.contains("did you mean people") && told.contains("perp"), "{told}");
+        let message = Population::named("peple").unwrap_err().to_string();
+        assert!(
+            message.contains("peple") && message.contains("did you mean people") && message.contains("perp"),
+            "{message}"
+        );
     }
 }

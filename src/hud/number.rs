@@ -96,7 +96,7 @@ mod tests {
         // 0.65 km/h is 0.404 mph.
         assert_eq!(range(0.404, SpeedUnit::Kmh), Ok(()));
         assert!(range(0.403, SpeedUnit::Kmh).is_err());
-        let told = range(0.5, SpeedUnit::Mph).unwrap_err().to_string();
-        assert!(told.starts_with("range_mph is 0.5; allowed: 0.650 or more on a speedometer in mph"), "{told}");
+        let message = range(0.5, SpeedUnit::Mph).unwrap_err().to_string();
+        assert!(message.starts_with("range_mph is 0.5; allowed: 0.650 or more on a speedometer in mph"), "{message}");
     }
 }

@@ -87,6 +87,27 @@ pub enum ButtonAction {
     Right,
 }
 
+impl std::fmt::Display for ButtonAction {
+    /// Writes a short description for display.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Reverse => "drive, reverse",
+            Self::Start => "start, go on",
+            Self::Mark => "mark this moment",
+            Self::Answer => "answer",
+            Self::Recentre => "driver's view, back onto the lane",
+            Self::Abort => "ask for the end",
+            Self::Horn => "horn",
+            Self::IndicateLeft => "indicate left",
+            Self::IndicateRight => "indicate right",
+            Self::Up => "up, more",
+            Self::Down => "down, less",
+            Self::Left => "left, less",
+            Self::Right => "right, more",
+        })
+    }
+}
+
 impl ButtonAction {
     /// Actions that a person can assign to buttons.
     pub const ALL: [Self; 9] = [
@@ -112,25 +133,6 @@ impl ButtonAction {
             (17, -1) => Some(Self::Up),
             (17, 1) => Some(Self::Down),
             _ => None,
-        }
-    }
-
-    /// Returns a short description for display.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Reverse => "drive, reverse",
-            Self::Start => "start, go on",
-            Self::Mark => "mark this moment",
-            Self::Answer => "answer",
-            Self::Recentre => "driver's view, back onto the lane",
-            Self::Abort => "ask for the end",
-            Self::Horn => "horn",
-            Self::IndicateLeft => "indicate left",
-            Self::IndicateRight => "indicate right",
-            Self::Up => "up, more",
-            Self::Down => "down, less",
-            Self::Left => "left, less",
-            Self::Right => "right, more",
         }
     }
 }

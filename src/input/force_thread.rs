@@ -64,7 +64,7 @@ struct LoggedMessage {
 
 /// Handle of the running thread; dropping it ends the thread.
 pub struct ForceThread {
-    said: Arc<LoggedMessage>,
+    shared: Arc<LoggedMessage>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -96,12 +96,12 @@ impl ForceLoop {
         now: TimeStamp,
         wheel_rad: f64,
         force_input: &ForceInput,
-        said: TimeStamp,
+        input_at: TimeStamp,
     ) -> io::Result<f64> {
         self.device.turned();
         let dt_s = self.last.map_or(PERIOD, |last| last.until(now)).as_secs_f64().clamp(1e-4, 0.05);
         self.last = Some(now);
-        let torque_nm = self.model.step(dt_s, wheel_rad, force_input, said.until(now).as_secs_f64());
+        let torque_nm = self.model.step(dt_s, wheel_rad, force_input, input_at.until(now).as_secs_f64());
         let level = self.model.level(torque_nm, self.left_is_low);
         if self.sent != Some(level) {
             self.device.set(level)?;
@@ -123,15 +123,15 @@ impl ForceThread {
     /// # Errors
     /// The system cannot start a thread.
     pub fn start(mut force: ForceLoop, angle: Arc<SharedAngle>) -> io::Result<Self> {
-        let said = Arc::new(LoggedMessage::default());
-        let shared = Arc::clone(&said);
+        let shared = Arc::new(LoggedMessage::default());
+        let of_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new().name("force".into()).spawn(move || {
             hurry();
             let mut next = TimeStamp::now();
-            while !shared.stop.load(Ordering::Relaxed) {
-                let (force_input, at) = *shared.force_input.lock().unwrap_or_else(PoisonError::into_inner);
+            while !of_thread.stop.load(Ordering::Relaxed) {
+                let (force_input, at) = *of_thread.force_input.lock().unwrap_or_else(PoisonError::into_inner);
                 match force.turn(TimeStamp::now(), angle.get(), &force_input, at) {
-                    Ok(torque_nm) => shared.torque.set(torque_nm),
+                    Ok(torque_nm) => of_thread.torque.set(torque_nm),
                     Err(error) => {
                         // ENODEV means an unplugged wheel, which the reading thread reports.
                         log::warn!("the wheel takes no more force ({error}); the drive goes on without");
@@ -142,19 +142,19 @@ impl ForceThread {
                 next = turn_after(next, now);
                 std::thread::sleep(now.until(next));
             }
-            shared.torque.set(0.0);
+            of_thread.torque.set(0.0);
         })?;
-        Ok(Self { said, thread: Some(thread) })
+        Ok(Self { shared, thread: Some(thread) })
     }
 
     /// Sets the inputs of the force model.
     pub fn set_input(&self, force_input: ForceInput) {
-        *self.said.force_input.lock().unwrap_or_else(PoisonError::into_inner) = (force_input, TimeStamp::now());
+        *self.shared.force_input.lock().unwrap_or_else(PoisonError::into_inner) = (force_input, TimeStamp::now());
     }
 
     /// Returns the torque that was last sent, N m, positive to the left.
     pub fn torque_nm(&self) -> f64 {
-        self.said.torque.get()
+        self.shared.torque.get()
     }
 }
 
@@ -198,7 +198,7 @@ pub fn may_hurry() -> bool {
 
 impl Drop for ForceThread {
     fn drop(&mut self) {
-        self.said.stop.store(true, Ordering::Relaxed);
+        self.shared.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -229,18 +229,18 @@ mod tests {
 
     #[test]
     fn a_thread_reports_real_time_only_if_the_kernel_scheduled_it_so() {
-        let (told, policy, nice) = std::thread::spawn(|| {
-            let told = hurry();
+        let (is_real_time, policy, nice) = std::thread::spawn(|| {
+            let is_real_time = hurry();
             // SAFETY: numbers only; 0 is the calling thread.
-            unsafe { (told, libc::sched_getscheduler(0), libc::getpriority(libc::PRIO_PROCESS, 0)) }
+            unsafe { (is_real_time, libc::sched_getscheduler(0), libc::getpriority(libc::PRIO_PROCESS, 0)) }
         })
         .join()
         .unwrap();
-        assert_eq!(told, policy == libc::SCHED_RR);
-        assert!(told || policy == libc::SCHED_OTHER, "{policy}");
+        assert_eq!(is_real_time, policy == libc::SCHED_RR);
+        assert!(is_real_time || policy == libc::SCHED_OTHER, "{policy}");
         // A user who may lower the nice value has it lowered then.
-        assert!(told || nice == -12 || !may_be_nicer(), "{nice}");
-        assert_eq!(may_hurry(), told, "who asks for another thread hears the same");
+        assert!(is_real_time || nice == -12 || !may_be_nicer(), "{nice}");
+        assert_eq!(may_hurry(), is_real_time, "who asks for another thread hears the same");
     }
 
     /// Checks whether this user's threads may have the nice value -12, by trying it in a short-lived thread.

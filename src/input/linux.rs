@@ -117,11 +117,11 @@ impl OpenWheel {
         Ok((Self { device, monotonic, heard }, known))
     }
 
-    /// Waits up to `patience` for events, and adds them to `told`.
+    /// Waits up to `patience` for events, and adds them to `messages`.
     ///
     /// # Errors
     /// The device is gone.
-    pub fn read(&mut self, patience: Duration, told: &mut Vec<WheelMessage>) -> io::Result<()> {
+    pub fn read(&mut self, patience: Duration, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
         let mut polled = [PollFd::new(self.device.as_fd(), PollFlags::POLLIN)];
         let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
         match nix::poll::poll(&mut polled, timeout) {
@@ -140,9 +140,9 @@ impl OpenWheel {
         }
         for event in events {
             let at = stamp(event.timestamp(), now, real);
-            if self.heard.hear(&event, at, told) {
+            if self.heard.hear(&event, at, messages) {
                 let axes: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
-                self.heard.catch_up(axes, &buttons(&self.device)?, at, told);
+                self.heard.catch_up(axes, &buttons(&self.device)?, at, messages);
             }
         }
         Ok(())
@@ -156,14 +156,14 @@ fn gone(state: PollFlags) -> bool {
 
 impl WheelEvents {
     /// Adds the message of an event. Returns true if earlier events were lost and the device's state must be queried.
-    fn hear(&mut self, event: &InputEvent, at: Option<TimeStamp>, told: &mut Vec<WheelMessage>) -> bool {
+    fn hear(&mut self, event: &InputEvent, at: Option<TimeStamp>, messages: &mut Vec<WheelMessage>) -> bool {
         match (event.event_type(), event.code()) {
             (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
             (EventType::SYNCHRONIZATION, SYN_REPORT) => return std::mem::take(&mut self.dropped),
             _ if self.dropped => {}
-            (EventType::ABSOLUTE, code) => self.moved(code, event.value(), at, told),
+            (EventType::ABSOLUTE, code) => self.moved(code, event.value(), at, messages),
             // Value 2 is the kernel's key repetition.
-            (EventType::KEY, code) if event.value() < 2 => self.pressed(code, event.value() == 1, at, told),
+            (EventType::KEY, code) if event.value() < 2 => self.pressed(code, event.value() == 1, at, messages),
             _ => {}
         }
         false
@@ -176,27 +176,27 @@ impl WheelEvents {
         axes: Vec<(u16, i32)>,
         down: &BTreeSet<u16>,
         at: Option<TimeStamp>,
-        told: &mut Vec<WheelMessage>,
+        messages: &mut Vec<WheelMessage>,
     ) {
-        axes.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, told));
+        axes.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, messages));
         let changed: Vec<u16> = self.down.symmetric_difference(down).copied().collect();
-        changed.into_iter().for_each(|code| self.pressed(code, down.contains(&code), at, told));
+        changed.into_iter().for_each(|code| self.pressed(code, down.contains(&code), at, messages));
     }
 
-    fn pressed(&mut self, code: u16, down: bool, at: Option<TimeStamp>, told: &mut Vec<WheelMessage>) {
+    fn pressed(&mut self, code: u16, down: bool, at: Option<TimeStamp>, messages: &mut Vec<WheelMessage>) {
         if down {
             self.down.insert(code);
         } else {
             self.down.remove(&code);
         }
-        told.push(WheelMessage::Button { code, down, at });
+        messages.push(WheelMessage::Button { code, down, at });
     }
 
-    fn moved(&self, code: u16, raw: i32, at: Option<TimeStamp>, told: &mut Vec<WheelMessage>) {
+    fn moved(&self, code: u16, raw: i32, at: Option<TimeStamp>, messages: &mut Vec<WheelMessage>) {
         if let Some(steering) = self.profile.as_ref().map(|p| &p.steering).filter(|s| s.axis == code) {
             self.angle.set(steering.wheel_rad(raw));
         }
-        told.push(WheelMessage::Axis { code, raw, at });
+        messages.push(WheelMessage::Axis { code, raw, at });
     }
 }
 
@@ -293,8 +293,8 @@ impl WheelPort for EvdevPort {
         self.seen = None;
     }
 
-    fn read(&mut self, wheel: &mut OpenWheel, told: &mut Vec<WheelMessage>) -> io::Result<()> {
-        wheel.read(Duration::from_millis(100), told)
+    fn read(&mut self, wheel: &mut OpenWheel, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
+        wheel.read(Duration::from_millis(100), messages)
     }
 }
 

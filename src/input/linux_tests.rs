@@ -24,22 +24,22 @@ enum Heads {
     Button(u16, bool),
 }
 
-fn plain(told: Vec<WheelMessage>) -> Vec<Heads> {
-    let plain = |told| match told {
+fn plain(messages: Vec<WheelMessage>) -> Vec<Heads> {
+    let plain = |message| match message {
         WheelMessage::Axis { code, raw, .. } => Some(Heads::Axis(code, raw)),
         WheelMessage::Button { code, down, .. } => Some(Heads::Button(code, down)),
         _ => None,
     };
-    told.into_iter().filter_map(plain).collect()
+    messages.into_iter().filter_map(plain).collect()
 }
 
 /// Returns the messages of these events, and the number of requests for the device's state.
 fn hear(heard: &mut WheelEvents, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usize) {
-    let mut told = Vec::new();
+    let mut messages = Vec::new();
     let hear =
-        |(kind, code, value): &(u16, u16, i32)| heard.hear(&InputEvent::new(*kind, *code, *value), None, &mut told);
+        |(kind, code, value): &(u16, u16, i32)| heard.hear(&InputEvent::new(*kind, *code, *value), None, &mut messages);
     let asked = events.iter().map(hear).filter(|asked| *asked).count();
-    (plain(told), asked)
+    (plain(messages), asked)
 }
 
 #[test]
@@ -47,8 +47,8 @@ fn axes_and_buttons_are_reported_and_key_repetitions_are_not() {
     let mut heard = WheelEvents::default();
     let events =
         [(ABS, 2, 100), (KEY, HORN, 1), (SYN, 0, 0), (KEY, HORN, 2), (SYN, 0, 1), (KEY, HORN, 0), (4, 4, 589_825)];
-    let (told, asked) = hear(&mut heard, &events);
-    assert_eq!(told, [Heads::Axis(2, 100), Heads::Button(HORN, true), Heads::Button(HORN, false)]);
+    let (messages, asked) = hear(&mut heard, &events);
+    assert_eq!(messages, [Heads::Axis(2, 100), Heads::Button(HORN, true), Heads::Button(HORN, false)]);
     assert_eq!(asked, 0, "nothing was lost");
 }
 
@@ -56,18 +56,18 @@ fn axes_and_buttons_are_reported_and_key_repetitions_are_not() {
 fn after_an_overflow_the_packet_is_dropped_and_the_state_queried_once() {
     let mut heard = WheelEvents::default();
     let events = [(ABS, 2, 100), (SYN, 3, 0), (ABS, 2, 7), (KEY, HORN, 1), (SYN, 0, 0), (ABS, 2, 90), (SYN, 0, 0)];
-    let (told, asked) = hear(&mut heard, &events);
-    assert_eq!((told, asked), (vec![Heads::Axis(2, 100), Heads::Axis(2, 90)], 1));
+    let (messages, asked) = hear(&mut heard, &events);
+    assert_eq!((messages, asked), (vec![Heads::Axis(2, 100), Heads::Axis(2, 90)], 1));
 }
 
 #[test]
 fn after_lost_events_the_state_and_missed_button_changes_are_reported() {
     let mut heard = WheelEvents::default();
     hear(&mut heard, &[(KEY, HORN, 1), (KEY, 292, 1), (KEY, 296, 1), (KEY, 296, 0)]);
-    let mut told = Vec::new();
-    heard.catch_up(vec![(0, 40_000), (5, 30)], &[292, 297].into(), None, &mut told);
+    let mut messages = Vec::new();
+    heard.catch_up(vec![(0, 40_000), (5, 30)], &[292, 297].into(), None, &mut messages);
     let buttons = [Heads::Button(HORN, false), Heads::Button(297, true)];
-    assert_eq!(plain(told), [vec![Heads::Axis(0, 40_000), Heads::Axis(5, 30)], buttons.into()].concat());
+    assert_eq!(plain(messages), [vec![Heads::Axis(0, 40_000), Heads::Axis(5, 30)], buttons.into()].concat());
     let mut again = Vec::new();
     heard.catch_up(Vec::new(), &[292, 297].into(), None, &mut again);
     assert!(again.is_empty(), "it is known now");
@@ -138,12 +138,12 @@ fn only_wheels_of_sysfs_are_listed_in_the_order_of_their_numbers() {
 #[test]
 fn a_refused_wheel_is_reported_with_the_udev_rule_other_errors_without_it() {
     let wheel = node("/dev/input/event7");
-    let told = trouble(&wheel, &io::ErrorKind::PermissionDenied.into());
-    assert!(told.starts_with("Logitech G29 may not be opened (/dev/input/event7: permission denied)\n  remedy: "));
-    assert!(told.contains(UDEV_RULE) && told.contains(UDEV_FILE), "{told}");
-    let told = trouble(&wheel, &io::Error::from_raw_os_error(nix::libc::ENODEV));
-    assert!(told.starts_with("Logitech G29 cannot be opened (/dev/input/event7: No such device"), "{told}");
-    assert!(told.contains("remedy: unplug it") && !told.contains(UDEV_FILE), "{told}");
+    let message = trouble(&wheel, &io::ErrorKind::PermissionDenied.into());
+    assert!(message.starts_with("Logitech G29 may not be opened (/dev/input/event7: permission denied)\n  remedy: "));
+    assert!(message.contains(UDEV_RULE) && message.contains(UDEV_FILE), "{message}");
+    let message = trouble(&wheel, &io::Error::from_raw_os_error(nix::libc::ENODEV));
+    assert!(message.starts_with("Logitech G29 cannot be opened (/dev/input/event7: No such device"), "{message}");
+    assert!(message.contains("remedy: unplug it") && !message.contains(UDEV_FILE), "{message}");
 }
 
 #[test]
@@ -153,12 +153,12 @@ fn without_strength_no_force_is_opened_and_with_it_a_failure_is_reported() {
     profile.force.strength = 0.0;
     assert!(matches!(force(&nowhere, &profile), Ok(None)));
     profile.force.strength = 0.3;
-    let told = |profile: &WheelProfile| force(&nowhere, profile).err().expect("there is no such device").to_string();
-    let text = told(&profile);
+    let message = |profile: &WheelProfile| force(&nowhere, profile).err().expect("there is no such device").to_string();
+    let text = message(&profile);
     assert!(text.starts_with("Logitech G29 gives no force (No such file"), "{text}");
     assert!(text.contains("the drive goes on without\n  remedy: codrive doctor"), "{text}");
     profile.force.backend = ForceBackend::Sdl;
-    assert!(told(&profile).contains("SDL2"), "{}", told(&profile));
+    assert!(message(&profile).contains("SDL2"), "{}", message(&profile));
     assert_eq!(capabilities(&nowhere).unwrap_err().kind(), io::ErrorKind::NotFound);
 }
 

@@ -32,7 +32,7 @@ pub struct Pads {
     pressed: Vec<ButtonAction>,
     /// Messages for people since the last [`Pads::take_troubles`], each sent once.
     troubles: Vec<String>,
-    said: Vec<String>,
+    reported: Vec<String>,
 }
 
 /// Force feedback of one wheel.
@@ -79,8 +79,8 @@ impl Pads {
     }
 
     fn none() -> Self {
-        let (devices, troubles, said) = (BTreeMap::new(), Vec::new(), Vec::new());
-        Self { gilrs: None, devices, active: None, asked: None, force: None, pressed: Vec::new(), troubles, said }
+        let (devices, troubles, reported) = (BTreeMap::new(), Vec::new(), Vec::new());
+        Self { gilrs: None, devices, active: None, asked: None, force: None, pressed: Vec::new(), troubles, reported }
     }
 
     /// Reads all events since the last call. Returns true if a device was touched.
@@ -150,11 +150,11 @@ impl Pads {
             Ok(device) => self.push(key, Box::new(device), &profile),
             Err(without) => {
                 let text = without.to_string();
-                if self.said.contains(&text) {
+                if self.reported.contains(&text) {
                     return;
                 }
                 log::warn!("{text}");
-                self.said.push(text.clone());
+                self.reported.push(text.clone());
                 self.troubles.push(text);
             }
         }

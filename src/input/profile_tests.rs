@@ -104,23 +104,23 @@ fn a_g29_reaches_the_cars_lock_on_both_sides() {
 
 #[test]
 fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
-    let told = |text: &str| WheelProfile::from_toml(text, "mine.toml").unwrap_err().0;
-    let text = told(&G29.replace("pressed = 0", "pressed = 255"));
+    let message = |text: &str| WheelProfile::from_toml(text, "mine.toml").unwrap_err().0;
+    let text = message(&G29.replace("pressed = 0", "pressed = 255"));
     assert!(text.starts_with("mine.toml:15:11: accelerator.pressed: 255 is also the released value"), "{text}");
     assert!(text.contains("codrive calibrate"), "{text}");
-    let text = told(&G29.replace("curve = 1.6", "curve = 9"));
+    let text = message(&G29.replace("curve = 1.6", "curve = 9"));
     assert!(text.contains(": brake.curve: 9 is not allowed; allowed: 0.3 to 4"), "{text}");
-    let text = told(&G29.replace("axis = 5", "axis = 2"));
+    let text = message(&G29.replace("axis = 5", "axis = 2"));
     assert!(text.contains(": brake.axis: 2 has another task already"), "{text}");
-    assert!(told("name = 3").starts_with("mine.toml:1:8: invalid type"), "{}", told("name = 3"));
-    assert!(told(&G29.replace("[force]", "[forse]")).contains("unknown key `forse`; did you mean `force`?"));
-    let text = told(&G29.replace("curve = 1.6", "cruve = 1.6"));
+    assert!(message("name = 3").starts_with("mine.toml:1:8: invalid type"), "{}", message("name = 3"));
+    assert!(message(&G29.replace("[force]", "[forse]")).contains("unknown key `forse`; did you mean `force`?"));
+    let text = message(&G29.replace("curve = 1.6", "cruve = 1.6"));
     assert!(text.contains("unknown key `cruve`; did you mean `curve`?") && text.ends_with("| ^^^^^"), "{text}");
-    let text = told(&G29.replace("curve = 1.6", "curve = 9"));
+    let text = message(&G29.replace("curve = 1.6", "curve = 9"));
     assert!(text.ends_with(" | curve = 9\n     |         ^"), "{text}");
-    assert!(told("name = \"x\"").contains("missing key `steering`"));
-    assert!(told("steering = [[[").starts_with("mine.toml:1:"));
-    let text = told(&G29.replace("full_nm = 2.1", "full_nm = 1.0"));
+    assert!(message("name = \"x\"").contains("missing key `steering`"));
+    assert!(message("steering = [[[").starts_with("mine.toml:1:"));
+    let text = message(&G29.replace("full_nm = 2.1", "full_nm = 1.0"));
     assert!(text.contains("force.cap_nm: 1.8 is not allowed; allowed: 0 to 1"), "{text}");
 }
 
@@ -146,8 +146,8 @@ fn the_centre_lies_between_both_ends_and_on_neither() {
     assert!(ends(0, 1, 2).is_ok() && ends(2, 1, 0).is_ok());
     for (left, centre, right) in [(0, 0, 2), (0, 2, 2), (2, 2, 0), (2, 0, 0), (0, 3, 2), (2, 3, 0), (0, -1, 2)] {
         let text = ends(left, centre, right).unwrap_err().0;
-        let told = format!("steering.centre: {centre} is not between left ({left}) and right ({right})");
-        assert!(text.contains(&told), "{text}");
+        let message = format!("steering.centre: {centre} is not between left ({left}) and right ({right})");
+        assert!(text.contains(&message), "{text}");
     }
 }
 
@@ -209,7 +209,7 @@ fn a_guess_uses_axes_with_a_range_that_are_no_hats() {
 
 #[test]
 fn each_action_has_a_description() {
-    let words = ButtonAction::ALL.map(ButtonAction::words);
+    let words = ButtonAction::ALL.map(|action| action.to_string());
     let expected = [
         "start, go on",
         "drive, reverse",

@@ -31,11 +31,11 @@ pub trait WheelPort: Send + 'static {
     /// Sets the profile that is used from the next wheel on.
     fn prefer(&mut self, profile: WheelProfile);
 
-    /// Waits up to 0.1 s for events and adds them to `told`.
+    /// Waits up to 0.1 s for events and adds them to `messages`.
     ///
     /// # Errors
     /// The wheel is gone.
-    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()>;
+    fn read(&mut self, wheel: &mut Self::Wheel, messages: &mut Vec<WheelMessage>) -> io::Result<()>;
 }
 
 /// Finds, reads and loses wheels.
@@ -44,14 +44,14 @@ pub struct WheelReader<P: WheelPort> {
     wheel: Option<P::Wheel>,
     to: Sender<WheelMessage>,
     /// Messages that were sent already; each is sent once until a wheel is found.
-    said: Vec<String>,
+    reported: Vec<String>,
 }
 
 impl<P: WheelPort> WheelReader<P> {
     /// Returns a reader and the channel of its messages.
     pub fn new(port: P) -> (Self, Receiver<WheelMessage>) {
-        let (to, told) = mpsc::channel();
-        (Self { port, wheel: None, to, said: Vec::new() }, told)
+        let (to, messages) = mpsc::channel();
+        (Self { port, wheel: None, to, reported: Vec::new() }, messages)
     }
 
     /// Sets the profile and releases the wheel, so that it is found again with this profile.
@@ -62,25 +62,25 @@ impl<P: WheelPort> WheelReader<P> {
 
     /// Runs one turn. Returns false if there is no wheel, so that the caller can wait.
     pub fn turn(&mut self) -> bool {
-        let Self { port, wheel, to, said } = self;
+        let Self { port, wheel, to, reported } = self;
         let Some(open) = wheel else {
             let found = port.find(&mut |text| {
-                if !said.contains(&text) {
+                if !reported.contains(&text) {
                     let _ = to.send(WheelMessage::Trouble(text.clone()));
-                    said.push(text);
+                    reported.push(text);
                 }
             });
             if let Some((found, open)) = found {
-                said.clear();
+                reported.clear();
                 let _ = to.send(WheelMessage::Connected(Box::new(found)));
                 *wheel = Some(open);
             }
             return wheel.is_some();
         };
-        let mut told = Vec::new();
-        let read = port.read(open, &mut told);
-        for told in told {
-            let _ = to.send(told);
+        let mut messages = Vec::new();
+        let read = port.read(open, &mut messages);
+        for message in messages {
+            let _ = to.send(message);
         }
         if read.is_err() {
             *wheel = None;
@@ -107,7 +107,7 @@ impl ReadingThread {
     where
         P::Wheel: Send,
     {
-        let (mut reader, told) = WheelReader::new(port);
+        let (mut reader, messages) = WheelReader::new(port);
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let learnt = Arc::new(Mutex::new(None));
@@ -127,7 +127,7 @@ impl ReadingThread {
                 }
             }
         })?;
-        Ok((Self { stop, learnt, thread: Some(thread) }, told))
+        Ok((Self { stop, learnt, thread: Some(thread) }, messages))
     }
 
     /// Reopens the wheel with this profile; the thread applies it at its next turn.

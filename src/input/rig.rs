@@ -31,7 +31,7 @@ pub enum RigEvent {
 
 /// Wheel of the rig, connected or not.
 pub struct Rig {
-    told: Receiver<WheelMessage>,
+    messages: Receiver<WheelMessage>,
     wheel: Option<ConnectedWheel>,
     /// Controls while no wheel is connected: pedals released, steering as at the disconnection.
     left: Controls,
@@ -56,17 +56,17 @@ impl Rig {
     /// Opens the rig and starts the search for wheels; `asked` is the profile that a person named.
     pub fn open(asked: Option<WheelProfile>) -> Self {
         let started = start(asked);
-        let (thread, told) = match started {
-            Some((thread, told)) => (Some(thread), told),
+        let (thread, messages) = match started {
+            Some((thread, messages)) => (Some(thread), messages),
             None => (None, std::sync::mpsc::channel().1),
         };
-        Self { thread, ..Self::fed_by(told) }
+        Self { thread, ..Self::fed_by(messages) }
     }
 
     /// Creates a rig whose messages come from the other end of this channel.
-    pub fn fed_by(told: Receiver<WheelMessage>) -> Self {
+    pub fn fed_by(messages: Receiver<WheelMessage>) -> Self {
         Self {
-            told,
+            messages,
             wheel: None,
             left: Controls::default(),
             newest: None,
@@ -81,8 +81,8 @@ impl Rig {
     /// people.
     pub fn poll(&mut self) -> (bool, Vec<RigEvent>) {
         let (mut touched, mut news) = (false, Vec::new());
-        while let Ok(told) = self.told.try_recv() {
-            match told {
+        while let Ok(message) = self.messages.try_recv() {
+            match message {
                 WheelMessage::Connected(found) => {
                     log::info!("found {} (profile {})", found.device.name, found.profile.name);
                     news.push(RigEvent::Connected(found.device.name.clone()));

@@ -61,9 +61,9 @@ impl WheelPort for Pulled {
 
     fn prefer(&mut self, _profile: WheelProfile) {}
 
-    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()> {
+    fn read(&mut self, wheel: &mut Self::Wheel, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
         let events = wheel.take().ok_or(io::ErrorKind::NotConnected)?;
-        told.extend(events.into_iter().map(|(code, raw)| WheelMessage::Axis { code, raw, at: None }));
+        messages.extend(events.into_iter().map(|(code, raw)| WheelMessage::Axis { code, raw, at: None }));
         Ok(())
     }
 }
@@ -72,8 +72,8 @@ impl WheelPort for Pulled {
 fn a_wheel_works_after_each_of_500_disconnections() {
     let log = Log::default();
     let batches = vec![vec![(0, 40_000), (2, 100), (5, 30)]; 500];
-    let (mut reader, told) = WheelReader::new(Pulled { batches, force: Some(log.clone()) });
-    let mut rig = Rig::fed_by(told);
+    let (mut reader, messages) = WheelReader::new(Pulled { batches, force: Some(log.clone()) });
+    let mut rig = Rig::fed_by(messages);
     for _ in 0..500 {
         assert!(reader.turn());
         assert_eq!(rig.poll(), (false, vec![RigEvent::Connected("G29".into())]));
@@ -99,8 +99,8 @@ fn a_wheel_works_after_each_of_500_disconnections() {
 
 #[test]
 fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
-    let (to, told) = std::sync::mpsc::channel();
-    let mut rig = Rig::fed_by(told);
+    let (to, messages) = std::sync::mpsc::channel();
+    let mut rig = Rig::fed_by(messages);
     let plug = || WheelMessage::Connected(Box::new(found(None)));
     to.send(plug()).unwrap();
     to.send(WheelMessage::Button { code: 293, down: true, at: None }).unwrap();
@@ -123,8 +123,8 @@ fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
 
 #[test]
 fn the_newest_time_stamp_is_returned_once() {
-    let (to, told) = std::sync::mpsc::channel();
-    let mut rig = Rig::fed_by(told);
+    let (to, messages) = std::sync::mpsc::channel();
+    let mut rig = Rig::fed_by(messages);
     to.send(WheelMessage::Connected(Box::new(found(None)))).unwrap();
     let at = |ms| Some(TimeStamp(std::time::Duration::from_millis(ms)));
     for (raw, ms) in [(40_000, 500), (41_000, 510), (41_500, 505)] {
@@ -173,9 +173,9 @@ impl WheelPort for Kept {
 #[test]
 fn a_new_profile_reopens_the_wheel_after_the_old_force_has_ended() {
     let log = Log::default();
-    let (thread, told) =
+    let (thread, messages) =
         ReadingThread::start(Kept { profile: profiles::named("g29").unwrap(), log: log.clone() }).unwrap();
-    let mut rig = Rig { thread: Some(thread), ..Rig::fed_by(told) };
+    let mut rig = Rig { thread: Some(thread), ..Rig::fed_by(messages) };
     // Up to 10 s, for slow computers.
     let until = |rig: &mut Rig, name: &str| {
         let there = |rig: &Rig| rig.profile().is_some_and(|profile| profile.name == name);
@@ -229,8 +229,8 @@ fn a_thread_without_a_wheel_searches_every_half_second() {
 
 #[test]
 fn each_push_of_the_d_pad_is_one_action_and_drives_nothing() {
-    let (to, told) = std::sync::mpsc::channel();
-    let mut rig = Rig::fed_by(told);
+    let (to, messages) = std::sync::mpsc::channel();
+    let mut rig = Rig::fed_by(messages);
     to.send(WheelMessage::Connected(Box::new(found(None)))).unwrap();
     rig.poll();
     let before = rig.controls();

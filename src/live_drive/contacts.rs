@@ -12,7 +12,7 @@ use std::time::Duration;
 const FLASH: Duration = Duration::from_millis(600);
 
 /// Describes a contact; `None` for any other event.
-pub fn words(event: &Event) -> Option<String> {
+pub fn contact_text(event: &Event) -> Option<String> {
     let EventKind::Contact { car, closing_mps, .. } = event.kind else { return None };
     Some(format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0))
 }
@@ -24,7 +24,7 @@ pub struct ContactCount {
     /// Closing speed of the last contact, m/s, and the time since.
     last: Option<(f64, Duration)>,
     flash_left: Duration,
-    words: Vec<String>,
+    texts: Vec<String>,
 }
 
 impl ContactCount {
@@ -37,7 +37,7 @@ impl ContactCount {
             if self.flash_left.is_zero() {
                 self.flash_left = FLASH;
             }
-            self.words.extend(words(event));
+            self.texts.extend(contact_text(event));
         }
     }
 
@@ -60,8 +60,8 @@ impl ContactCount {
     }
 
     /// Returns one message for each contact since the last call.
-    pub fn take_words(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.words)
+    pub fn take_texts(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.texts)
     }
 }
 
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn a_contact_flashes_once_is_counted_and_reported() {
         let (world, mut contacts) = crashed();
-        let [words] = &contacts.take_words()[..] else { panic!("one line") };
+        let [words] = &contacts.take_texts()[..] else { panic!("one line") };
         let Some(EventKind::Contact { car, closing_mps, .. }) =
             world.events().iter().map(|event| event.kind).find(|kind| matches!(kind, EventKind::Contact { .. }))
         else {
@@ -112,6 +112,6 @@ mod tests {
         contacts.tick(&world);
         assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().count == 2);
         contacts.pass(Duration::from_secs(1));
-        assert_eq!((contacts.flash(), contacts.take_words().len()), (0.0, 1));
+        assert_eq!((contacts.flash(), contacts.take_texts().len()), (0.0, 1));
     }
 }

@@ -89,7 +89,7 @@ impl Latency {
     }
 
     /// Returns the lines for the corner of the picture.
-    pub fn words(&self) -> Vec<String> {
+    pub fn lines(&self) -> Vec<String> {
         let both =
             |spread: DurationSpread| format!("{:.1} ms, 99 % below {:.1}", 1e3 * spread.median_s, 1e3 * spread.p99_s);
         let mut lines = Vec::new();
@@ -191,14 +191,14 @@ mod tests {
             one.late()
         };
         assert_eq!((late(30_000), late(30_001)), (Some(0.0), Some(1.0)));
-        let words = latency.words().join("\n");
+        let words = latency.lines().join("\n");
         assert!(
             words.contains("25.0 % late, 48 a second; screen 50.0 Hz, fifo")
                 && words.contains("no timed input yet (keyboards give none)"),
             "{words}"
         );
         latency.frame(Duration::from_millis(20), Some([0.004, 0.013]));
-        assert!(latency.words()[1].contains("input to tick 4.0 ms, 99 % below 4.0; to frame 13.0 ms"));
+        assert!(latency.lines()[1].contains("input to tick 4.0 ms, 99 % below 4.0; to frame 13.0 ms"));
         // The first frame has no time since a frame before it.
         latency.frame(Duration::ZERO, None);
         assert_eq!(latency.late(), Some(0.2));
@@ -207,9 +207,9 @@ mod tests {
             latency.screen(unknown, "immediate");
             assert_eq!(latency.late(), None);
             assert!(
-                latency.words()[0].ends_with("50 a second; screen rate unknown, immediate"),
+                latency.lines()[0].ends_with("50 a second; screen rate unknown, immediate"),
                 "{:?}",
-                latency.words()
+                latency.lines()
             );
         }
     }

@@ -293,7 +293,7 @@ impl LiveDrive {
             self.recording.note(self.drive.world.snapshot().tick, "device", &news);
             self.news.push(news);
         }
-        self.news.extend(self.contacts.take_words());
+        self.news.extend(self.contacts.take_texts());
         if due.ticks > 0 {
             self.latency.used(ticked);
         }
@@ -355,9 +355,9 @@ impl LiveDrive {
     }
 
     /// Returns the summary of the drive so far as text.
-    pub fn words(&self) -> String {
+    pub fn summary_text(&self) -> String {
         let world = &self.drive.world;
-        let (who, policy) = (self.devices.describe(), world.policy().words());
+        let (who, policy) = (self.devices.describe(), world.policy().to_string());
         summary_text::summary(world.scenario(), &world.traffic_engine(), &who, &policy, &self.summary.to_summary())
     }
 }

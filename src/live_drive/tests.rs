@@ -31,13 +31,13 @@ impl ForceDevice for Motor {
 
 /// Returns a drive on the native engine, and the sender of its wheel's messages.
 fn show(scenario: Scenario) -> (LiveDrive, Sender<WheelMessage>) {
-    let (to, told) = std::sync::mpsc::channel();
+    let (to, messages) = std::sync::mpsc::channel();
     let scenario = Scenario {
         traffic: EngineChoice::Native,
         display: DisplaySettings { trees: 0, ..scenario.display },
         ..scenario
     };
-    (LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap(), to)
+    (LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(messages))).unwrap(), to)
 }
 
 fn g29(lamps: Lamps, force: bool) -> WheelMessage {
@@ -106,8 +106,8 @@ fn pedal_force_flash_horn_and_latency_of_a_wheel_are_recorded() {
         .map(|(_, how)| how)
         .collect();
     assert_eq!(horn, ["on", "off"]);
-    let told = events.words("event").into_iter().zip(events.words("detail"));
-    let profile = told.into_iter().find_map(|(event, text)| (event == "wheel profile").then_some(text)).unwrap();
+    let rows = events.words("event").into_iter().zip(events.words("detail"));
+    let profile = rows.into_iter().find_map(|(event, text)| (event == "wheel profile").then_some(text)).unwrap();
     let used = crate::input::WheelProfile::from_toml(&profile, "events").unwrap();
     assert_eq!(used, profiles::named("g29").unwrap(), "the whole profile is in the recording");
 }
@@ -169,7 +169,7 @@ fn rev_lamps_show_the_advice_state_and_a_problem_is_reported_once() {
     let (mut live, to) = show(scenario);
     frame(&mut live);
     frame(&mut live);
-    assert_eq!(live.take_news().len(), 1, "there is no wheel: told once");
+    assert_eq!(live.take_news().len(), 1, "there is no wheel: messages once");
     to.send(g29(Lamps::find(sys.path(), "event3"), false)).unwrap();
     (0..12).for_each(|_| {
         frame(&mut live);
@@ -183,8 +183,8 @@ fn rev_lamps_show_the_advice_state_and_a_problem_is_reported_once() {
 #[test]
 fn a_calibration_pauses_the_drive_and_ends_when_the_wheel_is_unplugged() {
     let (mut live, to) = show(Scenario::default());
-    let told = live.calibrate(CalibrationCommand::Begin).unwrap();
-    assert!(told.contains("no steering wheel is plugged in"), "{told}");
+    let message = live.calibrate(CalibrationCommand::Begin).unwrap();
+    assert!(message.contains("no steering wheel is plugged in"), "{message}");
     to.send(g29(Lamps::default(), false)).unwrap();
     frame(&mut live);
     assert_eq!(live.calibrate(CalibrationCommand::Begin), None);
@@ -271,7 +271,7 @@ fn the_experimenters_lamps_show_frames_drops_latency_disk_and_wheel() {
     let disk = health.recording.unwrap();
     let free_gb = crate::record::free_bytes(&recording).map(|bytes| bytes as f64 / 1e9);
     // Other programs write to the same disk meanwhile.
-    let near = disk.free_gb.zip(free_gb).is_none_or(|(told, free)| (told - free).abs() < 0.1 * free + 1.0);
+    let near = disk.free_gb.zip(free_gb).is_none_or(|(shown, free)| (shown - free).abs() < 0.1 * free + 1.0);
     assert!(near && disk.free_gb.is_some() == free_gb.is_some(), "{:?}, not {free_gb:?} GB", disk.free_gb);
 
     // The window for frame times is 1.5 s; dropped time is recent for 10 s.
@@ -324,8 +324,8 @@ fn buttons_act_outside_a_session_and_are_only_collected_in_one() {
         .map(|(kind, how)| (kind.to_owned(), how.to_owned()));
     assert_eq!(pressed, expected);
 
-    let (sender, told) = std::sync::mpsc::channel();
-    let mut devices = Some(Devices::with_rig(Rig::fed_by(told)));
+    let (sender, messages) = std::sync::mpsc::channel();
+    let mut devices = Some(Devices::with_rig(Rig::fed_by(messages)));
     let scenario = Scenario {
         traffic: EngineChoice::Native,
         display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
@@ -347,8 +347,8 @@ fn buttons_act_outside_a_session_and_are_only_collected_in_one() {
 #[test]
 fn an_unplugged_wheel_pauses_only_a_running_drive() {
     let (mut live, to) = show(Scenario::default());
-    let tell = |live: &mut LiveDrive, told: WheelMessage| {
-        to.send(told).unwrap();
+    let tell = |live: &mut LiveDrive, message: WheelMessage| {
+        to.send(message).unwrap();
         live.advance(Duration::ZERO, |_| ()).unwrap();
         (live.drive.clock.pace(), live.waits_for_wheel(), live.take_news().len())
     };
@@ -466,7 +466,7 @@ fn an_extended_drive_records_its_new_duration() {
     assert_eq!(live.drive.world.snapshot().tick.0, 75);
     live.finish_recording().unwrap();
     assert_eq!(crate::record::inputs::scenario(&recording).unwrap().duration_s, 0.75);
-    let words = live.words();
+    let words = live.summary_text();
     for has in
         ["22 cars on ring-250, native", "driver keyboard, policy none", "window                   0.0 s to 0.8 s"]
     {

@@ -220,11 +220,11 @@ mod system {
 
         #[test]
         fn a_missing_interface_is_named_with_the_existing_ones() {
-            let said = OutletInterface::of("eth77").check().unwrap_err().to_string();
+            let message = OutletInterface::of("eth77").check().unwrap_err().to_string();
             assert!(
-                said.starts_with("there is no network interface \"eth77\"; allowed: loopback, all, ")
-                    && said.contains("lo"),
-                "{said}"
+                message.starts_with("there is no network interface \"eth77\"; allowed: loopback, all, ")
+                    && message.contains("lo"),
+                "{message}"
             );
             assert!(OutletInterface::of("../lo").check().is_err());
             assert!(OutletInterface::of("loopback").check().is_ok() && OutletInterface::of("lo").check().is_ok());

@@ -102,7 +102,7 @@ pub fn resolve(predicate: &str, wait_s: f64, ends: &dyn Fn() -> bool) -> Result<
         left_s -= FIND_S;
     }
     // A short search is enough: all responding streams of this network have responded by now.
-    let seen = resolve_all(1.0)?.iter().map(FoundStream::words).collect();
+    let seen = resolve_all(1.0)?.iter().map(ToString::to_string).collect();
     Err(LslError::NotFound { predicate: predicate.into(), seconds: wait_s, seen })
 }
 

@@ -95,6 +95,15 @@ fn places() -> Vec<PathBuf> {
     places
 }
 
+impl std::fmt::Display for Library {
+    /// Writes version and location of the library, for display.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        // SAFETY: the function has no arguments.
+        let version = unsafe { (self.version)() };
+        write!(f, "liblsl {}.{:02} ({})", version / 100, version % 100, self.path)
+    }
+}
+
 impl Library {
     fn load(places: &[PathBuf]) -> Result<Self, LslError> {
         let mut first = None;
@@ -154,13 +163,6 @@ impl Library {
     pub fn local_clock_s(&self) -> f64 {
         // SAFETY: the function has no arguments.
         unsafe { (self.clock)() }
-    }
-
-    /// Returns version and location of the library, for display.
-    pub fn describe(&self) -> String {
-        // SAFETY: the function has no arguments.
-        let version = unsafe { (self.version)() };
-        format!("liblsl {}.{:02} ({})", version / 100, version % 100, self.path)
     }
 
     /// Returns an error with the library's own message.

@@ -40,7 +40,7 @@ pub enum LslError {
     /// No stream matches the predicate.
     #[error(
         "no LSL stream with {predicate} came within {seconds} s. {}\n  remedy: start the device's own LSL program, or change the predicate",
-        seen_in_words(seen)
+        seen_text(seen)
     )]
     NotFound {
         /// Predicate of the search.
@@ -83,7 +83,7 @@ pub enum LslError {
     },
 }
 
-fn seen_in_words(seen: &[String]) -> String {
+fn seen_text(seen: &[String]) -> String {
     match seen {
         [] => "No stream is there at all.".into(),
         some => format!("Streams that are there: {}.", some.join("; ")),

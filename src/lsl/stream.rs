@@ -176,6 +176,22 @@ pub struct FoundStream {
     pub xml: String,
 }
 
+impl std::fmt::Display for FoundStream {
+    /// Writes a short description by which a person can identify the stream.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let rate = if self.nominal_srate > 0.0 { format!("{} Hz", self.nominal_srate) } else { "irregular".into() };
+        write!(
+            f,
+            "name='{}' type='{}' source_id='{}' ({} channels, {rate}, on {})",
+            self.name,
+            self.content,
+            self.source_id,
+            self.channels.len(),
+            self.hostname
+        )
+    }
+}
+
 impl FoundStream {
     /// Parses a description.
     ///
@@ -221,18 +237,5 @@ impl FoundStream {
     /// Checks whether the values are texts.
     pub fn is_text(&self) -> bool {
         self.channel_format == "string"
-    }
-
-    /// Returns a short description by which a person can identify the stream.
-    pub fn words(&self) -> String {
-        let rate = if self.nominal_srate > 0.0 { format!("{} Hz", self.nominal_srate) } else { "irregular".into() };
-        format!(
-            "name='{}' type='{}' source_id='{}' ({} channels, {rate}, on {})",
-            self.name,
-            self.content,
-            self.source_id,
-            self.channels.len(),
-            self.hostname
-        )
     }
 }

@@ -19,7 +19,7 @@ fn a_description_is_parsed_with_unnamed_channels_included() {
     assert_eq!((found.source_id.as_str(), found.created_at, found.is_text()), ("myuid34234", 812.5, false));
     let labels: Vec<_> = found.channels.iter().map(|c| (c.label.as_str(), c.unit.as_str())).collect();
     assert_eq!(labels, [("C3", "microvolts"), ("", "")]);
-    assert_eq!(found.words(), "name='BioSemi' type='EEG' source_id='myuid34234' (2 channels, 100 Hz, on lab)");
+    assert_eq!(found.to_string(), "name='BioSemi' type='EEG' source_id='myuid34234' (2 channels, 100 Hz, on lab)");
     assert!(FoundStream::parse("<info/>").is_err() && FoundStream::parse("no").is_err());
 }
 
@@ -43,8 +43,8 @@ fn control_characters_in_names_and_labels_are_replaced() {
 fn a_stream_with_too_many_channels_is_refused_by_name() {
     let of = |count: usize| FoundStream::parse(&XML.replace("<channel_count>2", &format!("<channel_count>{count}")));
     assert_eq!(of(4096).unwrap().channels.len(), 4096);
-    let said = of(20_000).unwrap_err().to_string();
-    assert!(said.starts_with("the LSL stream BioSemi has 20000 channels; allowed: 4096"), "{said}");
+    let message = of(20_000).unwrap_err().to_string();
+    assert!(message.starts_with("the LSL stream BioSemi has 20000 channels; allowed: 4096"), "{message}");
 }
 
 #[test]

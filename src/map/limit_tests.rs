@@ -28,36 +28,39 @@ fn far_coordinates_and_lengths_are_refused_before_points_are_made() {
     let point = &lane[start..start + lane[start..].find(' ').unwrap()];
     // Without limits, these took 9.4 GB and caused two panics.
     for far in ["1e8,0", "0,1e18", "0,-1e300"] {
-        let said = message(&good.replace(lane, &lane.replacen(point, far, 1)));
-        assert!(said.contains("lane \"bc_0\": shape is ") && said.contains("from -1e7 to 1e7"), "{said}");
+        let refusal = message(&good.replace(lane, &lane.replacen(point, far, 1)));
+        assert!(refusal.contains("lane \"bc_0\": shape is ") && refusal.contains("from -1e7 to 1e7"), "{refusal}");
     }
     let length = &lane[lane.find("length=\"").unwrap()..];
     let length = &length[..length[8..].find('"').unwrap() + 9];
     for text in ["1e308", "1e6", "-1", "0"] {
-        let said = message(&good.replace(lane, &lane.replace(length, &format!("length=\"{text}\""))));
-        assert!(said.contains(&format!("length is \"{text}\"; allowed: a number from 0.001 to 100000 m")), "{said}");
+        let refusal = message(&good.replace(lane, &lane.replace(length, &format!("length=\"{text}\""))));
+        assert!(
+            refusal.contains(&format!("length is \"{text}\"; allowed: a number from 0.001 to 100000 m")),
+            "{refusal}"
+        );
     }
     // Each coordinate is within limits, but the gap between two lanes is not.
-    let said = message(&good.replace(lane, &lane.replacen(point, "9e6,0", 1)));
-    assert!(said.contains("hole in the route") || said.contains("declared length of lane \"bc_0\""), "{said}");
+    let refusal = message(&good.replace(lane, &lane.replacen(point, "9e6,0", 1)));
+    assert!(refusal.contains("hole in the route") || refusal.contains("declared length of lane \"bc_0\""), "{refusal}");
 }
 
 #[test]
 fn a_file_beyond_any_size_limit_is_refused_before_it_is_parsed() {
-    let said = message(&format!("<net>{}</net>", "<a/>".repeat(600_000)));
-    assert!(said.contains("the number of tags is 600002; allowed: at most 600000"), "{said}");
+    let refusal = message(&format!("<net>{}</net>", "<a/>".repeat(600_000)));
+    assert!(refusal.contains("the number of tags is 600002; allowed: at most 600000"), "{refusal}");
     let attributes: String = (0..257).map(|k| format!(" a{k}=\"\"")).collect();
-    let said = message(&format!("<net{attributes}/>"));
-    assert!(said.contains("the number of attributes of one element is 257; allowed: at most 256"), "{said}");
-    let said = message(&format!("<net>{}</net>", "<a b=\"\" c=\"\" d=\"\" e=\"\" f=\"\"/>".repeat(500_001)));
-    assert!(said.contains("the number of attributes is 2500005"), "{said}");
-    let said = message(&format!("<net>{}</net>", "<a xmlns:b=\"c\"/>".repeat(17)));
-    assert!(said.contains("the number of namespaces is 17"), "{said}");
+    let refusal = message(&format!("<net{attributes}/>"));
+    assert!(refusal.contains("the number of attributes of one element is 257; allowed: at most 256"), "{refusal}");
+    let refusal = message(&format!("<net>{}</net>", "<a b=\"\" c=\"\" d=\"\" e=\"\" f=\"\"/>".repeat(500_001)));
+    assert!(refusal.contains("the number of attributes is 2500005"), "{refusal}");
+    let refusal = message(&format!("<net>{}</net>", "<a xmlns:b=\"c\"/>".repeat(17)));
+    assert!(refusal.contains("the number of namespaces is 17"), "{refusal}");
     let shape = "0,0 ".repeat(20_001);
-    let said = message(&format!(
+    let refusal = message(&format!(
         "<net><edge id=\"e\"><lane id=\"e_0\" speed=\"9\" length=\"9\" shape=\"{shape}\"/></edge></net>"
     ));
-    assert!(said.contains("at most 20000"), "{}", &said[said.len() - 200..]);
+    assert!(refusal.contains("at most 20000"), "{}", &refusal[refusal.len() - 200..]);
 }
 
 #[test]
@@ -172,8 +175,8 @@ fn parts_that_only_sumo_reads_are_checked_with_line_element_and_value() {
     ];
     for (from, to, expected) in cases {
         assert!(good.contains(from), "{from}");
-        let said = message(&good.replacen(from, to, 1));
-        assert!(said.contains("bad.net.xml:") && said.contains(expected), "{expected:?}: {said}");
+        let refusal = message(&good.replacen(from, to, 1));
+        assert!(refusal.contains("bad.net.xml:") && refusal.contains(expected), "{expected:?}: {refusal}");
     }
 }
 
@@ -183,14 +186,14 @@ fn a_pipe_a_device_and_a_folder_are_not_networks() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("pipe.net.xml");
     nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
-    let said = RoadMap::load(pipe.to_str().unwrap()).unwrap_err().to_string();
-    assert!(said.contains("pipe.net.xml: it is a pipe; save"), "{said}");
-    let said = RoadMap::load("/dev/zero").unwrap_err().to_string();
-    assert!(said.contains("it is a device"), "{said}");
+    let refusal = RoadMap::load(pipe.to_str().unwrap()).unwrap_err().to_string();
+    assert!(refusal.contains("pipe.net.xml: it is a pipe; save"), "{refusal}");
+    let refusal = RoadMap::load("/dev/zero").unwrap_err().to_string();
+    assert!(refusal.contains("it is a device"), "{refusal}");
     let stop = AtomicBool::new(false);
     let bounds = import::ImportBounds { seconds: 5, memory_mib: 512, stop: &stop };
-    let said = import::import_into(folder.path(), Path::new("netconvert"), &pipe, "no", &bounds);
-    assert!(said.unwrap_err().to_string().contains("it is a pipe"));
+    let refusal = import::import_into(folder.path(), Path::new("netconvert"), &pipe, "no", &bounds);
+    assert!(refusal.unwrap_err().to_string().contains("it is a pipe"));
 }
 
 /// Makes a converter that writes down its process id and then runs `line`; returns it with a file to convert.
@@ -220,9 +223,9 @@ fn a_converter_that_does_not_end_is_ended_with_its_child_processes() {
     };
     #[expect(clippy::disallowed_methods, reason = "the end of a real process is waited for")]
     let begun = Instant::now();
-    let said = import::import_into(&maps, &program, &osm, "town", &bounds).unwrap_err().to_string();
-    assert!(said.contains("town.osm: netconvert failed: it was not done in time and was ended"), "{said}");
-    assert!(said.contains("it may take 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{said}");
+    let refusal = import::import_into(&maps, &program, &osm, "town", &bounds).unwrap_err().to_string();
+    assert!(refusal.contains("town.osm: netconvert failed: it was not done in time and was ended"), "{refusal}");
+    assert!(refusal.contains("it may take 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{refusal}");
     gone();
     // The user presses Ctrl-C.
     let bounds = import::ImportBounds { seconds: 600, ..bounds };
@@ -244,8 +247,8 @@ fn a_converter_gets_no_more_memory_than_its_limit() {
     let (program, osm) = converter(folder.path(), "exec dd if=/dev/zero of=/dev/null bs=1G count=1");
     let stop = AtomicBool::new(false);
     let bounds = import::ImportBounds { seconds: 60, memory_mib: 256, stop: &stop };
-    let said = import::import_into(&folder.path().join("maps"), &program, &osm, "town", &bounds);
-    let said = said.unwrap_err().to_string();
-    assert!(said.contains("town.osm: netconvert failed: ") && said.contains("memory"), "{said}");
-    assert!(said.contains("256 MiB (--memory-limit)"), "{said}");
+    let refusal = import::import_into(&folder.path().join("maps"), &program, &osm, "town", &bounds);
+    let refusal = refusal.unwrap_err().to_string();
+    assert!(refusal.contains("town.osm: netconvert failed: ") && refusal.contains("memory"), "{refusal}");
+    assert!(refusal.contains("256 MiB (--memory-limit)"), "{refusal}");
 }

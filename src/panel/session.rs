@@ -82,7 +82,7 @@ pub enum ItemState {
 }
 
 impl ItemState {
-    fn word(self) -> (&'static str, Color32) {
+    fn label(self) -> (&'static str, Color32) {
         match self {
             Self::Done => ("done", theme::GREEN),
             Self::Skipped => ("skipped", theme::DIM),
@@ -243,7 +243,7 @@ impl SessionPanel {
             ui.heading(state.code);
             ui.label(RichText::new(state.title).color(theme::DIM));
         });
-        let (word, colour) = match state.phase {
+        let (label, colour) = match state.phase {
             SessionPhase::Experimenter => ("waiting for you: press Go", theme::AMBER),
             SessionPhase::Participant => ("waiting for the participant", theme::TEXT),
             SessionPhase::Driving => ("driving", theme::GREEN),
@@ -256,7 +256,7 @@ impl SessionPanel {
             ui.label(state.sees);
             ui.end_row();
             ui.label(RichText::new("State").color(theme::DIM));
-            ui.label(RichText::new(word).color(colour).strong());
+            ui.label(RichText::new(label).color(colour).strong());
             ui.end_row();
             ui.label(RichText::new("Left").color(theme::DIM));
             ui.label(RichText::new(state.left_s.map_or("—".into(), time)).monospace());
@@ -287,18 +287,19 @@ impl SessionPanel {
             (SessionCommand::Mark(String::new()), "Mark", Key::M, MARK, !over),
         ];
         ui.horizontal_wrapped(|ui| {
-            for (command, word, key, tip, can) in plain {
-                let first = word == "Go" && matches!(phase, SessionPhase::Experimenter | SessionPhase::Held);
-                if pressed(ui, word, key, tip, can, first.then_some(Color32::from_rgb(36, 96, 150))) {
+            for (command, label, key, tip, can) in plain {
+                let first = label == "Go" && matches!(phase, SessionPhase::Experimenter | SessionPhase::Held);
+                if pressed(ui, label, key, tip, can, first.then_some(Color32::from_rgb(36, 96, 150))) {
                     commands.push(command);
                 }
             }
             if over && pressed(ui, "Close", Key::Q, "Close the windows: the session is over", true, None) {
                 commands.push(SessionCommand::Close);
             }
-            for (act, word, key, tip, ..) in ACTS.into_iter().filter(|row| !(over && row.0 == PromptedCommand::Close)) {
+            for (act, label, key, tip, ..) in ACTS.into_iter().filter(|row| !(over && row.0 == PromptedCommand::Close))
+            {
                 let fill = (act == PromptedCommand::Stop).then_some(Color32::from_rgb(110, 40, 40));
-                if pressed(ui, word, key, tip, self.can(act, state), fill) {
+                if pressed(ui, label, key, tip, self.can(act, state), fill) {
                     self.draft = Some(CommandDraft {
                         act,
                         reason: if act == PromptedCommand::Stop { "sickness".into() } else { String::new() },
@@ -412,12 +413,12 @@ fn repeatable<'a>(state: &SessionPanelState<'a>) -> Vec<&'a str> {
 }
 
 /// Shows a button with a key. Returns true if either was pressed.
-fn pressed(ui: &mut Ui, word: &str, key: Key, tip: &str, can: bool, fill: Option<Color32>) -> bool {
+fn pressed(ui: &mut Ui, label: &str, key: Key, tip: &str, can: bool, fill: Option<Color32>) -> bool {
     let shortcut = KeyboardShortcut::new(Modifiers::COMMAND, key);
     let named = format!("Ctrl+{}", key.name());
     let button = match fill {
-        Some(fill) => Button::new(RichText::new(word).color(Color32::WHITE)).fill(fill),
-        None => Button::new(word),
+        Some(fill) => Button::new(RichText::new(label).color(Color32::WHITE)).fill(fill),
+        None => Button::new(label),
     };
     let button = button.shortcut_text(RichText::new(&named).size(10.5));
     let clicked = ui.add_enabled(can, button).on_hover_text(tip).clicked();
@@ -436,14 +437,14 @@ fn list(ui: &mut Ui, state: &SessionPanelState<'_>) {
     ScrollArea::vertical().id_salt("plan").auto_shrink([false, true]).show(ui, |ui| {
         Grid::new("plan").num_columns(4).spacing([12.0, 3.0]).striped(true).show(ui, |ui| {
             for item in items {
-                let (word, colour) = item.state.word();
+                let (label, colour) = item.state.label();
                 let now = item.state == ItemState::Now;
                 let name = RichText::new(&item.name).color(if now { theme::ACCENT } else { theme::TEXT });
                 let response = ui.label(if now { name.strong() } else { name });
                 if now {
                     response.scroll_to_me(None);
                 }
-                ui.label(RichText::new(word).color(colour));
+                ui.label(RichText::new(label).color(colour));
                 let earlier = if item.earlier.is_empty() { String::new() } else { format!("before: {}", item.earlier) };
                 ui.label(RichText::new(earlier).color(theme::DIM));
                 // Most names contain their condition.

@@ -170,7 +170,7 @@ pub fn number(x: f64, decimals: usize) -> String {
 mod tests {
     use super::*;
 
-    fn words(ticks: &[AxisTick]) -> Vec<&str> {
+    fn label_texts(ticks: &[AxisTick]) -> Vec<&str> {
         ticks.iter().map(|tick| tick.lines[0].as_str()).collect()
     }
 
@@ -193,7 +193,7 @@ mod tests {
                 let slack = 1e-5 * step;
                 assert!(ticks[0].at >= range[0] - slack && ticks[ticks.len() - 1].at <= range[1] + slack, "{ticks:?}");
                 let decimals = |word: &str| word.split_once('.').map_or(0, |(_, after)| after.len());
-                assert!(words(&ticks).iter().all(|w| decimals(w) == decimals(&ticks[0].lines[0])), "{ticks:?}");
+                assert!(label_texts(&ticks).iter().all(|w| decimals(w) == decimals(&ticks[0].lines[0])), "{ticks:?}");
                 for tick in &ticks {
                     let read: f64 = tick.lines[0].replace('−', "-").parse().unwrap();
                     assert!((read - tick.at).abs() < slack && !tick.lines[0].contains('-'), "{tick:?}");
@@ -201,7 +201,7 @@ mod tests {
             }
         }
         let ticks = Axis::even("", [-0.3, 0.1]).ticks(110.0, AxisSide::Left { names: 0.0 });
-        assert_eq!(words(&ticks), ["−0.3", "−0.2", "−0.1", "0.0", "0.1"]);
+        assert_eq!(label_texts(&ticks), ["−0.3", "−0.2", "−0.1", "0.0", "0.1"]);
         assert_eq!(Axis::even("", [3.0, 3.0]).range, [2.5, 3.5]);
     }
 
@@ -209,7 +209,7 @@ mod tests {
     fn ticks_of_whole_numbers_are_whole() {
         // Nineteen questions, and ratings of 0 to 20; an even axis would have ticks at 2.5, 5.0 and so on.
         let of = |range: [f64; 2], length: f64, side: AxisSide| {
-            words(&Axis::whole("", range).ticks(length, side)).into_iter().map(str::to_owned).collect::<Vec<_>>()
+            label_texts(&Axis::whole("", range).ticks(length, side)).into_iter().map(str::to_owned).collect::<Vec<_>>()
         };
         assert_eq!(of([0.5, 19.5], 640.0, AxisSide::Bottom), ["5", "10", "15"]);
         assert_eq!(of([0.0, 20.0], 180.0, AxisSide::Left { names: 0.0 }), ["0", "5", "10", "15", "20"]);
@@ -220,10 +220,10 @@ mod tests {
     fn ticks_of_even_ratios_are_1_2_and_5_and_fewer_where_there_is_no_room() {
         let axis = Axis::ratios("", [0.1, 30.0]);
         assert_eq!(
-            words(&axis.ticks(700.0, AxisSide::Bottom)),
+            label_texts(&axis.ticks(700.0, AxisSide::Bottom)),
             ["0.1", "0.2", "0.5", "1.0", "2.0", "5.0", "10.0", "20.0"]
         );
-        assert_eq!(words(&axis.ticks(120.0, AxisSide::Bottom)), ["0.1", "1.0", "10.0"]);
+        assert_eq!(label_texts(&axis.ticks(120.0, AxisSide::Bottom)), ["0.1", "1.0", "10.0"]);
         assert!((axis.share(3f64.sqrt()) - 0.5).abs() < 1e-9);
     }
 

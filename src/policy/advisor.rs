@@ -290,10 +290,13 @@ mod tests {
         use super::super::{file_of, resolve, resolve_among, shipped};
         use crate::{data_folders, map::RoadMap};
         let on = |policy: &str, map: &str| resolve(policy, &RoadMap::load(map).unwrap());
-        assert_eq!(on("auto", "ring-250").words(), "ring-250-speed (auto: the policy that is shipped for ring-250)");
+        assert_eq!(
+            on("auto", "ring-250").to_string(),
+            "ring-250-speed (auto: the policy that is shipped for ring-250)"
+        );
         assert_eq!(on("auto", "ring-641").name, "ring-641-speed");
-        assert_eq!(on("auto", "practice").words(), "two-phase (auto: no policy is shipped for practice)");
-        assert_eq!(on("pi", "ring-250").words(), "pi");
+        assert_eq!(on("auto", "practice").to_string(), "two-phase (auto: no policy is shipped for practice)");
+        assert_eq!(on("pi", "ring-250").to_string(), "pi");
         // The same ring, given by path and as a copy with another name.
         let net = data_folders::root().join("maps/ring-250/net.xml");
         assert_eq!(on("auto", &net.to_string_lossy()).name, "ring-250-speed");
@@ -309,9 +312,12 @@ mod tests {
         assert_eq!(on("auto", &other.to_string_lossy()).name, "ring-641-speed");
         let text = std::fs::read_to_string(&net).unwrap().replace("speed=\"30.000000\"", "speed=\"20.000000\"");
         std::fs::write(other.join("net.xml"), text).unwrap();
-        assert_eq!(on("auto", &other.to_string_lossy()).words(), "two-phase (auto: no policy is shipped for ring-250)");
+        assert_eq!(
+            on("auto", &other.to_string_lossy()).to_string(),
+            "two-phase (auto: no policy is shipped for ring-250)"
+        );
         let none = resolve_among(&[], "auto", &RoadMap::load("ring-250").unwrap());
-        assert!(none.words().starts_with("two-phase (auto: no shipped policies at "), "{none:?}");
+        assert!(none.to_string().starts_with("two-phase (auto: no shipped policies at "), "{none:?}");
         let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
         for name in shipped() {
             assert!(file_of(&name).is_some_and(|file| file.exists()));

@@ -81,11 +81,11 @@ fn a_network_that_does_not_stand_alone_is_refused_by_name_with_the_remedy() {
     let layers = vec![NetworkLayer { bias: vec![0.0], weights: vec![vec![1.0]] }];
     let spacing = NetworkInput { feature: Feature::Spacing, from: 8.0, to: 16.0 };
     let gain = ExpectedGain { silent_below_mps: 0.0, inputs: vec![spacing], layers };
-    let told = NetworkInput { feature: Feature::Reaction, from: 0.0, to: 2.0 };
+    let input = NetworkInput { feature: Feature::Reaction, from: 0.0, to: 2.0 };
     let alone = half_the_leaders;
     for (network, expected) in [
         (over(alone()), "corrects another advice itself\n  remedy: name a speed policy that stands alone"),
-        (Network { inputs: vec![told], ..alone() }, "asks who drives\n  remedy"),
+        (Network { inputs: vec![input], ..alone() }, "asks who drives\n  remedy"),
         (Network { expected_gain: Some(gain), ..alone() }, "is silent where it expects harm\n  remedy"),
         (Network { action: NetworkOutput::Acceleration, ..alone() }, "advises an acceleration"),
         (

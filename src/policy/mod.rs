@@ -150,7 +150,7 @@ pub trait Policy: Send {
 
     /// Returns the estimated traits of the driver, if the policy estimates traits.
     fn driver_estimate(&self) -> Option<DriverEstimate> {
-        self.who_drives().and_then(|told| told.traits())
+        self.who_drives().and_then(|driver| driver.traits())
     }
 
     /// Returns true if the policy needs the driver's traits or latents as input and has no estimator for them.
@@ -295,12 +295,12 @@ pub struct ResolvedPolicy {
     pub why: Option<String>,
 }
 
-impl ResolvedPolicy {
-    /// Returns the name for display, with the reason in brackets if there is one.
-    pub fn words(&self) -> String {
+impl std::fmt::Display for ResolvedPolicy {
+    /// Writes the name for display, with the reason in brackets if there is one.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match &self.why {
-            Some(why) => format!("{} ({why})", self.name),
-            None => self.name.clone(),
+            Some(why) => write!(f, "{} ({why})", self.name),
+            None => f.write_str(&self.name),
         }
     }
 }

@@ -419,10 +419,10 @@ mod tests {
         let two = ExpectedGain { layers: vec![wide], ..gain(0.0) };
         let mut network = small(0, 1);
         network.expected_gain = Some(two);
-        let told = Network::from_toml(&network.to_toml()).unwrap_err().to_string();
-        assert_eq!(told, "expected_gain: the last layer has 2 outputs; 1 is needed");
-        let told = fault(|n| n.expected_gain = Some(ExpectedGain { silent_below_mps: f64::INFINITY, ..gain(0.0) }));
-        assert_eq!(told, "expected_gain: silent_below_mps must be a finite number");
+        let message = Network::from_toml(&network.to_toml()).unwrap_err().to_string();
+        assert_eq!(message, "expected_gain: the last layer has 2 outputs; 1 is needed");
+        let message = fault(|n| n.expected_gain = Some(ExpectedGain { silent_below_mps: f64::INFINITY, ..gain(0.0) }));
+        assert_eq!(message, "expected_gain: silent_below_mps must be a finite number");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
         assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is no policy file"));

@@ -45,11 +45,11 @@ mod tests {
         let seen = Observation { speed_mps: 9.0, ..Observation::default() };
         // 0.7 is not exact in binary: the second hold begins after seven steps of 0.1 s.
         let steps = |n: u32| f64::from(n) * 0.1;
-        let told: Vec<Option<Action>> = [0, 6, 7, 13, 14, 20, 21]
+        let actions: Vec<Option<Action>> = [0, 6, 7, 13, 14, 20, 21]
             .map(|n| (!advice.abstains(steps(n), &seen)).then(|| advice.act(steps(n), &seen)))
             .to_vec();
         let speed = |v: f64| Some(Action::Speed(v));
-        assert_eq!(told, [speed(3.0), speed(3.0), None, None, speed(4.5), speed(4.5), speed(3.0)]);
+        assert_eq!(actions, [speed(3.0), speed(3.0), None, None, speed(4.5), speed(4.5), speed(3.0)]);
         assert!(ReplayedAdvice::new(Vec::new(), 1.0).abstains(0.0, &seen), "of nothing nothing is advised");
     }
 }

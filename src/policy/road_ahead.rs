@@ -246,12 +246,12 @@ mod tests {
         assert!(lacks(&wave, NETWORK).expect("it corrects what is for a ring").contains("closed route"));
         assert_eq!(lacks(&wave, RoadKind::ClosedRoute), None);
         let beside = of("", "left_leader_gap", "");
-        let told = lacks(&beside, RoadKind::Network(LanesBeside::default())).expect("one lane has none beside it");
-        assert_eq!(told, "sees `left_leader_gap`, and its path has no lane to the left of its own");
+        let message = lacks(&beside, RoadKind::Network(LanesBeside::default())).expect("one lane has none beside it");
+        assert_eq!(message, "sees `left_leader_gap`, and its path has no lane to the left of its own");
         assert_eq!(lacks(&beside, NETWORK), None);
         let signal = of("", "signal_distance", "");
-        let told = lacks(&signal, RoadKind::ClosedRoute).expect("there are no signals");
-        assert!(told.contains("`signal_distance`"), "{told}");
+        let message = lacks(&signal, RoadKind::ClosedRoute).expect("there are no signals");
+        assert!(message.contains("`signal_distance`"), "{message}");
         assert_eq!(lacks(&signal, NETWORK), None);
         let refused = PolicySource::for_rings(&signal, &SETTINGS).err().expect("a ring has no signals").to_string();
         assert!(refused.contains("`signal_distance`") && refused.contains("remedy: codrive run"), "{refused}");

@@ -81,7 +81,7 @@ pub const ADVISED: &[TableColumn<AdvisedRow>] = &[
         "indicator",
         "",
         "indicators: off, left or right",
-        ColumnValue::Word(|r| r.controls.indicator.word().into()),
+        ColumnValue::Word(|r| r.controls.indicator.name().into()),
     ),
     number("x_m", "m", "centre of the car, to the east", |r| Some(r.car.position.x)),
     number("y_m", "m", "centre of the car, to the north", |r| Some(r.car.position.y)),

@@ -130,7 +130,7 @@ impl TableComparison {
         let selectors = [Selector::Drive, Selector::Neutral, Selector::Reverse];
         let selector = selectors.into_iter().find(|s| word == Some(tables::selector_word(*s)));
         let word = ego.word("indicator");
-        let indicator = Indicator::ALL.into_iter().find(|side| word == Some(side.word()));
+        let indicator = Indicator::ALL.into_iter().find(|side| word == Some(side.name()));
         match (throttle, brake, wheel, selector.zip(indicator)) {
             (Some(throttle), Some(brake), Some(wheel), Some((selector, indicator))) => Ok(Some(Controls {
                 throttle: throttle as f32,

@@ -75,7 +75,7 @@ impl EventRow {
             EventKind::RedLight { s_m, speed_mps } => row("red_light", at(s_m), None, Some(speed_mps)),
             EventKind::WrongWay { s_m } => row("wrong_way", at(s_m), None, None),
             EventKind::RightWay => row("right_way", String::new(), None, None),
-            EventKind::Indicator(side) => row("indicator", side.word().into(), None, None),
+            EventKind::Indicator(side) => row("indicator", side.name().into(), None, None),
             EventKind::Speeding { s_m, over_mps } => row("speeding", at(s_m), None, Some(over_mps)),
             EventKind::WithinLimit => row("within_limit", String::new(), None, None),
             EventKind::NearMiss { car, time_s } => row("near_miss", String::new(), Some(car.0), Some(time_s)),

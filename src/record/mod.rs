@@ -148,8 +148,8 @@ mod tests {
             (ErrorKind::AlreadyExists, "nothing is overwritten: name another"),
             (ErrorKind::PermissionDenied, "choose a folder that you may write to"),
         ] {
-            let told = RecordError::file("drives/p1")(Error::from(kind)).to_string();
-            assert!(told.contains("drives/p1") && told.contains(remedy), "{told}");
+            let message = RecordError::file("drives/p1")(Error::from(kind)).to_string();
+            assert!(message.contains("drives/p1") && message.contains(remedy), "{message}");
         }
         let full = RecordError::file("drives/p1")(Error::from_raw_os_error(nix::libc::EFBIG)).to_string();
         assert!(full.contains("make room on the disk; codrive recover FOLDER"), "{full}");

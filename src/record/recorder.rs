@@ -294,7 +294,7 @@ impl Recorder {
         fail_point!("finish.summary");
         self.manifest.checksums = Some(written.checksums.save(&self.folder)?);
         fail_point!("finish.checksums");
-        self.manifest.ended.get_or_insert_with(|| summary.end_in_words());
+        self.manifest.ended.get_or_insert_with(|| summary.end_text());
         self.manifest.hash = Some(format!("{:016x}", self.hash));
         self.manifest.state = RecordingState::Complete;
         self.manifest.seal(&self.folder)?;

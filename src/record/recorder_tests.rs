@@ -181,10 +181,10 @@ fn a_flipped_byte_loses_the_rows_of_its_block_and_is_reported() {
         assert!(matches!(lost, [50, 0] | [0, 110] | [0, 0]), "byte {at}: {lost:?}");
         if let Some(table) = hole.table {
             let batch = ends.iter().take_while(|end| **end <= at).count() as u64;
-            let said = hole.to_string();
-            assert!(said.contains(&format!(" rows of {} (", table.name())), "{said}");
+            let refusal = hole.to_string();
+            assert!(refusal.contains(&format!(" rows of {} (", table.name())), "{refusal}");
             if table == Table::Ego {
-                assert_eq!(hole.ticks, Some([Tick(50 * batch + 1), Tick(50 * batch + 50)]), "{said}");
+                assert_eq!(hole.ticks, Some([Tick(50 * batch + 1), Tick(50 * batch + 50)]), "{refusal}");
             }
         }
         assert!(found.kept.is_some_and(|kept| kept.starts_with(damaged.join("lost+found"))));
@@ -328,8 +328,8 @@ fn a_batch_is_reported_done_after_one_write_and_one_sync() {
     // An empty batch needs neither write nor sync.
     queue.send(RowBatch::default()).expect("room");
     drop(queue);
-    let told = disk.clone();
-    let done = || told.0.lock().expect("held by nobody who panicked").push("done");
+    let shared = disk.clone();
+    let done = || shared.0.lock().expect("held by nobody who panicked").push("done");
     Journal::over("rows.blocks".into(), disk.clone()).write(&batches, done).expect("room");
     let noted = disk.0.lock().expect("held by nobody who panicked").join(" ");
     assert_eq!(noted, "write sync done write sync done write sync done done");
@@ -446,8 +446,8 @@ fn the_free_space_agrees_with_df() {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
     let df = std::process::Command::new("df").args(["--output=avail", "-B1"]).arg(folder.path()).output().expect("df");
-    let said = String::from_utf8_lossy(&df.stdout);
-    let free: u64 = said.lines().last().and_then(|line| line.trim().parse().ok()).expect("a number of bytes");
+    let refusal = String::from_utf8_lossy(&df.stdout);
+    let free: u64 = refusal.lines().last().and_then(|line| line.trim().parse().ok()).expect("a number of bytes");
     let gauged = recorder.writer_status().free_bytes().expect("this system tells");
     // Other programs write meanwhile: within a tenth.
     assert!(gauged.abs_diff(free) < free / 10, "{gauged} and {free}");

@@ -140,8 +140,8 @@ fn a_row_too_large_for_a_block_is_refused_and_earlier_rows_are_kept() {
     let mut journal = StreamJournal::begin(folder.path(), "texts", &columns).expect("room");
     let row = |text: String| vec![StreamValues::Numbers(vec![1.0]), StreamValues::Texts(vec![text])];
     journal.append(row("short".into())).expect("room");
-    let said = journal.append(row("x".repeat((32 << 20) + 1))).unwrap_err().to_string();
-    assert!(said.contains("a sample has 33554441 bytes; allowed: 33554432"), "{said}");
+    let message = journal.append(row("x".repeat((32 << 20) + 1))).unwrap_err().to_string();
+    assert!(message.contains("a sample has 33554441 bytes; allowed: 33554432"), "{message}");
     settle(folder.path(), &mut Vec::new()).expect("room");
     assert_eq!(table(folder.path(), "texts").words("word"), ["short"]);
 }

@@ -229,7 +229,7 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "indicator",
         "",
         "indicators as given: off, left or right",
-        ColumnValue::Word(|r| r.controls.indicator.word().into()),
+        ColumnValue::Word(|r| r.controls.indicator.name().into()),
     ),
     number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego?.position.x)),
     number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego?.position.y)),

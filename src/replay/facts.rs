@@ -140,10 +140,10 @@ impl DriveFacts {
     fn driven_end(&self, failure: Option<String>) -> String {
         let mut summary = self.summary.clone();
         failure.into_iter().for_each(|why| summary.fail(why));
-        let driven = summary.to_summary().end_in_words();
-        let said = self.recorded.ended.clone().unwrap_or_default();
-        let is_of_a_cut = said == "cut" || said.starts_with("recording failed: ");
-        if self.is_cut() && is_of_a_cut { said } else { driven }
+        let driven = summary.to_summary().end_text();
+        let message = self.recorded.ended.clone().unwrap_or_default();
+        let is_of_a_cut = message == "cut" || message.starts_with("recording failed: ");
+        if self.is_cut() && is_of_a_cut { message } else { driven }
     }
 
     fn check_driver(&self, world: &World, found: &mut Vec<FactDifference>) {

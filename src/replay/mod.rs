@@ -17,7 +17,7 @@ pub mod window;
 pub use evidence::Evidence;
 pub use facts::FactDifference;
 pub use verifier::{ReplayHeader, VerificationProgress, Verifier};
-pub use what_if::{ChangeFault, WhatIfComparison, changes, what_if, words};
+pub use what_if::{ChangeFault, WhatIfComparison, changes, changes_text, what_if};
 #[cfg(feature = "desktop")]
 pub use {renderer::ReplayRenderer, sound_track::SoundTrack};
 

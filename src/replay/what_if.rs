@@ -112,7 +112,10 @@ pub fn what_if(
     // the error comes at once.
     let mut run = OfflineDrive::new(&changed, [0.0, f64::INFINITY])?;
     run.record(out)?;
-    run.note("what if", &format!("{} of {}", words(changes), recording.file_name().unwrap_or_default().display()));
+    run.note(
+        "what if",
+        &format!("{} of {}", changes_text(changes), recording.file_name().unwrap_or_default().display()),
+    );
     while run.world().ended().is_none() && !stop.load(Ordering::Relaxed) {
         let before = run.world().snapshot().tick.0;
         run.step()?;
@@ -136,7 +139,7 @@ pub fn what_if(
 }
 
 /// Returns the changes as text, such as `policy=none, driver=idm`.
-pub fn words(changes: &[(Field, Value)]) -> String {
+pub fn changes_text(changes: &[(Field, Value)]) -> String {
     let word = |(field, value): &(Field, Value)| match value {
         Value::String(text) => format!("{}={}", field.path, inputs::last(text)),
         other => format!("{}={other}", field.path),
@@ -201,9 +204,9 @@ mod tests {
     #[test]
     fn changes_are_settings_with_allowed_values() {
         let read = |text: &str| changes(&[text.to_owned()]).map_err(|fault| fault.to_string());
-        assert_eq!(words(&read("none").unwrap()), "policy=none, driver=idm");
-        assert_eq!(words(&read("hold=5").unwrap()), "hold_s=5");
-        assert_eq!(words(&read("idm.T=1.5").unwrap()), "idm.T=1.5");
+        assert_eq!(changes_text(&read("none").unwrap()), "policy=none, driver=idm");
+        assert_eq!(changes_text(&read("hold=5").unwrap()), "hold_s=5");
+        assert_eq!(changes_text(&read("idm.T=1.5").unwrap()), "idm.T=1.5");
         assert!(read("perfect").unwrap_err().contains("SETTING=VALUE"));
         assert!(read("polcy=none").unwrap_err().contains("no setting polcy"));
         let why = read("vehicles=many").unwrap_err();

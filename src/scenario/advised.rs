@@ -133,8 +133,11 @@ mod tests {
         assert_eq!([read("100%"), read("0%"), read("0.0")], [1.0, 0.0, 0.0].map(AdvisedVehicles::Share));
         assert_eq!([read("3"), read("0"), read("1")], [3, 0, 1].map(AdvisedVehicles::Count));
         for wrong in ["", "-1", "1.0", "1.5", "101%", "-5%", "%", "half", "nan", "3 cars", "99999999999"] {
-            let told = wrong.parse::<AdvisedVehicles>().expect_err(wrong).to_string();
-            assert!(told.contains(&format!("\"{wrong}\"")) && told.contains("5% or 0.05 (100% is all)"), "{told}");
+            let message = wrong.parse::<AdvisedVehicles>().expect_err(wrong).to_string();
+            assert!(
+                message.contains(&format!("\"{wrong}\"")) && message.contains("5% or 0.05 (100% is all)"),
+                "{message}"
+            );
         }
     }
 
@@ -148,8 +151,8 @@ mod tests {
         assert_eq!(of("advised = 0.25"), Ok(AdvisedVehicles::Share(0.25)));
         assert_eq!(of("advised = 4"), Ok(AdvisedVehicles::Count(4)));
         assert_eq!(of("advised = \"20%\""), Ok(AdvisedVehicles::Share(0.2)));
-        let told = of("seed = 1\nadvised = 1.0").expect_err("one or all").message;
-        assert!(told.starts_with("x:2:11: advised is \"1.0\"; allowed: a share"), "{told}");
+        let message = of("seed = 1\nadvised = 1.0").expect_err("one or all").message;
+        assert!(message.starts_with("x:2:11: advised is \"1.0\"; allowed: a share"), "{message}");
     }
 
     #[test]

@@ -198,9 +198,9 @@ mod tests {
         assert_eq!(read("town.net.xml", "calm.toml"), [within("town.net.xml"), within("calm.toml")]);
         assert_eq!(read("towns/one", "../calm.onnx"), [within("towns/one"), within("../calm.onnx")]);
         assert_eq!(read("/roads/net.xml", "/calm.toml"), ["/roads/net.xml", "/calm.toml"]);
-        let said = read("town.net.xml", "pi")[0].clone();
-        let said = crate::map::RoadMap::load(&said).unwrap_err().to_string();
-        assert!(said.contains(&within("town.net.xml")), "{said}");
+        let message = read("town.net.xml", "pi")[0].clone();
+        let message = crate::map::RoadMap::load(&message).unwrap_err().to_string();
+        assert!(message.contains(&within("town.net.xml")), "{message}");
     }
 
     #[test]
@@ -298,8 +298,8 @@ mod tests {
             "{text}"
         );
         let traffic = Scenario::fields().into_iter().find(|field| field.path == "traffic").expect("a setting");
-        let told = traffic.fault(&"natvie".into()).expect("no engine");
-        assert_eq!(told, "traffic is \"natvie\" (did you mean native?); allowed: one of sumo, native");
+        let fault = traffic.fault(&"natvie".into()).expect("no engine");
+        assert_eq!(fault, "traffic is \"natvie\" (did you mean native?); allowed: one of sumo, native");
     }
 
     #[test]

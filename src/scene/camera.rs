@@ -1,10 +1,12 @@
-//! The one definition of where a point of the world falls in a picture, shared by the renderer, overlays and tests.
-//! In: a [`Camera`] and the picture's aspect (width / height). Out: matrices with depth 0..1, **reversed**: 1 at the
-//! near plane, 0 at infinity (or at the parallel lens's far plane), which keeps float depth exact to the horizon.
+//! Cameras of the driver, the mirror, the bird's-eye view and the chase view, and the projection of the world into their pictures, which
+//! the renderer, overlays and tests share. In: the ego, a [`Camera`] and the picture's aspect (width / height). Out: cameras, and matrices
+//! with depth 0..1, **reversed**: 1 at the near plane, 0 at infinity (or at the parallel lens's far plane), which keeps float
+//! depth exact to the horizon.
 
-use super::{Camera, Lens};
+use super::{Camera, Lens, StaticScene, ViewOptions, view::EgoAt};
+use crate::{scenario::CockpitView, space::Pose};
 use glam::camera::rh::{proj::directx, view::look_to_mat4};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3};
 
 /// Near plane of perspective lenses, metres: nearer than any part of a car that a camera can come close to.
 pub const NEAR_M: f32 = 0.1;
@@ -89,6 +91,73 @@ impl Camera {
             Lens::Parallel { half_extent_m } => Vec2::new(half_extent_m, half_extent_m / aspect),
         }
     }
+}
+
+/// How far the driver's camera looks down where the car has instruments, radians: 6 degrees. With a level one a picture that
+/// is 38 degrees high would end where they begin.
+const LOOK_DOWN_RAD: f32 = 0.105;
+
+/// The driver's camera in the body's frame.
+pub(super) fn driver_look(options: &ViewOptions) -> Camera {
+    let down = if options.cockpit == CockpitView::Full { LOOK_DOWN_RAD } else { 0.0 };
+    let look = Quat::from_rotation_y(down);
+    let lens = Lens::Perspective { fov_x_rad: options.fov_x_rad() };
+    Camera { eye: options.eye, forward: look * Vec3::X, up: look * Vec3::Z, lens }
+}
+
+/// Returns the driver's camera.
+pub(super) fn driver_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
+    let rotation = ego.steadied(options.body_motion);
+    let look = driver_look(options);
+    Camera { eye: ego.position + rotation * look.eye, forward: rotation * look.forward, up: rotation * look.up, ..look }
+}
+
+/// Returns the camera of the rear-view mirror.
+pub(super) fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
+    let rotation = ego.steadied(options.body_motion);
+    let (yaw, pitch) = (options.mirror.yaw_deg.to_radians(), options.mirror.pitch_deg.to_radians());
+    // Backwards, tilted up, then turned towards the left side of the road behind.
+    let turned = rotation * Quat::from_rotation_z(-yaw) * Quat::from_rotation_y(pitch);
+    Camera {
+        eye: ego.position + rotation * options.mirror.position,
+        forward: turned * Vec3::NEG_X,
+        up: turned * Vec3::Z,
+        lens: Lens::Perspective { fov_x_rad: options.mirror.fov_x_deg.to_radians() },
+    }
+}
+
+/// Height of the bird's-eye camera above the ground, metres: above every hill and tree.
+const BIRDSEYE_HEIGHT_M: f32 = 400.0;
+
+/// Returns the camera above the ego or the whole scene.
+pub(super) fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, static_scene: &StaticScene) -> Camera {
+    let (centre, half_extent_m) = match options.birdseye_follow_m {
+        Some(half_extent_m) => (ego.position.truncate(), half_extent_m),
+        None => (static_scene.centre, static_scene.radius_m * 1.06 + 4.0),
+    };
+    Camera {
+        eye: centre.extend(BIRDSEYE_HEIGHT_M + static_scene.highest_m),
+        forward: -Vec3::Z,
+        up: Vec3::Y,
+        lens: Lens::Parallel { half_extent_m },
+    }
+}
+
+/// The chase camera lags behind a turning car by this time, so that it does not stiffly swing with it, seconds.
+const CHASE_LAG_S: f32 = 0.25;
+
+/// Returns the camera behind the ego.
+pub(super) fn chase_camera(ego: &EgoAt, yaw_rate: f32, static_scene: &StaticScene) -> Camera {
+    let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
+    let at = ego.position.truncate();
+    let under = Pose::new(at.as_dvec2(), f64::from(ego.yaw_rad));
+    let (road_m, grade) = static_scene.road_at(under, f64::from(ego.position.z)).unwrap_or_default();
+    // Behind on the same slope.
+    let eye = (at - back * 7.5).extend(2.6 + road_m - 7.5 * grade);
+    let target = (at + back * 2.0).extend(0.8 + road_m + 2.0 * grade);
+    let forward = (target - eye).normalize();
+    let right = forward.cross(Vec3::Z).normalize();
+    Camera { eye, forward, up: right.cross(forward), lens: Lens::Perspective { fov_x_rad: 63f32.to_radians() } }
 }
 
 #[cfg(test)]

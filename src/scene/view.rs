@@ -1,8 +1,9 @@
-//! One picture from one snapshot: where every car stands between two ticks, where the driver's camera is and the rear-view
-//! mirror's, what colours things have. In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
+//! One picture from one snapshot: the poses of all cars between two ticks, the lit lamps and the colours.
+//! In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::{
-    Camera, CarInstance, DriverSeat, Lens, LitLamp, StaticScene, View, ViewKind, ViewOptions,
+    CarInstance, DriverSeat, LitLamp, StaticScene, View, ViewKind, ViewOptions,
+    camera::{birdseye_camera, chase_camera, driver_camera, driver_look, mirror_camera},
     car::{materials::WHEEL_RADIUS_M, number_plate},
     cockpit::mirrors,
     vehicles,
@@ -18,7 +19,7 @@ use crate::{
     scenario::CockpitView,
     sim::{Snapshot, VehicleSnapshot},
 };
-use glam::{Affine3A, DVec3, EulerRot, Quat, Vec2, Vec3};
+use glam::{Affine3A, DVec3, EulerRot, Quat, Vec3};
 use std::f64::consts::TAU;
 
 /// The wind begins anew after ten hours, seconds: up to there single precision has steps of 4 ms, after days it would sway
@@ -74,10 +75,10 @@ pub fn view(
 }
 
 /// The ego between two ticks.
-struct EgoAt {
-    position: Vec3,
+pub(super) struct EgoAt {
+    pub(super) position: Vec3,
     rotation: Quat,
-    yaw_rad: f32,
+    pub(super) yaw_rad: f32,
     hubs: [Vec3; 4],
     steering_wheel_rad: f32,
     spin_rad: f32,
@@ -125,7 +126,7 @@ impl EgoAt {
     }
 
     /// The body's rotation with only `share` of its pitch and roll.
-    fn steadied(&self, share: f32) -> Quat {
+    pub(super) fn steadied(&self, share: f32) -> Quat {
         let (yaw, pitch, roll) = self.rotation.to_euler(EulerRot::ZYX);
         Quat::from_euler(EulerRot::ZYX, yaw, pitch * share, roll * share)
     }
@@ -236,77 +237,16 @@ fn lit_lamps(
     lamps
 }
 
-/// How far the driver's camera looks down where the car has instruments, radians: 6 degrees. With a level one a picture that
-/// is 38 degrees high would end where they begin.
-const LOOK_DOWN_RAD: f32 = 0.105;
-
-/// The driver's camera in the body's frame.
-fn driver_look(options: &ViewOptions) -> Camera {
-    let down = if options.cockpit == CockpitView::Full { LOOK_DOWN_RAD } else { 0.0 };
-    let look = Quat::from_rotation_y(down);
-    let lens = Lens::Perspective { fov_x_rad: options.fov_x_rad() };
-    Camera { eye: options.eye, forward: look * Vec3::X, up: look * Vec3::Z, lens }
-}
-
-fn driver_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
-    let rotation = ego.steadied(options.body_motion);
-    let look = driver_look(options);
-    Camera { eye: ego.position + rotation * look.eye, forward: rotation * look.forward, up: rotation * look.up, ..look }
-}
-
-fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
-    let rotation = ego.steadied(options.body_motion);
-    let (yaw, pitch) = (options.mirror.yaw_deg.to_radians(), options.mirror.pitch_deg.to_radians());
-    // Backwards, tilted up, then turned towards the left side of the road behind.
-    let turned = rotation * Quat::from_rotation_z(-yaw) * Quat::from_rotation_y(pitch);
-    Camera {
-        eye: ego.position + rotation * options.mirror.position,
-        forward: turned * Vec3::NEG_X,
-        up: turned * Vec3::Z,
-        lens: Lens::Perspective { fov_x_rad: options.mirror.fov_x_deg.to_radians() },
-    }
-}
-
-/// Height of the bird's-eye camera above the ground, metres: above every hill and tree.
-const BIRDSEYE_HEIGHT_M: f32 = 400.0;
-
-fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, static_scene: &StaticScene) -> Camera {
-    let (centre, half_extent_m) = match options.birdseye_follow_m {
-        Some(half_extent_m) => (ego.position.truncate(), half_extent_m),
-        None => (static_scene.centre, static_scene.radius_m * 1.06 + 4.0),
-    };
-    Camera {
-        eye: centre.extend(BIRDSEYE_HEIGHT_M + static_scene.highest_m),
-        forward: -Vec3::Z,
-        up: Vec3::Y,
-        lens: Lens::Parallel { half_extent_m },
-    }
-}
-
-/// The chase camera lags behind a turning car by this time, so that it does not stiffly swing with it, seconds.
-const CHASE_LAG_S: f32 = 0.25;
-
-fn chase_camera(ego: &EgoAt, yaw_rate: f32, static_scene: &StaticScene) -> Camera {
-    let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
-    let at = ego.position.truncate();
-    let under = Pose::new(at.as_dvec2(), f64::from(ego.yaw_rad));
-    let (road_m, grade) = static_scene.road_at(under, f64::from(ego.position.z)).unwrap_or_default();
-    // Behind on the same slope.
-    let eye = (at - back * 7.5).extend(2.6 + road_m - 7.5 * grade);
-    let target = (at + back * 2.0).extend(0.8 + road_m + 2.0 * grade);
-    let forward = (target - eye).normalize();
-    let right = forward.cross(Vec3::Z).normalize();
-    Camera { eye, forward, up: right.cross(forward), lens: Lens::Perspective { fov_x_rad: 63f32.to_radians() } }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::map::RoadMap;
+    use crate::scene::Camera;
     use crate::scene::static_scene::tests::{circuit, ring};
     use crate::space::CAR_LENGTH_M;
     use crate::time::Tick;
     use crate::traffic::VehicleLamps;
+    use glam::Vec2;
 
     const ASPECT: f32 = 16.0 / 9.0;
 

@@ -140,7 +140,7 @@ impl SessionResources {
                 let is_in_range = snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps));
                 in_range.add(is_in_range, scenario.step_s);
             }
-            contacts.extend(world.events().iter().filter_map(contacts::words));
+            contacts.extend(world.events().iter().filter_map(contacts::contact_text));
             watch(world);
         })?;
         if !*began {
@@ -171,8 +171,8 @@ impl SessionResources {
 /// Reads the devices at a screen: buttons and turns of the wheel become form input.
 fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &mut Vec<String>) -> Vec<FormInput> {
     let mut inputs = Vec::new();
-    for told in devices.poll() {
-        match told {
+    for event in devices.poll() {
+        match event {
             RigEvent::Pressed(action) => inputs.extend(WheelNavigation::pressed(action)),
             RigEvent::Connected(name) => news.push(format!("{name} is there")),
             RigEvent::Disconnected(name) => news.push(format!("{name} was unplugged")),

@@ -215,7 +215,7 @@ impl LiveSession {
             return Ok(());
         }
         match &mut self.at {
-            SessionState::Loading(told @ false) => *told = true,
+            SessionState::Loading(is_shown @ false) => *is_shown = true,
             SessionState::Loading(true) => {
                 let Some(PlanItem::Drive { scenario, .. }) = self.running().map(|planned| planned.item.clone()) else {
                     return Ok(());
@@ -403,17 +403,17 @@ impl LiveSession {
         let PlannedItem { item, text, .. } = planned.clone();
         self.folder = self.session.begin(&(self.utc)())?;
         let texts = &self.study.file.texts;
-        let said = |text: String, usual: &String| if text.is_empty() { usual.clone() } else { text };
+        let text_or = |text: String, usual: &String| if text.is_empty() { usual.clone() } else { text };
         match item {
             PlanItem::Text(page) => self.see(SessionState::Text(page)),
             PlanItem::Break(seconds) => {
-                let words = said(text, &texts.rest);
+                let words = text_or(text, &texts.rest);
                 self.see(SessionState::Rest(words, seconds));
             }
             PlanItem::Questions(word) if text.is_empty() => self.ask(&word)?,
             PlanItem::Questions(_) => self.see(SessionState::Intro(text)),
             PlanItem::Drive { .. } => {
-                let words = said(text, &texts.ready);
+                let words = text_or(text, &texts.ready);
                 self.see(SessionState::Intro(words));
             }
         }

@@ -97,7 +97,7 @@ impl LiveSession {
                 };
                 SessionItem {
                     name: planned.name.clone(),
-                    what: planned.item.words(),
+                    what: planned.item.to_string(),
                     condition: planned.condition.clone(),
                     state,
                     earlier: earlier(log, &planned.name, now, self.is_over()),

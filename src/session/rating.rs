@@ -34,7 +34,7 @@ impl LiveSession {
                 Ok(())
             }
             Some(FmsEvent::Unanswered(rating)) => {
-                backend.note(fms::UNANSWERED, &rating.words());
+                backend.note(fms::UNANSWERED, &rating.to_string());
                 Ok(self.session.rate(rating, None, &(self.utc)())?)
             }
         }
@@ -48,7 +48,7 @@ impl LiveSession {
             FormInput::Turn(by) => scale.turn(*by),
             FormInput::Next => {
                 let Some(rating) = scale.confirm(now.time_s) else { return Ok(()) };
-                backend.note_value(fms::ANSWERED, &rating.words(), rating.value.unwrap_or_default().into());
+                backend.note_value(fms::ANSWERED, &rating.to_string(), rating.value.unwrap_or_default().into());
                 self.rated(rating, backend)?;
             }
             _ => {}

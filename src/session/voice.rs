@@ -89,10 +89,10 @@ impl LiveSession {
                 None
             }
             VoiceStatus::Failed(why) => {
-                let said = format!("{} is not heard: {why}", text.file);
-                notes.push(said.clone());
+                let note = format!("{} is not heard: {why}", text.file);
+                notes.push(note.clone());
                 *speaking = None;
-                Some(said + "; the page shows the same text")
+                Some(note + "; the page shows the same text")
             }
         }
     }

@@ -359,7 +359,7 @@ impl SessionWindows<'_> {
             None => WheelHealth::None,
         };
         let hears_room = resources.hears_room();
-        let work = making.as_ref().map(BaselineJob::words).or(done);
+        let work = making.as_ref().map(BaselineJob::progress_text).or(done);
         let mut commands = Vec::new();
         experimenter.draw(picture.gpu(), |ui| {
             commands.extend(experimenter_view.show(

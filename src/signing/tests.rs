@@ -70,12 +70,12 @@ fn a_key_that_cannot_sign_here_is_reported_with_a_tool_that_can() {
         ("ecdsa-key", "is no private key that can be read here"),
         ("lab-key.pub", "is no private key that can be read here"),
     ] {
-        let told = sign(&data(key), b"abc").expect_err("not usable").to_string();
-        assert!(told.contains(key) && told.contains(why), "{told}");
-        assert!(told.contains("ssh-keygen -Y sign -f ") && told.contains(" -n codrive FILE"), "{told}");
+        let message = sign(&data(key), b"abc").expect_err("not usable").to_string();
+        assert!(message.contains(key) && message.contains(why), "{message}");
+        assert!(message.contains("ssh-keygen -Y sign -f ") && message.contains(" -n codrive FILE"), "{message}");
     }
-    let told = sign(&data("none"), b"abc").expect_err("no file").to_string();
-    assert!(told.contains("signing/none: "), "{told}");
+    let message = sign(&data("none"), b"abc").expect_err("no file").to_string();
+    assert!(message.contains("signing/none: "), "{message}");
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn a_list_of_signers_is_read_by_line_and_errors_name_the_line() {
         ("ann ssh-ed25519 AAAA\n".into(), "line 1: the key cannot be read"),
         (key.into(), "line 1: the key has no comment that names its owner"),
     ] {
-        let told = refused(&lines);
-        assert!(told.contains(why) && told.contains("allowed is a line NAME ssh-ed25519 KEY"), "{told}");
+        let message = refused(&lines);
+        assert!(message.contains(why) && message.contains("allowed is a line NAME ssh-ed25519 KEY"), "{message}");
     }
 }

@@ -69,7 +69,7 @@ fn is_none_of(count: &u32) -> bool {
 
 impl Summary {
     /// Returns the reason for the end as recordings have it; "stopped" if the drive was stopped.
-    pub fn end_in_words(&self) -> String {
+    pub fn end_text(&self) -> String {
         match (self.ended, &self.failure) {
             (_, Some(why)) => format!("failed: {}", why.split_once("\n  remedy").map_or(why.as_str(), |(why, _)| why)),
             (Some(end), None) => end.name().into(),

@@ -313,8 +313,8 @@ fn a_standing_start_begins_in_the_jam_with_the_brake_on() {
         ..Scenario::default()
     };
     let mut world = World::new(&scenario).expect("the shipped ring");
-    let told = world.hand_over();
-    assert!(told.is_as_asked && told.speed_mps < 0.08 && told.speed_sd_mps >= 2.0, "{told:?}");
+    let hand_over = world.hand_over();
+    assert!(hand_over.is_as_asked && hand_over.speed_mps < 0.08 && hand_over.speed_sd_mps >= 2.0, "{hand_over:?}");
     let driver = SimulatedDriver::new(&DriverParams::default(), world.ego_params(), 1).expect("a usual driver");
     let mut driver = driver.with_foot_on_brake();
     let first = driver.controls(&world.perceived_by(&driver));

@@ -63,7 +63,7 @@ fn answer_columns(questionnaire: &Questionnaire) -> Vec<TsvColumn> {
     let elements = questionnaire.pages.iter().flat_map(|page| &page.elements);
     let mut columns: Vec<TsvColumn> = elements.flat_map(columns_of).collect();
     for score in &questionnaire.scores {
-        columns.push(TsvColumn::new(&format!("score_{}", score.name), &score.words(), ""));
+        columns.push(TsvColumn::new(&format!("score_{}", score.name), &score.to_string(), ""));
     }
     columns
 }

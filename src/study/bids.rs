@@ -212,11 +212,11 @@ mod tests {
         let with = TsvColumn::new("a", "first", "").with([("x".to_owned(), "an x".to_owned())]);
         let sidecar: Value = serde_json::from_str(&TsvTable::new(vec![with]).sidecar(Value::Null)).unwrap();
         assert_eq!(sidecar, json!({"a": {"Description": "first", "Levels": {"x": "an x"}}}));
-        let told = task("trial", "Driving", "", None);
-        assert_eq!((&told["TaskName"], &told["Instructions"]), (&json!("trial"), &json!("none")));
+        let sidecar = task("trial", "Driving", "", None);
+        assert_eq!((&sidecar["TaskName"], &sidecar["Instructions"]), (&json!("trial"), &json!("none")));
         assert_eq!(task("trial", "Driving", "Go.", None)["Instructions"], "Go.");
-        assert!(told["InstitutionName"].is_null());
+        assert!(sidecar["InstitutionName"].is_null());
         assert_eq!(task("trial", "Driving", "", Some("A laboratory"))["InstitutionName"], "A laboratory");
-        assert_eq!(told["StimulusPresentation"]["SoftwareName"], "codrive");
+        assert_eq!(sidecar["StimulusPresentation"]["SoftwareName"], "codrive");
     }
 }

@@ -130,12 +130,12 @@ fn missing_and_changed_files_are_told_apart() {
     assert_eq!(found(root), []);
     put(root, "README.md", "abc");
     fs::remove_file(root.join("sub-P1/sub-P1_scans.tsv")).unwrap();
-    let told = changes(root).unwrap();
+    let found = changes(root).unwrap();
     assert_eq!(
-        told.iter().map(|change| change.file.as_str()).collect::<Vec<_>>()[..2],
+        found.iter().map(|change| change.file.as_str()).collect::<Vec<_>>()[..2],
         ["README.md", "sub-P1/sub-P1_scans.tsv"]
     );
-    assert!(told[0].what.contains("SHA-256 differs") && told[1].what == "is missing", "{told:?}");
+    assert!(found[0].what.contains("SHA-256 differs") && found[1].what == "is missing", "{found:?}");
 }
 
 #[test]
@@ -159,8 +159,11 @@ fn an_unlisted_file_is_reported_unless_its_session_is_open() {
     assert_eq!(found(root), []);
     for added in ["notes.txt", "sub-P1/beh/more.tsv", "sourcedata/sub-P2/drive/ego.parquet"] {
         put(root, added, "abc");
-        let told = changes(root).unwrap();
-        assert!(told.len() == 1 && told[0].file == added && told[0].what.contains("is not in SHA256SUMS"), "{told:?}");
+        let found = changes(root).unwrap();
+        assert!(
+            found.len() == 1 && found[0].file == added && found[0].what.contains("is not in SHA256SUMS"),
+            "{found:?}"
+        );
         fs::remove_file(root.join(added)).unwrap();
     }
     // Remove one entry after another from the list.

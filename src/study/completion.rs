@@ -21,6 +21,21 @@ pub enum Completion {
     Excluded,
 }
 
+impl std::fmt::Display for Completion {
+    /// Writes the word in `participants.tsv`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Open => "open",
+            Self::Complete => "complete",
+            Self::Partial => "partial",
+            Self::Withdrawn => "withdrawn",
+            Self::Declined => "declined",
+            Self::NotEligible => "not_eligible",
+            Self::Excluded => "excluded",
+        })
+    }
+}
+
 impl Completion {
     /// All values, in order.
     pub const ALL: [Self; 7] =
@@ -42,19 +57,6 @@ impl Completion {
             Self::Partial
         } else {
             Self::Complete
-        }
-    }
-
-    /// Returns the word in `participants.tsv`.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Open => "open",
-            Self::Complete => "complete",
-            Self::Partial => "partial",
-            Self::Withdrawn => "withdrawn",
-            Self::Declined => "declined",
-            Self::NotEligible => "not_eligible",
-            Self::Excluded => "excluded",
         }
     }
 

@@ -454,7 +454,7 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
             .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
         TsvColumn::new("order", "conditions in this participant's order, joined by commas", ""),
         TsvColumn::new("state", "how far the session came", "")
-            .with(Completion::ALL.map(|state| (state.word().into(), state.meaning().into()))),
+            .with(Completion::ALL.map(|state| (state.to_string(), state.meaning().into()))),
     ]);
     let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();
     traits.sort();
@@ -476,7 +476,7 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
             (log.index + 1).to_string(),
             kind.into(),
             log.order.join(","),
-            Completion::of(log).word().into(),
+            Completion::of(log).to_string(),
         ];
         row.extend(traits.iter().map(|name| bids::number(log.traits.get(*name).copied())));
         table.rows.push(row);

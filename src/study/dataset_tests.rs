@@ -183,9 +183,12 @@ fn factor_levels_are_described_by_their_settings_without_folders() {
         names,
         ["filename", "acq_time", "segment", "place", "condition", "range", "seed", "recording", "baseline"]
     );
-    let told: Vec<(&str, &str)> =
+    let described: Vec<(&str, &str)> =
         table.columns[5].levels.iter().map(|(word, about)| (word.as_str(), about.as_str())).collect();
-    assert_eq!(told, [("narrow", "map = \"ring.net.xml\", range_mph = 0.5"), ("wide", "as the base of the study")]);
+    assert_eq!(
+        described,
+        [("narrow", "map = \"ring.net.xml\", range_mph = 0.5"), ("wide", "as the base of the study")]
+    );
 }
 
 #[test]
@@ -289,10 +292,10 @@ fn links_in_place_of_participants_folders_are_refused() {
         fs::create_dir_all(at.parent().unwrap()).unwrap();
         std::os::unix::fs::symlink(elsewhere.path(), &at).unwrap();
         for found in [DataSet::open(folder.path(), &study).map(|_| ()), data.logs().map(|_| ())] {
-            let told = found.map_err(|e| e.to_string());
+            let written = found.map_err(|e| e.to_string());
             let names_it =
-                told.as_ref().is_err_and(|text| text.contains(&format!("{} is a symbolic link", at.display())));
-            assert!(if refused { names_it } else { told.is_ok() }, "{link}: {told:?}");
+                written.as_ref().is_err_and(|text| text.contains(&format!("{} is a symbolic link", at.display())));
+            assert!(if refused { names_it } else { written.is_ok() }, "{link}: {written:?}");
         }
     }
 }

@@ -133,12 +133,12 @@ fn erasing_leaves_one_line_and_changes_no_other_participant() {
     assert_eq!(place.data.next_index().unwrap(), 0);
     let again = |name: &str| Session::open(&place.data, &place.study, &code(name), ParticipantKind::Person, 0, "t10");
     for name in ["P1", "p1"] {
-        let said = again(name).unwrap_err().to_string();
-        assert!(said.contains("was erased (withdrew consent, t9); take another code"), "{said}");
+        let message = again(name).unwrap_err().to_string();
+        assert!(message.contains("was erased (withdrew consent, t9); take another code"), "{message}");
     }
     again("P3").unwrap();
-    let said = place.data.erase(&code("P1"), "x", "t11").unwrap_err().to_string();
-    assert!(said.contains("participant P1 was erased (withdrew consent, t9); nothing of them is left"), "{said}");
+    let message = place.data.erase(&code("P1"), "x", "t11").unwrap_err().to_string();
+    assert!(message.contains("participant P1 was erased (withdrew consent, t9); nothing of them is left"), "{message}");
 }
 
 #[test]
@@ -163,13 +163,13 @@ fn an_erasure_cut_after_any_step_is_finished_by_the_next_start() {
 #[test]
 fn unknown_codes_and_running_sessions_are_refused() {
     let place = place();
-    let said = place.data.erase(&code("P7"), "x", "t9").unwrap_err().to_string();
-    assert!(said.contains("there is no participant P7") && said.contains("there are: P1, P2"), "{said}");
-    let said = place.data.export(&code("P7"), &place.folder.path().join("to")).unwrap_err().to_string();
-    assert!(said.contains("there are: P1, P2"), "{said}");
+    let message = place.data.erase(&code("P7"), "x", "t9").unwrap_err().to_string();
+    assert!(message.contains("there is no participant P7") && message.contains("there are: P1, P2"), "{message}");
+    let message = place.data.export(&code("P7"), &place.folder.path().join("to")).unwrap_err().to_string();
+    assert!(message.contains("there are: P1, P2"), "{message}");
     let _session = Session::open(&place.data, &place.study, &code("P3"), ParticipantKind::Person, 2, "t0").unwrap();
-    let said = place.data.erase(&code("P3"), "x", "t9").unwrap_err().to_string();
-    assert!(said.contains("participant P3 is being run by another program"), "{said}");
+    let message = place.data.erase(&code("P3"), "x", "t9").unwrap_err().to_string();
+    assert!(message.contains("participant P3 is being run by another program"), "{message}");
     assert!(!place.data.root().join(BEGUN).exists(), "what is refused is not begun");
 }
 
@@ -189,8 +189,8 @@ fn an_unreadable_folder_stops_an_erasure_that_can_be_resumed() {
     let (phenotype, aside) = (place.data.root().join("phenotype"), place.folder.path().join("aside"));
     fs::rename(&phenotype, &aside).unwrap();
     fs::write(&phenotype, "no folder").unwrap();
-    let said = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap_err().to_string();
-    assert!(said.contains(phenotype.to_str().unwrap()), "{said}");
+    let message = place.data.erase(&code("P1"), "withdrew consent", "t9").unwrap_err().to_string();
+    assert!(message.contains(phenotype.to_str().unwrap()), "{message}");
     fs::remove_file(&phenotype).unwrap();
     fs::rename(&aside, &phenotype).unwrap();
     finish(place.data.root()).unwrap();

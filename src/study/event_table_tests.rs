@@ -71,7 +71,7 @@ fn onsets_have_two_decimals_and_are_negative_before_the_first_sample() {
 }
 
 #[test]
-fn every_word_has_a_meaning_and_tags() {
+fn every_event_word_has_a_meaning_and_tags() {
     let tagged = serde_json::from_str::<Value>(&sidecar()).unwrap();
     let words = |key: &str| tagged["trial_type"][key].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
     assert_eq!(words("Levels"), words("HED"));

@@ -104,8 +104,8 @@ fn an_export_is_complete_or_absent_and_restarts_after_a_cut() {
     assert!(!part.exists() && !to.join("old").exists() && !to.join(BEGUN).exists());
     // Existing data are left alone: a folder with contents, a folder that only looks like a cut export, a folder in the data set.
     let refused = |to: &Path, has: &str| {
-        let said = data.export(&code("P2"), to).unwrap_err().to_string();
-        assert!(said.contains(has), "{said}");
+        let message = data.export(&code("P2"), to).unwrap_err().to_string();
+        assert!(message.contains(has), "{message}");
     };
     refused(&to, "is there already; name a new or an empty folder");
     refused(&data.root().join("mine"), "is in the data set");

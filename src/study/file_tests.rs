@@ -207,20 +207,20 @@ fn map_paths_start_at_the_folder_of_the_study_file() {
         let study = parse(at, set).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(study.files().unwrap(), [home.path().join("roads/own.net.xml")]);
     }
-    let said = parse(drive, "set = { map = \"roads/other.net.xml\" }\n").unwrap_err().to_string();
-    assert!(said.contains(home.path().join("roads/other.net.xml").to_str().unwrap()), "{said}");
+    let message = parse(drive, "set = { map = \"roads/other.net.xml\" }\n").unwrap_err().to_string();
+    assert!(message.contains(home.path().join("roads/other.net.xml").to_str().unwrap()), "{message}");
 }
 
 #[test]
 fn a_title_is_one_line_without_control_characters() {
-    for (bad, said) in
+    for (bad, message) in
         [("a\\tb", "\\u{9}"), ("a\\u001b[31m", "\\u{1b}"), ("a\\u202eb", "\\u{202e}"), ("a\\nb", "\\u{a}")]
     {
         let with = format!("title = \"{bad}\"");
         assert_refused(
             "title = \"t\"",
             &with,
-            &format!("t.toml:1:9: title has the character {said}; allowed: one line"),
+            &format!("t.toml:1:9: title has the character {message}; allowed: one line"),
         );
     }
     let authors = "title = \"t\"\nauthors = [\"A\", \"B\\u0007\"]";

@@ -117,13 +117,13 @@ impl FmsScale {
     }
 }
 
-impl FmsRating {
+impl std::fmt::Display for FmsRating {
     /// Describes the rating for recordings: `12 of 20 after 3.4 s`.
-    pub fn words(&self) -> String {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (self.value, self.answer_s) {
-            (Some(value), Some(answer_s)) => format!("{value} of {HIGHEST} after {answer_s} s"),
-            (Some(value), None) => format!("{value} of {HIGHEST}"),
-            (None, _) => format!("no answer in {ANSWER_S} s"),
+            (Some(value), Some(answer_s)) => write!(f, "{value} of {HIGHEST} after {answer_s} s"),
+            (Some(value), None) => write!(f, "{value} of {HIGHEST}"),
+            (None, _) => write!(f, "no answer in {ANSWER_S} s"),
         }
     }
 }
@@ -163,14 +163,14 @@ mod tests {
         scale.turn(i32::MAX);
         let rating = scale.confirm(23.4).unwrap();
         assert_eq!(rating, FmsRating { time_s: 20.0, value: Some(20), answer_s: Some(3.4) });
-        assert_eq!((rating.words(), scale.confirm(23.5)), ("20 of 20 after 3.4 s".into(), None));
+        assert_eq!((rating.to_string(), scale.confirm(23.5)), ("20 of 20 after 3.4 s".into(), None));
         assert_eq!(scale.time(40.0, 600.0), Some(FmsEvent::Asked));
         assert_eq!(scale.prompt(40.0).unwrap().value, 20, "from the last answer on");
         scale.turn(-5);
         assert_eq!(scale.time(54.99, 600.0), None);
         let gone = FmsRating { time_s: 40.0, value: None, answer_s: None };
         assert_eq!(scale.time(55.0, 600.0), Some(FmsEvent::Unanswered(gone)));
-        assert_eq!((gone.words(), scale.prompt(55.0)), ("no answer in 15 s".into(), None));
+        assert_eq!((gone.to_string(), scale.prompt(55.0)), ("no answer in 15 s".into(), None));
         assert_eq!((scale.time(60.0, 600.0), scale.prompt(60.0).unwrap().value), (Some(FmsEvent::Asked), 20));
     }
 }

@@ -90,10 +90,10 @@ fn lost_ticks_leave_a_time_step_and_lower_the_effective_rate() {
     let span = write(&recording, &path).unwrap().unwrap();
     let rows = rows(&path);
     assert_eq!((rows.len(), rows[39][0], rows[40][0], rows[80][0]), (81, 0.39, 0.6, 1.0));
-    let told = sidecar(span, json!({ "TaskName": "trial" }));
+    let written = sidecar(span, json!({ "TaskName": "trial" }));
     // 80 steps from the first sample to the last, in 1 s.
-    assert_eq!((&told["SamplingFrequency"], &told["SamplingFrequencyEffective"]), (&json!(100.0), &json!(80.0)));
-    assert_eq!((&told["RecordingDuration"], &told["TaskName"]), (&json!(0.81), &json!("trial")));
+    assert_eq!((&written["SamplingFrequency"], &written["SamplingFrequencyEffective"]), (&json!(100.0), &json!(80.0)));
+    assert_eq!((&written["RecordingDuration"], &written["TaskName"]), (&json!(0.81), &json!("trial")));
 }
 
 #[test]
@@ -105,8 +105,8 @@ fn no_ticks_give_no_table_and_an_unreadable_recording_changes_none() {
     assert!(!path.exists());
     fs::write(&path, "0\t1\n").unwrap();
     fs::write(Table::Ego.parquet(&recording), "no Parquet").unwrap();
-    let said = write(&recording, &path).unwrap_err().to_string();
-    assert!(said.contains("ego.parquet") && said.contains("no Parquet file"), "{said}");
+    let message = write(&recording, &path).unwrap_err().to_string();
+    assert!(message.contains("ego.parquet") && message.contains("no Parquet file"), "{message}");
     assert_eq!(fs::read_to_string(&path).unwrap(), "0\t1\n");
     let one = sidecar(MotionSpan { samples: 1, first: 7, last: 7 }, json!({}));
     assert_eq!(one["SamplingFrequencyEffective"], 100.0);
@@ -118,13 +118,13 @@ fn channels_are_counted_by_type_and_each_names_a_described_frame() {
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split('\t').collect()).collect();
     // Order of columns that BIDS requires (Motion-BIDS, channels description).
     assert_eq!(rows[0][..6], ["name", "component", "type", "tracked_point", "units", "reference_frame"]);
-    let told = sidecar(MotionSpan { samples: 2, first: 1, last: 2 }, json!({}));
+    let written = sidecar(MotionSpan { samples: 2, first: 1, last: 2 }, json!({}));
     for kind in ["POS", "ORNT", "VEL", "ACCEL", "ANGACCEL", "GYRO", "JNTANG", "MAGN", "LATENCY", "MISC"] {
         let count = rows[1..].iter().filter(|row| row[2] == kind).count();
-        assert_eq!(told[format!("{kind}ChannelCount")], count, "{kind}");
+        assert_eq!(written[format!("{kind}ChannelCount")], count, "{kind}");
     }
-    assert_eq!(told["MotionChannelCount"], rows.len() - 1);
-    assert_eq!((&told["TrackedPointsCount"], &told["SamplingFrequencyEffective"]), (&json!(4), &json!(100.0)));
+    assert_eq!(written["MotionChannelCount"], rows.len() - 1);
+    assert_eq!((&written["TrackedPointsCount"], &written["SamplingFrequencyEffective"]), (&json!(4), &json!(100.0)));
     let frames: Value = serde_json::from_str(&reference_frames()).unwrap();
     let mut names = std::collections::BTreeSet::new();
     for row in &rows[1..] {

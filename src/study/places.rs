@@ -133,13 +133,12 @@ impl Places<'_> {
             }
             return;
         };
-        let state = Completion::of(log).word();
-        for (column, is) in
-            [("number", (log.index + 1).to_string()), ("order", log.order.join(",")), ("state", state.into())]
+        let state = Completion::of(log).to_string();
+        for (column, is) in [("number", (log.index + 1).to_string()), ("order", log.order.join(",")), ("state", state)]
         {
-            let said = row.get(column).map_or("", String::as_str);
-            if said != is && !(is.is_empty() && said == "n/a") {
-                self.say("participants.tsv", format!("{column} of {subject} is {said}; {file} says {is}"));
+            let in_table = row.get(column).map_or("", String::as_str);
+            if in_table != is && !(is.is_empty() && in_table == "n/a") {
+                self.say("participants.tsv", format!("{column} of {subject} is {in_table}; {file} says {is}"));
             }
         }
     }

@@ -228,18 +228,13 @@ impl Study {
         let first = self.plan(0);
         let _ = writeln!(out, "\nA session, about {:.0} min:", first.minutes());
         for (i, planned) in first.items.iter().enumerate() {
-            let (minutes, words) = (planned.seconds / 60.0, planned.item.words());
+            let (minutes, words) = (planned.seconds / 60.0, planned.item.to_string());
             let _ = writeln!(out, "  {:>2}  {:<32} {minutes:>4.1} min  {words}", i + 1, planned.name);
         }
         for segment in &self.file.segment {
             let Some(spoken) = self.spoken.get(&segment.name) else { continue };
             let read_s = reckoning::page_s(&segment.text);
-            let _ = writeln!(
-                out,
-                "\nSpoken in {}: {}; its text, read in about {read_s:.0} s:",
-                segment.name,
-                spoken.words()
-            );
+            let _ = writeln!(out, "\nSpoken in {}: {}; its text, read in about {read_s:.0} s:", segment.name, spoken);
             for line in segment.text.trim().lines() {
                 let _ = writeln!(out, "  | {line}");
             }
@@ -269,22 +264,23 @@ impl SessionPlan {
     }
 }
 
-impl PlanItem {
+impl std::fmt::Display for PlanItem {
     /// Describes the item in a few words.
-    pub fn words(&self) -> String {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Text(_) => "a page to read".into(),
-            Self::Questions(word) => format!("questions: {word}"),
-            Self::Break(seconds) => format!("rest, {seconds} s"),
+            Self::Text(_) => f.write_str("a page to read"),
+            Self::Questions(word) => write!(f, "questions: {word}"),
+            Self::Break(seconds) => write!(f, "rest, {seconds} s"),
             Self::Drive { scenario, policy, until_in_range_s, .. } => {
                 let sooner = until_in_range_s
                     .map_or(String::new(), |s| format!(", sooner after {s} s in range without a break"));
-                format!(
+                write!(
+                    f,
                     "{} s on {}, {} cars, {}{sooner}",
                     scenario.duration_s,
                     scenario.map,
                     scenario.vehicles,
-                    advice_words(scenario, policy)
+                    advice_text(scenario, policy)
                 )
             }
         }
@@ -292,12 +288,12 @@ impl PlanItem {
 }
 
 /// Describes the advice of a drive.
-fn advice_words(scenario: &Scenario, policy: &ResolvedPolicy) -> String {
+fn advice_text(scenario: &Scenario, policy: &ResolvedPolicy) -> String {
     if policy.name == policy::NAMES[0] {
         return "no advice".into();
     }
     let of = if scenario.sham_advice { "sham advice of" } else { "policy" };
-    format!("{of} {}, hold {} s, range +-{} mph", policy.words(), scenario.hold_s, scenario.range_mph)
+    format!("{of} {}, hold {} s, range +-{} mph", policy, scenario.hold_s, scenario.range_mph)
 }
 
 #[cfg(test)]

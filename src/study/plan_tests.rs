@@ -65,8 +65,8 @@ fn a_segment_named_like_a_rest_between_trials_is_refused() {
         let text = study(1, rest).source.replace("\"pause\"", "\"trial-rest-1\"");
         Study::parse(text, Path::new("two.toml"))
     };
-    let said = parsed("rest_s = 10.0").expect_err("two items of one name").to_string();
-    assert!(said.contains("trial-rest-1"), "{said}");
+    let message = parsed("rest_s = 10.0").expect_err("two items of one name").to_string();
+    assert!(message.contains("trial-rest-1"), "{message}");
     assert!(parsed("rest_s = 0.0").is_ok() && parsed("").is_ok(), "without a rest the name is free");
 }
 
@@ -100,14 +100,14 @@ fn a_session_lasts_as_long_as_its_parts() {
     let read_s = 3.0 + 2.0 * 60.0 / 238.0;
     assert_eq!(seconds, [60.0 + read_s, 45.0, 60.0, 10.0, 60.0]);
     assert!((plan.minutes() - (235.0 + read_s) / 60.0).abs() < 1e-9);
-    let words: Vec<String> = plan.items.iter().map(|planned| planned.item.words()).collect();
+    let words: Vec<String> = plan.items.iter().map(|planned| planned.item.to_string()).collect();
     assert!(
         words[0].ends_with(", sooner after 20 s in range without a break") && !words[2].contains("sooner"),
         "{words:?}"
     );
     assert_eq!(words[1], "rest, 45 s");
-    assert_eq!(PlanItem::Text(String::new()).words(), "a page to read");
-    assert_eq!(PlanItem::Questions("tlx".into()).words(), "questions: tlx");
+    assert_eq!(PlanItem::Text(String::new()).to_string(), "a page to read");
+    assert_eq!(PlanItem::Questions("tlx".into()).to_string(), "questions: tlx");
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn a_plan_names_the_policy_that_auto_selects() {
     let text = study(1, "").source.replace("[base]", "[base]\npolicy = \"auto\"");
     let plan = Study::parse(text, Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}")).plan(0);
     let own = "policy ring-250-speed (auto: the policy that is shipped for ring-250)";
-    assert!(plan.items[0].item.words().contains(own), "{}", plan.items[0].item.words());
+    assert!(plan.items[0].item.to_string().contains(own), "{}", plan.items[0].item.to_string());
 }
 
 #[test]

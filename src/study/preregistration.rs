@@ -156,18 +156,18 @@ fn design(out: &mut String, study: &Study, participants: usize) {
         plan.minutes()
     );
     for (i, planned) in plan.items.iter().enumerate() {
-        let _ = writeln!(out, "{}. `{}`: {}", i + 1, planned.segment, item_words(&planned.item, planned.run));
+        let _ = writeln!(out, "{}. `{}`: {}", i + 1, planned.segment, item_text(&planned.item, planned.run));
     }
     out.push('\n');
 }
 
 /// Describes an item without the parts that differ between participants.
-fn item_words(item: &PlanItem, run: Option<usize>) -> String {
+fn item_text(item: &PlanItem, run: Option<usize>) -> String {
     match (item, run) {
         (PlanItem::Drive { scenario, .. }, Some(place)) => {
             format!("trial at place {place}, {} s on {}", scenario.duration_s, markdown(inputs::last(&scenario.map)))
         }
-        _ => markdown(&item.words()),
+        _ => markdown(&item.to_string()),
     }
 }
 
@@ -230,7 +230,7 @@ fn orders(out: &mut String, study: &Study, participants: usize) {
 
 fn exclusion(out: &mut String, plan: &AnalysisPlan) {
     out.push_str("## Exclusion\n\n");
-    let rules = plan.exclude.words();
+    let rules = plan.exclude.sentences();
     if rules.is_empty() {
         out.push_str("* No rule leaves anything out.\n");
     }
@@ -244,7 +244,7 @@ fn exclusion(out: &mut String, plan: &AnalysisPlan) {
 
 /// Writes the rules that end a session early, and the ratings asked for them while driving.
 fn early_ends(out: &mut String, study: &Study) {
-    let rules: Vec<String> = study.file.segment.iter().flat_map(|segment| segment.early_end_words()).collect();
+    let rules: Vec<String> = study.file.segment.iter().flat_map(|segment| segment.early_end_sentences()).collect();
     out.push_str("## When a session ends early\n\nA participant may stop at any moment.\n\n");
     rules.iter().for_each(|rule| {
         let _ = writeln!(out, "* {rule}");

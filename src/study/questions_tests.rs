@@ -60,8 +60,8 @@ fn a_scale_has_its_steps_and_goes_from_1_to_5_by_default() {
         (r#""rateMin": 0, "rateMax": 1, "rateStep": 0.1"#, true),
         (r#""rateMin": 0, "rateMax": 1, "rateStep": 0.3"#, false),
     ] {
-        let told = element(&format!(r#""type": "rating", {keys}"#)).check();
-        assert_eq!(told.is_ok(), is_right, "{keys}: {told:?}");
+        let message = element(&format!(r#""type": "rating", {keys}"#)).check();
+        assert_eq!(message.is_ok(), is_right, "{keys}: {message:?}");
     }
 }
 
@@ -73,8 +73,8 @@ fn questions_without_choices_are_refused() {
         (r#""type": "matrix", "rows": ["x"]"#, "no columns"),
         (r#""type": "matrix", "columns": ["x"]"#, "no rows"),
     ] {
-        let told = element(keys).check().expect_err(keys).to_string();
-        assert!(told.contains(has) && told.contains("\"q\""), "{told}");
+        let message = element(keys).check().expect_err(keys).to_string();
+        assert!(message.contains(has) && message.contains("\"q\""), "{message}");
     }
     for fine in
         [r#""type": "boolean""#, r#""type": "html", "html": "x""#, r#""type": "matrix", "columns": [1], "rows": [2]"#]
@@ -155,8 +155,8 @@ fn a_condition_may_use_only_earlier_or_same_page_questions() {
     };
     assert_eq!(with("", r#", "visibleIf": "{a} = true""#), Ok(()));
     assert_eq!(with("", r#", "visibleIf": "{m.x} = 1""#), Ok(()), "beside it");
-    let told = with(r#", "visibleIf": "{m.x} = 1""#, "").unwrap_err();
-    assert!(told.contains("asks for \"m.x\", which no question before or beside it has"), "{told}");
+    let message = with(r#", "visibleIf": "{m.x} = 1""#, "").unwrap_err();
+    assert!(message.contains("asks for \"m.x\", which no question before or beside it has"), "{message}");
     assert!(with("", r#", "visibleIf": "{m} = 1""#).is_err(), "a matrix is answered by its rows");
 }
 

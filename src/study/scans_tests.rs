@@ -43,8 +43,8 @@ fn a_shift_is_drawn_once_and_kept_with_the_raw_data() {
     // 2026-11-22 minus 40,000 days (Python, datetime).
     assert_eq!(of(&log).unwrap().unwrap().shifted("2026-11-22T09:15:30Z"), "1917-05-18T09:15:30Z");
     fs::write(&path, "{\"days\": 1.5}").unwrap();
-    let said = of(&log).unwrap_err().to_string();
+    let message = of(&log).unwrap_err().to_string();
     for has in ["date-shift.json", "allowed is {\"days\": -37000}", "1.5", "delete it"] {
-        assert!(said.contains(has), "{said}");
+        assert!(message.contains(has), "{message}");
     }
 }

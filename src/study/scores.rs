@@ -50,9 +50,9 @@ pub enum ScoreMethod {
     Weighted,
 }
 
-impl ScoreDefinition {
+impl std::fmt::Display for ScoreDefinition {
     /// Describes the computation, for a sidecar.
-    pub fn words(&self) -> String {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let how = match self.method {
             ScoreMethod::Sum => "sum",
             ScoreMethod::Mean => "mean",
@@ -68,7 +68,7 @@ impl ScoreDefinition {
         if self.offset != 0.0 {
             text += &format!("; {} added", self.offset);
         }
-        text
+        f.write_str(&text)
     }
 }
 

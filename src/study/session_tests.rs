@@ -107,25 +107,29 @@ fn answers_survive_a_cut_but_not_an_abort() {
 #[test]
 fn a_session_belongs_to_one_participant_program_and_folder() {
     let place = place();
-    let told = |found: Result<Session, SessionError>| found.map(drop).map_err(|e| e.to_string());
+    let message = |found: Result<Session, SessionError>| found.map(drop).map_err(|e| e.to_string());
     let session = place.open("P1", ParticipantKind::Person).unwrap();
-    assert!(told(place.open("P1", ParticipantKind::Person)).unwrap_err().contains("is being run by another program"));
+    assert!(
+        message(place.open("P1", ParticipantKind::Person)).unwrap_err().contains("is being run by another program")
+    );
     drop(session);
-    assert!(told(place.open("P1", ParticipantKind::Simulated)).unwrap_err().contains("participant P1 is a person"));
+    assert!(message(place.open("P1", ParticipantKind::Simulated)).unwrap_err().contains("participant P1 is a person"));
     drop(place.open("R1", ParticipantKind::Simulated).unwrap());
-    assert!(told(place.open("R1", ParticipantKind::Person)).unwrap_err().contains("participant R1 is simulated"));
+    assert!(message(place.open("R1", ParticipantKind::Person)).unwrap_err().contains("participant R1 is simulated"));
     // The session file of another participant in this folder.
     let [p1, p2] = ["P1", "P2"].map(|code| place.data.source(&ParticipantCode::new(code).unwrap()));
     fs::create_dir_all(&p2).unwrap();
     fs::copy(p1.join(FILE), p2.join(FILE)).unwrap();
-    assert!(told(place.open("P2", ParticipantKind::Person)).unwrap_err().contains("is of participant P1"));
+    assert!(message(place.open("P2", ParticipantKind::Person)).unwrap_err().contains("is of participant P1"));
     // The temporary file of an interrupted first save is accepted; a recording without its session file is not.
     fs::remove_file(p2.join(FILE)).unwrap();
     fs::write(p2.join("session.new"), "{").unwrap();
-    assert_eq!(told(place.open("P2", ParticipantKind::Person)), Ok(()));
+    assert_eq!(message(place.open("P2", ParticipantKind::Person)), Ok(()));
     fs::remove_file(p2.join(FILE)).unwrap();
     fs::write(p2.join("trial"), "").unwrap();
-    assert!(told(place.open("P2", ParticipantKind::Person)).unwrap_err().contains("holds trial but no session.json"));
+    assert!(
+        message(place.open("P2", ParticipantKind::Person)).unwrap_err().contains("holds trial but no session.json")
+    );
 }
 
 #[test]
@@ -193,7 +197,7 @@ fn completion_follows_the_last_run_of_each_item() {
         let row = table().lines().find(|row| row.starts_with(&format!("sub-{code}\t"))).unwrap().to_owned();
         assert!(row.contains("\texcluded"), "{row}");
     }
-    let words = Completion::ALL.map(Completion::word);
+    let words = Completion::ALL.map(|completion| completion.to_string());
     assert_eq!(words, ["open", "complete", "partial", "withdrawn", "declined", "not_eligible", "excluded"]);
     assert!(Completion::ALL.iter().all(|state| state.meaning().len() > 10));
 }

@@ -101,11 +101,11 @@ impl SpokenFiles {
     }
 }
 
-impl SpokenText {
+impl std::fmt::Display for SpokenText {
     /// Describes the audio: `welcome.wav, 12.3 s, 48000 Hz, mono`.
-    pub fn words(&self) -> String {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let channels = if self.channels == 1 { "mono" } else { "stereo" };
-        format!("{}, {:.1} s, {} Hz, {channels}", self.file, self.length_s, self.rate_hz)
+        write!(f, "{}, {:.1} s, {} Hz, {channels}", self.file, self.length_s, self.rate_hz)
     }
 }
 
@@ -191,8 +191,8 @@ mod tests {
     #[test]
     fn a_pcm_file_has_its_length_and_other_files_are_refused() {
         // 66,150 samples at 44.1 kHz last 1.5 s.
-        let said = read(&wav(1, 2, 44_100, 16, 66_150)).unwrap();
-        assert_eq!((said.words().as_str(), said.channels), ("it.wav, 1.5 s, 44100 Hz, stereo", 2));
+        let spoken = read(&wav(1, 2, 44_100, 16, 66_150)).unwrap();
+        assert_eq!((spoken.to_string().as_str(), spoken.channels), ("it.wav, 1.5 s, 44100 Hz, stereo", 2));
         assert_eq!(read(&wav(1, 1, 8000, 24, 4000)).unwrap().length_s, 0.5);
         let cut = wav(1, 1, 8000, 16, 100);
         for (bytes, has) in [
@@ -206,8 +206,8 @@ mod tests {
             (b"ID3 an mp3 file".to_vec(), "RIFF and WAVE"),
             (Vec::new(), "RIFF and WAVE"),
         ] {
-            let told = read(&bytes).unwrap_err();
-            assert!(told.contains(has) && told.contains("it.wav"), "{told}");
+            let message = read(&bytes).unwrap_err();
+            assert!(message.contains(has) && message.contains("it.wav"), "{message}");
         }
     }
 
@@ -217,9 +217,9 @@ mod tests {
             [("en", "a.wav"), ("de", "b.wav")].map(|(word, file)| (word.to_owned(), file.into())).into();
         let files = SpokenFiles::ByLanguage(files);
         assert_eq!(files.chosen(Some("de")).unwrap(), Path::new("b.wav"));
-        let told = files.chosen(None).unwrap_err().to_string();
-        assert!(told.contains("come in de, en; say at the top"), "{told}");
-        let told = files.chosen(Some("fr")).unwrap_err().to_string();
-        assert!(told.contains("language is \"fr\"; the instructions come in de, en"), "{told}");
+        let message = files.chosen(None).unwrap_err().to_string();
+        assert!(message.contains("come in de, en; say at the top"), "{message}");
+        let message = files.chosen(Some("fr")).unwrap_err().to_string();
+        assert!(message.contains("language is \"fr\"; the instructions come in de, en"), "{message}");
     }
 }

@@ -100,7 +100,7 @@ impl ScoreLimit {
 
 impl StudySegment {
     /// Returns sentences for a plan: the rules that end a session in this segment, and the ratings asked while driving.
-    pub fn early_end_words(&self) -> Vec<String> {
+    pub fn early_end_sentences(&self) -> Vec<String> {
         let mut all = Vec::new();
         let mut say = |what: String| all.push(format!("`{}`: {what}", self.name));
         if self.kind == SegmentKind::Consent {

@@ -119,14 +119,14 @@ fn a_mistake_in_a_rule_is_named_with_its_line() {
         ("name = \"before\"", "name = \"trial-ssq\"", 20, "an item which the segment \"trial\" makes"),
         ("name = \"before\"", "name = \"trial-1-a-ssq\"", 20, "an item which the segment \"trial\" makes"),
     ] {
-        let said = parsed(from, to).expect_err(to);
-        assert!(said.starts_with(&format!("rules.toml:{line}:")) && said.contains(has), "{to}: {said}");
+        let message = parsed(from, to).expect_err(to);
+        assert!(message.starts_with(&format!("rules.toml:{line}:")) && message.contains(has), "{to}: {message}");
     }
-    let said = parsed("name = \"a\"", "name = \"a\"\n[[condition]]\nname = \"a-ssq\"").expect_err("two of one name");
-    assert!(said.contains("\"trial-1-a-ssq\" is that of a drive and of a questionnaire after one"), "{said}");
+    let message = parsed("name = \"a\"", "name = \"a\"\n[[condition]]\nname = \"a-ssq\"").expect_err("two of one name");
+    assert!(message.contains("\"trial-1-a-ssq\" is that of a drive and of a questionnaire after one"), "{message}");
     let alone = "stop_above = { score = \"total\", value = 20.0 }";
-    let said = parsed(alone, "stop_text = \"x\"").expect_err("nothing stops");
-    assert!(said.contains("nothing ends the session here"), "{said}");
+    let message = parsed(alone, "stop_text = \"x\"").expect_err("nothing stops");
+    assert!(message.contains("nothing ends the session here"), "{message}");
 }
 
 const RATED: &str = "fms_every_s = 60\nstop_above = { score = \"fms\", value = 10.0 }";
@@ -152,9 +152,9 @@ fn a_rating_above_its_limit_while_driving_ends_the_session() {
         ("fms_every_s = 60\nstop_above = { score = \"fsm\", value = 10.0 }", 28, "(did you mean fms?)"),
         ("fms_every_s = 5", 27, "fms_every_s is 5; allowed: a number from 20 to 3600 s"),
     ] {
-        let said = parsed("stop_above = { score = \"ssq.total\", value = 30.0 }", rule).expect_err(rule);
-        assert!(said.starts_with(&format!("rules.toml:{line}:")) && said.contains(has), "{rule}: {said}");
+        let message = parsed("stop_above = { score = \"ssq.total\", value = 30.0 }", rule).expect_err(rule);
+        assert!(message.starts_with(&format!("rules.toml:{line}:")) && message.contains(has), "{rule}: {message}");
     }
-    let said = parsed("questionnaire = \"ssq\"", "questionnaire = \"ssq\"\nfms_every_s = 60").expect_err("no drive");
-    assert!(said.contains("a segment of kind \"questions\" has no `fms_every_s`"), "{said}");
+    let message = parsed("questionnaire = \"ssq\"", "questionnaire = \"ssq\"\nfms_every_s = 60").expect_err("no drive");
+    assert!(message.contains("a segment of kind \"questions\" has no `fms_every_s`"), "{message}");
 }

@@ -105,8 +105,8 @@ fn files_that_a_plan_names_lie_beside_it() {
     assert_eq!(drive(&plan.runs[0]), (folder.path().join("calm.toml").display().to_string(), 20));
     assert_eq!(drive(&plan.runs[1]), ("pi".into(), 20));
     let text = "[[drives]]\nscenario = \"wave.toml\"\n[drives.each]\nmap = [\"town.net.xml\"]\n";
-    let said = SweepPlan::from_text(text, &folder.path().join("plan.toml")).expect_err("no such map").to_string();
-    assert!(said.contains(&folder.path().join("town.net.xml").display().to_string()), "{said}");
+    let refusal = SweepPlan::from_text(text, &folder.path().join("plan.toml")).expect_err("no such map").to_string();
+    assert!(refusal.contains(&folder.path().join("town.net.xml").display().to_string()), "{refusal}");
 }
 
 #[test]
@@ -115,6 +115,6 @@ fn a_limit_holds_for_its_table_and_leaves_the_fingerprint_unchanged() {
     let plan = plan(text);
     assert_eq!(plan.runs.iter().map(|run| run.limit_s).collect::<Vec<_>>(), [Some(90.0), None]);
     assert_eq!(plan.runs[0].fingerprint().expect("files"), plan.runs[1].fingerprint().expect("files"));
-    let told = fault(&text.replace("90", "0"));
-    assert!(told.starts_with("plan.toml:2:11: limit_s is 0; allowed: a number from 0.1 to 8640000 s"), "{told}");
+    let refusal = fault(&text.replace("90", "0"));
+    assert!(refusal.starts_with("plan.toml:2:11: limit_s is 0; allowed: a number from 0.1 to 8640000 s"), "{refusal}");
 }

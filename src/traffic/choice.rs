@@ -57,13 +57,13 @@ mod tests {
 
     #[test]
     fn an_unknown_engine_is_refused_with_the_nearest_and_with_what_is_allowed() {
-        let said = |text: &str| text.parse::<EngineChoice>().unwrap_err().to_string();
+        let message = |text: &str| text.parse::<EngineChoice>().unwrap_err().to_string();
         assert_eq!(
-            said("natvie"),
+            message("natvie"),
             "unknown traffic engine \"natvie\" (did you mean native?): allowed are sumo, native"
         );
         for text in ["", "SUMO", "native ", "localhost:8813"] {
-            assert!(said(text).contains(&format!("\"{text}\"")), "{}", said(text));
+            assert!(message(text).contains(&format!("\"{text}\"")), "{}", message(text));
         }
     }
 }

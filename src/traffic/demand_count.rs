@@ -127,14 +127,14 @@ impl DemandCount {
         let rate = FlowRate::of(tag, &self.times.of_flows)?;
         let per_s = rate.most_within_a_second();
         if per_s > MOST_PER_S {
-            let said = rate.said;
-            return Err(format!("{said}, that is {per_s:.0} within a second; allowed: at most {MOST_PER_S}{LOWER}"));
+            let text = rate.text;
+            return Err(format!("{text}, that is {per_s:.0} within a second; allowed: at most {MOST_PER_S}{LOWER}"));
         }
         let brings = rate.until(self.until_s);
         if brings > MOST_VEHICLES as f64 {
             return Err(format!(
                 "{} brings {} until {} s; allowed: at most {MOST_VEHICLES} of all flows and vehicles together{LOWER}",
-                rate.said,
+                rate.text,
                 brings.ceil(),
                 self.until_s
             ));
@@ -210,7 +210,7 @@ struct FlowRate {
     /// Maximum number of departures, if the flow states one.
     number: Option<f64>,
     /// Rate attribute as written in the file, for messages.
-    said: String,
+    text: String,
 }
 
 impl FlowRate {
@@ -220,7 +220,7 @@ impl FlowRate {
         let end_s = time("end", tag)?.or(times.end_s).unwrap_or(begin_s + OPEN_FLOW_S);
         let number = whole("number", tag)?;
         let flow =
-            |(per_s, is_random): (f64, bool), said: String| Self { begin_s, end_s, per_s, is_random, number, said };
+            |(per_s, is_random): (f64, bool), text: String| Self { begin_s, end_s, per_s, is_random, number, text };
         if let Some(text) = tag.attribute("period") {
             return Ok(flow(of_period(text)?, format!("period is \"{text}\"")));
         }

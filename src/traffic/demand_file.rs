@@ -203,7 +203,7 @@ mod tests {
                         <edge id=\"south\" from=\"m\" to=\"n\"><lane id=\"south_0\" speed=\"9\" length=\"50\" shape=\"50,5 0,5\"/></edge>\
                         <connection from=\"north\" to=\"south\" fromLane=\"0\" toLane=\"0\"/></net>";
 
-    fn said(text: &str) -> Result<(), String> {
+    fn check_text(text: &str) -> Result<(), String> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("town.rou.xml");
         std::fs::write(&file, text).unwrap();
@@ -243,13 +243,13 @@ mod tests {
                 "town.rou.xml:1: flow \"f\": number is \"200001\" brings 200001 until 3600 s; allowed: at most 200000",
             ),
         ] {
-            let fault = said(text).expect_err(text);
+            let fault = check_text(text).expect_err(text);
             assert!(fault.contains(expected), "{expected:?} is not in: {fault}");
         }
         let good = "<routes><vType id=\"from\"/><trip id=\"a\" depart=\"9\" from=\"north\" to=\"south\" via=\"north south\"/>\
                     <trip id=\"b\" depart=\"triggered\" from=\"north\" to=\"south\"/>\
                     <trip id=\"c\" depart=\"9\" from=\"north\" to=\"south\"/></routes>";
-        assert_eq!(said(good), Ok(()));
+        assert_eq!(check_text(good), Ok(()));
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let absent = Demand { files: vec!["no.rou.xml".into()], flows: Vec::new() };
@@ -263,7 +263,7 @@ mod tests {
         for k in 0..1_000_000 {
             writeln!(text, "<trip id=\"{k}\" depart=\"0\" from=\"north\" to=\"south\"/>").unwrap();
         }
-        let fault = said(&(text + "</routes>")).unwrap_err();
+        let fault = check_text(&(text + "</routes>")).unwrap_err();
         assert!(
             fault.contains("town.rou.xml: the demand brings 1000000 vehicles and persons; allowed: at most 200000"),
             "{fault}"

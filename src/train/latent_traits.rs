@@ -99,10 +99,10 @@ mod tests {
         let drivers: Vec<(DriverTraits, LatentEstimate)> = (0..500).map(driver).collect();
         let fit = LatentTraits::of(&drivers);
         for (traits, latents) in &drivers {
-            let told = fit.traits(latents).mean;
-            assert!((told.speed_bias_mps - traits.speed_bias_mps).abs() < 1e-6);
-            assert!((told.reaction_s - traits.reaction_s).abs() < 1e-6 && told.error_mps.abs() < 0.1);
-            assert!((told.willingness - 1.0).abs() < 1e-9);
+            let estimate = fit.traits(latents).mean;
+            assert!((estimate.speed_bias_mps - traits.speed_bias_mps).abs() < 1e-6);
+            assert!((estimate.reaction_s - traits.reaction_s).abs() < 1e-6 && estimate.error_mps.abs() < 0.1);
+            assert!((estimate.willingness - 1.0).abs() < 1e-9);
         }
         let sd = fit.traits(&drivers[0].1).sd;
         assert!(sd.speed_bias_mps < 1e-6 && (sd.error_mps - 0.2).abs() < 0.02, "{sd:?}");

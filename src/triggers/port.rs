@@ -28,11 +28,11 @@ impl TriggerPort {
     pub fn open(settings: &TriggerSettings) -> Result<Self, TriggerError> {
         let device = system::open(settings)?;
         let (due, to_write) = mpsc::channel::<WrittenTrigger>();
-        let (told, written) = mpsc::channel();
+        let (results, written) = mpsc::channel();
         let pulse_s = settings.return_to_zero_ms / 1e3;
         let write = move || {
             for trigger in to_write {
-                let _ = told.send(system::write(&device, trigger));
+                let _ = results.send(system::write(&device, trigger));
                 if pulse_s > 0.0 {
                     std::thread::sleep(std::time::Duration::from_secs_f64(pulse_s));
                     system::zero(&device);

@@ -152,19 +152,19 @@ fn live(work: &Workplace, outcome: &Outcome) -> Held {
 
 /// Checks that the replay of a recording succeeds and every file agrees with its checksum.
 fn proven(work: &Workplace, name: &str) -> Held {
-    let said = runs(work, &["replay", name], 0)?.text;
-    holds(said.contains("every file agrees with its checksum"), || format!("not proven: {said}"))
+    let printed = runs(work, &["replay", name], 0)?.text;
+    holds(printed.contains("every file agrees with its checksum"), || format!("not proven: {printed}"))
 }
 
 /// Checks that `recover` completes an interrupted recording, and that a second `recover` changes nothing.
 fn recovered(work: &Workplace, scenario: Scenario, acknowledged: u64) -> Held {
     let recording = work.file("p1");
-    let said = runs(work, &["recover", "@p1"], 0)?.text;
+    let printed = runs(work, &["recover", "@p1"], 0)?.text;
     let found = hashes(&recording)?;
     let ticks = found.len() as u64;
-    holds(ticks >= acknowledged, || format!("{ticks} ticks of {acknowledged} that the disk had: {said}"))?;
+    holds(ticks >= acknowledged, || format!("{ticks} ticks of {acknowledged} that the disk had: {printed}"))?;
     holds(scenario == Scenario::Live || FIXTURES.hashes().starts_with(&found), || {
-        format!("recovered rows are not those that were driven: {said}")
+        format!("recovered rows are not those that were driven: {printed}")
     })?;
     let state = Manifest::load(&recording).map_err(|why| why.to_string())?.state;
     is_whole(&recording, state).or_else(|why| {
@@ -209,7 +209,7 @@ fn flipped(work: &Workplace, recording: &Path, seed: u64) -> Held {
     let at = random.index(bytes.len());
     bytes[at] ^= 1 << random.index(8);
     fs::write(&path, bytes).unwrap();
-    let said = work.run(&["replay", "@p1"]);
-    let is_found = matches!(said.code, Some(1 | 2)) && !said.text.contains("panicked");
-    holds(is_found, || format!("byte {at} of {} is another one: {:?} {}", path.display(), said.code, said.text))
+    let printed = work.run(&["replay", "@p1"]);
+    let is_found = matches!(printed.code, Some(1 | 2)) && !printed.text.contains("panicked");
+    holds(is_found, || format!("byte {at} of {} is another one: {:?} {}", path.display(), printed.code, printed.text))
 }

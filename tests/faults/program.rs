@@ -126,10 +126,10 @@ impl Workplace {
         let mut command = self.command(arguments);
         command.env("FAULTS_PLAN", plan.lines()).env("FAULTS_TRACE", &trace);
         let mut child = command.spawn().unwrap();
-        let said = [reader(child.stdout.take()), reader(child.stderr.take())];
+        let printed = [reader(child.stdout.take()), reader(child.stderr.take())];
         let hung = !ends(&mut child);
         let status = child.wait().unwrap();
-        let text = said.map(|thread| thread.join().unwrap()).concat();
+        let text = printed.map(|thread| thread.join().unwrap()).concat();
         let line = |line: &str| {
             let (kind, rest) = line.split_once(' ')?;
             let (name, result) = rest.rsplit_once(' ')?;

@@ -15,9 +15,9 @@ pub fn report(scenario: Scenario, seed: u64, plan: &Plan, broken: Box<Broken>) -
     // If a second run of the same plan breaks nothing, the order of threads was the cause.
     let least = least.unwrap_or(broken);
     let Broken { promise, outcome, work } = *least;
-    let said = outcome.text.trim().replace('\n', "\n    ");
+    let printed = outcome.text.trim().replace('\n', "\n    ");
     format!(
-        "seed {seed}, {scenario:?}: {promise}\n  plan: {plan}\n  smallest: {small}\n  command: {}\n  ended: exit code {:?}, signal {:?}\n    {said}\n  left in: {}\n  again: scripts/faults 1 {seed}\n",
+        "seed {seed}, {scenario:?}: {promise}\n  plan: {plan}\n  smallest: {small}\n  command: {}\n  ended: exit code {:?}, signal {:?}\n    {printed}\n  left in: {}\n  again: scripts/faults 1 {seed}\n",
         outcome.command,
         outcome.code,
         outcome.signal,

@@ -84,8 +84,8 @@ pub fn rehearsal(work: &Workplace, scenario: Scenario, outcome: &Outcome, seed: 
     if outcome.code == Some(0) {
         is_complete(work, &data)?;
     }
-    let said = runs(work, scenario.arguments(), 0)?.text;
-    holds(said.contains("2 of 2 participants completed"), || format!("the same command does not go on: {said}"))?;
+    let printed = runs(work, scenario.arguments(), 0)?.text;
+    holds(printed.contains("2 of 2 participants completed"), || format!("the same command does not go on: {printed}"))?;
     settled.iter().try_for_each(|settled| settled.is_kept(&data))?;
     is_complete(work, &data)?;
     if seed.is_multiple_of(4) {

@@ -62,12 +62,12 @@ fn a_session_runs_from_welcome_to_thanks_with_every_step_on_the_disk() {
     rig.pass(0.1);
     assert_eq!(rig.sees(), "drive practice");
     let now = rig.road.now;
-    let said = rig.live_session().criterion(now);
-    assert_eq!(said.as_deref(), Some("in the range without a break for 1.9 s of 2 s, at best 1.9 s"));
+    let message = rig.live_session().criterion(now);
+    assert_eq!(message.as_deref(), Some("in the range without a break for 1.9 s of 2 s, at best 1.9 s"));
     rig.road.now.in_range.add(true, 0.1);
     rig.pass(0.1);
     assert_eq!((rig.sees().as_str(), rig.running().as_str()), ("the drive is over", "nothing"));
-    assert_eq!(rig.road.said, ["criterion: 2 s in the range without a break"]);
+    assert_eq!(rig.road.notes, ["criterion: 2 s in the range without a break"]);
 
     rig.next();
     assert_eq!(rig.sees(), "rest rest");
@@ -194,7 +194,7 @@ fn items_broken_off_or_called_back_are_run_again() {
     rig.drive_off();
     rig.pass(1.0);
     rig.command(SessionCommand::Abort(reason("the phone rang")));
-    assert_eq!(rig.road.said, ["aborted: the phone rang"]);
+    assert_eq!(rig.road.notes, ["aborted: the phone rang"]);
     assert!(
         rig.road.scenario.is_none() && rig.live_session().phase(BackendStatus::default()) == SessionPhase::Experimenter
     );
@@ -227,7 +227,7 @@ fn skipping_omits_the_running_or_the_next_item() {
     rig.drive_off();
     rig.command(SessionCommand::Skip(reason("no time")));
     assert_eq!(
-        (rig.road.said.as_slice(), rig.running().as_str()),
+        (rig.road.notes.as_slice(), rig.running().as_str()),
         (["skipped: no time".to_owned()].as_slice(), "nothing")
     );
     // No item runs: the next item is skipped, and the participant keeps waiting.
@@ -267,8 +267,8 @@ fn drives_and_rests_are_extended_held_and_resumed() {
     assert_eq!(rig.sees(), "drive practice");
     rig.pass(10.5);
     assert_eq!(rig.sees(), "the drive is over");
-    let said = ["paused: by the experimenter", "resumed: by the experimenter", "extended: by 20 s: came late"];
-    assert_eq!(rig.road.said, said);
+    let message = ["paused: by the experimenter", "resumed: by the experimenter", "extended: by 20 s: came late"];
+    assert_eq!(rig.road.notes, message);
     let kinds: Vec<String> = rig.log().notes.into_iter().map(|note| note.kind).collect();
     assert_eq!(kinds, ["paused", "resumed", "paused", "resumed", "extended"]);
 
@@ -291,7 +291,7 @@ fn notes_and_marks_are_in_the_session_and_during_drives_in_the_recording() {
     rig.input(FormInput::Mark);
     rig.command(SessionCommand::Note(reason("coughs")));
     rig.live_session().note_contact("contact with car 3, closing at 4.2 m/s").unwrap();
-    assert_eq!(rig.road.said, ["mark: by the experimenter", "mark: by the participant", "note: coughs"]);
+    assert_eq!(rig.road.notes, ["mark: by the experimenter", "mark: by the participant", "note: coughs"]);
     let notes = rig.log().notes;
     let list: Vec<(&str, Option<&str>)> = notes.iter().map(|n| (n.text.as_str(), n.item.as_deref())).collect();
     let practice = Some("practice");
@@ -319,7 +319,7 @@ fn a_request_to_stop_holds_the_drive_and_sickness_ends_the_session() {
     rig.input(FormInput::Stop);
     rig.command(SessionCommand::Stop(reason("sickness")));
     assert!(rig.live_session().is_over() && rig.road.scenario.is_none());
-    assert!(rig.road.said.contains(&"stopped: sickness".into()), "{:?}", rig.road.said);
+    assert!(rig.road.notes.contains(&"stopped: sickness".into()), "{:?}", rig.road.notes);
     let end = rig.log().end.unwrap();
     assert_eq!((end.complete, end.reason.as_str()), (false, "sickness"));
     rig.live_session = None;
@@ -368,10 +368,10 @@ fn a_request_to_stop_holds_every_screen_until_the_experimenter_decides() {
         );
         assert_eq!(rig.log().running.map(|running| running.answers), answered);
         let screen = rig.live_session().screen(BackendStatus::default());
-        let (ParticipantScreen::Wait(said) | ParticipantScreen::Drive(Some(said))) = screen else {
+        let (ParticipantScreen::Wait(message) | ParticipantScreen::Drive(Some(message))) = screen else {
             panic!("{screen:?}")
         };
-        assert_eq!(said, words);
+        assert_eq!(message, words);
         assert_eq!(rig.live_session().phase(BackendStatus::default()), SessionPhase::Held, "Go and Resume are offered");
         rig.command(SessionCommand::Go);
         assert!(!rig.live_session().asked() && rig.sees() == sees || sees == "practice is being loaded", "as it was");
@@ -400,8 +400,11 @@ fn a_session_is_complete_partial_withdrawn_or_excluded() {
         }
         assert!(rig.live_session().is_over());
     };
-    let words = Completion::ALL.map(Completion::word);
-    assert!(words.iter().all(|word| STATES.contains(word)) && words.len() == STATES.len(), "analyse knows them all");
+    let words = Completion::ALL.map(|completion| completion.to_string());
+    assert!(
+        words.iter().all(|word| STATES.contains(&word.as_str())) && words.len() == STATES.len(),
+        "analyse knows them all"
+    );
     // All drives were skipped, and the first was broken off before: such a session is not complete.
     let mut rig = Rig::new();
     to_the_end(&mut rig);
@@ -428,7 +431,7 @@ fn a_session_is_complete_partial_withdrawn_or_excluded() {
     assert!(
         rig.live_session().is_over()
             && rig.road.scenario.is_none()
-            && rig.road.said.contains(&"excluded: no licence".into())
+            && rig.road.notes.contains(&"excluded: no licence".into())
     );
     assert_eq!((rig.log().end.unwrap().complete, state(&rig)), (false, Completion::Excluded));
 }

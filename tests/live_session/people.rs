@@ -46,9 +46,9 @@ fn pick(rig: &mut Rig, options: &[usize]) {
     rig.input(FormInput::PageOn);
 }
 
-fn words(rig: &mut Rig) -> String {
+fn screen_text(rig: &mut Rig) -> String {
     match rig.live_session().screen(BackendStatus::default()) {
-        ParticipantScreen::Wait(words) => words.to_owned(),
+        ParticipantScreen::Wait(text) => text.to_owned(),
         other => panic!("{other:?}"),
     }
 }
@@ -78,9 +78,9 @@ fn a_participant_who_declines_is_thanked_and_nothing_else_is_kept() {
     assert!(rig.live_session().is_over());
     assert_eq!(rig.live_session().phase(BackendStatus::default()), SessionPhase::Over);
     let declined = rig.study.file.texts.declined.clone();
-    assert_eq!(words(&mut rig), declined);
-    let said = rig.live_session().error().unwrap_or_default().to_owned();
-    assert!(said.contains("ended by a rule of the study: the participant did not agree"), "{said}");
+    assert_eq!(screen_text(&mut rig), declined);
+    let message = rig.live_session().error().unwrap_or_default().to_owned();
+    assert!(message.contains("ended by a rule of the study: the participant did not agree"), "{message}");
     let log = rig.log();
     let end = log.end.as_ref().unwrap();
     assert_eq!(
@@ -118,7 +118,7 @@ fn a_screening_ends_the_session_by_the_answer_that_its_file_names() {
     assert_eq!((end.cause, Completion::of(&log)), (Some(EndCause::NotEligible), Completion::NotEligible));
     assert_eq!(end.reason, "screening: {vision} = 'uncorrected' (ends_if)");
     let not_eligible = rig.study.file.texts.not_eligible.clone();
-    assert_eq!(words(&mut rig), not_eligible);
+    assert_eq!(screen_text(&mut rig), not_eligible);
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn questions_follow_trials_and_a_score_above_the_limit_ends_the_session() {
     pick(&mut rig, &[12, 12, 12]);
     pick(&mut rig, &[12, 12, 13]);
     assert!(rig.live_session().is_over());
-    assert_eq!(words(&mut rig), "That was too much. We stop here.");
+    assert_eq!(screen_text(&mut rig), "That was too much. We stop here.");
     let log = rig.log();
     let end = log.end.as_ref().unwrap();
     assert_eq!((end.cause, Completion::of(&log)), (Some(EndCause::ScoreLimit), Completion::Withdrawn));

@@ -53,13 +53,13 @@ fn a_question_comes_each_minute_and_every_response_is_recorded_and_logged() {
     let mut rig = Rig::of(STUDY);
     rig.drive_off();
     rig.pass(59.0);
-    assert_eq!((prompt(&mut rig), rig.road.said.len()), (None, 0));
+    assert_eq!((prompt(&mut rig), rig.road.notes.len()), (None, 0));
     // No question is open, so the keys of the scale do nothing.
     rig.input(FormInput::Turn(5));
     rig.input(FormInput::Next);
     rig.pass(1.1);
     assert_eq!(prompt(&mut rig).map(|prompt| prompt.value), Some(0));
-    assert_eq!(rig.road.said, ["fms_asked: ", "chime"]);
+    assert_eq!(rig.road.notes, ["fms_asked: ", "chime"]);
     // A held drive takes no response, and the time of the question stops.
     rig.command(SessionCommand::Pause);
     rig.input(FormInput::Turn(9));
@@ -67,14 +67,14 @@ fn a_question_comes_each_minute_and_every_response_is_recorded_and_logged() {
     rig.command(SessionCommand::Resume);
     answer(&mut rig, 3, 2.0);
     assert_eq!(prompt(&mut rig), None);
-    let said = rig.road.said.last().unwrap().clone();
-    assert!(said.starts_with("fms 3: 3 of 20 after 2."), "{said}");
+    let message = rig.road.notes.last().unwrap().clone();
+    assert!(message.starts_with("fms 3: 3 of 20 after 2."), "{message}");
     // The next question starts at the last response and disappears after 15 s.
     rig.pass(60.0);
     assert_eq!(prompt(&mut rig).map(|prompt| prompt.value), Some(3));
     rig.input(FormInput::Turn(1));
     rig.pass(14.0);
-    assert_eq!(rig.road.said.last().unwrap(), "fms_unanswered: no answer in 15 s");
+    assert_eq!(rig.road.notes.last().unwrap(), "fms_unanswered: no answer in 15 s");
     assert_eq!(prompt(&mut rig), None);
     // The third question comes at 180 s; the drive ends at 200 s.
     rig.pass(46.0);
@@ -112,7 +112,7 @@ fn a_rating_above_its_limit_ends_drive_and_session_and_gives_the_reason() {
     answer(&mut rig, 1, 1.0);
     assert!(rig.live_session().is_over() && rig.road.folder.is_none(), "the recording has ended");
     let reason = "trial-1-narrow: fms is 11, above 10 (stop_above)";
-    assert_eq!(rig.road.said.last().unwrap(), &format!("stopped: {reason}"));
+    assert_eq!(rig.road.notes.last().unwrap(), &format!("stopped: {reason}"));
     let log = rig.log();
     let end = log.end.as_ref().unwrap();
     assert_eq!((end.cause, end.reason.as_str()), (Some(EndCause::ScoreLimit), reason));
@@ -120,9 +120,9 @@ fn a_rating_above_its_limit_ends_drive_and_session_and_gives_the_reason() {
     assert_eq!(rig.passages(), [("trial-1-narrow".into(), ItemOutcome::Aborted)]);
     assert_eq!(log.fms.last().map(|rated| rated.rating.value), Some(Some(11)));
     let (now, words) = (rig.road.now, rig.study.file.texts.score_limit.clone());
-    assert!(matches!(rig.live_session().screen(now), ParticipantScreen::Wait(said) if said == words));
-    let said = rig.live_session().error().unwrap_or_default().to_owned();
-    assert!(said.contains(reason), "{said}");
+    assert!(matches!(rig.live_session().screen(now), ParticipantScreen::Wait(message) if message == words));
+    let message = rig.live_session().error().unwrap_or_default().to_owned();
+    assert!(message.contains(reason), "{message}");
     // The session is over for every input of participant and experimenter.
     rig.input(FormInput::Next);
     rig.refused(SessionCommand::Skip("late".into()), "the session is over");

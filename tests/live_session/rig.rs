@@ -56,7 +56,7 @@ pub struct Counted {
     pub scenario: Option<Scenario>,
     pub folder: Option<PathBuf>,
     pub now: BackendStatus,
-    pub said: Vec<String>,
+    pub notes: Vec<String>,
     pub fails: bool,
 }
 
@@ -92,15 +92,15 @@ impl DriveBackend for Counted {
     }
 
     fn note(&mut self, kind: &str, detail: &str) {
-        self.said.push(format!("{kind}: {detail}"));
+        self.notes.push(format!("{kind}: {detail}"));
     }
 
     fn note_value(&mut self, kind: &str, detail: &str, value: f64) {
-        self.said.push(format!("{kind} {value}: {detail}"));
+        self.notes.push(format!("{kind} {value}: {detail}"));
     }
 
     fn chime(&mut self) {
-        self.said.push("chime".into());
+        self.notes.push("chime".into());
     }
 
     fn extend(&mut self, seconds: f64) -> Result<(), RunError> {
@@ -188,8 +188,8 @@ impl Rig {
     pub fn refused(&mut self, command: SessionCommand, has: &str) {
         let before = self.log();
         self.command(command);
-        let said = self.live_session().error().unwrap_or_default().to_owned();
-        assert!(said.contains(has), "{said:?}");
+        let message = self.live_session().error().unwrap_or_default().to_owned();
+        assert!(message.contains(has), "{message:?}");
         assert_eq!(self.log(), before, "nothing was done");
     }
 

@@ -121,8 +121,8 @@ fn the_printed_plan_has_each_text_and_its_file_and_mistakes_a_line() {
         ("text = \"Drive.\"\n", "", 25, "spoken instructions need `text`"),
         ("language = \"en\"", "record_room = true", 4, "a voice tells who somebody is"),
     ] {
-        let said = parsed(&text.replacen(from, to, 1)).expect_err(to);
-        assert!(said.starts_with(&format!("spoken.toml:{line}:")) && said.contains(has), "{said}");
+        let message = parsed(&text.replacen(from, to, 1)).expect_err(to);
+        assert!(message.starts_with(&format!("spoken.toml:{line}:")) && message.contains(has), "{message}");
     }
     let consent = "[[segment]]\nkind = \"consent\"\nname = \"consent\"\ntext = \"Your voice is recorded.\"\n[[segment]]\nkind = \"text\"";
     let room = text.replacen("language = \"en\"", "language = \"en\"\nrecord_room = true", 1);

@@ -20,11 +20,14 @@ fn a_missing_stream_is_named_with_the_available_ones() {
     programs::on_loopback();
     let mut heart = Program::python("send.py", &["heart", "100", "heart-1"]);
     heart.wait_for("READY", 1);
-    let told = LabDevices::open(&settings("type='EEG'")).err().unwrap().to_string();
-    assert!(told.starts_with("no LSL stream with type='EEG' came within 0.5 s. Streams that are there: "), "{told}");
-    assert!(told.contains("name='heart' type='Gaze' source_id='heart-1' (2 channels, 100 Hz, on "), "{told}");
-    let told = LabDevices::open(&settings("type='EEG")).err().unwrap().to_string();
-    assert!(told.contains("liblsl refused the predicate type='EEG"), "{told}");
+    let message = LabDevices::open(&settings("type='EEG'")).err().unwrap().to_string();
+    assert!(
+        message.starts_with("no LSL stream with type='EEG' came within 0.5 s. Streams that are there: "),
+        "{message}"
+    );
+    assert!(message.contains("name='heart' type='Gaze' source_id='heart-1' (2 channels, 100 Hz, on "), "{message}");
+    let message = LabDevices::open(&settings("type='EEG")).err().unwrap().to_string();
+    assert!(message.contains("liblsl refused the predicate type='EEG"), "{message}");
 }
 
 #[test]
@@ -119,15 +122,15 @@ fn a_missing_library_is_reported_before_the_drive_if_it_is_needed() {
         let output = command.args(arguments).env("CODRIVE_LSL", "/nowhere/liblsl.so").output().unwrap();
         (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
-    let (is_well, said) = codrive(&["drive", "--lsl", "--traffic", "native"]);
-    assert!(!is_well && said.contains("liblsl is not here: /nowhere/liblsl.so"), "{said}");
-    assert!(said.contains("remedy: run scripts/setup --lsl, or set CODRIVE_LSL"), "{said}");
-    let (is_well, said) = codrive(&["run", "--duration", "1", "--traffic", "native"]);
-    assert!(is_well, "{said}");
+    let (is_well, printed) = codrive(&["drive", "--lsl", "--traffic", "native"]);
+    assert!(!is_well && printed.contains("liblsl is not here: /nowhere/liblsl.so"), "{printed}");
+    assert!(printed.contains("remedy: run scripts/setup --lsl, or set CODRIVE_LSL"), "{printed}");
+    let (is_well, printed) = codrive(&["run", "--duration", "1", "--traffic", "native"]);
+    assert!(is_well, "{printed}");
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), "[triggers]\ndevice = '/dev/ttyUSB0'\nbaud = 12\n").unwrap();
-    let (is_well, said) = codrive(&["drive", "--lab", file.path().to_str().unwrap()]);
-    assert!(!is_well && said.contains("[triggers] baud is 12; allowed: 9600"), "{said}");
+    let (is_well, printed) = codrive(&["drive", "--lab", file.path().to_str().unwrap()]);
+    assert!(!is_well && printed.contains("[triggers] baud is 12; allowed: 9600"), "{printed}");
 }
 
 /// Returns, for each socket of this process that listens for connections, the number of instructions of its filter.
@@ -162,8 +165,11 @@ fn streams_open_on_request_and_are_visible_on_this_machine_only() {
     assert_eq!(seen().len(), 5);
     let listeners = listeners();
     assert!(listeners.len() >= 5 && listeners.iter().all(|filter| *filter > 0), "{listeners:?}");
-    let told = LabDevices::open(&settings("interface = 'eth77'")).err().unwrap().to_string();
-    assert!(told.starts_with("there is no network interface \"eth77\"; allowed: loopback, all, or one of "), "{told}");
+    let message = LabDevices::open(&settings("interface = 'eth77'")).err().unwrap().to_string();
+    assert!(
+        message.starts_with("there is no network interface \"eth77\"; allowed: loopback, all, or one of "),
+        "{message}"
+    );
 }
 
 #[test]

@@ -185,10 +185,10 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
 
 /// Checks the table of a device: no sample is missing between the first and the last, they span the drive, and each has the time that the
 /// device gave it.
-fn check_device(recording: &Path, name: &str, rate: f64, said: String, number: impl Fn(usize, &TableReader) -> f64) {
+fn check_device(recording: &Path, name: &str, rate: f64, printed: String, number: impl Fn(usize, &TableReader) -> f64) {
     let table = table(recording, name);
-    let mut said = said.split_whitespace();
-    let (sent, begun) = (said.next().unwrap().parse::<f64>().unwrap(), hex_float(said.next().unwrap()));
+    let mut printed = printed.split_whitespace();
+    let (sent, begun) = (printed.next().unwrap().parse::<f64>().unwrap(), hex_float(printed.next().unwrap()));
     let numbers: Vec<f64> = [0, table.rows() - 1].map(|row| number(row, &table)).into();
     let samples = table.rows() as f64;
     assert!(

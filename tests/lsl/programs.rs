@@ -43,7 +43,7 @@ pub fn on_loopback() {
 /// Running program that ends on request; killed when dropped.
 pub struct Program {
     child: Child,
-    said: BufReader<ChildStdout>,
+    printed: BufReader<ChildStdout>,
 }
 
 impl Drop for Program {
@@ -58,8 +58,8 @@ impl Program {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::inherit());
         let mut child =
             command.spawn().unwrap_or_else(|e| panic!("{command:?}: {e}; scripts/setup --test installs it"));
-        let said = BufReader::new(child.stdout.take().unwrap());
-        Self { child, said }
+        let printed = BufReader::new(child.stdout.take().unwrap());
+        Self { child, printed }
     }
 
     /// Starts a Python script of this folder.
@@ -83,7 +83,7 @@ impl Program {
         let mut all = String::new();
         while seen < times {
             let mut line = String::new();
-            assert!(self.said.read_line(&mut line).unwrap() > 0, "it ended before it said \"{begin}\": {all}");
+            assert!(self.printed.read_line(&mut line).unwrap() > 0, "it ended before it said \"{begin}\": {all}");
             seen += usize::from(line.starts_with(begin));
             all += &line;
         }
@@ -107,9 +107,9 @@ impl Program {
         // LabRecorder ends at a line, Python at the end of its input. A program that has ended already shows that by its status.
         let _ = stdin.write_all(b"\n");
         drop(stdin);
-        let mut said = String::new();
-        self.said.read_to_string(&mut said).unwrap();
-        assert!(self.child.wait().unwrap().success(), "{said}");
-        said
+        let mut printed = String::new();
+        self.printed.read_to_string(&mut printed).unwrap();
+        assert!(self.child.wait().unwrap().success(), "{printed}");
+        printed
     }
 }

@@ -20,7 +20,7 @@ use egui_kittest::{Harness, kittest::Queryable};
 struct Bench {
     page: CalibrationPage,
     wheel: Option<PluggedWheel>,
-    said: Option<String>,
+    printed: Option<String>,
     commands: Vec<CalibrationCommand>,
 }
 
@@ -44,7 +44,7 @@ fn bench(wheel: Option<PluggedWheel>) -> Bench {
 
 fn harness(bench: Bench) -> Harness<'static, Bench> {
     crate::harness(bench, [760.0, 560.0], 1.0, |ui, bench| {
-        let asked = bench.page.show(ui, bench.wheel.as_ref(), bench.said.as_deref());
+        let asked = bench.page.show(ui, bench.wheel.as_ref(), bench.printed.as_deref());
         bench.commands.extend(asked);
     })
 }

@@ -11,7 +11,7 @@ pub fn codrive(arguments: &[&str]) -> Command {
 }
 
 /// Returns the exit code and the output of a command.
-pub fn said(command: &mut Command) -> (i32, String) {
+pub fn printed(command: &mut Command) -> (i32, String) {
     let output = command.output().expect("it runs");
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     (output.status.code().expect("it ends by itself"), text)
@@ -41,7 +41,7 @@ fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
         "50%,3,0",
         "--out",
     ];
-    let (code, text) = said(codrive(&words).arg(&out));
+    let (code, text) = printed(codrive(&words).arg(&out));
     assert!(code == 0 && text.contains("11/22"), "{text}");
     let rings = fs::read_to_string(out.join("rings.csv")).unwrap();
     let rows: Vec<Vec<&str>> = rings.lines().map(|line| line.split(',').collect()).collect();
@@ -80,7 +80,7 @@ fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
         (["--engine", "native", "--advised", "23"], "allowed: 0 to 22"),
         (["--engine", "native", "--advised", "1.5"], "5% or 0.05 (100% is all)"),
     ] {
-        let (code, text) = said(codrive(&["evaluate", "--over", "2"]).args(wrong));
+        let (code, text) = printed(codrive(&["evaluate", "--over", "2"]).args(wrong));
         assert!(code == 2 && text.contains(why), "{text}");
     }
 }
@@ -88,7 +88,7 @@ fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
 #[test]
 fn a_run_with_advised_vehicles_lists_them_and_the_mean_speed_of_all() {
     let arguments = ["run", "--traffic", "native", "--duration", "2", "--policy", "pi", "--advised", "20%"];
-    let (code, text) = said(&mut codrive(&arguments));
+    let (code, text) = printed(&mut codrive(&arguments));
     assert!(code == 0 && text.contains("advised                  4 of 22 (18.2 %): cars 0, 5, 11, 16\n"), "{text}");
     assert!(text.contains("mean speed, all cars"), "{text}");
     let output = codrive(&arguments).arg("--json").output().unwrap();
@@ -102,7 +102,7 @@ fn a_curve_on_a_network_counts_vehicles_entered_left_and_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let words = "evaluate --map merge --engine sumo --policy pi --over 2 --horizon 30 --warm-up 0 --advised 50% --out";
-    let (code, text) = said(codrive(&words.split(' ').collect::<Vec<_>>()).arg(&out));
+    let (code, text) = printed(codrive(&words.split(' ').collect::<Vec<_>>()).arg(&out));
     assert!(code == 0 && text.contains("50.0 %") && text.contains("vehicles/h"), "{text}");
     let rings = fs::read_to_string(out.join("rings.csv")).unwrap();
     let rows: Vec<Vec<&str>> = rings.lines().map(|line| line.split(',').collect()).collect();
@@ -137,7 +137,7 @@ fn a_curve_on_a_network_counts_vehicles_entered_left_and_refused() {
         ("--engine sumo --policy pi --advised 3", "--advised is 3; allowed on a network"),
     ] {
         let wrong: Vec<&str> = wrong.split(' ').collect();
-        let (code, text) = said(codrive(&["evaluate", "--map", "merge", "--over", "2"]).args(wrong));
+        let (code, text) = printed(codrive(&["evaluate", "--map", "merge", "--over", "2"]).args(wrong));
         assert!(code == 2 && text.contains(why), "{text}");
     }
 }

@@ -54,7 +54,7 @@ fn run(command: &mut Command) -> Output {
     command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"))
 }
 
-fn said(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
@@ -68,35 +68,35 @@ const DRIVE: [&str; 5] = ["run", "--traffic", "native", "--duration", "2"];
 fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
     let elsewhere = Elsewhere::new();
     let listed = run(elsewhere.command().args(["map", "list"]));
-    assert!(listed.status.success(), "{}", said(&listed));
-    assert_eq!(maps(&said(&listed)), ["merge", "practice", "ring-250", "ring-641"]);
+    assert!(listed.status.success(), "{}", printed(&listed));
+    assert_eq!(maps(&printed(&listed)), ["merge", "practice", "ring-250", "ring-641"]);
     let out = elsewhere.at("work/über alles");
     let drove = run(elsewhere.command().args(DRIVE).arg("--out").arg(&out));
-    assert!(drove.status.success() && said(&drove).contains("policy ring-250-speed (auto"), "{}", said(&drove));
+    assert!(drove.status.success() && printed(&drove).contains("policy ring-250-speed (auto"), "{}", printed(&drove));
     let again = run(elsewhere.command().arg("replay").arg(&out));
-    assert!(again.status.success() && said(&again).contains("the same to the bit"), "{}", said(&again));
+    assert!(again.status.success() && printed(&again).contains("the same to the bit"), "{}", printed(&again));
     let study = elsewhere.at("study.toml");
     fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/studies/congestion.toml"), &study).unwrap();
     let checked = run(elsewhere.command().arg("study").arg(&study).arg("--check"));
-    assert!(checked.status.success(), "questionnaires are in the program, too: {}", said(&checked));
+    assert!(checked.status.success(), "questionnaires are in the program, too: {}", printed(&checked));
 }
 
 #[test]
 fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
     let elsewhere = Elsewhere::new();
     let made = run(elsewhere.command().args(["map", "ring", "--circumference", "300"]));
-    assert!(made.status.success() && said(&made).contains("codrive --map ring-300"), "{}", said(&made));
+    assert!(made.status.success() && printed(&made).contains("codrive --map ring-300"), "{}", printed(&made));
     assert!(elsewhere.at("home/.local/share/codrive/maps/ring-300/net.xml").is_file());
     let listed = run(elsewhere.command().args(["map", "list"]));
-    assert_eq!(maps(&said(&listed)), ["merge", "practice", "ring-250", "ring-300", "ring-641"]);
+    assert_eq!(maps(&printed(&listed)), ["merge", "practice", "ring-250", "ring-300", "ring-641"]);
     let drove = run(elsewhere.command().args(DRIVE).args(["--map", "ring-300", "--policy", "pi"]));
-    assert!(drove.status.success() && said(&drove).contains("22 cars on ring-300"), "{}", said(&drove));
+    assert!(drove.status.success() && printed(&drove).contains("22 cars on ring-300"), "{}", printed(&drove));
     let refused = run(elsewhere.command().env_remove("HOME").args(["map", "ring", "--circumference", "300"]));
     assert_eq!(refused.status.code(), Some(2));
     assert!(
-        said(&refused).contains("there is no home folder") && said(&refused).contains("--out DIR"),
+        printed(&refused).contains("there is no home folder") && printed(&refused).contains("--out DIR"),
         "{}",
-        said(&refused)
+        printed(&refused)
     );
 }
 
@@ -108,7 +108,7 @@ fn another_user_without_a_home_drives_and_leaves_one_temporary_folder() {
     }
     for _ in 0..2 {
         let drove = run(elsewhere.stranger().env_remove("HOME").args(DRIVE));
-        assert!(drove.status.success(), "{}", said(&drove));
+        assert!(drove.status.success(), "{}", printed(&drove));
     }
     let left: Vec<PathBuf> = fs::read_dir(elsewhere.at("tmp")).unwrap().map(|entry| entry.unwrap().path()).collect();
     let [own] = &left[..] else { panic!("{left:?}") };
@@ -118,9 +118,9 @@ fn another_user_without_a_home_drives_and_leaves_one_temporary_folder() {
     fs::set_permissions(own, fs::Permissions::from_mode(0o777)).unwrap();
     let refused = run(elsewhere.stranger().env_remove("HOME").args(DRIVE));
     assert!(
-        refused.status.code() == Some(2) && said(&refused).contains("others can write to it"),
+        refused.status.code() == Some(2) && printed(&refused).contains("others can write to it"),
         "{}",
-        said(&refused)
+        printed(&refused)
     );
 }
 
@@ -143,9 +143,9 @@ fn an_installed_program_reads_its_read_only_share_folder() {
         fs::set_permissions(elsewhere.at(name), fs::Permissions::from_mode(0o777)).unwrap();
     }
     let listed = run(elsewhere.stranger().args(["map", "list"]));
-    assert!(said(&listed).contains("Installed: "), "{}", said(&listed));
+    assert!(printed(&listed).contains("Installed: "), "{}", printed(&listed));
     let drove = run(elsewhere.stranger().args(DRIVE));
-    assert!(drove.status.success(), "{}", said(&drove));
+    assert!(drove.status.success(), "{}", printed(&drove));
     assert!(!elsewhere.at("home/.cache").exists(), "nothing had to be unpacked");
     fs::set_permissions(elsewhere.at(""), fs::Permissions::from_mode(0o755)).unwrap();
 }
@@ -161,7 +161,7 @@ fn a_named_folder_comes_first_and_one_without_data_is_refused_by_name() {
         let mut command = elsewhere.command();
         command.current_dir(elsewhere.at("")).args(how);
         let listed = run(if how.len() == 2 { command.args(["map", "list"]) } else { &mut command });
-        assert_eq!(maps(&said(&listed)), ["ring-250"], "{how:?}");
+        assert_eq!(maps(&printed(&listed)), ["ring-250"], "{how:?}");
     }
     let by_environment = run(elsewhere.command().env("CODRIVE_DATA", &named).args(["map", "list"]));
     assert_eq!(maps(&String::from_utf8_lossy(&by_environment.stdout)), ["ring-250"]);
@@ -172,12 +172,16 @@ fn a_named_folder_comes_first_and_one_without_data_is_refused_by_name() {
     let refused = run(elsewhere.command().arg("map").arg("list").arg("--data").arg(&wrong));
     assert_eq!(refused.status.code(), Some(2));
     assert!(
-        said(&refused).contains("work, named by --data, does not hold maps/ring-250/net.xml"),
+        printed(&refused).contains("work, named by --data, does not hold maps/ring-250/net.xml"),
         "{}",
-        said(&refused)
+        printed(&refused)
     );
     let refused = run(elsewhere.command().env("CODRIVE_DATA", &wrong).args(DRIVE));
-    assert!(refused.status.code() == Some(2) && said(&refused).contains("named by CODRIVE_DATA"), "{}", said(&refused));
+    assert!(
+        refused.status.code() == Some(2) && printed(&refused).contains("named by CODRIVE_DATA"),
+        "{}",
+        printed(&refused)
+    );
 }
 
 /// Builds a library that creates the file `victim` when it is loaded, and a program that does so when it runs.
@@ -190,7 +194,7 @@ fn hostile(elsewhere: &Elsewhere, victim: &Path) {
     fs::write(&source, text).unwrap();
     let library = elsewhere.at("hostile.so");
     let built = Command::new("cc").arg("-shared").arg("-fPIC").arg(&source).arg("-o").arg(&library).output().unwrap();
-    assert!(built.status.success(), "{}", said(&built));
+    assert!(built.status.success(), "{}", printed(&built));
     for folder in [elsewhere.at(""), elsewhere.at("work")] {
         for name in [".sumo/sumo/lib/libsumocpp.so", ".lsl/liblsl.so.2", "libcodrive_sumo.so", "libSDL2-2.0.so.0"] {
             let place = folder.join(name);
@@ -221,14 +225,18 @@ fn no_library_or_program_of_the_working_folder_or_above_is_run() {
     let sweep = ["sweep", "plan.toml", "--on", "ray", "--out", "results"];
     for arguments in [&drive[..], &["map", "import", "town.osm"], &["doctor"], &sweep] {
         let ended = run(elsewhere.command().args(arguments));
-        assert!(!victim.exists(), "{arguments:?}: {}", said(&ended));
+        assert!(!victim.exists(), "{arguments:?}: {}", printed(&ended));
     }
     let refused = run(elsewhere.command().args(drive));
-    assert!(refused.status.code() == Some(1) && said(&refused).contains("SUMO was not found"), "{}", said(&refused));
+    assert!(
+        refused.status.code() == Some(1) && printed(&refused).contains("SUMO was not found"),
+        "{}",
+        printed(&refused)
+    );
     // The library is a working one: the program loads it from a folder that the user names.
     let home = elsewhere.at("work/.sumo/sumo");
     let loaded = run(elsewhere.command().args(drive).env("CODRIVE_SUMO_HOME", &home));
-    assert!(victim.exists(), "{}", said(&loaded));
+    assert!(victim.exists(), "{}", printed(&loaded));
 }
 
 #[test]
@@ -243,5 +251,5 @@ fn maps_of_the_working_folder_or_above_are_not_the_programs() {
         }
     }
     let listed = run(elsewhere.command().args(["map", "list"]));
-    assert_eq!(maps(&said(&listed)), ["merge", "practice", "ring-250", "ring-641"]);
+    assert_eq!(maps(&printed(&listed)), ["merge", "practice", "ring-250", "ring-641"]);
 }

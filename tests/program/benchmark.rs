@@ -117,8 +117,8 @@ holds_s = [0.1]
         let svg = std::fs::read_to_string(out.join(format!("mean-speed-230-260-hold-{hold}.svg"))).unwrap();
         let picture = roxmltree::Document::parse(&svg).unwrap();
         let texts: Vec<&str> = picture.descendants().filter_map(|node| node.text()).map(str::trim).collect();
-        for said in rows.iter().chain(&[driver]) {
-            assert!(texts.contains(said), "{said}: {texts:?}");
+        for printed in rows.iter().chain(&[driver]) {
+            assert!(texts.contains(printed), "{printed}: {texts:?}");
         }
         let dots = picture.descendants().filter(|node| node.has_tag_name("circle")).count();
         assert_eq!(dots, 2 + 1, "a dot for each row, and one of the legend");

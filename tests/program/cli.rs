@@ -16,10 +16,10 @@ fn codrive(arguments: &[&str]) -> Command {
 
 /// Runs the program and returns the exit code and its standard error.
 fn failure(arguments: &[&str]) -> (i32, String) {
-    said(&mut codrive(arguments))
+    printed(&mut codrive(arguments))
 }
 
-fn said(command: &mut Command) -> (i32, String) {
+fn printed(command: &mut Command) -> (i32, String) {
     let output = command.output().unwrap();
     (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
@@ -187,7 +187,7 @@ fn flags_win_over_the_file() {
 #[test]
 fn without_sumo_the_remedy_is_named_and_native_traffic_drives() {
     let nowhere = tempfile::tempdir().unwrap();
-    let (code, text) = said(codrive(&["run", "--duration", "1"]).env("CODRIVE_SUMO_HOME", nowhere.path()));
+    let (code, text) = printed(codrive(&["run", "--duration", "1"]).env("CODRIVE_SUMO_HOME", nowhere.path()));
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("scripts/setup") && text.contains("--traffic native"), "{text}");
     let arguments = run(&[]);
@@ -213,7 +213,7 @@ fn a_persons_own_wheel_profile_is_known_by_its_name() {
         .unwrap();
     let drive = |wheel: &str| {
         let mut command = codrive(&["drive", "--traffic", "native", "--wheel", wheel]);
-        said(command.env("XDG_CONFIG_HOME", home.path()))
+        printed(command.env("XDG_CONFIG_HOME", home.path()))
     };
     let (code, text) = drive("desk-rik");
     assert_eq!(code, 2, "{text}");
@@ -235,7 +235,7 @@ fn without_an_adapter_the_picture_says_what_to_install() {
     let file = folder.path().join("a.png");
     let arguments = ["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", file.to_str().unwrap()];
     // This backend does not exist here, so no adapter is found.
-    let (code, text) = said(codrive(&arguments).env("WGPU_BACKEND", "dx12"));
+    let (code, text) = printed(codrive(&arguments).env("WGPU_BACKEND", "dx12"));
     assert_eq!(code, 1, "{text}");
     assert!(text.contains("adapter") && text.contains("mesa-vulkan-drivers"), "{text}");
     assert!(!file.exists());
@@ -390,7 +390,7 @@ fn without_a_desktop_session_a_picture_is_drawn_without_a_warning() {
     let file = folder.path().join("a.png");
     let mut command =
         codrive(&["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", file.to_str().unwrap()]);
-    let (code, text) = said(command.env_remove("XDG_RUNTIME_DIR"));
+    let (code, text) = printed(command.env_remove("XDG_RUNTIME_DIR"));
     assert_eq!((code, text.as_str()), (0, ""));
 }
 

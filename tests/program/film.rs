@@ -76,8 +76,8 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
 fn a_picture_shows_its_time_and_all_pictures_are_numbered() {
     let place = RecordingFixture::recorded();
     let [png, frames] = ["at.png", "frames"].map(|name| place.path(name));
-    let (code, said) = place.replay(&["--png", &png, "--at", "1", "--frames", &frames, "--rate", "10"]);
-    assert!(code == 0 && said.contains("all 200 ticks are the same to the bit"), "{said}");
+    let (code, printed) = place.replay(&["--png", &png, "--at", "1", "--frames", &frames, "--rate", "10"]);
+    assert!(code == 0 && printed.contains("all 200 ticks are the same to the bit"), "{printed}");
     let all = pictures(Path::new(&frames));
     // Two seconds at ten pictures a second, from 000000.png on.
     let names: Vec<String> = (0..20).map(|i| format!("{i:06}.png")).collect();
@@ -90,12 +90,12 @@ fn a_picture_shows_its_time_and_all_pictures_are_numbered() {
     assert!(at != open(&all[0]) && at != open(&all[19]), "the car moves");
 
     // Nothing is overwritten, and a time after the end is named.
-    let (code, said) = place.replay(&["--frames", &frames]);
-    assert!(code == 2 && said.contains("frames"), "{said}");
+    let (code, printed) = place.replay(&["--frames", &frames]);
+    assert!(code == 2 && printed.contains("frames"), "{printed}");
     assert_eq!(pictures(Path::new(&frames)).len(), 20);
     let late = place.path("late.png");
-    let (code, said) = place.replay(&["--png", &late, "--at", "2.5"]);
-    assert!(code == 2 && said.contains("--at is 2.5 s, after the end of the recording at 2 s"), "{said}");
+    let (code, printed) = place.replay(&["--png", &late, "--at", "2.5"]);
+    assert!(code == 2 && printed.contains("--at is 2.5 s, after the end of the recording at 2 s"), "{printed}");
     assert!(!Path::new(&late).exists());
 }
 
@@ -103,8 +103,8 @@ fn a_picture_shows_its_time_and_all_pictures_are_numbered() {
 fn ffmpeg_gets_every_picture_of_a_video_and_joins_the_sound() {
     let place = RecordingFixture::recorded();
     let [film, sound] = ["film.mp4", "drive.wav"].map(|name| place.path(name));
-    let (code, said) = place.replay(&["--video", &film, "--rate", "10"]);
-    assert_eq!(code, 0, "{said}");
+    let (code, printed) = place.replay(&["--video", &film, "--rate", "10"]);
+    assert_eq!(code, 0, "{printed}");
     // 20 pictures of 64 by 36 pixels of 4 bytes.
     assert_eq!(place.kept("bytes"), ["184320"]);
     let [asked] = &place.kept("arguments")[..] else { panic!("{:?}", place.kept("arguments")) };
@@ -112,12 +112,12 @@ fn ffmpeg_gets_every_picture_of_a_video_and_joins_the_sound() {
         assert!(asked.contains(part), "{asked}");
     }
     assert!(asked.ends_with("film.mp4") && Path::new(&film).exists());
-    let (code, said) = place.replay(&["--video", &film]);
-    assert!(code == 2 && said.contains("film.mp4 exists; nothing is overwritten"), "{said}");
+    let (code, printed) = place.replay(&["--video", &film]);
+    assert!(code == 2 && printed.contains("film.mp4 exists; nothing is overwritten"), "{printed}");
 
     let both = place.path("both.mp4");
-    let (code, said) = place.replay(&["--video", &both, "--sound", &sound, "--rate", "5"]);
-    assert_eq!(code, 0, "{said}");
+    let (code, printed) = place.replay(&["--video", &both, "--sound", &sound, "--rate", "5"]);
+    assert_eq!(code, 0, "{printed}");
     assert_eq!(place.kept("bytes")[1..], ["92160"]);
     let joined = place.kept("arguments").pop().unwrap();
     assert!(joined.contains("drive.wav") && joined.contains("-c:v copy") && joined.ends_with("both.mp4"), "{joined}");
@@ -132,22 +132,22 @@ fn ffmpeg_gets_every_picture_of_a_video_and_joins_the_sound() {
 fn a_failing_or_missing_ffmpeg_is_reported_and_nothing_is_called_done() {
     let place = RecordingFixture::recorded();
     fs::write(place.path("bin/fails"), "").unwrap();
-    let (code, said) = place.replay(&["--video", &place.path("film.mp4"), "--rate", "5"]);
-    assert!(code == 1 && said.contains("ffmpeg"), "{said}");
+    let (code, printed) = place.replay(&["--video", &place.path("film.mp4"), "--rate", "5"]);
+    assert!(code == 1 && printed.contains("ffmpeg"), "{printed}");
     // This script reads all pictures and then fails, as on a full disk.
     fs::rename(place.path("bin/fails"), place.path("bin/late")).unwrap();
-    let (code, said) = place.replay(&["--video", &place.path("late.mp4"), "--rate", "5"]);
+    let (code, printed) = place.replay(&["--video", &place.path("late.mp4"), "--rate", "5"]);
     assert!(
-        code == 1 && said.contains("ffmpeg failed: exit status: 4") && !said.contains("the same to the bit"),
-        "{said}"
+        code == 1 && printed.contains("ffmpeg failed: exit status: 4") && !printed.contains("the same to the bit"),
+        "{printed}"
     );
     let none = Command::new(env!("CARGO_BIN_EXE_codrive"))
         .args(["replay", &place.path("drive"), "--size", "64x36", "--video", &place.path("other.mp4")])
         .env("PATH", place.path("nowhere"))
         .output()
         .unwrap();
-    let said = text(&none);
-    assert!(none.status.code() == Some(1) && said.contains("install it, or take --frames"), "{said}");
+    let printed = text(&none);
+    assert!(none.status.code() == Some(1) && printed.contains("install it, or take --frames"), "{printed}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ const HOSTILE: &str = "a\u{1b}[2Jb\u{9b}2Jc\u{1b}]0;mine\u{7}\rd\u{202e}e";
 const SEEN: &str = r"a\u001b[2Jb\u009b2Jc\u001b]0;mine\u0007\u000dd\u202ee";
 
 /// Runs the program with `home` as the user's home. Returns both outputs.
-fn said(home: &Path, arguments: &[&str]) -> String {
+fn printed(home: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.args(arguments).env("HOME", home).env_remove("XDG_DATA_HOME").env_remove("XDG_CONFIG_HOME");
     let output = command.output().unwrap();
@@ -21,15 +21,15 @@ fn said(home: &Path, arguments: &[&str]) -> String {
 }
 
 #[track_caller]
-fn assert_seen(said: &str) {
-    assert!(said.contains(SEEN), "{said:?}");
-    assert_harmless(said);
+fn assert_seen(printed: &str) {
+    assert!(printed.contains(SEEN), "{printed:?}");
+    assert_harmless(printed);
 }
 
 #[track_caller]
-fn assert_harmless(said: &str) {
+fn assert_harmless(printed: &str) {
     let commands = |c: char| (c.is_control() && c != '\n' && c != '\t') || c == '\u{202e}';
-    assert!(!said.contains(commands), "{said:?}");
+    assert!(!printed.contains(commands), "{printed:?}");
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn the_title_of_a_map_cannot_command_the_terminal() {
     fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/maps/ring-250/net.xml"), folder.join("net.xml")).unwrap();
     let title = toml::Value::String(HOSTILE.into());
     fs::write(folder.join("map.toml"), format!("title = {title}\n")).unwrap();
-    assert_seen(&said(home.path(), &["map", "list"]));
+    assert_seen(&printed(home.path(), &["map", "list"]));
 }
 
 #[test]
@@ -48,14 +48,14 @@ fn the_name_of_a_file_cannot_command_the_terminal() {
     let home = tempfile::tempdir().unwrap();
     let file = home.path().join(format!("{HOSTILE}.net.xml"));
     let name = file.to_str().unwrap();
-    assert_seen(&said(home.path(), &["run", "--map", name]));
+    assert_seen(&printed(home.path(), &["run", "--map", name]));
     fs::write(&file, "<net>").unwrap();
-    assert_seen(&said(home.path(), &["run", "--map", name]));
+    assert_seen(&printed(home.path(), &["run", "--map", name]));
     // Arguments that clap refuses come from typing or from a shell pattern; clap itself removes escape sequences.
-    let refused = said(home.path(), &["run", HOSTILE]);
+    let refused = printed(home.path(), &["run", HOSTILE]);
     assert!(refused.contains(r"b\u009b2Jc"), "{refused:?}");
     assert_harmless(&refused);
-    assert_seen(&said(home.path(), &["replay", name]));
+    assert_seen(&printed(home.path(), &["replay", name]));
 }
 
 #[test]
@@ -68,9 +68,9 @@ fn a_line_of_the_log_cannot_command_the_terminal() {
     let files = toml::Value::String(name);
     let text = format!("map = \"merge\"\nparticipant = false\nduration_s = 0.5\n[demand]\nfiles = [{files}]\n");
     fs::write(&scenario, text).unwrap();
-    let said = said(home.path(), &["run", "--scenario", scenario.to_str().unwrap()]);
-    assert!(said.contains("SUMO is not given 1 x colour of vType"), "{said:?}");
-    assert_seen(&said);
+    let printed = printed(home.path(), &["run", "--scenario", scenario.to_str().unwrap()]);
+    assert!(printed.contains("SUMO is not given 1 x colour of vType"), "{printed:?}");
+    assert_seen(&printed);
 }
 
 #[test]
@@ -91,5 +91,5 @@ fn the_version_of_a_server_cannot_command_the_terminal() {
         stream.write_all(&answer).unwrap();
         let _ = stream.read_to_end(&mut Vec::new());
     });
-    assert_seen(&said(home.path(), &["run", "--traffic", &format!("127.0.0.1:{port}"), "--duration", "1"]));
+    assert_seen(&printed(home.path(), &["run", "--traffic", &format!("127.0.0.1:{port}"), "--duration", "1"]));
 }

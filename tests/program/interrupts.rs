@@ -61,9 +61,9 @@ impl SlowDrive {
     /// Waits at most 1 s for the end of the program. Returns its exit status and standard error.
     fn ended(&mut self) -> (ExitStatus, String) {
         let status = within("the end of the program", Duration::from_secs(1), || self.program.try_wait().unwrap());
-        let mut said = String::new();
-        self.program.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-        (status, said)
+        let mut printed = String::new();
+        self.program.stderr.take().unwrap().read_to_string(&mut printed).unwrap();
+        (status, printed)
     }
 }
 
@@ -102,9 +102,9 @@ fn a_program_whose_sumo_reads_a_file_ends_within_a_second_of_each_signal() {
         // By then the program is inside the call of SUMO.
         sleep(Duration::from_millis(300));
         drive.signal(signal);
-        let (status, said) = drive.ended();
-        assert_eq!(status.code(), Some(130), "{signal}: {said}");
-        assert!(said.contains("ended while SUMO was reading its files"), "{said}");
+        let (status, printed) = drive.ended();
+        assert_eq!(status.code(), Some(130), "{signal}: {printed}");
+        assert!(printed.contains("ended while SUMO was reading its files"), "{printed}");
         assert_eq!(drive.temporary(), [""; 0].map(PathBuf::from), "{signal}");
     }
 }
@@ -115,10 +115,10 @@ fn a_trial_is_named_after_two_seconds_and_ends_with_its_program() {
     let trial = within("a trial", LONG, || drive.trial());
     sleep(Duration::from_millis(2500));
     drive.signal("-INT");
-    let (status, said) = drive.ended();
-    assert_eq!(status.code(), Some(130), "{said}");
-    assert!(said.contains("codrive: SUMO tries ") && said.contains("own.rou.xml on "), "{said}");
-    assert!(said.contains("; up to 120 s; Ctrl-C ends it\n"), "{said}");
+    let (status, printed) = drive.ended();
+    assert_eq!(status.code(), Some(130), "{printed}");
+    assert!(printed.contains("codrive: SUMO tries ") && printed.contains("own.rou.xml on "), "{printed}");
+    assert!(printed.contains("; up to 120 s; Ctrl-C ends it\n"), "{printed}");
     assert!(!is_alive(trial));
     assert_eq!(drive.temporary(), [""; 0].map(PathBuf::from));
 }

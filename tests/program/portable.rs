@@ -24,15 +24,15 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Returns the text of a file: its bytes, and for a table also the texts of all columns, which are compressed.
-fn said(path: &Path) -> String {
-    let mut said = String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
+fn printed(path: &Path) -> String {
+    let mut printed = String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
     if path.extension().is_some_and(|kind| kind == "parquet") {
         let table = TableReader::parquet(path).unwrap();
         let names = tables::EVENTS.iter().map(|column| column.name);
         let names = names.chain(tables::EGO.iter().map(|column| column.name));
-        names.for_each(|name| said += &table.words(name).join("\n"));
+        names.for_each(|name| printed += &table.words(name).join("\n"));
     }
-    said
+    printed
 }
 
 /// A home with a map and a policy, from which a study, a recording and a rehearsal can be made.
@@ -102,9 +102,9 @@ fn no_written_file_contains_a_path_of_its_author() {
     assert!(files.len() > 60, "{} files", files.len());
     let secrets = [text(&root).trim_end_matches('/'), "/ann", env!("CARGO_MANIFEST_DIR")];
     for path in &files {
-        let said = said(path);
+        let printed = printed(path);
         for secret in secrets {
-            assert!(!said.contains(secret), "{} names {secret}", path.display());
+            assert!(!printed.contains(secret), "{} names {secret}", path.display());
             let name = path.strip_prefix(&root).unwrap().to_str().unwrap();
             assert!(!name.contains(&secret.replace('/', "-")), "{name} tells of {secret}");
         }
@@ -121,8 +121,8 @@ fn a_recording_drives_again_without_its_authors_files() {
     fs::rename(author.at("ann"), author.at("gone")).unwrap();
     let same = |arguments: &[&str]| {
         let output = codrive(arguments).current_dir(&elsewhere).output().unwrap();
-        let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && said.contains("all 300 ticks are the same to the bit"), "{said}");
+        let printed = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && printed.contains("all 300 ticks are the same to the bit"), "{printed}");
     };
     same(&["replay", "copy"]);
     codrive(&["replay", "copy", "--what-if", "none"]).current_dir(&elsewhere).assert().success();
@@ -134,10 +134,10 @@ fn a_recording_drives_again_without_its_authors_files() {
     let was = fs::read(&about).unwrap();
     fs::write(&about, [&was[..], b"# changed\n"].concat()).unwrap();
     let output = codrive(&["replay", "copy"]).current_dir(&elsewhere).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
+    let printed = String::from_utf8_lossy(&output.stderr);
     assert!(
-        !output.status.success() && said.contains("inputs/maps/own ring/map.toml: is not as it was written"),
-        "{said}"
+        !output.status.success() && printed.contains("inputs/maps/own ring/map.toml: is not as it was written"),
+        "{printed}"
     );
     fs::write(&about, was).unwrap();
     same(&["replay", "copy"]);
@@ -191,9 +191,9 @@ fn no_command_writes_through_a_planted_link() {
     let (victim, link) = (author.at("victim"), author.at("planted.png"));
     let refused = |arguments: &[&str]| {
         let output = codrive(arguments).current_dir(author.at("")).output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success(), "{arguments:?}");
-        said
+        printed
     };
     for there in [true, false] {
         if there {
@@ -203,13 +203,13 @@ fn no_command_writes_through_a_planted_link() {
         }
         symlink(&victim, &link).unwrap();
         let small = ["--size", "64x36"];
-        let said = refused(&[&["replay", text(&recording), "--at", "1", "--png", text(&link)][..], &small].concat());
-        assert!(said.contains("planted.png") && said.contains("symbolic link"), "{said}");
+        let printed = refused(&[&["replay", text(&recording), "--at", "1", "--png", text(&link)][..], &small].concat());
+        assert!(printed.contains("planted.png") && printed.contains("symbolic link"), "{printed}");
         let drive = ["render", "--traffic", "native", "--at", "0", "--out", text(&link)];
         assert!(refused(&[&drive[..], &small].concat()).contains("symbolic link"));
         for option in ["--frames", "--video", "--sound"] {
-            let said = refused(&[&["replay", text(&recording), option, text(&link)][..], &small].concat());
-            assert!(said.contains("planted.png"), "{option}: {said}");
+            let printed = refused(&[&["replay", text(&recording), option, text(&link)][..], &small].concat());
+            assert!(printed.contains("planted.png"), "{option}: {printed}");
         }
         assert_eq!(fs::read_to_string(&victim).unwrap_or_default(), if there { "mine" } else { "" });
         fs::remove_file(&link).unwrap();
@@ -233,9 +233,9 @@ fn a_participants_folder_that_is_a_link_is_refused() {
     for name in ["sourcedata/sub-R02", "sub-R02"] {
         symlink(&elsewhere, data.join(name)).unwrap();
         let output = rehearse("2").output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(name) && said.contains("symbolic link") && said.contains("remedy"), "{said}");
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{printed}");
+        assert!(printed.contains(name) && printed.contains("symbolic link") && printed.contains("remedy"), "{printed}");
         assert_eq!(fs::read_dir(&elsewhere).unwrap().count(), 0, "nothing was written through it");
         fs::remove_file(data.join(name)).unwrap();
     }

@@ -1,6 +1,6 @@
 //! A sweep from the command line: the same tables in every way of running it, finished runs are kept, and failures are reported.
 
-use super::advised::{codrive, said};
+use super::advised::{codrive, printed};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -33,7 +33,7 @@ fn parts(out: &Path) -> Vec<(String, std::time::SystemTime)> {
 fn a_plan_gives_the_same_table_at_once_in_parts_and_repeated() {
     let (folder, plan) = plan(PLAN);
     let out = folder.path().join("whole");
-    let sweep = |out: &Path, more: &[&str]| said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(out).args(more));
+    let sweep = |out: &Path, more: &[&str]| printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(out).args(more));
     let (code, text) = sweep(&out, &["--workers", "2"]);
     assert!(code == 0 && text.contains("drives.parquet: 4 runs, 4 rows"), "{text}");
     let table = fs::read(out.join("drives.parquet")).unwrap();
@@ -58,7 +58,7 @@ fn a_plan_gives_the_same_table_at_once_in_parts_and_repeated() {
 
     // A lost part is made again with the same bytes.
     fs::remove_file(array.join("parts").join(&made[1].0)).unwrap();
-    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&array).arg("--list"));
+    let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&array).arg("--list"));
     assert!(code == 0 && text.matches("  done  ").count() == 3 && text.matches("  open  ").count() == 1, "{text}");
     assert_eq!(sweep(&array, &[]).0, 0);
     assert_eq!(
@@ -77,16 +77,16 @@ fn a_failed_run_is_retried_and_reported_and_the_others_are_kept() {
     fs::write(&policy, "format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = 4.0\n").unwrap();
     let out = folder.path().join("out");
     // A folder blocks the path of one part.
-    let (_, listed) = said(codrive(&["sweep"]).arg(&plan).arg("--list"));
+    let (_, listed) = printed(codrive(&["sweep"]).arg(&plan).arg("--list"));
     let names: Vec<&str> = listed.split_whitespace().filter(|word| word.ends_with(".parquet")).collect();
     assert_eq!(names.len(), 4, "{listed}");
     fs::create_dir_all(out.join("parts").join(names[2])).unwrap();
-    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--retries", "2"]));
+    let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--retries", "2"]));
     assert!(code == 1 && text.contains("1 runs failed; the same command tries them again"), "{text}");
     assert!(text.contains("seed 1") && text.contains(names[2]), "{text}");
     assert_eq!(names.iter().filter(|name| out.join("parts").join(name).is_file()).count(), 3);
     fs::remove_dir(out.join("parts").join(names[2])).unwrap();
-    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out));
+    let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out));
     assert!(code == 0 && text.contains("4 runs"), "{text}");
 }
 
@@ -99,7 +99,7 @@ fn a_hanging_run_is_ended_retried_and_reported_and_the_others_are_kept() {
     let (folder, plan) = plan(&text);
     let out = folder.path().join("out");
     let start = std::time::Instant::now();
-    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--workers", "1"]));
+    let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--workers", "1"]));
     let told = "drives 1: duration_s 600000: it was not done after limit_s, 4 s";
     assert!(code == 1 && text.contains("1 runs failed") && text.contains(told), "{text}");
     assert_eq!(parts(&out).len(), 2, "{text}");
@@ -160,10 +160,10 @@ fn a_sweep_resumes_after_a_stop_and_after_a_killed_worker() {
 #[test]
 fn a_wrong_plan_is_refused_where_it_is_wrong() {
     let (folder, plan) = plan(&PLAN.replace("duration_s", "duration"));
-    let (code, text) = said(codrive(&["sweep"]).arg(&plan).arg("--out").arg(folder.path().join("out")));
+    let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(folder.path().join("out")));
     assert!(code == 2 && text.contains("plan.toml:4:1: unknown key `duration`; did you mean `duration_s`?"), "{text}");
     assert!(!folder.path().join("out").exists(), "nothing is made of a plan that is wrong");
     let gone = folder.path().join("plam.toml");
-    let (code, text) = said(codrive(&["sweep"]).arg(&gone).arg("--out").arg(folder.path().join("out")));
+    let (code, text) = printed(codrive(&["sweep"]).arg(&gone).arg("--out").arg(folder.path().join("out")));
     assert!(code == 2 && text.contains("did you mean plan.toml?"), "{text}");
 }

@@ -10,7 +10,7 @@ fn codrive(arguments: &[&str]) -> Command {
 }
 
 /// Runs the program. Returns the exit code, standard output and standard error.
-fn said(arguments: &[&str]) -> (i32, String, String) {
+fn printed(arguments: &[&str]) -> (i32, String, String) {
     let output = codrive(arguments).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
@@ -26,9 +26,12 @@ fn a_tuned_controller_is_a_file_that_drives_and_can_be_tuned_further() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (first, second, again) = (path("new/first.toml"), path("second.toml"), path("again.toml"));
     let tune = |policy: &str, out: &str| {
-        let (code, told, error) = said(&[&["tune", "--policy", policy, "--out", out][..], &SHORT].concat());
+        let (code, message, error) = printed(&[&["tune", "--policy", policy, "--out", out][..], &SHORT].concat());
         assert_eq!(code, 0, "{error}");
-        assert!(told.starts_with(out) && told.contains(" before; 8 of 8 parameter sets tried on 4 rings"), "{told}");
+        assert!(
+            message.starts_with(out) && message.contains(" before; 8 of 8 parameter sets tried on 4 rings"),
+            "{message}"
+        );
         fs::read_to_string(out).unwrap()
     };
     let text = tune("two-phase", &first);
@@ -36,9 +39,9 @@ fn a_tuned_controller_is_a_file_that_drives_and_can_be_tuned_further() {
     assert_eq!(text, tune("two-phase", &again), "the same seed");
     assert!(tune(&first, &second).contains(&format!(" before ({first})")));
     let words = ["evaluate", "--policy", &first, "--over", "2", "--horizon", "5", "--warm-up", "5"];
-    let (code, table, error) = said(&words);
+    let (code, table, error) = printed(&words);
     assert!(code == 0 && table.contains("first.toml"), "{table}{error}");
-    let (code, _, error) = said(&["run", "--traffic", "native", "--duration", "2", "--policy", &first]);
+    let (code, _, error) = printed(&["run", "--traffic", "native", "--duration", "2", "--policy", &first]);
     assert_eq!(code, 0, "{error}");
 }
 
@@ -48,7 +51,7 @@ fn mistakes_are_reported_before_anything_is_driven() {
     let out = folder.path().join("mine.toml");
     let out = out.to_str().unwrap();
     let refused = |arguments: &[&str], parts: &[&str]| {
-        let (code, _, text) = said(&[&["tune"][..], arguments].concat());
+        let (code, _, text) = printed(&[&["tune"][..], arguments].concat());
         assert_eq!(code, 2, "{arguments:?}: {text}");
         for part in parts {
             assert!(text.contains(part), "{arguments:?} says:\n{text}\nwhich lacks: {part}");

@@ -1,6 +1,6 @@
 //! Files of format 1 are read for ever: a recording, a study and a scenario as this format's first version wrote them.
 
-use super::said;
+use super::printed;
 use codrive::{replay::Replay, scenario::Scenario, study::Study};
 use std::{fs, path::Path};
 
@@ -49,7 +49,7 @@ fn another_format_is_refused_with_file_place_and_remedy() {
         let path = folder.path().join(name);
         fs::write(&path, text).unwrap();
         let mut command = super::codrive(&arguments);
-        let (code, words) = said(command.arg(&path));
+        let (code, words) = printed(command.arg(&path));
         assert_eq!(code, 2, "{words}");
         for part in [name, "the file has format 2; allowed: 1", "remedy: use the program that wrote it"] {
             assert!(words.contains(part), "{words}");

@@ -30,7 +30,7 @@ fn record(folder: &Path, seconds: &str) {
     codrive(&["run", "--traffic", "native", "--duration", seconds, "--hold", "1", "--out", folder]).assert().success();
 }
 
-fn said(command: &mut Command) -> (i32, String) {
+fn printed(command: &mut Command) -> (i32, String) {
     let output = command.output().unwrap();
     let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
     (output.status.code().unwrap(), text)
@@ -91,7 +91,7 @@ fn only_the_user_can_read_the_files_and_nothing_is_overwritten() {
         assert_eq!(mode(&path), 0o600, "{}", path.display());
         before.push((path.clone(), fs::read(path).unwrap()));
     }
-    let (code, text) = said(&mut codrive(&["run", "--duration", "1", "--out", drive.to_str().unwrap()]));
+    let (code, text) = printed(&mut codrive(&["run", "--duration", "1", "--out", drive.to_str().unwrap()]));
     assert!(code == 2 && text.contains("holds a recording already") && text.contains("another folder"), "{text}");
     for (path, bytes) in before {
         assert_eq!(fs::read(&path).unwrap(), bytes, "{}", path.display());
@@ -104,7 +104,7 @@ fn a_folder_that_cannot_be_written_is_named() {
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
     let inside = file.join("p1");
-    let (code, text) = said(&mut codrive(&["run", "--duration", "1", "--out", inside.to_str().unwrap()]));
+    let (code, text) = printed(&mut codrive(&["run", "--duration", "1", "--out", inside.to_str().unwrap()]));
     assert!(code == 1 && text.contains(inside.to_str().unwrap()), "{text}");
 }
 
@@ -113,9 +113,9 @@ fn a_replay_proves_every_tick() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("p1");
     codrive(&["run", "--duration", "6", "--driver", "follow", "--out", drive.to_str().unwrap()]).assert().success();
-    let (code, text) = said(&mut codrive(&["replay", drive.to_str().unwrap()]));
+    let (code, text) = printed(&mut codrive(&["replay", drive.to_str().unwrap()]));
     assert!(code == 0 && text.contains("all 600 ticks are the same to the bit; every file agrees"), "{text}");
-    let (code, text) = said(&mut codrive(&["replay", folder.path().to_str().unwrap()]));
+    let (code, text) = printed(&mut codrive(&["replay", folder.path().to_str().unwrap()]));
     assert!(code == 2 && text.contains("holds no recording"), "{text}");
 }
 
@@ -128,7 +128,7 @@ fn the_sound_file_is_as_long_as_the_drive_private_and_reproducible() {
     let wav = |name: &str| {
         let file = folder.path().join(name);
         let arguments = ["replay", drive.to_str().unwrap(), "--sound", file.to_str().unwrap()];
-        (said(&mut codrive(&arguments)), file)
+        (printed(&mut codrive(&arguments)), file)
     };
     let ((code, text), first) = wav("a.wav");
     assert_eq!(code, 0, "{text}");
@@ -199,7 +199,7 @@ fn a_what_if_drives_the_same_seed_and_prints_the_paired_difference() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("drive");
     record(&drive, "20");
-    let program = |arguments: &[&str]| said(codrive(&["replay", drive.to_str().unwrap()]).args(arguments));
+    let program = |arguments: &[&str]| printed(codrive(&["replay", drive.to_str().unwrap()]).args(arguments));
     let (code, text) = program(&["--what-if", "policy=constant", "--what-if", "driver=perfect"]);
     assert_eq!(code, 0, "{text}");
     assert!(text.contains("instead with policy=constant, driver=perfect"), "{text}");

@@ -1,7 +1,7 @@
 //! Recordings of drives on networks: the table of cars has the vehicles that enter and leave, the recording includes the demand, and the
 //! drive replays to the bit.
 
-use super::{codrive, said};
+use super::{codrive, printed};
 use codrive::{
     record::{Manifest, Table, TableReader, recover},
     traffic::sumo,
@@ -38,7 +38,7 @@ fn a_network_drive_has_its_vehicles_in_the_tables_and_replays_to_the_bit() {
         .map(|name| {
             let drive = folder.path().join(name);
             let arguments = ["run", "--scenario", scenario.to_str().unwrap(), "--out", drive.to_str().unwrap()];
-            let (code, text) = said(&mut codrive(&arguments));
+            let (code, text) = printed(&mut codrive(&arguments));
             assert!(code == 0 && text.contains("vehicles that come and go on"), "{text}");
             Manifest::load(&drive).unwrap().hash
         })
@@ -88,10 +88,10 @@ fn a_network_drive_has_its_vehicles_in_the_tables_and_replays_to_the_bit() {
 
     // The recording needs no file that it was made from.
     fs::remove_file(folder.path().join("trips.rou.xml")).unwrap();
-    let (code, text) = said(&mut codrive(&["analyse", drive.to_str().unwrap()]));
+    let (code, text) = printed(&mut codrive(&["analyse", drive.to_str().unwrap()]));
     assert!(code == 0 && text.contains("of 1 drive"), "{code} {text}");
     headways_have_the_length_of_each_leader(&drive);
-    let (code, text) = said(&mut codrive(&["replay", drive.to_str().unwrap()]));
+    let (code, text) = printed(&mut codrive(&["replay", drive.to_str().unwrap()]));
     assert!(code == 0 && text.contains("are the same to the bit; every file agrees"), "{text}");
 }
 
@@ -324,7 +324,7 @@ fn the_path_follows_the_scenario_on_lanes_that_the_file_connects() {
 const TABLES: usize = Table::OF_EVERY_DRIVE.len() + Table::OF_NETWORKS.len();
 
 fn replayed(drive: &Path) -> (i32, String) {
-    said(&mut codrive(&["replay", drive.to_str().unwrap()]))
+    printed(&mut codrive(&["replay", drive.to_str().unwrap()]))
 }
 
 #[test]
@@ -360,7 +360,7 @@ fn advised_vehicles_of_a_network_are_in_their_table_and_replay_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (scenario, drive) = (town(folder.path()), folder.path().join("advised"));
     let out = drive.to_str().unwrap();
-    let (code, text) = said(&mut codrive(&[
+    let (code, text) = printed(&mut codrive(&[
         "run",
         "--scenario",
         scenario.to_str().unwrap(),

@@ -4,7 +4,7 @@
 use super::{
     codrive,
     network::{run_lorries, run_sumo, tick},
-    said,
+    printed,
 };
 use codrive::record::{Table, TableReader};
 use std::{collections::BTreeMap, fs, path::Path};
@@ -23,7 +23,7 @@ fn number(row: &BTreeMap<String, String>, column: &str) -> Option<f64> {
 
 /// Analyses a drive and returns the exit code and the output.
 fn analyse(drive: &Path, more: &[&str]) -> (i32, String) {
-    said(&mut codrive(&[&["analyse", drive.to_str().unwrap()], more].concat()))
+    printed(&mut codrive(&[&["analyse", drive.to_str().unwrap()], more].concat()))
 }
 
 /// Returns the time of the drive, s, for a time of SUMO's own program, s.
@@ -152,7 +152,7 @@ fn alone(folder: &Path) -> std::path::PathBuf {
     let net = fs::canonicalize("tests/data/networks/grid-signals.net.xml").unwrap();
     fs::write(&scenario, format!("map = {net:?}\npath = \"A0B0 B0B1 B1C1 C1C0\"\nduration_s = 20.0\n")).unwrap();
     let arguments = ["run", "--scenario", scenario.to_str().unwrap(), "--out", drive.to_str().unwrap()];
-    assert_eq!(said(&mut codrive(&arguments)).0, 0);
+    assert_eq!(printed(&mut codrive(&arguments)).0, 0);
     drive
 }
 

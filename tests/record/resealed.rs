@@ -3,9 +3,8 @@
 //! drive can prove are listed here.
 
 use super::{
-    codrive,
+    codrive, printed,
     resealing::{copy, edit_json, files, read_json, reseal, sha256},
-    said,
     tampering::{rows, write},
 };
 use codrive::{
@@ -187,8 +186,8 @@ fn a_change_of_any_manifest_key_that_follows_from_the_drive_is_found() {
         assert!(is_found(&drive), "{key}");
         if key == "network_tables" {
             let found: Vec<String> = record::changes(&drive).unwrap().iter().map(ToString::to_string).collect();
-            let told = "manifest.json: network_tables is true; the scenario is of a drive on a closed route";
-            assert_eq!(found, [told], "without driving, too");
+            let message = "manifest.json: network_tables is true; the scenario is of a drive on a closed route";
+            assert_eq!(found, [message], "without driving, too");
         }
     }
 }
@@ -375,8 +374,8 @@ fn a_missing_seal_is_an_alteration() {
         }
     };
     assert_eq!(found(&remove("sha256")), "manifest.json: sha256 is missing");
-    let told = found(&remove("checksums"));
-    assert!(told.contains("manifest.json: checksums is missing"), "{told}");
+    let message = found(&remove("checksums"));
+    assert!(message.contains("manifest.json: checksums is missing"), "{message}");
     let within = |change: fn(&mut Value)| {
         move |drive: &Path| {
             edit_json(&drive.join("checksums.json"), change);
@@ -396,8 +395,8 @@ fn a_missing_seal_is_an_alteration() {
         "ego.parquet: has 300 rows; 299 were written"
     );
     let table = |sums: &mut Value| drop(sums["tables"].as_object_mut().unwrap().remove("cars"));
-    let told = found(&within(table));
-    assert!(told.contains("cars.parquet: checksums.json has no SHA-256 of it"), "{told}");
+    let message = found(&within(table));
+    assert!(message.contains("cars.parquet: checksums.json has no SHA-256 of it"), "{message}");
     let file = |sums: &mut Value| drop(sums["files"].as_object_mut().unwrap().remove("summary.json"));
     assert!(found(&within(file)).contains("summary.json: checksums.json has no SHA-256 of it"));
     let more = |sums: &mut Value| sums["tables"]["signals"] = sums["tables"]["ego"].clone();
@@ -421,7 +420,7 @@ fn a_recording_without_ticks_is_reported_as_different() {
         }
         reseal(drive);
     });
-    let (code, text) = said(&mut codrive(&["replay", drive.to_str().unwrap()]));
+    let (code, text) = printed(&mut codrive(&["replay", drive.to_str().unwrap()]));
     assert!(
         code == 1 && text.contains("nothing was compared") && !text.contains("the same to the bit"),
         "{code}: {text}"

@@ -2,10 +2,9 @@
 //! and on a network.
 
 use super::{
-    codrive,
+    codrive, printed,
     resealed::{SUMO, is_found, replayed, tampered, whole},
     resealing::{edit_json, reseal, with_other_row},
-    said,
     tampering::{rows, write},
 };
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
@@ -122,7 +121,7 @@ fn a_change_of_any_network_column_is_found_and_no_flag_hides_a_table() {
     let (scenario, drive) = (super::network::town(folder.path()), folder.path().join("town"));
     let arguments =
         ["run", "--scenario", scenario.to_str().unwrap(), "--policy", "pi", "--advised", "50%", "--duration", "30"];
-    let (code, text) = said(codrive(&arguments).arg("--out").arg(&drive));
+    let (code, text) = printed(codrive(&arguments).arg("--out").arg(&drive));
     assert_eq!(code, 0, "{text}");
     let tables: Vec<(&str, &[&str])> = vec![
         ("departures", &["tick"]),

@@ -1,9 +1,8 @@
 //! A signature needs the lab's key: `codrive sign`, and `--signer` of replay and analyse.
 
 use super::{
-    codrive, record,
+    codrive, printed, record,
     resealing::{copy, reseal},
-    said,
 };
 use std::{fs, path::Path, process::Command};
 
@@ -18,21 +17,21 @@ fn a_signed_recording_is_authentic_until_anything_of_it_changes() {
     record(&drive, "1");
     let path = drive.to_str().unwrap();
     let (lab, signers, other) = (key("lab-key"), key("lab-key.pub"), key("other-key.pub"));
-    let (code, text) = said(&mut codrive(&["replay", path]));
+    let (code, text) = printed(&mut codrive(&["replay", path]));
     assert!(code == 0 && text.contains("consistent, not authentic") && !text.contains("authentic: signed"), "{text}");
-    let (code, text) = said(&mut codrive(&["replay", path, "--signer", &signers]));
+    let (code, text) = printed(&mut codrive(&["replay", path, "--signer", &signers]));
     assert!(code == 1 && text.contains("it is not signed") && text.contains("codrive sign"), "{text}");
-    let (code, text) = said(&mut codrive(&["sign", path, "--key", &lab]));
+    let (code, text) = printed(&mut codrive(&["sign", path, "--key", &lab]));
     assert!(code == 0 && text.contains("manifest.json.sig"), "{text}");
-    let (code, text) = said(&mut codrive(&["replay", path, "--signer", &signers]));
+    let (code, text) = printed(&mut codrive(&["replay", path, "--signer", &signers]));
     assert!(code == 0 && text.contains("authentic: signed by lab@example.org (SHA256:"), "{text}");
-    let (code, text) = said(&mut codrive(&["analyse", path, "--signer", &signers]));
+    let (code, text) = printed(&mut codrive(&["analyse", path, "--signer", &signers]));
     assert!(code == 0 && text.starts_with("authentic: signed by lab@example.org"), "{text}");
     let page = || fs::read_to_string(drive.join("analysis/report.html")).unwrap();
     assert!(page().contains("Files: authentic: signed by lab@example.org (SHA256:"), "the report says who signed");
-    assert_eq!(said(&mut codrive(&["analyse", path])).0, 0);
+    assert_eq!(printed(&mut codrive(&["analyse", path])).0, 0);
     assert!(page().contains("Files: consistent, not authentic") && !page().contains("authentic: signed"), "no key");
-    let (code, text) = said(&mut codrive(&["replay", path, "--signer", &other]));
+    let (code, text) = printed(&mut codrive(&["replay", path, "--signer", &other]));
     assert!(code == 1 && text.contains("which is not in"), "{text}");
 
     // All checksums are recomputed after a change of a fact that no drive can prove.
@@ -45,15 +44,15 @@ fn a_signed_recording_is_authentic_until_anything_of_it_changes() {
     fs::remove_file(forged.join("manifest.json.sig")).unwrap();
     reseal(&forged);
     let forged_path = forged.to_str().unwrap();
-    assert_eq!(said(&mut codrive(&["replay", forged_path])).0, 0);
+    assert_eq!(printed(&mut codrive(&["replay", forged_path])).0, 0);
     fs::write(forged.join("manifest.json.sig"), signature).unwrap();
     for command in ["replay", "analyse"] {
-        let (code, text) = said(&mut codrive(&[command, forged_path, "--signer", &signers]));
+        let (code, text) = printed(&mut codrive(&[command, forged_path, "--signer", &signers]));
         assert!(code == 1 && text.contains("was changed after lab@example.org signed it"), "{command}: {text}");
     }
     // A recording that is not as written is not signed.
     fs::write(drive.join("summary.json"), "{}").unwrap();
-    let (code, text) = said(&mut codrive(&["sign", path, "--key", &lab]));
+    let (code, text) = printed(&mut codrive(&["sign", path, "--key", &lab]));
     assert!(code == 1 && text.contains("not signed") && text.contains("summary.json: "), "{text}");
 }
 
@@ -62,7 +61,7 @@ fn ssh_keygen_accepts_the_signature_of_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("p1");
     record(&drive, "1");
-    assert_eq!(said(&mut codrive(&["sign", drive.to_str().unwrap(), "--key", &key("lab-key")])).0, 0);
+    assert_eq!(printed(&mut codrive(&["sign", drive.to_str().unwrap(), "--key", &key("lab-key")])).0, 0);
     verified_by_openssh(&drive.join("manifest.json"));
 }
 

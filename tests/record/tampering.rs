@@ -1,7 +1,7 @@
 //! A replay detects later changes of a recording: it names table, row, column and both values where the drive differs, and file and column
 //! of values from devices.
 
-use super::{codrive, said};
+use super::{codrive, printed};
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use parquet::arrow::{ArrowWriter, arrow_reader::ParquetRecordBatchReaderBuilder};
 use std::{
@@ -106,7 +106,7 @@ impl Drive {
 }
 
 fn replay(drive: &Path) -> (i32, String) {
-    said(&mut codrive(&["replay", drive.to_str().unwrap()]))
+    printed(&mut codrive(&["replay", drive.to_str().unwrap()]))
 }
 
 #[test]

@@ -205,6 +205,6 @@ fn no_vehicle_is_taken_over_without_a_policy_or_advised_vehicles() {
     assert!(none.advised_others().is_empty());
     let nobody = drive(&scenario("native", 0), 1.0, |world| assert_eq!(world.snapshot().advice, None));
     assert_eq!(nobody.policy().name, "none");
-    assert!(nobody.policy().words().contains("nobody is advised"), "{}", nobody.policy().words());
+    assert!(nobody.policy().to_string().contains("nobody is advised"), "{}", nobody.policy().to_string());
     assert!(nobody.advised_others().is_empty());
 }

@@ -17,11 +17,10 @@ use std::f64::consts::{PI, TAU};
 /// Returns a closed route of one lane, as long as its shape.
 fn closed(shape: Vec<DVec2>) -> Route {
     let length_m = shape.windows(2).map(|p| p[0].distance(p[1])).sum();
-    let (id, edge) = ("e0_0".to_owned(), "e0".to_owned());
     Route::new(vec![RouteLane {
         lane: None,
-        id,
-        edge,
+        id: "e0_0".into(),
+        edge: "e0".into(),
         start_s_m: 0.0,
         length_m,
         speed_limit_mps: 30.0,
@@ -42,8 +41,7 @@ fn oval() -> Route {
         (0..=63).map(move |i| centre + DVec2::from_angle(from + PI * f64::from(i) / 63.0) * 50.0)
     };
     let mut shape = vec![dvec2(0.0, -50.0)];
-    shape.extend(bend(dvec2(500.0, 0.0), -PI / 2.0));
-    shape.extend(bend(dvec2(0.0, 0.0), PI / 2.0));
+    shape.extend(bend(dvec2(500.0, 0.0), -PI / 2.0).chain(bend(DVec2::ZERO, PI / 2.0)));
     closed(shape)
 }
 

@@ -103,7 +103,7 @@ fn a_drive_ends_at_the_end_of_its_path_and_reports_it() {
         (last_s_m, length_m) = (world.snapshot().ego_s_m, world.map().route.length_m());
     });
     assert_eq!(ends, [EventKind::Ended(EndReason::PathEnd)]);
-    assert_eq!((summary.ended, summary.end_in_words()), (Some(EndReason::PathEnd), "end of the path".into()));
+    assert_eq!((summary.ended, summary.end_text()), (Some(EndReason::PathEnd), "end of the path".into()));
     // The length is that of the two edges and the junction between, as declared by SUMO.
     let net = Network::load(GRID).expect("a network");
     let streets = ["A0B0_0", "B0C0_0"].map(|lane| net.lane_named(lane).expect("a lane"));

@@ -195,25 +195,25 @@ fn summary_and_hash_cover_the_other_vehicles_alone() {
 fn a_drive_without_participant_needs_a_demand_and_no_driver() {
     let _alone = one_at_a_time();
     let ring = Scenario { map: "ring-250".into(), advised: AdvisedVehicles::default(), ..merge(0.0) };
-    let said = World::new(&ring).map(drop).expect_err("a ring").to_string();
+    let printed = World::new(&ring).map(drop).expect_err("a ring").to_string();
     assert!(
-        said.starts_with("participant is false; allowed without a demand: true") && said.contains("remedy"),
-        "{said}"
+        printed.starts_with("participant is false; allowed without a demand: true") && printed.contains("remedy"),
+        "{printed}"
     );
-    let said = Drive::by_participant(&merge(0.0), Pace::Paused).map(drop).expect_err("nobody drives").to_string();
+    let printed = Drive::by_participant(&merge(0.0), Pace::Paused).map(drop).expect_err("nobody drives").to_string();
     assert!(
-        said.starts_with("participant is false: nobody drives in this scenario") && said.contains("codrive run"),
-        "{said}"
+        printed.starts_with("participant is false: nobody drives in this scenario") && printed.contains("codrive run"),
+        "{printed}"
     );
     // Only a share of the entering vehicles can be advised: a number would select none.
     let several = Scenario { advised: AdvisedVehicles::Count(3), ..merge(0.0) };
-    let said = World::new(&several).map(drop).expect_err("a number").to_string();
-    assert!(said.starts_with("advised is 3; allowed with a path or a demand"), "{said}");
+    let printed = World::new(&several).map(drop).expect_err("a number").to_string();
+    assert!(printed.starts_with("advised is 3; allowed with a path or a demand"), "{printed}");
     let alone = World::new(&Scenario { advised: AdvisedVehicles::Count(1), ..merge(0.0) }).expect("a world");
     assert!(
-        alone.policy().words().contains("the participant's alone, which is not there"),
+        alone.policy().to_string().contains("the participant's alone, which is not there"),
         "{}",
-        alone.policy().words()
+        alone.policy().to_string()
     );
 }
 
@@ -245,8 +245,11 @@ fn a_recording_without_participant_is_recovered_and_replayed_to_the_bit() {
     let mut replay = Replay::open(&path).expect("it can be driven");
     replay.advance(u64::MAX).expect("SUMO goes on");
     assert!(replay.report().is_proven() && replay.report().ticks == 2000, "{:?}", replay.report());
-    let said = RecordedTrial::open(&path).map(drop).expect_err("nobody drove").to_string();
-    assert!(said.contains("a drive without a participant") && said.contains("remedy: its tables cars"), "{said}");
+    let printed = RecordedTrial::open(&path).map(drop).expect_err("nobody drove").to_string();
+    assert!(
+        printed.contains("a drive without a participant") && printed.contains("remedy: its tables cars"),
+        "{printed}"
+    );
 }
 
 /// Returns a few flows between connected edges of a network.

@@ -98,14 +98,17 @@ fn an_unsuitable_file_is_refused_by_name_before_the_drive() {
     assert!(fault(b"policy = 3", None).starts_with("is no ONNX file"));
     assert!(fault(b"", None).starts_with("is no ONNX file"));
     let silent = changed(0, |m| m.metadata_props.clear());
-    let said = fault(&silent, None);
-    assert!(said.contains("does not say what its numbers mean") && said.contains("holds_s = [1.0, 1.0]"), "{said}");
-    let said = fault(&changed(0, |m| m.opset_import[0].version = 99), None);
-    assert_eq!(said, "uses operator set 99; known are 7 to 23");
-    let said = fault(&changed(0, |m| m.graph.as_mut().unwrap().node[1].op_type = "Wiggle".into()), None);
-    assert!(said.starts_with("cannot be run:") && said.contains("Wiggle"), "{said}");
-    let said = fault(&changed(0, |m| m.graph.as_mut().unwrap().initializer[1].raw_data[..4].fill(0xff)), None);
-    assert_eq!(said, "weights `bias0` hold a NaN");
+    let printed = fault(&silent, None);
+    assert!(
+        printed.contains("does not say what its numbers mean") && printed.contains("holds_s = [1.0, 1.0]"),
+        "{printed}"
+    );
+    let printed = fault(&changed(0, |m| m.opset_import[0].version = 99), None);
+    assert_eq!(printed, "uses operator set 99; known are 7 to 23");
+    let printed = fault(&changed(0, |m| m.graph.as_mut().unwrap().node[1].op_type = "Wiggle".into()), None);
+    assert!(printed.starts_with("cannot be run:") && printed.contains("Wiggle"), "{printed}");
+    let printed = fault(&changed(0, |m| m.graph.as_mut().unwrap().initializer[1].raw_data[..4].fill(0xff)), None);
+    assert_eq!(printed, "weights `bias0` hold a NaN");
 }
 
 /// Returns a node that computes `output`.
@@ -149,18 +152,18 @@ fn excessive_sizes_are_refused_before_any_allocation() {
     };
     for kind in ["ConstantOfShape", "Expand", "Tile"] {
         for size in [-1, -5, i64::MIN, i64::MAX, 1 << 40, 1 << 30, 5 << 20] {
-            let said = sized(kind, &[size]);
-            assert!(said.starts_with("cannot be run: node "), "{kind} {size}: {said}");
+            let printed = sized(kind, &[size]);
+            assert!(printed.starts_with("cannot be run: node "), "{kind} {size}: {printed}");
             // The runtime takes the lower 32 bits of a size; if these are 0, it fails at a mean over nothing. By then it has replaced
             // `Expand` by a node of its own.
             let own = if kind == "Expand" { "(MultiBroadcastTo)" } else { "" };
-            let is_named = said.contains(&format!("({kind})")) || (!own.is_empty() && said.contains(own));
-            let named = is_named && said.contains("`large`") && !said.contains("broke off");
-            assert!(named || size.trailing_zeros() > 31, "{kind} {size}: {said}");
+            let is_named = printed.contains(&format!("({kind})")) || (!own.is_empty() && printed.contains(own));
+            let named = is_named && printed.contains("`large`") && !printed.contains("broke off");
+            assert!(named || size.trailing_zeros() > 31, "{kind} {size}: {printed}");
         }
     }
-    let said = sized("ConstantOfShape", &[5 << 20]);
-    assert!(said.contains("has the shape [5242880]; allowed: sizes of 0 or more, 4194304 numbers"), "{said}");
+    let printed = sized("ConstantOfShape", &[5 << 20]);
+    assert!(printed.contains("has the shape [5242880]; allowed: sizes of 0 or more, 4194304 numbers"), "{printed}");
     // Each node doubles the size of the last: 40 nodes reach 2^40 numbers.
     let name = |k: usize| if k == 0 { "base".to_owned() } else { format!("twice{k}") };
     let axis = AttributeProto {
@@ -171,21 +174,24 @@ fn excessive_sizes_are_refused_before_any_allocation() {
     let mut doubling = vec![list("base", &[1])];
     doubling.extend((0..40).map(|k| node("Concat", &[&name(k), &name(k)], &name(k + 1), vec![axis.clone()])));
     doubling.push(node("Identity", &[&name(40)], "large", vec![]));
-    let said = fault(&with_nodes(doubling), None);
-    assert!(said.contains("twice13") && said.contains("has 8192 whole numbers of 64 bits; allowed: 4096"), "{said}");
+    let printed = fault(&with_nodes(doubling), None);
+    assert!(
+        printed.contains("twice13") && printed.contains("has 8192 whole numbers of 64 bits; allowed: 4096"),
+        "{printed}"
+    );
 }
 
 #[test]
 fn a_network_without_nodes_or_with_too_many_is_refused() {
-    let said = fault(&changed(0, |m| m.graph.as_mut().unwrap().node.clear()), None);
-    assert_eq!(said, "has no nodes: it computes nothing");
+    let printed = fault(&changed(0, |m| m.graph.as_mut().unwrap().node.clear()), None);
+    assert_eq!(printed, "has no nodes: it computes nothing");
     let mut chain: Vec<NodeProto> = vec![list("n0", &[1])];
     chain.extend((0..20_000).map(|k| node("Identity", &[&format!("n{k}")], &format!("n{}", k + 1), vec![])));
-    let said = fault(&with_nodes(chain), None);
-    assert!(said.starts_with("has more than 50000 fields"), "{said}");
+    let printed = fault(&with_nodes(chain), None);
+    assert!(printed.starts_with("has more than 50000 fields"), "{printed}");
     let chain = (0..1001).map(|k| node("Relu", &["observation"], &format!("n{k}"), vec![])).collect();
-    let said = fault(&with_nodes(chain), None);
-    assert!(said.contains("allowed: 1000 of either"), "{said}");
+    let printed = fault(&with_nodes(chain), None);
+    assert!(printed.contains("allowed: 1000 of either"), "{printed}");
 }
 
 #[test]
@@ -201,8 +207,8 @@ fn random_operators_are_refused_also_in_nested_graphs() {
     let shape = || vec![numbers("shape", &[1])];
     let kinds = ["RandomNormal", "RandomUniform", "RandomNormalLike", "RandomUniformLike", "Multinomial", "Bernoulli"];
     for kind in kinds {
-        let said = fault(&with_nodes(vec![node(kind, &[], "large", shape())]), None);
-        assert!(said.contains(&format!("node `large` ({kind}): it draws random numbers")), "{said}");
+        let printed = fault(&with_nodes(vec![node(kind, &[], "large", shape())]), None);
+        assert!(printed.contains(&format!("node `large` ({kind}): it draws random numbers")), "{printed}");
     }
     let inner = GraphProto { node: vec![node("RandomNormal", &[], "drawn", shape())], ..GraphProto::default() };
     let body = AttributeProto {
@@ -211,11 +217,11 @@ fn random_operators_are_refused_also_in_nested_graphs() {
         g: Some(inner),
         ..AttributeProto::default()
     };
-    let said = fault(&with_nodes(vec![node("Loop", &[], "large", vec![body.clone()])]), None);
-    assert!(said.contains("node `drawn` (RandomNormal): it draws random numbers"), "{said}");
+    let printed = fault(&with_nodes(vec![node("Loop", &[], "large", vec![body.clone()])]), None);
+    assert!(printed.contains("node `drawn` (RandomNormal): it draws random numbers"), "{printed}");
     let empty = AttributeProto { g: Some(GraphProto::default()), ..body };
-    let said = fault(&with_nodes(vec![node("Loop", &[], "large", vec![empty])]), None);
-    assert!(said.contains("it holds a network of its own; a policy is one flat network"), "{said}");
+    let printed = fault(&with_nodes(vec![node("Loop", &[], "large", vec![empty])]), None);
+    assert!(printed.contains("it holds a network of its own; a policy is one flat network"), "{printed}");
 }
 
 #[test]
@@ -243,8 +249,8 @@ fn a_panic_of_the_runtime_is_an_error_with_its_message() {
     let kernel = node("Reshape", &["weights0", "kernels"], "kernel", vec![]);
     let lists = [list("three", &[1, 1, 4]), list("kernels", &[64, 1, 4])];
     let bytes = with_nodes(lists.into_iter().chain([shape, kernel, convolution]).collect());
-    let said = fault(&bytes, None);
-    assert!(said.contains("(ConvHir): the runtime (tract) cannot deal with it and broke off: "), "{said}");
+    let printed = fault(&bytes, None);
+    assert!(printed.contains("(ConvHir): the runtime (tract) cannot deal with it and broke off: "), "{printed}");
 }
 
 /// Returns a description of the network above, with one line changed.
@@ -266,18 +272,18 @@ inputs = [
 #[test]
 fn a_description_that_does_not_fit_the_network_is_named() {
     let bytes = onnx::write(&network(0));
-    let said = |from: &'static str, to: &'static str| fault(&bytes, Some(&description([from, to])));
+    let printed = |from: &'static str, to: &'static str| fault(&bytes, Some(&description([from, to])));
     assert!(OnnxPolicy::from_bytes(&bytes, Some(&description(["", ""]))).is_ok());
-    let three = said("  { feature = \"gap\", from = 0.0, to = 300.0 },\n", "");
+    let three = printed("  { feature = \"gap\", from = 0.0, to = 300.0 },\n", "");
     assert_eq!(
         three,
         "input `observation` has the shape [any, 4]; the 3 inputs that are described need [any, 3] or [3]"
     );
-    assert!(said("gap", "gapp").contains("unknown value `gapp`; did you mean `gap`?"));
-    assert!(said("limits", "limit").contains("unknown key `limit`; did you mean `limits`?"));
-    assert_eq!(said("[-0.5, 0.5]", "[0.5, -0.5]"), "limits are 0.5 to -0.5; the first must be below the second");
+    assert!(printed("gap", "gapp").contains("unknown value `gapp`; did you mean `gap`?"));
+    assert!(printed("limits", "limit").contains("unknown key `limit`; did you mean `limits`?"));
+    assert_eq!(printed("[-0.5, 0.5]", "[0.5, -0.5]"), "limits are 0.5 to -0.5; the first must be below the second");
     assert_eq!(
-        said("to = 300.0 },\n  { feature = \"c", "to = -1 },\n  { feature = \"c"),
+        printed("to = 300.0 },\n  { feature = \"c", "to = -1 },\n  { feature = \"c"),
         "input gap: `to` must be above `from`"
     );
     let named = |line: &str| fault(&bytes, Some(&format!("{line}\n{}", description(["", ""]))));
@@ -351,8 +357,8 @@ fn an_advisor_keeps_the_last_advice_of_a_network_that_overflows() {
     wild.layers[2].bias[0] = 0.0;
     let bytes = onnx::write(&wild);
     // Such a file is refused. One that passes the checks and fails later is simulated in policy/hold.rs.
-    let said = fault(&bytes, None);
-    assert!(said.contains("a policy must give finite numbers"), "{said}");
+    let printed = fault(&bytes, None);
+    assert!(printed.contains("a policy must give finite numbers"), "{printed}");
     let mut advisor = Advisor::new(Some(Box::new(wild)), Hold::of_steps(1, 0.1), 0.5);
     let advice = advisor.step(Tick(0), &observations(1)[0], 30.0).unwrap();
     assert!(advice.target_mps.is_finite());

@@ -51,10 +51,10 @@ fn a_training_makes_a_policy_that_drives_and_resumes_to_the_same_bits() {
 
     // No file is overwritten, and a training resumes only with its old settings.
     let before = fs::read(whole.join("policy.toml")).unwrap();
-    let said = refused(&["train", "--config", &config, "--out", &text(&whole)]);
-    assert!(said.contains("holds a training already (policy.toml)"), "{said}");
-    let said = refused(&["train", "--resume", "--seed", "7", "--out", &text(&whole)]);
-    assert!(said.contains("was trained with `seed = 1`, not `seed = 7`"), "{said}");
+    let printed = refused(&["train", "--config", &config, "--out", &text(&whole)]);
+    assert!(printed.contains("holds a training already (policy.toml)"), "{printed}");
+    let printed = refused(&["train", "--resume", "--seed", "7", "--out", &text(&whole)]);
+    assert!(printed.contains("was trained with `seed = 1`, not `seed = 7`"), "{printed}");
     assert_eq!(fs::read(whole.join("policy.toml")).unwrap(), before);
 }
 
@@ -75,9 +75,9 @@ fn a_full_disk_is_reported_and_leaves_the_old_checkpoint() {
         .args(resume)
         .output()
         .unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("File too large") && said.contains("the file of before is kept"), "{said}");
+    let printed = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert!(printed.contains("File too large") && printed.contains("the file of before is kept"), "{printed}");
     assert_eq!(fs::read(out.join("checkpoint.json")).unwrap(), before);
     assert!(!out.join("checkpoint.json.new").exists(), "nothing half-written is left");
     codrive(&resume).success();
@@ -111,12 +111,12 @@ fn an_evaluation_writes_tables_and_figures_and_overwrites_no_file() {
         }
     }
     assert!(refused(&arguments).contains("holds an evaluation already (rings.csv)"));
-    let said = refused(&["evaluate", "--driver", "folow"]);
-    assert!(said.contains("no driver is called \"folow\" (did you mean follow?)"), "{said}");
+    let printed = refused(&["evaluate", "--driver", "folow"]);
+    assert!(printed.contains("no driver is called \"folow\" (did you mean follow?)"), "{printed}");
     assert!(refused(&["evaluate", "--holds", "0.25"]).contains("allowed: a whole number of steps of 0.1 s"));
     let drawn = ["evaluate", "--engine", "native", "--follow", "driver"];
-    let said = refused(&drawn);
-    assert!(said.contains("draws a driver for each ring") && said.contains("--driver"), "{said}");
+    let printed = refused(&drawn);
+    assert!(printed.contains("draws a driver for each ring") && printed.contains("--driver"), "{printed}");
 }
 
 /// Runs an evaluation of short drives as JSON. Returns its rows by policy and driver.
@@ -167,13 +167,13 @@ fn an_evaluation_has_a_row_without_advice_and_reports_crashes() {
 
     let exact = ["evaluate", "--policy", "ring-250-speed", "--driver", "exact", "--over", "3", "--out", &out];
     let short = ["--warm-up", "120", "--horizon", "300"];
-    let said = codrive(&exact.into_iter().chain(short).collect::<Vec<_>>()).success().get_output().stdout.clone();
-    let said = String::from_utf8(said).unwrap();
+    let printed = codrive(&exact.into_iter().chain(short).collect::<Vec<_>>()).success().get_output().stdout.clone();
+    let printed = String::from_utf8(printed).unwrap();
     assert!(
-        said.contains("!!! CRASHED in 3 of 3 drives, first ") && said.contains("3 of 6 drives ended in a crash"),
-        "{said}"
+        printed.contains("!!! CRASHED in 3 of 3 drives, first ") && printed.contains("3 of 6 drives ended in a crash"),
+        "{printed}"
     );
-    assert!(said.contains("\nnone, driver exact\n"), "{said}");
+    assert!(printed.contains("\nnone, driver exact\n"), "{printed}");
     for figure in ["space-time", "speeds"].map(|kind| format!("{kind}-ring-250-speed-hold-1-s-driver-exact.svg")) {
         let picture = fs::read_to_string(Path::new(&out).join(&figure)).unwrap();
         assert!(picture.contains(">CRASH at ") && picture.contains("CRASHED in 3 of 3 drives"), "{figure}");
@@ -185,9 +185,9 @@ fn auto_is_the_policy_of_the_map_and_an_unknown_name_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let config = dir.path().join("small.toml");
     fs::write(&config, SMALL).unwrap();
-    let said = codrive(&["evaluate", "--config", &text(&config), "--policy", "auto", "--over", "2"]).success();
-    let said = String::from_utf8_lossy(&said.get_output().stdout).into_owned();
-    assert!(said.contains("ring-250-speed"), "{said}");
+    let printed = codrive(&["evaluate", "--config", &text(&config), "--policy", "auto", "--over", "2"]).success();
+    let printed = String::from_utf8_lossy(&printed.get_output().stdout).into_owned();
+    assert!(printed.contains("ring-250-speed"), "{printed}");
     let refusal = refused(&["evaluate", "--policy", "autos"]);
     assert!(refusal.contains("policy `autos` is unknown (did you mean auto?); known are auto, none"), "{refusal}");
 }
@@ -224,19 +224,22 @@ fn bad_configurations_are_named_with_what_is_allowed() {
     let dir = tempfile::tempdir().unwrap();
     let out = text(&dir.path().join("out"));
     let file = dir.path().join("train.toml");
-    let said = |content: &str| {
+    let printed = |content: &str| {
         fs::write(&file, content).unwrap();
         refused(&["train", "--config", &text(&file), "--out", &out])
     };
-    assert!(said("hold_s = 1\nhoold_s = 2\n").contains("train.toml:2:1: unknown key `hoold_s`"));
-    assert!(said("max_kl = -1").contains("train.toml:1:10: max_kl is -1.0; allowed: a number from 0.000001 to 1 nat"));
-    assert!(said("rings = 20").contains("rings is 20; allowed: a multiple of 16"));
-    assert!(said("vehicles_max = 40").contains("vehicles_max is 40; allowed: at most 28"));
-    assert!(said("least_spacing_m = 14").contains("least_spacing_m is 14; allowed: at most 13.64"));
+    assert!(printed("hold_s = 1\nhoold_s = 2\n").contains("train.toml:2:1: unknown key `hoold_s`"));
     assert!(
-        said("sees = \"speed,gapp\"").contains("sees names `gapp` (did you mean gap?); allowed: speed, leader_speed")
+        printed("max_kl = -1").contains("train.toml:1:10: max_kl is -1.0; allowed: a number from 0.000001 to 1 nat")
     );
-    assert!(said("hold_s = 0.25").contains("hold_s is 0.25; allowed: a whole number of steps of 0.1 s"));
+    assert!(printed("rings = 20").contains("rings is 20; allowed: a multiple of 16"));
+    assert!(printed("vehicles_max = 40").contains("vehicles_max is 40; allowed: at most 28"));
+    assert!(printed("least_spacing_m = 14").contains("least_spacing_m is 14; allowed: at most 13.64"));
+    assert!(
+        printed("sees = \"speed,gapp\"")
+            .contains("sees names `gapp` (did you mean gap?); allowed: speed, leader_speed")
+    );
+    assert!(printed("hold_s = 0.25").contains("hold_s is 0.25; allowed: a whole number of steps of 0.1 s"));
     assert!(!Path::new(&out).join("train.toml").exists());
 }
 
@@ -244,11 +247,11 @@ fn bad_configurations_are_named_with_what_is_allowed() {
 fn a_file_that_is_no_policy_is_refused_before_the_drive() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("foreign.toml");
-    let said = |content: Option<&str>| {
+    let printed = |content: Option<&str>| {
         content.inspect(|c| fs::write(&file, c).unwrap());
         refused(&["run", "--traffic", "native", "--policy", &text(&file), "--duration", "5"])
     };
-    assert!(said(None).contains("foreign.toml: cannot be read"), "{}", said(None));
-    assert!(said(Some("speed = 3")).contains("foreign.toml: is no policy file"));
-    assert!(said(Some("format = ")).contains("foreign.toml: is no policy file"));
+    assert!(printed(None).contains("foreign.toml: cannot be read"), "{}", printed(None));
+    assert!(printed(Some("speed = 3")).contains("foreign.toml: is no policy file"));
+    assert!(printed(Some("format = ")).contains("foreign.toml: is no policy file"));
 }

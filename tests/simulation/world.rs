@@ -418,10 +418,10 @@ fn a_policy_that_needs_driver_traits_is_refused_without_them() {
     let teacher = Network { estimator: None, ..Network::from_file(&personal).unwrap() };
     fs::write(&file, teacher.to_toml()).unwrap();
     let asked = |policy: String| World::new(&Scenario { policy, ..scenario("native") }).map_err(|e| e.to_string());
-    let Err(said) = asked(file.display().to_string()) else { panic!("it drives") };
+    let Err(printed) = asked(file.display().to_string()) else { panic!("it drives") };
     let words =
         "must be told who drives (reaction, speed_bias, tracking_error, time_gap_factor, willingness, latent_1, ";
-    assert!(said.contains("teacher.toml") && said.contains(words) && said.contains("remedy: "), "{said}");
+    assert!(printed.contains("teacher.toml") && printed.contains(words) && printed.contains("remedy: "), "{printed}");
     // With its estimator, the policy infers the driver by itself.
     assert!(asked("ring-250-personal".into()).is_ok());
 }

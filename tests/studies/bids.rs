@@ -121,16 +121,16 @@ fn the_bids_validator_finds_no_error_and_scripts_read_data_without_events() {
     assert_eq!((subjects, files), (3, 4 + 4 + 2 + 3 * (2 * (1 + 4 + 2) + 4 * (2 + 2 + 1))));
     let report = issues(&place.data());
     let key = |issue: &Value| ["code", "subCode"].map(|key| issue[key].as_str().unwrap_or_default().to_owned());
-    let said: BTreeSet<[String; 2]> = report["issues"]["issues"].as_array().unwrap().iter().map(key).collect();
+    let printed: BTreeSet<[String; 2]> = report["issues"]["issues"].as_array().unwrap().iter().map(key).collect();
     let explained = WARNINGS.map(|(code, sub, _)| [code.to_owned(), sub.to_owned()]);
-    assert_eq!(said, BTreeSet::from(explained), "warnings that are not explained, or explained and not there");
+    assert_eq!(printed, BTreeSet::from(explained), "warnings that are not explained, or explained and not there");
     // Result folders beside the data are not part of BIDS.
     for folder in ["report", "analysis"] {
         fs::create_dir(place.data().join(folder)).unwrap();
         fs::write(place.data().join(folder).join("report.html"), "none of BIDS").unwrap();
     }
-    let said = place.codrive(&["analyse"]);
-    assert_eq!(said, "", "an analysis without any reaction has nothing to complain of");
+    let printed = place.codrive(&["analyse"]);
+    assert_eq!(printed, "", "an analysis without any reaction has nothing to complain of");
     for (folder, what) in [("", "with derivatives"), ("derivatives/codrive", "the derivatives themselves")] {
         let (found, ..) = errors(&place.data().join(folder));
         assert!(found.is_empty(), "{what}: {found:#?}");
@@ -144,7 +144,7 @@ fn the_bids_validator_finds_no_error_and_scripts_read_data_without_events() {
 
     // The validator does detect faults: events without onset, motion without sampling rate, and a tag that HED does not have.
     let motion = "sub-R02/motion/sub-R02_task-trial_tracksys-codrive_run-2_motion.json";
-    for (file, from, to, said) in [
+    for (file, from, to, printed) in [
         ("sub-R01/beh/sub-R01_task-trial_run-1_events.tsv", "onset", "when", "sub-R01_task-trial_run-1_events.tsv"),
         (motion, "\"SamplingFrequency\"", "\"Rate\"", "SamplingFrequency"),
         ("events.json", "Collide-with", "Bump-into", "HED"),
@@ -154,7 +154,7 @@ fn the_bids_validator_finds_no_error_and_scripts_read_data_without_events() {
         assert!(whole.contains(from), "{file}: {whole}");
         fs::write(&path, whole.replacen(from, to, 1)).unwrap();
         let (found, ..) = errors(&place.data());
-        assert!(found.iter().any(|error| error.contains(said)), "{file}: {found:#?}");
+        assert!(found.iter().any(|error| error.contains(printed)), "{file}: {found:#?}");
         fs::write(&path, whole).unwrap();
     }
 }
@@ -167,8 +167,8 @@ fn pandas_and_r_find_the_means_of_the_table_of_trials() {
     assert_eq!(trials.len(), 12);
     let [pandas, r] =
         [("python3", "read_study.py"), ("Rscript", "read_study.R")].map(|(program, name)| place.script(program, name));
-    for said in [&pandas, &r] {
-        assert!(said.contains("4 participants, 12 trials"), "{said}");
+    for printed in [&pandas, &r] {
+        assert!(printed.contains("4 participants, 12 trials"), "{printed}");
     }
     // The conditions are in the study's order: columns in pandas, rows in R.
     let row = pandas.lines().find(|line| line.starts_with("mean_speed_mps  mean")).expect(&pandas);

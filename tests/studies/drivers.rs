@@ -123,10 +123,10 @@ fn is_within(pair: &[f64; 4]) -> bool {
 #[test]
 fn estimated_drivers_match_the_true_ones_and_drive_the_next_rehearsal() {
     let (folder, out) = place(STUDY, &[("people.toml", PEOPLE)]);
-    let (code, said) = rehearse(folder.path(), &out, "8", Some(&folder.path().join("people.toml")));
-    assert!(code == 0 && said.contains("8 of 8 participants"), "{said}");
-    let (code, said) = run(&["analyse", out.to_str().unwrap()]);
-    assert!(code == 0, "{said}");
+    let (code, printed) = rehearse(folder.path(), &out, "8", Some(&folder.path().join("people.toml")));
+    assert!(code == 0 && printed.contains("8 of 8 participants"), "{printed}");
+    let (code, printed) = run(&["analyse", out.to_str().unwrap()]);
+    assert!(code == 0, "{printed}");
     let truth = table(&out.join("participants.tsv"));
     let report = out.join("derivatives/codrive");
     let found = table(&report.join("drivers.csv"));
@@ -178,8 +178,8 @@ fn estimated_drivers_match_the_true_ones_and_drive_the_next_rehearsal() {
 
     // The next rehearsal drives with the estimates: its true values are those of the file, in turn.
     let (next, next_out) = place(&STUDY.replace("400.0", "10.0"), &[]);
-    let (code, said) = rehearse(next.path(), &next_out, "9", Some(&report.join("drivers.toml")));
-    assert!(code == 0, "{said}");
+    let (code, printed) = rehearse(next.path(), &next_out, "9", Some(&report.join("drivers.toml")));
+    assert!(code == 0, "{printed}");
     let driven = table(&next_out.join("participants.tsv"));
     for (i, row) in driven.iter().enumerate() {
         let [now, found] = [number(row, "true_reaction_s"), number(&found[i % 8], "reaction_s")].map(Option::unwrap);
@@ -198,9 +198,9 @@ fn a_rehearsal_continues_with_the_same_drivers_only() {
     };
     assert_eq!(go("1", Some("people.toml")).0, 0);
     for drivers in [None, Some("other.toml")] {
-        let (code, said) = go("2", drivers);
-        assert!(code != 0 && said.contains("participant R01 began as another driver"), "{drivers:?}: {said}");
-        assert!(said.contains("reaction_s was 0.6 ") && said.contains("give the same --drivers"), "{said}");
+        let (code, printed) = go("2", drivers);
+        assert!(code != 0 && printed.contains("participant R01 began as another driver"), "{drivers:?}: {printed}");
+        assert!(printed.contains("reaction_s was 0.6 ") && printed.contains("give the same --drivers"), "{printed}");
     }
     assert!(!out.join("sourcedata/sub-R02").exists(), "nobody drove meanwhile");
     assert_eq!(go("2", Some("people.toml")).0, 0);
@@ -217,11 +217,11 @@ fn a_faulty_driver_file_is_reported_and_nothing_is_written() {
         ("far.toml", ["far.toml:7:19: time_gap_factor is 10", "allowed: a number from 0.2 to 5"]),
         ("slipp.toml", ["slipp.toml: cannot be read", "did you mean slip.toml?"]),
     ] {
-        let (code, said) = rehearse(folder.path(), &out, "1", Some(&folder.path().join(name)));
-        assert!(code == 2 && parts.iter().all(|part| said.contains(part)), "{name}: {code} {said}");
+        let (code, printed) = rehearse(folder.path(), &out, "1", Some(&folder.path().join(name)));
+        assert!(code == 2 && parts.iter().all(|part| printed.contains(part)), "{name}: {code} {printed}");
     }
     assert!(!out.exists());
     let study = folder.path().join("study.toml");
-    let (code, said) = run(&["study", study.to_str().unwrap(), "--check", "--drivers", "slip.toml"]);
-    assert!(code == 2 && said.contains("--rehearse"), "{said}");
+    let (code, printed) = run(&["study", study.to_str().unwrap(), "--check", "--drivers", "slip.toml"]);
+    assert!(code == 2 && printed.contains("--rehearse"), "{printed}");
 }

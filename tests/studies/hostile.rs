@@ -67,12 +67,12 @@ fn read(folder: &Path) -> BTreeMap<String, [usize; 2]> {
     let script = root().join("tests/studies/read_hostile.py");
     let output = Command::new("python3").arg(script).arg(folder).output().unwrap();
     assert!(output.status.success(), "{}", text(&output));
-    let said = String::from_utf8(output.stdout).unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
     let kind = |word: &str| {
         let [kind, all, held] = word.split(':').collect::<Vec<_>>()[..] else { panic!("{word}") };
         (kind.to_owned(), [all.parse().unwrap(), held.parse().unwrap()])
     };
-    said.split_whitespace().map(kind).collect()
+    printed.split_whitespace().map(kind).collect()
 }
 
 /// Asserts that no file below the folder has `letters` in its name or its bytes, except the list of erased participants.
@@ -108,9 +108,9 @@ fn free_texts_stay_texts_in_every_file_that_holds_them() {
         vec!["analyse", &data],
     ] {
         let output = codrive(&arguments, "warn");
-        let said = text(&output);
-        assert!(output.status.success(), "{arguments:?}: {said}");
-        assert!(!said.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "{said:?}");
+        let printed = text(&output);
+        assert!(output.status.success(), "{arguments:?}: {printed}");
+        assert!(!printed.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "{printed:?}");
         if arguments.contains(&"--erase") {
             assert_nowhere(Path::new(&data), "sub-R03");
         }

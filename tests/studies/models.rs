@@ -34,8 +34,8 @@ fn compared(data: &str) -> (MixedModel, Vec<Vec<f64>>, Vec<f64>) {
          s <- summary(m)$coefficients; cat(s[1, ], '\\n'); cat(s[2, ], '\\n'); v <- as.data.frame(VarCorr(m))$sdcor; \
          w <- shapiro.test(residuals(m)); cat(v, REMLcrit(m), w$statistic, w$p.value, '\\n')"
     );
-    let said = r(&script);
-    let lines: Vec<Vec<f64>> = said.lines().map(numbers).collect();
+    let printed = r(&script);
+    let lines: Vec<Vec<f64>> = printed.lines().map(numbers).collect();
     let who: Vec<usize> = lines[0].iter().map(|n| *n as usize).collect();
     let model = MixedModel::fit(&who, &[lines[1].clone()], &lines[2]).unwrap();
     (model, vec![lines[3].clone(), lines[4].clone()], lines[5].clone())

@@ -239,25 +239,25 @@ fn a_signed_data_set_and_each_of_its_recordings_are_authentic() {
         let output = codrive(arguments, "error");
         (output.status.code(), text(&output))
     };
-    let (code, said) = run(&["sign", path, "--key", &lab]);
-    assert!(code == Some(0) && root.join("SHA256SUMS.sig").exists(), "{said}");
-    let (code, said) = run(&["analyse", path, "--signer", &signers]);
-    assert!(code == Some(0) && said.starts_with("authentic: signed by lab (SHA256:"), "{said}");
+    let (code, printed) = run(&["sign", path, "--key", &lab]);
+    assert!(code == Some(0) && root.join("SHA256SUMS.sig").exists(), "{printed}");
+    let (code, printed) = run(&["analyse", path, "--signer", &signers]);
+    assert!(code == Some(0) && printed.starts_with("authentic: signed by lab (SHA256:"), "{printed}");
     let drive = trial(&root, "sub-R01", 1);
-    let (code, said) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
-    assert!(code == Some(0) && said.contains("authentic: signed by lab"), "{said}");
+    let (code, printed) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
+    assert!(code == Some(0) && printed.contains("authentic: signed by lab"), "{printed}");
     // The list of the data set is rewritten after it was signed.
     let list = fs::read_to_string(root.join("SHA256SUMS")).unwrap();
     fs::write(root.join("SHA256SUMS"), list.lines().rev().map(|line| format!("{line}\n")).collect::<String>()).unwrap();
-    let (code, said) = run(&["analyse", path, "--signer", &signers]);
-    assert!(code == Some(1) && said.contains("SHA256SUMS: was changed after lab signed it"), "{said}");
+    let (code, printed) = run(&["analyse", path, "--signer", &signers]);
+    assert!(code == Some(1) && printed.contains("SHA256SUMS: was changed after lab signed it"), "{printed}");
     fs::write(root.join("SHA256SUMS"), list).unwrap();
     // A recording that the list does not have.
     let manifest = drive.join("manifest.json");
     let other = fs::read(trial(&root, "sub-R01", 2).join("manifest.json")).unwrap();
     fs::write(&manifest, other).unwrap();
-    let (code, said) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
-    assert!(code == Some(1) && !said.contains("authentic: signed"), "{said}");
+    let (code, printed) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
+    assert!(code == Some(1) && !printed.contains("authentic: signed"), "{printed}");
     // The recording itself, with a changed fact that no drive can prove, and its own checksum recomputed.
     copy(&data_set().1.join(drive.strip_prefix(&root).unwrap()), &drive);
     let mut keys: serde_json::Map<String, serde_json::Value> =
@@ -267,6 +267,6 @@ fn a_signed_data_set_and_each_of_its_recordings_are_authentic() {
     fs::write(&manifest, serde_json::to_string_pretty(&keys).unwrap() + "\n").unwrap();
     keys.insert("sha256".into(), file_sha256(&manifest).unwrap().into());
     fs::write(&manifest, serde_json::to_string_pretty(&keys).unwrap() + "\n").unwrap();
-    let (code, said) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
-    assert!(code == Some(1) && said.contains("signed the data set without this recording as it is"), "{said}");
+    let (code, printed) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
+    assert!(code == Some(1) && printed.contains("signed the data set without this recording as it is"), "{printed}");
 }

@@ -97,7 +97,7 @@ fn a_mistake_in_a_score_is_named() {
         (r#""method": "sum", "of": ["a", "b"], "turned": ["b"]"#, "turns \"b\"; allowed: a rating"),
         (r#""method": "weighted", "of": ["a"], "by": ["c"]"#, "is of \"c\", which no question has"),
     ] {
-        let said = Questionnaire::parse(&text(score), "t.json").expect_err(score).to_string();
-        assert!(said.contains(has), "{score}: {said}");
+        let printed = Questionnaire::parse(&text(score), "t.json").expect_err(score).to_string();
+        assert!(printed.contains(has), "{score}: {printed}");
     }
 }

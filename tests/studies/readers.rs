@@ -19,7 +19,7 @@ fn read(program: &str, script: &str, data: &Path) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-fn said(script: &str, data: &Path) -> Value {
+fn printed(script: &str, data: &Path) -> Value {
     serde_json::from_str(&read("python3", script, data)).unwrap()
 }
 
@@ -34,7 +34,7 @@ fn drives(data: &Path, subject: &str) -> Vec<(String, std::path::PathBuf)> {
 fn pandas_and_r_read_every_table_and_find_the_recorded_motion() {
     let place = BidsFixture::rehearsed(4.0, 2);
     let data = place.data();
-    let pandas = said("read_tables.py", &data);
+    let pandas = printed("read_tables.py", &data);
     let r = read("Rscript", "read_tables.R", &data);
     let by_r: BTreeMap<&str, Vec<f64>> = r
         .lines()
@@ -67,7 +67,7 @@ fn pandas_and_r_read_every_table_and_find_the_recorded_motion() {
 fn dates_are_shifted_by_years_and_times_between_files_stay_true() {
     let place = BidsFixture::rehearsed(4.0, 2);
     let data = place.data();
-    let times = said("read_tables.py", &data)["times"].clone();
+    let times = printed("read_tables.py", &data)["times"].clone();
     let at = |time: &str| time.parse::<jiff::Timestamp>().unwrap().as_second();
     for subject in ["sub-R01", "sub-R02"] {
         let log: Value =
@@ -94,7 +94,7 @@ fn dates_are_shifted_by_years_and_times_between_files_stay_true() {
 fn mne_bids_finds_participants_and_runs_and_mne_reads_the_motion() {
     let place = BidsFixture::rehearsed(4.0, 2);
     let data = place.data();
-    let mne = said("read_mne.py", &data);
+    let mne = printed("read_mne.py", &data);
     assert_eq!(mne["subjects"], serde_json::json!(["R01", "R02"]));
     assert_eq!(mne["tasks"], serde_json::json!(["experience", "practice", "ssqBefore", "trial"]));
     assert_eq!(mne["runs"], serde_json::json!(["1", "2", "3"]));

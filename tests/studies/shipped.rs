@@ -86,10 +86,10 @@ fn a_range_too_small_for_the_dial_is_refused_where_it_is_set() {
                 \"none\", range_mph = 0.5 }\n[[condition]]\nname = \"b\"\nset = { range_mph = 0.5 }\n[[segment]]\nkind = \
                 \"trials\"\nname = \"trial\"\n";
     let check = |text: &str| Study::parse(text.into(), Path::new("t.toml")).unwrap().check_ranges("t.toml");
-    let told = check(text).unwrap_err().0;
+    let message = check(text).unwrap_err().0;
     assert!(
-        told.starts_with("t.toml:10:21: range_mph is 0.5; allowed: 0.650 or more on a speedometer in mph"),
-        "{told}"
+        message.starts_with("t.toml:10:21: range_mph is 0.5; allowed: 0.650 or more on a speedometer in mph"),
+        "{message}"
     );
     // A dial in km/h has finer steps, and a condition without advice shows no range.
     assert!(check(&text.replace("[base]", "[base]\nunits = \"kmh\"")).is_ok());

@@ -15,7 +15,7 @@ fn codrive(folder: &Path, arguments: &[&str]) -> Output {
     command.output().unwrap()
 }
 
-fn said(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -53,7 +53,7 @@ fn a_hostile_demand_is_refused_by_name_and_writes_nothing() {
     ] {
         fs::write(home.path().join("demand.rou.xml"), demand).unwrap();
         let output = codrive(home.path(), &["run", "--scenario", "scenario.toml"]);
-        let text = said(&output);
+        let text = printed(&output);
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(text.contains(expected) && text.contains("remedy"), "{expected}: {text}");
         assert_eq!(fs::read_to_string(&notes).unwrap(), NOTES);
@@ -75,7 +75,7 @@ fn a_hostile_network_is_refused_by_run_and_import_and_writes_nothing() {
         &["map", "show", "./town.net.xml"],
     ] {
         let output = codrive(home.path(), arguments);
-        let text = said(&output);
+        let text = printed(&output);
         assert!(!output.status.success(), "{arguments:?}: {text}");
         let expected = format!("town.net.xml:{line}: edgeData \"x\": SUMO writes or reads files for it");
         assert!(text.contains(&expected) && text.contains("remedy: take it out"), "{arguments:?}: {text}");
@@ -92,8 +92,8 @@ fn a_recording_carries_what_its_demand_includes_and_replays_elsewhere() {
     let demand = "<routes><include href=\"types.xml\"/><trip id=\"a\" type=\"mine\" depart=\"1\" from=\"A0A1\" to=\"A1A2\"/></routes>";
     fs::write(at("demand.rou.xml"), demand).unwrap();
     let drive = codrive(home.path(), &["run", "--scenario", "scenario.toml", "--out", "drive"]);
-    assert!(drive.status.success(), "{}", said(&drive));
-    let warnings = said(&drive);
+    assert!(drive.status.success(), "{}", printed(&drive));
+    let warnings = printed(&drive);
     assert_eq!(warnings.matches("SUMO is not given").count(), 1, "{warnings}");
     assert!(warnings.contains("demand.rou.xml: SUMO is not given 1 x colour of vType"), "{warnings}");
     let kept = fs::read_to_string(at("drive/inputs/demand/0-demand.rou.xml")).unwrap();
@@ -110,7 +110,7 @@ fn a_recording_carries_what_its_demand_includes_and_replays_elsewhere() {
     fs::rename(at("drive"), elsewhere.path().join("moved")).unwrap();
     drop(home);
     let replay = codrive(elsewhere.path(), &["replay", "moved"]);
-    let text = String::from_utf8_lossy(&replay.stdout).into_owned() + &said(&replay);
+    let text = String::from_utf8_lossy(&replay.stdout).into_owned() + &printed(&replay);
     assert!(replay.status.success() && text.contains("the same"), "{text}");
     for name in ["inputs/demand/0-demand.rou.xml", "inputs/maps/town/net.xml"] {
         let is_proven = text.lines().any(|line| line.split_whitespace().eq([name, "driving"]));
@@ -127,7 +127,7 @@ fn a_foreign_recording_passes_the_gate_before_its_replay() {
     fs::write(at("demand.rou.xml"), "<routes><trip id=\"a\" depart=\"1\" from=\"A0A1\" to=\"A1A2\"/></routes>")
         .unwrap();
     let drive = codrive(home.path(), &["run", "--scenario", "scenario.toml", "--out", "drive"]);
-    assert!(drive.status.success(), "{}", said(&drive));
+    assert!(drive.status.success(), "{}", printed(&drive));
     let notes = at("notes.txt").display().to_string();
     let ssm = format!("<vType id=\"t\"><param key=\"device.ssm.file\" value=\"{notes}\"/></vType>\n</routes>");
     let data = format!("<edgeData id=\"x\" freq=\"1\" file=\"{notes}\"/>\n</net>");
@@ -143,7 +143,7 @@ fn a_foreign_recording_passes_the_gate_before_its_replay() {
         let whole = fs::read_to_string(at(name)).unwrap();
         fs::write(at(name), whole.replace(end, &part)).unwrap();
         let replay = codrive(home.path(), &["replay", "drive"]);
-        assert!(!replay.status.success() && said(&replay).contains(expected), "{name}: {}", said(&replay));
+        assert!(!replay.status.success() && printed(&replay).contains(expected), "{name}: {}", printed(&replay));
         assert_eq!(fs::read_to_string(at("notes.txt")).unwrap(), NOTES);
         fs::write(at(name), whole).unwrap();
     }

@@ -26,8 +26,11 @@ fn an_unknown_monitor_or_rate_is_refused_with_the_available_ones() {
         (&["--refresh", "60"], ["--refresh needs --fullscreen", "a window cannot choose its screen's rate"]),
     ] {
         let output = codrive(&server, &[&small[..], more].concat()).output().unwrap();
-        let said = text(&output);
-        assert!(output.status.code() == Some(2) && parts.iter().all(|part| said.contains(part)), "{more:?}: {said}");
+        let printed = text(&output);
+        assert!(
+            output.status.code() == Some(2) && parts.iter().all(|part| printed.contains(part)),
+            "{more:?}: {printed}"
+        );
     }
 }
 
@@ -43,8 +46,8 @@ fn on_a_single_monitor_the_picture_leaves_the_experimenter_visible() {
     wait_for("lamps, plots, settings", || (server.colours_of(experimenter) > 100).then_some(()));
     server.strike(experimenter, &[CTRL, Q]);
     let output = program.wait_with_output().unwrap();
-    let said = text(&output);
-    assert!(output.status.success() && said.contains("there is one monitor: the participant's window"), "{said}");
+    let printed = text(&output);
+    assert!(output.status.success() && printed.contains("there is one monitor: the participant's window"), "{printed}");
     assert_eq!(server.asked_to_fill(), None);
 }
 
@@ -112,6 +115,6 @@ fn a_recorded_drive_names_its_screen_and_the_doctor_lists_it() {
     assert_eq!((screen.monitor.as_deref(), screen.present_mode.as_str()), (Some("screen"), "fifo"));
     // One picture may wait for the screen, with none queued behind it (docs/references.md: latency).
     assert_eq!(screen.frames_ahead, 1);
-    let said = text(&codrive(&server, &["doctor"]).output().unwrap());
-    assert!(said.contains("1: screen, 800x600"), "{said}");
+    let printed = text(&codrive(&server, &["doctor"]).output().unwrap());
+    assert!(printed.contains("1: screen, 800x600"), "{printed}");
 }

@@ -8,17 +8,17 @@
 //! * `trips`: departures, arrivals and travel times; `cross_section`: lines across a road, and the vehicles that cross them.
 //! * `totals`: sums of one drive; `measures`: measures of networks only; `road_events`: red lights, speeding and the like.
 //! * `path_traces`: positions along the ego's path over time, and its signals; `figure`: their pictures.
-//! * `tables`: `trips.csv` and `lines.csv`; `words`: sentences of the report about such drives.
+//! * `tables`: `trips.csv` and `lines.csv`; `methods_text`: sentences of the report about such drives.
 
 mod cross_section;
 mod figure;
 pub(super) mod measures;
+pub(super) mod methods_text;
 mod path_traces;
 mod road_events;
 pub mod tables;
 mod totals;
 mod trips;
-pub(super) mod words;
 
 pub use cross_section::{CrossSection, LineCount, LinePlace};
 pub use figure::{space_time, speeds};

@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn episodes_are_counted_at_their_start_and_timed_to_their_end() {
         let mut events = RoadEvents::default();
-        let told = [
+        let rows = [
             (100, "speeding"),
             (250, "stop_line"),
             (260, "red_light"),
@@ -76,7 +76,7 @@ mod tests {
             (960, "right_way"),
             (970, "red_light"),
         ];
-        told.iter().for_each(|(tick, kind)| events.add(*tick, kind));
+        rows.iter().for_each(|(tick, kind)| events.add(*tick, kind));
         assert_eq!((events.red_lights, events.near_misses), (2, 1));
         assert_eq!((events.speeding.count, events.wrong_way.count), (2, 1));
         // 1 to 3 s, and from 9 s to the end at 10 s.

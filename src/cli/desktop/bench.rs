@@ -87,9 +87,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         });
         out::line(format_args!("{report:#}"))?;
     } else {
-        out::text(words(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb))?;
-        out::text(format_args!("{}{}", recorder_words(&recorder), learning_words(&learning)))?;
-        out::text(force_words(force.as_ref()))?;
+        out::text(report_text(&adapter, &startup, &frames, drive.as_ref(), &growth, &simulation, memory_mb))?;
+        out::text(format_args!("{}{}", recorder_text(&recorder), learning_text(&learning)))?;
+        out::text(force_text(force.as_ref()))?;
     }
     Ok(())
 }
@@ -102,7 +102,7 @@ fn drive(picture: &mut bench::DrawnDrive, minutes: u32, size: [u32; 2]) -> Resul
     Ok(drive)
 }
 
-fn force_words(force: Option<&ForceTimes>) -> String {
+fn force_text(force: Option<&ForceTimes>) -> String {
     force.map_or(String::new(), |force| {
         format!(
             "force thread             every {:.0} ms, off by {:.2} ms (median), 99 % below {:.2}, at most {:.2}, while pictures take {:.0} ms\n",
@@ -115,7 +115,7 @@ fn force_words(force: Option<&ForceTimes>) -> String {
     })
 }
 
-fn recorder_words(times: &TimeStatistics) -> String {
+fn recorder_text(times: &TimeStatistics) -> String {
     let outcome = if times.p99_us <= bench::RECORDER_LIMIT_US { "kept" } else { "NOT kept" };
     format!(
         "recorder, of a tick      {:.1} us, 99 % below {:.1}, longest {:.0}; limit {} for 99 %: {outcome}\n",
@@ -126,7 +126,7 @@ fn recorder_words(times: &TimeStatistics) -> String {
     )
 }
 
-fn learning_words(times: &LearningTimes) -> String {
+fn learning_text(times: &LearningTimes) -> String {
     let ms = |times: &TimeStatistics| times.median_us / 1e3;
     format!(
         "fast ring, one core      {:.1} million ring steps/s, {:.0} million vehicle updates/s\n\
@@ -146,7 +146,7 @@ fn learning_words(times: &LearningTimes) -> String {
     )
 }
 
-fn words(
+fn report_text(
     adapter: &str,
     startup: &StartupTimes,
     frames: &[FrameTimes],

@@ -77,10 +77,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     while calibration.step() != CalibrationStep::Done && !matches.contains_id("replay") {
         screen.show(calibration.step().question(), &calibration.bars())?;
-        let mut told = Vec::new();
-        wheel.read(Duration::from_millis(40), &mut told).map_err(|e| failed(&e))?;
-        for told in told {
-            if let WheelMessage::Axis { code, raw, .. } = told {
+        let mut messages = Vec::new();
+        wheel.read(Duration::from_millis(40), &mut messages).map_err(|e| failed(&e))?;
+        for message in messages {
+            if let WheelMessage::Axis { code, raw, .. } = message {
                 calibration.moved(code, raw, seconds());
             }
         }

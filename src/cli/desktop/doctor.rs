@@ -60,7 +60,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if matches.get_flag("json") {
         out::line(format_args!("{:#}", doctor::json(&lines)))?;
     } else {
-        out::text(doctor::words(&lines))?;
+        out::text(doctor::text(&lines))?;
     }
     match lines.iter().filter(|line| line.grade == FindingGrade::Fault).count() {
         0 => Ok(()),

@@ -110,7 +110,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         stop: stop_on_ctrl_c(),
     };
     let (words, ended) = drive_window::run(options)?;
-    let said = out::text(words);
+    let printed = out::text(words);
     ended?;
-    said
+    printed
 }

@@ -58,7 +58,7 @@ pub(in crate::cli) fn lead(
         stop: stop_on_ctrl_c(),
     })?;
     let state = match left {
-        SessionOutcome::Over(completion) => format!("{}: {}", completion.word(), completion.meaning()),
+        SessionOutcome::Over(completion) => format!("{}: {}", completion, completion.meaning()),
         SessionOutcome::Open(item) => format!("is at {item}: run the same command to resume"),
     };
     out::line(format_args!("{}: participant {code} {state}", root.display()))?;

@@ -161,15 +161,17 @@ pub struct EvaluationCase {
     pub ignores_advice: bool,
 }
 
+impl std::fmt::Display for EvaluationCase {
+    /// Writes the case as text: label, hold and driver.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, hold {} s, driver {}", self.label(), self.hold_s, self.driver.label())
+    }
+}
+
 impl EvaluationCase {
     /// Returns the configuration of the case's rings.
     pub fn config(&self, config: &TrainConfig) -> TrainConfig {
         self.driver.of(config).held(self.hold_s)
-    }
-
-    /// Returns the case as text: label, hold and driver.
-    pub fn words(&self) -> String {
-        format!("{}, hold {} s, driver {}", self.label(), self.hold_s, self.driver.label())
     }
 
     /// Returns the policy's short name: the folder of a shipped `policy.toml`, or the last part of a path.
@@ -444,12 +446,12 @@ mod tests {
 
     #[test]
     fn an_unknown_driver_is_refused_with_the_known_drivers_and_populations() {
-        let said = driver("peple").map_err(|e| e.to_string()).expect_err("nobody is called so");
-        assert!(said.starts_with("no driver is called \"peple\" (did you mean people?)\n"), "{said}");
+        let message = driver("peple").map_err(|e| e.to_string()).expect_err("nobody is called so");
+        assert!(message.starts_with("no driver is called \"peple\" (did you mean people?)\n"), "{message}");
         for known in driver::PRESETS.iter().chain(&driver::MACHINES).chain(&Population::NAMES) {
-            assert!(said.contains(known), "{known}: {said}");
+            assert!(message.contains(known), "{known}: {message}");
         }
-        let said = driver("reaction=soon").map_err(|e| e.to_string()).expect_err("no number");
-        assert!(said.contains("reaction is \"soon\""), "{said}");
+        let message = driver("reaction=soon").map_err(|e| e.to_string()).expect_err("no number");
+        assert!(message.contains("reaction is \"soon\""), "{message}");
     }
 }

@@ -65,7 +65,7 @@ fn estimate(row: &EvaluationRow, of: RingMeasure) -> Option<Estimate> {
 pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     let mut text = String::new();
     for resolved in plan.resolved.iter().filter(|resolved| resolved.why.is_some()) {
-        let _ = writeln!(text, "policy {}", resolved.words());
+        let _ = writeln!(text, "policy {}", resolved);
     }
     let mut before = None;
     for row in rows {
@@ -80,10 +80,10 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
             before = Some(head);
         }
         if plan.advised.is_some() {
-            let _ = write!(text, " {:>7}", advised_words(plan, row));
+            let _ = write!(text, " {:>7}", advised_text(plan, row));
         }
-        let _ = writeln!(text, "{}{}", words(row), network_words(row));
-        if let Some(warning) = crash_words(row) {
+        let _ = writeln!(text, "{}{}", row_text(row), network_text(row));
+        if let Some(warning) = crash_text(row) {
             let _ = writeln!(text, "  !!! {warning}");
         }
     }
@@ -99,7 +99,7 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
 }
 
 /// Returns the advised vehicles as text: number of all vehicles on a ring, share on a network.
-fn advised_words(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
+fn advised_text(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
     match plan.is_on_network {
         true => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),
         false => format!("{}/{}", plan.advised_by(&row.case), plan.vehicles),
@@ -112,7 +112,7 @@ fn advised_in(plan: &EvaluationPlan, row: &EvaluationRow, result: &EvaluationRes
 }
 
 /// Returns a line on vehicles that entered and left a network; empty on a ring.
-fn network_words(row: &EvaluationRow) -> String {
+fn network_text(row: &EvaluationRow) -> String {
     let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
     let network = |v: &EvaluationResult| v.network;
     let Some(first) = row.results.iter().find_map(network) else { return String::new() };
@@ -128,7 +128,7 @@ fn network_words(row: &EvaluationRow) -> String {
 }
 
 /// Returns a warning for a row in which vehicles collided.
-fn crash_words(row: &EvaluationRow) -> Option<String> {
+fn crash_text(row: &EvaluationRow) -> Option<String> {
     let first_s = row.results.iter().filter_map(|v| v.crash_s).reduce(f64::min)?;
     Some(format!(
         "CRASHED in {} of {} drives, first {first_s:.1} s after the first advice; all cars stand from there on and count as 0 m/s",
@@ -137,7 +137,7 @@ fn crash_words(row: &EvaluationRow) -> Option<String> {
     ))
 }
 
-fn words(row: &EvaluationRow) -> String {
+fn row_text(row: &EvaluationRow) -> String {
     let n = row.results.len();
     let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
     let speed = estimate(row, MEASURES[0].1).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 });
@@ -290,9 +290,8 @@ fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRo
 fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Vec<(String, String)> {
     let mut out = Vec::new();
     let note = note(plan, config);
-    let crashes = |row: &EvaluationRow| {
-        crash_words(row).map_or(String::new(), |words| format!("\n{}: {words}", row.case.words()))
-    };
+    let crashes =
+        |row: &EvaluationRow| crash_text(row).map_or(String::new(), |words| format!("\n{}: {words}", row.case));
     if plan.holds_s.len() > 1 && plan.advised.is_none() {
         let equilibrium_mps = plan.settings.equilibrium_mps;
         let is_paper_ring = config.ring.circumference_min_m == 250.0
@@ -321,7 +320,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         let after_s = 500.0_f64.min(config.ring.horizon_s);
         let trace_of = |name: &str| trajectories(&of_case, "evaluate", [before_s, after_s], || plan.engage(name));
         let (without, with) = (trace_of("none"), trace_of(&case.policy));
-        let title = case.words();
+        let title = case.to_string();
         let crash = rows.iter().find(|row| row.case == *case).map(crashes).unwrap_or_default();
         let note = format!("{note}; this is ring 0{crash}");
         let file = slug(&title);

@@ -72,8 +72,8 @@ impl StreamReader {
     pub fn open(predicate: &str, wait_s: f64) -> Result<Self, LslError> {
         let mut inlet = lsl::resolve(predicate, wait_s, &is_interrupted)?;
         let offset = inlet.clock_offset(FIRST_OFFSET_S, &is_interrupted)?;
-        log::info!("records the LSL stream {}", inlet.stream().words());
-        let (commands, told) = mpsc::channel();
+        log::info!("records the LSL stream {}", inlet.stream());
+        let (commands, received) = mpsc::channel();
         let (say, news) = mpsc::channel();
         let ends = Arc::new(AtomicBool::new(false));
         let now = local_clock_s();
@@ -89,7 +89,7 @@ impl StreamReader {
             say,
             ends: Arc::clone(&ends),
         };
-        let thread = std::thread::Builder::new().name("lsl".into()).spawn(move || reader.run(&told));
+        let thread = std::thread::Builder::new().name("lsl".into()).spawn(move || reader.run(&received));
         let thread = thread.map_err(|why| LslError::Refused { what: "a thread".into(), why: why.to_string() })?;
         Ok(Self { commands: Some(commands), news, thread: Some(thread), ends })
     }

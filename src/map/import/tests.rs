@@ -116,11 +116,11 @@ fn without_a_loop_the_longest_open_path_of_lanes_for_cars_is_found() {
 
 #[test]
 fn a_network_without_a_road_for_cars_reports_what_it_has_instead() {
-    let said = |edges: &[(&str, f64, &str)]| path_of(&net_of(edges, &[])).unwrap_err().to_string();
-    assert!(said(&[]).contains("t.net.xml: no road for cars: the network has no street"));
-    let walk = said(&[("w", 90.0, "pedestrian"), ("r", 90.0, "rail")]);
+    let message = |edges: &[(&str, f64, &str)]| path_of(&net_of(edges, &[])).unwrap_err().to_string();
+    assert!(message(&[]).contains("t.net.xml: no road for cars: the network has no street"));
+    let walk = message(&[("w", 90.0, "pedestrian"), ("r", 90.0, "rail")]);
     assert!(walk.contains("none of the 2 lanes of its streets is open to passenger cars"), "{walk}");
-    let short = said(&[("a", 3.0, "passenger"), ("b", 12.5, "passenger")]);
+    let short = message(&[("a", 3.0, "passenger"), ("b", 12.5, "passenger")]);
     assert!(short.contains("2 lanes are open to passenger cars, the longest has 12.5 m"), "{short}");
     assert!(path_of(&net_of(&[("a", 20.0, "passenger")], &[])).is_ok(), "as long as is asked for");
 }
@@ -167,11 +167,11 @@ fn an_unreadable_file_is_refused_by_its_own_name_and_nothing_is_left() {
     for (name, text, expected) in cases {
         let file = folder.path().join(name);
         fs::write(&file, text).unwrap();
-        let said =
+        let message =
             import_into(&maps, &netconvert, &file, "no", &bounds()).map(|made| made.folder).unwrap_err().to_string();
-        assert!(said.starts_with(&file.display().to_string()), "{name}: {said}");
-        assert!(expected.iter().all(|part| said.contains(part)), "{expected:?}: {said}");
-        assert!(!said.contains("unfinished"), "names a file that is gone: {said}");
+        assert!(message.starts_with(&file.display().to_string()), "{name}: {message}");
+        assert!(expected.iter().all(|part| message.contains(part)), "{expected:?}: {message}");
+        assert!(!message.contains("unfinished"), "names a file that is gone: {message}");
         assert_eq!(fs::read_dir(&maps).map_or(0, Iterator::count), 0, "{name} leaves something behind");
     }
 }
@@ -232,8 +232,8 @@ fn where_fine_options_fail_coarser_ones_are_tried_and_reported() {
         folder.path(),
         "case \"$all\" in *repaired*) ;; *) echo 'Error: bad signal' >&2; exit 1;; esac\nexit 3",
     );
-    let said = import_into(&maps, &program, &file, "no", &bounds()).map(|made| made.folder).unwrap_err().to_string();
-    assert_eq!(said, format!("{}: netconvert failed: bad signal", file.display()));
+    let message = import_into(&maps, &program, &file, "no", &bounds()).map(|made| made.folder).unwrap_err().to_string();
+    assert_eq!(message, format!("{}: netconvert failed: bad signal", file.display()));
 }
 
 #[cfg(unix)]
@@ -247,8 +247,8 @@ fn netconvert_gets_the_canonical_copy_of_a_network_not_the_file() {
     let program = converter(folder.path(), &format!("echo \"$all\" > $(dirname $0)/said; cp {} $net", good.display()));
     let report = import_into(&folder.path().join("maps"), &program, &file, "town", &bounds()).unwrap().report;
     assert!(report.conversion.contains("rebuilt by netconvert"), "{report:?}");
-    let said = fs::read_to_string(folder.path().join("said")).unwrap();
-    assert!(said.contains("copy.net.xml") && !said.contains("town.net.xml"), "{said}");
+    let message = fs::read_to_string(folder.path().join("said")).unwrap();
+    assert!(message.contains("copy.net.xml") && !message.contains("town.net.xml"), "{message}");
 }
 
 #[cfg(unix)]
@@ -261,11 +261,11 @@ fn a_network_that_becomes_too_large_is_reported_by_the_files_name() {
     for (name, runs) in [("town.xodr", 3), ("town.osm", 1)] {
         let file = folder.path().join(name);
         fs::write(&file, "<OpenDRIVE><road/></OpenDRIVE>").unwrap();
-        let said =
+        let message =
             import_into(&maps, &program, &file, "no", &bounds()).map(|made| made.folder).unwrap_err().to_string();
         let begin =
             format!("{}: netconvert makes a network of it that has 49 MiB; allowed: at most 48 MiB", file.display());
-        assert!(said.starts_with(&begin) && said.contains("remedy: import a part of it"), "{said}");
+        assert!(message.starts_with(&begin) && message.contains("remedy: import a part of it"), "{message}");
         let counted = fs::read_to_string(folder.path().join("runs")).unwrap().len();
         assert_eq!(counted, runs, "{name}");
         fs::remove_file(folder.path().join("runs")).unwrap();

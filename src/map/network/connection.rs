@@ -1,9 +1,9 @@
 //! Connections as data: links from lane to lane, with direction, state and signal.
 
-use super::{LaneId, SignalId, VehicleClasses, words::word_enum};
+use super::{LaneId, SignalId, VehicleClasses, named_enum::named_enum};
 use glam::DVec3;
 
-word_enum! {
+named_enum! {
     /// Direction of a connection, seen from the lane that it leaves.
     TurnDirection {
         Straight = "s",
@@ -20,7 +20,7 @@ word_enum! {
     }
 }
 
-word_enum! {
+named_enum! {
     /// Right of way of a connection; at a signal, the state in which it begins.
     LinkState {
         /// Priority over other connections.

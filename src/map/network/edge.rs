@@ -1,10 +1,10 @@
 //! Edges and lanes as data, as in SUMO's net.xml. Metres, m/s, world axes.
 
-use super::{CentreLine, EdgeId, JunctionId, LaneId, VehicleClasses, words::word_enum};
+use super::{CentreLine, EdgeId, JunctionId, LaneId, VehicleClasses, named_enum::named_enum};
 use glam::DVec3;
 use std::ops::Range;
 
-word_enum! {
+named_enum! {
     /// Function of an edge.
     EdgeKind {
         /// Street from a junction to a junction.
@@ -29,7 +29,7 @@ impl EdgeKind {
     }
 }
 
-word_enum! {
+named_enum! {
     /// Position of an edge's lanes relative to its line.
     LaneSpread {
         /// To the right of the line (with left-hand traffic, to the left): the line separates the two directions.

@@ -1,10 +1,10 @@
 //! Junctions and right of way as data. In: the junctions of a net.xml. Out: their area, their rule, and the right of way of each link. A
 //! **link** is a connection or a crossing, by its index in the junction's rules.
 
-use super::{ConnectionId, JunctionId, LaneId, words::word_enum};
+use super::{ConnectionId, JunctionId, LaneId, named_enum::named_enum};
 use glam::{DVec2, DVec3};
 
-word_enum! {
+named_enum! {
     /// Rule of right of way at a junction.
     JunctionKind {
         /// Signals control the links.

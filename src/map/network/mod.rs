@@ -16,6 +16,7 @@ mod ids;
 mod junction;
 mod locate;
 mod marking;
+mod named_enum;
 mod path;
 mod read;
 mod signal;
@@ -23,7 +24,6 @@ mod signal_states;
 #[cfg(test)]
 mod tests;
 mod vehicle_classes;
-mod words;
 
 pub use census::NetworkCensus;
 pub use centre_line::CentreLine;
@@ -130,12 +130,12 @@ impl Network {
         self.left_hand
     }
 
-    /// Returns the edge of an id.
     /// Returns true if all lanes have one height.
     pub fn is_level(&self) -> bool {
         self.level
     }
 
+    /// Returns the edge of an id.
     pub fn edge(&self, id: EdgeId) -> &Edge {
         &self.edges[id.index()]
     }

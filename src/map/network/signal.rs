@@ -1,8 +1,8 @@
 //! Signals as data: programs of phases, one letter per link. Seconds.
 
-use super::{ConnectionId, words::word_enum};
+use super::{ConnectionId, named_enum::named_enum};
 
-word_enum! {
+named_enum! {
     /// Type of a signal program.
     ProgramKind {
         /// Fixed time: each phase has its duration.

@@ -82,6 +82,18 @@ pub struct Lamp {
     pub tip: &'static str,
 }
 
+impl std::fmt::Display for LampColour {
+    /// Writes the state as a word, so that it can be read without seeing the colour.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Off => "off",
+            Self::Green => "good",
+            Self::Amber => "check",
+            Self::Red => "bad",
+        })
+    }
+}
+
 impl LampColour {
     /// Returns the colour on the screen.
     pub fn colour(self) -> Color32 {
@@ -90,16 +102,6 @@ impl LampColour {
             Self::Green => theme::GREEN,
             Self::Amber => theme::AMBER,
             Self::Red => theme::RED,
-        }
-    }
-
-    /// Returns the state as a word, so that it can be read without seeing the colour.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Green => "good",
-            Self::Amber => "check",
-            Self::Red => "bad",
         }
     }
 
@@ -249,7 +251,7 @@ pub fn show(ui: &mut Ui, lamps: &[Lamp]) {
             ui.label(RichText::new(lamp.name).color(theme::TEXT));
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let (words, colour) =
-                    if calm { (lamp.words.as_str(), theme::DIM) } else { (lamp.light.word(), lamp.light.colour()) };
+                    if calm { (lamp.words.clone(), theme::DIM) } else { (lamp.light.to_string(), lamp.light.colour()) };
                 ui.add(egui::Label::new(RichText::new(words).color(colour).size(12.0)).truncate());
             });
         });

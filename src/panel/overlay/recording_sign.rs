@@ -9,7 +9,7 @@ use std::path::Path;
 pub const LAMP: f32 = 5.0;
 
 /// Returns the text and its colour. Only the folder's own name is shown, because a participant reads it too.
-pub fn words(folder: Option<&Path>) -> (String, Color32) {
+pub fn text_and_colour(folder: Option<&Path>) -> (String, Color32) {
     let Some(folder) = folder else { return ("not recorded".into(), theme::DIM) };
     let name = folder.file_name().unwrap_or(folder.as_os_str());
     (format!("REC {}", name.to_string_lossy()), theme::RED)
@@ -17,7 +17,7 @@ pub fn words(folder: Option<&Path>) -> (String, Color32) {
 
 /// Shows the sign in the rest of a right-to-left row; the tooltip has the full path.
 pub(in crate::panel) fn show(ui: &mut Ui, folder: Option<&Path>) {
-    let (text, colour) = words(folder);
+    let (text, colour) = text_and_colour(folder);
     let line = ui.add(Label::new(RichText::new(text).color(colour).strong()).truncate());
     match folder {
         Some(folder) => line.on_hover_text(folder.display().to_string()),

@@ -66,9 +66,9 @@ pub struct CalibrationPage {
 }
 
 impl CalibrationPage {
-    /// Shows the page if it is open, and returns the commands. `wheel` is `None` if none is plugged in; `said` is the
+    /// Shows the page if it is open, and returns the commands. `wheel` is `None` if none is plugged in; `message` is the
     /// outcome of the last command.
-    pub fn show(&mut self, ui: &Ui, wheel: Option<&PluggedWheel>, said: Option<&str>) -> Vec<CalibrationCommand> {
+    pub fn show(&mut self, ui: &Ui, wheel: Option<&PluggedWheel>, message: Option<&str>) -> Vec<CalibrationCommand> {
         let mut commands = Vec::new();
         let mut open = self.open;
         egui::Window::new("Wheel and pedals").open(&mut open).resizable(false).default_width(520.0).show(
@@ -80,9 +80,9 @@ impl CalibrationPage {
                     }
                     Some(wheel) => self.page(ui, wheel, &mut commands),
                 }
-                if let Some(said) = said {
+                if let Some(message) = message {
                     ui.separator();
-                    ui.label(RichText::new(said).color(theme::AMBER));
+                    ui.label(RichText::new(message).color(theme::AMBER));
                 }
             },
         );
@@ -156,10 +156,10 @@ impl CalibrationPage {
                     let now = raw(pedal.axis);
                     ui.label(RichText::new(format!("{name}, axis {}", pedal.axis)).color(theme::DIM));
                     curve(ui, pedal, now);
-                    let told = now.map_or("not read yet".into(), |raw| {
+                    let position_text = now.map_or("not read yet".into(), |raw| {
                         format!("way {:3.0} %  effect {:3.0} %", 100.0 * pedal.way(raw), 100.0 * pedal.effect(raw))
                     });
-                    ui.monospace(told);
+                    ui.monospace(position_text);
                     ui.horizontal(|ui| {
                         let curve = DragValue::new(&mut pedal.curve).range(0.3..=4.0).speed(0.01).max_decimals(2);
                         number(ui, "curve", curve);
@@ -180,7 +180,7 @@ impl CalibrationPage {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Buttons").strong());
             let last = wheel.last_button.map_or("press one to see its number".into(), |code| {
-                let does = shown.buttons.action(code).map_or("nothing", ButtonAction::words);
+                let does = shown.buttons.action(code).map_or("nothing".into(), |action| action.to_string());
                 format!("pressed last: {code}, {does}")
             });
             ui.label(RichText::new(last).color(theme::DIM));
@@ -193,9 +193,9 @@ impl CalibrationPage {
                     _ if codes.is_empty() => ("none".to_owned(), theme::DIM),
                     _ => (codes.join(", "), theme::TEXT),
                 };
-                ui.label(action.words());
+                ui.label(action.to_string());
                 let button = Button::new(RichText::new(text).color(colour).monospace()).min_size(vec2(92.0, 0.0));
-                let name = format!("button for {}", action.words());
+                let name = format!("button for {action}");
                 let response = ui.add(button).on_hover_text("Click, then press the button on the wheel");
                 response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
                 if response.clicked() {

@@ -60,7 +60,7 @@ pub fn show(ui: &Ui, truth: &DisplayTruth) {
     sheet.corners();
     sheet.ruler(truth.ruler_m() as f32);
     sheet.circle(truth.circle_m(f64::from(screen.width() / screen.height())) as f32);
-    sheet.words(truth);
+    sheet.draw_text(truth);
 }
 
 struct CheckSheet {
@@ -149,7 +149,7 @@ impl CheckSheet {
         self.painter.galley(rect.min, galley, theme::GREEN);
     }
 
-    fn words(&self, truth: &DisplayTruth) {
+    fn draw_text(&self, truth: &DisplayTruth) {
         let ruler_m = truth.ruler_m();
         // An example with a deviation of 5 %.
         let read_m = 0.95 * ruler_m;

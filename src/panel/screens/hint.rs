@@ -108,7 +108,7 @@ mod tests {
                       { "type": "boolean", "name": "well", "title": "Well?", "isRequired": true } ] },
       { "elements": [ { "type": "text", "name": "more", "title": "More" } ] } ] }"#;
 
-    fn words(form: &QuestionnaireForm, wheel: bool) -> String {
+    fn hint_text(form: &QuestionnaireForm, wheel: bool) -> String {
         let texts = ParticipantTexts::default();
         let screen = ParticipantScreen::Questions(form);
         let state = ScreenState { screen, texts: &texts, progress: [0, 1], wheel, spoken: false };
@@ -121,7 +121,7 @@ mod tests {
         let mut form = QuestionnaireForm::new(&Questionnaire::parse(QUESTIONS, "test.json").unwrap(), 0.0);
         let mut after = |inputs: &[FormInput]| {
             inputs.iter().for_each(|input| form.take(input.clone(), 1.0));
-            [words(&form, false), words(&form, true)]
+            [hint_text(&form, false), hint_text(&form, true)]
         };
         // Nothing comes before the first question; a text is typed, not chosen.
         assert_eq!(after(&[]), ["Enter: answer", "× (cross): answer"]);

@@ -79,7 +79,7 @@ impl ScreenPainter {
         match state.screen {
             ParticipantScreen::Drive(None) => return inputs,
             ParticipantScreen::Drive(Some(words)) => {
-                page::words_over(ui, &look, words);
+                page::text_over(ui, &look, words);
                 return inputs;
             }
             ParticipantScreen::Rating(prompt) => {

@@ -16,7 +16,7 @@ pub fn page(
 ) -> Option<FormInput> {
     let mut pressed = false;
     centred(ui, Id::unique("page"), |ui| {
-        words(ui, look, cache, text);
+        show_text(ui, look, cache, text);
         if let Some(word) = button {
             ui.add_space(0.8 * look.em);
             in_the_middle(ui, is_short(text), |ui| pressed = self::button(ui, look, word, true).clicked());
@@ -38,7 +38,7 @@ pub fn rest(
     let mut pressed = false;
     centred(ui, Id::unique("rest"), |ui| {
         let text = if over { &texts.rest_over } else { text };
-        words(ui, look, cache, text);
+        show_text(ui, look, cache, text);
         ui.add_space(0.6 * look.em);
         in_the_middle(ui, is_short(text), |ui| {
             if over {
@@ -59,7 +59,7 @@ fn is_short(text: &str) -> bool {
 }
 
 /// Shows Markdown aligned left; a single sentence is centred and larger.
-fn words(ui: &mut Ui, look: &PageStyle, cache: &mut CommonMarkCache, text: &str) {
+fn show_text(ui: &mut Ui, look: &PageStyle, cache: &mut CommonMarkCache, text: &str) {
     if is_short(text) {
         in_the_middle(ui, true, |ui| drop(ui.label(RichText::new(text.trim()).font(look.font(1.35)))));
     } else {
@@ -116,7 +116,7 @@ fn paint_button(ui: &Ui, look: &PageStyle, word: &str, here: bool, rect: Rect, r
 }
 
 /// Shows a text in a box over the picture.
-pub fn words_over(ui: &Ui, look: &PageStyle, words: &str) {
+pub fn text_over(ui: &Ui, look: &PageStyle, words: &str) {
     let whole = ui.max_rect();
     let painter = ui.painter();
     let galley = painter.layout(words.to_owned(), look.font(1.2), style::TEXT, 0.7 * whole.width());

@@ -141,7 +141,15 @@ impl QuestionsPage<'_> {
     }
 
     /// Shows an option as a card with a text. `many`: check box (true), radio button (false), or a cell without a mark.
-    fn option(&mut self, ui: &mut Ui, rect: Rect, place: (usize, usize), label: &str, said: &str, many: Option<bool>) {
+    fn option(
+        &mut self,
+        ui: &mut Ui,
+        rect: Rect,
+        place: (usize, usize),
+        label: &str,
+        spoken_label: &str,
+        many: Option<bool>,
+    ) {
         let (stop, option) = place;
         let look = self.look;
         let response = ui.interact(rect, Id::unique(("option", stop, option)), Sense::click());
@@ -150,7 +158,7 @@ impl QuestionsPage<'_> {
             stops.get(stop).is_some_and(|s| s.options().get(option).is_some_and(|value| self.form.is_chosen(s, value)));
         let at = self.form.focus() == stop && self.form.cursor() == Some(option);
         let role = if many == Some(true) { Role::CheckBox } else { Role::RadioButton };
-        response.widget_info(|| WidgetInfo::selected(role, true, chosen, said));
+        response.widget_info(|| WidgetInfo::selected(role, true, chosen, spoken_label));
         let fill = match (chosen, response.hovered()) {
             (true, _) => style::CHOSEN,
             (false, true) => style::CARD_HOVERED,
@@ -218,10 +226,10 @@ impl QuestionsPage<'_> {
     fn cells(&mut self, ui: &mut Ui, rect: Rect, index: usize, labels: &[(String, String)]) {
         let gap = 0.25 * self.look.em;
         let width = (rect.width() - gap * (labels.len().max(1) - 1) as f32) / labels.len().max(1) as f32;
-        for (i, (label, said)) in labels.iter().enumerate() {
+        for (i, (label, spoken_label)) in labels.iter().enumerate() {
             let left = rect.left() + (width + gap) * i as f32;
             let cell = Rect::from_min_size(pos2(left, rect.top()), vec2(width, rect.height()));
-            self.option(ui, cell, (index, i), label, said, None);
+            self.option(ui, cell, (index, i), label, spoken_label, None);
         }
     }
 

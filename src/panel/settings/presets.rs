@@ -23,7 +23,7 @@ pub struct PresetList {
     /// Existing name that Replace may overwrite.
     taken: Option<String>,
     /// Last message; true if it is an error.
-    told: Option<(String, bool)>,
+    message: Option<(String, bool)>,
 }
 
 /// Error on saving or loading a preset.
@@ -49,7 +49,7 @@ impl PresetList {
     /// Lists the presets in `folder`, which need not exist yet.
     pub fn in_folder(folder: PathBuf) -> Self {
         let mut presets =
-            Self { folder, names: Vec::new(), chosen: String::new(), typed: String::new(), taken: None, told: None };
+            Self { folder, names: Vec::new(), chosen: String::new(), typed: String::new(), taken: None, message: None };
         presets.look();
         presets
     }
@@ -123,7 +123,7 @@ impl PresetList {
             let load = ui.add_enabled(may, egui::Button::new("Load"));
             if load.on_hover_text("Take over its settings; they drive after a restart").clicked() {
                 let chosen = self.chosen.clone();
-                self.told = Some(match self.load(&chosen) {
+                self.message = Some(match self.load(&chosen) {
                     Ok(scenario) => {
                         editor.take(&scenario);
                         (format!("{chosen} is loaded"), false)
@@ -149,7 +149,7 @@ impl PresetList {
                 self.try_saving(editor, true);
             }
         });
-        if let Some((words, wrong)) = &self.told {
+        if let Some((words, wrong)) = &self.message {
             let colour = if *wrong { theme::RED } else { theme::DIM };
             ui.add(egui::Label::new(RichText::new(words).color(colour).size(12.5)).wrap());
         }
@@ -162,7 +162,7 @@ impl PresetList {
             Err(fault) => Err(fault.into()),
         };
         self.taken = None;
-        self.told = Some(match saved {
+        self.message = Some(match saved {
             Ok(path) => {
                 self.look();
                 self.chosen = name;

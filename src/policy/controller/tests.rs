@@ -149,9 +149,9 @@ fn a_faulty_file_is_refused_with_line_value_and_allowed_values() {
         ),
     ];
     for (text, parts) in table {
-        let told = Controller::from_toml(&text, "own.toml").unwrap_err().to_string();
+        let message = Controller::from_toml(&text, "own.toml").unwrap_err().to_string();
         for part in parts {
-            assert!(told.contains(part), "{text}\n---\n{told}\nlacks\n{part}");
+            assert!(message.contains(part), "{text}\n---\n{message}\nlacks\n{part}");
         }
     }
 }
@@ -160,18 +160,18 @@ fn a_faulty_file_is_refused_with_line_value_and_allowed_values() {
 fn a_file_is_read_as_the_format_that_it_declares() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("own.toml");
-    let told = |text: &str| {
+    let message = |text: &str| {
         fs::write(&file, text).unwrap();
         build(file.to_str().unwrap(), &SETTINGS).err().map(|e| e.to_string()).unwrap_or_default()
     };
     let path = file.display();
     assert!(
-        told("format = \"codrive controller 1\"\nkind = \"constnat\"").starts_with(&format!("policy {path}:2:8: "))
+        message("format = \"codrive controller 1\"\nkind = \"constnat\"").starts_with(&format!("policy {path}:2:8: "))
     );
-    assert!(told("kind = \"constant\"\nspeed_mps = 4").contains(":1:1: format is missing"));
-    assert!(told("format = \"codrive policy 1\"").contains("is no policy file"));
+    assert!(message("kind = \"constant\"\nspeed_mps = 4").contains(":1:1: format is missing"));
+    assert!(message("format = \"codrive policy 1\"").contains("is no policy file"));
     let right = "format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = 4";
-    assert_eq!(told(right), "");
+    assert_eq!(message(right), "");
     let mut policy = build(file.to_str().unwrap(), &SETTINGS).ok().flatten().unwrap();
     assert_eq!(policy.act(0.0, &Observation::default()), Action::Speed(4.0));
     let gone = build(folder.path().join("owm.toml").to_str().unwrap(), &SETTINGS).err().unwrap().to_string();

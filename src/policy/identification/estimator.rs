@@ -77,14 +77,14 @@ pub enum EstimatorFault {
     },
     /// The policy has an input that this estimator does not estimate.
     #[error(
-        "the policy sees {}, which its estimator does not tell: that tells {told}\n  remedy: train the policy with an \
+        "the policy sees {}, which its estimator does not tell: that tells {known}\n  remedy: train the policy with an \
          estimator of the other kind", feature.name()
     )]
     NotTold {
         /// Input of the policy.
         feature: Feature,
         /// Names of the estimated traits or latents.
-        told: String,
+        known: String,
     },
     /// A number is infinite or NaN.
     #[error("the estimator's {part} hold a number that is not finite")]
@@ -138,8 +138,8 @@ impl DriverEstimator {
         let Some(feature) = features.find(|feature| feature.is_of_driver() && !is_told(*feature)) else {
             return Ok(());
         };
-        let told = self.traits.iter().map(|of| of.name.as_str()).collect::<Vec<_>>().join(", ");
-        Err(EstimatorFault::NotTold { feature, told })
+        let known = self.traits.iter().map(|of| of.name.as_str()).collect::<Vec<_>>().join(", ");
+        Err(EstimatorFault::NotTold { feature, known })
     }
 
     /// Checks that the parts fit together.

@@ -102,14 +102,14 @@ fn latents_are_read_out_unscaled_and_leave_the_traits_alone() {
     assert_eq!(fault, "the estimator's readout.bias are 1 x 10 numbers; 1 x 4 are needed");
     estimator.readout = NetworkLayer { bias: vec![0.5, -2.0, 0.0, -9.0], weights: vec![vec![0.0; 4]; 3] };
     assert_eq!(estimator.check(), Ok(()));
-    let told = Identification::new(estimator.clone()).who_drives();
-    let latents = told.latents().expect("latents");
+    let message = Identification::new(estimator.clone()).who_drives();
+    let latents = message.latents().expect("latents");
     assert_eq!((latents.count, latents.mean), (2, [0.5, -2.0, 0.0, 0.0]));
     // The logarithm of a standard deviation is clamped to its bounds, here -3.
     assert!((latents.sd[0] - 1.0).abs() < 1e-6 && (latents.sd[1] - (-3.0_f64).exp()).abs() < 1e-6, "{latents:?}");
-    assert_eq!(told.traits(), None);
+    assert_eq!(message.traits(), None);
     let truth = DriverTraits::default();
-    let seen = told.complete_observation(&Observation { driver: Some(truth), ..seen(3.0) });
+    let seen = message.complete_observation(&Observation { driver: Some(truth), ..seen(3.0) });
     assert_eq!((seen.latents, seen.driver), ([0.5, -2.0, 0.0, 0.0], Some(truth)));
     estimator.traits.swap(0, 1);
     let fault = estimator.check().unwrap_err().to_string();
@@ -127,19 +127,20 @@ fn a_policy_with_an_input_that_its_estimator_lacks_is_refused() {
     };
     assert_eq!(fault(&traits, &[Feature::Speed, Feature::Reaction, Feature::Willingness]), Ok(()));
     assert_eq!(fault(&latents, &[Feature::Gap, Feature::Latent1, Feature::Latent2]), Ok(()));
-    let told = fault(&traits, &[Feature::Reaction, Feature::Latent1]).unwrap_err();
+    let message = fault(&traits, &[Feature::Reaction, Feature::Latent1]).unwrap_err();
     assert!(
-        told.starts_with("the policy sees latent_1, which its estimator does not tell: that tells reaction_s, "),
-        "{told}"
+        message.starts_with("the policy sees latent_1, which its estimator does not tell: that tells reaction_s, "),
+        "{message}"
     );
-    let told = fault(&latents, &[Feature::Latent2, Feature::Latent3]).unwrap_err();
+    let message = fault(&latents, &[Feature::Latent2, Feature::Latent3]).unwrap_err();
     assert!(
-        told.starts_with("the policy sees latent_3, which its estimator does not tell: that tells latent_1, latent_2")
+        message
+            .starts_with("the policy sees latent_3, which its estimator does not tell: that tells latent_1, latent_2")
     );
     assert!(fault(&latents, &[Feature::SpeedBias]).unwrap_err().starts_with("the policy sees speed_bias, "));
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/benchmarks/ring/variational/seed-1.toml");
     let text = std::fs::read_to_string(file).unwrap();
     assert!(Network::from_toml(&text).is_ok());
-    let told = Network::from_toml(&text.replacen("\"latent_2\"", "\"willingness\"", 1)).unwrap_err().to_string();
-    assert!(told.starts_with("the policy sees willingness, which its estimator does not tell"), "{told}");
+    let message = Network::from_toml(&text.replacen("\"latent_2\"", "\"willingness\"", 1)).unwrap_err().to_string();
+    assert!(message.starts_with("the policy sees willingness, which its estimator does not tell"), "{message}");
 }

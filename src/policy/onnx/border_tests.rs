@@ -111,8 +111,8 @@ fn weights_beside_the_file_are_read_and_belong_to_it() {
     assert_eq!(answer(&OnnxPolicy::from_file(&path).unwrap()), expected());
     assert_eq!(OnnxPolicy::files(&path), [path.clone(), folder.join("policy.onnx.data")]);
     // Bytes without a path have no folder.
-    let said = OnnxPolicy::from_bytes(&fs::read(&path).unwrap(), None).err().unwrap().to_string();
-    assert!(said.contains("lie in another file"), "{said}");
+    let message = OnnxPolicy::from_bytes(&fs::read(&path).unwrap(), None).err().unwrap().to_string();
+    assert!(message.contains("lie in another file"), "{message}");
 }
 
 #[test]
@@ -120,18 +120,18 @@ fn weights_elsewhere_or_of_other_sizes_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path().join("policy");
     fs::create_dir(&folder).unwrap();
-    let said = |location: &str, change: &dyn Fn(&mut TensorProto)| {
+    let message = |location: &str, change: &dyn Fn(&mut TensorProto)| {
         let (path, weights) = export(&folder, location, |graph| change(&mut graph.initializer[0]));
         fs::write(folder.join("w"), &weights).unwrap();
         fs::write(dir.path().join("outside"), &weights).unwrap();
         OnnxPolicy::from_file(&path).err().map_or_else(String::new, |error| error.fault.to_string())
     };
-    assert_eq!(said("w", &|_| ()), "");
+    assert_eq!(message("w", &|_| ()), "");
     for location in ["../outside", &dir.path().join("outside").to_string_lossy(), "", "./../outside"] {
-        let said = said(location, &|_| ());
-        assert!(said.contains("allowed: a file in the folder of the network"), "{location}: {said}");
+        let message = message(location, &|_| ());
+        assert!(message.contains("allowed: a file in the folder of the network"), "{location}: {message}");
     }
-    let absent = said("gone", &|_| ());
+    let absent = message("gone", &|_| ());
     assert!(
         absent.contains("weights `weights0` lie in `gone`, which cannot be read")
             && absent.contains("remedy: put it into"),
@@ -140,9 +140,9 @@ fn weights_elsewhere_or_of_other_sizes_are_refused() {
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink("../outside", folder.join("link")).unwrap();
-        assert!(said("link", &|_| ()).contains("allowed: a file in the folder"), "a link out of the folder");
+        assert!(message("link", &|_| ()).contains("allowed: a file in the folder"), "a link out of the folder");
         std::os::unix::fs::symlink("w", folder.join("within")).unwrap();
-        assert_eq!(said("within", &|_| ()), "");
+        assert_eq!(message("within", &|_| ()), "");
     }
     let place = |key: &'static str, value: &'static str| {
         move |tensor: &mut TensorProto| {
@@ -153,11 +153,11 @@ fn weights_elsewhere_or_of_other_sizes_are_refused() {
                 .for_each(|entry| entry.value = value.into());
         }
     };
-    assert!(said("w", &place("offset", "1000000")).contains("it holds "), "beyond its end");
-    assert!(said("w", &place("offset", "-1")).contains("have the offset `-1`"));
-    assert!(said("w", &place("length", "8")).contains("that is 256 bytes, but say 8"));
-    assert!(said("w", &|tensor| tensor.dims = vec![1 << 40]).contains("allowed: at most"));
-    assert!(said(".", &|_| ()).contains("folder"), "{}", said(".", &|_| ()));
+    assert!(message("w", &place("offset", "1000000")).contains("it holds "), "beyond its end");
+    assert!(message("w", &place("offset", "-1")).contains("have the offset `-1`"));
+    assert!(message("w", &place("length", "8")).contains("that is 256 bytes, but say 8"));
+    assert!(message("w", &|tensor| tensor.dims = vec![1 << 40]).contains("allowed: at most"));
+    assert!(message(".", &|_| ()).contains("folder"), "{}", message(".", &|_| ()));
 }
 
 /// Returns the model with weights, input and output of another number type.
@@ -198,8 +198,8 @@ fn numbers_of_64_and_16_bits_are_converted_to_32_bits() {
     let cast = loaded(&casting, Some(&described(""))).unwrap();
     assert!((answer(&cast) - expected()).abs() < 1e-6);
     let whole = changed(|graph| tensor_type(&mut graph.input[0]).elem_type = DataType::Int64.into());
-    let said = refusal(&whole, None);
-    assert_eq!(said, "input `observation` is of INT64; allowed: floating-point numbers of 16, 32 or 64 bits");
+    let message = refusal(&whole, None);
+    assert_eq!(message, "input `observation` is of INT64; allowed: floating-point numbers of 16, 32 or 64 bits");
     for (kind, bytes) in [(DataType::Double, f64::NAN.to_le_bytes().to_vec()), (DataType::Float16, vec![0xff, 0xff])] {
         let model = in_kind(kind, |_| bytes.clone());
         assert_eq!(refusal(&model, None), "weights `weights0` hold a NaN");
@@ -243,20 +243,20 @@ fn with_inputs(used: &[&str]) -> ModelProto {
 #[test]
 fn a_network_with_several_inputs_runs_with_the_description_it_asks_for() {
     let model = with_inputs(&["mask", "h"]);
-    let said = refusal(&model, Some(&described("")));
-    assert!(said.starts_with("has 4 inputs (observation, mask, h, c); a policy has one"), "{said}");
+    let message = refusal(&model, Some(&described("")));
+    assert!(message.starts_with("has 4 inputs (observation, mask, h, c); a policy has one"), "{message}");
     // The remedy in the message, used as given.
-    let remedy: String = said.lines().skip(2).map(|line| format!("{line}\n")).collect();
+    let remedy: String = message.lines().skip(2).map(|line| format!("{line}\n")).collect();
     assert_eq!(remedy, "  input_name = \"observation\"\n  fixed = { mask = 0.0, h = 0.0 }\n");
     assert_eq!(answer(&loaded(&model, Some(&described(&remedy))).unwrap()), 0.0);
     let twice = described("input_name = \"observation\"\nfixed = { mask = 2.0, h = 0.5 }");
     assert_eq!(answer(&loaded(&model, Some(&twice)).unwrap()), expected());
     let half = refusal(&model, Some(&described("input_name = \"observation\"\nfixed = { mask = 2.0 }")));
     assert!(half.contains("depends on (h)") && half.contains("fixed = { h = 0.0 }"), "{half}");
-    let said = refusal(&model, Some(&described("fixed = { hh = 0.0 }")));
-    assert_eq!(said, "has no input `hh` to be fixed; it has observation, mask, h, c");
-    let said = refusal(&model, Some(&described("fixed = { h = nan }")));
-    assert!(said.contains("`h` is fixed to NaN; allowed: a finite number"), "{said}");
+    let message = refusal(&model, Some(&described("fixed = { hh = 0.0 }")));
+    assert_eq!(message, "has no input `hh` to be fixed; it has observation, mask, h, c");
+    let message = refusal(&model, Some(&described("fixed = { h = nan }")));
+    assert!(message.contains("`h` is fixed to NaN; allowed: a finite number"), "{message}");
 }
 
 #[test]
@@ -280,10 +280,10 @@ fn each_number_may_have_its_own_input() {
 fn a_network_with_a_memory_is_refused() {
     for kind in ["LSTM", "GRU", "RNN"] {
         let model = changed(|graph| graph.node.push(node(kind, &["observation"], "remembered")));
-        let said = refusal(&model, None);
+        let message = refusal(&model, None);
         assert!(
-            said.contains(kind) && said.contains("has a memory, which would begin anew at every decision"),
-            "{said}"
+            message.contains(kind) && message.contains("has a memory, which would begin anew at every decision"),
+            "{message}"
         );
     }
 }
@@ -304,12 +304,12 @@ fn a_network_that_corrects_another_advises_as_its_own_file_does() {
     }
     let inner = Network { corrected: whole.corrected.clone(), ..network() };
     let twice = Network { corrected: Some(CorrectedAdvice::Network(Box::new(inner))), ..whole };
-    let said = OnnxPolicy::from_bytes(&write(&twice), None).err().unwrap().to_string();
-    assert!(said.contains("corrects another advice itself\n  remedy:"), "{said}");
+    let message = OnnxPolicy::from_bytes(&write(&twice), None).err().unwrap().to_string();
+    assert!(message.contains("corrects another advice itself\n  remedy:"), "{message}");
 }
 
 #[test]
 fn a_description_names_the_key_that_was_meant() {
-    let said = NetworkDescription::from_toml(&described("input_nam = \"x\"")).unwrap_err().to_string();
-    assert!(said.contains("its description:1:1: unknown key `input_nam`; did you mean `input_name`?"), "{said}");
+    let message = NetworkDescription::from_toml(&described("input_nam = \"x\"")).unwrap_err().to_string();
+    assert!(message.contains("its description:1:1: unknown key `input_nam`; did you mean `input_name`?"), "{message}");
 }

@@ -191,14 +191,14 @@ pub enum TensorFault {
         text: String,
     },
     /// The length in another file does not match the shape.
-    #[error("have the shape {dims:?}, that is {size} bytes, but say {said}")]
+    #[error("have the shape {dims:?}, that is {size} bytes, but say {declared}")]
     Bytes {
         /// Shape of the tensor.
         dims: Vec<i64>,
         /// Number of bytes by the shape.
         size: u64,
         /// Length given in the network, bytes.
-        said: u64,
+        declared: u64,
     },
     /// The external weights together exceed the limit.
     #[error(
@@ -341,7 +341,7 @@ pub enum RunFault {
 #[derive(Debug, thiserror::Error)]
 pub enum RuntimeFault {
     /// The runtime returned an error.
-    #[error("{}", words(.0))]
+    #[error("{}", error_text(.0))]
     Refused(TractError),
     /// The runtime panicked with this message.
     #[error("the runtime (tract) cannot deal with it and broke off: {0}")]
@@ -349,7 +349,7 @@ pub enum RuntimeFault {
 }
 
 /// Returns the runtime's error with its causes.
-fn words(error: &TractError) -> String {
+fn error_text(error: &TractError) -> String {
     let chain: Vec<String> = error.chain().map(ToString::to_string).collect();
     chain.join(": ")
 }

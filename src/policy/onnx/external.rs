@@ -59,13 +59,13 @@ pub(super) fn is_external(tensor: &TensorProto) -> bool {
 }
 
 /// Returns the tensor's `location`, `offset` or `length` in its file, if given.
-fn said<'a>(tensor: &'a TensorProto, key: &str) -> Option<&'a str> {
+fn external_value<'a>(tensor: &'a TensorProto, key: &str) -> Option<&'a str> {
     tensor.external_data.iter().find(|entry| entry.key == key).map(|entry| entry.value.as_str())
 }
 
 /// Returns the path of the tensor's file; refuses files outside `folder`, also after following links.
 fn place(tensor: &TensorProto, folder: &Path) -> Result<PathBuf, TensorFault> {
-    let location = said(tensor, "location").ok_or(TensorFault::Unnamed)?;
+    let location = external_value(tensor, "location").ok_or(TensorFault::Unnamed)?;
     let inside = Path::new(location).components().all(|part| matches!(part, Component::Normal(_)));
     if location.is_empty() || !inside {
         return Err(TensorFault::Outside(location.into()));
@@ -84,13 +84,13 @@ fn read(tensor: &TensorProto, folder: &Path, left: &mut u64) -> Result<Vec<u8>, 
     let n = tensor.dims.iter().try_fold(1usize, |n, &dim| n.checked_mul(usize::try_from(dim).ok()?));
     let n = n.filter(|n| *n <= MOST_ELEMENTS).ok_or_else(|| TensorFault::Shape(tensor.dims.clone()))?;
     let size = (n * element_bytes(tensor.data_type)?) as u64;
-    let number = |key: &'static str, otherwise: u64| match said(tensor, key) {
+    let number = |key: &'static str, otherwise: u64| match external_value(tensor, key) {
         Some(text) => text.parse::<u64>().map_err(|_| TensorFault::Place { key, text: text.into() }),
         None => Ok(otherwise),
     };
     let (offset, length) = (number("offset", 0)?, number("length", size)?);
     if length != size {
-        return Err(TensorFault::Bytes { dims: tensor.dims.clone(), size, said: length });
+        return Err(TensorFault::Bytes { dims: tensor.dims.clone(), size, declared: length });
     }
     *left = left.checked_sub(size).ok_or(TensorFault::TooLarge)?;
     let file = place(tensor, folder)?;

@@ -158,12 +158,12 @@ impl ShaderSources {
     /// `shaders/FILE.wgsl:LINE: message`.
     pub fn parse(&self, program: &str) -> Result<naga::Module, ShaderFault> {
         let text = self.text(program);
-        let told = |line: Option<u32>, what: String| {
+        let fault_at = |line: Option<u32>, what: String| {
             let (file, line) = self.origin(program, line.unwrap_or(1) as usize);
             ShaderFault::Wrong { file, line, what }
         };
         let module = naga::front::wgsl::parse_str(&text)
-            .map_err(|e| told(e.location(&text).map(|l| l.line_number), e.to_string()))?;
+            .map_err(|e| fault_at(e.location(&text).map(|l| l.line_number), e.to_string()))?;
         naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default())
             .validate(&module)
             .map_err(|e| {
@@ -173,7 +173,7 @@ impl ShaderSources {
                     what = format!("{what}: {deeper}");
                     cause = deeper.source();
                 }
-                told(e.location(&text).map(|l| l.line_number), what)
+                fault_at(e.location(&text).map(|l| l.line_number), what)
             })?;
         Ok(module)
     }

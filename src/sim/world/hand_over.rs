@@ -84,9 +84,9 @@ mod tests {
 
     #[test]
     fn a_scenario_without_conditions_hands_over_at_once() {
-        let told = gate(0.0, false).look(&cars([1.0, 2.0, 3.0])).unwrap();
-        assert_eq!((told.waited_s, told.speed_mps, told.is_as_asked), (0.0, 1.0, true));
-        assert!((told.speed_sd_mps - (2.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        let hand_over = gate(0.0, false).look(&cars([1.0, 2.0, 3.0])).unwrap();
+        assert_eq!((hand_over.waited_s, hand_over.speed_mps, hand_over.is_as_asked), (0.0, 1.0, true));
+        assert!((hand_over.speed_sd_mps - (2.0_f64 / 3.0).sqrt()).abs() < 1e-12);
     }
 
     #[test]
@@ -96,8 +96,8 @@ mod tests {
         assert!((0..99).all(|_| gate.look(&strong).is_none()));
         assert!(gate.look(&weak).is_none(), "0.47 m/s: it begins anew");
         assert!((0..99).all(|_| gate.look(&strong).is_none()));
-        let told = gate.look(&strong).unwrap();
-        assert!(told.is_as_asked && (told.waited_s - 19.9).abs() < 1e-9, "{told:?}");
+        let hand_over = gate.look(&strong).unwrap();
+        assert!(hand_over.is_as_asked && (hand_over.waited_s - 19.9).abs() < 1e-9, "{hand_over:?}");
     }
 
     #[test]
@@ -106,8 +106,8 @@ mod tests {
         assert!(stands.look(&cars([0.2, 2.0, 3.0])).is_none());
         assert!(stands.look(&cars([0.05, 2.0, 3.0])).unwrap().is_as_asked);
         let mut never = gate(0.0, true);
-        let looks = (0..1000).map(|_| never.look(&cars([1.0; 3]))).position(|told| told.is_some()).unwrap();
+        let looks = (0..1000).map(|_| never.look(&cars([1.0; 3]))).position(|hand_over| hand_over.is_some()).unwrap();
         assert_eq!(looks, 600, "60 s of 0.1 s");
-        assert!(!gate(9.0, false).look(&cars([1.0; 3])).is_some_and(|told| told.is_as_asked));
+        assert!(!gate(9.0, false).look(&cars([1.0; 3])).is_some_and(|hand_over| hand_over.is_as_asked));
     }
 }

@@ -104,7 +104,7 @@ impl NetworkView {
     pub fn ground_at<'a>(&self, map: &'a RoadMap, s_m: f64) -> NetworkGround<'a> {
         let near = map.route.lanes()[map.route.lane_at(s_m).0].lane;
         let way = RoadGround { route: &map.route, near_s_m: s_m };
-        NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m), way, is_level: self.is_level }
+        NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m), way }
     }
 
     /// Returns the distance from the ego's front bumper to the nearest line of its path that must not be crossed now, metres. It is the

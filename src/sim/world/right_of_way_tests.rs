@@ -215,16 +215,16 @@ fn a_line_to_wait_at_is_reported_in_time_to_brake_for_it() {
     let mut case = Case::new(ROUNDABOUT, &["Ss", "se", "en", "nN"], 40.0);
     let driver = DriverParams::default();
     case.put(1, "ws_0", 20.0, 0.0);
-    let mut told = |ahead_m: f64, speed_mps: f64| {
+    let mut must_yield = |ahead_m: f64, speed_mps: f64| {
         case.snapshot.ego_s_m = 124.07 - ahead_m;
         case.snapshot.ego.speed_mps = speed_mps;
         case.right_of_way.update(&case.snapshot, &case.map);
         case.right_of_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver).is_some()
     };
     // From 6 m/s comfortable braking at 1.5 m/s² (idm.b) takes 12 m, plus 20 m of look-ahead; braking at 4.5 m/s² takes 4 m.
-    assert!(told(31.0, 6.0) && !told(33.0, 6.0) && !told(3.9, 6.0));
+    assert!(must_yield(31.0, 6.0) && !must_yield(33.0, 6.0) && !must_yield(3.9, 6.0));
     // Beyond the line there is no line to wait at.
-    assert!(told(2.0, 0.0) && !told(-0.1, 0.0));
+    assert!(must_yield(2.0, 0.0) && !must_yield(-0.1, 0.0));
 }
 
 #[test]

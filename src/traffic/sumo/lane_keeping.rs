@@ -72,8 +72,11 @@ mod tests {
         std::fs::copy(net, folder.path().join("net.xml")).unwrap();
         let map_file = "title = \"T\"\nroute = [\"ab\", \"bc\", \"cd\", \"da\"]\n";
         std::fs::write(folder.path().join("map.toml"), map_file).unwrap();
-        let said = check(&RoadMap::load(folder.path().to_str().unwrap()).unwrap()).unwrap_err().to_string();
-        assert!(said.contains("changes from lane \"ab_1\" to lane \"ab_0\"") && said.contains("remedy"), "{said}");
+        let message = check(&RoadMap::load(folder.path().to_str().unwrap()).unwrap()).unwrap_err().to_string();
+        assert!(
+            message.contains("changes from lane \"ab_1\" to lane \"ab_0\"") && message.contains("remedy"),
+            "{message}"
+        );
     }
 
     /// Returns a map of four streets with one lane each, or two lanes for those in `two_lanes`. The streets ab and cd end in the same
@@ -130,11 +133,11 @@ mod tests {
             ("cd", 1, "da", 1),
             ("da", 1, "ab", 0),
         ];
-        let said = lanes_beside(&block(&["ab", "bc", "cd", "da"], &twice)).unwrap_err().to_string();
+        let message = lanes_beside(&block(&["ab", "bc", "cd", "da"], &twice)).unwrap_err().to_string();
         assert!(
-            said.contains("from lane \"ab_0\" to lane \"bc_0\", and elsewhere over lane \"bc_1\"")
-                && said.contains("remedy"),
-            "{said}"
+            message.contains("from lane \"ab_0\" to lane \"bc_0\", and elsewhere over lane \"bc_1\"")
+                && message.contains("remedy"),
+            "{message}"
         );
     }
 }

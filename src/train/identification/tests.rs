@@ -145,7 +145,7 @@ fn latents_distinguish_new_drivers_by_their_bias() {
         known.iter_mut().filter_map(|worker| worker.watcher.as_mut()).for_each(|watcher| watcher.learn(&learner));
     }
     assert!(losses[39] < losses[0] - 0.1, "{losses:?}");
-    let told = |first: usize| -> Vec<(DriverTraits, LatentEstimate)> {
+    let estimates = |first: usize| -> Vec<(DriverTraits, LatentEstimate)> {
         let mut strangers = blocks(&config, first, &learner);
         live(&config, &mut strangers);
         let of = |worker: &RolloutWorker| {
@@ -154,11 +154,11 @@ fn latents_distinguish_new_drivers_by_their_bias() {
         };
         strangers.iter().flat_map(of).collect()
     };
-    let fit = LatentTraits::of(&told(50));
+    let fit = LatentTraits::of(&estimates(50));
     let pair = |(traits, latents): &(DriverTraits, LatentEstimate)| {
         (traits.speed_bias_mps, fit.traits(latents).mean.speed_bias_mps)
     };
-    let pairs: Vec<(f64, f64)> = told(60).iter().map(pair).collect();
+    let pairs: Vec<(f64, f64)> = estimates(60).iter().map(pair).collect();
     let found = correlation(&pairs).expect("they differ");
     assert!(found > 0.8, "{found} {pairs:?}");
 }

@@ -53,9 +53,9 @@ pub fn maximum(space: &SearchBox, stop: &AtomicBool, value: impl Fn(&[f64]) -> f
     let usual = 4.0 + 3.0 * (dimensions as f64).ln();
     let mut population = (usual as usize).max(LEAST_POPULATION);
     let spread = spread((space.budget / SPREAD) as usize, dimensions, space.seed);
-    let told = search.try_points(&spread);
-    let lowest = spread.into_iter().zip(told).min_by(|a, b| a.1.total_cmp(&b.1));
-    let better = lowest.filter(|(_, told)| -told > space.start_value);
+    let costs = search.try_points(&spread);
+    let lowest = spread.into_iter().zip(costs).min_by(|a, b| a.1.total_cmp(&b.1));
+    let better = lowest.filter(|(_, cost)| -cost > space.start_value);
     let mut from = better.map_or_else(|| space.normalised(), |(point, _)| point);
     let mut run = 0;
     while search.goes_on() {
@@ -104,9 +104,9 @@ impl<F: Fn(&[f64]) -> f64 + Sync> Search<'_, F> {
         };
         let mut optimiser = Cmaes::new(unbounded, from, &[FIRST_SD], &parameters);
         while self.goes_on() {
-            let told = self.try_points(&optimiser.ask());
+            let costs = self.try_points(&optimiser.ask());
             // The optimiser takes whole generations only; the last one may be incomplete.
-            if told.len() < population || optimiser.tell(&told) != 0 {
+            if costs.len() < population || optimiser.tell(&costs) != 0 {
                 return;
             }
         }
@@ -119,16 +119,16 @@ impl<F: Fn(&[f64]) -> f64 + Sync> Search<'_, F> {
         let points: Vec<(Vec<f64>, f64)> = asked.iter().take(left).map(|point| self.space.point(point)).collect();
         let tried = |(point, _): &(Vec<f64>, f64)| (!self.stop.load(Ordering::Relaxed)).then(|| (self.value)(point));
         let values: Vec<Option<f64>> = points.par_iter().map(tried).collect();
-        let mut told: Vec<f64> = Vec::with_capacity(asked.len());
+        let mut costs: Vec<f64> = Vec::with_capacity(asked.len());
         for ((point, penalty), value) in points.into_iter().zip(values) {
             let Some(value) = value else { continue };
             self.result.tried += 1;
-            told.push(if value.is_finite() { penalty - value } else { f64::INFINITY });
+            costs.push(if value.is_finite() { penalty - value } else { f64::INFINITY });
             if value.is_finite() && self.result.best.as_ref().is_none_or(|(_, best)| value > *best) {
                 self.result.best = Some((point, value));
             }
         }
-        told
+        costs
     }
 }
 

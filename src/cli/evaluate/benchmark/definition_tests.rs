@@ -162,11 +162,11 @@ fn tuned_controllers_are_judged_in_the_conditions_they_were_tuned_for() {
             let driver = place.driver.who().unwrap().label();
             let span = |[low, high]: [f64; 2]| if low < high { format!("{low} to {high}") } else { low.to_string() };
             let (cars, length_m) = (place.road.vehicles.map(f64::from), place.road.circumference_m);
-            for said in [
+            for sentence in [
                 format!("Driver: {driver}. Holds: {} s.", place.hold_s),
                 format!("of the stream \"tune\", seed 1: {} cars on {} m,", span(cars), span(length_m)),
             ] {
-                assert!(text.contains(&said), "{file} does not say: {said}");
+                assert!(text.contains(&sentence), "{file} does not say: {sentence}");
             }
             tuned += 1;
         }

@@ -11,8 +11,8 @@ use crate::map::{
 impl<'r> Names<'r> {
     pub fn connection(&self, node: Element<'r>, net: &Network) -> Result<Connection, MapError> {
         let reader = self.reader;
-        let direction = node.attribute("dir").map_or(Some(TurnDirection::Unknown), TurnDirection::from_word);
-        let state = node.attribute("state").map_or(Some(LinkState::Major), LinkState::from_word);
+        let direction = node.attribute("dir").map_or(Some(TurnDirection::Unknown), TurnDirection::from_name);
+        let state = node.attribute("state").map_or(Some(LinkState::Major), LinkState::from_name);
         let via = match node.attribute("via") {
             None => None,
             Some(id) => match self.lanes.get(id) {

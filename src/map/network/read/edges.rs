@@ -22,7 +22,7 @@ impl<'r> Names<'r> {
     pub fn edge(&mut self, net: &mut Network, node: Element<'r>, points: &mut usize) -> Result<(), MapError> {
         let reader = self.reader;
         let id = reader.text(node, "id")?;
-        let kind = node.attribute("function").map_or(Some(EdgeKind::Normal), EdgeKind::from_word);
+        let kind = node.attribute("function").map_or(Some(EdgeKind::Normal), EdgeKind::from_name);
         let kind = kind.ok_or_else(|| reader.value(node, "function", "a function of SUMO's edges"))?;
         let edge = EdgeId::from_index(net.edges.len());
         let first = net.lanes.len();
@@ -42,7 +42,7 @@ impl<'r> Names<'r> {
         let from = self.end(net, node.attribute("from").filter(|_| ends), first, false);
         let to = self.end(net, node.attribute("to").filter(|_| ends), last, true);
         let text = |attribute: &str| node.attribute(attribute).map(str::to_owned);
-        let spread = node.attribute("spreadType").map_or(Some(LaneSpread::Right), LaneSpread::from_word);
+        let spread = node.attribute("spreadType").map_or(Some(LaneSpread::Right), LaneSpread::from_name);
         let edge = Edge {
             id: id.to_owned(),
             kind,

@@ -37,7 +37,7 @@ impl<'r> Names<'r> {
     /// Reads a junction with its rules, without its lanes.
     pub fn junction(&self, node: Element<'r>) -> Result<Junction, MapError> {
         let reader = self.reader;
-        let kind = JunctionKind::from_word(node.attribute("type").unwrap_or_default());
+        let kind = JunctionKind::from_name(node.attribute("type").unwrap_or_default());
         let kind = kind.ok_or_else(|| reader.value(node, "type", "a type of SUMO's junctions"))?;
         let z = if node.has_attribute("z") { reader.coordinate(node, "z")? } else { 0.0 };
         let position = dvec3(reader.coordinate(node, "x")?, reader.coordinate(node, "y")?, z);
@@ -91,7 +91,7 @@ impl<'r> Names<'r> {
     pub fn signal(&mut self, net: &mut Network, node: Element<'r>) -> Result<(), MapError> {
         let reader = self.reader;
         let id = reader.text(node, "id")?;
-        let kind = ProgramKind::from_word(node.attribute("type").unwrap_or_default());
+        let kind = ProgramKind::from_name(node.attribute("type").unwrap_or_default());
         let seconds = |node: Element, attribute: &str| {
             reader.within_if_any(node, attribute, &(0.0..=1e9), "a number from 0 to 1e9, seconds")
         };

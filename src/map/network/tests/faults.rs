@@ -55,8 +55,8 @@ fn an_invalid_value_is_refused_with_file_line_element_and_allowed_values() {
         ("hill", "z=\"", "z=\"1e9\" was=\"", "z is \"1e9\"; allowed: a number from -1e7 to 1e7 m"),
         ("track", "state=\"Z\"", "state=\"Z\" keepClear=\"maybe\"", "keepClear is \"maybe\"; allowed: 0 or 1"),
     ] {
-        let said = changed(name, from, to).map(|net| net.census()).unwrap_err();
-        assert!(said.contains("bad.net.xml:") && said.contains(expected), "{expected:?} is not in: {said}");
+        let message = changed(name, from, to).map(|net| net.census()).unwrap_err();
+        assert!(message.contains("bad.net.xml:") && message.contains(expected), "{expected:?} is not in: {message}");
     }
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use std::collections::BTreeMap;
 
-fn said(text: &str) -> String {
+fn fault_of(text: &str) -> String {
     Network::read(FilePath::new("a.net.xml"), text).map(|_| ()).unwrap_err().to_string()
 }
 
@@ -55,7 +55,7 @@ fn elements_that_write_or_read_files_are_refused_in_a_network() {
         ("<net><net/></net>".into(), "a.net.xml:1: net: it stands in the wrong place"),
         ("<!DOCTYPE net SYSTEM \"x\"><net/>".into(), "a.net.xml:1:1: this is not XML: a document type"),
     ] {
-        let error = said(&text);
+        let error = fault_of(&text);
         assert!(error.starts_with(expected), "{expected}: {error}");
         assert!(error.contains("remedy"), "{error}");
     }

@@ -55,8 +55,8 @@ fn check_lane(net: &Network, id: LaneId, theirs: &Value, place: &str) {
         let row = serde_json::json!({
             "to": id(way.to),
             "via": way.via.map(id),
-            "dir": way.direction.word(),
-            "state": way.state.word(),
+            "dir": way.direction.name(),
+            "state": way.state.name(),
             "tl": signal,
             "tl_link": letter,
             // sumolib has no rules for connections that lead out of a junction.
@@ -80,7 +80,7 @@ fn lanes_connections_rules_and_signals_equal_those_of_sumolib() {
             let row = &of_edges[&edge.id];
             let place = format!("{}: edge {}", file.display(), edge.id);
             let function = row["function"].as_str().filter(|word| !word.is_empty()).unwrap_or("normal");
-            assert_eq!(edge.kind.word(), function, "{place}");
+            assert_eq!(edge.kind.name(), function, "{place}");
             let end = |junction: Option<JunctionId>| junction.or(edge.junction).map(|id| net.junction(id).id.as_str());
             assert_eq!(end(edge.from), row["from"].as_str(), "{place}");
             assert_eq!(end(edge.to), row["to"].as_str(), "{place}");
@@ -99,7 +99,7 @@ fn lanes_connections_rules_and_signals_equal_those_of_sumolib() {
         for (id, row) in theirs["nodes"].as_object().unwrap() {
             let junction = net.junction(net.junction_named(id).unwrap());
             let place = format!("{}: junction {id}", file.display());
-            assert_eq!(junction.kind.word(), row["type"].as_str().unwrap(), "{place}");
+            assert_eq!(junction.kind.name(), row["type"].as_str().unwrap(), "{place}");
             let at = numbers(&row["at"]);
             assert_eq!(junction.position.to_array()[..at.len()], at[..], "{place}");
             let sets = |of: fn(&LinkRule) -> &LinkSet| -> Vec<Vec<usize>> {
@@ -117,7 +117,7 @@ fn lanes_connections_rules_and_signals_equal_those_of_sumolib() {
             assert!(known, "{}: signal {}", file.display(), signal.id);
             for program in &signal.programs {
                 let row = &programs[&signal.id][&program.id];
-                assert_eq!(program.kind.word(), row["type"].as_str().unwrap());
+                assert_eq!(program.kind.name(), row["type"].as_str().unwrap());
                 let phases: Vec<Value> =
                     program.phases.iter().map(|phase| serde_json::json!([phase.duration_s, phase.state])).collect();
                 let of_sumo = |phase: &Value| serde_json::json!([phase[0].as_f64().unwrap(), phase[1]]);

@@ -1,7 +1,7 @@
 //! Enumerations that a network's file writes as words. In: the word. Out: the variant, and back.
 
-/// Defines an enumeration with SUMO's word for each variant, and the functions `word` and `from_word`.
-macro_rules! word_enum {
+/// Defines an enumeration with SUMO's word for each variant, and the functions `name` and `from_name`.
+macro_rules! named_enum {
     ($(#[$meta:meta])* $name:ident { $($(#[$of:meta])* $variant:ident = $word:literal),* $(,)? }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,16 +10,16 @@ macro_rules! word_enum {
         }
 
         impl $name {
-            /// Returns SUMO's word for the variant.
-            pub fn word(self) -> &'static str {
+            /// Returns SUMO's name for the variant.
+            pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word,)*
                 }
             }
 
-            /// Returns the variant for a word of SUMO's; `None` for an unknown word.
-            pub fn from_word(word: &str) -> Option<Self> {
-                match word {
+            /// Returns the variant for a name of SUMO's; `None` for an unknown name.
+            pub fn from_name(name: &str) -> Option<Self> {
+                match name {
                     $($word => Some(Self::$variant),)*
                     _ => None,
                 }
@@ -27,4 +27,4 @@ macro_rules! word_enum {
         }
     };
 }
-pub(super) use word_enum;
+pub(super) use named_enum;
